@@ -1,0 +1,1 @@
+//! Problems that tests, verification and benchmarks share.
