@@ -1,0 +1,254 @@
+//! Degrees of freedom: which node moves freely, which follows, and in which order they are eliminated.
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+use super::{Pattern, pattern::elimination_order};
+use crate::mesh::Mesh;
+
+/// What holds the body.
+#[derive(Clone, Debug, Default)]
+pub struct Supports {
+    /// Nodes that do not move but by prescription.
+    pub fixed: Vec<u32>,
+    /// Single components (node, axis 0 to 2) that do not move but by prescription (symmetry planes).
+    pub fixed_components: Vec<(u32, usize)>,
+    /// Nodes that move as one rigid body with six degrees of freedom.
+    pub rigid: Vec<u32>,
+    /// Nodes that may come into contact; eliminated last.
+    pub contact: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    Free { dof: usize },
+    Fixed,
+    Rigid,
+    Tied { tie: usize },
+}
+
+/// Where each node's displacement comes from.
+pub struct DofMap {
+    pub(super) role: Vec<Role>,
+    ties: Vec<Vec<(u32, f64)>>,
+    /// First of the six dofs of the rigid body: translation of its reference point, then rotation.
+    pub(super) rigid_dof: Option<usize>,
+    /// Number of dofs.
+    pub count: usize,
+    /// Dofs from here on belong to [`Self::contact_nodes`], three each.
+    pub first_contact_dof: usize,
+    /// Free contact nodes in dof order.
+    pub contact_nodes: Vec<u32>,
+    /// Dofs held at their prescribed value.
+    pub held: Vec<usize>,
+    /// Sparsity of the tangent.
+    pub pattern: Pattern,
+}
+
+/// One summand of a node's displacement: `du_node = matrix * dq[dof .. dof + width]`.
+pub(super) struct Part {
+    pub dof: usize,
+    pub width: usize,
+    pub matrix: SMatrix<f64, 3, 6>,
+}
+
+impl DofMap {
+    /// Numbers the dofs in elimination order: bulk by nested dissection, the rigid body, contact last.
+    ///
+    /// Nodes that belong to no element of `elements` get no dof.
+    pub fn new(mesh: &Mesh, supports: &Supports, elements: &[Vec<u32>]) -> Self {
+        let n = mesh.nodes.len();
+        const FREE: usize = 0;
+        let mut role = vec![Role::Free { dof: FREE }; n];
+        let mut used = vec![false; n];
+        for element in elements {
+            for &node in element {
+                used[node as usize] = true;
+            }
+        }
+        let ties: Vec<Vec<(u32, f64)>> = mesh.ties.iter().map(|tie| tie.masters.clone()).collect();
+        for (tie, t) in mesh.ties.iter().enumerate() {
+            role[t.slave as usize] = Role::Tied { tie };
+            if used[t.slave as usize] {
+                for (master, _) in &t.masters {
+                    used[*master as usize] = true;
+                }
+            }
+        }
+        for &node in &supports.rigid {
+            role[node as usize] = Role::Rigid;
+        }
+        for &node in &supports.fixed {
+            role[node as usize] = Role::Fixed;
+        }
+        for (node, used) in used.iter().enumerate() {
+            if !used {
+                role[node] = Role::Fixed;
+            }
+        }
+        // Units of the graph: free nodes; the rigid body is one more.
+        let mut unit_of = vec![usize::MAX; n];
+        let mut node_of = Vec::new();
+        for node in 0..n {
+            if matches!(role[node], Role::Free { .. }) {
+                unit_of[node] = node_of.len();
+                node_of.push(node);
+            }
+        }
+        let rigid_unit = node_of.len();
+        let mut has_rigid = false;
+        let mut adjacent: Vec<Vec<u32>> = vec![Vec::new(); rigid_unit + 1];
+        for element in elements {
+            let mut units = Vec::new();
+            for &node in element {
+                match role[node as usize] {
+                    Role::Free { .. } => units.push(unit_of[node as usize] as u32),
+                    Role::Fixed => {}
+                    Role::Rigid => {
+                        has_rigid = true;
+                        units.push(rigid_unit as u32);
+                    }
+                    Role::Tied { tie } => units.extend(
+                        ties[tie]
+                            .iter()
+                            .filter(|(m, _)| matches!(role[*m as usize], Role::Free { .. }))
+                            .map(|(m, _)| unit_of[*m as usize] as u32),
+                    ),
+                }
+            }
+            units.sort_unstable();
+            units.dedup();
+            for &a in &units {
+                adjacent[a as usize].extend(units.iter().filter(|&&b| b != a));
+            }
+        }
+        for list in &mut adjacent {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let mut is_contact = vec![false; rigid_unit + 1];
+        let mut contact_units = Vec::new();
+        for &node in &supports.contact {
+            let unit = unit_of[node as usize];
+            if unit != usize::MAX && !std::mem::replace(&mut is_contact[unit], true) {
+                contact_units.push(unit);
+            }
+        }
+        // Bulk graph without rigid body and contact.
+        let mut bulk_of = vec![u32::MAX; rigid_unit + 1];
+        let mut bulk = Vec::new();
+        for unit in 0..rigid_unit {
+            if !is_contact[unit] {
+                bulk_of[unit] = bulk.len() as u32;
+                bulk.push(unit);
+            }
+        }
+        let bulk_graph: Vec<Vec<u32>> = bulk
+            .iter()
+            .map(|&unit| {
+                adjacent[unit].iter().map(|&w| bulk_of[w as usize]).filter(|&w| w != u32::MAX).collect()
+            })
+            .collect();
+        let mut order: Vec<usize> = elimination_order(&bulk_graph).into_iter().map(|k| bulk[k]).collect();
+        if has_rigid {
+            order.push(rigid_unit);
+        }
+        order.extend(&contact_units);
+
+        let width = |unit: usize| if unit == rigid_unit { 6 } else { 3 };
+        let mut dof_of_unit = vec![usize::MAX; rigid_unit + 1];
+        let mut count = 0;
+        for &unit in &order {
+            dof_of_unit[unit] = count;
+            count += width(unit);
+        }
+        for node in 0..n {
+            if unit_of[node] != usize::MAX {
+                role[node] = Role::Free { dof: dof_of_unit[unit_of[node]] };
+            }
+        }
+        let mut pattern = Pattern { column_start: vec![0], row: Vec::new() };
+        for &unit in &order {
+            let dof = dof_of_unit[unit];
+            let mut below: Vec<(usize, usize)> = adjacent[unit]
+                .iter()
+                .map(|&w| (dof_of_unit[w as usize], width(w as usize)))
+                .filter(|&(other, _)| other != usize::MAX && other > dof)
+                .collect();
+            below.sort_unstable();
+            for column in dof..dof + width(unit) {
+                pattern.row.extend(column..dof + width(unit));
+                for &(first, width) in &below {
+                    pattern.row.extend(first..first + width);
+                }
+                pattern.column_start.push(pattern.row.len());
+            }
+        }
+        let held = supports
+            .fixed_components
+            .iter()
+            .filter_map(|&(node, axis)| match role[node as usize] {
+                Role::Free { dof } => Some(dof + axis),
+                _ => None,
+            })
+            .collect();
+        Self {
+            role,
+            ties,
+            rigid_dof: has_rigid.then(|| dof_of_unit[rigid_unit]),
+            count,
+            first_contact_dof: count - 3 * contact_units.len(),
+            contact_nodes: contact_units.iter().map(|&unit| node_of[unit] as u32).collect(),
+            held,
+            pattern,
+        }
+    }
+
+    /// Masters of a tied node.
+    pub(super) fn masters(&self, tie: usize) -> &[(u32, f64)] {
+        &self.ties[tie]
+    }
+
+    /// First dof of a free node.
+    pub fn node_dof(&self, node: u32) -> Option<usize> {
+        match self.role[node as usize] {
+            Role::Free { dof } => Some(dof),
+            _ => None,
+        }
+    }
+
+    /// Whether the node's displacement is its own three dofs, or none.
+    pub(super) fn is_plain(&self, node: u32) -> bool {
+        matches!(self.role[node as usize], Role::Free { .. } | Role::Fixed)
+    }
+
+    /// Summands of a node's displacement; `arm` is its current position from the rigid body's reference point.
+    pub(super) fn parts(&self, node: u32, arm: Vector3<f64>) -> Vec<Part> {
+        let identity = |weight: f64| {
+            let mut matrix = SMatrix::<f64, 3, 6>::zeros();
+            matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * weight));
+            matrix
+        };
+        match self.role[node as usize] {
+            Role::Fixed => Vec::new(),
+            Role::Free { dof } => vec![Part { dof, width: 3, matrix: identity(1.0) }],
+            Role::Rigid => {
+                let mut matrix: SMatrix<f64, 3, 6> = identity(1.0);
+                matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix()));
+                vec![Part { dof: self.rigid_dof.expect("a rigid node has a rigid body"), width: 6, matrix }]
+            }
+            Role::Tied { tie } => self.ties[tie]
+                .iter()
+                .filter_map(|&(master, weight)| match self.role[master as usize] {
+                    Role::Free { dof } => Some(Part { dof, width: 3, matrix: identity(weight) }),
+                    _ => None,
+                })
+                .collect(),
+        }
+    }
+
+    /// Place of entry (row, column), row >= column, in the values of the tangent.
+    pub(super) fn entry(&self, row: usize, column: usize) -> usize {
+        let (start, end) = (self.pattern.column_start[column], self.pattern.column_start[column + 1]);
+        start + self.pattern.row[start..end].binary_search(&row).expect("an entry of the pattern")
+    }
+}

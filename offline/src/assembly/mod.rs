@@ -1,0 +1,14 @@
+//! The body without its contact: materials on elements, supports, degrees of freedom, residual and tangent.
+//!
+//! Main types: [`Body`], [`Configuration`], [`Material`], [`Supports`], [`DofMap`].
+//! May use: mesh, element, material.
+
+mod body;
+mod constitutive;
+mod dofs;
+mod pattern;
+
+pub use body::{Body, BodyError, Configuration, Joint};
+pub use constitutive::Material;
+pub use dofs::{DofMap, Supports};
+pub use pattern::Pattern;

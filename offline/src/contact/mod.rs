@@ -1,0 +1,13 @@
+//! Contact of pad faces with a rigid plane: gap, pressure, rubber friction with elastic slip.
+//!
+//! Main types: [`RubberFriction`], [`Surface`], [`ContactState`], [`Plane`].
+//! May use: nothing of this crate but the face quadrature of element.
+
+mod area;
+mod law;
+mod surface;
+
+pub use law::RubberFriction;
+pub use surface::{
+    ContactState, Evaluation, FaceTangent, Friction, PenaltySettings, Plane, PointState, Surface, Totals,
+};

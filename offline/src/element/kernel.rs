@@ -1,0 +1,319 @@
+//! Internal force and consistent tangent of eight elements at a time.
+//!
+//! Kinematics and element by the mean-dilatation method (Q1P0: Nagtegaal, Parks & Rice 1974; Simo, Taylor &
+//! Pister 1985): the volumetric energy of an element is `V U(v/V)` with `V` its undeformed and `v` its
+//! deformed volume, the isochoric part is integrated with full quadrature. Both derive from an energy, so
+//! the tangent is symmetric.
+
+use nalgebra::Vector3;
+use wide::f64x8;
+
+use super::shape::{GAUSS_1D_2, hex8_gradient};
+
+/// What an element asks of a material at eight points.
+pub trait Constitutive: Copy + Sync {
+    /// Energy per undeformed volume at a point, MPa, without the volumetric part that the element averages.
+    fn energy(&self, b: &[f64x8; 6], j: f64x8) -> f64x8;
+    /// Kirchhoff stress (xx, yy, zz, xy, yz, xz), MPa, without the averaged volumetric part.
+    fn stress(&self, b: &[f64x8; 6], j: f64x8) -> [f64x8; 6];
+    /// The same with its spatial moduli.
+    fn moduli(&self, b: &[f64x8; 6], j: f64x8) -> ([f64x8; 6], [[f64x8; 6]; 6]);
+    /// Volumetric law of the element: energy, slope and curvature over v/V, MPa; zero for laws that are whole at
+    /// the point.
+    fn volumetric(&self, ratio: f64x8) -> (f64x8, f64x8, f64x8);
+}
+
+/// A batch of up to eight elements of one material with `N` nodes and `Q` quadrature points.
+pub struct Batch<const N: usize, const Q: usize> {
+    /// Number of elements, 1 to 8; the other lanes repeat the last one and are to be ignored.
+    pub len: usize,
+    /// Node indices, per local node and lane.
+    pub nodes: [[u32; 8]; N],
+    /// Undeformed volume per quadrature point, mm³.
+    weight: [f64x8; Q],
+    /// Shape gradients over undeformed coordinates, 1/mm.
+    gradient: Box<[[[f64x8; 3]; N]; Q]>,
+    volume: f64x8,
+}
+
+/// 8-node hexahedra with 2x2x2 points.
+pub type Hex8 = Batch<8, 8>;
+/// 4-node tetrahedra with one point.
+pub type Tet4 = Batch<4, 1>;
+
+/// Internal forces, shape (node, component) with a lane per element.
+pub struct Forces<const N: usize> {
+    /// Force that the element exerts against motion of its nodes, N.
+    pub force: [[f64x8; 3]; N],
+    /// Smallest det F over the quadrature points.
+    pub min_j: f64x8,
+}
+
+/// Tangent blocks of node pairs.
+pub struct Tangent<const N: usize> {
+    /// `block[a][b][i][j] = d force_ai / d x_bj`, N/mm, for b <= a only.
+    pub block: Box<[[[[f64x8; 3]; 3]; N]; N]>,
+}
+
+impl<const N: usize> Tangent<N> {
+    /// All zero.
+    pub fn new() -> Self {
+        let zeros = vec![[[[f64x8::ZERO; 3]; 3]; N]; N].into_boxed_slice();
+        let Ok(block) = zeros.try_into() else { unreachable!("length is N") };
+        Self { block }
+    }
+}
+
+impl<const N: usize> Default for Tangent<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Hex8 {
+    /// Batch of hexahedra (VTK order); None if a Jacobian is not positive at a quadrature point.
+    pub fn new(elements: &[[u32; 8]], positions: &[Vector3<f64>]) -> Option<Self> {
+        let corner = |k: usize| if k == 0 { -GAUSS_1D_2 } else { GAUSS_1D_2 };
+        let points: [[f64; 3]; 8] = std::array::from_fn(|q| [corner(q & 1), corner((q >> 1) & 1), corner(q >> 2)]);
+        Self::with_rule(elements, positions, points.map(hex8_gradient), 1.0)
+    }
+}
+
+impl Tet4 {
+    /// Batch of tetrahedra; None if a volume is not positive.
+    pub fn new(elements: &[[u32; 4]], positions: &[Vector3<f64>]) -> Option<Self> {
+        let gradient = [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Self::with_rule(elements, positions, [gradient], 1.0 / 6.0)
+    }
+}
+
+impl<const N: usize, const Q: usize> Batch<N, Q> {
+    fn with_rule(
+        elements: &[[u32; N]],
+        positions: &[Vector3<f64>],
+        reference: [[[f64; 3]; N]; Q],
+        reference_weight: f64,
+    ) -> Option<Self> {
+        assert!((1..=8).contains(&elements.len()));
+        let lane_of = |lane: usize| &elements[lane.min(elements.len() - 1)];
+        let nodes: [[u32; 8]; N] = std::array::from_fn(|a| std::array::from_fn(|lane| lane_of(lane)[a]));
+        let zeros = vec![[[f64x8::ZERO; 3]; N]; Q].into_boxed_slice();
+        let Ok(mut gradient): Result<Box<[[[f64x8; 3]; N]; Q]>, _> = zeros.try_into() else {
+            unreachable!("length is Q")
+        };
+        let mut weight = [f64x8::ZERO; Q];
+        for q in 0..Q {
+            let mut w = [0.0; 8];
+            let mut g = [[[0.0; 8]; 3]; N];
+            for lane in 0..8 {
+                let mut jacobian = nalgebra::Matrix3::zeros();
+                for (a, node) in lane_of(lane).iter().enumerate() {
+                    jacobian += positions[*node as usize] * nalgebra::RowVector3::from(reference[q][a]);
+                }
+                let det = jacobian.determinant();
+                if !(det > 0.0) {
+                    return None;
+                }
+                let inverse = jacobian.try_inverse()?;
+                w[lane] = det * reference_weight;
+                for (a, reference) in reference[q].iter().enumerate() {
+                    let spatial = nalgebra::RowVector3::from(*reference) * inverse;
+                    for i in 0..3 {
+                        g[a][i][lane] = spatial[i];
+                    }
+                }
+            }
+            weight[q] = f64x8::new(w);
+            gradient[q] = g.map(|node| node.map(f64x8::new));
+        }
+        let mut volume = f64x8::ZERO;
+        for w in weight {
+            volume += w;
+        }
+        Some(Self { len: elements.len(), nodes, weight, gradient, volume })
+    }
+
+    /// Undeformed volumes, mm³.
+    pub fn volumes(&self) -> [f64; 8] {
+        self.volume.to_array()
+    }
+
+    fn gather(&self, positions: &[Vector3<f64>]) -> [[f64x8; 3]; N] {
+        std::array::from_fn(|a| {
+            let mut lanes = [[0.0; 8]; 3];
+            for (lane, node) in self.nodes[a].iter().enumerate() {
+                let x = &positions[*node as usize];
+                for i in 0..3 {
+                    lanes[i][lane] = x[i];
+                }
+            }
+            lanes.map(f64x8::new)
+        })
+    }
+
+    /// Deformation at a point: F, det F and the spatial shape gradients `F^-T dN/dX`.
+    #[inline(always)]
+    fn kinematics(&self, q: usize, x: &[[f64x8; 3]; N]) -> ([[f64x8; 3]; 3], f64x8, [[f64x8; 3]; N]) {
+        let mut f = [[f64x8::ZERO; 3]; 3];
+        for a in 0..N {
+            for i in 0..3 {
+                for k in 0..3 {
+                    f[i][k] = x[a][i].mul_add(self.gradient[q][a][k], f[i][k]);
+                }
+            }
+        }
+        let cofactor = |i: usize, k: usize| {
+            let (i1, i2, k1, k2) = ((i + 1) % 3, (i + 2) % 3, (k + 1) % 3, (k + 2) % 3);
+            f[i1][k1] * f[i2][k2] - f[i1][k2] * f[i2][k1]
+        };
+        let co: [[f64x8; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|k| cofactor(i, k)));
+        let j = f[0][0] * co[0][0] + f[0][1] * co[0][1] + f[0][2] * co[0][2];
+        let inv_j = f64x8::ONE / j;
+        let mut spatial = [[f64x8::ZERO; 3]; N];
+        for a in 0..N {
+            for i in 0..3 {
+                let g = &self.gradient[q][a];
+                spatial[a][i] = (co[i][0] * g[0] + co[i][1] * g[1] + co[i][2] * g[2]) * inv_j;
+            }
+        }
+        (f, j, spatial)
+    }
+
+    /// Internal forces at current `positions` (mm, all nodes of the mesh).
+    ///
+    /// A lane whose `min_j` is not positive has meaningless forces.
+    pub fn forces(&self, law: &impl Constitutive, positions: &[Vector3<f64>]) -> Forces<N> {
+        let x = self.gather(positions);
+        let mut force = [[f64x8::ZERO; 3]; N];
+        let mut volume_slope = [[f64x8::ZERO; 3]; N];
+        let (mut v, mut min_j) = (f64x8::ZERO, f64x8::splat(f64::INFINITY));
+        for q in 0..Q {
+            let (f, j, g) = self.kinematics(q, &x);
+            min_j = min_j.fast_min(j);
+            let tau = law.stress(&left_cauchy_green(&f), j);
+            let w = self.weight[q];
+            let wj = w * j;
+            v += wj;
+            for a in 0..N {
+                for i in 0..3 {
+                    let t = tau[INDEX[i][0]] * g[a][0] + tau[INDEX[i][1]] * g[a][1] + tau[INDEX[i][2]] * g[a][2];
+                    force[a][i] = t.mul_add(w, force[a][i]);
+                    volume_slope[a][i] = g[a][i].mul_add(wj, volume_slope[a][i]);
+                }
+            }
+        }
+        let (_, p, _) = law.volumetric(v / self.volume);
+        for a in 0..N {
+            for i in 0..3 {
+                force[a][i] = volume_slope[a][i].mul_add(p, force[a][i]);
+            }
+        }
+        Forces { force, min_j }
+    }
+
+    /// Strain energy of each element, mJ.
+    pub fn energies(&self, law: &impl Constitutive, positions: &[Vector3<f64>]) -> [f64; 8] {
+        let x = self.gather(positions);
+        let (mut energy, mut v) = (f64x8::ZERO, f64x8::ZERO);
+        for q in 0..Q {
+            let (f, j, _) = self.kinematics(q, &x);
+            energy += self.weight[q] * law.energy(&left_cauchy_green(&f), j);
+            v += self.weight[q] * j;
+        }
+        (energy + law.volumetric(v / self.volume).0 * self.volume).to_array()
+    }
+
+    /// Consistent tangent at current `positions`; overwrites `out`.
+    pub fn tangent(&self, law: &impl Constitutive, positions: &[Vector3<f64>], out: &mut Tangent<N>) {
+        let x = self.gather(positions);
+        let mut volume_slope = [[f64x8::ZERO; 3]; N];
+        let mut v = f64x8::ZERO;
+        for q in 0..Q {
+            let (_, j, g) = self.kinematics(q, &x);
+            let wj = self.weight[q] * j;
+            v += wj;
+            for a in 0..N {
+                for i in 0..3 {
+                    volume_slope[a][i] = g[a][i].mul_add(wj, volume_slope[a][i]);
+                }
+            }
+        }
+        let (_, p, curvature) = law.volumetric(v / self.volume);
+        let curvature = curvature / self.volume;
+        for a in 0..N {
+            let left = volume_slope[a].map(|s| s * curvature);
+            for b in 0..=a {
+                for i in 0..3 {
+                    for k in 0..3 {
+                        out.block[a][b][i][k] = left[i] * volume_slope[b][k];
+                    }
+                }
+            }
+        }
+        for q in 0..Q {
+            let (f, j, g) = self.kinematics(q, &x);
+            let (mut tau, mut c) = law.moduli(&left_cauchy_green(&f), j);
+            // The averaged pressure as a Kirchhoff stress p J I with moduli p J (I x I - 2 sym).
+            let pj = p * j;
+            for i in 0..3 {
+                tau[i] += pj;
+                for k in 0..3 {
+                    if i == k {
+                        c[i][k] -= pj;
+                    } else {
+                        c[i][k] += pj;
+                    }
+                }
+                c[3 + i][3 + i] -= pj;
+            }
+            let w = self.weight[q];
+            let tau = tau.map(|t| t * w);
+            for row in &mut c {
+                for entry in row {
+                    *entry *= w;
+                }
+            }
+            for b in 0..N {
+                let gb = &g[b];
+                // c : (shape gradient of b), six components by three directions.
+                let mut cb = [[f64x8::ZERO; 3]; 6];
+                for row in 0..6 {
+                    for k in 0..3 {
+                        cb[row][k] = c[row][INDEX[k][0]] * gb[0]
+                            + c[row][INDEX[k][1]] * gb[1]
+                            + c[row][INDEX[k][2]] * gb[2];
+                    }
+                }
+                let tb: [f64x8; 3] = std::array::from_fn(|i| {
+                    tau[INDEX[i][0]] * gb[0] + tau[INDEX[i][1]] * gb[1] + tau[INDEX[i][2]] * gb[2]
+                });
+                for a in b..N {
+                    let ga = &g[a];
+                    let geometric = ga[0] * tb[0] + ga[1] * tb[1] + ga[2] * tb[2];
+                    let block = &mut out.block[a][b];
+                    for i in 0..3 {
+                        for k in 0..3 {
+                            let mut sum = block[i][k];
+                            sum = ga[0].mul_add(cb[INDEX[i][0]][k], sum);
+                            sum = ga[1].mul_add(cb[INDEX[i][1]][k], sum);
+                            sum = ga[2].mul_add(cb[INDEX[i][2]][k], sum);
+                            if i == k {
+                                sum += geometric;
+                            }
+                            block[i][k] = sum;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Place of component (i, j) in the six-component order.
+const INDEX: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+
+#[inline(always)]
+fn left_cauchy_green(f: &[[f64x8; 3]; 3]) -> [f64x8; 6] {
+    let dot = |i: usize, j: usize| f[i][0] * f[j][0] + f[i][1] * f[j][1] + f[i][2] * f[j][2];
+    [dot(0, 0), dot(1, 1), dot(2, 2), dot(0, 1), dot(1, 2), dot(0, 2)]
+}
