@@ -3,8 +3,12 @@
 //! Main types: [`Path`], [`Response`], [`Snapshot`], [`Trajectory`].
 //! May use: solve, assembly, contact, material, element, mesh.
 
+mod march;
+
 use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
+
+pub use march::{MarchError, MarchSettings, Problem, Progress, march};
 
 /// How one axis of the plane is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]

@@ -1,0 +1,399 @@
+//! Load steps along a path: adaptive increments, cut back and tried again where equilibrium is not found.
+
+use std::ops::ControlFlow;
+
+use cpu_time::ThreadTime;
+use fingerpad::{Regime, Status};
+use nalgebra::{Rotation3, Vector3};
+
+use super::{Cost, Drive, FaceState, Path, Response, Snapshot, Trajectory, Waypoint};
+use crate::{
+    assembly::{Body, Configuration},
+    contact::{Friction, PenaltySettings, RubberFriction},
+    solve::{Axis, Settings, SolveError, Solver, State, Stats, Target},
+};
+
+/// Sizes of the increments.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MarchSettings {
+    /// Largest increment of depth, mm.
+    pub max_depth_step_mm: f64,
+    /// Largest increment of slide, mm.
+    pub max_slide_step_mm: f64,
+    /// Largest increment of a driven force, N.
+    pub max_force_step_n: f64,
+    /// An increment is not cut below this share of the largest.
+    pub min_step_share: f64,
+    /// Whether friction acts from the first touch on, or only from the first row of the path that slides.
+    pub friction_while_pressing: bool,
+}
+
+impl Default for MarchSettings {
+    fn default() -> Self {
+        Self {
+            max_depth_step_mm: 0.25,
+            max_slide_step_mm: 0.2,
+            max_force_step_n: 0.1,
+            min_step_share: 1e-4,
+            friction_while_pressing: true,
+        }
+    }
+}
+
+/// Everything that a run needs besides body and path.
+#[derive(Clone)]
+pub struct Problem<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Faces that may touch the plane, as mesh node numbers.
+    pub pad_faces: &'a [[u32; 4]],
+    /// Friction law; None presses and slides without friction.
+    pub friction: Option<RubberFriction>,
+    /// Contact.
+    pub penalty: PenaltySettings,
+    /// Equilibrium.
+    pub settings: Settings,
+    /// Increments.
+    pub march: MarchSettings,
+}
+
+/// How far a run has come, told after every increment.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Done share of the path, 0 to 1, by length.
+    pub share: f64,
+    /// Cost so far.
+    pub cost: Cost,
+    /// Last response.
+    pub response: Response,
+}
+
+/// Why a run ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum MarchError {
+    /// The path cannot be followed.
+    #[error("path: {0}")]
+    Path(String),
+    /// An increment failed however small.
+    #[error(
+        "no equilibrium beyond t = {t_s} s (depth {depth_mm:.4} mm, slide {slide_x_mm:.4}, {slide_y_mm:.4} mm, row {row}): \
+         increment {increment} of {step_share:.1e} of the largest step failed: {source}"
+    )]
+    Stuck {
+        /// Time of the last equilibrium, s.
+        t_s: f64,
+        /// Depth there, mm.
+        depth_mm: f64,
+        /// Slide there, mm.
+        slide_x_mm: f64,
+        /// Slide there, mm.
+        slide_y_mm: f64,
+        /// Row of the path that was being approached (0 is the start).
+        row: usize,
+        /// Number of the increment.
+        increment: u32,
+        /// Size of the last attempt.
+        step_share: f64,
+        /// The last failure.
+        source: SolveError,
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Interrupted {
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
+}
+
+/// Follows `path` and records a response at every increment and a snapshot at the rows listed in `snapshots`.
+///
+/// `progress` is called after every increment and may break.
+///
+/// # Errors
+/// [`MarchError`], with what was reached.
+pub fn march(
+    problem: &Problem,
+    path: &Path,
+    snapshots: &[usize],
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Trajectory, MarchError> {
+    let mut runner = Runner::new(problem, path)?;
+    runner.record();
+    if snapshots.contains(&0) {
+        runner.snapshot();
+    }
+    for row in 1..path.waypoints.len() {
+        runner.segment(row, progress)?;
+        if snapshots.contains(&row) {
+            runner.snapshot();
+        }
+    }
+    Ok(runner.trajectory)
+}
+
+struct Runner<'a> {
+    problem: &'a Problem<'a>,
+    path: &'a Path,
+    solver: Solver<'a>,
+    state: State,
+    time_s: f64,
+    /// The state before the last increment and the size of that increment, for extrapolation.
+    before: Option<(Configuration, f64)>,
+    /// Step size as a share of the largest.
+    pace: f64,
+    trajectory: Trajectory,
+    clock: ThreadTime,
+    length_done: f64,
+    length: f64,
+    status: Status,
+}
+
+impl<'a> Runner<'a> {
+    fn new(problem: &'a Problem<'a>, path: &'a Path) -> Result<Self, MarchError> {
+        if path.waypoints.len() < 2 {
+            return Err(MarchError::Path(format!("{} rows; at least 2 are needed", path.waypoints.len())));
+        }
+        for (row, pair) in path.waypoints.windows(2).enumerate() {
+            if !(pair[1].t_s > pair[0].t_s) {
+                return Err(MarchError::Path(format!("time does not grow at row {}: {}", row + 1, pair[1].t_s)));
+            }
+        }
+        let start = &path.waypoints[0];
+        let place = |drive: Drive, value: f64| if drive == Drive::Displacement { value } else { 0.0 };
+        let plane = [
+            place(path.drives[1], start.x),
+            place(path.drives[2], start.y),
+            place(path.drives[0], start.normal),
+        ];
+        let friction = problem.friction.map_or(Friction::Off, Friction::On);
+        let solver = Solver::new(problem.body, problem.pad_faces, friction, problem.penalty, problem.settings);
+        let state = solver.initial_state(plane);
+        let mut runner = Self {
+            problem,
+            path,
+            solver,
+            state,
+            time_s: start.t_s,
+            before: None,
+            pace: 1.0,
+            trajectory: Trajectory::default(),
+            clock: ThreadTime::now(),
+            length_done: 0.0,
+            length: 0.0,
+            status: Status::OK,
+        };
+        runner.length = (1..path.waypoints.len()).map(|row| runner.steps_of(row)).sum();
+        Ok(runner)
+    }
+
+    /// Length of a segment in largest steps.
+    fn steps_of(&self, row: usize) -> f64 {
+        let (a, b) = (&self.path.waypoints[row - 1], &self.path.waypoints[row]);
+        let march = &self.problem.march;
+        let step = |drive: Drive, largest: f64| match drive {
+            Drive::Displacement => largest,
+            Drive::Force => march.max_force_step_n,
+        };
+        let normal = (b.normal - a.normal).abs() / step(self.path.drives[0], march.max_depth_step_mm);
+        let x = (b.x - a.x) / step(self.path.drives[1], march.max_slide_step_mm);
+        let y = (b.y - a.y) / step(self.path.drives[2], march.max_slide_step_mm);
+        normal.max(x.hypot(y)).max(1e-3)
+    }
+
+    fn segment(
+        &mut self,
+        row: usize,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<(), MarchError> {
+        let (from, to) = (self.path.waypoints[row - 1], self.path.waypoints[row]);
+        let steps = self.steps_of(row);
+        if !self.problem.march.friction_while_pressing
+            && let Some(law) = self.problem.friction
+        {
+            let slides = self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y);
+            self.solver.set_friction(if slides { Friction::On(law) } else { Friction::Off });
+        }
+        self.before = None;
+        self.pace = self.pace.max(0.1);
+        let mut done = 0.0f64;
+        while done < steps {
+            let left = steps - done;
+            // Even out the last steps so that none is tiny.
+            let size = if self.pace >= left { left } else { left / (left / self.pace - 1e-9).ceil() };
+            let share = if size >= left { 1.0 } else { (done + size) / steps };
+            let point = interpolate(&from, &to, share);
+            match self.increment(&point, size) {
+                Ok(()) => {
+                    done = if share == 1.0 { steps } else { done + size };
+                    self.record();
+                    let report = Progress {
+                        share: ((self.length_done + done) / self.length).min(1.0),
+                        cost: self.trajectory.cost,
+                        response: *self.trajectory.responses.last().expect("just recorded"),
+                    };
+                    if progress(report).is_break() {
+                        return Err(MarchError::Interrupted { reached: Box::new(std::mem::take(&mut self.trajectory)) });
+                    }
+                }
+                Err(source) => {
+                    self.trajectory.cost.cutbacks += 1;
+                    self.before = None;
+                    self.pace = 0.4 * size;
+                    if self.pace < self.problem.march.min_step_share {
+                        let [x, y, z] = self.state.contact.plane;
+                        return Err(MarchError::Stuck {
+                            t_s: self.time_s,
+                            depth_mm: z,
+                            slide_x_mm: x,
+                            slide_y_mm: y,
+                            row,
+                            increment: self.trajectory.cost.increments + 1,
+                            step_share: size,
+                            source,
+                            reached: Box::new(std::mem::take(&mut self.trajectory)),
+                        });
+                    }
+                }
+            }
+        }
+        self.length_done += steps;
+        Ok(())
+    }
+
+    fn increment(&mut self, point: &Waypoint, size: f64) -> Result<(), SolveError> {
+        let axis = |drive: Drive, value: f64| match drive {
+            Drive::Displacement => Axis::Displacement(value),
+            Drive::Force => Axis::Force(value),
+        };
+        let target: Target = [
+            axis(self.path.drives[1], point.x),
+            axis(self.path.drives[2], point.y),
+            axis(self.path.drives[0], point.normal),
+        ];
+        let (guess, extrapolated) = match &self.before {
+            Some((before, last_size)) if size <= 2.0 * last_size => {
+                (extrapolate(self.problem.body, before, &self.state.configuration, size / last_size), true)
+            }
+            _ => (self.state.configuration.clone(), false),
+        };
+        let mut plane = self.state.contact.plane;
+        if self.path.drives[0] == Drive::Force && self.state.totals.force.z <= 0.0 {
+            // Before the first touch a force has no depth: start from a small penetration.
+            let lowest = self.state.contact.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+            plane[2] = lowest + 0.02;
+        }
+        let mut stats = Stats::default();
+        let result = self.solver.step(&self.state, target, guess, plane, extrapolated, &mut stats);
+        let cost = &mut self.trajectory.cost;
+        cost.iterations += stats.iterations;
+        cost.factorisations += stats.factorisations;
+        cost.cpu_s = self.clock.elapsed().as_secs_f64();
+        if std::env::var_os("FINGERPAD_TRACE").is_some() {
+            eprintln!("{point:?} size {size:.4} ex {extrapolated} {stats:?} {:?}", result.as_ref().map(|s| s.totals).map_err(|e| e.to_string()));
+        }
+        let next = result?;
+        let [step_x, step_y, step_z] = std::array::from_fn(|k| next.contact.plane[k] - self.state.contact.plane[k]);
+        let mean = (self.state.totals.force + next.totals.force) * 0.5;
+        self.trajectory.work.plane_mj += mean.dot(&Vector3::new(step_x, step_y, step_z));
+        self.trajectory.work.friction_mj += next.totals.dissipation;
+        let before = std::mem::replace(&mut self.state, next);
+        self.before = Some((before.configuration, size));
+        self.time_s = point.t_s;
+        self.trajectory.cost.increments += 1;
+        self.pace = match stats.iterations {
+            0..=6 => (1.5 * size).clamp(self.pace, 1.0),
+            7..=14 => self.pace,
+            _ => 0.6 * size,
+        };
+        Ok(())
+    }
+
+    fn record(&mut self) {
+        let response = response(&self.solver, &self.state, self.time_s, self.status);
+        self.trajectory.responses.push(response);
+    }
+
+    fn snapshot(&mut self) {
+        let response = *self.trajectory.responses.last().expect("recorded before");
+        self.trajectory.snapshots.push(snapshot(self.problem.body, &self.solver, &self.state, response));
+    }
+}
+
+fn interpolate(a: &Waypoint, b: &Waypoint, share: f64) -> Waypoint {
+    if share >= 1.0 {
+        return *b;
+    }
+    let mix = |a: f64, b: f64| a + share * (b - a);
+    Waypoint { t_s: mix(a.t_s, b.t_s), normal: mix(a.normal, b.normal), x: mix(a.x, b.x), y: mix(a.y, b.y) }
+}
+
+/// `to` continued by `ratio` times the motion from `from`.
+fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64) -> Configuration {
+    let mut next = to.clone();
+    for (x, (a, b)) in next.x.iter_mut().zip(from.x.iter().zip(&to.x)) {
+        *x += (b - a) * ratio;
+    }
+    next.rigid_centre += (to.rigid_centre - from.rigid_centre) * ratio;
+    let turn = (to.rigid_rotation * from.rigid_rotation.inverse()).scaled_axis();
+    next.rigid_rotation = Rotation3::new(turn * ratio) * to.rigid_rotation;
+    body.follow(&mut next);
+    next
+}
+
+fn response(solver: &Solver, state: &State, t_s: f64, status: Status) -> Response {
+    let totals = &state.totals;
+    let [slide_x_mm, slide_y_mm, depth_mm] = state.contact.plane;
+    let contact_area_mm2 = solver.surface().contact_areas(&state.contact).iter().map(|a| a[0]).sum();
+    let in_contact = totals.area > 0.0;
+    let stick_ratio = if in_contact { totals.stuck_area / totals.area } else { 0.0 };
+    let centre = |k: usize| if in_contact { totals.pressure_moment[k] / totals.force.z } else { f64::NAN };
+    Response {
+        t_s,
+        depth_mm,
+        slide_x_mm,
+        slide_y_mm,
+        normal_force_n: totals.force.z,
+        friction_x_n: totals.force.x,
+        friction_y_n: totals.force.y,
+        contact_area_mm2,
+        stick_ratio,
+        regime: Regime::classify(in_contact, stick_ratio as f32),
+        status,
+        centre_of_pressure_mm: [centre(0), centre(1)],
+    }
+}
+
+fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> Snapshot {
+    let areas = solver.surface().contact_areas(&state.contact);
+    let per_face = solver.surface().points_per_face();
+    let faces = state
+        .contact
+        .points
+        .chunks(per_face)
+        .zip(areas)
+        .map(|(points, [inside, whole])| {
+            let area: f64 = points.iter().map(|p| p.area).sum();
+            let mean = |value: &dyn Fn(&crate::contact::PointState) -> f64| {
+                if area > 0.0 { points.iter().map(|p| p.area * value(p)).sum::<f64>() / area } else { 0.0 }
+            };
+            let over_face = if whole > 0.0 { area / whole } else { 0.0 };
+            FaceState {
+                pressure_mpa: mean(&|p| p.pressure) * over_face,
+                traction_mpa: [mean(&|p| p.traction[0]) * over_face, mean(&|p| p.traction[1]) * over_face],
+                slip_mm: [mean(&|p| p.slip[0]), mean(&|p| p.slip[1])],
+                contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
+                stick_fraction: mean(&|p| f64::from(u8::from(p.stuck))),
+            }
+        })
+        .collect();
+    let undeformed = &body.undeformed().x;
+    Snapshot {
+        response,
+        displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
+        faces,
+        strain_energy_density_mpa: body.energy(&state.configuration).1,
+    }
+}

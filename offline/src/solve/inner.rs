@@ -1,0 +1,252 @@
+//! The contact problem of one equilibrium iteration: the bulk is linear, the contact is not.
+//!
+//! With `G` the compliance of the contact dofs and `y` where they would go without contact forces, find the
+//! displacement `x` with `h(x) = x − y + G f(x) = 0`, `f` the contact residual; a force-driven axis adds the
+//! plane's coordinate as an unknown and the force balance as an equation. Newton's method with the exact
+//! non-symmetric tangent on the dofs of faces in contact, backtracking on |h|.
+
+use nalgebra::Vector3;
+
+use super::linear::{DenseLu, Factor};
+use crate::contact::{ContactState, Evaluation, Friction, Plane, Surface};
+
+/// What stays the same during the iterations.
+pub(super) struct Inner<'a> {
+    pub surface: &'a Surface,
+    pub friction: &'a Friction,
+    pub last: &'a ContactState,
+    pub factor: &'a Factor,
+    /// Positions of the surface nodes at x = 0.
+    pub base: &'a [Vector3<f64>],
+    /// First contact dof (0 based among contact dofs) of each surface node; None if it does not move freely.
+    pub slot: &'a [Option<usize>],
+    /// Contact dofs that are held.
+    pub held: &'a [bool],
+    /// Unloaded displacement, mm.
+    pub y: &'a [f64],
+    /// Force that a force-driven axis (x, y, z) must reach, N.
+    pub force_target: [Option<f64>; 3],
+    /// Convergence: |h| in mm.
+    pub tolerance: f64,
+    pub max_iterations: usize,
+}
+
+pub(super) struct Solution {
+    pub x: Vec<f64>,
+    pub plane: Plane,
+    /// Contact residual on the contact dofs, N.
+    pub force: Vec<f64>,
+    pub iterations: usize,
+    pub converged: bool,
+}
+
+struct Trial {
+    x: Vec<f64>,
+    plane: Plane,
+    evaluation: Evaluation,
+    force: Vec<f64>,
+    h: Vec<f64>,
+    /// Violation of the force balance of driven axes, mm by `force_scale`.
+    balance: [f64; 3],
+    norm: f64,
+}
+
+impl Inner<'_> {
+    fn positions(&self, x: &[f64]) -> Vec<Vector3<f64>> {
+        self.base
+            .iter()
+            .zip(self.slot)
+            .map(|(base, slot)| match slot {
+                Some(s) => base + Vector3::new(x[*s], x[s + 1], x[s + 2]),
+                None => *base,
+            })
+            .collect()
+    }
+
+    fn gather(&self, nodal: &[Vector3<f64>]) -> Vec<f64> {
+        let mut out = vec![0.0; self.y.len()];
+        for (value, slot) in nodal.iter().zip(self.slot) {
+            if let Some(s) = slot {
+                for k in 0..3 {
+                    if !self.held[s + k] {
+                        out[s + k] = value[k];
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, predict: bool, tangent: bool) -> Trial {
+        let evaluation =
+            self.surface.evaluate(self.friction, self.last, &self.positions(&x), plane, predict, tangent);
+        let force = self.gather(&evaluation.residual);
+        let mut h: Vec<f64> = x.iter().zip(self.y).map(|(x, y)| x - y).collect();
+        for (j, &f) in force.iter().enumerate() {
+            if f != 0.0 {
+                for (h, g) in h.iter_mut().zip(self.factor.compliance_column(j)) {
+                    *h += g * f;
+                }
+            }
+        }
+        let balance = std::array::from_fn(|k| {
+            self.force_target[k].map_or(0.0, |target| (evaluation.force[k] - target) * force_scale)
+        });
+        let norm = (h.iter().map(|v| v * v).sum::<f64>() + balance.iter().map(|v| v * v).sum::<f64>()).sqrt();
+        Trial { x, plane, evaluation, force, h, balance, norm }
+    }
+
+    /// Solves from the guess `x`, `plane`; with `predict_stick` the first linearisation lets no stuck point slip.
+    pub fn solve(&self, x: Vec<f64>, plane: Plane, predict_stick: bool) -> Solution {
+        // A force becomes a displacement by the compliance of the whole pad.
+        let n = self.y.len();
+        let force_scale = if n == 0 {
+            1.0
+        } else {
+            (0..n).map(|j| self.factor.compliance_column(j)[j]).sum::<f64>() / (n as f64).sqrt()
+        };
+        let mut current = self.trial(x, plane, force_scale, predict_stick, true);
+        let mut iterations = 0;
+        while !(current.norm <= self.tolerance) && iterations < self.max_iterations {
+            let predicted = predict_stick && iterations == 0;
+            iterations += 1;
+            let Some((dx, d_plane)) = self.newton_step(&current, force_scale) else { break };
+            let mut scale = 1.0;
+            let next = loop {
+                let x = current.x.iter().zip(&dx).map(|(x, d)| x + scale * d).collect();
+                let plane = std::array::from_fn(|k| current.plane[k] + scale * d_plane[k]);
+                let trial = self.trial(x, plane, force_scale, false, true);
+                // The predictor's step must not be shortened: its residual is that of another branch.
+                if predicted || trial.norm < current.norm * (1.0 - 0.1 * scale) {
+                    break trial;
+                }
+                scale *= 0.5;
+                if scale < 1.0 / 128.0 {
+                    break trial;
+                }
+            };
+            current = next;
+        }
+        Solution {
+            converged: current.norm <= self.tolerance,
+            x: current.x,
+            plane: current.plane,
+            force: current.force,
+            iterations,
+        }
+    }
+
+    /// Newton step; None if the system is singular.
+    fn newton_step(&self, at: &Trial, force_scale: f64) -> Option<(Vec<f64>, Plane)> {
+        let n = self.y.len();
+        // Active dofs: those of faces in contact.
+        let mut index = vec![usize::MAX; n];
+        let mut active = Vec::new();
+        for tangent in &at.evaluation.tangents {
+            for node in self.surface.faces[tangent.face] {
+                if let Some(slot) = self.slot[node] {
+                    for k in 0..3 {
+                        if index[slot + k] == usize::MAX && !self.held[slot + k] {
+                            index[slot + k] = active.len();
+                            active.push(slot + k);
+                        }
+                    }
+                }
+            }
+        }
+        let driven: Vec<usize> = (0..3).filter(|&k| self.force_target[k].is_some()).collect();
+        let (na, size) = (active.len(), active.len() + driven.len());
+        // Rows of G on the active dofs, contiguous per column.
+        let mut g = vec![0.0; na * na];
+        for (c, &j) in active.iter().enumerate() {
+            let column = self.factor.compliance_column(j);
+            for (r, &i) in active.iter().enumerate() {
+                g[c * na + r] = column[i];
+            }
+        }
+        let mut matrix = vec![0.0; size * size];
+        for c in 0..na {
+            matrix[c * size + c] = 1.0;
+        }
+        // d(balance_k)/d(column) = -force_scale * sum over nodes of the residual's component k.
+        for tangent in &at.evaluation.tangents {
+            let face = self.surface.faces[tangent.face];
+            let dof = |a: usize| self.slot[face[a / 3]].map(|s| s + a % 3).filter(|&d| !self.held[d]);
+            for column in 0..12 {
+                let Some(j) = dof(column) else { continue };
+                let c = index[j];
+                let target = &mut matrix[c * size..(c + 1) * size];
+                for row in 0..12 {
+                    let value = tangent.block[column][row];
+                    if value == 0.0 {
+                        continue;
+                    }
+                    if let Some(i) = dof(row) {
+                        let source = &g[index[i] * na..(index[i] + 1) * na];
+                        for (t, s) in target[..na].iter_mut().zip(source) {
+                            *t += s * value;
+                        }
+                    }
+                    if let Some(place) = driven.iter().position(|&k| k == row % 3) {
+                        target[na + place] -= force_scale * value;
+                    }
+                }
+            }
+        }
+        let mut plane_force = Vec::new();
+        for (p, &k) in driven.iter().enumerate() {
+            let nodal: Vec<Vector3<f64>> = at.evaluation.plane_columns.iter().map(|c| c[k]).collect();
+            let force = self.gather(&nodal);
+            let target = &mut matrix[(na + p) * size..(na + p + 1) * size];
+            for (c, &j) in active.iter().enumerate() {
+                if force[j] != 0.0 {
+                    for (t, s) in target[..na].iter_mut().zip(&g[c * na..(c + 1) * na]) {
+                        *t += s * force[j];
+                    }
+                }
+            }
+            for (q, &axis) in driven.iter().enumerate() {
+                target[na + q] = -force_scale * nodal.iter().map(|v| v[axis]).sum::<f64>();
+            }
+            plane_force.push(force);
+        }
+        let mut step: Vec<f64> = active.iter().map(|&i| -at.h[i]).collect();
+        step.extend(driven.iter().map(|&k| -at.balance[k]));
+        DenseLu::new(&matrix, size).solve(&mut step);
+        if step.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+        let mut d_plane = [0.0; 3];
+        for (p, &k) in driven.iter().enumerate() {
+            d_plane[k] = step[na + p];
+        }
+        // The remaining dofs follow from their own equation: dx = -h - G df.
+        let mut d_force = vec![0.0; n];
+        for tangent in &at.evaluation.tangents {
+            let face = self.surface.faces[tangent.face];
+            let dof = |a: usize| self.slot[face[a / 3]].map(|s| s + a % 3).filter(|&d| !self.held[d]);
+            for column in 0..12 {
+                let Some(j) = dof(column) else { continue };
+                for row in 0..12 {
+                    if let Some(i) = dof(row) {
+                        d_force[i] += tangent.block[column][row] * step[index[j]];
+                    }
+                }
+            }
+        }
+        for (p, &k) in driven.iter().enumerate() {
+            for (d, f) in d_force.iter_mut().zip(&plane_force[p]) {
+                *d += f * d_plane[k];
+            }
+        }
+        let mut dx: Vec<f64> = at.h.iter().map(|h| -h).collect();
+        for (j, &f) in d_force.iter().enumerate() {
+            if f != 0.0 {
+                for (d, g) in dx.iter_mut().zip(self.factor.compliance_column(j)) {
+                    *d -= g * f;
+                }
+            }
+        }
+        Some((dx, d_plane))
+    }
+}

@@ -1,0 +1,439 @@
+//! One increment: from a state in equilibrium to the next for a given motion of the plane.
+
+use nalgebra::Vector3;
+
+use super::{
+    inner::Inner,
+    linear::{Factor, NotPositiveDefinite},
+};
+use crate::{
+    assembly::{Body, BodyError, Configuration},
+    contact::{ContactState, Friction, PenaltySettings, Plane, Surface, Totals},
+};
+
+/// How equilibrium is sought.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Residual over contact force (norms over all dofs) at convergence.
+    pub tolerance: f64,
+    /// Forces below this count as zero, N.
+    pub force_floor_n: f64,
+    /// Equilibrium iterations before an increment is given up.
+    pub max_iterations: usize,
+    /// Contact iterations per equilibrium iteration.
+    pub max_contact_iterations: usize,
+    /// Residual reduction per iteration above which the bulk factor is renewed.
+    pub refresh_contraction: f64,
+    /// Augmentations per increment.
+    pub max_augmentations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-5,
+            force_floor_n: 1e-6,
+            max_iterations: 30,
+            max_contact_iterations: 40,
+            refresh_contraction: 0.35,
+            max_augmentations: 8,
+        }
+    }
+}
+
+/// How an axis of the plane is driven in an increment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Axis {
+    /// Place of the plane along the axis, mm.
+    Displacement(f64),
+    /// Force of the plane on the finger along the axis, N.
+    Force(f64),
+}
+
+/// Where an increment leads: axes x, y and z (depth, normal force) of the plane.
+pub type Target = [Axis; 3];
+
+/// What happened in an increment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// Equilibrium iterations.
+    pub iterations: u32,
+    /// Contact iterations.
+    pub contact_iterations: u32,
+    /// Factorisations of the bulk.
+    pub factorisations: u32,
+    /// Last residual over contact force.
+    pub residual: f64,
+}
+
+/// Why an increment failed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// The residual did not fall.
+    #[error("no equilibrium after {iterations} iterations: residual {residual:.3e} of the contact force, tolerance {tolerance:.1e}")]
+    Stalled {
+        /// Iterations done.
+        iterations: u32,
+        /// Residual over contact force.
+        residual: f64,
+        /// What was asked for.
+        tolerance: f64,
+    },
+    /// The body failed.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The bulk stiffness is not positive definite even when mixed with that of the undeformed body.
+    #[error(transparent)]
+    Stiffness(#[from] NotPositiveDefinite),
+}
+
+/// A state in equilibrium.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Positions of all nodes.
+    pub configuration: Configuration,
+    /// Contact points.
+    pub contact: ContactState,
+    /// Sums over the contact.
+    pub totals: Totals,
+}
+
+/// Body, surface, law and the factor that they share from increment to increment.
+pub struct Solver<'a> {
+    body: &'a Body,
+    surface: Surface,
+    friction: Friction,
+    penalty: PenaltySettings,
+    settings: Settings,
+    factor: Factor,
+    factor_is_set: bool,
+    slot: Vec<Option<usize>>,
+    held: Vec<bool>,
+    undeformed_stiffness: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl<'a> Solver<'a> {
+    /// Solver of `body` whose `faces` (mesh node numbers, counter-clockwise from outside) may touch the plane.
+    pub fn new(
+        body: &'a Body,
+        faces: &[[u32; 4]],
+        friction: Friction,
+        penalty: PenaltySettings,
+        settings: Settings,
+    ) -> Self {
+        let surface = Surface::new(faces, &penalty);
+        let first = body.dofs.first_contact_dof;
+        let slot = surface
+            .nodes
+            .iter()
+            .map(|&node| body.dofs.node_dof(node).filter(|&dof| dof >= first).map(|dof| dof - first))
+            .collect();
+        let contact = body.dofs.count - first;
+        let mut held = vec![false; contact];
+        for &dof in &body.dofs.held {
+            if dof >= first {
+                held[dof - first] = true;
+            }
+        }
+        let factor = Factor::analyse(&body.dofs.pattern, contact);
+        Self {
+            body,
+            surface,
+            friction,
+            penalty,
+            settings,
+            factor,
+            factor_is_set: false,
+            slot,
+            held,
+            undeformed_stiffness: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// The surface with its faces.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// The law in force.
+    pub fn friction(&self) -> &Friction {
+        &self.friction
+    }
+
+    /// Changes the law from here on; the elastic slip of contact points is kept.
+    pub fn set_friction(&mut self, friction: Friction) {
+        self.friction = friction;
+    }
+
+    /// Entries of the bulk factor.
+    pub fn factor_entries(&self) -> usize {
+        self.factor.entries()
+    }
+
+    /// The undeformed body before contact, the plane at `plane`.
+    pub fn initial_state(&self, plane: Plane) -> State {
+        let configuration = self.body.undeformed().clone();
+        let contact = self.surface.initial_state(self.surface_positions(&configuration), plane);
+        State { configuration, contact, totals: Totals::default() }
+    }
+
+    fn surface_positions(&self, configuration: &Configuration) -> Vec<Vector3<f64>> {
+        self.surface.nodes.iter().map(|&n| configuration.x[n as usize]).collect()
+    }
+
+    /// The next state in equilibrium.
+    ///
+    /// * `guess`: where to start; its fixed nodes hold their prescribed positions.
+    /// * `plane`: guess of the plane's place (matters for force-driven axes).
+    /// * `guess_slides`: the guess already follows the plane's motion (extrapolation), so that the stick predictor
+    ///   is not needed.
+    ///
+    /// # Errors
+    /// [`SolveError`]; `last` is untouched and the increment can be tried again with a smaller step.
+    pub fn step(
+        &mut self,
+        last: &State,
+        target: Target,
+        guess: Configuration,
+        plane: Plane,
+        guess_slides: bool,
+        stats: &mut Stats,
+    ) -> Result<State, SolveError> {
+        let mut reference = last.contact.clone();
+        let mut state = self.equilibrium(&reference, target, guess, plane, guess_slides, stats)?;
+        if self.penalty.augment {
+            for _ in 0..self.settings.max_augmentations {
+                if state.totals.penetration <= self.penalty.penetration_tolerance_mm {
+                    break;
+                }
+                self.surface.augment(&mut reference, &state.contact);
+                let plane = state.contact.plane;
+                state = self.equilibrium(&reference, target, state.configuration, plane, true, stats)?;
+            }
+        }
+        Ok(state)
+    }
+
+    fn equilibrium(
+        &mut self,
+        last: &ContactState,
+        target: Target,
+        guess: Configuration,
+        plane: Plane,
+        guess_slides: bool,
+        stats: &mut Stats,
+    ) -> Result<State, SolveError> {
+        let body = self.body;
+        let first = body.dofs.first_contact_dof;
+        let mut plane: Plane = std::array::from_fn(|k| match target[k] {
+            Axis::Displacement(place) => place,
+            Axis::Force(_) => plane[k],
+        });
+        let force_target = target.map(|axis| match axis {
+            Axis::Displacement(_) => None,
+            Axis::Force(force) => Some(force),
+        });
+        let mut at = guess;
+        let mut internal = Vec::new();
+        body.residual(&at, &mut internal)?;
+        let mut previous = f64::INFINITY;
+        let mut slow = 0;
+        let mut fresh = false;
+        let mut iteration = 0;
+        let mut displacement_scale = 0.0f64;
+        loop {
+            let (residual, contact_norm) = self.residual_norm(&at, &internal, last, plane, force_target);
+            let reference = contact_norm.max(self.settings.force_floor_n);
+            stats.residual = residual / reference;
+            if residual <= self.settings.tolerance * reference {
+                let (contact, totals) =
+                    self.surface.commit(&self.friction, last, &self.surface_positions(&at), plane);
+                return Ok(State { configuration: at, contact, totals });
+            }
+            if iteration as usize >= self.settings.max_iterations || !residual.is_finite() {
+                return Err(SolveError::Stalled {
+                    iterations: iteration,
+                    residual: residual / reference,
+                    tolerance: self.settings.tolerance,
+                });
+            }
+            if iteration > 1 {
+                let contraction = residual / previous;
+                if contraction > self.settings.refresh_contraction {
+                    slow += 1;
+                }
+                if contraction > 4.0 && fresh {
+                    return Err(SolveError::Stalled {
+                        iterations: iteration,
+                        residual: residual / reference,
+                        tolerance: self.settings.tolerance,
+                    });
+                }
+            } else if iteration == 1 && residual > 0.3 * reference {
+                slow = 2;
+            }
+            fresh = false;
+            if !self.factor_is_set || slow >= 2 {
+                self.refresh(&at, stats)?;
+                slow = 0;
+                fresh = true;
+            }
+            previous = residual;
+
+            let mut work = internal.clone();
+            self.factor.forward(&mut work);
+            let mut y = work[first..].to_vec();
+            self.factor.contact_backward(&mut y);
+            for v in &mut y {
+                *v = -*v;
+            }
+            let base = self.surface_positions(&at);
+            let mut x = vec![0.0; y.len()];
+            let mut predict = false;
+            if iteration == 0 && !guess_slides {
+                predict = self.predict(last, &base, plane, &mut x);
+            }
+            let inner = Inner {
+                surface: &self.surface,
+                friction: &self.friction,
+                last,
+                factor: &self.factor,
+                base: &base,
+                slot: &self.slot,
+                held: &self.held,
+                y: &y,
+                force_target,
+                tolerance: (0.02 * self.settings.tolerance * displacement_scale).max(1e-9),
+                max_iterations: self.settings.max_contact_iterations,
+            };
+            let solution = inner.solve(x, plane, predict);
+            stats.iterations += 1;
+            stats.contact_iterations += solution.iterations as u32;
+            displacement_scale =
+                solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
+            let mut force = solution.force;
+            self.factor.contact_forward(&mut force);
+            for (w, f) in work[first..].iter_mut().zip(&force) {
+                *w += f;
+            }
+            self.factor.backward(&mut work);
+
+            // Shorten the step while an element is inside out or the bulk residual explodes.
+            let mut scale = -1.0;
+            let next = loop {
+                let trial = body.advance(&at, &work, scale);
+                match body.residual(&trial, &mut internal) {
+                    Ok(()) => break trial,
+                    Err(error) => {
+                        scale *= 0.5;
+                        if scale > -0.05 {
+                            return Err(error.into());
+                        }
+                    }
+                }
+            };
+            if scale > -1.0 {
+                slow = 2;
+            }
+            for k in 0..3 {
+                plane[k] += -scale * (solution.plane[k] - plane[k]);
+            }
+            at = next;
+            iteration += 1;
+        }
+    }
+
+    /// Guess of the contact dofs: points in contact follow the plane, along it only where they stick.
+    ///
+    /// Returns whether anything was in contact.
+    fn predict(&self, last: &ContactState, base: &[Vector3<f64>], plane: Plane, x: &mut [f64]) -> bool {
+        let per_face = self.surface.points_per_face();
+        let mut touching = false;
+        let mut sticks = vec![false; base.len()];
+        let mut touches = vec![false; base.len()];
+        for (f, face) in self.surface.faces.iter().enumerate() {
+            let points = &last.points[f * per_face..(f + 1) * per_face];
+            let in_contact = points.iter().filter(|p| p.pressure > 0.0).count();
+            if in_contact == 0 {
+                continue;
+            }
+            touching = true;
+            let stuck = points.iter().filter(|p| p.stuck).count();
+            for &n in face {
+                touches[n] = true;
+                sticks[n] |= 2 * stuck >= in_contact;
+            }
+        }
+        for (n, slot) in self.slot.iter().enumerate() {
+            let Some(s) = *slot else { continue };
+            let from = last.position[n] - base[n];
+            if touches[n] {
+                x[s + 2] = from.z + plane[2] - last.plane[2];
+                if sticks[n] {
+                    x[s] = from.x + plane[0] - last.plane[0];
+                    x[s + 1] = from.y + plane[1] - last.plane[1];
+                }
+            }
+        }
+        touching
+    }
+
+    /// Norm of the whole residual and of its contact part, N.
+    fn residual_norm(
+        &self,
+        at: &Configuration,
+        internal: &[f64],
+        last: &ContactState,
+        plane: Plane,
+        force_target: [Option<f64>; 3],
+    ) -> (f64, f64) {
+        let first = self.body.dofs.first_contact_dof;
+        let evaluation =
+            self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
+        let mut sum: f64 = internal[..first].iter().map(|r| r * r).sum();
+        let mut contact = internal[first..].to_vec();
+        let mut contact_norm = 0.0;
+        for (f, slot) in evaluation.residual.iter().zip(&self.slot) {
+            if let Some(s) = slot {
+                for k in 0..3 {
+                    if !self.held[s + k] {
+                        contact[s + k] += f[k];
+                        contact_norm += f[k] * f[k];
+                    }
+                }
+            }
+        }
+        sum += contact.iter().map(|r| r * r).sum::<f64>();
+        for k in 0..3 {
+            if let Some(target) = force_target[k] {
+                sum += (evaluation.force[k] - target).powi(2);
+            }
+        }
+        (sum.sqrt(), f64::sqrt(contact_norm))
+    }
+
+    /// Factorises the tangent at `at`; where it is indefinite, mixed with the undeformed body's.
+    fn refresh(&mut self, at: &Configuration, stats: &mut Stats) -> Result<(), SolveError> {
+        self.body.tangent(at, &mut self.values);
+        let pattern = &self.body.dofs.pattern;
+        let mut result = self.factor.factorise(pattern, &self.values);
+        stats.factorisations += 1;
+        for share in [0.1, 0.3, 1.0] {
+            if result.is_ok() {
+                break;
+            }
+            if self.undeformed_stiffness.is_empty() {
+                self.body.tangent(self.body.undeformed(), &mut self.undeformed_stiffness);
+            }
+            let mixed: Vec<f64> =
+                self.values.iter().zip(&self.undeformed_stiffness).map(|(k, k0)| k + share * k0).collect();
+            result = self.factor.factorise(pattern, &mixed);
+            stats.factorisations += 1;
+        }
+        self.factor_is_set = result.is_ok();
+        Ok(result?)
+    }
+}
