@@ -22,6 +22,8 @@ pub(super) struct Inner<'a> {
     pub slot: &'a [Option<usize>],
     /// Contact dofs that are held.
     pub held: &'a [bool],
+    /// Stiffness that the factor holds on top of the bulk's, per contact dof, N/mm; taken off again here.
+    pub shift: &'a [f64],
     /// Unloaded displacement, mm.
     pub y: &'a [f64],
     /// Force that a force-driven axis (x, y, z) must reach, N.
@@ -34,7 +36,7 @@ pub(super) struct Inner<'a> {
 pub(super) struct Solution {
     pub x: Vec<f64>,
     pub plane: Plane,
-    /// Contact residual on the contact dofs, N.
+    /// Contact residual less the shift's force on the contact dofs, N.
     pub force: Vec<f64>,
     pub iterations: usize,
     pub converged: bool,
@@ -80,7 +82,10 @@ impl Inner<'_> {
     fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, predict: bool, tangent: bool) -> Trial {
         let evaluation =
             self.surface.evaluate(self.friction, self.last, &self.positions(&x), plane, predict, tangent);
-        let force = self.gather(&evaluation.residual);
+        let mut force = self.gather(&evaluation.residual);
+        for ((f, x), shift) in force.iter_mut().zip(&x).zip(self.shift) {
+            *f -= shift * x;
+        }
         let mut h: Vec<f64> = x.iter().zip(self.y).map(|(x, y)| x - y).collect();
         for (j, &f) in force.iter().enumerate() {
             if f != 0.0 {
@@ -154,6 +159,12 @@ impl Inner<'_> {
                 }
             }
         }
+        for j in 0..n {
+            if self.shift[j] != 0.0 && index[j] == usize::MAX {
+                index[j] = active.len();
+                active.push(j);
+            }
+        }
         let driven: Vec<usize> = (0..3).filter(|&k| self.force_target[k].is_some()).collect();
         let (na, size) = (active.len(), active.len() + driven.len());
         // Rows of G on the active dofs, contiguous per column.
@@ -165,8 +176,14 @@ impl Inner<'_> {
             }
         }
         let mut matrix = vec![0.0; size * size];
-        for c in 0..na {
-            matrix[c * size + c] = 1.0;
+        for (c, &j) in active.iter().enumerate() {
+            let target = &mut matrix[c * size..c * size + na];
+            if self.shift[j] != 0.0 {
+                for (t, s) in target.iter_mut().zip(&g[c * na..(c + 1) * na]) {
+                    *t -= s * self.shift[j];
+                }
+            }
+            target[c] += 1.0;
         }
         // d(balance_k)/d(column) = -force_scale * sum over nodes of the residual's component k.
         for tangent in &at.evaluation.tangents {
@@ -222,6 +239,9 @@ impl Inner<'_> {
         }
         // The remaining dofs follow from their own equation: dx = -h - G df.
         let mut d_force = vec![0.0; n];
+        for (c, &j) in active.iter().enumerate() {
+            d_force[j] -= self.shift[j] * step[c];
+        }
         for tangent in &at.evaluation.tangents {
             let face = self.surface.faces[tangent.face];
             let dof = |a: usize| self.slot[face[a / 3]].map(|s| s + a % 3).filter(|&d| !self.held[d]);

@@ -25,6 +25,8 @@ pub struct Settings {
     pub max_contact_iterations: usize,
     /// Residual reduction per iteration above which the bulk factor is renewed.
     pub refresh_contraction: f64,
+    /// Growth of the residual in one iteration above which the iteration's step is shortened.
+    pub growth: f64,
     /// Augmentations per increment.
     pub max_augmentations: usize,
 }
@@ -37,6 +39,7 @@ impl Default for Settings {
             max_iterations: 30,
             max_contact_iterations: 40,
             refresh_contraction: 0.35,
+            growth: 1.0,
             max_augmentations: 8,
         }
     }
@@ -63,6 +66,8 @@ pub struct Stats {
     pub contact_iterations: u32,
     /// Factorisations of the bulk.
     pub factorisations: u32,
+    /// Factorisations that had to be mixed with the undeformed stiffness.
+    pub mixed: u32,
     /// Last residual over contact force.
     pub residual: f64,
 }
@@ -110,6 +115,7 @@ pub struct Solver<'a> {
     factor_is_set: bool,
     slot: Vec<Option<usize>>,
     held: Vec<bool>,
+    shift: Vec<f64>,
     undeformed_stiffness: Vec<f64>,
     values: Vec<f64>,
 }
@@ -148,6 +154,7 @@ impl<'a> Solver<'a> {
             factor_is_set: false,
             slot,
             held,
+            shift: vec![0.0; contact],
             undeformed_stiffness: Vec::new(),
             values: Vec::new(),
         }
@@ -277,7 +284,7 @@ impl<'a> Solver<'a> {
             }
             fresh = false;
             if !self.factor_is_set || slow >= 2 {
-                self.refresh(&at, stats)?;
+                self.refresh(&at, last, plane, stats)?;
                 slow = 0;
                 fresh = true;
             }
@@ -304,6 +311,7 @@ impl<'a> Solver<'a> {
                 base: &base,
                 slot: &self.slot,
                 held: &self.held,
+                shift: &self.shift,
                 y: &y,
                 force_target,
                 tolerance: (0.02 * self.settings.tolerance * displacement_scale).max(1e-9),
@@ -311,6 +319,7 @@ impl<'a> Solver<'a> {
             };
             let solution = inner.solve(x, plane, predict);
             stats.iterations += 1;
+            if std::env::var_os("FINGERPAD_TRACE").is_some() { eprintln!("  it {iteration} res {:.2e} fresh {fresh} inner {} conv {} predict {predict} guess {guess_slides}", residual / reference, solution.iterations, solution.converged); }
             stats.contact_iterations += solution.iterations as u32;
             displacement_scale =
                 solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
@@ -321,25 +330,34 @@ impl<'a> Solver<'a> {
             }
             self.factor.backward(&mut work);
 
-            // Shorten the step while an element is inside out or the bulk residual explodes.
+            // Shorten the step while an element is inside out or, once the contact is in balance, the residual grows.
             let mut scale = -1.0;
             let next = loop {
                 let trial = body.advance(&at, &work, scale);
-                match body.residual(&trial, &mut internal) {
-                    Ok(()) => break trial,
-                    Err(error) => {
-                        scale *= 0.5;
-                        if scale > -0.05 {
-                            return Err(error.into());
+                let moved = std::array::from_fn(|k| plane[k] - scale * (solution.plane[k] - plane[k]));
+                let failure = match body.residual(&trial, &mut internal) {
+                    Ok(()) => {
+                        let grows = iteration > 0
+                            && scale < -0.2
+                            && self.residual_norm(&trial, &internal, last, moved, force_target).0
+                                > self.settings.growth * residual;
+                        if !grows {
+                            plane = moved;
+                            break trial;
                         }
+                        None
                     }
+                    Err(error) => Some(error),
+                };
+                scale *= 0.5;
+                if let Some(error) = failure
+                    && scale > -0.05
+                {
+                    return Err(error.into());
                 }
             };
             if scale > -1.0 {
                 slow = 2;
-            }
-            for k in 0..3 {
-                plane[k] += -scale * (solution.plane[k] - plane[k]);
             }
             at = next;
             iteration += 1;
@@ -415,12 +433,50 @@ impl<'a> Solver<'a> {
         (sum.sqrt(), f64::sqrt(contact_norm))
     }
 
-    /// Factorises the tangent at `at`; where it is indefinite, mixed with the undeformed body's.
-    fn refresh(&mut self, at: &Configuration, stats: &mut Stats) -> Result<(), SolveError> {
-        self.body.tangent(at, &mut self.values);
+    /// Factorises the tangent at `at`.
+    ///
+    /// Where the bulk alone is not stable (what holds it is the contact) the factor gets a spring on every
+    /// touching contact dof, which the contact problem takes off again; where even that is indefinite, the
+    /// stiffness is mixed with the undeformed body's.
+    fn refresh(
+        &mut self,
+        at: &Configuration,
+        last: &ContactState,
+        plane: Plane,
+        stats: &mut Stats,
+    ) -> Result<(), SolveError> {
         let pattern = &self.body.dofs.pattern;
+        let first = self.body.dofs.first_contact_dof;
+        self.body.tangent(at, &mut self.values);
+        self.shift.fill(0.0);
         let mut result = self.factor.factorise(pattern, &self.values);
         stats.factorisations += 1;
+        if result.is_err() {
+            let evaluation =
+                self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
+            let touching: Vec<usize> = evaluation
+                .residual
+                .iter()
+                .zip(&self.slot)
+                .filter_map(|(force, slot)| slot.filter(|_| force.norm_squared() > 0.0))
+                .flat_map(|s| s..s + 3)
+                .filter(|&j| !self.held[j])
+                .collect();
+            let diagonal = |j: usize| pattern.column_start[first + j];
+            let mean = touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>()
+                / touching.len().max(1) as f64;
+            for factor in [1.0, 10.0, 100.0] {
+                for &j in &touching {
+                    self.values[diagonal(j)] += factor * mean - self.shift[j];
+                    self.shift[j] = factor * mean;
+                }
+                result = self.factor.factorise(pattern, &self.values);
+                stats.factorisations += 1;
+                if result.is_ok() {
+                    break;
+                }
+            }
+        }
         for share in [0.1, 0.3, 1.0] {
             if result.is_ok() {
                 break;
@@ -432,6 +488,7 @@ impl<'a> Solver<'a> {
                 self.values.iter().zip(&self.undeformed_stiffness).map(|(k, k0)| k + share * k0).collect();
             result = self.factor.factorise(pattern, &mixed);
             stats.factorisations += 1;
+            stats.mixed += 1;
         }
         self.factor_is_set = result.is_ok();
         Ok(result?)
