@@ -23,8 +23,8 @@ pub struct Settings {
     pub max_iterations: usize,
     /// Contact iterations per equilibrium iteration.
     pub max_contact_iterations: usize,
-    /// Residual reduction per iteration above which the bulk factor is renewed.
-    pub refresh_contraction: f64,
+    /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
+    pub refresh_cost_iterations: f64,
     /// Growth of the residual in one iteration above which the iteration's step is shortened.
     pub growth: f64,
     /// Augmentations per increment.
@@ -38,7 +38,7 @@ impl Default for Settings {
             force_floor_n: 1e-6,
             max_iterations: 30,
             max_contact_iterations: 40,
-            refresh_contraction: 0.35,
+            refresh_cost_iterations: 7.0,
             growth: 1.0,
             max_augmentations: 8,
         }
@@ -269,8 +269,10 @@ impl<'a> Solver<'a> {
             }
             if iteration > 1 {
                 let contraction = residual / previous;
-                if contraction > self.settings.refresh_contraction {
-                    slow += 1;
+                // Iterations still needed at this rate, against what a new factor costs.
+                let left = (self.settings.tolerance * reference / residual).ln() / contraction.min(0.999).ln();
+                if left > self.settings.refresh_cost_iterations {
+                    slow = 2;
                 }
                 if contraction > 4.0 && fresh {
                     return Err(SolveError::Stalled {
