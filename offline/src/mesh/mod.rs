@@ -1,6 +1,7 @@
 //! Meshes: nodes, hexahedra, tetrahedra, named sets, ties.
 //!
-//! Main types: [`Mesh`], [`Region`], [`Tie`].
+//! Main types: [`Mesh`], [`Region`], [`Tie`]; [`FingertipShape`] and [`Divisions`] make a [`Fingertip`];
+//! [`quality`] measures and [`check`] refuses; [`block`] makes the simple meshes of tests.
 //! Every mesh is given in the frame of the plane (mm): `z` out of the plane into the finger, `x` the
 //! direction in which the plane is moved from proximal to distal, `y` to the left of it; `z = 0` is the
 //! height of the plane at first touch with the analytic surface (not with its facets).
@@ -9,6 +10,27 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+
+mod arcs;
+mod check;
+mod divisions;
+mod error;
+mod grid;
+mod mapping;
+mod nail;
+mod parametric;
+mod quality;
+mod shape;
+mod surface;
+mod touch;
+
+pub use check::{HEX_FACES, TET_FACES, check};
+pub use divisions::{Divisions, MeshPreset};
+pub use error::MeshError;
+pub use parametric::{Fingertip, fingertip};
+pub use quality::{QualityReport, RegionQuality, quality};
+pub use shape::{FingertipShape, Nail};
+pub use touch::FirstTouch;
 
 /// What a piece of the finger is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -1,0 +1,192 @@
+//! Refuses meshes that cannot be computed with, naming what is wrong.
+
+use std::collections::BTreeMap;
+
+use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian};
+use super::{Mesh, MeshError, Region};
+
+/// Faces of a hexahedron, counter-clockwise seen from outside.
+pub const HEX_FACES: [[usize; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+
+/// Faces of a tetrahedron, counter-clockwise seen from outside.
+pub const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+
+/// Two nodes closer than this are one node twice, mm.
+const DUPLICATE_MM: f64 = 1e-6;
+
+/// Checks a mesh: node numbers; element shapes; hexahedra and tetrahedra each one closed body without voids
+/// or tunnels; no node twice or unused; ties that hold rigid motions; pad faces on the boundary; sets sorted.
+pub fn check(mesh: &Mesh) -> Result<(), MeshError> {
+    indices(mesh)?;
+    shapes(mesh)?;
+    let hexes = boundary("hex", &mesh.hexes.iter().map(|e| e.nodes).collect::<Vec<_>>(), &HEX_FACES)?;
+    boundary("tet", &mesh.tets.iter().map(|e| e.nodes).collect::<Vec<_>>(), &TET_FACES)?;
+    let kinds = node_kinds(mesh)?;
+    duplicates(mesh, &kinds)?;
+    ties(mesh, &kinds)?;
+    for (index, face) in mesh.pad_faces.iter().enumerate() {
+        match hexes.get(&sorted(*face)) {
+            None => return Err(MeshError::PadFace { face: index, reason: "not a face of the hexahedra's boundary" }),
+            Some(outward) if !same_cycle(outward, face) => {
+                return Err(MeshError::PadFace { face: index, reason: "not counter-clockwise seen from outside" });
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(())
+}
+
+fn indices(mesh: &Mesh) -> Result<(), MeshError> {
+    if let Some(node) = mesh.nodes.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+        return Err(MeshError::NotFinite { node });
+    }
+    let nodes = mesh.nodes.len();
+    let known = |kind, element, region: Option<Region>, list: &[u32]| match list.iter().find(|&&n| n as usize >= nodes) {
+        Some(&node) => Err(MeshError::NoSuchNode { kind, element, region, node, nodes }),
+        None => Ok(()),
+    };
+    for (i, e) in mesh.hexes.iter().enumerate() {
+        known("hex", i, Some(e.region), &e.nodes)?;
+    }
+    for (i, e) in mesh.tets.iter().enumerate() {
+        known("tet", i, Some(e.region), &e.nodes)?;
+    }
+    for (i, face) in mesh.pad_faces.iter().enumerate() {
+        known("pad face", i, None, face)?;
+    }
+    for (i, tie) in mesh.ties.iter().enumerate() {
+        known("tie", i, None, &[tie.slave])?;
+        known("tie", i, None, &tie.masters.iter().map(|m| m.0).collect::<Vec<_>>())?;
+    }
+    for (i, (name, list)) in mesh.node_sets.iter().enumerate() {
+        known("node set", i, None, list)?;
+        if !list.is_sorted_by(|a, b| a < b) {
+            return Err(MeshError::NodeSet { name: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn shapes(mesh: &Mesh) -> Result<(), MeshError> {
+    let hexes = mesh.hexes.iter().enumerate().map(|(i, e)| ("hex", i, e.region, hex_scaled_jacobian(mesh, e)));
+    let tets = mesh.tets.iter().enumerate().map(|(i, e)| ("tet", i, e.region, tet_scaled_jacobian(mesh, e)));
+    for (kind, element, region, scaled_jacobian) in hexes.chain(tets) {
+        if !(scaled_jacobian > 1e-9) {
+            return Err(MeshError::Inverted { kind, element, region, scaled_jacobian });
+        }
+    }
+    Ok(())
+}
+
+/// The boundary faces by their sorted nodes, outward; `Err` unless they are one closed sphere.
+fn boundary<const E: usize, const F: usize, const N: usize>(
+    kind: &'static str,
+    elements: &[[u32; E]],
+    faces: &[[usize; F]; N],
+) -> Result<BTreeMap<[u32; F], [u32; F]>, MeshError> {
+    let mut all: Vec<([u32; F], [u32; F])> = Vec::with_capacity(N * elements.len());
+    for element in elements {
+        all.extend(faces.iter().map(|f| f.map(|n| element[n])).map(|face| (sorted(face), face)));
+    }
+    all.sort_unstable();
+    let mut outside = BTreeMap::new();
+    for group in all.chunk_by(|a, b| a.0 == b.0) {
+        match group.len() {
+            1 => drop(outside.insert(group[0].0, group[0].1)),
+            2 => {}
+            count => return Err(MeshError::FaceShared { kind, nodes: group[0].0.to_vec(), elements: count }),
+        }
+    }
+    if elements.is_empty() {
+        return Ok(outside);
+    }
+    let mut edges: Vec<[u32; 2]> = outside.values().flat_map(|f| (0..F).map(|i| sorted([f[i], f[(i + 1) % F]]))).collect();
+    edges.sort_unstable();
+    let mut edge_count = 0;
+    for group in edges.chunk_by(|a, b| a == b) {
+        edge_count += 1;
+        if group.len() != 2 {
+            return Err(MeshError::OpenBoundary { kind, nodes: group[0], faces: group.len() });
+        }
+    }
+    let mut nodes: Vec<u32> = outside.keys().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let euler = outside.len() as i64 - edge_count + nodes.len() as i64;
+    if euler == 2 { Ok(outside) } else { Err(MeshError::Hole { kind, euler }) }
+}
+
+/// Which elements a node belongs to.
+#[derive(Clone, Copy, Default)]
+struct Kind {
+    hex: bool,
+    tet: bool,
+}
+
+fn node_kinds(mesh: &Mesh) -> Result<Vec<Kind>, MeshError> {
+    let mut kinds = vec![Kind::default(); mesh.nodes.len()];
+    mesh.hexes.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].hex = true);
+    mesh.tets.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].tet = true);
+    match kinds.iter().position(|k| !k.hex && !k.tet) {
+        Some(node) => Err(MeshError::UnusedNode { node }),
+        None => Ok(kinds),
+    }
+}
+
+/// No two nodes of the hexahedra, or of the tetrahedra, in one place (tied nodes may lie on their masters).
+fn duplicates(mesh: &Mesh, kinds: &[Kind]) -> Result<(), MeshError> {
+    let mut order: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
+    order.sort_unstable_by(|a, b| mesh.nodes[*a as usize].x.total_cmp(&mesh.nodes[*b as usize].x).then(a.cmp(b)));
+    for (place, &a) in order.iter().enumerate() {
+        for &b in &order[place + 1..] {
+            let step = mesh.nodes[b as usize] - mesh.nodes[a as usize];
+            if step.x > DUPLICATE_MM {
+                break;
+            }
+            let (ka, kb) = (kinds[a as usize], kinds[b as usize]);
+            if step.norm() < DUPLICATE_MM && (ka.hex && kb.hex || ka.tet && kb.tet) {
+                return Err(MeshError::DuplicateNodes { first: a.min(b), second: a.max(b), distance_mm: step.norm() });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn ties(mesh: &Mesh, kinds: &[Kind]) -> Result<(), MeshError> {
+    let mut slaves: Vec<u32> = mesh.ties.iter().map(|t| t.slave).collect();
+    slaves.sort_unstable();
+    for (index, tie) in mesh.ties.iter().enumerate() {
+        let refuse = |reason, value| Err(MeshError::Tie { tie: index, slave: tie.slave, reason, value });
+        let kind = kinds[tie.slave as usize];
+        if kind.hex || !kind.tet {
+            return refuse("the slave must belong to tetrahedra only", f64::from(tie.slave));
+        }
+        if slaves.partition_point(|&s| s <= tie.slave) - slaves.partition_point(|&s| s < tie.slave) > 1 {
+            return refuse("the slave is tied twice", f64::from(tie.slave));
+        }
+        if let Some(&(node, _)) = tie.masters.iter().find(|(n, _)| !kinds[*n as usize].hex) {
+            return refuse("a master belongs to no hexahedron", f64::from(node));
+        }
+        let sum: f64 = tie.masters.iter().map(|m| m.1).sum();
+        if !((sum - 1.0).abs() < 1e-12) {
+            return refuse("the weights must sum to 1", sum);
+        }
+        let foot: nalgebra::Vector3<f64> = tie.masters.iter().map(|&(n, w)| mesh.nodes[n as usize] * w).sum();
+        let offset = (foot - mesh.nodes[tie.slave as usize]).norm();
+        if !(offset < 1e-9) {
+            return refuse("the slave must lie where its masters' weights put it; offset in mm", offset);
+        }
+    }
+    Ok(())
+}
+
+fn sorted<const N: usize>(mut nodes: [u32; N]) -> [u32; N] {
+    nodes.sort_unstable();
+    nodes
+}
+
+/// Whether two faces have the same nodes in the same cyclic order.
+fn same_cycle(a: &[u32; 4], b: &[u32; 4]) -> bool {
+    (0..4).any(|shift| (0..4).all(|i| a[i] == b[(i + shift) % 4]))
+}

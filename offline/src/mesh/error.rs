@@ -1,0 +1,140 @@
+//! What can be wrong with a shape, with divisions or with a mesh.
+
+use thiserror::Error;
+
+use super::Region;
+
+/// Why a shape or a mesh was refused.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MeshError {
+    /// A shape parameter is out of its range.
+    #[error("shape: {field} = {value}: {rule}")]
+    Shape {
+        /// Name of the parameter, with its unit.
+        field: &'static str,
+        /// Its value, in that unit.
+        value: f64,
+        /// What it has to satisfy.
+        rule: String,
+    },
+    /// A shape file could not be read.
+    #[error("shape `{name}`: {message}")]
+    ShapeFile {
+        /// Name of the shape or of its file.
+        name: String,
+        /// What the parser says, with line and column.
+        message: String,
+    },
+    /// A number of divisions is out of its range.
+    #[error("divisions: {field} = {value}: must be at least {least}")]
+    Divisions {
+        /// Name of the number.
+        field: &'static str,
+        /// Its value.
+        value: usize,
+        /// The least that makes a mesh.
+        least: usize,
+    },
+    /// An element refers to a node that does not exist.
+    #[error("{kind} {element} ({region:?}) refers to node {node}, but there are {nodes} nodes")]
+    NoSuchNode {
+        /// `hex`, `tet`, `tie`, `pad face` or `node set`.
+        kind: &'static str,
+        /// Index of the element in its list.
+        element: usize,
+        /// Its region, if it has one.
+        region: Option<Region>,
+        /// The missing node.
+        node: u32,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A node's position is not a number.
+    #[error("node {node}: position is not finite")]
+    NotFinite {
+        /// Index of the node.
+        node: usize,
+    },
+    /// An element is turned inside out or has no volume.
+    #[error("{kind} {element} ({region:?}) is inverted or flat: scaled Jacobian {scaled_jacobian:.3e}")]
+    Inverted {
+        /// `hex` or `tet`.
+        kind: &'static str,
+        /// Index of the element in its list.
+        element: usize,
+        /// Its region.
+        region: Region,
+        /// Worst scaled Jacobian of the element; <= 0.
+        scaled_jacobian: f64,
+    },
+    /// A face belongs to more than two elements.
+    #[error("{kind} face of nodes {nodes:?} belongs to {elements} elements")]
+    FaceShared {
+        /// `hex` or `tet`.
+        kind: &'static str,
+        /// Sorted nodes of the face.
+        nodes: Vec<u32>,
+        /// How many elements have it.
+        elements: usize,
+    },
+    /// The boundary is not a closed surface: an edge of it belongs to other than two faces.
+    #[error("{kind} boundary: edge {nodes:?} belongs to {faces} boundary faces, not 2")]
+    OpenBoundary {
+        /// `hex` or `tet`.
+        kind: &'static str,
+        /// Nodes of the edge.
+        nodes: [u32; 2],
+        /// How many boundary faces have it.
+        faces: usize,
+    },
+    /// The boundary is closed, but not one sphere: a void, a tunnel or a second piece.
+    #[error("{kind} boundary has Euler characteristic {euler}, not 2: missing elements, a tunnel or several pieces")]
+    Hole {
+        /// `hex` or `tet`.
+        kind: &'static str,
+        /// Faces - edges + nodes of the boundary.
+        euler: i64,
+    },
+    /// Two nodes of the same body lie in the same place.
+    #[error("nodes {first} and {second} are {distance_mm:.3e} mm apart")]
+    DuplicateNodes {
+        /// The lower index.
+        first: u32,
+        /// The higher index.
+        second: u32,
+        /// Their distance, mm.
+        distance_mm: f64,
+    },
+    /// A node that belongs to no element.
+    #[error("node {node} belongs to no element")]
+    UnusedNode {
+        /// Index of the node.
+        node: usize,
+    },
+    /// A tie that cannot be right.
+    #[error("tie {tie} of node {slave}: {reason} ({value:.6e})")]
+    Tie {
+        /// Index of the tie.
+        tie: usize,
+        /// The constrained node.
+        slave: u32,
+        /// What is wrong.
+        reason: &'static str,
+        /// The number that shows it.
+        value: f64,
+    },
+    /// A pad face that is not a face of the boundary seen from outside.
+    #[error("pad face {face}: {reason}")]
+    PadFace {
+        /// Index of the face.
+        face: usize,
+        /// What is wrong.
+        reason: &'static str,
+    },
+    /// A node set that is not sorted or has a node twice.
+    #[error("node set `{name}`: not sorted or with duplicates")]
+    NodeSet {
+        /// Name of the set.
+        name: String,
+    },
+}
