@@ -8,3 +8,4 @@ pub mod material;
 pub mod mesh;
 pub mod slide;
 pub mod solve;
+pub mod units;

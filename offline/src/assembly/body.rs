@@ -14,9 +14,18 @@ use crate::{
 #[serde(deny_unknown_fields)]
 pub struct Joint {
     /// Stiffness against translation of the reference point, N/mm, >= 0.
+    #[serde(deserialize_with = "crate::units::non_negative")]
     pub translation_n_per_mm: f64,
     /// Stiffness against rotation, N mm/rad, >= 0.
+    #[serde(deserialize_with = "crate::units::non_negative")]
     pub rotation_nmm_per_rad: f64,
+}
+
+impl Default for Joint {
+    /// 1 N/mm and 50 N mm/rad: soft beside the bone, stiff enough that the phalanx does not drift; an assumption.
+    fn default() -> Self {
+        Self { translation_n_per_mm: 1.0, rotation_nmm_per_rad: 50.0 }
+    }
 }
 
 /// Positions of all nodes and the pose of the rigid body.

@@ -10,17 +10,22 @@
 /// them with their slope, because `sigma^beta` with `beta < 1` has an infinite slope at zero; `beta = 1` is not
 /// changed by it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct RubberFriction {
     /// Factor of the power law, MPa^(1 − beta), >= 0.
+    #[serde(deserialize_with = "crate::units::non_negative")]
     pub lambda: f64,
     /// Exponent of the pressure, below 2; may be negative.
+    #[serde(deserialize_with = "crate::units::finite")]
     pub beta: f64,
     /// Pressure-independent strength, MPa, >= 0.
+    #[serde(deserialize_with = "crate::units::non_negative")]
     pub tau0_mpa: f64,
     /// Elastic slip at which the strength is reached, mm, > 0. A length of the law, not of the mesh.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub gamma_crit_mm: f64,
     /// Pressure below which the power is regularised, MPa, > 0.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub regular_pressure_mpa: f64,
 }
 

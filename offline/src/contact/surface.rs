@@ -13,13 +13,15 @@ pub type Plane = [f64; 3];
 
 /// How the non-penetration condition is kept.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct PenaltySettings {
     /// Pressure per penetration, MPa/mm, > 0.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub penalty_mpa_per_mm: f64,
     /// Whether converged increments are augmented until the penetration tolerance holds.
     pub augment: bool,
     /// Largest penetration at convergence, mm (with `augment`).
+    #[serde(deserialize_with = "crate::units::positive")]
     pub penetration_tolerance_mm: f64,
     /// Quadrature points along each edge of a face.
     pub points_per_edge: usize,

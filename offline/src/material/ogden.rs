@@ -14,10 +14,13 @@ use super::{Moduli, Sym, eigen::jacobi};
 #[serde(deny_unknown_fields)]
 pub struct Ogden {
     /// Shear modulus, MPa, > 0.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub mu_mpa: f64,
     /// Exponent, not 0.
+    #[serde(deserialize_with = "crate::units::finite")]
     pub alpha: f64,
     /// Compressibility, 1/MPa, > 0.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub d_per_mpa: f64,
 }
 

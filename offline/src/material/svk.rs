@@ -10,8 +10,10 @@ use super::{Moduli, Sym, lame_from_young};
 #[serde(deny_unknown_fields)]
 pub struct SaintVenantKirchhoff {
     /// Young's modulus, MPa, > 0.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub young_mpa: f64,
     /// Poisson's ratio, −1 to 0.5 exclusive.
+    #[serde(deserialize_with = "crate::units::poisson")]
     pub poisson: f64,
 }
 

@@ -18,12 +18,16 @@ use crate::{
 #[serde(deny_unknown_fields, default)]
 pub struct MarchSettings {
     /// Largest increment of depth, mm.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub max_depth_step_mm: f64,
     /// Largest increment of slide, mm.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub max_slide_step_mm: f64,
     /// Largest increment of a driven force, N.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub max_force_step_n: f64,
     /// An increment is not cut below this share of the largest.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub min_step_share: f64,
     /// Whether friction acts from the first touch on, or only from the first row of the path that slides.
     pub friction_while_pressing: bool,

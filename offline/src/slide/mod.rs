@@ -3,11 +3,13 @@
 //! Main types: [`Path`], [`Response`], [`Snapshot`], [`Trajectory`].
 //! May use: solve, assembly, contact, material, element, mesh.
 
+mod finger;
 mod march;
 
 use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
+pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
 pub use march::{MarchError, MarchSettings, Problem, Progress, march};
 
 /// How one axis of the plane is driven.

@@ -13,19 +13,23 @@ use crate::{
 
 /// How equilibrium is sought.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Residual over contact force (norms over all dofs) at convergence.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub tolerance: f64,
     /// Forces below this count as zero, N.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub force_floor_n: f64,
     /// Equilibrium iterations before an increment is given up.
     pub max_iterations: usize,
     /// Contact iterations per equilibrium iteration.
     pub max_contact_iterations: usize,
     /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub refresh_cost_iterations: f64,
     /// Growth of the residual in one iteration above which the iteration's step is shortened.
+    #[serde(deserialize_with = "crate::units::positive")]
     pub growth: f64,
     /// Augmentations per increment.
     pub max_augmentations: usize,
