@@ -2,4 +2,5 @@
 //!
 //! Units everywhere: mm, N, s, MPa, mJ, tonne.
 pub mod mesh;
+pub mod report;
 pub mod slide;
