@@ -9,7 +9,7 @@ use plotters_backend::{
 };
 use plotters_svg::SVGBackend;
 
-use super::colour::{INK, rgb};
+use super::colour::{INK, WHITE};
 use super::raster::Raster;
 use super::{ReportError, font};
 
@@ -181,7 +181,7 @@ impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
         if !finite(&at) {
             return Ok(());
         }
-        let fill = if filled { colour } else { rgb(0xffffff) };
+        let fill = if filled { colour } else { WHITE };
         let corners: &[(f64, f64)] = match marker {
             Marker::Circle => {
                 let (centre, radius) = (self.at(at), (r * self.scale).round() as u32);

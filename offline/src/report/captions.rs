@@ -60,7 +60,7 @@ fn slip_warning(numbers: &Numbers) -> String {
 pub fn figure2(numbers: &Numbers) -> String {
     let mut text =
         "Friction coefficient falls with normal force, measured as N^(−1/3). The nearer squares and circles, the better; \
-         each square has its circle at the same depth, so a sideways gap is an error of the normal force."
+         a grey tie joins the two at the same depth, so its sideways part is an error of the normal force."
             .to_owned();
     let pair = |d: &DepthNumbers| {
         let c = d.friction_coefficient;

@@ -13,6 +13,10 @@ pub const INK: BackendColor = rgb(0x1f2328);
 pub const GREY: BackendColor = rgb(0x5f6770);
 /// Grid and mesh lines that carry no data.
 pub const FAINT: BackendColor = rgb(0xdde1e6);
+/// Ties between points that belong together.
+pub const PAIR: BackendColor = rgb(0xb4bbc3);
+/// Paper.
+pub const WHITE: BackendColor = rgb(0xffffff);
 /// What our model says, where there is one series of it.
 pub const MODEL: BackendColor = rgb(0x0072b2);
 /// A second estimate beside the model's.

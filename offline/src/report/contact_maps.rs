@@ -4,7 +4,7 @@ use plotters_backend::DrawingBackend;
 
 use super::axes::Axis;
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text, VPos};
-use super::colour::{FAINT, GREY, INK, SLIPPING, STUCK, mix, rgb, viridis};
+use super::colour::{FAINT, GREY, INK, SLIPPING, STUCK, WHITE, mix, rgb, viridis};
 use super::numbers::{DepthNumbers, Numbers, fixed, map_snapshots};
 use super::{BuildReport, DepthResult};
 use crate::mesh::Mesh;
@@ -87,7 +87,6 @@ const TOP: f64 = 44.0;
 const GAP: f64 = 12.0;
 const BELOW: f64 = 52.0;
 const WIDTH: f64 = 940.0;
-const WHITE: plotters_backend::BackendColor = rgb(0xffffff);
 const UNTOUCHED: plotters_backend::BackendColor = rgb(0xf3f4f6);
 
 impl ContactMaps {

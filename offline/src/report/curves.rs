@@ -4,11 +4,14 @@ use plotters_backend::{BackendColor, DrawingBackend};
 
 use super::axes::{Axis, Panel, legend_text};
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
-use super::colour::{ESTIMATE, GREY, INK, MODEL, SERIES};
+use super::colour::{ESTIMATE, GREY, INK, MODEL, PAIR, SERIES, WHITE};
+use super::font;
 use super::numbers::{DepthNumbers, Numbers, fixed};
 
 /// Radius of a data point, px.
 const R: f64 = 4.5;
+/// Half the side of the model's open squares, px: a measured point inside leaves both visible.
+const OPEN: f64 = 5.6;
 
 fn nan(v: Option<f64>) -> f64 {
     v.unwrap_or(f64::NAN)
@@ -32,7 +35,7 @@ impl Figure for Figure2<'_> {
             let c = &d.friction_coefficient;
             [nan(c.measured), nan(c.model), nan(d.frictionless_friction_coefficient)]
         };
-        let x = Axis::covering("Normal force N, N", [0.0, 0.6], depths.iter().flat_map(force), 6);
+        let x = Axis::covering("Normal force N, newton", [0.0, 0.6], depths.iter().flat_map(force), 6);
         let panel = Panel {
             left: 56.0,
             top: 44.0,
@@ -64,34 +67,47 @@ impl Figure for Figure2<'_> {
             depths.iter().map(|d| panel.at(nan(d.normal_force_n.model), nan(of(d)))).collect()
         };
         let model = ours(|d| d.friction_coefficient.model);
-        canvas.line(if inside.is_empty() { &model } else { &inside }, model_line)?;
         let estimates = ours(|d| d.frictionless_friction_coefficient);
+        for d in depths {
+            let (c, n) = (&d.friction_coefficient, &d.normal_force_n);
+            let ends = [panel.at(nan(n.measured), nan(c.measured)), panel.at(nan(n.model), nan(c.model))];
+            canvas.line(&ends, Line::solid(PAIR, 1.2))?;
+        }
+        canvas.line(if inside.is_empty() { &model } else { &inside }, model_line)?;
         for at in &estimates {
             canvas.marker(Marker::Triangle, *at, R, ESTIMATE, false)?;
         }
         for at in &model {
-            canvas.marker(Marker::Square, *at, R, MODEL, true)?;
+            canvas.marker(Marker::Square, *at, OPEN, MODEL, false)?;
         }
         for d in depths {
             let at = panel.at(nan(d.normal_force_n.measured), nan(d.friction_coefficient.measured));
-            canvas.marker(Marker::Circle, at, R + 0.5, INK, true)?;
+            canvas.marker(Marker::Circle, at, R, INK, true)?;
         }
 
+        let shown = estimates.iter().any(|p| p.1.is_finite());
         let (x, mut y) = (panel.left + 330.0, panel.top + 16.0);
-        canvas.marker(Marker::Circle, (x, y), R + 0.5, INK, true)?;
+        canvas.rect(x - 24.0, y - 12.0, 300.0, if shown { 112.0 } else { 90.0 }, WHITE)?;
+        canvas.marker(Marker::Circle, (x, y), R, INK, true)?;
         legend_text(canvas, (x + 24.0, y), "measured (Table 1)")?;
         y += 22.0;
         canvas.line(&[(x - 14.0, y), (x + 14.0, y)], fit_line)?;
-        legend_text(canvas, (x + 24.0, y), "the paper's fit, F/N = 1.13 N^(−1/3), N in newtons")?;
+        let name = "the paper's fit, F/N = 1.13 N";
+        legend_text(canvas, (x + 24.0, y), name)?;
+        let after = x + 25.0 + font::width(name, Text::BODY.em, false);
+        canvas.text("−1/3", (after, y - 5.0), Text { em: 9.0, ..Text::BODY })?;
         y += 22.0;
         canvas.line(&[(x - 14.0, y), (x + 14.0, y)], model_line)?;
-        canvas.marker(Marker::Square, (x, y), R, MODEL, true)?;
+        canvas.marker(Marker::Square, (x, y), OPEN, MODEL, false)?;
         legend_text(canvas, (x + 24.0, y), "this model, kinetic")?;
-        if estimates.iter().any(|p| p.1.is_finite()) {
+        if shown {
             y += 22.0;
             canvas.marker(Marker::Triangle, (x, y), R, ESTIMATE, false)?;
             legend_text(canvas, (x + 24.0, y), "the law over the frictionless pressure")?;
         }
+        y += 22.0;
+        canvas.line(&[(x - 14.0, y), (x + 14.0, y)], Line::solid(PAIR, 1.2))?;
+        legend_text(canvas, (x + 24.0, y), "same depth")?;
         Ok(())
     }
 }
@@ -120,24 +136,24 @@ impl Figure for NormalArea<'_> {
                 top: 66.0,
                 width: 370.0,
                 height: 264.0,
-                x: Axis::covering("Depth, mm", [0.0, 1.5], depths.iter().map(|d| d.depth_mm), 6),
+                x: Axis::covering("Depth, mm", [0.5, 1.5], depths.iter().map(|d| d.depth_mm), 5),
                 y: Axis::covering(label, [0.0, least], depths.iter().flat_map(|d| of(d).map(nan)), 5),
             };
             panel.draw(canvas)?;
             let model = panel.path(depths.iter().map(|d| (d.depth_mm, of(d)[1])));
             canvas.line(&model, Line::solid(MODEL, 2.0))?;
             for at in model {
-                canvas.marker(Marker::Square, at, R, MODEL, true)?;
+                canvas.marker(Marker::Square, at, OPEN, MODEL, false)?;
             }
             for at in panel.path(depths.iter().map(|d| (d.depth_mm, of(d)[0]))) {
-                canvas.marker(Marker::Circle, at, R + 0.5, INK, true)?;
+                canvas.marker(Marker::Circle, at, R, INK, true)?;
             }
         }
         let y = 16.0;
-        canvas.marker(Marker::Circle, (34.0, y), R + 0.5, INK, true)?;
+        canvas.marker(Marker::Circle, (34.0, y), R, INK, true)?;
         legend_text(canvas, (48.0, y), "measured (Table 1)")?;
         canvas.line(&[(196.0, y), (224.0, y)], Line::solid(MODEL, 2.0))?;
-        canvas.marker(Marker::Square, (210.0, y), R, MODEL, true)?;
+        canvas.marker(Marker::Square, (210.0, y), OPEN, MODEL, false)?;
         legend_text(canvas, (234.0, y), "this model, kinetic")
     }
 }

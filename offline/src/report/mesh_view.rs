@@ -7,7 +7,7 @@ use plotters_backend::{BackendColor, DrawingBackend};
 
 use super::BuildReport;
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
-use super::colour::{GREY, INK, mix, rgb};
+use super::colour::{GREY, INK, WHITE, mix, rgb};
 use super::numbers::fixed;
 use crate::mesh::{Mesh, Region};
 
@@ -21,7 +21,6 @@ const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 
 const BESIDE: f64 = 1e-6;
 const PAD: BackendColor = rgb(0xe07b4f);
 const PLANE: BackendColor = rgb(0xe9eef4);
-const WHITE: BackendColor = rgb(0xffffff);
 
 fn colour(region: Region) -> BackendColor {
     match region {
@@ -327,6 +326,6 @@ impl Figure for MeshView {
         let y = top + 44.0 + 22.0 * self.regions.len() as f64 + 10.0;
         let bar = 5.0 * scale;
         canvas.line(&[(left, y - 4.0), (left, y), (left + bar, y), (left + bar, y - 4.0)], Line::solid(INK, 1.3))?;
-        canvas.text("5 mm (all pictures)", (left + bar + 10.0, y - 2.0), Text { h: HPos::Left, ..Text::BODY })
+        canvas.text("5 mm, all pictures; arrow: the plane's motion", (left + bar + 10.0, y - 2.0), Text { h: HPos::Left, ..Text::BODY })
     }
 }

@@ -7,6 +7,13 @@ fn rendered() -> Rendered {
     render(&synthetic::report(&mesh, false), &mesh).unwrap()
 }
 
+/// The page without its images and fonts.
+fn words(html: &str) -> String {
+    let mut pieces = html.split(";base64,");
+    let first = pieces.next().unwrap_or_default().to_owned();
+    pieces.fold(first, |out, piece| out + &piece[piece.find(['"', ')']).unwrap()..])
+}
+
 /// `REPORT_LOOK=DIR cargo test report::tests::look` leaves the report there, to be looked at.
 #[test]
 fn look() {
@@ -46,7 +53,7 @@ fn every_figure_is_a_png_and_stands_in_the_page() {
 
 #[test]
 fn page_needs_nothing_from_outside() {
-    let html = rendered().html;
+    let html = words(&rendered().html);
     for word in ["http:", "https:", "<script", "<link", "@import", "NaN", "inf "] {
         assert!(!html.contains(word), "{word}");
     }
@@ -137,7 +144,7 @@ fn what_is_missing_is_left_out() {
         s.displacement_mm.iter_mut().for_each(|u| u.x = nan);
     }
     report.provenance.quality[0].value = nan;
-    let html = render(&report, &mesh).unwrap().html;
+    let html = words(&render(&report, &mesh).unwrap().html);
     assert!(!html.contains("NaN") && !html.contains(">inf"));
     assert!(html.contains("there is no slide to show"));
 }
