@@ -30,7 +30,8 @@ impl Axis {
         let step = [1.0, 2.0, 2.5, 5.0, 10.0].iter().map(|m| m * power).find(|s| *s >= raw * 0.999).unwrap_or(raw);
         let (first, last) = ((lo / step + 1e-9).floor() as i64, (hi / step - 1e-9).ceil() as i64);
         let ticks: Vec<_> = (first..=last.max(first + 1)).map(|i| i as f64 * step).collect();
-        let whole = |decimals: i32| (step * 10f64.powi(decimals)).fract().min(1.0 - (step * 10f64.powi(decimals)).fract());
+        let whole =
+            |decimals: i32| (step * 10f64.powi(decimals)).fract().min(1.0 - (step * 10f64.powi(decimals)).fract());
         let decimals = (0..6).find(|d| whole(*d).abs() < 1e-6).unwrap_or(6) as usize;
         Self { ticks, decimals, label: label.to_owned() }
     }

@@ -51,8 +51,7 @@ pub fn svg<F: Figure>(figure: &F) -> Result<String, ReportError> {
         backend.present().map_err(|e| ReportError::Draw(e.to_string()))?;
     }
     let body = text.find(">\n").map_or("", |i| &text[i + 2..]);
-    let root =
-        format!("<svg viewBox=\"0 0 {} {}\" role=\"img\" stroke-linejoin=\"round\">\n", units.0, units.1);
+    let root = format!("<svg viewBox=\"0 0 {} {}\" role=\"img\" stroke-linejoin=\"round\">\n", units.0, units.1);
     Ok(root + &body.replace(" opacity=\"1\"", "").replace(" \"", "\"").replace("\n</text>", "</text>"))
 }
 
@@ -290,5 +289,40 @@ mod tests {
         let total: f64 = dashes(&[(0.0, 0.0), (30.0, 0.0), (30.0, 30.0)], (4.0, 2.0)).iter().map(length).sum();
         assert!((total - 40.0).abs() < 1e-9, "{total}");
         assert!(dashes(&[], (4.0, 2.0)).iter().all(Vec::is_empty));
+    }
+    /// A backend that can do no more than it must.
+    struct Pixels(Vec<BackendCoord>);
+
+    impl DrawingBackend for Pixels {
+        type ErrorType = Infallible;
+        fn get_size(&self) -> (u32, u32) {
+            (200, 100)
+        }
+        fn ensure_prepared(&mut self) -> Drawn<Self> {
+            Ok(())
+        }
+        fn present(&mut self) -> Drawn<Self> {
+            Ok(())
+        }
+        fn draw_pixel(&mut self, point: BackendCoord, _: BackendColor) -> Drawn<Self> {
+            self.0.push(point);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn any_backend_gets_text_and_markers() {
+        let mut backend = Pixels(Vec::new());
+        let mut canvas = Canvas::new(&mut backend, (100, 50));
+        canvas.text("0.75 mm", (50.0, 25.0), Text { h: HPos::Center, ..Text::BODY }).unwrap();
+        let (xs, ys): (Vec<_>, Vec<_>) = backend.0.iter().copied().unzip();
+        let (left, right) = (xs.iter().min().unwrap(), xs.iter().max().unwrap());
+        assert!((left + right - 200).abs() < 8 && right - left > 60, "{left} {right}");
+        assert!(ys.iter().all(|y| (30..70).contains(y)), "{ys:?}");
+        backend.0.clear();
+        for marker in Marker::SERIES {
+            Canvas::new(&mut backend, (100, 50)).marker(marker, (50.0, 25.0), 4.0, INK, true).unwrap();
+        }
+        assert!(backend.0.len() > 500);
     }
 }

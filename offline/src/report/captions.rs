@@ -1,7 +1,7 @@
 //! What a reader should see in each figure, said with the figure's own numbers.
 
 use super::mesh_view::MeshView;
-use super::numbers::{DepthNumbers, Numbers, Range, fixed, signed};
+use super::numbers::{DepthNumbers, Numbers, Range, Secant, fixed, signed};
 
 fn percent_range(r: Range) -> String {
     if signed(r.min, 1) == signed(r.max, 1) {
@@ -36,7 +36,8 @@ pub fn verdict(numbers: &Numbers) -> String {
     let mut text = if parts.is_empty() {
         "There is nothing to compare with Table 1 in this run.".to_owned()
     } else {
-        format!("The model differs from Table 1 by, over {compared} of {} depths: {}.", numbers.depths.len(), parts.join("; "))
+        let depths = numbers.depths.len();
+        format!("Against Table 1, {compared} of {depths} depths compared, the model is off by: {}.", parts.join("; "))
     };
     let failed = numbers.checks.iter().filter(|c| !c.passed).count();
     text += &match (numbers.checks.len(), failed) {
@@ -59,12 +60,15 @@ fn slip_warning(numbers: &Numbers) -> String {
 /// Friction coefficient against normal force.
 pub fn figure2(numbers: &Numbers) -> String {
     let mut text =
-        "Friction coefficient falls with normal force, measured as N^(−1/3). The nearer squares and circles, the better; \
-         a grey tie joins the two at the same depth, so its sideways part is an error of the normal force."
+        "The measured friction coefficient falls with normal force, roughly as one over its cube root. A grey tie joins what \
+         was measured and what this model gives at the same depth: the shorter the better; its sideways part is the error of \
+         the normal force."
             .to_owned();
     let pair = |d: &DepthNumbers| {
         let c = d.friction_coefficient;
-        c.measured.zip(c.model).map(|(e, m)| format!("{} against {} measured at {}", fixed(m, 2), fixed(e, 2), mm(d.depth_mm)))
+        c.measured
+            .zip(c.model)
+            .map(|(e, m)| format!("{} against {} measured at {}", fixed(m, 2), fixed(e, 2), mm(d.depth_mm)))
     };
     let pairs: Vec<_> = numbers.depths.iter().filter_map(pair).collect();
     if !pairs.is_empty() {
@@ -85,20 +89,30 @@ pub fn figure2(numbers: &Numbers) -> String {
 pub fn normal_area(numbers: &Numbers) -> String {
     let d = &numbers.difference_percent;
     let range = |r: Option<Range>| r.map_or_else(|| "not compared".to_owned(), percent_range);
-    format!(
-        "Left: normal force, right: contact area at the measured depths (difference of the force {}, of the area {}). The \
-         measured force has a kink that no smooth model follows: its slope more than doubles between 1.00 and 1.25 mm and \
-         falls again after.",
+    let mut text = format!(
+        "Left: normal force, right: contact area at the measured depths (difference of the force {}, of the area {}).",
         range(d.normal_force),
         range(d.contact_area)
-    )
+    );
+    let slopes = |of: fn(&Secant) -> Option<f64>| {
+        let slopes: Vec<_> = numbers.force_secants.iter().filter_map(of).map(|s| fixed(s, 2)).collect();
+        (!slopes.is_empty()).then(|| list(&slopes))
+    };
+    if let Some(measured) = slopes(|s| s.measured_n_mm) {
+        text += &format!(" From depth to depth the measured force rises by {measured} N/mm");
+        text +=
+            &slopes(|s| s.model_n_mm).map_or_else(|| ".".to_owned(), |ours| format!(", the model's by {ours} N/mm."));
+        text += " Where the measured slope rises and falls again, no smooth model can follow.";
+    }
+    text
 }
 
 /// Curves along the path.
 pub fn travel(numbers: &Numbers) -> String {
-    let mut text = "Top: friction rises while the contact sticks, then levels out where all of it slips; it is kinetic only \
+    let mut text =
+        "Top: friction rises while the contact sticks, then levels out where all of it slips; it is kinetic only \
                     there. Bottom left: the part of the contact that still sticks."
-        .to_owned();
+            .to_owned();
     let slips = |d: &DepthNumbers| d.full_slip_travel_mm.map(|s| format!("{} at depth {}", mm(s), mm(d.depth_mm)));
     let slips: Vec<_> = numbers.depths.iter().filter_map(slips).collect();
     if !slips.is_empty() {
@@ -115,14 +129,16 @@ pub fn travel(numbers: &Numbers) -> String {
             _ => format!(" At depth {} there is no slide to show.", mm(d.depth_mm)),
         };
     }
-    text + " Bottom right: the curves of all depths lie on each other as far as the press is independent of where it ends."
+    text + " Bottom right: the press of every depth, one on the other where they agree; open symbols are its ends, filled circles \
+            Table 1."
 }
 
 /// Maps of one depth.
 pub fn contact(depth: &DepthNumbers) -> String {
-    let mut text = "Top: pressure on the faces of the pad, bottom: where they stick, at the skin's current position, seen along \
+    let mut text =
+        "Top: pressure on the faces of the pad, bottom: where they stick, at the skin's current position, seen along \
                     the plane's normal; the scales are those of all depths."
-        .to_owned();
+            .to_owned();
     if let (Some(first), Some(last)) = (depth.maps.first(), depth.maps.last()) {
         if let (Some(a), Some(b)) = (first.peak_pressure_kpa, last.peak_pressure_kpa) {
             let (a, b) = (fixed(a, 1), fixed(b, 1));
@@ -151,12 +167,14 @@ pub fn mesh(numbers: &Numbers, view: &MeshView) -> String {
          there.",
         m.nodes, m.hexes, m.tets, m.pad_faces
     );
-    text += match view.deformed {
-        Some(_) => {
-            " The upper right picture is true to scale: the pad is flat where it touches, and the plane has dragged the tissue \
-             to the right under the bone."
-        }
-        None => " There is no deformed state to show in this run.",
+    text += &match view.deformed {
+        Some((depth, slide)) => format!(
+            " The upper right picture is true to scale, at depth {} after {} of slide: where it touches, the pad should lie flat \
+             on the plane, and the tissue between plane and bone should lean the way the plane went.",
+            mm(depth),
+            mm(slide)
+        ),
+        None => " There is no deformed state to show in this run.".to_owned(),
     };
     text
 }

@@ -124,7 +124,14 @@ impl ContactMaps {
         canvas.outline(&corners, Line::solid(FAINT, 1.0))
     }
 
-    fn ticks<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, left: f64, top: f64, x: bool, y: bool) -> Drawn<DB> {
+    fn ticks<DB: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<'_, DB>,
+        left: f64,
+        top: f64,
+        x: bool,
+        y: bool,
+    ) -> Drawn<DB> {
         let (_, height, scale) = self.cell();
         let [x0, y0, w, h] = self.scale.window_mm;
         let fives = |from: f64, length: f64| {
@@ -145,7 +152,13 @@ impl ContactMaps {
         Ok(())
     }
 
-    fn colour_bar<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, left: f64, top: f64, height: f64) -> Drawn<DB> {
+    fn colour_bar<DB: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<'_, DB>,
+        left: f64,
+        top: f64,
+        height: f64,
+    ) -> Drawn<DB> {
         let axis = &self.scale.pressure;
         canvas.text("Pressure, kPa", (left, top - 13.0), Text { bold: true, ..Text::BODY })?;
         let strips = 64;
@@ -157,7 +170,11 @@ impl ContactMaps {
         for tick in &axis.ticks {
             let y = top + height * (1.0 - tick / axis.max());
             canvas.line(&[(left + 16.0, y), (left + 20.0, y)], Line::solid(GREY, 1.0))?;
-            canvas.text(&fixed(*tick, axis.decimals), (left + 24.0, y), Text { em: 11.5, colour: GREY, ..Text::BODY })?;
+            canvas.text(
+                &fixed(*tick, axis.decimals),
+                (left + 24.0, y),
+                Text { em: 11.5, colour: GREY, ..Text::BODY },
+            )?;
         }
         Ok(())
     }
@@ -198,8 +215,12 @@ impl Figure for ContactMaps {
         let left = LEFT + self.maps.len() as f64 * (width + GAP) + 6.0;
         self.colour_bar(canvas, left, TOP, height)?;
         canvas.text("Contact", (left, second + 8.0), Text { bold: true, ..Text::BODY })?;
-        let entries =
-            [(STUCK, "stuck"), (mix(SLIPPING, STUCK, 0.5), "partly stuck"), (SLIPPING, "slipping"), (UNTOUCHED, "no contact")];
+        let entries = [
+            (STUCK, "stuck"),
+            (mix(SLIPPING, STUCK, 0.5), "partly stuck"),
+            (SLIPPING, "slipping"),
+            (UNTOUCHED, "no contact"),
+        ];
         for (i, (colour, name)) in entries.into_iter().enumerate() {
             let y = second + 30.0 + 21.0 * i as f64;
             canvas.rect(left, y - 6.0, 16.0, 12.0, colour)?;

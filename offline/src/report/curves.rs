@@ -136,7 +136,7 @@ impl Figure for NormalArea<'_> {
                 top: 66.0,
                 width: 370.0,
                 height: 264.0,
-                x: Axis::covering("Depth, mm", [0.5, 1.5], depths.iter().map(|d| d.depth_mm), 5),
+                x: Axis::covering("Depth, mm", [0.5, 1.5], depths.iter().map(|d| d.depth_mm), 4),
                 y: Axis::covering(label, [0.0, least], depths.iter().flat_map(|d| of(d).map(nan)), 5),
             };
             panel.draw(canvas)?;
@@ -217,7 +217,8 @@ impl Figure for Travel<'_> {
         self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.friction_coefficient)).collect())?;
 
         let stick = slides().map(|p| nan(p.stick_ratio));
-        let panel = place(2, &travel, Axis::covering("Stick ratio (stuck area over contact area)", [0.0, 1.0], stick, 5));
+        let panel =
+            place(2, &travel, Axis::covering("Stick ratio (stuck area over contact area)", [0.0, 1.0], stick, 5));
         self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.stick_ratio)).collect())?;
 
         let depth = depths.iter().flat_map(|d| d.press.iter().map(|p| p.depth_mm).chain([d.depth_mm]));

@@ -26,8 +26,7 @@ const STYLE: &str = include_str!("page.css");
 
 /// What every report says of the model's limits.
 const LEFT_OUT: [&str; 6] = [
-    "One finger and one subject: the shape is parametric, not an image of the subject measured in Table 1, and it has not \
-     been bent until it fits.",
+    "One finger: the shape is parametric, not an image of the subject measured in Table 1.",
     "The skin is a smooth layer: no fingerprint ridges, no hair, no separate epidermis and dermis.",
     "Tissue is elastic and the motion quasi-static: no viscosity, no inertia, no dependence on speed.",
     "Friction depends on pressure and elastic slip only: no moisture, no adhesion, no wear, no ageing of the contact.",
@@ -37,6 +36,11 @@ const LEFT_OUT: [&str; 6] = [
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Escapes running text and keeps numbers and their units on one line.
+fn prose(text: &str) -> String {
+    [" mm", " %", " N/mm", " kPa"].iter().fold(escape(text), |t, unit| t.replace(unit, &unit.replace(' ', "\u{a0}")))
 }
 
 fn cell(text: &str) -> String {
@@ -79,7 +83,7 @@ pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
     let _ = write!(
         out,
         "<section class=\"first\">\n<div>\n<p class=\"verdict\">{}</p>\n{}</div>\n",
-        escape(&captions::verdict(numbers)),
+        prose(&captions::verdict(numbers)),
         verdict_table(numbers)
     );
     if let Some(picture) = first {
@@ -103,27 +107,29 @@ pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
 
 fn figure(out: &mut String, number: usize, picture: &Picture) {
     let title = escape(&picture.title);
-    let _ = write!(out, "<figure id=\"{}\">\n", escape(&picture.name));
+    let _ = writeln!(out, "<figure id=\"{}\">", escape(&picture.name));
     match &picture.svg {
         Some(svg) => out.push_str(&svg.replacen("<svg ", &format!("<svg aria-label=\"{title}\" "), 1)),
         None => {
-            let _ = writeln!(out, "<img alt=\"{title}\" src=\"data:image/png;base64,{}\">", BASE64.encode(&picture.png));
+            let _ =
+                writeln!(out, "<img alt=\"{title}\" src=\"data:image/png;base64,{}\">", BASE64.encode(&picture.png));
         }
     }
-    let caption = escape(&picture.caption);
+    let caption = prose(&picture.caption);
     let _ = write!(out, "<figcaption><b>Figure {number}. {title}.</b> {caption}</figcaption>\n</figure>\n");
 }
 
 fn verdict_table(numbers: &Numbers) -> String {
     let mut out = "<table>\n<caption>Table 1 against this model; difference in percent of the measured value.</caption>\n<thead>\n\
                    <tr><th rowspan=\"2\">depth<br>mm</th><th colspan=\"3\">normal force, N</th>\
-                   <th colspan=\"3\">contact area, mm²</th><th colspan=\"3\">friction coefficient F/N</th></tr>\n<tr>"
+                   <th colspan=\"3\">contact area, mm²</th><th colspan=\"3\">friction F/N</th></tr>\n<tr>"
         .to_owned();
     out += &"<th>meas.</th><th>ours</th><th>diff. %</th>".repeat(3);
     out += "</tr>\n</thead>\n<tbody>\n";
     for d in &numbers.depths {
         let three = |c: &Comparison, decimals| {
-            let difference = cell(&signed(c.difference_percent.unwrap_or(f64::NAN), 1)).replace("\"num\"", "\"num diff\"");
+            let difference =
+                cell(&signed(c.difference_percent.unwrap_or(f64::NAN), 1)).replace("\"num\"", "\"num diff\"");
             number(c.measured, decimals) + &number(c.model, decimals) + &difference
         };
         let _ = writeln!(
@@ -213,12 +219,8 @@ fn tables(numbers: &Numbers) -> String {
         let _ = writeln!(out, "<tr><td>{name}</td>{}<td></td></tr>", cell(&count.to_string()));
     }
     let f = &p.friction;
-    let constants = [
-        ("λ", f.lambda, "MPa^(1−β)"),
-        ("β", f.beta, ""),
-        ("τ₀", f.tau0_mpa, "MPa"),
-        ("γ_crit", f.gamma_crit_mm, "mm"),
-    ];
+    let constants =
+        [("λ", f.lambda, "MPa^(1−β)"), ("β", f.beta, ""), ("τ₀", f.tau0_mpa, "MPa"), ("γ_crit", f.gamma_crit_mm, "mm")];
     let quality = p.quality.iter().map(|q| (q.name.as_str(), q.value, q.unit.as_str()));
     for (name, value, unit) in quality.chain(constants) {
         let _ = writeln!(

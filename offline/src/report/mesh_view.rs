@@ -11,8 +11,7 @@ use super::colour::{GREY, INK, WHITE, mix, rgb};
 use super::numbers::fixed;
 use crate::mesh::{Mesh, Region};
 
-const HEX_FACES: [[usize; 4]; 6] =
-    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+const HEX_FACES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 const HEX_EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
@@ -86,20 +85,22 @@ impl MeshView {
     pub fn of(report: &BuildReport, mesh: &Mesh) -> Self {
         let side = View::side(24.0, 14.0);
         let runs = report.depths.iter().filter(|d| d.depth_mm.is_finite());
-        let deepest = runs.filter(|d| !d.trajectory.snapshots.is_empty()).max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
+        let deepest =
+            runs.filter(|d| !d.trajectory.snapshots.is_empty()).max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
         let last = deepest.and_then(|d| d.trajectory.snapshots.last());
         let first_touch = "cut open at y = 0, at first touch".to_owned();
-        let mut scenes = vec![Scene::cut(mesh, &mesh.nodes, side, 0.0, first_touch)];
+        let faces = surface(mesh);
+        let mut scenes = vec![Scene::cut(mesh, &faces, &mesh.nodes, side, 0.0, first_touch)];
         let mut deformed = None;
         if let Some(snapshot) = last {
             let moved: Vec<_> = mesh.nodes.iter().zip(&snapshot.displacement_mm).map(|(x, u)| x + u).collect();
             let (depth, slide) =
                 (snapshot.response.depth_mm, snapshot.response.slide_x_mm.hypot(snapshot.response.slide_y_mm));
             let title = format!("the same at depth {} mm, after {} mm of slide", fixed(depth, 2), fixed(slide, 1));
-            scenes.push(Scene::cut(mesh, &moved, side, depth, title));
+            scenes.push(Scene::cut(mesh, &faces, &moved, side, depth, title));
             deformed = Some((depth, slide));
         }
-        scenes.push(Scene::from_below(mesh));
+        scenes.push(Scene::from_below(mesh, &faces));
         let regions = [
             (Region::Skin, "skin"),
             (Region::Subcutaneous, "subcutaneous tissue"),
@@ -118,13 +119,11 @@ impl MeshView {
 }
 
 impl Scene {
-    fn cut(mesh: &Mesh, nodes: &[Point], view: View, plane_z: f64, title: String) -> Self {
+    fn cut(mesh: &Mesh, faces: &[Face], nodes: &[Point], view: View, plane_z: f64, title: String) -> Self {
         let mut behind = Vec::new();
-        let pads: HashSet<_> = mesh.pad_faces.iter().map(|f| sorted(f)).collect();
-        for (face, region) in surface(mesh) {
-            let corners = clip(&face, &mesh.nodes, nodes);
-            let pad = pads.contains(&sorted(&face));
-            behind.extend(lit(corners, if pad { PAD } else { colour(region) }, nodes, &face, view));
+        for (face, fill) in faces {
+            let corners = clip(face, &mesh.nodes, nodes);
+            behind.extend(lit(corners, *fill, nodes, face, view));
         }
         sort(&mut behind, view);
         let hexes = mesh.hexes.iter().map(|h| (section(&h.nodes, &HEX_EDGES, &mesh.nodes, nodes), h.region));
@@ -141,14 +140,12 @@ impl Scene {
         Self { view, behind, section, plane: Some((plane_z, bounds)), title }
     }
 
-    fn from_below(mesh: &Mesh) -> Self {
+    fn from_below(mesh: &Mesh, faces: &[Face]) -> Self {
         let view = View::below();
         let mut behind = Vec::new();
-        let pads: HashSet<_> = mesh.pad_faces.iter().map(|f| sorted(f)).collect();
-        for (face, region) in surface(mesh) {
+        for (face, fill) in faces {
             let corners: Vec<_> = face.iter().map(|n| mesh.nodes[*n as usize]).collect();
-            let pad = pads.contains(&sorted(&face));
-            behind.extend(lit(corners, if pad { PAD } else { colour(region) }, &mesh.nodes, &face, view));
+            behind.extend(lit(corners, *fill, &mesh.nodes, face, view));
         }
         sort(&mut behind, view);
         let title = "seen from below, through the plane".to_owned();
@@ -204,8 +201,12 @@ impl Scene {
     }
 }
 
-/// The faces that belong to one element only, of hexes and of tets, with their element's region.
-fn surface(mesh: &Mesh) -> Vec<(Vec<u32>, Region)> {
+/// Nodes of an outer face and its colour.
+type Face = (Vec<u32>, BackendColor);
+
+/// The faces that belong to one element only, of hexes and of tets, in the colour of the pad or of their element.
+fn surface(mesh: &Mesh) -> Vec<Face> {
+    let pads: HashSet<_> = mesh.pad_faces.iter().map(|f| sorted(f)).collect();
     let hexes = mesh.hexes.iter().flat_map(|h| HEX_FACES.map(|f| (f.map(|i| h.nodes[i]).to_vec(), h.region)));
     let tets = mesh.tets.iter().flat_map(|t| TET_FACES.map(|f| (f.map(|i| t.nodes[i]).to_vec(), t.region)));
     let outer = |faces: &mut dyn Iterator<Item = (Vec<u32>, Region)>| {
@@ -217,7 +218,11 @@ fn surface(mesh: &Mesh) -> Vec<(Vec<u32>, Region)> {
     };
     let mut all = outer(&mut hexes.into_iter());
     all.extend(outer(&mut tets.into_iter()));
-    all
+    let paint = |(face, region): (Vec<u32>, Region)| {
+        let fill = if pads.contains(&sorted(&face)) { PAD } else { colour(region) };
+        (face, fill)
+    };
+    all.into_iter().map(paint).collect()
 }
 
 fn sorted(face: &[u32]) -> Vec<u32> {
@@ -326,6 +331,10 @@ impl Figure for MeshView {
         let y = top + 44.0 + 22.0 * self.regions.len() as f64 + 10.0;
         let bar = 5.0 * scale;
         canvas.line(&[(left, y - 4.0), (left, y), (left + bar, y), (left + bar, y - 4.0)], Line::solid(INK, 1.3))?;
-        canvas.text("5 mm, all pictures; arrow: the plane's motion", (left + bar + 10.0, y - 2.0), Text { h: HPos::Left, ..Text::BODY })
+        canvas.text(
+            "5 mm, all pictures; arrow: the plane's motion",
+            (left + bar + 10.0, y - 2.0),
+            Text { h: HPos::Left, ..Text::BODY },
+        )
     }
 }

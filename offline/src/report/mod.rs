@@ -23,7 +23,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::mesh::Mesh;
 use crate::slide::Trajectory;
-pub use numbers::{Comparison, DepthNumbers, MapNumbers, Numbers, PressPoint, Range, SlidePoint};
+pub use numbers::{
+    Comparison, DepthNumbers, Differences, MapNumbers, Numbers, PaperFit, PressPoint, Range, Secant, SlidePoint,
+};
 
 /// Why a report could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -226,7 +228,13 @@ pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError
 
     let figure = curves::NormalArea { numbers: &numbers };
     let title = "Normal force and contact area against depth";
-    add("normal_area", title.into(), captions::normal_area(&numbers), canvas::png(&figure)?, Some(canvas::svg(&figure)?));
+    add(
+        "normal_area",
+        title.into(),
+        captions::normal_area(&numbers),
+        canvas::png(&figure)?,
+        Some(canvas::svg(&figure)?),
+    );
 
     let figure = curves::Travel { numbers: &numbers };
     let title = "Friction, stick ratio and normal force along the path";

@@ -23,6 +23,8 @@ pub struct Numbers {
     pub paper_fit: PaperFit,
     /// Differences over the depths, percent of the measured value.
     pub difference_percent: Differences,
+    /// Slopes of the normal force from each depth to the next.
+    pub force_secants: Vec<Secant>,
     /// One entry per depth.
     pub depths: Vec<DepthNumbers>,
     /// Friction coefficient between and beyond the depths.
@@ -49,6 +51,34 @@ pub struct Range {
     pub min: f64,
     /// Largest.
     pub max: f64,
+}
+
+/// Slope of the normal force between two depths.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Secant {
+    /// Lower depth, mm.
+    pub from_mm: f64,
+    /// Higher depth, mm.
+    pub to_mm: f64,
+    /// In Table 1, N/mm.
+    pub measured_n_mm: Option<f64>,
+    /// In the model, N/mm.
+    pub model_n_mm: Option<f64>,
+}
+
+impl Secant {
+    fn of(pair: &[DepthNumbers]) -> Self {
+        let (a, b) = (&pair[0], &pair[1]);
+        let slope = |of: fn(&DepthNumbers) -> Option<f64>| {
+            of(a).zip(of(b)).and_then(|(fa, fb)| finite((fb - fa) / (b.depth_mm - a.depth_mm)))
+        };
+        Self {
+            from_mm: a.depth_mm,
+            to_mm: b.depth_mm,
+            measured_n_mm: slope(|d| d.normal_force_n.measured),
+            model_n_mm: slope(|d| d.normal_force_n.model),
+        }
+    }
 }
 
 /// Ranges of the model's differences from Table 1, percent; null without a comparison.
@@ -168,7 +198,8 @@ impl Numbers {
     /// Reads them off the results.
     pub fn of(report: &BuildReport) -> Self {
         let depths: Vec<_> = report.depths.iter().map(DepthNumbers::of).collect();
-        let range = |of: fn(&DepthNumbers) -> &Comparison| range(depths.iter().filter_map(|d| of(d).difference_percent));
+        let range =
+            |of: fn(&DepthNumbers) -> &Comparison| range(depths.iter().filter_map(|d| of(d).difference_percent));
         Self {
             total_wall_s: report.provenance.stages.iter().map(|s| s.wall_s).sum(),
             total_cpu_s: report.provenance.stages.iter().map(|s| s.cpu_s).sum(),
@@ -179,6 +210,7 @@ impl Numbers {
                 contact_area: range(|d| &d.contact_area_mm2),
                 friction_coefficient: range(|d| &d.friction_coefficient),
             },
+            force_secants: depths.windows(2).map(Secant::of).collect(),
             depths,
             continuous: report.continuous.clone(),
             checks: report.checks.clone(),

@@ -61,7 +61,8 @@ impl Raster {
 }
 
 fn paint(color: BackendColor) -> Option<Paint<'static>> {
-    if !(color.alpha > 0.0) {
+    let visible = color.alpha > 0.0;
+    if !visible {
         return None;
     }
     let mut paint = Paint { anti_alias: true, ..Paint::default() };

@@ -26,7 +26,11 @@ pub fn mesh() -> Mesh {
             for k in 0..=N[2] {
                 let (v, w) = (2.0 * j as f64 / N[1] as f64 - 1.0, 2.0 * k as f64 / N[2] as f64 - 1.0);
                 let (y, z) = (v * (1.0 - w * w / 2.0).sqrt(), w * (1.0 - v * v / 2.0).sqrt());
-                mesh.nodes.push(tilt(Vector3::new(u - 14.0, 8.5 * taper * y, 7.5 * taper * z + 0.15 * (u - 8.0).max(0.0))));
+                mesh.nodes.push(tilt(Vector3::new(
+                    u - 14.0,
+                    8.5 * taper * y,
+                    7.5 * taper * z + 0.15 * (u - 8.0).max(0.0),
+                )));
             }
         }
     }
@@ -37,8 +41,8 @@ pub fn mesh() -> Mesh {
                 let core = (4..8).contains(&j) && (4..8).contains(&k);
                 let region = match i {
                     _ if edge => Region::Skin,
-                    0..5 if core => Region::ProximalBone,
-                    6..21 if core => Region::DistalBone,
+                    0..=4 if core => Region::ProximalBone,
+                    6..=20 if core => Region::DistalBone,
                     _ => Region::Subcutaneous,
                 };
                 let n = |a: usize, b: usize, c: usize| index(i + a, j + b, k + c);

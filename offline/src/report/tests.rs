@@ -9,21 +9,44 @@ fn rendered() -> Rendered {
 
 /// The page without its images and fonts.
 fn words(html: &str) -> String {
+    let html = html.replace('\u{a0}', " ");
     let mut pieces = html.split(";base64,");
     let first = pieces.next().unwrap_or_default().to_owned();
     pieces.fold(first, |out, piece| out + &piece[piece.find(['"', ')']).unwrap()..])
 }
 
-/// `REPORT_LOOK=DIR cargo test report::tests::look` leaves the report there, to be looked at.
+/// Runs of which much is missing.
+fn gappy(mesh: &Mesh) -> BuildReport {
+    let mut report = synthetic::report(mesh, false);
+    report.depths[0].trajectory = Trajectory::default();
+    report.depths[1].measured = None;
+    report.depths[2].frictionless_friction_coefficient = None;
+    let nan = f64::NAN;
+    report.depths[2].kinetic = Steady { normal_force_n: nan, friction_coefficient: nan, contact_area_mm2: nan };
+    report.depths[2].trajectory.snapshots.truncate(1);
+    for r in &mut report.depths[3].trajectory.responses {
+        (r.normal_force_n, r.stick_ratio, r.friction_x_n) = (nan, nan, f64::INFINITY);
+    }
+    for s in &mut report.depths[3].trajectory.snapshots {
+        s.displacement_mm.iter_mut().for_each(|u| u.x = nan);
+    }
+    report.provenance.quality[0].value = nan;
+    report
+}
+
+/// `REPORT_LOOK=DIR cargo test report::tests::look` leaves the reports there, to be looked at.
 #[test]
 fn look() {
     let Some(dir) = std::env::var_os("REPORT_LOOK").map(std::path::PathBuf::from) else { return };
-    let rendered = rendered();
-    std::fs::create_dir_all(&dir).unwrap();
-    std::fs::write(dir.join("report.html"), &rendered.html).unwrap();
-    std::fs::write(dir.join("report.json"), &rendered.json).unwrap();
-    for (name, png) in &rendered.figures {
-        std::fs::write(dir.join(name), png).unwrap();
+    let mesh = synthetic::mesh();
+    for (name, report) in [("whole", synthetic::report(&mesh, false)), ("gappy", gappy(&mesh))] {
+        let (dir, rendered) = (dir.join(name), render(&report, &mesh).unwrap());
+        std::fs::create_dir_all(&dir).unwrap();
+        std::fs::write(dir.join("report.html"), &rendered.html).unwrap();
+        std::fs::write(dir.join("report.json"), &rendered.json).unwrap();
+        for (name, png) in &rendered.figures {
+            std::fs::write(dir.join(name), png).unwrap();
+        }
     }
 }
 
@@ -112,14 +135,15 @@ fn json_holds_every_number_of_the_tables() {
 
 #[test]
 fn captions_say_what_happened() {
-    let html = rendered().html;
+    let html = words(&rendered().html);
     assert!(html.contains("Full slip is reached after 2.00 mm at depth 0.75 mm"), "{html}");
     assert!(html.contains("At depth 1.50 mm no full slip is reached within 6.00 mm of slide"));
     assert!(html.contains("Full slip was not reached at 1.50 mm: the friction there is not kinetic."));
     assert!(html.contains("friction coefficient −26.8 to +1.4 %"));
+    assert!(html.contains("the measured force rises by 0.31, 0.74 and 0.28 N/mm"));
     assert!(html.contains("1 of 3 numerical checks of this run failed."));
     let mesh = synthetic::mesh();
-    let slipping = render(&synthetic::report(&mesh, true), &mesh).unwrap().html;
+    let slipping = words(&render(&synthetic::report(&mesh, true), &mesh).unwrap().html);
     assert!(!slipping.contains("not reached") && !slipping.contains("no full slip"));
 }
 
@@ -130,21 +154,7 @@ fn what_is_missing_is_left_out() {
     assert_eq!(empty.figures.len(), 4);
     assert!(empty.html.contains("nothing to compare"));
 
-    let mut report = synthetic::report(&mesh, false);
-    report.depths[0].trajectory = Trajectory::default();
-    report.depths[1].measured = None;
-    report.depths[2].frictionless_friction_coefficient = None;
-    let nan = f64::NAN;
-    report.depths[2].kinetic = Steady { normal_force_n: nan, friction_coefficient: nan, contact_area_mm2: nan };
-    report.depths[2].trajectory.snapshots.truncate(1);
-    for r in &mut report.depths[3].trajectory.responses {
-        (r.normal_force_n, r.stick_ratio, r.friction_x_n) = (nan, nan, f64::INFINITY);
-    }
-    for s in &mut report.depths[3].trajectory.snapshots {
-        s.displacement_mm.iter_mut().for_each(|u| u.x = nan);
-    }
-    report.provenance.quality[0].value = nan;
-    let html = words(&render(&report, &mesh).unwrap().html);
+    let html = words(&render(&gappy(&mesh), &mesh).unwrap().html);
     assert!(!html.contains("NaN") && !html.contains(">inf"));
     assert!(html.contains("there is no slide to show"));
 }
