@@ -82,7 +82,7 @@ pub fn figure2(numbers: &Numbers) -> String {
              differs from that by {range}."
         );
     }
-    text
+    text + &slip_warning(numbers)
 }
 
 /// Normal force and contact area against depth.

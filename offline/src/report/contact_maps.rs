@@ -5,6 +5,7 @@ use plotters_backend::DrawingBackend;
 use super::axes::Axis;
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text, VPos};
 use super::colour::{FAINT, GREY, INK, SLIPPING, STUCK, WHITE, mix, rgb, viridis};
+use super::font;
 use super::numbers::{DepthNumbers, Numbers, fixed, map_snapshots};
 use super::{BuildReport, DepthResult};
 use crate::mesh::Mesh;
@@ -25,6 +26,7 @@ type Face = (Vec<(f64, f64)>, FaceState);
 /// One column: the slide and the faces.
 pub struct Map {
     slide_mm: f64,
+    along_x: bool,
     faces: Vec<Face>,
 }
 
@@ -77,7 +79,8 @@ impl Map {
         };
         let outline = |face: &[u32; 4]| face.iter().map(corner).collect::<Vec<_>>();
         let faces = mesh.pad_faces.iter().map(outline).zip(snapshot.faces.iter().copied()).collect();
-        Self { slide_mm: snapshot.response.slide_x_mm.hypot(snapshot.response.slide_y_mm), faces }
+        let (x, y) = (snapshot.response.slide_x_mm, snapshot.response.slide_y_mm);
+        Self { slide_mm: x.hypot(y), along_x: x >= 0.0 && y.abs() <= 1e-6 * x, faces }
     }
 }
 
@@ -206,10 +209,14 @@ impl Figure for ContactMaps {
             self.ticks(canvas, left, TOP, false, i == 0)?;
             self.ticks(canvas, left, second, true, i == 0)?;
         }
-        let middle = LEFT + (self.maps.len() as f64 * (width + GAP) - GAP) / 2.0;
+        let all = self.maps.len() as f64 * (width + GAP) - GAP;
         let bottom = second + height;
-        let label = "x, mm (the plane moves to the right, from proximal to distal)";
-        canvas.text(label, (middle, bottom + 26.0), Text { h: HPos::Center, v: VPos::Top, ..Text::BODY })?;
+        let label = match self.maps.iter().all(|m| m.along_x) {
+            true => "x, mm (the plane moves to the right, from proximal to distal)",
+            false => "x, mm",
+        };
+        let left = LEFT + (all / 2.0 - font::width(label, Text::BODY.em, false) / 2.0).max(0.0);
+        canvas.text(label, (left, bottom + 26.0), Text { v: VPos::Top, ..Text::BODY })?;
         canvas.text("y, mm", (8.0, TOP - 13.0), Text::BODY)?;
 
         let left = LEFT + self.maps.len() as f64 * (width + GAP) + 6.0;

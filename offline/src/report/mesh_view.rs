@@ -10,6 +10,7 @@ use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
 use super::colour::{GREY, INK, WHITE, mix, rgb};
 use super::numbers::fixed;
 use crate::mesh::{Mesh, Region};
+use crate::slide::Snapshot;
 
 const HEX_FACES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -81,13 +82,12 @@ pub struct MeshView {
 }
 
 impl MeshView {
-    /// Arranges the pictures: the mesh, the last snapshot of the deepest run that has one, the pad.
+    /// Arranges the pictures: the mesh, the end of the deepest run, the pad.
     pub fn of(report: &BuildReport, mesh: &Mesh) -> Self {
         let side = View::side(24.0, 14.0);
-        let runs = report.depths.iter().filter(|d| d.depth_mm.is_finite());
-        let deepest =
-            runs.filter(|d| !d.trajectory.snapshots.is_empty()).max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
-        let last = deepest.and_then(|d| d.trajectory.snapshots.last());
+        let whole = |s: &&Snapshot| s.displacement_mm.iter().all(|u| u.iter().all(|v| v.is_finite()));
+        let ends = report.depths.iter().filter_map(|d| d.trajectory.snapshots.iter().rfind(whole));
+        let last = ends.max_by(|a, b| a.response.depth_mm.total_cmp(&b.response.depth_mm));
         let first_touch = "cut open at y = 0, at first touch".to_owned();
         let faces = surface(mesh);
         let mut scenes = vec![Scene::cut(mesh, &faces, &mesh.nodes, side, 0.0, first_touch)];
