@@ -6,6 +6,7 @@ pub mod contact;
 pub mod element;
 pub mod material;
 pub mod mesh;
+pub mod report;
 pub mod slide;
 pub mod solve;
 pub mod units;
