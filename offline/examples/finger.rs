@@ -22,7 +22,21 @@ fn main() {
     let wp = |t, d, x, y| Waypoint { t_s: t, normal: d, x, y };
     let mut waypoints = vec![wp(0.0, 0.0, 0.0, 0.0), wp(1.0, depth, 0.0, 0.0)];
     if slide != 0.0 { waypoints.push(wp(2.0, depth, slide, 0.0)); }
-    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let D = Drive::Displacement; let Fo = Drive::Force;
+    let mut drives = [D; 3];
+    if let Ok(kind) = std::env::var("PATHKIND") { waypoints = match kind.as_str() {
+        "square" => vec![wp(0.,0.,0.,0.), wp(1.,1.,0.,0.), wp(2.,1.,2.,0.), wp(3.,1.,2.,2.), wp(4.,1.,0.,2.), wp(5.,1.,0.,0.)],
+        "minusx" => vec![wp(0.,0.,0.,0.), wp(1.,1.,0.,0.), wp(2.,1.,-4.,0.)],
+        "plusy" => vec![wp(0.,0.,0.,0.), wp(1.,1.,0.,0.), wp(2.,1.,0.,4.)],
+        "lift" => vec![wp(0.,0.,0.,0.), wp(1.,1.,0.,0.), wp(2.,1.,1.5,0.), wp(3.,-0.2,1.5,0.), wp(4.,1.0,1.5,0.)],
+        "reverse" => vec![wp(0.,0.,0.,0.), wp(1.,1.,0.,0.), wp(2.,1.,3.,0.), wp(3.,1.,-3.,0.)],
+        "both" => vec![wp(0.,0.,0.,0.), wp(1.,0.75,0.,0.), wp(2.,1.25,2.,0.), wp(3.,0.5,3.,1.), wp(4., 1.0, 2.0, 0.)],
+        "down" => vec![wp(0.,0.,0.,0.), wp(1.,1.5,0.,0.), wp(2.,0.3,0.,0.), wp(3.,0.3,1.,0.)],
+        "forcez" => { drives = [Fo, D, D]; vec![wp(0.,0.,0.,0.), wp(1.,0.3,0.,0.), wp(2.,0.3,4.,0.)] }
+        "forcex" => { drives = [D, Fo, D]; vec![wp(0.,0.,0.,0.), wp(1.,1.0,0.,0.), wp(2.,1.0,0.3,0.), wp(3.,1.0,0.3,0.)] }
+        "forcexz" => { drives = [Fo, Fo, Fo]; vec![wp(0.,0.,0.,0.), wp(1.,0.3,0.,0.), wp(2.,0.3,0.3,0.1)] }
+        _ => panic!() } }
+    let path = Path { drives, waypoints };
     let r = march(&problem, &path, &[], &mut |p| { println!("{:.3} d {:.3} N {:.5} F {:.5} F/N {:.4} A {:.2} stick {:.3} slide {:.3} inc {} cut {} it {} fac {} cpu {:.2}", p.share, p.response.depth_mm, p.response.normal_force_n, p.response.friction_x_n, p.response.friction_x_n / p.response.normal_force_n, p.response.contact_area_mm2, p.response.stick_ratio, p.response.slide_x_mm, p.cost.increments, p.cost.cutbacks, p.cost.iterations, p.cost.factorisations, p.cost.cpu_s); ControlFlow::Continue(()) });
     match r { Ok(t) => println!("{:?} {:?}", t.cost, t.work), Err(e) => println!("{e}") }
 }

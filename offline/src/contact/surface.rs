@@ -312,10 +312,11 @@ impl Surface {
                 if let Friction::On(law) = friction {
                     let trial = [0, 1].map(|k| state.elastic_slip[k] + step[k]);
                     let (strength, _) = law.strength(pressure);
-                    let (traction, elastic, stuck) = law.return_map(trial, strength, false);
+                    let (traction, elastic, _) = law.return_map(trial, strength, false);
                     new.traction = traction;
                     new.elastic_slip = elastic;
-                    new.stuck = stuck;
+                    // A point that is held at its limit has not come to rest.
+                    new.stuck = elastic[0].hypot(elastic[1]) < law.gamma_crit_mm * (1.0 - 1e-6);
                     let plastic = (0..2).map(|k| traction[k] * (trial[k] - elastic[k])).sum::<f64>();
                     totals.min_dissipation_density = totals.min_dissipation_density.min(plastic);
                     totals.dissipation += plastic * area;

@@ -9,7 +9,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::{Cost, Drive, FaceState, Path, Response, Snapshot, Trajectory, Waypoint};
 use crate::{
     assembly::{Body, Configuration},
-    contact::{Friction, PenaltySettings, RubberFriction},
+    contact::{Friction, PenaltySettings, Plane, RubberFriction},
     solve::{Axis, Settings, SolveError, Solver, State, Stats, Target},
 };
 
@@ -145,7 +145,7 @@ struct Runner<'a> {
     state: State,
     time_s: f64,
     /// The state before the last increment and the size of that increment, for extrapolation.
-    before: Option<(Configuration, f64)>,
+    before: Option<(Configuration, Plane, f64)>,
     /// Step size as a share of the largest.
     pace: f64,
     trajectory: Trajectory,
@@ -277,13 +277,17 @@ impl<'a> Runner<'a> {
             axis(self.path.drives[2], point.y),
             axis(self.path.drives[0], point.normal),
         ];
+        let mut plane = self.state.contact.plane;
         let (guess, extrapolated) = match &self.before {
-            Some((before, last_size)) if size <= 2.0 * last_size => {
-                (extrapolate(self.problem.body, before, &self.state.configuration, size / last_size), true)
+            Some((before, plane_before, last_size)) if size <= 2.0 * last_size => {
+                let ratio = size / last_size;
+                for (place, before) in plane.iter_mut().zip(plane_before) {
+                    *place += (*place - before) * ratio;
+                }
+                (extrapolate(self.problem.body, before, &self.state.configuration, ratio), true)
             }
             _ => (self.state.configuration.clone(), false),
         };
-        let mut plane = self.state.contact.plane;
         if self.path.drives[0] == Drive::Force && self.state.totals.force.z <= 0.0 {
             // Before the first touch a force has no depth: start from a small penetration.
             let lowest = self.state.contact.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
@@ -304,7 +308,7 @@ impl<'a> Runner<'a> {
         self.trajectory.work.plane_mj += mean.dot(&Vector3::new(step_x, step_y, step_z));
         self.trajectory.work.friction_mj += next.totals.dissipation;
         let before = std::mem::replace(&mut self.state, next);
-        self.before = Some((before.configuration, size));
+        self.before = Some((before.configuration, before.contact.plane, size));
         self.time_s = point.t_s;
         self.trajectory.cost.increments += 1;
         self.pace = match stats.iterations {

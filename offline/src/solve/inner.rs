@@ -103,13 +103,7 @@ impl Inner<'_> {
 
     /// Solves from the guess `x`, `plane`; with `predict_stick` the first linearisation lets no stuck point slip.
     pub fn solve(&self, x: Vec<f64>, plane: Plane, predict_stick: bool) -> Solution {
-        // A force becomes a displacement by the compliance of the whole pad.
-        let n = self.y.len();
-        let force_scale = if n == 0 {
-            1.0
-        } else {
-            (0..n).map(|j| self.factor.compliance_column(j)[j]).sum::<f64>() / (n as f64).sqrt()
-        };
+        let force_scale = self.force_scale();
         let mut current = self.trial(x, plane, force_scale, predict_stick, true);
         let mut iterations = 0;
         while !(current.norm <= self.tolerance) && iterations < self.max_iterations {
@@ -139,6 +133,18 @@ impl Inner<'_> {
             force: current.force,
             iterations,
         }
+    }
+
+    /// What turns an imbalance of driven forces into a displacement norm: the pad's compliance under an even load.
+    fn force_scale(&self) -> f64 {
+        let n = self.y.len();
+        if n == 0 || self.force_target.iter().all(Option::is_none) {
+            return 1.0;
+        }
+        let vertical = |j: usize| self.factor.compliance_column(j).iter().skip(2).step_by(3).sum::<f64>();
+        let sum: f64 = (2..n).step_by(3).map(vertical).sum();
+        let nodes = n as f64 / 3.0;
+        sum / (nodes * nodes) * nodes.sqrt()
     }
 
     /// Newton step; None if the system is singular.
