@@ -190,3 +190,111 @@ fn sorted<const N: usize>(mut nodes: [u32; N]) -> [u32; N] {
 fn same_cycle(a: &[u32; 4], b: &[u32; 4]) -> bool {
     (0..4).any(|shift| (0..4).all(|i| a[i] == b[(i + shift) % 4]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::block::{block, into_tets};
+    use crate::mesh::{Fingertip, FingertipShape, MeshPreset, Tie, fingertip};
+
+    fn cube() -> Mesh {
+        let grid = [0.0, 1.0, 2.0, 3.0];
+        block(&grid, &grid, &grid)
+    }
+
+    fn finger() -> Mesh {
+        let Fingertip { mesh, .. } = fingertip(&FingertipShape::default(), &MeshPreset::Coarse.divisions()).unwrap();
+        mesh
+    }
+
+    fn refused(mut mesh: Mesh, change: impl Fn(&mut Mesh)) -> MeshError {
+        check(&mesh).unwrap();
+        change(&mut mesh);
+        check(&mesh).unwrap_err()
+    }
+
+    #[test]
+    fn inverted_and_flat_elements() {
+        let error = refused(finger(), |m| m.hexes[5].nodes.swap(0, 2));
+        let expected = finger().hexes[5].region;
+        assert!(matches!(error, MeshError::Inverted { kind: "hex", element: 5, region, .. } if region == expected));
+        assert!(error.to_string().contains("hex 5 (ProximalBone)"), "{error}");
+        let error = refused(finger(), |m| m.tets[3].nodes.swap(0, 1));
+        assert!(matches!(error, MeshError::Inverted { kind: "tet", element: 3, region: Region::Nail, .. }));
+        let flat = refused(cube(), |m| m.nodes.iter_mut().for_each(|p| p.z = 0.0));
+        assert!(matches!(flat, MeshError::Inverted { element: 0, .. }));
+    }
+
+    #[test]
+    fn missing_elements() {
+        // The one in the middle leaves a void.
+        assert_eq!(refused(cube(), |m| drop(m.hexes.remove(13))), MeshError::Hole { kind: "hex", euler: 4 });
+        // Two opposite ends of a diagonal leave an edge of four faces.
+        let error = refused(cube(), |m| m.hexes.retain(|h| !(h.nodes.contains(&0) || h.nodes.contains(&42))));
+        assert!(matches!(error, MeshError::PadFace { .. } | MeshError::OpenBoundary { .. }), "{error}");
+        // A tunnel: the middle row.
+        let tunnel = refused(cube(), |m| {
+            m.pad_faces.clear();
+            m.hexes = m.hexes.iter().enumerate().filter(|(i, _)| i % 9 != 4).map(|(_, h)| *h).collect();
+        });
+        assert_eq!(tunnel, MeshError::Hole { kind: "hex", euler: 0 });
+        // Two that share an edge only.
+        let edge = refused(cube(), |m| m.hexes = vec![m.hexes[0], m.hexes[4]]);
+        assert!(matches!(edge, MeshError::OpenBoundary { faces: 4, .. }), "{edge}");
+        let void = refused(into_tets(&cube()), |m| drop(m.tets.drain(13 * 6..14 * 6)));
+        assert_eq!(void, MeshError::Hole { kind: "tet", euler: 4 });
+    }
+
+    #[test]
+    fn shared_faces_and_lost_nodes() {
+        let twice = refused(cube(), |m| m.hexes.push(m.hexes[0]));
+        assert!(matches!(twice, MeshError::FaceShared { elements: 3, .. } | MeshError::FaceShared { .. }));
+        let lost = refused(cube(), |m| m.nodes.push(m.nodes[0] * 2.0));
+        assert_eq!(lost, MeshError::UnusedNode { node: 64 });
+        let none = refused(cube(), |m| m.hexes[2].nodes[1] = 99);
+        assert!(matches!(none, MeshError::NoSuchNode { kind: "hex", element: 2, node: 99, nodes: 64, .. }));
+        let nan = refused(cube(), |m| m.nodes[7].y = f64::NAN);
+        assert_eq!(nan, MeshError::NotFinite { node: 7 });
+        let set = refused(cube(), |m| m.node_sets.get_mut("x0").unwrap().reverse());
+        assert_eq!(set, MeshError::NodeSet { name: "x0".into() });
+    }
+
+    #[test]
+    fn duplicate_nodes() {
+        // Two cubes that touch in a face but do not share its nodes are two bodies.
+        let apart = refused(cube(), |m| {
+            let other = cube();
+            m.nodes.extend(other.nodes.iter().map(|p| p + nalgebra::Vector3::x() * 3.0));
+            m.hexes.extend(other.hexes.iter().map(|h| super::super::Hex { nodes: h.nodes.map(|n| n + 64), ..*h }));
+        });
+        assert_eq!(apart, MeshError::Hole { kind: "hex", euler: 4 });
+        let mut mesh = cube();
+        mesh.nodes[1] = mesh.nodes[0];
+        let kinds = node_kinds(&mesh).unwrap();
+        let error = duplicates(&mesh, &kinds).unwrap_err();
+        assert_eq!(error, MeshError::DuplicateNodes { first: 0, second: 1, distance_mm: 0.0 });
+    }
+
+    #[test]
+    fn ties() {
+        let reason = |change: fn(&mut Mesh)| match refused(finger(), change) {
+            MeshError::Tie { reason, .. } => reason,
+            other => panic!("{other}"),
+        };
+        assert!(reason(|m| m.ties[4].masters[0].1 += 1e-6).contains("sum to 1"));
+        assert!(reason(|m| m.ties[4].slave = m.hexes[0].nodes[0]).contains("tetrahedra only"));
+        assert!(reason(|m| m.ties[4].masters[0].0 = m.tets[0].nodes[0]).contains("no hexahedron"));
+        assert!(reason(|m| m.ties.push(m.ties[0].clone())).contains("twice"));
+        assert!(reason(|m| m.ties[4].masters = vec![(m.hexes[0].nodes[0], 1.0)]).contains("offset"));
+        let missing = refused(finger(), |m| m.ties.push(Tie { slave: 0, masters: vec![(1 << 30, 1.0)] }));
+        assert!(matches!(missing, MeshError::NoSuchNode { kind: "tie", .. }));
+    }
+
+    #[test]
+    fn pad_faces() {
+        let turned = refused(cube(), |m| m.pad_faces[2].reverse());
+        assert!(matches!(turned, MeshError::PadFace { face: 2, .. }), "{turned}");
+        let inside = refused(cube(), |m| m.pad_faces[1] = m.hexes[0].nodes[4..8].try_into().unwrap());
+        assert!(matches!(inside, MeshError::PadFace { face: 1, .. }), "{inside}");
+    }
+}

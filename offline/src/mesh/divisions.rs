@@ -37,9 +37,9 @@ impl MeshPreset {
             Self::Default => Divisions {
                 columns: 16,
                 rows: 5,
-                proximal_rings: 3,
+                proximal_rings: 2,
                 joint_rings: 1,
-                distal_rings: 19,
+                distal_rings: 20,
                 bone_layers: 1,
                 subcutaneous_layers: 5,
                 skin_layers: 2,
@@ -48,9 +48,9 @@ impl MeshPreset {
                 nail_layers: 1,
             },
             Self::Fine => Divisions {
-                columns: 30,
+                columns: 28,
                 rows: 9,
-                proximal_rings: 5,
+                proximal_rings: 4,
                 joint_rings: 2,
                 distal_rings: 36,
                 bone_layers: 1,

@@ -9,47 +9,57 @@ use super::surface::Body;
 use super::touch::FirstTouch;
 use super::{Divisions, FingertipShape};
 
-/// Bulge of a square's sides that opens its corners to 120 degrees, where three cells meet.
-const BULGE: f64 = 0.118;
-
-/// Choices that place the grid; found by looking at the worst scaled Jacobian of all shapes.
+/// Choices that place the grid: a search over all shapes and presets for the worst scaled Jacobian, with the
+/// gradings and the edge of the tip held where the pad wants them.
 mod choice {
     /// Where the palmar and the dorsal edges run on the outer section, as fractions of its half outline.
-    pub fn OUTER_EDGES() -> [f64; 2] { [super::tune("OUTER_EDGES_0", 0.30), super::tune("OUTER_EDGES_1", 0.68)] }
+    pub const OUTER_EDGES: [f64; 2] = [0.32, 0.74];
     /// The same on the bone.
-    pub fn BONE_EDGES() -> [f64; 2] { [super::tune("BONE_EDGES_0", 0.33), super::tune("BONE_EDGES_1", 0.67)] }
+    pub const BONE_EDGES: [f64; 2] = [0.25, 0.72];
     /// Size of the section at the palmar edge of the tip, relative to the shaft's.
-    pub fn OUTER_TIP() -> f64 { super::tune("OUTER_TIP", 0.5) }
+    pub const OUTER_TIP: f64 = 0.52;
     /// The same on the bone.
-    pub fn BONE_TIP() -> f64 { super::tune("BONE_TIP", 0.65) }
+    pub const BONE_TIP: f64 = 0.45;
     /// How far the middle of the tip lies dorsally, per half thickness.
-    pub fn OUTER_TIP_SHIFT() -> f64 { super::tune("OUTER_TIP_SHIFT", 0.3) }
+    pub const OUTER_TIP_SHIFT: f64 = 0.47;
     /// The same on the bone.
-    pub fn BONE_TIP_SHIFT() -> f64 { super::tune("BONE_TIP_SHIFT", 0.0) }
+    pub const BONE_TIP_SHIFT: f64 = 0.02;
     /// Size of the tip's square relative to the outline that it replaces.
-    pub fn TIP_SQUARE() -> f64 { super::tune("TIP_SQUARE", 0.9) }
+    pub const TIP_SQUARE: f64 = 0.79;
+    /// Bulge of the sides of the outer tip's square.
+    pub const OUTER_BULGE: f64 = 0.22;
+    /// The same on the bone.
+    pub const BONE_BULGE: f64 = 0.15;
+    /// The same of the box inside the bone: opens its corners to 120 degrees, where three cells meet.
+    pub const CORE_BULGE: f64 = 0.118;
+    /// Exponent with which outlines become squares toward the tip.
+    pub const MORPH: f64 = 3.1;
     /// Size of the box inside the bone, relative to the bone.
-    pub fn CORE() -> f64 { super::tune("CORE", 0.55) }
+    pub const CORE: f64 = 0.48;
     /// Length of the box's distal part, relative to that of the bone up to its tip's edge.
-    pub fn CORE_LENGTH() -> f64 { super::tune("CORE_LENGTH", 0.9) }
+    pub const CORE_LENGTH: f64 = 0.94;
     /// Reach of the grading across the pad, mm.
-    pub fn REACH_ACROSS() -> f64 { super::tune("REACH_ACROSS", 5.0) }
+    pub const REACH_ACROSS: f64 = 3.4;
     /// Reach of the grading along the pad, mm.
-    pub fn REACH_ALONG() -> f64 { super::tune("REACH_ALONG", 9.0) }
+    pub const REACH_ALONG: f64 = 5.0;
     /// Ratio of the dorsal to the palmar row height on the sides and on the tip.
-    pub fn ROW_RATIO() -> f64 { super::tune("ROW_RATIO", 1.8) }
+    pub const ROW_RATIO: f64 = 1.5;
     /// Ratio of the deepest to the shallowest subcutaneous layer.
-    pub fn LAYER_RATIO() -> f64 { super::tune("LAYER_RATIO", 2.0) }
+    pub const LAYER_RATIO: f64 = 1.7;
     /// Length of the lines' tangents at both ends, relative to the distance; 0 makes them straight.
-    pub fn BEND() -> f64 { super::tune("BEND", 0.5) }
+    pub const BEND: f64 = 0.2;
 }
 
 /// One body with the grid on it.
 struct Sheet {
     body: Body,
     section: SectionArc,
+    /// Palmar and dorsal edge, as fractions of the half outline.
     edges: [f64; 2],
+    /// How far the tip's middle lies dorsally, per half thickness.
     tip_shift: f64,
+    /// Bulge of the tip's square.
+    bulge: f64,
     /// `sigma` of the last ring.
     sigma_tip: f64,
     /// x and `sigma` of each ring; `sigma` is 1 in the shaft.
@@ -61,10 +71,11 @@ struct Sheet {
 }
 
 impl Sheet {
-    fn new(body: Body, edges: [f64; 2], tip: f64, tip_shift: f64) -> Self {
+    /// A sheet without rings, columns and rows yet; `tip` is the section's scale at the tip's palmar edge.
+    fn new(body: Body, edges: [f64; 2], [tip, tip_shift, bulge]: [f64; 3]) -> Self {
         let section = SectionArc::new(&body);
-        let sigma_tip = (tip + tip_shift) / (choice::TIP_SQUARE() + tip_shift);
-        Self { body, section, edges, tip_shift, sigma_tip, rings: vec![], columns: [vec![], vec![]], rows: vec![] }
+        let sigma_tip = (tip + tip_shift) / (choice::TIP_SQUARE + tip_shift);
+        Self { body, section, edges, tip_shift, bulge, sigma_tip, rings: vec![], columns: [vec![], vec![]], rows: vec![] }
     }
 
     /// Columns and rows of a grid point, both -1..1, as on the square.
@@ -87,9 +98,9 @@ impl Sheet {
             let side = if j == 0 { -1.0 } else { 1.0 };
             side * (low + (high - low) * self.rows[k])
         };
-        let square = ((1.0 - sigma) / (1.0 - self.sigma_tip)).min(1.0).powi(2);
-        let [eta, zeta] = bulged(self.square(point));
-        let [mut p, mut q] = [choice::TIP_SQUARE() * eta, choice::TIP_SQUARE() * zeta];
+        let square = self.squareness(sigma);
+        let [eta, zeta] = bulged(self.square(point), self.bulge);
+        let [mut p, mut q] = [choice::TIP_SQUARE * eta, choice::TIP_SQUARE * zeta];
         if j == 0 || j == last || k == 0 || k == self.rows.len() - 1 {
             let [op, oq] = self.section.at(fraction);
             [p, q] = [square * p + (1.0 - square) * op, square * q + (1.0 - square) * oq];
@@ -97,11 +108,16 @@ impl Sheet {
         [sigma * p, self.tip_shift * (1.0 - sigma) + sigma * q]
     }
 
+    /// How far the ring has become a square: 0 in the shaft, 1 at the tip's edge.
+    fn squareness(&self, sigma: f64) -> f64 {
+        ((1.0 - sigma) / (1.0 - self.sigma_tip)).min(1.0).powf(choice::MORPH)
+    }
+
     /// Ring whose palmar middle has this section scale.
     fn sigma_at(&self, scale: f64) -> f64 {
         let palmar = |sigma: f64| {
-            let square = ((1.0 - sigma) / (1.0 - self.sigma_tip)).min(1.0).powi(2);
-            sigma * (1.0 - square + square * choice::TIP_SQUARE()) - self.tip_shift * (1.0 - sigma)
+            let square = self.squareness(sigma);
+            sigma * (1.0 - square + square * choice::TIP_SQUARE) - self.tip_shift * (1.0 - sigma)
         };
         let (mut low, mut high) = (self.sigma_tip, 1.0);
         for _ in 0..60 {
@@ -145,11 +161,19 @@ pub(super) struct Mapping {
 
 impl Mapping {
     pub(super) fn new(shape: &FingertipShape, divisions: &Divisions, touch: &FirstTouch) -> Self {
-        let mut outer = Sheet::new(Body::outer(shape), choice::OUTER_EDGES(), choice::OUTER_TIP(), choice::OUTER_TIP_SHIFT());
-        let mut bone = Sheet::new(Body::bone(shape), choice::BONE_EDGES(), choice::BONE_TIP(), choice::BONE_TIP_SHIFT());
+        let mut outer = Sheet::new(
+            Body::outer(shape),
+            choice::OUTER_EDGES,
+            [choice::OUTER_TIP, choice::OUTER_TIP_SHIFT, choice::OUTER_BULGE],
+        );
+        let mut bone = Sheet::new(
+            Body::bone(shape),
+            choice::BONE_EDGES,
+            [choice::BONE_TIP, choice::BONE_TIP_SHIFT, choice::BONE_BULGE],
+        );
 
-        let half = choice::OUTER_EDGES()[0] * outer.section.length();
-        let across = graded(divisions.columns, 2.0 * half, half, choice::REACH_ACROSS());
+        let half = choice::OUTER_EDGES[0] * outer.section.length();
+        let across = graded(divisions.columns, 2.0 * half, half, choice::REACH_ACROSS);
         let fine: Vec<f64> = across.iter().map(|s| s / half - 1.0).collect();
         let even: Vec<f64> = (0..=divisions.columns).map(|j| 2.0 * j as f64 / divisions.columns as f64 - 1.0).collect();
         let mixed: Vec<f64> = fine.iter().zip(&even).map(|(f, e)| 0.5 * (f + e)).collect();
@@ -157,9 +181,9 @@ impl Mapping {
             (0..=divisions.rows).map(|k| growth(k as f64 / divisions.rows as f64, ratio)).collect()
         };
         outer.columns = [fine, even.clone()];
-        outer.rows = growing(choice::ROW_RATIO());
+        outer.rows = growing(choice::ROW_RATIO);
         bone.columns = [mixed, even];
-        bone.rows = growing(choice::ROW_RATIO().sqrt());
+        bone.rows = growing(choice::ROW_RATIO.sqrt());
 
         let (gap, distal) = (shape.joint_start_mm, shape.joint_end_mm);
         let even = |from: f64, to: f64, count: usize| {
@@ -171,10 +195,10 @@ impl Mapping {
 
         let outer_meridian = Meridian::new(&outer.body, distal, -1.0);
         let bone_meridian = Meridian::new(&bone.body, distal, -1.0);
-        let length = outer_meridian.length_to_scale(choice::OUTER_TIP());
+        let length = outer_meridian.length_to_scale(choice::OUTER_TIP);
         let center = outer_meridian.length_to_x(touch.point_mm.x).min(length);
-        let lengths = graded(divisions.distal_rings, length, center, choice::REACH_ALONG());
-        let shrink = bone_meridian.length_to_scale(choice::BONE_TIP()) / length;
+        let lengths = graded(divisions.distal_rings, length, center, choice::REACH_ALONG);
+        let shrink = bone_meridian.length_to_scale(choice::BONE_TIP) / length;
         let bone_lengths: Vec<f64> = lengths.iter().map(|s| s * shrink).collect();
         outer.set_rings(&shaft, &outer_meridian, &lengths);
         bone.set_rings(&shaft, &bone_meridian, &bone_lengths);
@@ -185,8 +209,8 @@ impl Mapping {
     /// Position of a grid point in the box inside the bone.
     pub(super) fn core(&self, point: Point) -> Vector3<f64> {
         let (x, sigma) = self.bone.rings[point[0]];
-        let [p, q] = bulged(self.bone.square(point));
-        let size = choice::CORE() * sigma;
+        let [p, q] = bulged(self.bone.square(point), choice::CORE_BULGE);
+        let size = choice::CORE * sigma;
         let beyond = x - self.distal_mm;
         if beyond <= 0.0 {
             return self.bone.body.point(x, size * p, size * q);
@@ -195,7 +219,7 @@ impl Mapping {
         let last = self.bone.rings.len() - 1;
         let tip = self.bone.position([last, point[1], point[2]]).x - self.bone.rings[last].0;
         let part = beyond / (self.bone.rings[last].0 - self.distal_mm);
-        let x = self.distal_mm + choice::CORE_LENGTH() * (beyond + part * part * tip);
+        let x = self.distal_mm + choice::CORE_LENGTH * (beyond + part * part * choice::CORE * tip);
         self.bone.body.point(x, size * p, size * q)
     }
 
@@ -204,28 +228,23 @@ impl Mapping {
         let (core, bone, outer) = (self.core(point), self.bone.position(point), self.outer.position(point));
         let (bone_normal, normal) = (self.bone.body.normal(&bone), self.outer.body.normal(&outer));
         let inner = outer - self.skin_mm * normal;
-        let distance = (inner - bone).norm() * choice::BEND();
+        let distance = (inner - bone).norm() * choice::BEND;
         let [bone_layers, soft_layers, skin_layers] = self.layers;
         let part = |l: usize, layers: usize| l as f64 / layers as f64;
         let mut line = Vec::with_capacity(self.layers.iter().sum());
         line.extend((1..=bone_layers).map(|l| core.lerp(&bone, part(l, bone_layers))));
         line.extend((1..=soft_layers).map(|l| {
-            let t = 1.0 - growth(1.0 - part(l, soft_layers), choice::LAYER_RATIO());
+            let t = 1.0 - growth(1.0 - part(l, soft_layers), choice::LAYER_RATIO);
             hermite(t, bone, distance * bone_normal, inner, distance * normal)
         }));
         line.extend((1..=skin_layers).map(|l| inner.lerp(&outer, part(l, skin_layers))));
         line
     }
-
-    /// Unit outward normal of the analytic surface at a surface point.
-    pub(super) fn normal(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.outer.body.normal(point)
-    }
 }
 
-/// A square with sides bulged so that its corners have 120 degrees.
-fn bulged([eta, zeta]: [f64; 2]) -> [f64; 2] {
-    [eta * (1.0 - BULGE * zeta * zeta), zeta * (1.0 - BULGE * eta * eta)]
+/// A square (-1..1) with sides bulged: they lie at 1 in their middles and at 1 - `bulge` at the corners.
+fn bulged([eta, zeta]: [f64; 2], bulge: f64) -> [f64; 2] {
+    [eta * (1.0 - bulge * zeta * zeta), zeta * (1.0 - bulge * eta * eta)]
 }
 
 /// 0..1 to 0..1 with steps growing smoothly to `ratio` times the first.
@@ -237,8 +256,4 @@ fn growth(t: f64, ratio: f64) -> f64 {
 fn hermite(t: f64, from: Vector3<f64>, leave: Vector3<f64>, to: Vector3<f64>, arrive: Vector3<f64>) -> Vector3<f64> {
     let s = 1.0 - t;
     from * (s * s * (1.0 + 2.0 * t)) + leave * (t * s * s) + to * (t * t * (3.0 - 2.0 * t)) - arrive * (t * t * s)
-}
-
-fn tune(name: &str, value: f64) -> f64 {
-    std::env::var(name).map_or(value, |v| v.parse().unwrap())
 }

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 mod arcs;
+pub mod block;
 mod check;
 mod divisions;
 mod error;

@@ -64,7 +64,7 @@ pub fn fingertip(shape: &FingertipShape, divisions: &Divisions) -> Result<Finger
     mesh.node_sets.insert(set::NAIL_FIX.into(), sorted(fixed));
     mesh.node_sets.insert(set::PROXIMAL_FIX.into(), grid.proximal_nodes());
     mesh.node_sets.insert(set::PAD.into(), sorted(mesh.pad_faces.iter().flatten().copied().collect()));
-    if std::env::var_os("NOCHECK").is_none() { check(&mesh)?; }
+    check(&mesh)?;
     Ok(Fingertip { mesh, touch, outer_faces })
 }
 
@@ -99,4 +99,130 @@ fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {
     nodes.sort_unstable();
     nodes.dedup();
     nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::surface::Body;
+    use crate::mesh::{MeshPreset, QualityReport, quality};
+
+    fn named(name: &str, preset: MeshPreset) -> (FingertipShape, Fingertip, QualityReport) {
+        let shape = FingertipShape::named(name).unwrap();
+        let tip = fingertip(&shape, &preset.divisions()).unwrap();
+        let report = quality(&tip.mesh);
+        (shape, tip, report)
+    }
+
+    #[test]
+    fn all_shapes_and_presets() {
+        use MeshPreset::{Coarse, Default, Fine};
+        for name in FingertipShape::NAMES {
+            for (preset, nodes, most_pad) in [(Coarse, 1800..2300, 150), (Default, 8000..11_500, 500), (Fine, 55_000..65_000, 1700)] {
+                let (_, _, report) = named(name, preset);
+                println!("{name} {preset:?}: {report:#?}");
+                assert!(nodes.contains(&report.nodes), "{name} {preset:?}: {} nodes", report.nodes);
+                assert!(report.pad_nodes <= most_pad, "{name} {preset:?}: {} pad nodes", report.pad_nodes);
+                assert!(report.worst_hex_scaled_jacobian > 0.35, "{name} {preset:?}: {}", report.worst_hex_scaled_jacobian);
+                assert!(report.worst_tet_scaled_jacobian > 0.05, "{name} {preset:?}: {}", report.worst_tet_scaled_jacobian);
+            }
+        }
+    }
+
+    #[test]
+    fn pad_is_fine_near_first_touch() {
+        for name in ["a", "e"] {
+            let (_, _, report) = named(name, MeshPreset::Default);
+            let [low, high] = report.touch_face_size_mm;
+            assert!(low > 0.55 && high < 0.8, "{name}: {low}..{high} mm");
+        }
+    }
+
+    #[test]
+    fn volumes_approach_the_analytic_ones() {
+        for name in FingertipShape::NAMES {
+            let mut last = f64::INFINITY;
+            for (preset, most) in [(MeshPreset::Coarse, 0.05), (MeshPreset::Default, 0.02), (MeshPreset::Fine, 0.006)] {
+                let (shape, _, report) = named(name, preset);
+                let hexes = report.volume_mm3() - report.regions[&Region::Nail].volume_mm3;
+                let missing = 1.0 - hexes / Body::outer(&shape).volume();
+                println!("{name} {preset:?}: {:.3} % of the volume missing", 100.0 * missing);
+                assert!(missing > 0.0 && missing < most && missing < 0.6 * last, "{name} {preset:?}: {missing}");
+                last = missing;
+            }
+            // Bones without the gap: the shaft's part of it is exact but for facets.
+            let (shape, _, report) = named(name, MeshPreset::Fine);
+            let bone = Body::bone(&shape);
+            let section = bone.volume() - Body { tip_x: bone.tip_x - 1.0, ..bone }.volume();
+            let gap = section * (shape.joint_end_mm - shape.joint_start_mm);
+            let bones = report.regions[&Region::DistalBone].volume_mm3 + report.regions[&Region::ProximalBone].volume_mm3;
+            assert!((bones / (bone.volume() - gap) - 1.0).abs() < 0.02);
+        }
+    }
+
+    #[test]
+    fn frame_and_sets() {
+        let (shape, Fingertip { mesh, touch, outer_faces }, _) = named("e", MeshPreset::Default);
+        let finger = |n: &u32| touch.rotation.transpose() * mesh.nodes[*n as usize] + touch.point_mm;
+        assert!(mesh.nodes.iter().all(|p| p.z > -1e-9));
+        let lowest = outer_faces.iter().flatten().map(|&n| mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min);
+        assert!(lowest < 0.01);
+        let at_start = (0..mesh.nodes.len() as u32).filter(|n| finger(n).x.abs() < 1e-9).count();
+        assert_eq!(mesh.node_set(set::PROXIMAL_FIX).len(), at_start);
+        assert!(mesh.node_set(set::PROXIMAL_FIX).iter().all(|n| finger(n).x.abs() < 1e-9));
+        assert!(mesh.node_set(set::PROXIMAL_BONE).iter().all(|n| finger(n).x < shape.joint_start_mm + 1e-9));
+        assert!(mesh.node_set(set::DISTAL_BONE).iter().all(|n| finger(n).x > shape.joint_end_mm - 1e-9));
+        let bone = Body::bone(&shape);
+        assert!(mesh.node_set(set::DISTAL_BONE).iter().all(|n| bone.level(&finger(n)) < 1.0 + 1e-9));
+        let on_bone = mesh.node_set(set::DISTAL_BONE).iter().filter(|n| bone.level(&finger(n)) > 1.0 - 1e-9).count();
+        assert!(on_bone > 700);
+        assert_eq!(mesh.node_set(set::NAIL_FIX).len(), mesh.ties.len());
+        assert!(mesh.node_set(set::NAIL_FIX).iter().all(|n| mesh.node_set(set::NAIL).binary_search(n).is_ok()));
+        assert!(mesh.node_set(set::PAD).iter().all(|n| mesh.node_set(set::SKIN).binary_search(n).is_ok()));
+        // Everything that can touch at 2.5 mm is a candidate.
+        let pad: std::collections::BTreeSet<_> = mesh.pad_faces.iter().collect();
+        for face in &outer_faces {
+            let low = face.iter().any(|&n| mesh.nodes[n as usize].z < 2.5);
+            assert!(!low || pad.contains(face), "face {face:?} is missing from the pad");
+        }
+    }
+
+    #[test]
+    fn skin_has_its_thickness() {
+        let (shape, Fingertip { mesh, outer_faces, touch }, _) = named("base", MeshPreset::Coarse);
+        let body = Body::outer(&shape);
+        let finger = |n: u32| touch.rotation.transpose() * mesh.nodes[n as usize] + touch.point_mm;
+        let mut seen = 0;
+        for hex in mesh.hexes.iter().filter(|h| h.region == Region::Skin) {
+            let outer: [u32; 4] = hex.nodes[4..].try_into().unwrap();
+            assert!(outer_faces.contains(&outer));
+            for i in 0..4 {
+                let (inner, outer) = (finger(hex.nodes[i]), finger(outer[i]));
+                assert!((body.level(&outer) - 1.0).abs() < 1e-9);
+                assert!((outer - inner - shape.skin_thickness_mm * body.normal(&outer)).norm() < 1e-9);
+                seen += 1;
+            }
+        }
+        assert_eq!(seen, 4 * outer_faces.len());
+    }
+
+    #[test]
+    fn fixed_patch_has_no_plate() {
+        let shape = FingertipShape { nail: Nail::FixedPatch, ..FingertipShape::default() };
+        let Fingertip { mesh, .. } = fingertip(&shape, &MeshPreset::Coarse.divisions()).unwrap();
+        assert!(mesh.tets.is_empty() && mesh.ties.is_empty() && mesh.node_set(set::NAIL).is_empty());
+        let fixed = mesh.node_set(set::NAIL_FIX);
+        assert!(fixed.len() > 10 && fixed.iter().all(|n| mesh.node_set(set::SKIN).binary_search(n).is_ok()));
+    }
+
+    #[test]
+    fn other_divisions_and_repetition() {
+        let odd = Divisions { columns: 11, rows: 4, bone_layers: 2, nail_layers: 3, ..MeshPreset::Coarse.divisions() };
+        let first = fingertip(&FingertipShape::default(), &odd).unwrap();
+        assert_eq!(first, fingertip(&FingertipShape::default(), &odd).unwrap());
+        let least = MeshPreset::Coarse.divisions().scaled(0.5);
+        fingertip(&FingertipShape::default(), &least).unwrap();
+        let zero = Divisions { rows: 0, ..odd };
+        assert!(matches!(fingertip(&FingertipShape::default(), &zero), Err(MeshError::Divisions { field: "rows", .. })));
+    }
 }

@@ -212,3 +212,44 @@ pub(super) fn tet_scaled_jacobian(mesh: &Mesh, tet: &Tet) -> f64 {
     let greatest = (0..4).map(product).fold(0.0, f64::max);
     if greatest > 0.0 { 2f64.sqrt() * 6.0 * tet_volume_mm3(mesh, tet) / greatest } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::block::{block, into_tets};
+
+    #[test]
+    fn box_and_sheared_box() {
+        let mut mesh = block(&[0.0, 2.0], &[0.0, 1.0], &[0.0, 3.0]);
+        let report = quality(&mesh);
+        assert!((report.volume_mm3() - 6.0).abs() < 1e-12 && (report.worst_hex_scaled_jacobian - 1.0).abs() < 1e-12);
+        assert_eq!((report.min_edge_mm, report.max_edge_mm), (1.0, 3.0));
+        mesh.nodes.iter_mut().for_each(|p| p.x += p.z);
+        let report = quality(&mesh);
+        assert!((report.volume_mm3() - 6.0).abs() < 1e-12);
+        assert!((report.worst_hex_scaled_jacobian - 0.5f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn inverted_elements_are_listed() {
+        let mut mesh = block(&[0.0, 1.0, 2.0], &[0.0, 1.0], &[0.0, 1.0]);
+        mesh.hexes[1].nodes.swap(0, 6);
+        assert_eq!(quality(&mesh).inverted_hexes, [1]);
+        let mut tets = into_tets(&block(&[0.0, 1.0], &[0.0, 1.0], &[0.0, 1.0]));
+        tets.tets[4].nodes.swap(1, 2);
+        assert_eq!(quality(&tets).inverted_tets, [4]);
+    }
+
+    #[test]
+    fn regular_tetrahedron() {
+        let corners = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]];
+        let mesh = Mesh {
+            nodes: corners.map(|c: [f64; 3]| c.into()).to_vec(),
+            tets: vec![Tet { nodes: [0, 1, 2, 3], region: Region::Nail }],
+            ..Mesh::default()
+        };
+        let report = quality(&mesh);
+        assert!((report.worst_tet_scaled_jacobian - 1.0).abs() < 1e-12);
+        assert!((report.volume_mm3() - 8.0 / 3.0).abs() < 1e-12);
+    }
+}
