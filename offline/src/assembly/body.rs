@@ -115,9 +115,8 @@ impl Body {
         for &node in supports.rigid.iter().chain(&supports.fixed) {
             stiff[node as usize] = true;
         }
-        let active = |nodes: &[u32], region: Region| {
-            material(region).filter(|_| nodes.iter().any(|&n| !stiff[n as usize]))
-        };
+        let active =
+            |nodes: &[u32], region: Region| material(region).filter(|_| nodes.iter().any(|&n| !stiff[n as usize]));
         let hexes: Vec<(usize, Material)> = (0..mesh.hexes.len())
             .filter_map(|e| active(&mesh.hexes[e].nodes, mesh.hexes[e].region).map(|m| (e, m)))
             .collect();
@@ -511,11 +510,7 @@ fn forces<const N: usize, const Q: usize>(group: &Group<N, Q>, at: &Configuratio
     }
 }
 
-fn accumulate<const N: usize, const Q: usize>(
-    group: &Group<N, Q>,
-    forces: &Forces<N>,
-    out: &mut [Vector3<f64>],
-) {
+fn accumulate<const N: usize, const Q: usize>(group: &Group<N, Q>, forces: &Forces<N>, out: &mut [Vector3<f64>]) {
     for a in 0..N {
         let lanes = forces.force[a].map(f64x8::to_array);
         for lane in 0..group.batch.len {
@@ -562,9 +557,8 @@ fn group<const N: usize, const Q: usize>(
 }
 
 fn scatter<const N: usize, const Q: usize>(batch: &Batch<N, Q>, dofs: &DofMap) -> Scatter<N> {
-    let dof: [[usize; 8]; N] = std::array::from_fn(|a| {
-        std::array::from_fn(|lane| dofs.node_dof(batch.nodes[a][lane]).unwrap_or(usize::MAX))
-    });
+    let dof: [[usize; 8]; N] =
+        std::array::from_fn(|a| std::array::from_fn(|lane| dofs.node_dof(batch.nodes[a][lane]).unwrap_or(usize::MAX)));
     let mut place = Vec::new();
     for a in 0..N {
         for b in 0..=a {

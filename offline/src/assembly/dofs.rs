@@ -144,9 +144,7 @@ impl DofMap {
         }
         let bulk_graph: Vec<Vec<u32>> = bulk
             .iter()
-            .map(|&unit| {
-                adjacent[unit].iter().map(|&w| bulk_of[w as usize]).filter(|&w| w != u32::MAX).collect()
-            })
+            .map(|&unit| adjacent[unit].iter().map(|&w| bulk_of[w as usize]).filter(|&w| w != u32::MAX).collect())
             .collect();
         let mut order: Vec<usize> = elimination_order(&bulk_graph).into_iter().map(|k| bulk[k]).collect();
         if has_rigid {

@@ -27,7 +27,8 @@ pub(super) fn inside_contour(
         let multiplier = if augmented { lagrange(coordinate(i), coordinate(j), multipliers, rule) } else { 0.0 };
         multiplier + penalty * (height - z)
     };
-    let values: Vec<f64> = (0..=CELLS).flat_map(|j| (0..=CELLS).map(move |i| (i, j))).map(|(i, j)| field(i, j)).collect();
+    let values: Vec<f64> =
+        (0..=CELLS).flat_map(|j| (0..=CELLS).map(move |i| (i, j))).map(|(i, j)| field(i, j)).collect();
     let at = |i: usize, j: usize| values[j * (CELLS + 1) + i];
     let cell = 4.0 / (CELLS * CELLS) as f64;
     let (mut inside, mut whole) = (0.0, 0.0);

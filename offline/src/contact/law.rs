@@ -50,12 +50,8 @@ impl RubberFriction {
             return (0.0, 0.0);
         }
         let (power, power_slope) = self.regular_power(sigma, self.beta);
-        let (constant, constant_slope) =
-            if self.tau0_mpa > 0.0 { self.regular_power(sigma, 0.0) } else { (0.0, 0.0) };
-        (
-            self.lambda * power + self.tau0_mpa * constant,
-            self.lambda * power_slope + self.tau0_mpa * constant_slope,
-        )
+        let (constant, constant_slope) = if self.tau0_mpa > 0.0 { self.regular_power(sigma, 0.0) } else { (0.0, 0.0) };
+        (self.lambda * power + self.tau0_mpa * constant, self.lambda * power_slope + self.tau0_mpa * constant_slope)
     }
 
     /// `sigma^beta` with its slope, a parabola below the regularisation pressure.
@@ -82,8 +78,7 @@ impl RubberFriction {
     pub fn return_map(&self, trial: [f64; 2], tau_crit: f64, force_stick: bool) -> ([f64; 2], [f64; 2], bool) {
         let length = trial[0].hypot(trial[1]);
         let stuck = length <= self.gamma_crit_mm || force_stick;
-        let elastic =
-            if stuck { trial } else { trial.map(|g| g * (self.gamma_crit_mm / length)) };
+        let elastic = if stuck { trial } else { trial.map(|g| g * (self.gamma_crit_mm / length)) };
         (elastic.map(|g| g * (tau_crit / self.gamma_crit_mm)), elastic, stuck)
     }
 

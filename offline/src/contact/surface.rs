@@ -160,11 +160,7 @@ impl Surface {
 
     /// State before any contact.
     pub fn initial_state(&self, position: Vec<Vector3<f64>>, plane: Plane) -> ContactState {
-        ContactState {
-            points: vec![PointState::default(); self.faces.len() * self.rule.len()],
-            position,
-            plane,
-        }
+        ContactState { points: vec![PointState::default(); self.faces.len() * self.rule.len()], position, plane }
     }
 
     /// Residual forces and, if `tangent`, their derivatives at trial `position` and `plane`.
@@ -210,9 +206,8 @@ impl Surface {
                 let mut stiffness = [[0.0; 2]; 2];
                 let mut over_pressure = [0.0; 2];
                 if let Friction::On(law) = friction {
-                    let trial = [0, 1].map(|k| {
-                        state.elastic_slip[k] + plane_step[k] - interpolate(&rule.shape, &moved, k)
-                    });
+                    let trial =
+                        [0, 1].map(|k| state.elastic_slip[k] + plane_step[k] - interpolate(&rule.shape, &moved, k));
                     let (strength, slope) = law.strength(pressure);
                     let force_stick = predict_stick && state.stuck;
                     let (traction, elastic, stuck) = law.return_map(trial, strength, force_stick);
@@ -352,10 +347,8 @@ impl Surface {
             .enumerate()
             .map(|(f, face)| {
                 let x = face.map(|n| state.position[n]);
-                let multipliers: Vec<f64> = state.points[f * self.rule.len()..][..self.rule.len()]
-                    .iter()
-                    .map(|p| p.multiplier)
-                    .collect();
+                let multipliers: Vec<f64> =
+                    state.points[f * self.rule.len()..][..self.rule.len()].iter().map(|p| p.multiplier).collect();
                 area::inside_contour(&x, state.plane[2], self.penalty, &multipliers, &self.rule_1d)
             })
             .collect()
@@ -418,11 +411,8 @@ mod tests {
             let plane = [last.plane[0] + step[0], last.plane[1] + step[1], 0.035];
             let exact = surface.evaluate(&friction, &last, &x, plane, false, true);
             assert!(!exact.tangents.is_empty());
-            let scale = exact
-                .tangents
-                .iter()
-                .flat_map(|t| t.block.iter().flatten())
-                .fold(0.0f64, |m, v| m.max(v.abs()));
+            let scale =
+                exact.tangents.iter().flat_map(|t| t.block.iter().flatten()).fold(0.0f64, |m, v| m.max(v.abs()));
             let h = 1e-7;
             for node in 0..x.len() {
                 for k in 0..3 {

@@ -279,9 +279,8 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 let mut cb = [[f64x8::ZERO; 3]; 6];
                 for row in 0..6 {
                     for k in 0..3 {
-                        cb[row][k] = c[row][INDEX[k][0]] * gb[0]
-                            + c[row][INDEX[k][1]] * gb[1]
-                            + c[row][INDEX[k][2]] * gb[2];
+                        cb[row][k] =
+                            c[row][INDEX[k][0]] * gb[0] + c[row][INDEX[k][1]] * gb[1] + c[row][INDEX[k][2]] * gb[2];
                     }
                 }
                 let tb: [f64x8; 3] = std::array::from_fn(|i| {

@@ -19,11 +19,7 @@ pub(super) const HEX_CORNERS: [[f64; 3]; 8] = [
 pub fn hex8_gradient(xi: [f64; 3]) -> [[f64; 3]; 8] {
     HEX_CORNERS.map(|c| {
         let f = [0, 1, 2].map(|k| 1.0 + c[k] * xi[k]);
-        [
-            0.125 * c[0] * f[1] * f[2],
-            0.125 * f[0] * c[1] * f[2],
-            0.125 * f[0] * f[1] * c[2],
-        ]
+        [0.125 * c[0] * f[1] * f[2], 0.125 * f[0] * c[1] * f[2], 0.125 * f[0] * f[1] * c[2]]
     })
 }
 

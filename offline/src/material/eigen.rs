@@ -71,8 +71,7 @@ mod tests {
             [1.1, 0.9, 1.0, 0.4, 0.4, 0.4],
             [3.0, 0.2, 0.7, -0.5, 0.1, 0.9],
         ];
-        let packed: Sym<f64x8> =
-            std::array::from_fn(|k| f64x8::new(std::array::from_fn(|lane| cases[lane][k])));
+        let packed: Sym<f64x8> = std::array::from_fn(|k| f64x8::new(std::array::from_fn(|lane| cases[lane][k])));
         let (values, vectors) = jacobi(&packed);
         let index = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
         for (k, (i, j)) in index.into_iter().enumerate() {

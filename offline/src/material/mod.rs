@@ -29,9 +29,5 @@ pub struct Moduli {
 
 /// Young's modulus and Poisson's ratio as Lamé constants (lambda, mu), MPa.
 pub fn lame_from_young(young_mpa: f64, poisson: f64) -> (f64, f64) {
-    (
-        young_mpa * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
-        young_mpa / (2.0 * (1.0 + poisson)),
-    )
+    (young_mpa * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), young_mpa / (2.0 * (1.0 + poisson)))
 }
-

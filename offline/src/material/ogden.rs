@@ -131,13 +131,12 @@ impl Ogden {
         let two_d = x * (f64x8::ONE + x * x * (f64x8::splat(1.0 / 3.0) + x * x * f64x8::splat(0.2)));
         let d2 = two_d * two_d * f64x8::splat(0.25);
         let al2 = self.alpha * self.alpha;
-        let numerator = f64x8::ONE
-            + d2 * (f64x8::splat(al2 / 6.0) + d2 * f64x8::splat(al2 * al2 / 120.0));
+        let numerator = f64x8::ONE + d2 * (f64x8::splat(al2 / 6.0) + d2 * f64x8::splat(al2 * al2 / 120.0));
         let denominator = f64x8::ONE + d2 * (f64x8::splat(4.0 / 6.0) + d2 * f64x8::splat(16.0 / 120.0));
         // 2 mu/alpha must keep its sign under the root.
         let sign = f64x8::splat(self.alpha.signum());
-        let series = sign * (beta_a * beta_b / (a * b)).sqrt() * f64x8::splat(0.5 * self.alpha) * numerator
-            / denominator;
+        let series =
+            sign * (beta_a * beta_b / (a * b)).sqrt() * f64x8::splat(0.5 * self.alpha) * numerator / denominator;
         near.select(series, direct)
     }
 }

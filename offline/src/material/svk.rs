@@ -48,8 +48,8 @@ impl SaintVenantKirchhoff {
         let mut c = [[f64x8::ZERO; 6]; 6];
         for (row, (i, j)) in PAIRS.into_iter().enumerate() {
             for (col, (k, l)) in PAIRS.into_iter().enumerate() {
-                c[row][col] = lambda * full(i, j) * full(k, l)
-                    + mu * (full(i, k) * full(j, l) + full(i, l) * full(j, k));
+                c[row][col] =
+                    lambda * full(i, j) * full(k, l) + mu * (full(i, k) * full(j, l) + full(i, l) * full(j, k));
             }
         }
         Moduli { tau: self.stress(b), c }

@@ -143,9 +143,8 @@ mod tests {
     #[test]
     fn paraboloid() {
         let (radius, height) = (10.0, 2.0);
-        let map = |p: Vector3<f64>| {
-            p + Vector3::z() * ((p.x * p.x + p.y * p.y) / (2.0 * radius) * (1.0 - p.z / height))
-        };
+        let map =
+            |p: Vector3<f64>| p + Vector3::z() * ((p.x * p.x + p.y * p.y) / (2.0 * radius) * (1.0 - p.z / height));
         let grid = coordinates(-2.0, 2.0, 8, 1.0);
         let mesh = curved_block(&grid, &grid, &coordinates(0.0, height, 3, 1.2), map);
         check(&mesh).unwrap();

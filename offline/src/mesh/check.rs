@@ -42,7 +42,8 @@ fn indices(mesh: &Mesh) -> Result<(), MeshError> {
         return Err(MeshError::NotFinite { node });
     }
     let nodes = mesh.nodes.len();
-    let known = |kind, element, region: Option<Region>, list: &[u32]| match list.iter().find(|&&n| n as usize >= nodes) {
+    let known = |kind, element, region: Option<Region>, list: &[u32]| match list.iter().find(|&&n| n as usize >= nodes)
+    {
         Some(&node) => Err(MeshError::NoSuchNode { kind, element, region, node, nodes }),
         None => Ok(()),
     };
@@ -101,7 +102,8 @@ fn boundary<const E: usize, const F: usize, const N: usize>(
     if elements.is_empty() {
         return Ok(outside);
     }
-    let mut edges: Vec<[u32; 2]> = outside.values().flat_map(|f| (0..F).map(|i| sorted([f[i], f[(i + 1) % F]]))).collect();
+    let mut edges: Vec<[u32; 2]> =
+        outside.values().flat_map(|f| (0..F).map(|i| sorted([f[i], f[(i + 1) % F]]))).collect();
     edges.sort_unstable();
     let mut edge_count = 0;
     for group in edges.chunk_by(|a, b| a == b) {

@@ -75,10 +75,7 @@ impl CappedBox {
             }
             for k in 0..rows {
                 cells.push(([[i, 0, k], [i + 1, 0, k], [i + 1, 0, k + 1], [i, 0, k + 1]], i));
-                cells.push((
-                    [[i, columns, k], [i, columns, k + 1], [i + 1, columns, k + 1], [i + 1, columns, k]],
-                    i,
-                ));
+                cells.push(([[i, columns, k], [i, columns, k + 1], [i + 1, columns, k + 1], [i + 1, columns, k]], i));
             }
         }
         let i = self.rings;

@@ -75,7 +75,17 @@ impl Sheet {
     fn new(body: Body, edges: [f64; 2], [tip, tip_shift, bulge]: [f64; 3]) -> Self {
         let section = SectionArc::new(&body);
         let sigma_tip = (tip + tip_shift) / (choice::TIP_SQUARE + tip_shift);
-        Self { body, section, edges, tip_shift, bulge, sigma_tip, rings: vec![], columns: [vec![], vec![]], rows: vec![] }
+        Self {
+            body,
+            section,
+            edges,
+            tip_shift,
+            bulge,
+            sigma_tip,
+            rings: vec![],
+            columns: [vec![], vec![]],
+            rows: vec![],
+        }
     }
 
     /// Columns and rows of a grid point, both -1..1, as on the square.
@@ -186,9 +196,8 @@ impl Mapping {
         bone.rows = growing(choice::ROW_RATIO.sqrt());
 
         let (gap, distal) = (shape.joint_start_mm, shape.joint_end_mm);
-        let even = |from: f64, to: f64, count: usize| {
-            (0..count).map(move |i| from + (to - from) * i as f64 / count as f64)
-        };
+        let even =
+            |from: f64, to: f64, count: usize| (0..count).map(move |i| from + (to - from) * i as f64 / count as f64);
         let mut shaft: Vec<f64> = even(0.0, gap, divisions.proximal_rings).collect();
         shaft.extend(even(gap, distal, divisions.joint_rings));
         shaft.push(distal);

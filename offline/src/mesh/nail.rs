@@ -23,7 +23,12 @@ pub(super) struct Plate {
 }
 
 /// Makes the plate. Its inner nodes are moved onto the nearest of `faces`, so that ties have no offset.
-pub(super) fn plate(shape: &FingertipShape, divisions: &Divisions, nodes: &[Vector3<f64>], faces: &[[u32; 4]]) -> Plate {
+pub(super) fn plate(
+    shape: &FingertipShape,
+    divisions: &Divisions,
+    nodes: &[Vector3<f64>],
+    faces: &[[u32; 4]],
+) -> Plate {
     let body = Body::outer(shape);
     let meridian = Meridian::new(&body, 0.0, 1.0);
     let (from, to) = (meridian.length_to_x(shape.nail_start_mm), meridian.length_to_x(shape.nail_end_mm));
@@ -81,7 +86,11 @@ fn center(face: &[u32; 4], nodes: &[Vector3<f64>]) -> Vector3<f64> {
 }
 
 /// Closest point to `point` on the bilinear faces, with the nodes and weights that make it.
-fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> (Vector3<f64>, Vec<(u32, f64)>) {
+fn nearest_on_faces(
+    point: &Vector3<f64>,
+    faces: &[[u32; 4]],
+    nodes: &[Vector3<f64>],
+) -> (Vector3<f64>, Vec<(u32, f64)>) {
     let mut near: Vec<&[u32; 4]> = faces.iter().collect();
     near.sort_by(|a, b| {
         let distance = |f: &[u32; 4]| (center(f, nodes) - point).norm_squared();
@@ -110,12 +119,8 @@ fn closest_weights(point: &Vector3<f64>, corners: &[Vector3<f64>; 4]) -> [f64; 4
         let along_u = (corners[1] - corners[0]) * (1.0 - v) + (corners[2] - corners[3]) * v;
         let along_v = (corners[3] - corners[0]) * (1.0 - u) + (corners[2] - corners[1]) * u;
         let mut gradient = Vector2::new(along_u.dot(&gap), along_v.dot(&gap));
-        let mut normal = Matrix2::new(
-            along_u.norm_squared(),
-            along_u.dot(&along_v),
-            along_u.dot(&along_v),
-            along_v.norm_squared(),
-        );
+        let mut normal =
+            Matrix2::new(along_u.norm_squared(), along_u.dot(&along_v), along_u.dot(&along_v), along_v.norm_squared());
         // A coordinate that is at its bound and pushed outward stays there.
         for c in 0..2 {
             if (at[c] <= 0.0 && gradient[c] > 0.0) || (at[c] >= 1.0 && gradient[c] < 0.0) {

@@ -118,13 +118,23 @@ mod tests {
     fn all_shapes_and_presets() {
         use MeshPreset::{Coarse, Default, Fine};
         for name in FingertipShape::NAMES {
-            for (preset, nodes, most_pad) in [(Coarse, 1800..2300, 150), (Default, 8000..11_500, 500), (Fine, 55_000..65_000, 1700)] {
+            for (preset, nodes, most_pad) in
+                [(Coarse, 1800..2300, 150), (Default, 8000..11_500, 500), (Fine, 55_000..65_000, 1700)]
+            {
                 let (_, _, report) = named(name, preset);
                 println!("{name} {preset:?}: {report:#?}");
                 assert!(nodes.contains(&report.nodes), "{name} {preset:?}: {} nodes", report.nodes);
                 assert!(report.pad_nodes <= most_pad, "{name} {preset:?}: {} pad nodes", report.pad_nodes);
-                assert!(report.worst_hex_scaled_jacobian > 0.35, "{name} {preset:?}: {}", report.worst_hex_scaled_jacobian);
-                assert!(report.worst_tet_scaled_jacobian > 0.05, "{name} {preset:?}: {}", report.worst_tet_scaled_jacobian);
+                assert!(
+                    report.worst_hex_scaled_jacobian > 0.35,
+                    "{name} {preset:?}: {}",
+                    report.worst_hex_scaled_jacobian
+                );
+                assert!(
+                    report.worst_tet_scaled_jacobian > 0.05,
+                    "{name} {preset:?}: {}",
+                    report.worst_tet_scaled_jacobian
+                );
             }
         }
     }
@@ -155,7 +165,8 @@ mod tests {
             let bone = Body::bone(&shape);
             let section = bone.volume() - Body { tip_x: bone.tip_x - 1.0, ..bone }.volume();
             let gap = section * (shape.joint_end_mm - shape.joint_start_mm);
-            let bones = report.regions[&Region::DistalBone].volume_mm3 + report.regions[&Region::ProximalBone].volume_mm3;
+            let bones =
+                report.regions[&Region::DistalBone].volume_mm3 + report.regions[&Region::ProximalBone].volume_mm3;
             assert!((bones / (bone.volume() - gap) - 1.0).abs() < 0.02);
         }
     }
@@ -223,6 +234,9 @@ mod tests {
         let least = MeshPreset::Coarse.divisions().scaled(0.5);
         fingertip(&FingertipShape::default(), &least).unwrap();
         let zero = Divisions { rows: 0, ..odd };
-        assert!(matches!(fingertip(&FingertipShape::default(), &zero), Err(MeshError::Divisions { field: "rows", .. })));
+        assert!(matches!(
+            fingertip(&FingertipShape::default(), &zero),
+            Err(MeshError::Divisions { field: "rows", .. })
+        ));
     }
 }

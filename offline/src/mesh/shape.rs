@@ -138,8 +138,8 @@ impl FingertipShape {
 
     /// Parses and checks the text of a geometry file; `name` is for the error message.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, MeshError> {
-        let shape: Self = toml::from_str(text)
-            .map_err(|e| MeshError::ShapeFile { name: name.into(), message: e.to_string() })?;
+        let shape: Self =
+            toml::from_str(text).map_err(|e| MeshError::ShapeFile { name: name.into(), message: e.to_string() })?;
         shape.validate()?;
         Ok(shape)
     }
@@ -193,7 +193,10 @@ impl FingertipShape {
         let end = self.joint_end_mm;
         need(end > self.joint_start_mm, "joint_end_mm", end, || "must be beyond joint_start_mm".into())?;
         need(end <= bone_shaft && end < self.length_mm - cap, "joint_end_mm", end, || {
-            format!("must lie before the bone's cap (x = {bone_shaft} mm) and the outer one (x = {} mm)", self.length_mm - cap)
+            format!(
+                "must lie before the bone's cap (x = {bone_shaft} mm) and the outer one (x = {} mm)",
+                self.length_mm - cap
+            )
         })?;
         let end = self.nail_end_mm;
         need(end > self.nail_start_mm && end < self.length_mm, "nail_end_mm", end, || {
@@ -208,7 +211,9 @@ impl FingertipShape {
         let vertical = self.half_thickness_mm - self.bone_half_thickness_mm - offset.abs();
         let distal = self.bone_distal_clearance_mm;
         need(lateral > 0.0, "bone_half_width_mm", self.bone_half_width_mm, || "bone is outside the skin".into())?;
-        need(offset.is_finite() && vertical > 0.0, "bone_dorsal_offset_mm", offset, || "bone is outside the skin".into())?;
+        need(offset.is_finite() && vertical > 0.0, "bone_dorsal_offset_mm", offset, || {
+            "bone is outside the skin".into()
+        })?;
         let tissue = lateral.min(vertical).min(distal);
         need(skin < tissue, "skin_thickness_mm", skin, || {
             format!("skin is thicker than the tissue over the bone ({tissue} mm)")

@@ -146,15 +146,19 @@ impl Body {
 
     /// Volume from x = 0 to the tip, mm³ (the shear keeps it).
     pub(super) fn volume(&self) -> f64 {
-        let area = 4.0 * self.a * self.b * midpoint(|t| {
-            // Quarter of the unit section; p = 1 - (1 - t)^2 removes the vertical tangent at p = 1.
-            let p = 1.0 - (1.0 - t) * (1.0 - t);
-            (1.0 - p.powf(self.n)).powf(1.0 / self.n) * 2.0 * (1.0 - t)
-        });
-        let cap = self.cap * midpoint(|t| {
-            let xi = 1.0 - (1.0 - t) * (1.0 - t);
-            (1.0 - xi.powf(self.m)).powf(2.0 / self.m) * 2.0 * (1.0 - t)
-        });
+        let area = 4.0
+            * self.a
+            * self.b
+            * midpoint(|t| {
+                // Quarter of the unit section; p = 1 - (1 - t)^2 removes the vertical tangent at p = 1.
+                let p = 1.0 - (1.0 - t) * (1.0 - t);
+                (1.0 - p.powf(self.n)).powf(1.0 / self.n) * 2.0 * (1.0 - t)
+            });
+        let cap = self.cap
+            * midpoint(|t| {
+                let xi = 1.0 - (1.0 - t) * (1.0 - t);
+                (1.0 - xi.powf(self.m)).powf(2.0 / self.m) * 2.0 * (1.0 - t)
+            });
         area * (self.cap_x() + cap)
     }
 }

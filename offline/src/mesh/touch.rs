@@ -54,16 +54,17 @@ impl FirstTouch {
     pub fn section_area_mm2(&self, shape: &FingertipShape, height_mm: f64) -> f64 {
         let body = Body::outer(shape);
         let reach = 2.0 * (shape.length_mm + shape.half_thickness_mm);
-        reach * midpoint(|t| {
-            let in_plane = Vector3::new(reach * (t - 0.5), 0.0, height_mm);
-            let point = self.rotation.transpose() * in_plane + self.point_mm;
-            if point.x < 0.0 || point.x > shape.length_mm {
-                return 0.0;
-            }
-            let q = (point.z - body.axis_z - body.taper.height(point.x)) / body.b;
-            let rest = body.scale_at(point.x).powf(body.n) - q.abs().powf(body.n);
-            2.0 * body.a * rest.max(0.0).powf(1.0 / body.n)
-        })
+        reach
+            * midpoint(|t| {
+                let in_plane = Vector3::new(reach * (t - 0.5), 0.0, height_mm);
+                let point = self.rotation.transpose() * in_plane + self.point_mm;
+                if point.x < 0.0 || point.x > shape.length_mm {
+                    return 0.0;
+                }
+                let q = (point.z - body.axis_z - body.taper.height(point.x)) / body.b;
+                let rest = body.scale_at(point.x).powf(body.n) - q.abs().powf(body.n);
+                2.0 * body.a * rest.max(0.0).powf(1.0 / body.n)
+            })
     }
 }
 

@@ -112,20 +112,13 @@ impl Finger {
             }
             BoneKind::Deformable => {}
         }
-        let supports = Supports {
-            fixed,
-            rigid,
-            contact: mesh.node_set(set::PAD).to_vec(),
-            ..Default::default()
-        };
+        let supports = Supports { fixed, rigid, contact: mesh.node_set(set::PAD).to_vec(), ..Default::default() };
         let deformable = tissue.bone.kind == BoneKind::Deformable;
         let material = |region: Region| match region {
             Region::Skin => Some(Material::Ogden(tissue.skin)),
             Region::Subcutaneous => Some(Material::Ogden(tissue.subcutaneous)),
             Region::Nail => Some(Material::Linear(tissue.nail)),
-            Region::DistalBone | Region::ProximalBone => {
-                deformable.then_some(Material::Linear(tissue.bone.elastic))
-            }
+            Region::DistalBone | Region::ProximalBone => deformable.then_some(Material::Linear(tissue.bone.elastic)),
         };
         let reference = joint_point(&mesh);
         let body = Body::new(&mesh, material, &supports, reference, tissue.bone.joint)?;
@@ -135,9 +128,8 @@ impl Finger {
 
 /// Middle of the distal bone's end that faces the second bone, mm; the origin if there are not two bones.
 fn joint_point(mesh: &Mesh) -> Vector3<f64> {
-    let middle = |nodes: &[u32]| {
-        nodes.iter().map(|&n| mesh.nodes[n as usize]).sum::<Vector3<f64>>() / nodes.len() as f64
-    };
+    let middle =
+        |nodes: &[u32]| nodes.iter().map(|&n| mesh.nodes[n as usize]).sum::<Vector3<f64>>() / nodes.len() as f64;
     let (distal, proximal) = (mesh.node_set(set::DISTAL_BONE), mesh.node_set(set::PROXIMAL_BONE));
     if distal.is_empty() || proximal.is_empty() {
         return Vector3::zeros();

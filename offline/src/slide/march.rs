@@ -167,11 +167,8 @@ impl<'a> Runner<'a> {
         }
         let start = &path.waypoints[0];
         let place = |drive: Drive, value: f64| if drive == Drive::Displacement { value } else { 0.0 };
-        let plane = [
-            place(path.drives[1], start.x),
-            place(path.drives[2], start.y),
-            place(path.drives[0], start.normal),
-        ];
+        let plane =
+            [place(path.drives[1], start.x), place(path.drives[2], start.y), place(path.drives[0], start.normal)];
         let friction = problem.friction.map_or(Friction::Off, Friction::On);
         let solver = Solver::new(problem.body, problem.pad_faces, friction, problem.penalty, problem.settings);
         let state = solver.initial_state(plane);
@@ -207,11 +204,7 @@ impl<'a> Runner<'a> {
         normal.max(x.hypot(y)).max(1e-3)
     }
 
-    fn segment(
-        &mut self,
-        row: usize,
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<(), MarchError> {
+    fn segment(&mut self, row: usize, progress: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<(), MarchError> {
         let (from, to) = (self.path.waypoints[row - 1], self.path.waypoints[row]);
         let steps = self.steps_of(row);
         if !self.problem.march.friction_while_pressing
@@ -239,7 +232,9 @@ impl<'a> Runner<'a> {
                         response: *self.trajectory.responses.last().expect("just recorded"),
                     };
                     if progress(report).is_break() {
-                        return Err(MarchError::Interrupted { reached: Box::new(std::mem::take(&mut self.trajectory)) });
+                        return Err(MarchError::Interrupted {
+                            reached: Box::new(std::mem::take(&mut self.trajectory)),
+                        });
                     }
                 }
                 Err(source) => {
@@ -300,7 +295,10 @@ impl<'a> Runner<'a> {
         cost.factorisations += stats.factorisations;
         cost.cpu_s = self.clock.elapsed().as_secs_f64();
         if std::env::var_os("FINGERPAD_TRACE").is_some() {
-            eprintln!("{point:?} size {size:.4} ex {extrapolated} {stats:?} {:?}", result.as_ref().map(|s| s.totals).map_err(|e| e.to_string()));
+            eprintln!(
+                "{point:?} size {size:.4} ex {extrapolated} {stats:?} {:?}",
+                result.as_ref().map(|s| s.totals).map_err(|e| e.to_string())
+            );
         }
         let next = result?;
         let [step_x, step_y, step_z] = std::array::from_fn(|k| next.contact.plane[k] - self.state.contact.plane[k]);

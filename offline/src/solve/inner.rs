@@ -80,8 +80,7 @@ impl Inner<'_> {
     }
 
     fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, predict: bool, tangent: bool) -> Trial {
-        let evaluation =
-            self.surface.evaluate(self.friction, self.last, &self.positions(&x), plane, predict, tangent);
+        let evaluation = self.surface.evaluate(self.friction, self.last, &self.positions(&x), plane, predict, tangent);
         let mut force = self.gather(&evaluation.residual);
         for ((f, x), shift) in force.iter_mut().zip(&x).zip(self.shift) {
             *f -= shift * x;

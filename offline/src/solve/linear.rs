@@ -52,9 +52,8 @@ impl Factor {
         };
         // Without a permutation the analysis reads the upper triangle, whatever side it is told.
         let upper = pattern.transposed();
-        let symbolic =
-            factorize_symbolic_cholesky(symbolic(&upper), Side::Upper, SymmetricOrdering::Identity, params)
-                .expect("enough memory for the symbolic factor");
+        let symbolic = factorize_symbolic_cholesky(symbolic(&upper), Side::Upper, SymmetricOrdering::Identity, params)
+            .expect("enough memory for the symbolic factor");
         let numeric = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let solve = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
         Self {

@@ -80,7 +80,9 @@ pub struct Stats {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SolveError {
     /// The residual did not fall.
-    #[error("no equilibrium after {iterations} iterations: residual {residual:.3e} of the contact force, tolerance {tolerance:.1e}")]
+    #[error(
+        "no equilibrium after {iterations} iterations: residual {residual:.3e} of the contact force, tolerance {tolerance:.1e}"
+    )]
     Stalled {
         /// Iterations done.
         iterations: u32,
@@ -260,8 +262,7 @@ impl<'a> Solver<'a> {
             let reference = contact_norm.max(self.settings.force_floor_n);
             stats.residual = residual / reference;
             if residual <= self.settings.tolerance * reference {
-                let (contact, totals) =
-                    self.surface.commit(&self.friction, last, &self.surface_positions(&at), plane);
+                let (contact, totals) = self.surface.commit(&self.friction, last, &self.surface_positions(&at), plane);
                 return Ok(State { configuration: at, contact, totals });
             }
             if iteration as usize >= self.settings.max_iterations || !residual.is_finite() {
@@ -325,10 +326,16 @@ impl<'a> Solver<'a> {
             };
             let solution = inner.solve(x, plane, predict);
             stats.iterations += 1;
-            if std::env::var_os("FINGERPAD_TRACE").is_some() { eprintln!("  it {iteration} res {:.2e} fresh {fresh} inner {} conv {} predict {predict} guess {guess_slides}", residual / reference, solution.iterations, solution.converged); }
+            if std::env::var_os("FINGERPAD_TRACE").is_some() {
+                eprintln!(
+                    "  it {iteration} res {:.2e} fresh {fresh} inner {} conv {} predict {predict} guess {guess_slides}",
+                    residual / reference,
+                    solution.iterations,
+                    solution.converged
+                );
+            }
             stats.contact_iterations += solution.iterations as u32;
-            displacement_scale =
-                solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
+            displacement_scale = solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
             let mut force = solution.force;
             self.factor.contact_forward(&mut force);
             for (w, f) in work[first..].iter_mut().zip(&force) {
@@ -415,8 +422,7 @@ impl<'a> Solver<'a> {
         force_target: [Option<f64>; 3],
     ) -> (f64, f64) {
         let first = self.body.dofs.first_contact_dof;
-        let evaluation =
-            self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
+        let evaluation = self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
         let mut sum: f64 = internal[..first].iter().map(|r| r * r).sum();
         let mut contact = internal[first..].to_vec();
         let mut contact_norm = 0.0;
@@ -469,8 +475,8 @@ impl<'a> Solver<'a> {
                 .filter(|&j| !self.held[j])
                 .collect();
             let diagonal = |j: usize| pattern.column_start[first + j];
-            let mean = touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>()
-                / touching.len().max(1) as f64;
+            let mean =
+                touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>() / touching.len().max(1) as f64;
             for factor in [1.0, 10.0, 100.0] {
                 for &j in &touching {
                     self.values[diagonal(j)] += factor * mean - self.shift[j];
