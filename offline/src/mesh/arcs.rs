@@ -15,7 +15,9 @@ pub(super) struct ArcTable {
 impl ArcTable {
     fn new(from: f64, to: f64, curve: impl Fn(f64) -> [f64; 2]) -> Self {
         let count = 4000;
-        let parameter: Vec<f64> = (0..=count).map(|i| from + (to - from) * f64::from(i) / f64::from(count)).collect();
+        let parameter: Vec<f64> = (0..=count)
+            .map(|i| from + (to - from) * f64::from(i) / f64::from(count))
+            .collect();
         let mut length = vec![0.0];
         let mut last = curve(from);
         for &t in &parameter[1..] {
@@ -99,7 +101,11 @@ impl Meridian {
             let (x, scale) = Self::place(body, from_x, t);
             [x, side * body.b * scale + body.taper.height(x)]
         });
-        Self { body: *body, from_x, table }
+        Self {
+            body: *body,
+            from_x,
+            table,
+        }
     }
 
     /// (x, scale of the section) at the parameter: 0..1 along the shaft, 1..2 along the cap.
@@ -138,7 +144,10 @@ impl Meridian {
 /// `count` + 1 positions over 0..`length`, spaced in proportion to sqrt(1 + ((s - center)/reach)²): finest
 /// at `center`. Refining keeps the ratios.
 pub(super) fn graded(count: usize, length: f64, center: f64, reach: f64) -> Vec<f64> {
-    let (from, to) = ((-center / reach).asinh(), ((length - center) / reach).asinh());
+    let (from, to) = (
+        (-center / reach).asinh(),
+        ((length - center) / reach).asinh(),
+    );
     (0..=count)
         .map(|i| match i {
             0 => 0.0,

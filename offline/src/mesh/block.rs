@@ -23,7 +23,9 @@ pub fn block(xs: &[f64], ys: &[f64], zs: &[f64]) -> Mesh {
                 for (name, at, last) in [("x", i, nx), ("y", j, ny), ("z", k, nz)] {
                     for (end, place) in [("0", 0), ("1", last)] {
                         if at == place {
-                            sets.entry(format!("{name}{end}")).or_default().push(node(i, j, k));
+                            sets.entry(format!("{name}{end}"))
+                                .or_default()
+                                .push(node(i, j, k));
                         }
                     }
                 }
@@ -33,9 +35,19 @@ pub fn block(xs: &[f64], ys: &[f64], zs: &[f64]) -> Mesh {
     for i in 0..nx {
         for j in 0..ny {
             for k in 0..nz {
-                let level = |k| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
+                let level = |k| {
+                    [
+                        node(i, j, k),
+                        node(i + 1, j, k),
+                        node(i + 1, j + 1, k),
+                        node(i, j + 1, k),
+                    ]
+                };
                 let ([a, b, c, d], [e, f, g, h]) = (level(k), level(k + 1));
-                mesh.hexes.push(Hex { nodes: [a, b, c, d, e, f, g, h], region: Region::Skin });
+                mesh.hexes.push(Hex {
+                    nodes: [a, b, c, d, e, f, g, h],
+                    region: Region::Skin,
+                });
                 if k == 0 {
                     mesh.pad_faces.push([a, d, c, b]);
                 }
@@ -50,7 +62,12 @@ pub fn block(xs: &[f64], ys: &[f64], zs: &[f64]) -> Mesh {
 
 /// A block whose nodes are moved by `map`, e.g. to a paraboloid: z += (x² + y²)/(2 R) times what is left of
 /// the height. The map has to keep the elements right side out.
-pub fn curved_block(xs: &[f64], ys: &[f64], zs: &[f64], map: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Mesh {
+pub fn curved_block(
+    xs: &[f64],
+    ys: &[f64],
+    zs: &[f64],
+    map: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> Mesh {
     let mut mesh = block(xs, ys, zs);
     for node in &mut mesh.nodes {
         *node = map(*node);
@@ -66,7 +83,15 @@ pub fn coordinates(from: f64, to: f64, count: usize, ratio: f64) -> Vec<f64> {
         }
         (ratio.powi(i as i32) - 1.0) / (ratio.powi(count as i32) - 1.0)
     };
-    (0..=count).map(|i| if i == count { to } else { from + (to - from) * part(i) }).collect()
+    (0..=count)
+        .map(|i| {
+            if i == count {
+                to
+            } else {
+                from + (to - from) * part(i)
+            }
+        })
+        .collect()
 }
 
 /// Moves each node that is in none of the six faces' sets by up to `amplitude_mm` in each direction; the
@@ -74,15 +99,24 @@ pub fn coordinates(from: f64, to: f64, count: usize, ratio: f64) -> Vec<f64> {
 pub fn distort(mesh: &mut Mesh, amplitude_mm: f64, seed: u64) {
     let mut inside = vec![true; mesh.nodes.len()];
     for name in ["x0", "x1", "y0", "y1", "z0", "z1"] {
-        mesh.node_set(name).iter().for_each(|&n| inside[n as usize] = false);
+        mesh.node_set(name)
+            .iter()
+            .for_each(|&n| inside[n as usize] = false);
     }
     let mut state = seed;
     let mut next = || {
         // Knuth's MMIX linear congruential generator; its upper bits.
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     };
-    for (node, _) in mesh.nodes.iter_mut().zip(inside).filter(|(_, inside)| *inside) {
+    for (node, _) in mesh
+        .nodes
+        .iter_mut()
+        .zip(inside)
+        .filter(|(_, inside)| *inside)
+    {
         *node += amplitude_mm * Vector3::from_fn(|_, _| next());
     }
 }
@@ -90,7 +124,12 @@ pub fn distort(mesh: &mut Mesh, amplitude_mm: f64, seed: u64) {
 /// The same nodes and sets with each hexahedron split in six tetrahedra, which fit those of its neighbours in
 /// a structured block. Pad faces, which are faces of hexahedra, are left out.
 pub fn into_tets(mesh: &Mesh) -> Mesh {
-    let split = |hex: &Hex| BOX_TO_TETS.map(|t| Tet { nodes: t.map(|n| hex.nodes[n]), region: hex.region });
+    let split = |hex: &Hex| {
+        BOX_TO_TETS.map(|t| Tet {
+            nodes: t.map(|n| hex.nodes[n]),
+            region: hex.region,
+        })
+    };
     Mesh {
         nodes: mesh.nodes.clone(),
         tets: mesh.hexes.iter().flat_map(split).collect(),
@@ -105,7 +144,11 @@ mod tests {
     use crate::mesh::{check, quality};
 
     fn sample() -> Mesh {
-        block(&[0.0, 1.0, 3.0], &coordinates(-1.0, 1.0, 3, 1.5), &coordinates(0.0, 2.0, 4, 1.0))
+        block(
+            &[0.0, 1.0, 3.0],
+            &coordinates(-1.0, 1.0, 3, 1.5),
+            &coordinates(0.0, 2.0, 4, 1.0),
+        )
     }
 
     #[test]
@@ -113,8 +156,14 @@ mod tests {
         let mesh = sample();
         check(&mesh).unwrap();
         let report = quality(&mesh);
-        assert!((report.volume_mm3() - 12.0).abs() < 1e-12 && (report.worst_hex_scaled_jacobian - 1.0).abs() < 1e-12);
-        assert_eq!((mesh.nodes.len(), mesh.hexes.len(), mesh.pad_faces.len()), (60, 24, 6));
+        assert!(
+            (report.volume_mm3() - 12.0).abs() < 1e-12
+                && (report.worst_hex_scaled_jacobian - 1.0).abs() < 1e-12
+        );
+        assert_eq!(
+            (mesh.nodes.len(), mesh.hexes.len(), mesh.pad_faces.len()),
+            (60, 24, 6)
+        );
         assert_eq!(mesh.node_set("x1").len(), 20);
         assert!((report.pad_area_mm2 - 6.0).abs() < 1e-12);
     }
@@ -135,7 +184,12 @@ mod tests {
         distort(&mut b, 0.15, 1);
         check(&a).unwrap();
         assert_eq!(a, b);
-        let moved = a.nodes.iter().zip(&sample().nodes).filter(|(a, b)| a != b).count();
+        let moved = a
+            .nodes
+            .iter()
+            .zip(&sample().nodes)
+            .filter(|(a, b)| a != b)
+            .count();
         assert_eq!(moved, 2 * 3);
         assert!(quality(&a).worst_hex_scaled_jacobian < 0.99);
     }

@@ -117,7 +117,11 @@ impl Divisions {
         ];
         for (field, value, least) in numbers {
             if value < least {
-                return Err(MeshError::Divisions { field, value, least });
+                return Err(MeshError::Divisions {
+                    field,
+                    value,
+                    least,
+                });
             }
         }
         Ok(())
@@ -153,8 +157,15 @@ mod tests {
 
     #[test]
     fn zero_is_refused_by_name() {
-        let divisions = Divisions { skin_layers: 0, ..Divisions::default() };
-        let expected = MeshError::Divisions { field: "skin_layers", value: 0, least: 1 };
+        let divisions = Divisions {
+            skin_layers: 0,
+            ..Divisions::default()
+        };
+        let expected = MeshError::Divisions {
+            field: "skin_layers",
+            value: 0,
+            least: 1,
+        };
         assert_eq!(divisions.validate(), Err(expected));
     }
 

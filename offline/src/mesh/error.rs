@@ -56,7 +56,9 @@ pub enum MeshError {
         node: usize,
     },
     /// An element is turned inside out or has no volume.
-    #[error("{kind} {element} ({region:?}) is inverted or flat: scaled Jacobian {scaled_jacobian:.3e}")]
+    #[error(
+        "{kind} {element} ({region:?}) is inverted or flat: scaled Jacobian {scaled_jacobian:.3e}"
+    )]
     Inverted {
         /// `hex` or `tet`.
         kind: &'static str,
@@ -88,7 +90,9 @@ pub enum MeshError {
         faces: usize,
     },
     /// The boundary is closed, but not one sphere: a void, a tunnel or a second piece.
-    #[error("{kind} boundary has Euler characteristic {euler}, not 2: missing elements, a tunnel or several pieces")]
+    #[error(
+        "{kind} boundary has Euler characteristic {euler}, not 2: missing elements, a tunnel or several pieces"
+    )]
     Hole {
         /// `hex` or `tet`.
         kind: &'static str,

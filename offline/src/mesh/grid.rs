@@ -28,7 +28,11 @@ impl CappedBox {
             for j in 0..=columns {
                 for k in 0..=rows {
                     let inside = i < rings && j > 0 && j < columns && k > 0 && k < rows;
-                    place.push(if inside { u32::MAX } else { surface.len() as u32 });
+                    place.push(if inside {
+                        u32::MAX
+                    } else {
+                        surface.len() as u32
+                    });
                     if !inside {
                         surface.push([i, j, k]);
                     }
@@ -36,7 +40,15 @@ impl CappedBox {
             }
         }
         let layers = divisions.bone_layers + divisions.subcutaneous_layers + divisions.skin_layers;
-        Self { rings, columns, rows, layers, divisions: *divisions, surface, place }
+        Self {
+            rings,
+            columns,
+            rows,
+            layers,
+            divisions: *divisions,
+            surface,
+            place,
+        }
     }
 
     /// Number of nodes.
@@ -70,13 +82,32 @@ impl CappedBox {
         let (columns, rows) = (self.columns, self.rows);
         for i in 0..self.rings {
             for j in 0..columns {
-                cells.push(([[i, j, 0], [i, j + 1, 0], [i + 1, j + 1, 0], [i + 1, j, 0]], i));
-                cells.push(([[i, j, rows], [i + 1, j, rows], [i + 1, j + 1, rows], [i, j + 1, rows]], i));
+                cells.push((
+                    [[i, j, 0], [i, j + 1, 0], [i + 1, j + 1, 0], [i + 1, j, 0]],
+                    i,
+                ));
+                cells.push((
+                    [
+                        [i, j, rows],
+                        [i + 1, j, rows],
+                        [i + 1, j + 1, rows],
+                        [i, j + 1, rows],
+                    ],
+                    i,
+                ));
             }
             for k in 0..rows {
-                cells.push(([[i, 0, k], [i + 1, 0, k], [i + 1, 0, k + 1], [i, 0, k + 1]], i));
                 cells.push((
-                    [[i, columns, k], [i, columns, k + 1], [i + 1, columns, k + 1], [i + 1, columns, k]],
+                    [[i, 0, k], [i + 1, 0, k], [i + 1, 0, k + 1], [i, 0, k + 1]],
+                    i,
+                ));
+                cells.push((
+                    [
+                        [i, columns, k],
+                        [i, columns, k + 1],
+                        [i + 1, columns, k + 1],
+                        [i + 1, columns, k],
+                    ],
                     i,
                 ));
             }
@@ -84,7 +115,10 @@ impl CappedBox {
         let i = self.rings;
         for j in 0..columns {
             for k in 0..rows {
-                cells.push(([[i, j, k], [i, j + 1, k], [i, j + 1, k + 1], [i, j, k + 1]], i - 1));
+                cells.push((
+                    [[i, j, k], [i, j + 1, k], [i, j + 1, k + 1], [i, j, k + 1]],
+                    i - 1,
+                ));
             }
         }
         cells
@@ -108,7 +142,10 @@ impl CappedBox {
                 for k in 0..self.rows {
                     let lower = [[i, j, k], [i + 1, j, k], [i + 1, j + 1, k], [i, j + 1, k]];
                     let upper = lower.map(|[i, j, k]| [i, j, k + 1]);
-                    hexes.push(Hex { nodes: self.stack(lower, 0, upper, 0), region: self.bone_region(i) });
+                    hexes.push(Hex {
+                        nodes: self.stack(lower, 0, upper, 0),
+                        region: self.bone_region(i),
+                    });
                 }
             }
         }
@@ -121,21 +158,30 @@ impl CappedBox {
                     _ if level < skin_begins => Region::Subcutaneous,
                     _ => Region::Skin,
                 };
-                hexes.push(Hex { nodes: self.stack(cell, level, cell, level + 1), region });
+                hexes.push(Hex {
+                    nodes: self.stack(cell, level, cell, level + 1),
+                    region,
+                });
             }
         }
         hexes
     }
 
     fn stack(&self, lower: [Point; 4], from: usize, upper: [Point; 4], to: usize) -> [u32; 8] {
-        let (l, u) = (lower.map(|p| self.node(p, from)), upper.map(|p| self.node(p, to)));
+        let (l, u) = (
+            lower.map(|p| self.node(p, from)),
+            upper.map(|p| self.node(p, to)),
+        );
         [l[0], l[1], l[2], l[3], u[0], u[1], u[2], u[3]]
     }
 
     /// Faces of the skin's outside, counter-clockwise seen from outside.
     pub(super) fn outer_faces(&self) -> Vec<[u32; 4]> {
         let level = self.outer_level();
-        self.surface_cells().iter().map(|(cell, _)| cell.map(|p| self.node(p, level))).collect()
+        self.surface_cells()
+            .iter()
+            .map(|(cell, _)| cell.map(|p| self.node(p, level)))
+            .collect()
     }
 
     /// Nodes of the proximal section, sorted.
@@ -164,12 +210,21 @@ mod tests {
         let around = 2 * (d.columns + d.rows) * (d.rings() + 1) + (d.columns - 1) * (d.rows - 1);
         let layers = d.bone_layers + d.subcutaneous_layers + d.skin_layers;
         assert_eq!(grid.surface().len(), around);
-        assert_eq!(grid.node_count(), (d.columns + 1) * (d.rows + 1) * (d.rings() + 1) + layers * around);
+        assert_eq!(
+            grid.node_count(),
+            (d.columns + 1) * (d.rows + 1) * (d.rings() + 1) + layers * around
+        );
         let cells = 2 * (d.columns + d.rows) * d.rings() + d.columns * d.rows;
-        assert_eq!(grid.hexes().len(), d.columns * d.rows * d.rings() + layers * cells);
+        assert_eq!(
+            grid.hexes().len(),
+            d.columns * d.rows * d.rings() + layers * cells
+        );
         assert_eq!(grid.outer_faces().len(), cells);
         let mut used = vec![false; grid.node_count()];
-        grid.hexes().iter().flat_map(|h| h.nodes).for_each(|n| used[n as usize] = true);
+        grid.hexes()
+            .iter()
+            .flat_map(|h| h.nodes)
+            .for_each(|n| used[n as usize] = true);
         assert!(used.iter().all(|u| *u));
     }
 }

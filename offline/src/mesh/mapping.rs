@@ -75,13 +75,26 @@ impl Sheet {
     fn new(body: Body, edges: [f64; 2], [tip, tip_shift, bulge]: [f64; 3]) -> Self {
         let section = SectionArc::new(&body);
         let sigma_tip = (tip + tip_shift) / (choice::TIP_SQUARE + tip_shift);
-        Self { body, section, edges, tip_shift, bulge, sigma_tip, rings: vec![], columns: [vec![], vec![]], rows: vec![] }
+        Self {
+            body,
+            section,
+            edges,
+            tip_shift,
+            bulge,
+            sigma_tip,
+            rings: vec![],
+            columns: [vec![], vec![]],
+            rows: vec![],
+        }
     }
 
     /// Columns and rows of a grid point, both -1..1, as on the square.
     fn square(&self, [_, j, k]: Point) -> [f64; 2] {
         let up = self.rows[k];
-        [self.columns[0][j] * (1.0 - up) + self.columns[1][j] * up, 2.0 * up - 1.0]
+        [
+            self.columns[0][j] * (1.0 - up) + self.columns[1][j] * up,
+            2.0 * up - 1.0,
+        ]
     }
 
     /// Relative position (p, q) of a grid point on the ring `sigma`: the section's outline at 1, morphing
@@ -103,14 +116,19 @@ impl Sheet {
         let [mut p, mut q] = [choice::TIP_SQUARE * eta, choice::TIP_SQUARE * zeta];
         if j == 0 || j == last || k == 0 || k == self.rows.len() - 1 {
             let [op, oq] = self.section.at(fraction);
-            [p, q] = [square * p + (1.0 - square) * op, square * q + (1.0 - square) * oq];
+            [p, q] = [
+                square * p + (1.0 - square) * op,
+                square * q + (1.0 - square) * oq,
+            ];
         }
         [sigma * p, self.tip_shift * (1.0 - sigma) + sigma * q]
     }
 
     /// How far the ring has become a square: 0 in the shaft, 1 at the tip's edge.
     fn squareness(&self, sigma: f64) -> f64 {
-        ((1.0 - sigma) / (1.0 - self.sigma_tip)).min(1.0).powf(choice::MORPH)
+        ((1.0 - sigma) / (1.0 - self.sigma_tip))
+            .min(1.0)
+            .powf(choice::MORPH)
     }
 
     /// Ring whose palmar middle has this section scale.
@@ -122,7 +140,11 @@ impl Sheet {
         let (mut low, mut high) = (self.sigma_tip, 1.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if palmar(middle) < scale { low = middle } else { high = middle }
+            if palmar(middle) < scale {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         high
     }
@@ -133,7 +155,11 @@ impl Sheet {
         self.rings = shaft.iter().map(|&x| (x, 1.0)).collect();
         for &length in &lengths[1..] {
             let (x, scale) = meridian.at(length);
-            let sigma = if scale < 1.0 { self.sigma_at(scale) } else { 1.0 };
+            let sigma = if scale < 1.0 {
+                self.sigma_at(scale)
+            } else {
+                1.0
+            };
             self.rings.push((x, sigma));
         }
     }
@@ -145,7 +171,8 @@ impl Sheet {
         if sigma >= 1.0 {
             return self.body.point(x, p, q);
         }
-        self.body.point(self.body.x_at_scale(self.body.section_norm(p, q)), p, q)
+        self.body
+            .point(self.body.x_at_scale(self.body.section_norm(p, q)), p, q)
     }
 }
 
@@ -164,7 +191,11 @@ impl Mapping {
         let mut outer = Sheet::new(
             Body::outer(shape),
             choice::OUTER_EDGES,
-            [choice::OUTER_TIP, choice::OUTER_TIP_SHIFT, choice::OUTER_BULGE],
+            [
+                choice::OUTER_TIP,
+                choice::OUTER_TIP_SHIFT,
+                choice::OUTER_BULGE,
+            ],
         );
         let mut bone = Sheet::new(
             Body::bone(shape),
@@ -175,10 +206,14 @@ impl Mapping {
         let half = choice::OUTER_EDGES[0] * outer.section.length();
         let across = graded(divisions.columns, 2.0 * half, half, choice::REACH_ACROSS);
         let fine: Vec<f64> = across.iter().map(|s| s / half - 1.0).collect();
-        let even: Vec<f64> = (0..=divisions.columns).map(|j| 2.0 * j as f64 / divisions.columns as f64 - 1.0).collect();
+        let even: Vec<f64> = (0..=divisions.columns)
+            .map(|j| 2.0 * j as f64 / divisions.columns as f64 - 1.0)
+            .collect();
         let mixed: Vec<f64> = fine.iter().zip(&even).map(|(f, e)| 0.5 * (f + e)).collect();
         let growing = |ratio: f64| -> Vec<f64> {
-            (0..=divisions.rows).map(|k| growth(k as f64 / divisions.rows as f64, ratio)).collect()
+            (0..=divisions.rows)
+                .map(|k| growth(k as f64 / divisions.rows as f64, ratio))
+                .collect()
         };
         outer.columns = [fine, even.clone()];
         outer.rows = growing(choice::ROW_RATIO);
@@ -202,8 +237,18 @@ impl Mapping {
         let bone_lengths: Vec<f64> = lengths.iter().map(|s| s * shrink).collect();
         outer.set_rings(&shaft, &outer_meridian, &lengths);
         bone.set_rings(&shaft, &bone_meridian, &bone_lengths);
-        let layers = [divisions.bone_layers, divisions.subcutaneous_layers, divisions.skin_layers];
-        Self { outer, bone, distal_mm: distal, skin_mm: shape.skin_thickness_mm, layers }
+        let layers = [
+            divisions.bone_layers,
+            divisions.subcutaneous_layers,
+            divisions.skin_layers,
+        ];
+        Self {
+            outer,
+            bone,
+            distal_mm: distal,
+            skin_mm: shape.skin_thickness_mm,
+            layers,
+        }
     }
 
     /// Position of a grid point in the box inside the bone.
@@ -225,7 +270,11 @@ impl Mapping {
 
     /// Positions of a surface grid point's line from the first level outside the box to the outer surface.
     pub(super) fn line(&self, point: Point) -> Vec<Vector3<f64>> {
-        let (core, bone, outer) = (self.core(point), self.bone.position(point), self.outer.position(point));
+        let (core, bone, outer) = (
+            self.core(point),
+            self.bone.position(point),
+            self.outer.position(point),
+        );
         let (bone_normal, normal) = (self.bone.body.normal(&bone), self.outer.body.normal(&outer));
         let inner = outer - self.skin_mm * normal;
         let distance = (inner - bone).norm() * choice::BEND;
@@ -244,16 +293,30 @@ impl Mapping {
 
 /// A square (-1..1) with sides bulged: they lie at 1 in their middles and at 1 - `bulge` at the corners.
 fn bulged([eta, zeta]: [f64; 2], bulge: f64) -> [f64; 2] {
-    [eta * (1.0 - bulge * zeta * zeta), zeta * (1.0 - bulge * eta * eta)]
+    [
+        eta * (1.0 - bulge * zeta * zeta),
+        zeta * (1.0 - bulge * eta * eta),
+    ]
 }
 
 /// 0..1 to 0..1 with steps growing smoothly to `ratio` times the first.
 fn growth(t: f64, ratio: f64) -> f64 {
-    if (ratio - 1.0).abs() < 1e-9 { t } else { (ratio.powf(t) - 1.0) / (ratio - 1.0) }
+    if (ratio - 1.0).abs() < 1e-9 {
+        t
+    } else {
+        (ratio.powf(t) - 1.0) / (ratio - 1.0)
+    }
 }
 
 /// Cubic from `from` to `to` with these tangents.
-fn hermite(t: f64, from: Vector3<f64>, leave: Vector3<f64>, to: Vector3<f64>, arrive: Vector3<f64>) -> Vector3<f64> {
+fn hermite(
+    t: f64,
+    from: Vector3<f64>,
+    leave: Vector3<f64>,
+    to: Vector3<f64>,
+    arrive: Vector3<f64>,
+) -> Vector3<f64> {
     let s = 1.0 - t;
-    from * (s * s * (1.0 + 2.0 * t)) + leave * (t * s * s) + to * (t * t * (3.0 - 2.0 * t)) - arrive * (t * t * s)
+    from * (s * s * (1.0 + 2.0 * t)) + leave * (t * s * s) + to * (t * t * (3.0 - 2.0 * t))
+        - arrive * (t * t * s)
 }

@@ -7,6 +7,9 @@
 //! height of the plane at first touch with the analytic surface (not with its facets).
 //! May use: nothing of this crate.
 
+// `!(x > 0.0)` refuses NaN as well.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;

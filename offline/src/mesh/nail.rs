@@ -9,8 +9,14 @@ use super::{Divisions, FingertipShape, Region, Tet, Tie};
 
 /// The six tetrahedra of a box with corners in VTK_HEXAHEDRON order, around its diagonal 0-6: in a
 /// structured grid the diagonals of neighbouring boxes' faces agree.
-pub(super) const BOX_TO_TETS: [[usize; 4]; 6] =
-    [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
+pub(super) const BOX_TO_TETS: [[usize; 4]; 6] = [
+    [0, 1, 2, 6],
+    [0, 2, 3, 6],
+    [0, 3, 7, 6],
+    [0, 7, 4, 6],
+    [0, 4, 5, 6],
+    [0, 5, 1, 6],
+];
 
 /// A nail plate; node indices count from the end of the nodes that it was made for.
 pub(super) struct Plate {
@@ -23,16 +29,37 @@ pub(super) struct Plate {
 }
 
 /// Makes the plate. Its inner nodes are moved onto the nearest of `faces`, so that ties have no offset.
-pub(super) fn plate(shape: &FingertipShape, divisions: &Divisions, nodes: &[Vector3<f64>], faces: &[[u32; 4]]) -> Plate {
+pub(super) fn plate(
+    shape: &FingertipShape,
+    divisions: &Divisions,
+    nodes: &[Vector3<f64>],
+    faces: &[[u32; 4]],
+) -> Plate {
     let body = Body::outer(shape);
     let meridian = Meridian::new(&body, 0.0, 1.0);
-    let (from, to) = (meridian.length_to_x(shape.nail_start_mm), meridian.length_to_x(shape.nail_end_mm));
-    let (rings, columns, layers) = (divisions.nail_rings, divisions.nail_columns, divisions.nail_layers);
+    let (from, to) = (
+        meridian.length_to_x(shape.nail_start_mm),
+        meridian.length_to_x(shape.nail_end_mm),
+    );
+    let (rings, columns, layers) = (
+        divisions.nail_rings,
+        divisions.nail_columns,
+        divisions.nail_layers,
+    );
     let part = |i: usize, count: usize| i as f64 / count as f64;
-    let dorsal: Vec<[u32; 4]> = faces.iter().filter(|f| center(f, nodes).z > 0.0).copied().collect();
+    let dorsal: Vec<[u32; 4]> = faces
+        .iter()
+        .filter(|f| center(f, nodes).z > 0.0)
+        .copied()
+        .collect();
 
     let first = nodes.len() as u32;
-    let mut plate = Plate { nodes: vec![], tets: vec![], ties: vec![], outer: vec![] };
+    let mut plate = Plate {
+        nodes: vec![],
+        tets: vec![],
+        ties: vec![],
+        outer: vec![],
+    };
     for i in 0..=rings {
         let (x, scale) = meridian.at(from + (to - from) * part(i, rings));
         for j in 0..=columns {
@@ -41,22 +68,37 @@ pub(super) fn plate(shape: &FingertipShape, divisions: &Divisions, nodes: &[Vect
             let f = scale / body.section_norm(p, q);
             let point = body.point(x, p * f, q * f);
             let normal = body.normal(&point);
-            let (foot, masters) = nearest_on_faces(&point, &dorsal, nodes);
-            plate.ties.push(Tie { slave: first + plate.nodes.len() as u32, masters });
+            let Foot { position, masters } = nearest_on_faces(&point, &dorsal, nodes);
+            plate.ties.push(Tie {
+                slave: first + plate.nodes.len() as u32,
+                masters,
+            });
             for layer in 0..=layers {
-                plate.nodes.push(foot + shape.nail_thickness_mm * part(layer, layers) * normal);
+                plate
+                    .nodes
+                    .push(position + shape.nail_thickness_mm * part(layer, layers) * normal);
             }
             plate.outer.push(first + plate.nodes.len() as u32 - 1);
         }
     }
-    let node = |i: usize, j: usize, layer: usize| first + ((i * (columns + 1) + j) * (layers + 1) + layer) as u32;
+    let node = |i: usize, j: usize, layer: usize| {
+        first + ((i * (columns + 1) + j) * (layers + 1) + layer) as u32
+    };
     for i in 0..rings {
         for j in 0..columns {
             for l in 0..layers {
                 let ring = |i: usize, l: usize| [node(i, j, l), node(i, j + 1, l)];
-                let ([a, d], [b, c], [e, h], [f, g]) = (ring(i, l), ring(i + 1, l), ring(i, l + 1), ring(i + 1, l + 1));
+                let ([a, d], [b, c], [e, h], [f, g]) = (
+                    ring(i, l),
+                    ring(i + 1, l),
+                    ring(i, l + 1),
+                    ring(i + 1, l + 1),
+                );
                 let corners = [a, b, c, d, e, f, g, h];
-                let tets = BOX_TO_TETS.map(|t| Tet { nodes: t.map(|n| corners[n]), region: Region::Nail });
+                let tets = BOX_TO_TETS.map(|t| Tet {
+                    nodes: t.map(|n| corners[n]),
+                    region: Region::Nail,
+                });
                 plate.tets.extend(tets);
             }
         }
@@ -65,7 +107,11 @@ pub(super) fn plate(shape: &FingertipShape, divisions: &Divisions, nodes: &[Vect
 }
 
 /// Skin nodes of the nail's patch.
-pub(super) fn patch(shape: &FingertipShape, nodes: &[Vector3<f64>], faces: &[[u32; 4]]) -> Vec<u32> {
+pub(super) fn patch(
+    shape: &FingertipShape,
+    nodes: &[Vector3<f64>],
+    faces: &[[u32; 4]],
+) -> Vec<u32> {
     let body = Body::outer(shape);
     let half_angle = shape.nail_half_angle_deg.to_radians();
     let inside = |node: &u32| {
@@ -77,35 +123,50 @@ pub(super) fn patch(shape: &FingertipShape, nodes: &[Vector3<f64>], faces: &[[u3
 }
 
 fn center(face: &[u32; 4], nodes: &[Vector3<f64>]) -> Vector3<f64> {
-    face.iter().map(|&n| nodes[n as usize]).sum::<Vector3<f64>>() / 4.0
+    face.iter()
+        .map(|&n| nodes[n as usize])
+        .sum::<Vector3<f64>>()
+        / 4.0
 }
 
-/// Closest point to `point` on the bilinear faces, with the nodes and weights that make it.
-fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> (Vector3<f64>, Vec<(u32, f64)>) {
+/// A point of a face, with the nodes and weights that make it.
+struct Foot {
+    position: Vector3<f64>,
+    masters: Vec<(u32, f64)>,
+}
+
+/// Closest point to `point` on the bilinear faces.
+fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> Foot {
     let mut near: Vec<&[u32; 4]> = faces.iter().collect();
     near.sort_by(|a, b| {
         let distance = |f: &[u32; 4]| (center(f, nodes) - point).norm_squared();
         distance(a).total_cmp(&distance(b))
     });
-    let mut best: Option<(f64, Vector3<f64>, Vec<(u32, f64)>)> = None;
+    let mut best: Option<(f64, Foot)> = None;
     for face in near.into_iter().take(12) {
         let corners = face.map(|n| nodes[n as usize]);
         let weights = closest_weights(point, &corners);
-        let foot: Vector3<f64> = corners.iter().zip(weights).map(|(c, w)| c * w).sum();
-        let distance = (foot - point).norm();
-        if best.as_ref().is_none_or(|(d, ..)| distance < *d) {
-            best = Some((distance, foot, face.iter().copied().zip(weights).filter(|(_, w)| *w > 0.0).collect()));
+        let position: Vector3<f64> = corners.iter().zip(weights).map(|(c, w)| c * w).sum();
+        let distance = (position - point).norm();
+        if best.as_ref().is_none_or(|(d, _)| distance < *d) {
+            let masters = face.iter().copied().zip(weights);
+            let masters = masters.filter(|(_, w)| *w > 0.0).collect();
+            best = Some((distance, Foot { position, masters }));
         }
     }
-    let (_, foot, masters) = best.expect("the skin has dorsal faces");
-    (foot, masters)
+    best.expect("the skin has dorsal faces").1
 }
 
 /// Bilinear weights of the point of a quadrilateral closest to `point`: Gauss-Newton, clamped to the face.
 fn closest_weights(point: &Vector3<f64>, corners: &[Vector3<f64>; 4]) -> [f64; 4] {
     let mut at = Vector2::new(0.5, 0.5);
     for _ in 0..50 {
-        let gap: Vector3<f64> = corners.iter().zip(bilinear(at)).map(|(c, w)| c * w).sum::<Vector3<f64>>() - point;
+        let gap: Vector3<f64> = corners
+            .iter()
+            .zip(bilinear(at))
+            .map(|(c, w)| c * w)
+            .sum::<Vector3<f64>>()
+            - point;
         let (u, v) = (at.x, at.y);
         let along_u = (corners[1] - corners[0]) * (1.0 - v) + (corners[2] - corners[3]) * v;
         let along_v = (corners[3] - corners[0]) * (1.0 - u) + (corners[2] - corners[1]) * u;
@@ -124,7 +185,9 @@ fn closest_weights(point: &Vector3<f64>, corners: &[Vector3<f64>; 4]) -> [f64; 4
                 normal[(1, 0)] = 0.0;
             }
         }
-        let step = normal.try_inverse().map_or(Vector2::zeros(), |inverse| inverse * gradient);
+        let step = normal
+            .try_inverse()
+            .map_or(Vector2::zeros(), |inverse| inverse * gradient);
         let next = (at - step).map(|c| c.clamp(0.0, 1.0));
         let moved = (next - at).norm();
         at = next;

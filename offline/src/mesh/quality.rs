@@ -20,7 +20,18 @@ const CORNERS: [[f64; 3]; 8] = [
 
 /// Edges of a hexahedron.
 const HEX_EDGES: [[usize; 2]; 12] = [
-    [0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7],
+    [0, 1],
+    [1, 2],
+    [2, 3],
+    [3, 0],
+    [4, 5],
+    [5, 6],
+    [6, 7],
+    [7, 4],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
 ];
 
 /// What one region is made of.
@@ -88,7 +99,12 @@ pub fn quality(mesh: &Mesh) -> QualityReport {
         min_edge_mm: f64::INFINITY,
         max_edge_mm: 0.0,
         pad_faces: mesh.pad_faces.len(),
-        pad_nodes: mesh.pad_faces.iter().flatten().collect::<BTreeSet<_>>().len(),
+        pad_nodes: mesh
+            .pad_faces
+            .iter()
+            .flatten()
+            .collect::<BTreeSet<_>>()
+            .len(),
         pad_area_mm2: 0.0,
         pad_face_size_mm: [f64::INFINITY, 0.0],
         touch_face_size_mm: [f64::INFINITY, 0.0],
@@ -119,7 +135,12 @@ pub fn quality(mesh: &Mesh) -> QualityReport {
         region.tets += 1;
         region.volume_mm3 += tet_volume_mm3(mesh, tet);
         let n = tet.nodes;
-        report.edges(mesh, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]].into_iter().map(|e| e.map(|i| n[i])));
+        report.edges(
+            mesh,
+            [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
+                .into_iter()
+                .map(|e| e.map(|i| n[i])),
+        );
     }
     for face in &mesh.pad_faces {
         let p = face.map(|n| mesh.nodes[n as usize]);
@@ -154,8 +175,15 @@ impl QualityReport {
     }
 }
 
-fn region_entry(regions: &mut BTreeMap<Region, RegionQuality>, region: Region, scaled: f64) -> &mut RegionQuality {
-    let fresh = RegionQuality { worst_scaled_jacobian: 1.0, ..RegionQuality::default() };
+fn region_entry(
+    regions: &mut BTreeMap<Region, RegionQuality>,
+    region: Region,
+    scaled: f64,
+) -> &mut RegionQuality {
+    let fresh = RegionQuality {
+        worst_scaled_jacobian: 1.0,
+        ..RegionQuality::default()
+    };
     let entry = regions.entry(region).or_insert(fresh);
     entry.worst_scaled_jacobian = entry.worst_scaled_jacobian.min(scaled);
     entry
@@ -179,25 +207,36 @@ fn corners(mesh: &Mesh, hex: &Hex) -> [Vector3<f64>; 8] {
 }
 
 fn gauss_points() -> impl Iterator<Item = [f64; 3]> {
-    CORNERS.into_iter().map(|corner| corner.map(|c| c / 3f64.sqrt()))
+    CORNERS
+        .into_iter()
+        .map(|corner| corner.map(|c| c / 3f64.sqrt()))
 }
 
 /// Least det J over the product of the lengths of its columns, over corners and 2x2x2 Gauss points; 0 where
 /// an edge has no length.
 pub(super) fn hex_scaled_jacobian(mesh: &Mesh, hex: &Hex) -> f64 {
     let corners = corners(mesh, hex);
-    CORNERS.into_iter().chain(gauss_points()).fold(1.0, |worst, at| {
-        let j = jacobian(&corners, at);
-        let lengths: f64 = j.column_iter().map(|c| c.norm()).product();
-        let scaled = if lengths > 0.0 { j.determinant() / lengths } else { 0.0 };
-        if scaled >= worst { worst } else { scaled }
-    })
+    CORNERS
+        .into_iter()
+        .chain(gauss_points())
+        .fold(1.0, |worst, at| {
+            let j = jacobian(&corners, at);
+            let lengths: f64 = j.column_iter().map(|c| c.norm()).product();
+            let scaled = if lengths > 0.0 {
+                j.determinant() / lengths
+            } else {
+                0.0
+            };
+            if scaled >= worst { worst } else { scaled }
+        })
 }
 
 /// Volume of a hexahedron, mm³ (2x2x2 Gauss points are exact).
 fn hex_volume_mm3(mesh: &Mesh, hex: &Hex) -> f64 {
     let corners = corners(mesh, hex);
-    gauss_points().map(|at| jacobian(&corners, at).determinant()).sum()
+    gauss_points()
+        .map(|at| jacobian(&corners, at).determinant())
+        .sum()
 }
 
 fn tet_volume_mm3(mesh: &Mesh, tet: &Tet) -> f64 {
@@ -208,9 +247,18 @@ fn tet_volume_mm3(mesh: &Mesh, tet: &Tet) -> f64 {
 /// sqrt(2) 6 V over the greatest product of the three edges at a corner; 0 where that is 0.
 pub(super) fn tet_scaled_jacobian(mesh: &Mesh, tet: &Tet) -> f64 {
     let p = tet.nodes.map(|n| mesh.nodes[n as usize]);
-    let product = |i: usize| -> f64 { (0..4).filter(|&j| j != i).map(|j| (p[j] - p[i]).norm()).product() };
+    let product = |i: usize| -> f64 {
+        (0..4)
+            .filter(|&j| j != i)
+            .map(|j| (p[j] - p[i]).norm())
+            .product()
+    };
     let greatest = (0..4).map(product).fold(0.0, f64::max);
-    if greatest > 0.0 { 2f64.sqrt() * 6.0 * tet_volume_mm3(mesh, tet) / greatest } else { 0.0 }
+    if greatest > 0.0 {
+        2f64.sqrt() * 6.0 * tet_volume_mm3(mesh, tet) / greatest
+    } else {
+        0.0
+    }
 }
 
 #[cfg(test)]
@@ -222,7 +270,10 @@ mod tests {
     fn box_and_sheared_box() {
         let mut mesh = block(&[0.0, 2.0], &[0.0, 1.0], &[0.0, 3.0]);
         let report = quality(&mesh);
-        assert!((report.volume_mm3() - 6.0).abs() < 1e-12 && (report.worst_hex_scaled_jacobian - 1.0).abs() < 1e-12);
+        assert!(
+            (report.volume_mm3() - 6.0).abs() < 1e-12
+                && (report.worst_hex_scaled_jacobian - 1.0).abs() < 1e-12
+        );
         assert_eq!((report.min_edge_mm, report.max_edge_mm), (1.0, 3.0));
         mesh.nodes.iter_mut().for_each(|p| p.x += p.z);
         let report = quality(&mesh);
@@ -242,10 +293,18 @@ mod tests {
 
     #[test]
     fn regular_tetrahedron() {
-        let corners = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]];
+        let corners = [
+            [1.0, 1.0, 1.0],
+            [-1.0, 1.0, -1.0],
+            [1.0, -1.0, -1.0],
+            [-1.0, -1.0, 1.0],
+        ];
         let mesh = Mesh {
             nodes: corners.map(|c: [f64; 3]| c.into()).to_vec(),
-            tets: vec![Tet { nodes: [0, 1, 2, 3], region: Region::Nail }],
+            tets: vec![Tet {
+                nodes: [0, 1, 2, 3],
+                region: Region::Nail,
+            }],
             ..Mesh::default()
         };
         let report = quality(&mesh);

@@ -130,7 +130,10 @@ impl FingertipShape {
             "base" => include_str!("../../../data/geometry/base.toml"),
             _ => {
                 let message = format!("no such shape; there are {}", Self::NAMES.join(", "));
-                return Err(MeshError::ShapeFile { name: name.into(), message });
+                return Err(MeshError::ShapeFile {
+                    name: name.into(),
+                    message,
+                });
             }
         };
         Self::from_toml(name, text)
@@ -138,10 +141,17 @@ impl FingertipShape {
 
     /// Parses and checks the text of a geometry file; `name` is for the error message.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, MeshError> {
-        let shape: Self = toml::from_str(text)
-            .map_err(|e| MeshError::ShapeFile { name: name.into(), message: e.to_string() })?;
+        let shape: Self = toml::from_str(text).map_err(|e| MeshError::ShapeFile {
+            name: name.into(),
+            message: e.to_string(),
+        })?;
         shape.validate()?;
         Ok(shape)
+    }
+
+    /// Volume of the analytic body inside the skin's outside, bones included and nail not, mm³.
+    pub fn volume_mm3(&self) -> f64 {
+        Body::outer(self).volume()
     }
 
     /// Refuses values from which no mesh can be made, naming the parameter.
@@ -163,7 +173,9 @@ impl FingertipShape {
             ("pad_height_mm", self.pad_height_mm),
         ];
         for (field, value) in positive {
-            need(value > 0.0 && value.is_finite(), field, value, || "must be positive".into())?;
+            need(value > 0.0 && value.is_finite(), field, value, || {
+                "must be positive".into()
+            })?;
         }
         let exponents = [
             ("section_exponent", self.section_exponent),
@@ -172,15 +184,34 @@ impl FingertipShape {
             ("bone_profile_exponent", self.bone_profile_exponent),
         ];
         for (field, value) in exponents {
-            need((2.0..=6.0).contains(&value), field, value, || "must be in 2..=6".into())?;
+            need((2.0..=6.0).contains(&value), field, value, || {
+                "must be in 2..=6".into()
+            })?;
         }
         let (taper, start) = (self.taper_slope, self.taper_start_mm);
-        need((0.0..=1.0).contains(&taper), "taper_slope", taper, || "must be in 0..=1".into())?;
-        need((0.0..self.length_mm).contains(&start), "taper_start_mm", start, || "must be in 0..length_mm".into())?;
+        need((0.0..=1.0).contains(&taper), "taper_slope", taper, || {
+            "must be in 0..=1".into()
+        })?;
+        need(
+            (0.0..self.length_mm).contains(&start),
+            "taper_start_mm",
+            start,
+            || "must be in 0..length_mm".into(),
+        )?;
         let angle = self.inclination_deg;
-        need((5.0..=85.0).contains(&angle), "inclination_deg", angle, || "must be in 5..=85".into())?;
+        need(
+            (5.0..=85.0).contains(&angle),
+            "inclination_deg",
+            angle,
+            || "must be in 5..=85".into(),
+        )?;
         let angle = self.nail_half_angle_deg;
-        need((5.0..=85.0).contains(&angle), "nail_half_angle_deg", angle, || "must be in 5..=85".into())?;
+        need(
+            (5.0..=85.0).contains(&angle),
+            "nail_half_angle_deg",
+            angle,
+            || "must be in 5..=85".into(),
+        )?;
         self.validate_lengths()?;
         self.validate_bone()
     }
@@ -188,17 +219,32 @@ impl FingertipShape {
     /// The order of things along x.
     fn validate_lengths(&self) -> Result<(), MeshError> {
         let cap = self.cap_length_mm;
-        need(cap < self.length_mm, "cap_length_mm", cap, || "must be less than length_mm".into())?;
+        need(cap < self.length_mm, "cap_length_mm", cap, || {
+            "must be less than length_mm".into()
+        })?;
         let bone_shaft = self.length_mm - self.bone_distal_clearance_mm - self.bone_cap_length_mm;
         let end = self.joint_end_mm;
-        need(end > self.joint_start_mm, "joint_end_mm", end, || "must be beyond joint_start_mm".into())?;
-        need(end <= bone_shaft && end < self.length_mm - cap, "joint_end_mm", end, || {
-            format!("must lie before the bone's cap (x = {bone_shaft} mm) and the outer one (x = {} mm)", self.length_mm - cap)
+        need(end > self.joint_start_mm, "joint_end_mm", end, || {
+            "must be beyond joint_start_mm".into()
         })?;
+        need(
+            end <= bone_shaft && end < self.length_mm - cap,
+            "joint_end_mm",
+            end,
+            || {
+                format!(
+                    "must lie before the bone's cap (x = {bone_shaft} mm) and the outer one (x = {} mm)",
+                    self.length_mm - cap
+                )
+            },
+        )?;
         let end = self.nail_end_mm;
-        need(end > self.nail_start_mm && end < self.length_mm, "nail_end_mm", end, || {
-            "must lie between nail_start_mm and length_mm".into()
-        })
+        need(
+            end > self.nail_start_mm && end < self.length_mm,
+            "nail_end_mm",
+            end,
+            || "must lie between nail_start_mm and length_mm".into(),
+        )
     }
 
     /// Bone inside skin, skin inside tissue.
@@ -207,22 +253,50 @@ impl FingertipShape {
         let lateral = self.half_width_mm - self.bone_half_width_mm;
         let vertical = self.half_thickness_mm - self.bone_half_thickness_mm - offset.abs();
         let distal = self.bone_distal_clearance_mm;
-        need(lateral > 0.0, "bone_half_width_mm", self.bone_half_width_mm, || "bone is outside the skin".into())?;
-        need(offset.is_finite() && vertical > 0.0, "bone_dorsal_offset_mm", offset, || "bone is outside the skin".into())?;
+        need(
+            lateral > 0.0,
+            "bone_half_width_mm",
+            self.bone_half_width_mm,
+            || "bone is outside the skin".into(),
+        )?;
+        need(
+            offset.is_finite() && vertical > 0.0,
+            "bone_dorsal_offset_mm",
+            offset,
+            || "bone is outside the skin".into(),
+        )?;
         let tissue = lateral.min(vertical).min(distal);
         need(skin < tissue, "skin_thickness_mm", skin, || {
             format!("skin is thicker than the tissue over the bone ({tissue} mm)")
         })?;
         let inside = Body::bone(self).level_of_skin_inside(&Body::outer(self), skin);
-        need(inside > 1.0, "bone_half_thickness_mm", self.bone_half_thickness_mm, || {
-            "the bone's surface cuts through the skin's inner side (corner of the section or tip)".into()
-        })
+        need(
+            inside > 1.0,
+            "bone_half_thickness_mm",
+            self.bone_half_thickness_mm,
+            || {
+                "the bone's surface cuts through the skin's inner side (corner of the section or tip)".into()
+            },
+        )
     }
 }
 
 /// `Err` unless `holds`; the condition is false for NaN.
-fn need(holds: bool, field: &'static str, value: f64, rule: impl Fn() -> String) -> Result<(), MeshError> {
-    if holds { Ok(()) } else { Err(MeshError::Shape { field, value, rule: rule() }) }
+fn need(
+    holds: bool,
+    field: &'static str,
+    value: f64,
+    rule: impl Fn() -> String,
+) -> Result<(), MeshError> {
+    if holds {
+        Ok(())
+    } else {
+        Err(MeshError::Shape {
+            field,
+            value,
+            rule: rule(),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -244,17 +318,33 @@ mod tests {
         for name in FingertipShape::NAMES {
             FingertipShape::named(name).unwrap();
         }
-        assert_eq!(FingertipShape::named("e").unwrap(), FingertipShape::default());
-        assert!(FingertipShape::named("z").unwrap_err().to_string().contains("a, b, d, e, base"));
+        assert_eq!(
+            FingertipShape::named("e").unwrap(),
+            FingertipShape::default()
+        );
+        assert!(
+            FingertipShape::named("z")
+                .unwrap_err()
+                .to_string()
+                .contains("a, b, d, e, base")
+        );
     }
 
     #[test]
     fn round_trip_and_unknown_keys() {
-        let shape = FingertipShape { nail: Nail::FixedPatch, ..FingertipShape::default() };
+        let shape = FingertipShape {
+            nail: Nail::FixedPatch,
+            ..FingertipShape::default()
+        };
         let text = toml::to_string(&shape).unwrap();
         assert_eq!(FingertipShape::from_toml("x", &text).unwrap(), shape);
-        let message = FingertipShape::from_toml("x", "half_width = 3").unwrap_err().to_string();
-        assert!(message.contains("line 1") && message.contains("half_width"), "{message}");
+        let message = FingertipShape::from_toml("x", "half_width = 3")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("line 1") && message.contains("half_width"),
+            "{message}"
+        );
     }
 
     #[test]
@@ -263,9 +353,18 @@ mod tests {
         assert_eq!(refused(|s| s.cap_length_mm = f64::NAN), "cap_length_mm");
         assert_eq!(refused(|s| s.taper_slope = f64::NAN), "taper_slope");
         assert_eq!(refused(|s| s.section_exponent = 1.0), "section_exponent");
-        assert_eq!(refused(|s| s.bone_half_width_mm = 9.0), "bone_half_width_mm");
-        assert_eq!(refused(|s| s.bone_dorsal_offset_mm = f64::NAN), "bone_dorsal_offset_mm");
-        assert_eq!(refused(|s| s.bone_dorsal_offset_mm = 6.0), "bone_dorsal_offset_mm");
+        assert_eq!(
+            refused(|s| s.bone_half_width_mm = 9.0),
+            "bone_half_width_mm"
+        );
+        assert_eq!(
+            refused(|s| s.bone_dorsal_offset_mm = f64::NAN),
+            "bone_dorsal_offset_mm"
+        );
+        assert_eq!(
+            refused(|s| s.bone_dorsal_offset_mm = 6.0),
+            "bone_dorsal_offset_mm"
+        );
         assert_eq!(refused(|s| s.skin_thickness_mm = 2.6), "skin_thickness_mm");
         assert_eq!(refused(|s| s.joint_end_mm = 12.5), "joint_end_mm");
         assert_eq!(refused(|s| s.nail_end_mm = 25.0), "nail_end_mm");

@@ -17,7 +17,11 @@ impl Taper {
     /// k r(x), mm.
     pub(super) fn height(&self, x: f64) -> f64 {
         let t = ((x - self.start_mm) / self.blend_mm).max(0.0);
-        let r = if t < 1.0 { t * t * t - 0.5 * t.powi(4) } else { t - 0.5 };
+        let r = if t < 1.0 {
+            t * t * t - 0.5 * t.powi(4)
+        } else {
+            t - 0.5
+        };
         self.slope * self.blend_mm * r
     }
 
@@ -79,7 +83,11 @@ impl Body {
     }
 
     fn taper(shape: &FingertipShape) -> Taper {
-        Taper { slope: shape.taper_slope, start_mm: shape.taper_start_mm, blend_mm: shape.taper_blend_mm }
+        Taper {
+            slope: shape.taper_slope,
+            start_mm: shape.taper_start_mm,
+            blend_mm: shape.taper_blend_mm,
+        }
     }
 
     /// x where the cap begins, mm.
@@ -105,7 +113,11 @@ impl Body {
 
     /// Point of section x at relative position (p, q), the shear applied.
     pub(super) fn point(&self, x: f64, p: f64, q: f64) -> Vector3<f64> {
-        Vector3::new(x, self.a * p, self.axis_z + self.b * q + self.taper.height(x))
+        Vector3::new(
+            x,
+            self.a * p,
+            self.axis_z + self.b * q + self.taper.height(x),
+        )
     }
 
     /// Level of the implicit function: 1 on the surface, less inside.
@@ -118,10 +130,14 @@ impl Body {
 
     /// Unit outward normal at a point of the surface.
     pub(super) fn normal(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        let (p, q) = (point.y / self.a, (point.z - self.axis_z - self.taper.height(point.x)) / self.b);
+        let (p, q) = (
+            point.y / self.a,
+            (point.z - self.axis_z - self.taper.height(point.x)) / self.b,
+        );
         let rho = self.section_norm(p, q).max(1e-300);
         let xi = ((point.x - self.cap_x()) / self.cap).max(0.0);
-        let radial = |s: f64| s.signum() * (s.abs() / rho).powf(self.n - 1.0) * rho.powf(self.m - 1.0);
+        let radial =
+            |s: f64| s.signum() * (s.abs() / rho).powf(self.n - 1.0) * rho.powf(self.m - 1.0);
         let gradient_z = radial(q) / self.b;
         let gradient_x = xi.powf(self.m - 1.0) / self.cap - self.taper.slope(point.x) * gradient_z;
         Vector3::new(gradient_x, radial(p) / self.a, gradient_z).normalize()
@@ -146,15 +162,19 @@ impl Body {
 
     /// Volume from x = 0 to the tip, mm³ (the shear keeps it).
     pub(super) fn volume(&self) -> f64 {
-        let area = 4.0 * self.a * self.b * midpoint(|t| {
-            // Quarter of the unit section; p = 1 - (1 - t)^2 removes the vertical tangent at p = 1.
-            let p = 1.0 - (1.0 - t) * (1.0 - t);
-            (1.0 - p.powf(self.n)).powf(1.0 / self.n) * 2.0 * (1.0 - t)
-        });
-        let cap = self.cap * midpoint(|t| {
-            let xi = 1.0 - (1.0 - t) * (1.0 - t);
-            (1.0 - xi.powf(self.m)).powf(2.0 / self.m) * 2.0 * (1.0 - t)
-        });
+        let area = 4.0
+            * self.a
+            * self.b
+            * midpoint(|t| {
+                // Quarter of the unit section; p = 1 - (1 - t)^2 removes the vertical tangent at p = 1.
+                let p = 1.0 - (1.0 - t) * (1.0 - t);
+                (1.0 - p.powf(self.n)).powf(1.0 / self.n) * 2.0 * (1.0 - t)
+            });
+        let cap = self.cap
+            * midpoint(|t| {
+                let xi = 1.0 - (1.0 - t) * (1.0 - t);
+                (1.0 - xi.powf(self.m)).powf(2.0 / self.m) * 2.0 * (1.0 - t)
+            });
         area * (self.cap_x() + cap)
     }
 }
@@ -162,7 +182,10 @@ impl Body {
 /// Midpoint rule on 0..1 with 20 000 points.
 pub(super) fn midpoint(f: impl Fn(f64) -> f64) -> f64 {
     let count = 20_000;
-    (0..count).map(|i| f((f64::from(i) + 0.5) / f64::from(count))).sum::<f64>() / f64::from(count)
+    (0..count)
+        .map(|i| f((f64::from(i) + 0.5) / f64::from(count)))
+        .sum::<f64>()
+        / f64::from(count)
 }
 
 #[cfg(test)]
@@ -171,7 +194,11 @@ mod tests {
 
     #[test]
     fn taper_is_the_integral_of_its_slope() {
-        let taper = Taper { slope: 0.3, start_mm: 8.0, blend_mm: 4.0 };
+        let taper = Taper {
+            slope: 0.3,
+            start_mm: 8.0,
+            blend_mm: 4.0,
+        };
         for x in [7.0, 8.5, 10.0, 11.9, 12.5, 20.0] {
             let numeric = (taper.height(x + 1e-6) - taper.height(x - 1e-6)) / 2e-6;
             assert!((numeric - taper.slope(x)).abs() < 1e-8);

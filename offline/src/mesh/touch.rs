@@ -32,7 +32,11 @@ impl FirstTouch {
             if middle <= low || middle >= high {
                 break;
             }
-            if derivative(middle) < 0.0 { low = middle } else { high = middle }
+            if derivative(middle) < 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         let x = 0.5 * (low + high);
         let step = 1e-4;
@@ -54,16 +58,17 @@ impl FirstTouch {
     pub fn section_area_mm2(&self, shape: &FingertipShape, height_mm: f64) -> f64 {
         let body = Body::outer(shape);
         let reach = 2.0 * (shape.length_mm + shape.half_thickness_mm);
-        reach * midpoint(|t| {
-            let in_plane = Vector3::new(reach * (t - 0.5), 0.0, height_mm);
-            let point = self.rotation.transpose() * in_plane + self.point_mm;
-            if point.x < 0.0 || point.x > shape.length_mm {
-                return 0.0;
-            }
-            let q = (point.z - body.axis_z - body.taper.height(point.x)) / body.b;
-            let rest = body.scale_at(point.x).powf(body.n) - q.abs().powf(body.n);
-            2.0 * body.a * rest.max(0.0).powf(1.0 / body.n)
-        })
+        reach
+            * midpoint(|t| {
+                let in_plane = Vector3::new(reach * (t - 0.5), 0.0, height_mm);
+                let point = self.rotation.transpose() * in_plane + self.point_mm;
+                if point.x < 0.0 || point.x > shape.length_mm {
+                    return 0.0;
+                }
+                let q = (point.z - body.axis_z - body.taper.height(point.x)) / body.b;
+                let rest = body.scale_at(point.x).powf(body.n) - q.abs().powf(body.n);
+                2.0 * body.a * rest.max(0.0).powf(1.0 / body.n)
+            })
     }
 }
 
@@ -99,7 +104,9 @@ mod tests {
             for i in 0..4000 {
                 let x = shape.length_mm * f64::from(i) / 4000.0;
                 for p in [0.0, 0.05, 0.3] {
-                    let q = (body.scale_at(x).powf(body.n) - f64::powf(p, body.n)).max(0.0).powf(1.0 / body.n);
+                    let q = (body.scale_at(x).powf(body.n) - f64::powf(p, body.n))
+                        .max(0.0)
+                        .powf(1.0 / body.n);
                     assert!(touch.to_plane(&body.point(x, p, -q)).z > -1e-12);
                 }
             }
@@ -135,9 +142,19 @@ mod tests {
 
     #[test]
     fn effective_radii_of_the_shipped_shapes() {
-        for (name, expected) in [("base", 9.3), ("b", 18.8), ("d", 18.8), ("a", 18.7), ("e", 19.0)] {
+        // Estimates from the contact study of these shapes, on faceted meshes.
+        for (name, expected) in [
+            ("base", 9.3),
+            ("b", 18.8),
+            ("d", 18.8),
+            ("a", 18.7),
+            ("e", 19.0),
+        ] {
             let radius = effective_radius_mm(name);
-            println!("{name}: R_eff {radius:.2} mm, expected about {expected}");
+            let along = FirstTouch::of(&FingertipShape::named(name).unwrap()).curvature_radius_mm;
+            println!(
+                "{name}: R_eff {radius:.2} mm, expected about {expected}; along the finger {along:.2} mm"
+            );
             assert!((radius / expected - 1.0).abs() < 0.1, "{name}: {radius} mm");
         }
     }
