@@ -16,6 +16,7 @@ use nalgebra::Vector3;
 
 mod arcs;
 pub mod block;
+mod boundary;
 mod check;
 mod divisions;
 mod error;

@@ -230,4 +230,39 @@ mod tests {
         let found = closest_weights(&Vector3::new(2.0, 2.0, 0.5), &corners);
         assert!((found[2] - 1.0).abs() < 1e-12);
     }
+
+    #[test]
+    fn plate_lies_on_the_skin() {
+        use crate::mesh::{MeshPreset, fingertip, quality};
+        let shape = FingertipShape::default();
+        let body = Body::outer(&shape);
+        for (preset, most_mm) in [
+            (MeshPreset::Coarse, 0.5),
+            (MeshPreset::Default, 0.2),
+            (MeshPreset::Fine, 0.06),
+        ] {
+            let tip = fingertip(&shape, &preset.divisions()).unwrap();
+            let finger = |n: u32| {
+                tip.touch.rotation.transpose() * tip.mesh.nodes[n as usize] + tip.touch.point_mm
+            };
+            // How far ties are off the analytic surface: facets only, so always inside where it is convex.
+            let sink = |tie: &Tie| {
+                let point = finger(tie.slave);
+                let gradient =
+                    (body.level(&(point + 1e-4 * body.normal(&point))) - body.level(&point)) / 1e-4;
+                ((1.0 - body.level(&point)) / gradient).abs()
+            };
+            let worst = tip.mesh.ties.iter().map(sink).fold(0.0, f64::max);
+            println!("{preset:?}: ties up to {worst:.3} mm off the analytic surface");
+            assert!(worst < most_mm, "{preset:?}: {worst} mm");
+            let report = quality(&tip.mesh);
+            let nail = &report.regions[&Region::Nail];
+            println!("{preset:?}: nail {:.1} mm3", nail.volume_mm3);
+            assert!(
+                nail.volume_mm3 > 60.0 && nail.volume_mm3 < 110.0,
+                "{}",
+                nail.volume_mm3
+            );
+        }
+    }
 }
