@@ -7,12 +7,16 @@
 //! height of the plane at first touch with the analytic surface (not with its facets).
 //! May use: nothing of this crate.
 
+// `!(x > 0.0)` refuses NaN as well.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
 mod arcs;
 pub mod block;
+mod boundary;
 mod check;
 mod divisions;
 mod error;

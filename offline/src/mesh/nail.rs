@@ -46,10 +46,10 @@ pub(super) fn plate(
             let f = scale / body.section_norm(p, q);
             let point = body.point(x, p * f, q * f);
             let normal = body.normal(&point);
-            let (foot, masters) = nearest_on_faces(&point, &dorsal, nodes);
+            let Foot { position, masters } = nearest_on_faces(&point, &dorsal, nodes);
             plate.ties.push(Tie { slave: first + plate.nodes.len() as u32, masters });
             for layer in 0..=layers {
-                plate.nodes.push(foot + shape.nail_thickness_mm * part(layer, layers) * normal);
+                plate.nodes.push(position + shape.nail_thickness_mm * part(layer, layers) * normal);
             }
             plate.outer.push(first + plate.nodes.len() as u32 - 1);
         }
@@ -85,29 +85,32 @@ fn center(face: &[u32; 4], nodes: &[Vector3<f64>]) -> Vector3<f64> {
     face.iter().map(|&n| nodes[n as usize]).sum::<Vector3<f64>>() / 4.0
 }
 
-/// Closest point to `point` on the bilinear faces, with the nodes and weights that make it.
-fn nearest_on_faces(
-    point: &Vector3<f64>,
-    faces: &[[u32; 4]],
-    nodes: &[Vector3<f64>],
-) -> (Vector3<f64>, Vec<(u32, f64)>) {
+/// A point of a face, with the nodes and weights that make it.
+struct Foot {
+    position: Vector3<f64>,
+    masters: Vec<(u32, f64)>,
+}
+
+/// Closest point to `point` on the bilinear faces.
+fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> Foot {
     let mut near: Vec<&[u32; 4]> = faces.iter().collect();
     near.sort_by(|a, b| {
         let distance = |f: &[u32; 4]| (center(f, nodes) - point).norm_squared();
         distance(a).total_cmp(&distance(b))
     });
-    let mut best: Option<(f64, Vector3<f64>, Vec<(u32, f64)>)> = None;
+    let mut best: Option<(f64, Foot)> = None;
     for face in near.into_iter().take(12) {
         let corners = face.map(|n| nodes[n as usize]);
         let weights = closest_weights(point, &corners);
-        let foot: Vector3<f64> = corners.iter().zip(weights).map(|(c, w)| c * w).sum();
-        let distance = (foot - point).norm();
-        if best.as_ref().is_none_or(|(d, ..)| distance < *d) {
-            best = Some((distance, foot, face.iter().copied().zip(weights).filter(|(_, w)| *w > 0.0).collect()));
+        let position: Vector3<f64> = corners.iter().zip(weights).map(|(c, w)| c * w).sum();
+        let distance = (position - point).norm();
+        if best.as_ref().is_none_or(|(d, _)| distance < *d) {
+            let masters = face.iter().copied().zip(weights);
+            let masters = masters.filter(|(_, w)| *w > 0.0).collect();
+            best = Some((distance, Foot { position, masters }));
         }
     }
-    let (_, foot, masters) = best.expect("the skin has dorsal faces");
-    (foot, masters)
+    best.expect("the skin has dorsal faces").1
 }
 
 /// Bilinear weights of the point of a quadrilateral closest to `point`: Gauss-Newton, clamped to the face.
@@ -171,5 +174,29 @@ mod tests {
         // Beyond a corner the closest point is the corner.
         let found = closest_weights(&Vector3::new(2.0, 2.0, 0.5), &corners);
         assert!((found[2] - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn plate_lies_on_the_skin() {
+        use crate::mesh::{MeshPreset, fingertip, quality};
+        let shape = FingertipShape::default();
+        let body = Body::outer(&shape);
+        for (preset, most_mm) in [(MeshPreset::Coarse, 0.5), (MeshPreset::Default, 0.2), (MeshPreset::Fine, 0.06)] {
+            let tip = fingertip(&shape, &preset.divisions()).unwrap();
+            let finger = |n: u32| tip.touch.rotation.transpose() * tip.mesh.nodes[n as usize] + tip.touch.point_mm;
+            // How far ties are off the analytic surface: facets only, so always inside where it is convex.
+            let sink = |tie: &Tie| {
+                let point = finger(tie.slave);
+                let gradient = (body.level(&(point + 1e-4 * body.normal(&point))) - body.level(&point)) / 1e-4;
+                ((1.0 - body.level(&point)) / gradient).abs()
+            };
+            let worst = tip.mesh.ties.iter().map(sink).fold(0.0, f64::max);
+            println!("{preset:?}: ties up to {worst:.3} mm off the analytic surface");
+            assert!(worst < most_mm, "{preset:?}: {worst} mm");
+            let report = quality(&tip.mesh);
+            let nail = &report.regions[&Region::Nail];
+            println!("{preset:?}: nail {:.1} mm3", nail.volume_mm3);
+            assert!(nail.volume_mm3 > 60.0 && nail.volume_mm3 < 110.0, "{}", nail.volume_mm3);
+        }
     }
 }

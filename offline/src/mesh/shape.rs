@@ -144,6 +144,11 @@ impl FingertipShape {
         Ok(shape)
     }
 
+    /// Volume of the analytic body inside the skin's outside, bones included and nail not, mm³.
+    pub fn volume_mm3(&self) -> f64 {
+        Body::outer(self).volume()
+    }
+
     /// Refuses values from which no mesh can be made, naming the parameter.
     pub fn validate(&self) -> Result<(), MeshError> {
         let positive = [
