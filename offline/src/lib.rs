@@ -3,4 +3,6 @@
 //! Units everywhere: mm, N, s, MPa, mJ, tonne.
 pub mod io;
 pub mod mesh;
+#[cfg(unix)]
+pub mod peer;
 pub mod slide;
