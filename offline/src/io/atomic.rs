@@ -16,10 +16,16 @@ pub fn atomic_write(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), Error> {
-    write(path, fill).map_err(|source| Error::File { path: path.to_path_buf(), source })
+    write(path, fill).map_err(|source| Error::File {
+        path: path.to_path_buf(),
+        source,
+    })
 }
 
-fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {
+fn write(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> std::io::Result<()> {
     // Replacing a device node by a file would be worse than a half-written stream.
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file() && !meta.is_dir()) {
         let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
@@ -44,7 +50,9 @@ fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) 
     }
     let mut out = BufWriter::new(builder.tempfile_in(folder)?);
     fill(&mut out)?;
-    let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    let file = out
+        .into_inner()
+        .map_err(std::io::IntoInnerError::into_error)?;
     file.as_file().sync_all()?;
     file.persist(&target).map_err(|e| e.error)?;
     Ok(())
@@ -55,7 +63,10 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
-        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+        fs::read_dir(folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect()
     }
 
     #[test]
@@ -85,7 +96,12 @@ mod tests {
     #[test]
     fn a_full_disk_is_an_error_with_the_path() {
         let error = atomic_write(Path::new("/dev/full"), |w| w.write_all(b"x")).unwrap_err();
-        assert!(error.to_string().starts_with("/dev/full: No space left on device"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .starts_with("/dev/full: No space left on device"),
+            "{error}"
+        );
         assert!(!fs::metadata("/dev/full").unwrap().is_file());
     }
 

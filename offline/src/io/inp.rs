@@ -15,8 +15,14 @@ use crate::mesh::{Mesh, Region, Tie};
 pub const PAD_SURFACE: &str = "PAD_SURFACE";
 
 /// Faces of a C3D8, S1 to S6, as corners of the element.
-const HEX_FACES: [[usize; 4]; 6] =
-    [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]];
+const HEX_FACES: [[usize; 4]; 6] = [
+    [0, 1, 2, 3],
+    [4, 7, 6, 5],
+    [0, 4, 5, 1],
+    [1, 5, 6, 2],
+    [2, 6, 7, 3],
+    [3, 7, 4, 0],
+];
 
 /// What to write of a mesh, and as what.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,13 +40,21 @@ pub struct Settings {
 impl Default for Settings {
     /// Nothing left out; `C3D8R` and `C3D4`.
     fn default() -> Self {
-        Self { hex_type: "C3D8R".into(), tet_type: "C3D4".into(), omit: Vec::new(), held: Vec::new() }
+        Self {
+            hex_type: "C3D8R".into(),
+            tet_type: "C3D4".into(),
+            omit: Vec::new(),
+            held: Vec::new(),
+        }
     }
 }
 
 /// Writes the mesh alone to a file, whole or not at all.
 pub fn write(file: &Path, mesh: &Mesh, settings: &Settings) -> Result<(), Error> {
-    let problem = |problem| Error::Content { path: file.to_path_buf(), problem };
+    let problem = |problem| Error::Content {
+        path: file.to_path_buf(),
+        problem,
+    };
     let faces = pad_element_faces(mesh, settings).map_err(problem)?;
     check_names(mesh).map_err(problem)?;
     atomic_write(file, |w| {
@@ -62,7 +76,9 @@ fn check_names(mesh: &Mesh) -> Result<(), String> {
     let fine = |name: &str| {
         name.len() <= 80
             && name.starts_with(|c: char| c.is_ascii_alphabetic())
-            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+            && name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
     };
     match mesh.node_sets.keys().find(|name| !fine(name)) {
         None => Ok(()),
@@ -79,7 +95,12 @@ fn pad_element_faces(mesh: &Mesh, settings: &Settings) -> Result<Vec<(usize, usi
         nodes
     };
     let mut owners = HashMap::new();
-    for (e, hex) in mesh.hexes.iter().enumerate().filter(|(_, hex)| !settings.omit.contains(&hex.region)) {
+    for (e, hex) in mesh
+        .hexes
+        .iter()
+        .enumerate()
+        .filter(|(_, hex)| !settings.omit.contains(&hex.region))
+    {
         for (f, corners) in HEX_FACES.iter().enumerate() {
             owners.insert(sorted(corners.map(|c| hex.nodes[c])), (e + 1, f + 1));
         }
@@ -101,16 +122,29 @@ fn write_parts(
     for (i, p) in mesh.nodes.iter().enumerate() {
         writeln!(w, "{}, {:.12e}, {:.12e}, {:.12e}", i + 1, p.x, p.y, p.z)?;
     }
-    for (region, name) in REGIONS.into_iter().filter(|(region, _)| !settings.omit.contains(region)) {
+    for (region, name) in REGIONS
+        .into_iter()
+        .filter(|(region, _)| !settings.omit.contains(region))
+    {
         if mesh.hexes.iter().any(|hex| hex.region == region) {
             writeln!(w, "*ELEMENT, TYPE={}, ELSET={name}", settings.hex_type)?;
-            for (e, hex) in mesh.hexes.iter().enumerate().filter(|(_, hex)| hex.region == region) {
+            for (e, hex) in mesh
+                .hexes
+                .iter()
+                .enumerate()
+                .filter(|(_, hex)| hex.region == region)
+            {
                 write_element(w, e + 1, &hex.nodes)?;
             }
         }
         if mesh.tets.iter().any(|tet| tet.region == region) {
             writeln!(w, "*ELEMENT, TYPE={}, ELSET={name}", settings.tet_type)?;
-            for (e, tet) in mesh.tets.iter().enumerate().filter(|(_, tet)| tet.region == region) {
+            for (e, tet) in mesh
+                .tets
+                .iter()
+                .enumerate()
+                .filter(|(_, tet)| tet.region == region)
+            {
                 write_element(w, mesh.hexes.len() + e + 1, &tet.nodes)?;
             }
         }
@@ -127,7 +161,10 @@ fn write_parts(
     // A tie says something only where its own tetrahedra are written.
     let tied = |tie: &&Tie| {
         !settings.held.contains(&tie.slave)
-            && mesh.tets.iter().any(|tet| tet.nodes.contains(&tie.slave) && !settings.omit.contains(&tet.region))
+            && mesh
+                .tets
+                .iter()
+                .any(|tet| tet.nodes.contains(&tie.slave) && !settings.omit.contains(&tet.region))
     };
     for tie in mesh.ties.iter().filter(tied) {
         for dof in 1..=3 {
@@ -173,8 +210,14 @@ mod tests {
         // Every face of the one hexahedron, given in turn as pad face.
         for (f, corners) in HEX_FACES.iter().enumerate() {
             let pad_faces = vec![corners.map(|c| mesh.hexes[0].nodes[c])];
-            let mesh = Mesh { pad_faces, ..mesh.clone() };
-            assert_eq!(pad_element_faces(&mesh, &Settings::default()).unwrap(), [(1, f + 1)]);
+            let mesh = Mesh {
+                pad_faces,
+                ..mesh.clone()
+            };
+            assert_eq!(
+                pad_element_faces(&mesh, &Settings::default()).unwrap(),
+                [(1, f + 1)]
+            );
         }
     }
 
@@ -191,18 +234,34 @@ mod tests {
         ] {
             assert!(text.contains(part), "{part} not in\n{text}");
         }
-        let held = Settings { held: vec![8], ..Settings::default() };
-        assert!(!to_text(&test_mesh::hex_and_tet(), &held).unwrap().contains("*EQUATION\n5\n9,"));
+        let held = Settings {
+            held: vec![8],
+            ..Settings::default()
+        };
+        assert!(
+            !to_text(&test_mesh::hex_and_tet(), &held)
+                .unwrap()
+                .contains("*EQUATION\n5\n9,")
+        );
     }
 
     #[test]
     fn what_cannot_be_written_is_named() {
         let mut mesh = test_mesh::hex_and_tet();
-        let omit = Settings { omit: vec![Region::Skin], ..Settings::default() };
-        assert!(to_text(&mesh, &omit).unwrap_err().starts_with("pad face [0, 3, 2, 1] is not"));
+        let omit = Settings {
+            omit: vec![Region::Skin],
+            ..Settings::default()
+        };
+        assert!(
+            to_text(&mesh, &omit)
+                .unwrap_err()
+                .starts_with("pad face [0, 3, 2, 1] is not")
+        );
         mesh.node_sets.insert("two words".into(), vec![0]);
         let dir = tempfile::tempdir().unwrap();
-        let error = write(&dir.path().join("m.inp"), &mesh, &Settings::default()).unwrap_err().to_string();
+        let error = write(&dir.path().join("m.inp"), &mesh, &Settings::default())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("m.inp: node set `two words`"), "{error}");
     }
 }

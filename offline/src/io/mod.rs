@@ -41,7 +41,11 @@ fn region_index(region: Region) -> usize {
 
 /// The shortest decimal that reads back as the same f64.
 fn number(value: f64) -> String {
-    if value == 0.0 || (1e-5..1e15).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
+    if value == 0.0 || (1e-5..1e15).contains(&value.abs()) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
 }
 
 #[cfg(test)]
@@ -54,15 +58,35 @@ mod test_mesh {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let corner = |k: usize| Vector3::new(square[k % 4][0], square[k % 4][1], (k / 4) as f64);
         let mut nodes: Vec<_> = (0..8).map(corner).collect();
-        nodes.extend([[0.5, 0.5, 1.0], [0.9, 0.5, 1.3], [0.5, 0.9, 1.3], [0.5, 0.5, 1.6]].map(Vector3::from));
-        let sets = [("pad".to_owned(), vec![0, 1, 2, 3]), ("nail".to_owned(), vec![8, 9, 10, 11])];
+        nodes.extend(
+            [
+                [0.5, 0.5, 1.0],
+                [0.9, 0.5, 1.3],
+                [0.5, 0.9, 1.3],
+                [0.5, 0.5, 1.6],
+            ]
+            .map(Vector3::from),
+        );
+        let sets = [
+            ("pad".to_owned(), vec![0, 1, 2, 3]),
+            ("nail".to_owned(), vec![8, 9, 10, 11]),
+        ];
         Mesh {
             nodes,
-            hexes: vec![Hex { nodes: [0, 1, 2, 3, 4, 5, 6, 7], region: Region::Skin }],
-            tets: vec![Tet { nodes: [8, 9, 10, 11], region: Region::Nail }],
+            hexes: vec![Hex {
+                nodes: [0, 1, 2, 3, 4, 5, 6, 7],
+                region: Region::Skin,
+            }],
+            tets: vec![Tet {
+                nodes: [8, 9, 10, 11],
+                region: Region::Nail,
+            }],
             node_sets: sets.into(),
             pad_faces: vec![[0, 3, 2, 1]],
-            ties: vec![Tie { slave: 8, masters: (4..8).map(|m| (m, 0.25)).collect() }],
+            ties: vec![Tie {
+                slave: 8,
+                masters: (4..8).map(|m| (m, 0.25)).collect(),
+            }],
         }
     }
 }
@@ -73,7 +97,17 @@ mod tests {
 
     #[test]
     fn numbers_round_trip() {
-        for x in [0.0, 0.1, -1.0 / 3.0, 1e-300, 5e-324, f64::MAX, 1e15, 123_456.789, f64::EPSILON] {
+        for x in [
+            0.0,
+            0.1,
+            -1.0 / 3.0,
+            1e-300,
+            5e-324,
+            f64::MAX,
+            1e15,
+            123_456.789,
+            f64::EPSILON,
+        ] {
             assert_eq!(number(x).parse::<f64>().unwrap(), x);
             assert!(number(x).len() < 26, "{}", number(x));
         }

@@ -29,14 +29,29 @@ struct Block<'a> {
 ///
 /// Errors: a node index beyond the nodes, or a set name with a quote; disk errors carry the path.
 pub fn write(file: &Path, mesh: &Mesh) -> Result<(), Error> {
-    let problem = |problem| Error::Content { path: file.to_path_buf(), problem };
-    if let Some(name) = mesh.node_sets.keys().find(|name| name.contains(['"', '\n'])) {
-        return Err(problem(format!("node set `{name}`: a quote or line break cannot stand in a name")));
+    let problem = |problem| Error::Content {
+        path: file.to_path_buf(),
+        problem,
+    };
+    if let Some(name) = mesh
+        .node_sets
+        .keys()
+        .find(|name| name.contains(['"', '\n']))
+    {
+        return Err(problem(format!(
+            "node set `{name}`: a quote or line break cannot stand in a name"
+        )));
     }
     let blocks = blocks(mesh);
-    let used = blocks.iter().flat_map(|b| &b.elements).flat_map(|(_, nodes)| nodes.iter());
+    let used = blocks
+        .iter()
+        .flat_map(|b| &b.elements)
+        .flat_map(|(_, nodes)| nodes.iter());
     if let Some(node) = used.copied().find(|n| *n as usize >= mesh.nodes.len()) {
-        return Err(problem(format!("node {node} of an element or set does not exist ({} nodes)", mesh.nodes.len())));
+        return Err(problem(format!(
+            "node {node} of an element or set does not exist ({} nodes)",
+            mesh.nodes.len()
+        )));
     }
     atomic_write(file, |w| {
         writeln!(w, "$MeshFormat\n4.1 0 8\n$EndMeshFormat")?;
@@ -52,21 +67,65 @@ fn blocks(mesh: &Mesh) -> Vec<Block<'_>> {
     for (i, (region, _)) in REGIONS.into_iter().enumerate() {
         let of_region = |(e, _): &(usize, &[u32])| {
             let tets = mesh.hexes.len();
-            region == if *e <= tets { mesh.hexes[e - 1].region } else { mesh.tets[e - 1 - tets].region }
+            region
+                == if *e <= tets {
+                    mesh.hexes[e - 1].region
+                } else {
+                    mesh.tets[e - 1 - tets].region
+                }
         };
-        let hexes = mesh.hexes.iter().enumerate().map(|(e, h)| (e + 1, &h.nodes[..])).filter(of_region);
+        let hexes = mesh
+            .hexes
+            .iter()
+            .enumerate()
+            .map(|(e, h)| (e + 1, &h.nodes[..]))
+            .filter(of_region);
         let first = mesh.hexes.len() + 1;
-        let tets = mesh.tets.iter().enumerate().map(|(e, t)| (e + first, &t.nodes[..])).filter(of_region);
-        blocks.push(Block { dim: 3, entity: i + 1, kind: HEX, elements: hexes.collect() });
-        blocks.push(Block { dim: 3, entity: i + 1, kind: TET, elements: tets.collect() });
+        let tets = mesh
+            .tets
+            .iter()
+            .enumerate()
+            .map(|(e, t)| (e + first, &t.nodes[..]))
+            .filter(of_region);
+        blocks.push(Block {
+            dim: 3,
+            entity: i + 1,
+            kind: HEX,
+            elements: hexes.collect(),
+        });
+        blocks.push(Block {
+            dim: 3,
+            entity: i + 1,
+            kind: TET,
+            elements: tets.collect(),
+        });
     }
     let mut tag = mesh.hexes.len() + mesh.tets.len() + 1;
-    let pad = mesh.pad_faces.iter().enumerate().map(|(f, nodes)| (tag + f, &nodes[..])).collect();
-    blocks.push(Block { dim: 2, entity: 1, kind: QUAD, elements: pad });
+    let pad = mesh
+        .pad_faces
+        .iter()
+        .enumerate()
+        .map(|(f, nodes)| (tag + f, &nodes[..]))
+        .collect();
+    blocks.push(Block {
+        dim: 2,
+        entity: 1,
+        kind: QUAD,
+        elements: pad,
+    });
     tag += mesh.pad_faces.len();
     for (i, nodes) in mesh.node_sets.values().enumerate() {
-        let points = nodes.chunks(1).enumerate().map(|(k, node)| (tag + k, node)).collect();
-        blocks.push(Block { dim: 0, entity: i + 1, kind: POINT, elements: points });
+        let points = nodes
+            .chunks(1)
+            .enumerate()
+            .map(|(k, node)| (tag + k, node))
+            .collect();
+        blocks.push(Block {
+            dim: 0,
+            entity: i + 1,
+            kind: POINT,
+            elements: points,
+        });
         tag += nodes.len();
     }
     blocks.retain(|block| !block.elements.is_empty());
@@ -86,7 +145,11 @@ fn write_names(w: &mut dyn Write, mesh: &Mesh, blocks: &[Block]) -> std::io::Res
     writeln!(w, "$PhysicalNames\n{}", entities.len())?;
     for (dim, tag) in entities {
         let name = match dim {
-            0 => mesh.node_sets.keys().nth(tag - 1).map_or("", String::as_str),
+            0 => mesh
+                .node_sets
+                .keys()
+                .nth(tag - 1)
+                .map_or("", String::as_str),
             2 => "pad",
             _ => REGIONS[tag - 1].1,
         };
@@ -107,7 +170,10 @@ fn write_entities(w: &mut dyn Write, mesh: &Mesh, blocks: &[Block]) -> std::io::
             .flat_map(|(_, nodes)| nodes.iter())
             .map(|n| mesh.nodes[*n as usize]);
         let (low, high) = nodes.fold(
-            (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
+            (
+                Vector3::repeat(f64::INFINITY),
+                Vector3::repeat(f64::NEG_INFINITY),
+            ),
             |(low, high), p| (low.inf(&p), high.sup(&p)),
         );
         write!(w, "{tag} {:e} {:e} {:e} ", low.x, low.y, low.z)?;
@@ -152,7 +218,14 @@ fn write_elements(w: &mut dyn Write, blocks: &[Block]) -> std::io::Result<()> {
     let n: usize = blocks.iter().map(|b| b.elements.len()).sum();
     writeln!(w, "$Elements\n{} {n} {} {n}", blocks.len(), n.min(1))?;
     for block in blocks {
-        writeln!(w, "{} {} {} {}", block.dim, block.entity, block.kind, block.elements.len())?;
+        writeln!(
+            w,
+            "{} {} {} {}",
+            block.dim,
+            block.entity,
+            block.kind,
+            block.elements.len()
+        )?;
         for (tag, nodes) in &block.elements {
             write!(w, "{tag}")?;
             for node in *nodes {

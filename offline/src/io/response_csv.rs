@@ -10,17 +10,38 @@ use crate::slide::Response;
 
 /// Columns of every response file, in the order of writing.
 pub const COLUMNS: [&str; 11] = [
-    "t_s", "depth_mm", "slide_x_mm", "slide_y_mm", "normal_force_n", "friction_x_n", "friction_y_n",
-    "contact_area_mm2", "stick_ratio", "regime", "status",
+    "t_s",
+    "depth_mm",
+    "slide_x_mm",
+    "slide_y_mm",
+    "normal_force_n",
+    "friction_x_n",
+    "friction_y_n",
+    "contact_area_mm2",
+    "stick_ratio",
+    "regime",
+    "status",
 ];
 
 /// Columns that the reduced model adds; [`read`] accepts and skips them.
-pub const EXTRA_COLUMNS: [&str; 4] = ["friction_limit_n", "slip_margin", "band_normal_n", "band_friction_n"];
+pub const EXTRA_COLUMNS: [&str; 4] = [
+    "friction_limit_n",
+    "slip_margin",
+    "band_normal_n",
+    "band_friction_n",
+];
 
 fn numbers(r: &Response) -> [f64; 9] {
     [
-        r.t_s, r.depth_mm, r.slide_x_mm, r.slide_y_mm, r.normal_force_n, r.friction_x_n, r.friction_y_n,
-        r.contact_area_mm2, r.stick_ratio,
+        r.t_s,
+        r.depth_mm,
+        r.slide_x_mm,
+        r.slide_y_mm,
+        r.normal_force_n,
+        r.friction_x_n,
+        r.friction_y_n,
+        r.contact_area_mm2,
+        r.stick_ratio,
     ]
 }
 
@@ -76,10 +97,15 @@ pub fn read(file: &Path) -> Result<Vec<Response>, Error> {
                 contact_area_mm2: value(7)?,
                 stick_ratio: value(8)?,
                 regime: row.cells[regime].parse().map_err(|()| {
-                    table.refuse(row, regime, "is not one of no_contact, stick, partial_slip, slip")
+                    table.refuse(
+                        row,
+                        regime,
+                        "is not one of no_contact, stick, partial_slip, slip",
+                    )
                 })?,
-                status: parse_status(&row.cells[status])
-                    .ok_or_else(|| table.refuse(row, status, "is neither `ok` nor flags joined by `+`"))?,
+                status: parse_status(&row.cells[status]).ok_or_else(|| {
+                    table.refuse(row, status, "is neither `ok` nor flags joined by `+`")
+                })?,
                 centre_of_pressure_mm: [f64::NAN; 2],
             })
         })
@@ -92,7 +118,9 @@ fn parse_status(text: &str) -> Option<Status> {
         return Some(Status::OK);
     }
     text.split('+').try_fold(Status::OK, |sum, name| {
-        let flag = (0..u16::BITS).map(|bit| Status(1 << bit)).find(|flag| !name.is_empty() && flag.to_string() == name)?;
+        let flag = (0..u16::BITS)
+            .map(|bit| Status(1 << bit))
+            .find(|flag| !name.is_empty() && flag.to_string() == name)?;
         Some(sum.with(flag))
     })
 }
@@ -120,22 +148,51 @@ mod tests {
     fn what_was_written_reads_back_bit_for_bit() {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("r.csv");
-        let rows = [Response { centre_of_pressure_mm: [f64::NAN; 2], ..Response::default() }, sample()];
+        let rows = [
+            Response {
+                centre_of_pressure_mm: [f64::NAN; 2],
+                ..Response::default()
+            },
+            sample(),
+        ];
         write(&file, &rows).unwrap();
         let back = read(&file).unwrap();
         // NaN differs from itself, so compare what is printed.
         assert_eq!(format!("{back:?}"), format!("{rows:?}"));
         let text = std::fs::read_to_string(&file).unwrap();
-        assert!(text.lines().nth(2).unwrap().ends_with(",partial_slip,stabilised"), "{text}");
-        assert!(text.lines().nth(1).unwrap().ends_with(",no_contact,ok"), "{text}");
+        assert!(
+            text.lines()
+                .nth(2)
+                .unwrap()
+                .ends_with(",partial_slip,stabilised"),
+            "{text}"
+        );
+        assert!(
+            text.lines().nth(1).unwrap().ends_with(",no_contact,ok"),
+            "{text}"
+        );
     }
 
     #[test]
     fn what_is_not_finite_is_not_written() {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("r.csv");
-        let error = write(&file, &[sample(), Response { friction_y_n: f64::NAN, ..sample() }]).unwrap_err();
-        assert!(error.to_string().ends_with("r.csv:3: column `friction_y_n`: `NaN` is not finite and was not written"));
+        let error = write(
+            &file,
+            &[
+                sample(),
+                Response {
+                    friction_y_n: f64::NAN,
+                    ..sample()
+                },
+            ],
+        )
+        .unwrap_err();
+        assert!(
+            error.to_string().ends_with(
+                "r.csv:3: column `friction_y_n`: `NaN` is not finite and was not written"
+            )
+        );
         assert!(!file.exists());
     }
 
@@ -144,11 +201,29 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("r.csv");
         let head = format!("{},{}\n", COLUMNS.join(","), EXTRA_COLUMNS.join(","));
-        std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,slip,ok,1,2,3,4\n")).unwrap();
+        std::fs::write(
+            &file,
+            format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,slip,ok,1,2,3,4\n"),
+        )
+        .unwrap();
         assert_eq!(read(&file).unwrap()[0].regime, Regime::Slip);
-        for (regime, status) in [("sliding", "ok"), ("slip", "bad"), ("slip", ""), ("slip", "stabilised+")] {
-            std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,{regime},{status},1,2,3,4\n")).unwrap();
-            assert!(read(&file).unwrap_err().to_string().contains("r.csv:2: column `"));
+        for (regime, status) in [
+            ("sliding", "ok"),
+            ("slip", "bad"),
+            ("slip", ""),
+            ("slip", "stabilised+"),
+        ] {
+            std::fs::write(
+                &file,
+                format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,{regime},{status},1,2,3,4\n"),
+            )
+            .unwrap();
+            assert!(
+                read(&file)
+                    .unwrap_err()
+                    .to_string()
+                    .contains("r.csv:2: column `")
+            );
         }
     }
 }

@@ -22,14 +22,27 @@ pub struct Row {
 ///
 /// Rows keep the order of the file; a depth may occur more than once (repeats).
 pub fn read(file: &Path) -> Result<Vec<Row>, Error> {
-    let known = ["depth_mm", "normal_force_n", "friction_coefficient", "contact_area_mm2"];
+    let known = [
+        "depth_mm",
+        "normal_force_n",
+        "friction_coefficient",
+        "contact_area_mm2",
+    ];
     let table = Columns::read(file, &known)?;
-    let [depth, force, friction] = [table.need(known[0])?, table.need(known[1])?, table.need(known[2])?];
+    let [depth, force, friction] = [
+        table.need(known[0])?,
+        table.need(known[1])?,
+        table.need(known[2])?,
+    ];
     let area = table.find(known[3]);
     table.need_rows(1)?;
     let positive = |row, column| {
         let value = table.number(row, column)?;
-        if value > 0.0 { Ok(value) } else { Err(table.refuse(row, column, "must be greater than 0")) }
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(table.refuse(row, column, "must be greater than 0"))
+        }
     };
     table
         .rows
@@ -55,10 +68,18 @@ mod tests {
 
     #[test]
     fn table_1_of_the_paper() {
-        let rows = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../data/yoshida2011.csv"))).unwrap();
+        let rows = read(Path::new(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../data/yoshida2011.csv"
+        )))
+        .unwrap();
         assert_eq!(rows.len(), 4);
-        let last =
-            Row { depth_mm: 1.5, normal_force_n: 0.454, friction_coefficient: 1.42, contact_area_mm2: Some(97.7) };
+        let last = Row {
+            depth_mm: 1.5,
+            normal_force_n: 0.454,
+            friction_coefficient: 1.42,
+            contact_area_mm2: Some(97.7),
+        };
         assert_eq!(rows[3], last);
     }
 
@@ -74,11 +95,26 @@ mod tests {
         assert_eq!(rows[0].contact_area_mm2, None);
         let head = "depth_mm,normal_force_n,friction_coefficient,contact_area_mm2\n";
         for (text, expected) in [
-            (format!("{head}1,0.2,2,0\n"), "t.csv:2: column `contact_area_mm2`: `0` must be greater than 0"),
-            (format!("{head}1,0,2,5\n"), "t.csv:2: column `normal_force_n`: `0` must be greater than 0"),
-            (format!("{head}1,0.1,-2,5\n"), "t.csv:2: column `friction_coefficient`: `-2` is negative"),
-            (format!("{head}1,0.1,2,\n"), "t.csv:2: column `contact_area_mm2`: `` is missing: the cell is empty"),
-            (head.to_owned(), "t.csv:1: the file ends after 0 row(s) of values; at least 1 needed"),
+            (
+                format!("{head}1,0.2,2,0\n"),
+                "t.csv:2: column `contact_area_mm2`: `0` must be greater than 0",
+            ),
+            (
+                format!("{head}1,0,2,5\n"),
+                "t.csv:2: column `normal_force_n`: `0` must be greater than 0",
+            ),
+            (
+                format!("{head}1,0.1,-2,5\n"),
+                "t.csv:2: column `friction_coefficient`: `-2` is negative",
+            ),
+            (
+                format!("{head}1,0.1,2,\n"),
+                "t.csv:2: column `contact_area_mm2`: `` is missing: the cell is empty",
+            ),
+            (
+                head.to_owned(),
+                "t.csv:1: the file ends after 0 row(s) of values; at least 1 needed",
+            ),
             (
                 "depth_mm,normal_force_n,friction_coefficient,area_cm2\n".to_owned(),
                 "t.csv:1: unknown column `area_cm2`; did you mean `contact_area_mm2`, in mm²?",

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 use vtkio::model::{
-    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, IOBuffer, Piece, UnstructuredGridPiece,
-    Version, VertexNumbers, Vtk,
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, IOBuffer, Piece,
+    UnstructuredGridPiece, Version, VertexNumbers, Vtk,
 };
 
 use super::{Error, atomic_write, region_index};
@@ -24,21 +24,37 @@ use crate::slide::Snapshot;
 /// The `.pvd` is written last, so it never names a file that is not there. Time is the response's `t_s`.
 ///
 /// Errors: a snapshot whose lengths do not fit the mesh; disk errors carry the path.
-pub fn write_series(folder: &Path, name: &str, mesh: &Mesh, snapshots: &[Snapshot]) -> Result<PathBuf, Error> {
+pub fn write_series(
+    folder: &Path,
+    name: &str,
+    mesh: &Mesh,
+    snapshots: &[Snapshot],
+) -> Result<PathBuf, Error> {
     let mut entries = String::new();
     for (i, snapshot) in snapshots.iter().enumerate() {
         for (part, label) in ["", "_pad"].into_iter().enumerate() {
             let file = format!("{name}{label}_{i:04}.vtu");
             let path = folder.join(&file);
-            if part == 0 { write_body(&path, mesh, snapshot)? } else { write_pad(&path, mesh, snapshot)? }
+            if part == 0 {
+                write_body(&path, mesh, snapshot)?
+            } else {
+                write_pad(&path, mesh, snapshot)?
+            }
             let t = super::number(snapshot.response.t_s);
-            let file = file.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-            entries += &format!("    <DataSet timestep=\"{t}\" part=\"{part}\" file=\"{file}\"/>\n");
+            let file = file
+                .replace('&', "&amp;")
+                .replace('<', "&lt;")
+                .replace('"', "&quot;");
+            entries +=
+                &format!("    <DataSet timestep=\"{t}\" part=\"{part}\" file=\"{file}\"/>\n");
         }
     }
     let path = folder.join(format!("{name}.pvd"));
     atomic_write(&path, |w| {
-        write!(w, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n")?;
+        write!(
+            w,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+        )?;
         write!(w, "  <Collection>\n{entries}  </Collection>\n</VTKFile>\n")
     })?;
     Ok(path)
@@ -46,22 +62,48 @@ pub fn write_series(folder: &Path, name: &str, mesh: &Mesh, snapshots: &[Snapsho
 
 /// Writes the mesh alone, with its regions.
 pub fn write_mesh(file: &Path, mesh: &Mesh) -> Result<(), Error> {
-    write_grid(file, body(mesh, Vec::new(), vec![scalars("region", regions(mesh))]))
+    write_grid(
+        file,
+        body(mesh, Vec::new(), vec![scalars("region", regions(mesh))]),
+    )
 }
 
 fn write_body(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error> {
-    check(file, "displacements", snapshot.displacement_mm.len(), mesh.nodes.len())?;
-    check(file, "strain energy densities", snapshot.strain_energy_density_mpa.len(), mesh.hexes.len())?;
+    check(
+        file,
+        "displacements",
+        snapshot.displacement_mm.len(),
+        mesh.nodes.len(),
+    )?;
+    check(
+        file,
+        "strain energy densities",
+        snapshot.strain_energy_density_mpa.len(),
+        mesh.hexes.len(),
+    )?;
     let mut energy = snapshot.strain_energy_density_mpa.clone();
     energy.resize(mesh.hexes.len() + mesh.tets.len(), 0.0);
-    let cell = vec![scalars("region", regions(mesh)), scalars("strain_energy_density_mpa", energy)];
+    let cell = vec![
+        scalars("region", regions(mesh)),
+        scalars("strain_energy_density_mpa", energy),
+    ];
     let point = vec![vectors("displacement_mm", snapshot.displacement_mm.iter())];
     write_grid(file, body(mesh, point, cell))
 }
 
 fn write_pad(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error> {
-    check(file, "displacements", snapshot.displacement_mm.len(), mesh.nodes.len())?;
-    check(file, "face states", snapshot.faces.len(), mesh.pad_faces.len())?;
+    check(
+        file,
+        "displacements",
+        snapshot.displacement_mm.len(),
+        mesh.nodes.len(),
+    )?;
+    check(
+        file,
+        "face states",
+        snapshot.faces.len(),
+        mesh.pad_faces.len(),
+    )?;
     let mut nodes: Vec<u32> = mesh.pad_faces.iter().flatten().copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -71,11 +113,20 @@ fn write_pad(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error>
     let traction: Vec<_> = faces.iter().map(|f| flat(f.traction_mpa)).collect();
     let slip: Vec<_> = faces.iter().map(|f| flat(f.slip_mm)).collect();
     let cell = vec![
-        scalars("pressure_mpa", faces.iter().map(|f| f.pressure_mpa).collect()),
+        scalars(
+            "pressure_mpa",
+            faces.iter().map(|f| f.pressure_mpa).collect(),
+        ),
         vectors("traction_mpa", traction.iter()),
         vectors("slip_mm", slip.iter()),
-        scalars("stick_fraction", faces.iter().map(|f| f.stick_fraction).collect()),
-        scalars("contact_fraction", faces.iter().map(|f| f.contact_fraction).collect()),
+        scalars(
+            "stick_fraction",
+            faces.iter().map(|f| f.stick_fraction).collect(),
+        ),
+        scalars(
+            "contact_fraction",
+            faces.iter().map(|f| f.contact_fraction).collect(),
+        ),
     ];
     let displacement = nodes.iter().map(|n| &snapshot.displacement_mm[*n as usize]);
     let piece = UnstructuredGridPiece {
@@ -87,13 +138,19 @@ fn write_pad(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error>
             },
             types: vec![CellType::Quad; mesh.pad_faces.len()],
         },
-        data: Attributes { point: vec![vectors("displacement_mm", displacement)], cell },
+        data: Attributes {
+            point: vec![vectors("displacement_mm", displacement)],
+            cell,
+        },
     };
     write_grid(file, piece)
 }
 
 fn body(mesh: &Mesh, point: Vec<Attribute>, cell: Vec<Attribute>) -> UnstructuredGridPiece {
-    let hexes = mesh.hexes.iter().map(|h| (&h.nodes[..], CellType::Hexahedron));
+    let hexes = mesh
+        .hexes
+        .iter()
+        .map(|h| (&h.nodes[..], CellType::Hexahedron));
     let tets = mesh.tets.iter().map(|t| (&t.nodes[..], CellType::Tetra));
     let (mut connectivity, mut offsets, mut types) = (Vec::new(), Vec::new(), Vec::new());
     for (nodes, kind) in hexes.chain(tets) {
@@ -103,7 +160,13 @@ fn body(mesh: &Mesh, point: Vec<Attribute>, cell: Vec<Attribute>) -> Unstructure
     }
     UnstructuredGridPiece {
         points: IOBuffer::F64(coordinates(mesh.nodes.iter())),
-        cells: Cells { cell_verts: VertexNumbers::XML { connectivity, offsets }, types },
+        cells: Cells {
+            cell_verts: VertexNumbers::XML {
+                connectivity,
+                offsets,
+            },
+            types,
+        },
         data: Attributes { point, cell },
     }
 }
@@ -113,12 +176,17 @@ fn write_grid(file: &Path, piece: UnstructuredGridPiece) -> Result<(), Error> {
         version: Version::new_xml(1, 0),
         title: String::new(),
         byte_order: ByteOrder::LittleEndian,
-        data: DataSet::UnstructuredGrid { meta: None, pieces: vec![Piece::Inline(Box::new(piece))] },
+        data: DataSet::UnstructuredGrid {
+            meta: None,
+            pieces: vec![Piece::Inline(Box::new(piece))],
+        },
         file_path: None,
     };
     let mut bytes = Vec::new();
-    grid.write_xml(&mut bytes)
-        .map_err(|e| Error::Content { path: file.to_path_buf(), problem: format!("VTK: {e}") })?;
+    grid.write_xml(&mut bytes).map_err(|e| Error::Content {
+        path: file.to_path_buf(),
+        problem: format!("VTK: {e}"),
+    })?;
     atomic_write(file, |w| w.write_all(&bytes))
 }
 
@@ -127,11 +195,18 @@ fn check(file: &Path, what: &str, found: usize, expected: usize) -> Result<(), E
         return Ok(());
     }
     let problem = format!("the snapshot has {found} {what} where the mesh needs {expected}");
-    Err(Error::Content { path: file.to_path_buf(), problem })
+    Err(Error::Content {
+        path: file.to_path_buf(),
+        problem,
+    })
 }
 
 fn regions(mesh: &Mesh) -> Vec<i32> {
-    let regions = mesh.hexes.iter().map(|h| h.region).chain(mesh.tets.iter().map(|t| t.region));
+    let regions = mesh
+        .hexes
+        .iter()
+        .map(|h| h.region)
+        .chain(mesh.tets.iter().map(|t| t.region));
     regions.map(|region| region_index(region) as i32).collect()
 }
 
@@ -158,9 +233,18 @@ mod tests {
 
     fn snapshot(mesh: &Mesh) -> Snapshot {
         Snapshot {
-            response: Response { t_s: 0.5, ..Response::default() },
-            displacement_mm: (0..mesh.nodes.len()).map(|i| Vector3::new(i as f64, 0.1, -0.2)).collect(),
-            faces: vec![FaceState { pressure_mpa: 0.004, slip_mm: [0.1, -0.2], ..FaceState::default() }],
+            response: Response {
+                t_s: 0.5,
+                ..Response::default()
+            },
+            displacement_mm: (0..mesh.nodes.len())
+                .map(|i| Vector3::new(i as f64, 0.1, -0.2))
+                .collect(),
+            faces: vec![FaceState {
+                pressure_mpa: 0.004,
+                slip_mm: [0.1, -0.2],
+                ..FaceState::default()
+            }],
             strain_energy_density_mpa: vec![1e-4],
         }
     }
@@ -169,15 +253,41 @@ mod tests {
     fn a_series_is_complete_and_reads_back() {
         let mesh = test_mesh::hex_and_tet();
         let dir = tempfile::tempdir().unwrap();
-        let pvd = write_series(dir.path(), "press", &mesh, &[snapshot(&mesh), snapshot(&mesh)]).unwrap();
+        let pvd = write_series(
+            dir.path(),
+            "press",
+            &mesh,
+            &[snapshot(&mesh), snapshot(&mesh)],
+        )
+        .unwrap();
         let text = std::fs::read_to_string(pvd).unwrap();
-        for file in ["press_0000.vtu", "press_pad_0000.vtu", "press_0001.vtu", "press_pad_0001.vtu"] {
+        for file in [
+            "press_0000.vtu",
+            "press_pad_0000.vtu",
+            "press_0001.vtu",
+            "press_pad_0001.vtu",
+        ] {
             assert!(text.contains(file));
             let back = Vtk::import(dir.path().join(file)).unwrap();
-            let DataSet::UnstructuredGrid { pieces, .. } = back.data else { panic!("{file}") };
-            let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
-            let (points, cells) = if file.contains("pad") { (4, 1) } else { (12, 2) };
-            assert_eq!((piece.num_points(), piece.cells.num_cells()), (points, cells), "{file}");
+            let DataSet::UnstructuredGrid { pieces, .. } = back.data else {
+                panic!("{file}")
+            };
+            let piece = pieces
+                .into_iter()
+                .next()
+                .unwrap()
+                .into_loaded_piece_data(None)
+                .unwrap();
+            let (points, cells) = if file.contains("pad") {
+                (4, 1)
+            } else {
+                (12, 2)
+            };
+            assert_eq!(
+                (piece.num_points(), piece.cells.num_cells()),
+                (points, cells),
+                "{file}"
+            );
         }
     }
 
@@ -185,9 +295,19 @@ mod tests {
     fn a_snapshot_of_another_mesh_is_refused() {
         let mesh = test_mesh::hex_and_tet();
         let dir = tempfile::tempdir().unwrap();
-        let bad = Snapshot { faces: Vec::new(), ..snapshot(&mesh) };
-        let error = write_series(dir.path(), "press", &mesh, &[bad]).unwrap_err().to_string();
-        assert!(error.contains("press_pad_0000.vtu: the snapshot has 0 face states where the mesh needs 1"), "{error}");
+        let bad = Snapshot {
+            faces: Vec::new(),
+            ..snapshot(&mesh)
+        };
+        let error = write_series(dir.path(), "press", &mesh, &[bad])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains(
+                "press_pad_0000.vtu: the snapshot has 0 face states where the mesh needs 1"
+            ),
+            "{error}"
+        );
         assert!(!dir.path().join("press.pvd").exists());
     }
 }

@@ -21,28 +21,47 @@ pub(super) struct Block {
 pub(super) fn parse(file: &str, text: &str) -> Result<Vec<Block>, Error> {
     let mut blocks: Vec<Block> = Vec::new();
     let whole = text.rfind('\n').map_or("", |end| &text[..end]);
-    for (i, line) in whole.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+    for (i, line) in whole
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| !line.trim().is_empty())
+    {
         let wrong = |problem: &str| Error::Output {
             file: file.to_owned(),
             line: i + 1,
             problem: format!("{problem}: `{}`", line.trim()),
         };
         if let Some((quantity, rest)) = line.split_once(" for set ") {
-            let (set, time) = rest.split_once(" and time ").ok_or_else(|| wrong("a heading without a time"))?;
+            let (set, time) = rest
+                .split_once(" and time ")
+                .ok_or_else(|| wrong("a heading without a time"))?;
             let time = fortran(time.trim()).ok_or_else(|| wrong("not a time"))?;
             let (quantity, set) = (quantity.trim().to_owned(), set.trim().to_owned());
-            blocks.push(Block { quantity, set, time, rows: Vec::new() });
+            blocks.push(Block {
+                quantity,
+                set,
+                time,
+                rows: Vec::new(),
+            });
             continue;
         }
-        let block = blocks.last_mut().ok_or_else(|| wrong("values before a heading"))?;
+        let block = blocks
+            .last_mut()
+            .ok_or_else(|| wrong("values before a heading"))?;
         let words: Vec<&str> = line.split_whitespace().collect();
         let (node, values) = match words.len() {
             3 => (0, &words[..]),
-            4 => (words[0].parse().map_err(|_| wrong("not a node number"))?, &words[1..]),
+            4 => (
+                words[0].parse().map_err(|_| wrong("not a node number"))?,
+                &words[1..],
+            ),
             _ => return Err(wrong("neither a total nor the value of a node")),
         };
-        let values: Vec<f64> =
-            values.iter().map(|word| fortran(word)).collect::<Option<_>>().ok_or_else(|| wrong("not numbers"))?;
+        let values: Vec<f64> = values
+            .iter()
+            .map(|word| fortran(word))
+            .collect::<Option<_>>()
+            .ok_or_else(|| wrong("not numbers"))?;
         block.rows.push((node, Vector3::from_column_slice(&values)));
     }
     Ok(blocks)
@@ -70,10 +89,18 @@ pub(super) fn parse_sta(text: &str) -> Iterations {
     let mut sum = Iterations::default();
     for line in text.lines() {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [step, _, attempt, iterations, ..] = words[..] else { continue };
-        let (Ok(_), Ok(iterations)) = (step.parse::<u32>(), iterations.parse::<u32>()) else { continue };
+        let [step, _, attempt, iterations, ..] = words[..] else {
+            continue;
+        };
+        let (Ok(_), Ok(iterations)) = (step.parse::<u32>(), iterations.parse::<u32>()) else {
+            continue;
+        };
         sum.iterations += iterations;
-        if attempt.ends_with('U') { sum.failed += 1 } else { sum.increments += 1 }
+        if attempt.ends_with('U') {
+            sum.failed += 1
+        } else {
+            sum.increments += 1
+        }
     }
     sum
 }
@@ -98,15 +125,28 @@ mod tests {
         let blocks = parse("j.dat", DAT).unwrap();
         assert_eq!(blocks.len(), 2);
         assert_eq!(blocks[0].set, "PLANE_NODES");
-        assert_eq!(blocks[0].rows, [(0, Vector3::new(-9.744419e-14, 1e-104, 0.1468777))]);
-        assert_eq!(blocks[1].rows[1], (10, Vector3::new(-7.940122e-2, -7.657769e-2, -1.629528e-2)));
+        assert_eq!(
+            blocks[0].rows,
+            [(0, Vector3::new(-9.744419e-14, 1e-104, 0.1468777))]
+        );
+        assert_eq!(
+            blocks[1].rows[1],
+            (10, Vector3::new(-7.940122e-2, -7.657769e-2, -1.629528e-2))
+        );
         assert_eq!(blocks[1].time, 0.75);
     }
 
     #[test]
     fn a_line_cut_off_is_dropped_and_nonsense_is_named() {
-        assert_eq!(parse("j.dat", &DAT[..DAT.len() - 30]).unwrap()[1].rows.len(), 1);
-        let error = parse("j.dat", &DAT.replace("-1.629528E-02", "**********")).unwrap_err().to_string();
+        assert_eq!(
+            parse("j.dat", &DAT[..DAT.len() - 30]).unwrap()[1]
+                .rows
+                .len(),
+            1
+        );
+        let error = parse("j.dat", &DAT.replace("-1.629528E-02", "**********"))
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with("j.dat:9: not numbers: `10 "), "{error}");
     }
 
@@ -118,6 +158,13 @@ mod tests {
      2          1    1U    60  0.100000E+01  0.000000E+00  0.100000E+01
      2          1     2     4  0.125000E+01  0.250000E+00  0.250000E+00
 ";
-        assert_eq!(parse_sta(sta), Iterations { increments: 2, failed: 1, iterations: 73 });
+        assert_eq!(
+            parse_sta(sta),
+            Iterations {
+                increments: 2,
+                failed: 1,
+                iterations: 73
+            }
+        );
     }
 }

@@ -27,7 +27,11 @@ pub struct Runner {
 
 impl Default for Runner {
     fn default() -> Self {
-        Self { program: "ccx".into(), timeout: Duration::from_secs(1800), folder: None }
+        Self {
+            program: "ccx".into(),
+            timeout: Duration::from_secs(1800),
+            folder: None,
+        }
     }
 }
 
@@ -49,7 +53,8 @@ pub struct Point {
 impl Point {
     /// Plain mean of the pad nodes' displacements, mm.
     pub fn mean_pad_displacement_mm(&self) -> Vector3<f64> {
-        self.pad_displacement_mm.iter().sum::<Vector3<f64>>() / self.pad_displacement_mm.len().max(1) as f64
+        self.pad_displacement_mm.iter().sum::<Vector3<f64>>()
+            / self.pad_displacement_mm.len().max(1) as f64
     }
 }
 
@@ -105,14 +110,26 @@ impl Runner {
             true => format!("time limit of {} s", self.timeout.as_secs_f64()),
             false => complaint(&raw.log),
         };
-        Err(Error::Stopped { reason, expected, partial: Box::new(run) })
+        Err(Error::Stopped {
+            reason,
+            expected,
+            partial: Box::new(run),
+        })
     }
 
     /// Version of the program, as it says itself.
     pub fn version(&self) -> Result<String, Error> {
-        let output = Command::new(&self.program).arg("-v").output().map_err(|e| self.cannot_start(e))?;
+        let output = Command::new(&self.program)
+            .arg("-v")
+            .output()
+            .map_err(|e| self.cannot_start(e))?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        Ok(text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("unknown version").to_owned())
+        Ok(text
+            .lines()
+            .map(str::trim)
+            .find(|line| !line.is_empty())
+            .unwrap_or("unknown version")
+            .to_owned())
     }
 
     /// Runs any deck text and returns the files it left, whether or not it converged.
@@ -129,7 +146,8 @@ impl Runner {
             let _ = fs::remove_file(folder.join(stale));
         }
         let deck = folder.join("job.inp");
-        atomic_write(&deck, |w| w.write_all(text.as_bytes())).map_err(|e| Error::Deck(e.to_string()))?;
+        atomic_write(&deck, |w| w.write_all(text.as_bytes()))
+            .map_err(|e| Error::Deck(e.to_string()))?;
         let log = folder.join("job.log");
         let out = File::create(&log).map_err(system(log.display().to_string()))?;
         let errors = out.try_clone().map_err(system(log.display().to_string()))?;
@@ -145,8 +163,11 @@ impl Runner {
             .stderr(errors)
             .spawn()
             .map_err(|e| self.cannot_start(e))?;
-        let Ended { cpu_s, timed_out, success } =
-            wait(child, start + self.timeout).map_err(system("waiting for the peer"))?;
+        let Ended {
+            cpu_s,
+            timed_out,
+            success,
+        } = wait(child, start + self.timeout).map_err(system("waiting for the peer"))?;
         Ok(Raw {
             dat: read(&folder.join("job.dat")),
             sta: read(&folder.join("job.sta")),
@@ -160,8 +181,13 @@ impl Runner {
 
     fn cannot_start(&self, source: std::io::Error) -> Error {
         match source.kind() {
-            std::io::ErrorKind::NotFound => Error::NotInstalled { program: self.program.clone() },
-            _ => Error::System { what: format!("starting `{}`", self.program), source },
+            std::io::ErrorKind::NotFound => Error::NotInstalled {
+                program: self.program.clone(),
+            },
+            _ => Error::System {
+                what: format!("starting `{}`", self.program),
+                source,
+            },
         }
     }
 }
@@ -173,7 +199,9 @@ fn system(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Error {
 
 /// What is not there (the peer stopped before it wrote any) is empty.
 fn read(file: &Path) -> String {
-    fs::read(file).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
+    fs::read(file)
+        .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+        .unwrap_or_default()
 }
 
 struct Ended {
@@ -197,7 +225,11 @@ fn wait(mut child: Child, deadline: Instant) -> std::io::Result<Ended> {
         if ended == id {
             let seconds = |t: libc::timeval| t.tv_sec as f64 + 1e-6 * t.tv_usec as f64;
             let success = libc::WIFEXITED(status) && libc::WEXITSTATUS(status) == 0;
-            return Ok(Ended { cpu_s: seconds(usage.ru_utime) + seconds(usage.ru_stime), timed_out, success });
+            return Ok(Ended {
+                cpu_s: seconds(usage.ru_utime) + seconds(usage.ru_stime),
+                timed_out,
+                success,
+            });
         }
         if ended < 0 {
             let error = std::io::Error::last_os_error();
@@ -217,9 +249,18 @@ fn wait(mut child: Child, deadline: Instant) -> std::io::Result<Ended> {
 
 /// The peer's own error lines, or the end of its log.
 fn complaint(log: &str) -> String {
-    let lines: Vec<&str> = log.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    let lines: Vec<&str> = log
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+        .collect();
     match lines.iter().position(|line| line.contains("*ERROR")) {
-        Some(at) => lines[at..].iter().take(3).copied().collect::<Vec<_>>().join(" "),
+        Some(at) => lines[at..]
+            .iter()
+            .take(3)
+            .copied()
+            .collect::<Vec<_>>()
+            .join(" "),
         None => lines[lines.len().saturating_sub(2)..].join(" "),
     }
 }
@@ -230,30 +271,54 @@ fn points(deck: &Deck, blocks: &[dat::Block]) -> Result<Vec<Point>, Error> {
     let mut wanted = Vec::new();
     let mut begin = 0.0;
     for (step, motion) in deck.steps.iter().enumerate() {
-        wanted.extend(motion.output_at_mm.iter().map(|travel| (step, *travel, begin + travel)));
+        wanted.extend(
+            motion
+                .output_at_mm
+                .iter()
+                .map(|travel| (step, *travel, begin + travel)),
+        );
         begin += motion.length_mm();
     }
     let mut points = Vec::new();
     for (step, travel_mm, time) in wanted {
         let find = |quantity: &str, set: &str| {
             let near = |b: &&dat::Block| (b.time - time).abs() <= 2e-6 * time.max(1.0);
-            blocks.iter().filter(|b| b.quantity.starts_with(quantity) && b.set == set).find(near)
+            blocks
+                .iter()
+                .filter(|b| b.quantity.starts_with(quantity) && b.set == set)
+                .find(near)
         };
-        let (Some(force), Some(pad)) = (find("total force", PLANE_NODES), find("displacements", PAD_NODES)) else {
+        let (Some(force), Some(pad)) = (
+            find("total force", PLANE_NODES),
+            find("displacements", PAD_NODES),
+        ) else {
             // The run ended here; later points cannot be there either.
             break;
         };
         let mut values = std::collections::HashMap::new();
         values.extend(pad.rows.iter().map(|(node, value)| (node - 1, *value)));
-        let pad_displacement_mm: Option<Vec<_>> = order.iter().map(|node| values.get(node).copied()).collect();
-        let (Some(pad_displacement_mm), Some((_, force_n))) = (pad_displacement_mm, force.rows.first().copied()) else {
+        let pad_displacement_mm: Option<Vec<_>> =
+            order.iter().map(|node| values.get(node).copied()).collect();
+        let (Some(pad_displacement_mm), Some((_, force_n))) =
+            (pad_displacement_mm, force.rows.first().copied())
+        else {
             // Killed while it printed this one.
             break;
         };
-        let from = if step == 0 { Vector3::zeros() } else { deck.steps[step - 1].end_mm };
+        let from = if step == 0 {
+            Vector3::zeros()
+        } else {
+            deck.steps[step - 1].end_mm
+        };
         let part = travel_mm / deck.steps[step].length_mm();
         let plane_mm = from + part * (deck.steps[step].end_mm - from);
-        points.push(Point { step, travel_mm, plane_mm, force_n, pad_displacement_mm });
+        points.push(Point {
+            step,
+            travel_mm,
+            plane_mm,
+            force_n,
+            pad_displacement_mm,
+        });
     }
     Ok(points)
 }
