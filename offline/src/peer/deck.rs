@@ -134,8 +134,8 @@ impl Step {
 pub struct Settings {
     /// Element type of hexahedra; C3D8 locks at the tissue's Poisson ratio.
     pub hex_type: String,
-    /// Iterations after which an increment in contact is given up and cut. The peer's own default is 60; what has
-    /// not converged in 20 was never seen to do so.
+    /// Iterations after which an increment in contact is given up and cut. The peer's own default is 60; attempts
+    /// that went past 20 nearly all failed (one converged, in 21), and 20 saved a fifth of the iterations of a slide.
     pub contact_iterations: u32,
     /// Smallest increment, mm.
     pub min_increment_mm: f64,
