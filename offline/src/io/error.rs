@@ -1,0 +1,114 @@
+//! What can be wrong with a file.
+
+use std::path::PathBuf;
+
+/// A file that could not be read, understood or written.
+///
+/// Lines count from 1, the header included.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The operating system refused (missing file, no permission, disk full).
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file as it was named.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Nothing but blank lines.
+    #[error("{}: the file is empty; its first line must name the columns: {expected}", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// The columns understood.
+        expected: String,
+    },
+    /// A byte sequence that is not UTF-8.
+    #[error("{}:{line}: not a text file in UTF-8", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+    },
+    /// A column that this format does not have.
+    #[error("{}:{line}: unknown column `{column}`; {hint}", path.display())]
+    UnknownColumn {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// The column as spelled in the file.
+        column: String,
+        /// What was probably meant, or what there is.
+        hint: String,
+    },
+    /// A column that is needed and not there.
+    #[error("{}:{line}: no column {column}", path.display())]
+    MissingColumn {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// What is missing, in quotes; alternatives joined by `or`.
+        column: String,
+    },
+    /// Two columns that say the same or contradict each other.
+    #[error("{}:{line}: column `{column}` cannot stand beside `{other}`", path.display())]
+    Conflict {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// The later column.
+        column: String,
+        /// The earlier one.
+        other: String,
+    },
+    /// A row with more or fewer cells than the header.
+    #[error("{}:{line}: {found} cells where the header has {expected} (decimal point is `.`, separator `,`)", path.display())]
+    CellCount {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// Cells in this row.
+        found: usize,
+        /// Columns of the header.
+        expected: usize,
+    },
+    /// A cell with a value that cannot be.
+    #[error("{}:{line}: column `{column}`: `{value}` {problem}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// Column.
+        column: String,
+        /// The cell as it stands in the file, or the value that was to be written.
+        value: String,
+        /// What is wrong with it, as the end of the sentence.
+        problem: String,
+    },
+    /// Not enough rows.
+    #[error("{}:{line}: the file ends after {found} row(s) of values; at least {needed} needed", path.display())]
+    TooFewRows {
+        /// The file.
+        path: PathBuf,
+        /// Last line that holds something.
+        line: usize,
+        /// Rows found.
+        found: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// A mesh or field that this format cannot hold.
+    #[error("{}: {problem}", path.display())]
+    Content {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+}

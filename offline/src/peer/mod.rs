@@ -1,0 +1,58 @@
+//! CalculiX as a second opinion: the same mesh, materials and contact as a deck, run by `ccx`, read back.
+//!
+//! Main types: [`Deck`], [`Step`], [`Runner`], [`Run`].
+//! What it is like and unlike ours: hexahedra are C3D8R (full integration locks), contact is penalty at face points
+//! without augmentation, friction is Coulomb with a constant stick slope. Reads the peer's files; solves nothing.
+//! May use: mesh, io (for the mesh part of a deck and atomic writing). Unix only.
+
+mod dat;
+mod deck;
+mod run;
+
+pub use deck::{Contact, Deck, Friction, Material, Settings, Step};
+pub use run::{PACKAGE, Point, Run, Runner};
+
+/// Why there is no result of the peer.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// There is no such program.
+    #[error("`{program}` was not found: install CalculiX (Debian and Ubuntu package `{PACKAGE}`)")]
+    NotInstalled {
+        /// The name looked for on PATH.
+        program: String,
+    },
+    /// The problem cannot be said in a deck.
+    #[error("deck: {0}")]
+    Deck(String),
+    /// The operating system refused.
+    #[error("{what}: {source}")]
+    System {
+        /// What was attempted.
+        what: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It ran, and stopped before the end; what it had printed by then is kept.
+    #[error("CalculiX stopped after {} of {expected} outputs, {} iterations and {:.1} CPU s: {reason}", partial.points.len(), partial.iterations, partial.cpu_s)]
+    Stopped {
+        /// Its own words, or the time limit.
+        reason: String,
+        /// Outputs that the deck asks for.
+        expected: usize,
+        /// Everything up to there.
+        partial: Box<Run>,
+    },
+    /// Its output is not what we take it to be.
+    #[error("{file}:{line}: {problem}")]
+    Output {
+        /// File in the run's folder.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+#[cfg(test)]
+mod tests;
