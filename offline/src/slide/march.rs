@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::{Cost, Drive, FaceState, Path, Response, Snapshot, Trajectory, Waypoint};
 use crate::{
-    assembly::{Body, Configuration},
+    assembly::{Body, Configuration, rotation_vector},
     contact::{Friction, PenaltySettings, Plane, RubberFriction},
     solve::{Axis, Settings, SolveError, Solver, State, Stats, Target},
 };
@@ -393,7 +393,7 @@ fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64
         *x += (b - a) * ratio;
     }
     next.rigid_centre += (to.rigid_centre - from.rigid_centre) * ratio;
-    let turn = (to.rigid_rotation * from.rigid_rotation.inverse()).scaled_axis();
+    let turn = rotation_vector(&(to.rigid_rotation * from.rigid_rotation.inverse()));
     next.rigid_rotation = Rotation3::new(turn * ratio) * to.rigid_rotation;
     body.follow(&mut next);
     next
@@ -440,7 +440,8 @@ fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> 
                 pressure_mpa: mean(&|p| p.pressure) * over_face,
                 traction_mpa: [mean(&|p| p.traction[0]) * over_face, mean(&|p| p.traction[1]) * over_face],
                 slip_mm: [mean(&|p| p.slip[0]), mean(&|p| p.slip[1])],
-                contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
+                // A contour that encloses no contact point carries nothing.
+                contact_fraction: if whole > 0.0 && area > 0.0 { inside / whole } else { 0.0 },
                 stick_fraction: mean(&|p| f64::from(u8::from(p.stuck))),
             }
         })
