@@ -184,6 +184,11 @@ pub fn press_limits(
     Ok(limits)
 }
 
+/// An increment cut below this share of the largest is taken for a limit point.
+const STABILISE_BELOW: f64 = 5e-3;
+/// Viscous increments before a snap is given up.
+const SNAP_STEPS: usize = 60;
+
 struct Runner<'a> {
     problem: &'a Problem<'a>,
     path: &'a Path,
@@ -287,6 +292,13 @@ impl<'a> Runner<'a> {
                     self.trajectory.cost.cutbacks += 1;
                     self.before = None;
                     self.pace = 0.4 * size;
+                    if self.pace < STABILISE_BELOW && self.snap(&point) {
+                        // The structure has snapped to another equilibrium; go on from there at a modest pace.
+                        self.pace = 0.2;
+                        done = if share == 1.0 { steps } else { done + size };
+                        self.record();
+                        continue;
+                    }
                     if self.pace < self.problem.march.min_step_share {
                         let [x, y, z] = self.state.contact.plane;
                         return Err(MarchError::Stuck {
@@ -309,15 +321,7 @@ impl<'a> Runner<'a> {
     }
 
     fn increment(&mut self, point: &Waypoint, size: f64) -> Result<(), SolveError> {
-        let axis = |drive: Drive, value: f64| match drive {
-            Drive::Displacement => Axis::Displacement(value),
-            Drive::Force => Axis::Force(value),
-        };
-        let target: Target = [
-            axis(self.path.drives[1], point.x),
-            axis(self.path.drives[2], point.y),
-            axis(self.path.drives[0], point.normal),
-        ];
+        let target = self.target(point);
         let mut plane = self.state.contact.plane;
         let (guess, extrapolated) = match &self.before {
             Some((before, plane_before, last_size)) if size <= 2.0 * last_size => {
@@ -340,16 +344,8 @@ impl<'a> Runner<'a> {
         cost.iterations += stats.iterations;
         cost.factorisations += stats.factorisations;
         cost.cpu_s = self.clock.elapsed().as_secs_f64();
-        if std::env::var_os("FINGERPAD_TRACE").is_some() {
-            eprintln!(
-                "{point:?} size {size:.4} ex {extrapolated} {stats:?} {:?}",
-                result.as_ref().map(|s| s.totals).map_err(|e| e.to_string())
-            );
-        }
         let next = result?;
-        let [step_x, step_y, step_z] = std::array::from_fn(|k| next.contact.plane[k] - self.state.contact.plane[k]);
-        let mean = (self.state.totals.force + next.totals.force) * 0.5;
-        self.trajectory.work.plane_mj += mean.dot(&Vector3::new(step_x, step_y, step_z));
+        self.trajectory.work.plane_mj += plane_work_between(&self.state, &next);
         self.trajectory.work.friction_mj += next.totals.dissipation;
         let cost = &mut self.trajectory.cost;
         cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
@@ -367,15 +363,78 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
+    /// Steps past a limit point: viscous increments at a fixed target until equilibrium holds without them.
+    ///
+    /// Returns whether it was reached; the state is untouched if not.
+    fn snap(&mut self, point: &Waypoint) -> bool {
+        let target = self.target(point);
+        let (mut state, mut work, mut friction_work, mut plane_work) = (self.state.clone(), 0.0, 0.0, 0.0);
+        let mut coefficient = 1e-3;
+        let mut stats = Stats::default();
+        for _ in 0..SNAP_STEPS {
+            match self.solver.damped_step(&state, target, coefficient, &mut stats) {
+                Ok((next, viscous)) => {
+                    work += viscous;
+                    friction_work += next.totals.dissipation;
+                    plane_work += plane_work_between(&state, &next);
+                    state = next;
+                    coefficient *= 0.5;
+                }
+                Err(_) => coefficient *= 8.0,
+            }
+            if coefficient > 1e3 {
+                return false;
+            }
+            let guess = state.configuration.clone();
+            let plane = state.contact.plane;
+            if coefficient < 1e-2
+                && let Ok(next) = self.solver.step(&state, target, guess, plane, true, &mut stats)
+            {
+                friction_work += next.totals.dissipation;
+                plane_work += plane_work_between(&state, &next);
+                self.trajectory.work.plane_mj += plane_work;
+                self.trajectory.work.friction_mj += friction_work;
+                self.trajectory.work.stabilisation_mj += work;
+                self.trajectory.cost.increments += 1;
+                self.trajectory.cost.iterations += stats.iterations;
+                self.trajectory.cost.factorisations += stats.factorisations;
+                self.status = self.status.with(Status::STABILISED);
+                self.state = next;
+                self.time_s = point.t_s;
+                return true;
+            }
+        }
+        false
+    }
+
+    fn target(&self, point: &Waypoint) -> Target {
+        let axis = |drive: Drive, value: f64| match drive {
+            Drive::Displacement => Axis::Displacement(value),
+            Drive::Force => Axis::Force(value),
+        };
+        [
+            axis(self.path.drives[1], point.x),
+            axis(self.path.drives[2], point.y),
+            axis(self.path.drives[0], point.normal),
+        ]
+    }
+
     fn record(&mut self) {
         let response = response(&self.solver, &self.state, self.time_s, self.status);
         self.trajectory.responses.push(response);
+        self.status = Status::OK;
     }
 
     fn snapshot(&mut self) {
         let response = *self.trajectory.responses.last().expect("recorded before");
         self.trajectory.snapshots.push(snapshot(self.problem.body, &self.solver, &self.state, response));
     }
+}
+
+/// Work of the plane on the finger between two states, mJ, by the trapezoidal rule.
+fn plane_work_between(a: &State, b: &State) -> f64 {
+    let step: [f64; 3] = std::array::from_fn(|k| b.contact.plane[k] - a.contact.plane[k]);
+    ((a.totals.force + b.totals.force) * 0.5).dot(&Vector3::from(step))
 }
 
 fn interpolate(a: &Waypoint, b: &Waypoint, share: f64) -> Waypoint {

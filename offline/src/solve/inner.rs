@@ -39,7 +39,6 @@ pub(super) struct Solution {
     /// Contact residual less the shift's force on the contact dofs, N.
     pub force: Vec<f64>,
     pub iterations: usize,
-    pub converged: bool,
 }
 
 struct Trial {
@@ -125,13 +124,7 @@ impl Inner<'_> {
             };
             current = next;
         }
-        Solution {
-            converged: current.norm <= self.tolerance,
-            x: current.x,
-            plane: current.plane,
-            force: current.force,
-            iterations,
-        }
+        Solution { x: current.x, plane: current.plane, force: current.force, iterations }
     }
 
     /// What turns an imbalance of driven forces into a displacement norm: the pad's compliance under an even load.

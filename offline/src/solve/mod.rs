@@ -8,4 +8,4 @@ mod inner;
 pub mod linear;
 mod newton;
 
-pub use newton::{Axis, Settings, SolveError, Solver, State, Stats, Target};
+pub use newton::{Axis, Damping, Settings, SolveError, Solver, State, Stats, Target};

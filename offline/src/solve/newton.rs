@@ -99,6 +99,18 @@ pub enum SolveError {
     Stiffness(#[from] NotPositiveDefinite),
 }
 
+/// Viscous forces that hold the body back in one increment: `coefficient * stiffness diagonal * motion`.
+///
+/// A stand-in for the inertia and viscosity that a quasi-static model lacks where the structure snaps from one
+/// equilibrium to another.
+#[derive(Clone, Copy, Debug)]
+pub struct Damping<'a> {
+    /// Share of the undeformed stiffness' diagonal, > 0.
+    pub coefficient: f64,
+    /// Where the motion is counted from.
+    pub from: &'a Configuration,
+}
+
 /// A state in equilibrium.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -122,6 +134,7 @@ pub struct Solver<'a> {
     slot: Vec<Option<usize>>,
     held: Vec<bool>,
     shift: Vec<f64>,
+    viscosity: Vec<f64>,
     undeformed_stiffness: Vec<f64>,
     values: Vec<f64>,
 }
@@ -161,6 +174,7 @@ impl<'a> Solver<'a> {
             slot,
             held,
             shift: vec![0.0; contact],
+            viscosity: Vec::new(),
             undeformed_stiffness: Vec::new(),
             values: Vec::new(),
         }
@@ -197,6 +211,76 @@ impl<'a> Solver<'a> {
         self.surface.nodes.iter().map(|&n| configuration.x[n as usize]).collect()
     }
 
+    /// The next state, held back by viscous forces: not yet in equilibrium, on its way there.
+    ///
+    /// Returns the state and the work done against the viscous forces, mJ.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn damped_step(
+        &mut self,
+        last: &State,
+        target: Target,
+        coefficient: f64,
+        stats: &mut Stats,
+    ) -> Result<(State, f64), SolveError> {
+        let damping = Damping { coefficient, from: &last.configuration };
+        let guess = last.configuration.clone();
+        self.damping_diagonal();
+        self.factor_is_set = false;
+        let result =
+            self.equilibrium(&last.contact, target, guess, last.contact.plane, false, Some(damping), stats);
+        self.factor_is_set = false;
+        let state = result?;
+        let work = self
+            .motion(&state.configuration, &last.configuration)
+            .iter()
+            .zip(&self.viscosity)
+            .map(|(du, k)| coefficient * k * du * du)
+            .sum();
+        Ok((state, work))
+    }
+
+    fn damping_diagonal(&mut self) {
+        if self.viscosity.is_empty() {
+            let mut values = Vec::new();
+            self.body.tangent(self.body.undeformed(), &mut values);
+            let start = &self.body.dofs.pattern.column_start;
+            self.viscosity = start[..start.len() - 1].iter().map(|&k| values[k]).collect();
+            for &dof in &self.body.dofs.held {
+                self.viscosity[dof] = 0.0;
+            }
+        }
+    }
+
+    /// Motion of the free nodes between two configurations, dof order; zero for the rigid body.
+    fn motion(&self, to: &Configuration, from: &Configuration) -> Vec<f64> {
+        let mut out = vec![0.0; self.body.dofs.count];
+        for (node, (a, b)) in to.x.iter().zip(&from.x).enumerate() {
+            if let Some(dof) = self.body.dofs.node_dof(node as u32) {
+                for k in 0..3 {
+                    out[dof + k] = a[k] - b[k];
+                }
+            }
+        }
+        out
+    }
+
+    fn internal_forces(
+        &self,
+        at: &Configuration,
+        damping: Option<Damping>,
+        out: &mut Vec<f64>,
+    ) -> Result<(), BodyError> {
+        self.body.residual(at, out)?;
+        if let Some(damping) = damping {
+            for ((out, du), k) in out.iter_mut().zip(self.motion(at, damping.from)).zip(&self.viscosity) {
+                *out += damping.coefficient * k * du;
+            }
+        }
+        Ok(())
+    }
+
     /// The next state in equilibrium.
     ///
     /// * `guess`: where to start; its fixed nodes hold their prescribed positions.
@@ -216,7 +300,7 @@ impl<'a> Solver<'a> {
         stats: &mut Stats,
     ) -> Result<State, SolveError> {
         let mut reference = last.contact.clone();
-        let mut state = self.equilibrium(&reference, target, guess, plane, guess_slides, stats)?;
+        let mut state = self.equilibrium(&reference, target, guess, plane, guess_slides, None, stats)?;
         if self.penalty.augment {
             for _ in 0..self.settings.max_augmentations {
                 if state.totals.penetration <= self.penalty.penetration_tolerance_mm {
@@ -224,12 +308,13 @@ impl<'a> Solver<'a> {
                 }
                 self.surface.augment(&mut reference, &state.contact);
                 let plane = state.contact.plane;
-                state = self.equilibrium(&reference, target, state.configuration, plane, true, stats)?;
+                state = self.equilibrium(&reference, target, state.configuration, plane, true, None, stats)?;
             }
         }
         Ok(state)
     }
 
+    #[expect(clippy::too_many_arguments, reason = "a private step with all that it depends on")]
     fn equilibrium(
         &mut self,
         last: &ContactState,
@@ -237,6 +322,7 @@ impl<'a> Solver<'a> {
         guess: Configuration,
         plane: Plane,
         guess_slides: bool,
+        damping: Option<Damping>,
         stats: &mut Stats,
     ) -> Result<State, SolveError> {
         let body = self.body;
@@ -251,7 +337,7 @@ impl<'a> Solver<'a> {
         });
         let mut at = guess;
         let mut internal = Vec::new();
-        body.residual(&at, &mut internal)?;
+        self.internal_forces(&at, damping, &mut internal)?;
         let mut previous = f64::INFINITY;
         let mut slow = 0;
         let mut fresh = false;
@@ -291,7 +377,7 @@ impl<'a> Solver<'a> {
             }
             fresh = false;
             if !self.factor_is_set || slow >= 2 {
-                self.refresh(&at, last, plane, stats)?;
+                self.refresh(&at, last, plane, damping, stats)?;
                 slow = 0;
                 fresh = true;
             }
@@ -326,14 +412,6 @@ impl<'a> Solver<'a> {
             };
             let solution = inner.solve(x, plane, predict);
             stats.iterations += 1;
-            if std::env::var_os("FINGERPAD_TRACE").is_some() {
-                eprintln!(
-                    "  it {iteration} res {:.2e} fresh {fresh} inner {} conv {} predict {predict} guess {guess_slides}",
-                    residual / reference,
-                    solution.iterations,
-                    solution.converged
-                );
-            }
             stats.contact_iterations += solution.iterations as u32;
             displacement_scale = solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
             let mut force = solution.force;
@@ -348,7 +426,7 @@ impl<'a> Solver<'a> {
             let next = loop {
                 let trial = body.advance(&at, &work, scale);
                 let moved = std::array::from_fn(|k| plane[k] - scale * (solution.plane[k] - plane[k]));
-                let failure = match body.residual(&trial, &mut internal) {
+                let failure = match self.internal_forces(&trial, damping, &mut internal) {
                     Ok(()) => {
                         let grows = iteration > 0
                             && scale < -0.2
@@ -455,11 +533,17 @@ impl<'a> Solver<'a> {
         at: &Configuration,
         last: &ContactState,
         plane: Plane,
+        damping: Option<Damping>,
         stats: &mut Stats,
     ) -> Result<(), SolveError> {
         let pattern = &self.body.dofs.pattern;
         let first = self.body.dofs.first_contact_dof;
         self.body.tangent(at, &mut self.values);
+        if let Some(damping) = damping {
+            for (dof, k) in self.viscosity.iter().enumerate() {
+                self.values[pattern.column_start[dof]] += damping.coefficient * k;
+            }
+        }
         self.shift.fill(0.0);
         let mut result = self.factor.factorise(pattern, &self.values);
         stats.factorisations += 1;
