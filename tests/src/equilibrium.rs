@@ -41,10 +41,11 @@ pub fn equilibrium(body: &Body, start: Configuration, load: &[f64], tolerance: f
         factor.forward(&mut step);
         factor.backward(&mut step);
         let mut scale = -1.0;
+        let small = largest(&step) <= tolerance;
         loop {
             let trial = body.advance(&at, &step, scale);
             match unbalanced(&trial, &mut residual) {
-                Ok(new) if new < 2.0 * norm || scale > -1e-2 || last => {
+                Ok(new) if small || new < 2.0 * norm || scale > -1e-2 => {
                     (at, norm) = (trial, new);
                     break;
                 }
@@ -55,7 +56,7 @@ pub fn equilibrium(body: &Body, start: Configuration, load: &[f64], tolerance: f
         if last {
             return Equilibrium { at, iterations, residual: largest(&residual) };
         }
-        last = scale == -1.0 && largest(&step) <= tolerance;
+        last = small;
     }
     panic!("no equilibrium: residual {norm:e}");
 }

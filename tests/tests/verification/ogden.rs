@@ -73,11 +73,18 @@ fn pulled(law: &Ogden, moved: &[(&str, usize, f64)]) -> (Body, Configuration) {
     let body = body_of(&mesh, Material::Ogden(*law), &Supports { fixed_components, ..Default::default() });
     let mut start = body.undeformed().clone();
     let parts = 8;
+    let mut ratio_before = 1.0;
     for part in 1..=parts {
-        for &(set, axis, stretch) in moved {
-            for &n in mesh.node_set(set) {
-                start.x[n as usize][axis] = 1.0 + (stretch - 1.0) * f64::from(part) / f64::from(parts);
-            }
+        let stretch = |s: f64| 1.0 + (s - 1.0) * f64::from(part) / f64::from(parts);
+        // What is free starts at constant volume: a squeezed start would have an indefinite tangent.
+        let ratio: f64 = moved.iter().map(|m| stretch(m.2)).product();
+        let lateral = (ratio_before / ratio).powf(1.0 / (3 - moved.len()) as f64);
+        ratio_before = ratio;
+        for x in &mut start.x {
+            (moved.len()..3).for_each(|axis| x[axis] *= lateral);
+        }
+        for &(set, axis, s) in moved {
+            mesh.node_set(set).iter().for_each(|&n| start.x[n as usize][axis] = stretch(s));
         }
         start = equilibrium(&body, start, &vec![0.0; body.dofs.count], 1e-12).at;
     }

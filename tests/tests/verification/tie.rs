@@ -3,11 +3,19 @@
 //! A node of the nail follows the face that it lies on. Linear fields pass the tie exactly; forces go to the
 //! nodes of that face only, so that a uniform stress does not: what is left is measured here.
 
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::ControlFlow,
+};
+
 use fingerpad_offline::{
     assembly::{Body, Configuration, Joint, Material, Supports},
     element::hex8_gradient,
     material::{Ogden, SaintVenantKirchhoff},
-    mesh::{FingertipShape, HEX_FACES, Mesh, MeshPreset, Region, block::coordinates, fingertip, set},
+    mesh::{
+        Divisions, FingertipShape, HEX_FACES, Mesh, MeshPreset, Region, TET_FACES, block::coordinates, fingertip, set,
+    },
+    slide::{Drive, Finger, Path, Problem, Tissue, Waypoint, march},
 };
 use fingerpad_tests::{blocks::tied_block, equilibrium::equilibrium, reference, verify};
 use nalgebra::{Matrix3, RowVector3, Vector3};
@@ -78,13 +86,10 @@ fn column_of_tied_blocks() {
     let skin = Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 });
     let nail = Material::Linear(SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 });
     let alike = Material::Linear(SaintVenantKirchhoff { young_mpa: 1.0, poisson: 0.3 });
-    // Matching grids make no error: what the others show is the tie's.
-    let matching = column(4, [alike, alike]).into_iter().fold(0.0, f64::max);
-    verify("tie, column, 4 on 4 divisions (matching)", "largest error", matching, 1e-10);
-    for (case, materials, bounds) in
-        [("one material", [alike, alike], [0.02, 0.3, 0.02]), ("nail on skin", [skin, nail], [0.02, 0.3, 0.02])]
-    {
-        for divisions in [3, 5, 8] {
+    // Triangles on quadrilaterals: even with nodes on nodes (4) the forces do not match. Three to one is what the
+    // presets of the finger have.
+    for (divisions, bounds) in [(4, [0.15, 0.4, 0.01]), (8, [0.03, 0.15, 1e-3]), (12, [0.02, 0.1, 1e-3])] {
+        for (case, materials) in [("one material", [alike, alike]), ("nail on skin", [skin, nail])] {
             let case = format!("tie, column, {case}, {divisions} on 4 divisions");
             let [displacement, stress, force] = column(divisions, materials);
             verify(&case, "displacement error over the top's", displacement, bounds[0]);
@@ -94,23 +99,40 @@ fn column_of_tied_blocks() {
     }
 }
 
-/// The finger's own tie: one material everywhere, a linear field prescribed on the boundary but for the
-/// interface. Errors of displacement and of stress in hexahedra and tetrahedra (Frobenius norms).
-fn finger(preset: MeshPreset) -> [f64; 3] {
-    let mesh = fingertip(&FingertipShape::default(), &preset.divisions()).unwrap().mesh;
-    let material = Material::Linear(SaintVenantKirchhoff { young_mpa: 1.0, poisson: 0.3 });
-    let mut seen = std::collections::BTreeMap::new();
-    for hex in &mesh.hexes {
-        for face in HEX_FACES {
-            let mut nodes = face.map(|n| hex.nodes[n]);
-            nodes.sort_unstable();
-            *seen.entry(nodes).or_insert(0) += 1;
+/// Boundary faces of elements, as their nodes.
+fn boundary<const E: usize, const F: usize>(elements: &[[u32; E]], faces: &[[usize; F]]) -> Vec<[u32; F]> {
+    let mut seen: BTreeMap<[u32; F], (u32, [u32; F])> = BTreeMap::new();
+    for element in elements {
+        for face in faces.iter().map(|face| face.map(|n| element[n])) {
+            let mut key = face;
+            key.sort_unstable();
+            seen.entry(key).or_insert((0, face)).0 += 1;
         }
     }
-    let mut fixed: Vec<u32> = seen.iter().filter(|(_, count)| **count == 1).flat_map(|(n, _)| *n).collect();
-    fixed.extend(mesh.node_set(set::NAIL_FIX));
-    let masters: Vec<u32> = mesh.ties.iter().flat_map(|t| t.masters.iter().map(|m| m.0)).collect();
-    fixed.retain(|n| !masters.contains(n));
+    seen.into_values().filter(|(count, _)| *count == 1).map(|(_, face)| face).collect()
+}
+
+/// The finger's own tie: one material everywhere, a linear field prescribed on the boundary but for the
+/// interface. Errors of displacement and of stress in hexahedra and tetrahedra (Frobenius norms).
+fn finger(divisions: &Divisions) -> [f64; 3] {
+    let mesh = fingertip(&FingertipShape::default(), divisions).unwrap().mesh;
+    let material = Material::Linear(SaintVenantKirchhoff { young_mpa: 1.0, poisson: 0.3 });
+    let skin_faces = boundary(&mesh.hexes.iter().map(|e| e.nodes).collect::<Vec<_>>(), &HEX_FACES);
+    let nail_faces = boundary(&mesh.tets.iter().map(|e| e.nodes).collect::<Vec<_>>(), &TET_FACES);
+    // Free are the masters well inside the nail's outline: a face that the nail covers in part would need
+    // a traction on the rest of it.
+    let inner = |nodes: &BTreeSet<u32>| -> BTreeSet<u32> {
+        let rim: BTreeSet<u32> =
+            skin_faces.iter().filter(|f| f.iter().any(|n| !nodes.contains(n))).flatten().copied().collect();
+        nodes.difference(&rim).copied().collect()
+    };
+    let masters: BTreeSet<u32> = mesh.ties.iter().flat_map(|t| t.masters.iter().map(|m| m.0)).collect();
+    let free = inner(&inner(&masters));
+    let slaves: BTreeSet<u32> = mesh.ties.iter().map(|t| t.slave).collect();
+    println!("tie, finger: {} slaves, {} masters, {} of them free", slaves.len(), masters.len(), free.len());
+    assert!(!free.is_empty());
+    let mut fixed: BTreeSet<u32> = skin_faces.iter().flatten().chain(nail_faces.iter().flatten()).copied().collect();
+    fixed.retain(|n| !free.contains(n) && !slaves.contains(n));
     let fixed_components = fixed.iter().flat_map(|&n| (0..3).map(move |k| (n, k))).collect();
     let supports = Supports { fixed_components, ..Default::default() };
     let body = Body::new(&mesh, |_| Some(material), &supports, Vector3::zeros(), Joint::default()).unwrap();
@@ -138,9 +160,41 @@ fn finger(preset: MeshPreset) -> [f64; 3] {
 #[test]
 fn nail_of_the_finger() {
     for (preset, label) in [(MeshPreset::Coarse, "coarse"), (MeshPreset::Default, "default")] {
-        let [displacement, hexes, tets] = finger(preset);
-        verify(&format!("tie, finger {label}"), "displacement error over the nail's", displacement, 0.05);
-        verify(&format!("tie, finger {label}"), "stress error of the worst hexahedron", hexes, 0.3);
-        verify(&format!("tie, finger {label}"), "stress error of the worst tetrahedron", tets, 0.3);
+        let [displacement, hexes, tets] = finger(&preset.divisions());
+        verify(&format!("tie, finger {label}"), "displacement error over the nail's", displacement, 0.01);
+        verify(&format!("tie, finger {label}"), "stress error of the worst hexahedron", hexes, 0.05);
+        verify(&format!("tie, finger {label}"), "stress error of the worst tetrahedron", tets, 0.15);
     }
+}
+
+/// Normal force at 1 mm without friction, N.
+fn pressed(divisions: &Divisions) -> f64 {
+    let finger = Finger::new(fingertip(&FingertipShape::default(), divisions).unwrap(), &Tissue::default()).unwrap();
+    let problem = Problem {
+        body: &finger.body,
+        pad_faces: &finger.mesh.pad_faces,
+        friction: None,
+        penalty: Default::default(),
+        settings: Default::default(),
+        march: Default::default(),
+    };
+    let corner = |t_s: f64| Waypoint { t_s, normal: t_s, x: 0.0, y: 0.0 };
+    let path = Path { drives: [Drive::Displacement; 3], waypoints: vec![corner(0.0), corner(1.0)] };
+    let run = march(&problem, &path, &[], &mut |_| ControlFlow::Continue(())).unwrap();
+    run.responses.last().unwrap().normal_force_n
+}
+
+#[test]
+fn skin_is_held_all_over_under_the_nail() {
+    // Skin nodes between the nail's nodes are free: with fewer nodes on the nail than on the skin the finger is
+    // softer, by 14 % at a third of the coarse preset's divisions.
+    let divisions = MeshPreset::Coarse.divisions();
+    let times = |n: usize, d: usize| Divisions {
+        nail_rings: divisions.nail_rings * n / d,
+        nail_columns: divisions.nail_columns * n / d,
+        ..divisions
+    };
+    let [sparse, force, dense] = [times(1, 3), divisions, times(4, 3)].map(|d| pressed(&d));
+    println!("tie, finger coarse: normal force at 1 mm {sparse:.5} N, {force:.5} N, {dense:.5} N (1/3, preset, 4/3)");
+    verify("tie, finger coarse", "change of the normal force by a denser nail", (dense / force - 1.0).abs(), 2e-3);
 }
