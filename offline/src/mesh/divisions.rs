@@ -30,8 +30,8 @@ impl MeshPreset {
                 bone_layers: 1,
                 subcutaneous_layers: 3,
                 skin_layers: 1,
-                nail_columns: 6,
-                nail_rings: 5,
+                nail_columns: 18,
+                nail_rings: 15,
                 nail_layers: 1,
             },
             Self::Default => Divisions {
@@ -43,8 +43,8 @@ impl MeshPreset {
                 bone_layers: 1,
                 subcutaneous_layers: 5,
                 skin_layers: 2,
-                nail_columns: 10,
-                nail_rings: 8,
+                nail_columns: 30,
+                nail_rings: 24,
                 nail_layers: 1,
             },
             Self::Fine => Divisions {
@@ -56,8 +56,8 @@ impl MeshPreset {
                 bone_layers: 1,
                 subcutaneous_layers: 9,
                 skin_layers: 4,
-                nail_columns: 20,
-                nail_rings: 16,
+                nail_columns: 52,
+                nail_rings: 44,
                 nail_layers: 2,
             },
         }
@@ -85,7 +85,8 @@ pub struct Divisions {
     pub subcutaneous_layers: usize,
     /// Through the skin.
     pub skin_layers: usize,
-    /// Nail: boxes (of 6 tetrahedra) across.
+    /// Nail: boxes (of 6 tetrahedra) across. The tie holds the skin where the nail has nodes, so the nail's boxes have
+    /// to be about half as wide as the skin's faces; with one layer its nodes add no degrees of freedom.
     pub nail_columns: usize,
     /// Nail: boxes along.
     pub nail_rings: usize,
