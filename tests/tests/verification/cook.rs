@@ -30,7 +30,7 @@ fn membrane(n: usize) -> Mesh {
 fn shares(mesh: &Mesh, n: usize) -> Vec<(u32, f64)> {
     let edge = |node: u32| {
         let y = mesh.nodes[node as usize].y;
-        y < 44.0 + 1e-9 || y > 60.0 - 1e-9
+        !(44.0 + 1e-9..=60.0 - 1e-9).contains(&y)
     };
     mesh.node_set("x1").iter().map(|&node| (node, if edge(node) { 0.25 } else { 0.5 } / n as f64)).collect()
 }
