@@ -1,1 +1,246 @@
+//! The experiment of the main job: press to each measured depth, slide until the friction is kinetic.
+//!
+//! Main types: [`Config`], [`Experiment`].
+//! May use: slide and what it may use; io for the measured table.
 
+use std::{
+    ops::ControlFlow,
+    path::{Path as FilePath, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::{
+    contact::RubberFriction,
+    mesh::{self, Fingertip, FingertipShape, MeshError, MeshPreset, set},
+    slide::{
+        Drive, Finger, MarchError, Numerics, Path, PressLimit, Problem, Progress, Tissue, Trajectory, Waypoint, march,
+        press_limits,
+    },
+};
+
+/// What is run: everything that a configuration file can say.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Shape of the fingertip: the name of one that comes with the program, or a geometry file.
+    pub shape: Shape,
+    /// Resolution of its mesh.
+    pub mesh_preset: MeshPreset,
+    /// Materials and bones.
+    pub tissue: Tissue,
+    /// Friction law.
+    pub friction: RubberFriction,
+    /// Contact, equilibrium, increments.
+    pub numerics: Numerics,
+    /// Depths and slide.
+    pub experiment: Experiment,
+}
+
+/// Where a shape comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Shape(pub String);
+
+impl Default for Shape {
+    fn default() -> Self {
+        Self("e".into())
+    }
+}
+
+/// Depths and slide of the experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Experiment {
+    /// Depths, mm, rising.
+    pub depths_mm: Vec<f64>,
+    /// Slide from proximal to distal, mm.
+    #[serde(deserialize_with = "crate::units::positive")]
+    pub slide_mm: f64,
+    /// Speed of press and slide, mm/s; the model has no rate effects, it sets the time column.
+    #[serde(deserialize_with = "crate::units::positive")]
+    pub speed_mm_s: f64,
+}
+
+impl Default for Experiment {
+    /// Yoshida et al. 2011: four depths, 2 mm/s; 6 mm of slide.
+    fn default() -> Self {
+        Self { depths_mm: vec![0.75, 1.0, 1.25, 1.5], slide_mm: 6.0, speed_mm_s: 2.0 }
+    }
+}
+
+/// Why a configuration cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is not valid TOML or has a key or value that is not understood; the message names line and value.
+    #[error("{}: {message}", path.display())]
+    Toml {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        message: String,
+    },
+    /// Depths that cannot be pressed.
+    #[error("experiment.depths_mm: {0}")]
+    Depths(String),
+    /// The shape cannot be meshed.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The body cannot be assembled.
+    #[error(transparent)]
+    Body(#[from] crate::assembly::BodyError),
+}
+
+impl Config {
+    /// Reads a configuration file; a shape file is looked for beside it.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with file, line and value.
+    pub fn read(path: &FilePath) -> Result<Self, ConfigError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| ConfigError::File { path: path.to_path_buf(), source })?;
+        let mut config: Self = toml::from_str(&text)
+            .map_err(|e| ConfigError::Toml { path: path.to_path_buf(), message: e.to_string() })?;
+        if !FingertipShape::NAMES.contains(&config.shape.0.as_str())
+            && let Some(folder) = path.parent()
+        {
+            config.shape.0 = folder.join(&config.shape.0).display().to_string();
+        }
+        Ok(config)
+    }
+
+    /// The geometry.
+    ///
+    /// # Errors
+    /// [`ConfigError::Mesh`] if there is no such shape or its numbers do not make a finger.
+    pub fn fingertip_shape(&self) -> Result<FingertipShape, ConfigError> {
+        if FingertipShape::NAMES.contains(&self.shape.0.as_str()) {
+            return Ok(FingertipShape::named(&self.shape.0)?);
+        }
+        let path = PathBuf::from(&self.shape.0);
+        if path.extension().is_none() {
+            // Not a file: let the library say which names there are.
+            return Ok(FingertipShape::named(&self.shape.0)?);
+        }
+        let text = std::fs::read_to_string(&path).map_err(|source| ConfigError::File { path, source })?;
+        Ok(FingertipShape::from_toml(&self.shape.0, &text)?)
+    }
+
+    /// Mesh and body, checked.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn finger(&self) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
+        let Fingertip { mesh, touch, outer_faces } =
+            mesh::fingertip(&self.fingertip_shape()?, &self.mesh_preset.divisions())?;
+        mesh::check(&mesh)?;
+        Ok((Finger::new(Fingertip { mesh, touch, outer_faces }, &self.tissue)?, touch))
+    }
+
+    /// Refuses depths that are not numbers, do not rise, or reach the bone.
+    ///
+    /// # Errors
+    /// [`ConfigError::Depths`].
+    pub fn check_depths(&self, depths_mm: &[f64], finger: &Finger) -> Result<(), ConfigError> {
+        let refuse = |message: String| Err(ConfigError::Depths(message));
+        if depths_mm.is_empty() {
+            return refuse("no depth given".into());
+        }
+        let mut last = 0.0;
+        for &depth in depths_mm {
+            if !(depth.is_finite() && depth > last) {
+                return refuse(format!("{depth} mm after {last} mm: depths must be numbers that rise from 0"));
+            }
+            last = depth;
+        }
+        let room = bone_height_mm(finger);
+        if last >= room {
+            return refuse(format!("{last} mm reaches the bone, whose lowest point is {room:.2} mm above first touch"));
+        }
+        Ok(())
+    }
+
+    /// Hash of everything that the results depend on: the settings, the shape's numbers, the program's version.
+    ///
+    /// # Errors
+    /// As [`Self::fingertip_shape`].
+    pub fn hash(&self) -> Result<String, ConfigError> {
+        let shape = self.fingertip_shape()?;
+        let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, self.tissue, self.friction, self.numerics);
+        let text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
+        Ok(Sha256::digest(text).iter().take(8).map(|b| format!("{b:02x}")).collect())
+    }
+
+    /// The problem of a finger.
+    pub fn problem<'a>(&self, finger: &'a Finger) -> Problem<'a> {
+        Problem {
+            body: &finger.body,
+            pad_faces: &finger.mesh.pad_faces,
+            friction: Some(self.friction),
+            penalty: self.numerics.contact,
+            settings: self.numerics.solver,
+            march: self.numerics.march,
+        }
+    }
+}
+
+/// Height of the bones' lowest point above first touch, mm; infinite without bones.
+pub fn bone_height_mm(finger: &Finger) -> f64 {
+    let bones = [set::DISTAL_BONE, set::PROXIMAL_BONE];
+    let nodes = bones.iter().flat_map(|name| finger.mesh.node_set(name));
+    nodes.map(|&n| finger.mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min)
+}
+
+/// Slides at which fields are kept, mm, if the slide is as long.
+const SNAPSHOT_SLIDES_MM: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 6.0];
+
+/// Presses to `depth_mm`, then slides from proximal to distal; fields at five slides.
+///
+/// # Errors
+/// [`MarchError`], with what was reached.
+pub fn press_and_slide(
+    config: &Config,
+    finger: &Finger,
+    depth_mm: f64,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Trajectory, MarchError> {
+    let experiment = &config.experiment;
+    let mut slides: Vec<f64> =
+        SNAPSHOT_SLIDES_MM.into_iter().filter(|&s| s > 0.0 && s < experiment.slide_mm - 1e-9).collect();
+    slides.push(experiment.slide_mm);
+    let press_s = depth_mm / experiment.speed_mm_s;
+    let mut waypoints = vec![
+        Waypoint { t_s: 0.0, normal: 0.0, x: 0.0, y: 0.0 },
+        Waypoint { t_s: press_s, normal: depth_mm, x: 0.0, y: 0.0 },
+    ];
+    waypoints.extend(slides.iter().map(|&x| Waypoint {
+        t_s: press_s + x / experiment.speed_mm_s,
+        normal: depth_mm,
+        x,
+        y: 0.0,
+    }));
+    let snapshots: Vec<usize> = (1..waypoints.len()).collect();
+    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    march(&config.problem(finger), &path, &snapshots, progress)
+}
+
+/// Normal force, area and the law's integral over the frictionless pressure at each depth.
+///
+/// # Errors
+/// [`MarchError`].
+pub fn frictionless(
+    config: &Config,
+    finger: &Finger,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Vec<PressLimit>, MarchError> {
+    press_limits(&config.problem(finger), &config.friction, &config.experiment.depths_mm, progress)
+}

@@ -1,6 +1,6 @@
 //! Residual and tangent of the body: elements of all materials, constraints condensed.
 
-use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use wide::f64x8;
 
 use super::{DofMap, Material, Supports, dofs::Role};
@@ -227,7 +227,7 @@ impl Body {
         }
         if let Some(dof) = self.dofs.rigid_dof {
             let moved = (at.rigid_centre - self.undeformed.rigid_centre) * self.joint.translation_n_per_mm;
-            let turned = at.rigid_rotation.scaled_axis() * self.joint.rotation_nmm_per_rad;
+            let turned = rotation_vector(&at.rigid_rotation) * self.joint.rotation_nmm_per_rad;
             for i in 0..3 {
                 out[dof + i] += moved[i];
                 out[dof + 3 + i] += turned[i];
@@ -311,7 +311,7 @@ impl Body {
         if self.dofs.rigid_dof.is_some() {
             let moved = (at.rigid_centre - self.undeformed.rigid_centre).norm_squared();
             total += 0.5 * self.joint.translation_n_per_mm * moved;
-            total += 0.5 * self.joint.rotation_nmm_per_rad * at.rigid_rotation.scaled_axis().norm_squared();
+            total += 0.5 * self.joint.rotation_nmm_per_rad * rotation_vector(&at.rigid_rotation).norm_squared();
         }
         (total, density)
     }
@@ -485,7 +485,7 @@ impl Body {
             let outer = arm * force.transpose();
             geometric += (outer + outer.transpose()) * 0.5 - Matrix3::identity() * arm.dot(&force);
         }
-        geometric += inverse_left_jacobian_symmetric(at.rigid_rotation.scaled_axis()) * self.joint.rotation_nmm_per_rad;
+        geometric += inverse_left_jacobian_symmetric(rotation_vector(&at.rigid_rotation)) * self.joint.rotation_nmm_per_rad;
         for c in 0..3 {
             values[self.dofs.entry(dof + c, dof + c)] += self.joint.translation_n_per_mm;
             for r in c..3 {
@@ -493,6 +493,12 @@ impl Body {
             }
         }
     }
+}
+
+/// Rotation vector of a rotation, exact to rounding also where the rotation is small (an arc cosine of its trace
+/// is not, and can be NaN).
+pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
 }
 
 /// Symmetric part of the derivative of a rotation vector over a spatial rotation.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::MarchSettings;
 use crate::{
     assembly::{Body, BodyError, Joint, Material, Supports},
-    contact::{PenaltySettings, RubberFriction},
+    contact::PenaltySettings,
     material::{Ogden, SaintVenantKirchhoff},
     mesh::{Fingertip, Mesh, Region, set},
     solve::Settings,

@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::{Cost, Drive, FaceState, Path, Response, Snapshot, Trajectory, Waypoint};
 use crate::{
-    assembly::{Body, Configuration},
+    assembly::{Body, Configuration, rotation_vector},
     contact::{Friction, PenaltySettings, Plane, RubberFriction},
     solve::{Axis, Settings, SolveError, Solver, State, Stats, Target},
 };
@@ -136,6 +136,52 @@ pub fn march(
         }
     }
     Ok(runner.trajectory)
+}
+
+/// What a frictionless press says of friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct PressLimit {
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Normal force, N.
+    pub normal_force_n: f64,
+    /// Contact area, mm².
+    pub contact_area_mm2: f64,
+    /// Integral of the friction law over the frictionless pressure, N.
+    pub friction_limit_n: f64,
+    /// Largest penetration, mm.
+    pub penetration_mm: f64,
+}
+
+/// Presses without friction to each of `depths_mm` (rising) and integrates `law` over the pressure found.
+///
+/// # Errors
+/// [`MarchError`], as [`march`].
+pub fn press_limits(
+    problem: &Problem,
+    law: &RubberFriction,
+    depths_mm: &[f64],
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Vec<PressLimit>, MarchError> {
+    let frictionless = Problem { friction: None, ..problem.clone() };
+    let corner = |(k, &depth): (usize, &f64)| Waypoint { t_s: k as f64, normal: depth, x: 0.0, y: 0.0 };
+    let waypoints = [0.0].iter().chain(depths_mm).enumerate().map(corner).collect();
+    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let mut runner = Runner::new(&frictionless, &path)?;
+    let mut limits = Vec::new();
+    for row in 1..path.waypoints.len() {
+        runner.segment(row, progress)?;
+        let response = response(&runner.solver, &runner.state, runner.time_s, runner.status);
+        let points = &runner.state.contact.points;
+        limits.push(PressLimit {
+            depth_mm: response.depth_mm,
+            normal_force_n: response.normal_force_n,
+            contact_area_mm2: response.contact_area_mm2,
+            friction_limit_n: points.iter().map(|p| law.strength(p.pressure).0 * p.area).sum(),
+            penetration_mm: runner.state.totals.penetration,
+        });
+    }
+    Ok(limits)
 }
 
 struct Runner<'a> {
@@ -305,6 +351,10 @@ impl<'a> Runner<'a> {
         let mean = (self.state.totals.force + next.totals.force) * 0.5;
         self.trajectory.work.plane_mj += mean.dot(&Vector3::new(step_x, step_y, step_z));
         self.trajectory.work.friction_mj += next.totals.dissipation;
+        let cost = &mut self.trajectory.cost;
+        cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
+        cost.min_dissipation_mpa_mm = cost.min_dissipation_mpa_mm.min(next.totals.min_dissipation_density);
+        cost.max_residual = cost.max_residual.max(stats.residual);
         let before = std::mem::replace(&mut self.state, next);
         self.before = Some((before.configuration, before.contact.plane, size));
         self.time_s = point.t_s;
@@ -343,7 +393,7 @@ fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64
         *x += (b - a) * ratio;
     }
     next.rigid_centre += (to.rigid_centre - from.rigid_centre) * ratio;
-    let turn = (to.rigid_rotation * from.rigid_rotation.inverse()).scaled_axis();
+    let turn = rotation_vector(&(to.rigid_rotation * from.rigid_rotation.inverse()));
     next.rigid_rotation = Rotation3::new(turn * ratio) * to.rigid_rotation;
     body.follow(&mut next);
     next
@@ -390,7 +440,8 @@ fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> 
                 pressure_mpa: mean(&|p| p.pressure) * over_face,
                 traction_mpa: [mean(&|p| p.traction[0]) * over_face, mean(&|p| p.traction[1]) * over_face],
                 slip_mm: [mean(&|p| p.slip[0]), mean(&|p| p.slip[1])],
-                contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
+                // A contour that encloses no contact point carries nothing.
+                contact_fraction: if whole > 0.0 && area > 0.0 { inside / whole } else { 0.0 },
                 stick_fraction: mean(&|p| f64::from(u8::from(p.stuck))),
             }
         })

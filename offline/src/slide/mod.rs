@@ -10,7 +10,7 @@ use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
-pub use march::{MarchError, MarchSettings, Problem, Progress, march};
+pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, press_limits};
 
 /// How one axis of the plane is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -115,6 +115,12 @@ pub struct Cost {
     pub factorisations: u32,
     /// CPU time of the thread that ran it, s.
     pub cpu_s: f64,
+    /// Largest penetration of any increment, mm.
+    pub max_penetration_mm: f64,
+    /// Smallest product of traction and plastic slip of any contact point, MPa mm; never negative.
+    pub min_dissipation_mpa_mm: f64,
+    /// Largest residual of an accepted increment, over its contact force.
+    pub max_residual: f64,
 }
 
 /// Work done since the start of the path, mJ.

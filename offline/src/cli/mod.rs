@@ -1,0 +1,176 @@
+//! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
+
+mod build;
+mod mesh;
+mod simulate;
+
+use std::{
+    ops::ControlFlow,
+    path::PathBuf,
+    process::ExitCode,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use clap::{Parser, Subcommand, ValueEnum};
+use fingerpad_offline::{
+    experiment::{Config, ConfigError},
+    mesh::MeshPreset,
+    slide::{MarchError, Progress},
+};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Fingertip friction: finite-element contact of a soft finger on a rigid plane, with the rubber friction law
+/// tau_crit = tau_0 + lambda sigma^beta. Units: mm, N, s, MPa.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 110)]
+#[command(after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 130 interrupted.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// The main job: mesh, press and slide at the measured depths, report
+    Build(build::Args),
+    /// Follow a path of the plane with the finite-element model
+    Simulate(simulate::Args),
+    /// Write the fingertip's mesh, or the whole problem for another program
+    Mesh(mesh::Args),
+}
+
+/// Settings that every command with a finite-element model takes.
+#[derive(clap::Args)]
+struct Model {
+    /// Configuration file (TOML); what it leaves out has its default
+    #[arg(long, value_name = "F.toml")]
+    config: Option<PathBuf>,
+    /// Shape: a, b, d, e, base, or a geometry file
+    #[arg(long, value_name = "NAME|F.toml")]
+    shape: Option<String>,
+    /// Resolution of the mesh
+    #[arg(long, value_name = "PRESET")]
+    mesh_preset: Option<Preset>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Preset {
+    /// About 2 000 nodes
+    Coarse,
+    /// About 11 000 nodes
+    Default,
+    /// About 60 000 nodes
+    Fine,
+}
+
+impl Model {
+    fn config(&self) -> Result<Config, Failure> {
+        let mut config = match &self.config {
+            Some(path) => Config::read(path)?,
+            None => Config::default(),
+        };
+        if let Some(shape) = &self.shape {
+            config.shape.0 = shape.clone();
+        }
+        match self.mesh_preset {
+            Some(Preset::Coarse) => config.mesh_preset = MeshPreset::Coarse,
+            Some(Preset::Default) => config.mesh_preset = MeshPreset::Default,
+            Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
+            None => {}
+        }
+        Ok(config)
+    }
+}
+
+/// Why a command ended, as an exit code.
+#[derive(Debug)]
+enum Failure {
+    /// Bad usage or input: 2.
+    Input(anyhow::Error),
+    /// The numerics failed: 3.
+    Numerics(anyhow::Error),
+    /// Ctrl-C: 130.
+    Interrupted(String),
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+impl From<fingerpad_offline::io::Error> for Failure {
+    fn from(error: fingerpad_offline::io::Error) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the run may go on; to be returned by progress callbacks.
+fn go_on() -> ControlFlow<()> {
+    if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    // A second Ctrl-C ends at once.
+    let handler = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("interrupted: finishing the increment, keeping what is done (again to stop at once)");
+    });
+    if let Err(error) = handler {
+        eprintln!("warning: Ctrl-C will not keep unfinished work: {error}");
+    }
+    let result = match cli.command {
+        Command::Build(args) => build::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Mesh(args) => mesh::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(error)) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+        Err(Failure::Numerics(error)) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(3)
+        }
+        Err(Failure::Interrupted(kept)) => {
+            eprintln!("interrupted: {kept}");
+            ExitCode::from(130)
+        }
+    }
+}
+
+/// Bar that shows a run's share, increments, iterations, cutbacks and time left.
+fn bar(name: String) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {msg}  {eta} left")
+        .expect("a valid template");
+    ProgressBar::new(1000).with_style(style).with_prefix(name)
+}
+
+/// Shows progress on a bar.
+fn show(bar: &ProgressBar, progress: &Progress) {
+    bar.set_position((progress.share * 1000.0) as u64);
+    let cost = &progress.cost;
+    bar.set_message(format!(
+        "increment {}, {} iterations, {} cut back",
+        cost.increments, cost.iterations, cost.cutbacks
+    ));
+}
+
+/// A failed march as a failure; `kept` says what was saved.
+fn march_failure(error: MarchError, what: &str, kept: String) -> Failure {
+    match error {
+        MarchError::Interrupted { .. } => Failure::Interrupted(kept),
+        MarchError::Path(_) => Failure::Input(anyhow::Error::new(error).context(what.to_owned())),
+        MarchError::Stuck { .. } => {
+            Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})")))
+        }
+    }
+}
