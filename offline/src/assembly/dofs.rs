@@ -201,6 +201,11 @@ impl DofMap {
         }
     }
 
+    /// First of the six dofs of the rigid body (translation of its reference point, then rotation), if there is one.
+    pub fn rigid_dof(&self) -> Option<usize> {
+        self.rigid_dof
+    }
+
     /// Masters of a tied node.
     pub(super) fn masters(&self, tie: usize) -> &[(u32, f64)] {
         &self.ties[tie]

@@ -119,7 +119,7 @@ mod tests {
         use MeshPreset::{Coarse, Default, Fine};
         for name in FingertipShape::NAMES {
             for (preset, nodes, most_pad) in
-                [(Coarse, 1800..2300, 150), (Default, 8000..11_500, 500), (Fine, 55_000..65_000, 1700)]
+                [(Coarse, 2200..3000, 150), (Default, 9000..13_000, 500), (Fine, 60_000..70_000, 1700)]
             {
                 let (_, _, report) = named(name, preset);
                 println!("{name} {preset:?}: {report:#?}");

@@ -1,0 +1,146 @@
+//! Cook's membrane, nearly incompressible, large strain: the element does not lock.
+//!
+//! Clamped at x = 0, dead shear load 100 N per mm of thickness on the edge x = 48 mm, plane strain; neo-Hookean
+//! (alpha = 2) with mu = 80.1938 MPa and bulk modulus 400 889.8 MPa, nu = 0.4999 [data of Simo & Armero 1992].
+//! The reference is our own: Richardson's extrapolation from 16, 32 and 64 elements along an edge.
+
+use fingerpad_offline::{
+    assembly::{Material, Supports},
+    element::{Constitutive, Hex8, Tangent},
+    material::Ogden,
+    mesh::{
+        Mesh,
+        block::{coordinates, curved_block},
+    },
+};
+use fingerpad_tests::{blocks::body_of, equilibrium::equilibrium, verify};
+use nalgebra::{DMatrix, DVector, Vector3};
+use wide::f64x8;
+
+const LAW: Ogden = Ogden { mu_mpa: 80.1938, alpha: 2.0, d_per_mpa: 2.0 / 400_889.8 };
+const LOAD_N_PER_MM: f64 = 100.0;
+
+fn membrane(n: usize) -> Mesh {
+    let unit = coordinates(0.0, 1.0, n, 1.0);
+    let map = |p: Vector3<f64>| Vector3::new(48.0 * p.x, 44.0 * p.x + p.y * (44.0 - 28.0 * p.x), p.z);
+    curved_block(&unit, &unit, &[0.0, 1.0], map)
+}
+
+/// Share of the load on each node of the loaded edge.
+fn shares(mesh: &Mesh, n: usize) -> Vec<(u32, f64)> {
+    let edge = |node: u32| {
+        let y = mesh.nodes[node as usize].y;
+        !(44.0 + 1e-9..=60.0 - 1e-9).contains(&y)
+    };
+    mesh.node_set("x1").iter().map(|&node| (node, if edge(node) { 0.25 } else { 0.5 } / n as f64)).collect()
+}
+
+/// The upper corner of the loaded edge.
+fn corner(mesh: &Mesh) -> u32 {
+    *mesh.node_set("x1").iter().find(|&&n| mesh.nodes[n as usize].y > 60.0 - 1e-9).unwrap()
+}
+
+/// Vertical displacement of the corner under the whole load, mm.
+fn deflection(n: usize) -> f64 {
+    let mesh = membrane(n);
+    let supports = Supports {
+        fixed: mesh.node_set("x0").to_vec(),
+        fixed_components: (0..mesh.nodes.len() as u32).map(|node| (node, 2)).collect(),
+        ..Default::default()
+    };
+    let body = body_of(&mesh, Material::Ogden(LAW), &supports);
+    let mut at = body.undeformed().clone();
+    for part in [0.4, 0.7, 1.0] {
+        let mut load = vec![0.0; body.dofs.count];
+        for (node, share) in shares(&mesh, n) {
+            load[body.dofs.node_dof(node).unwrap() + 1] = LOAD_N_PER_MM * share * part;
+        }
+        at = equilibrium(&body, at, &load, 1e-6).at;
+    }
+    at.x[corner(&mesh) as usize].y - 60.0
+}
+
+#[test]
+fn does_not_lock() {
+    let sizes = [4, 8, 16, 32, 64];
+    let tips = sizes.map(deflection);
+    for (n, tip) in sizes.iter().zip(tips) {
+        println!("Cook's membrane {n} x {n}: corner displacement {tip:.5} mm");
+    }
+    assert!(tips.windows(2).all(|w| w[0] < w[1]), "convergence from below must be monotone: {tips:?}");
+    let steps = [tips[3] - tips[2], tips[4] - tips[3]];
+    let ratio = steps[0] / steps[1];
+    let reference = tips[4] + steps[1] / (ratio - 1.0);
+    println!("Cook's membrane: extrapolated {reference:.5} mm, rate {:.2}", ratio.log2());
+    assert!(ratio.log2() > 0.8, "rate {}", ratio.log2());
+    verify("Cook's membrane 16 x 16", "error of the corner displacement", (tips[2] / reference - 1.0).abs(), 0.02);
+    verify("Cook's membrane 32 x 32", "error of the corner displacement", (tips[3] / reference - 1.0).abs(), 0.01);
+}
+
+/// The same law with its volumetric part at every point: full integration.
+#[derive(Clone, Copy)]
+struct FullyIntegrated(Ogden);
+
+impl Constitutive for FullyIntegrated {
+    fn energy(&self, b: &[f64x8; 6], j: f64x8) -> f64x8 {
+        Constitutive::energy(&self.0, b, j) + Constitutive::volumetric(&self.0, j).0
+    }
+    fn stress(&self, b: &[f64x8; 6], j: f64x8) -> [f64x8; 6] {
+        self.moduli(b, j).0
+    }
+    fn moduli(&self, b: &[f64x8; 6], j: f64x8) -> ([f64x8; 6], [[f64x8; 6]; 6]) {
+        let (mut tau, mut c) = Constitutive::moduli(&self.0, b, j);
+        let (_, slope, curvature) = Constitutive::volumetric(&self.0, j);
+        // tau = J p I; c = J (p + J dp/dJ) I x I − 2 J p (symmetric identity).
+        for i in 0..3 {
+            tau[i] += j * slope;
+            for k in 0..3 {
+                c[i][k] += j * (slope + j * curvature);
+            }
+            c[i][i] -= f64x8::splat(2.0) * j * slope;
+            c[3 + i][3 + i] -= j * slope;
+        }
+        (tau, c)
+    }
+    fn volumetric(&self, _ratio: f64x8) -> (f64x8, f64x8, f64x8) {
+        (f64x8::ZERO, f64x8::ZERO, f64x8::ZERO)
+    }
+}
+
+/// Corner displacement of the linear problem (stiffness of the undeformed membrane), mm.
+fn linear_deflection(law: &impl Constitutive, n: usize) -> f64 {
+    let mesh = membrane(n);
+    // Plane strain: both nodes through the thickness share two dofs.
+    let dof = |node: u32| (mesh.nodes[node as usize].x > 0.0).then_some(2 * (node as usize / 2));
+    let size = mesh.nodes.len();
+    let mut k: DMatrix<f64> = DMatrix::identity(size, size);
+    let mut load: DVector<f64> = DVector::zeros(size);
+    for (node, share) in shares(&mesh, n) {
+        load[dof(node).unwrap() + 1] += LOAD_N_PER_MM * share;
+    }
+    let free: Vec<usize> = (0..mesh.nodes.len() as u32).filter_map(dof).collect();
+    free.iter().for_each(|&d| (0..2).for_each(|i| k[(d + i, d + i)] = 0.0));
+    let mut tangent = Tangent::new();
+    for hexes in mesh.hexes.chunks(8) {
+        let nodes: Vec<[u32; 8]> = hexes.iter().map(|h| h.nodes).collect();
+        Hex8::new(&nodes, &mesh.nodes).unwrap().tangent(law, &mesh.nodes, &mut tangent);
+        for (lane, nodes) in nodes.iter().enumerate() {
+            for (a, b) in (0..8).flat_map(|a| (0..8).map(move |b| (a, b))) {
+                let (Some(row), Some(column)) = (dof(nodes[a]), dof(nodes[b])) else { continue };
+                for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let block = if a >= b { tangent.block[a][b][i][j] } else { tangent.block[b][a][j][i] };
+                    k[(row + i, column + j)] += block.to_array()[lane];
+                }
+            }
+        }
+    }
+    k.cholesky().expect("a positive definite stiffness").solve(&load)[dof(corner(&mesh)).unwrap() + 1]
+}
+
+#[test]
+fn full_integration_would_lock() {
+    let mean = linear_deflection(&LAW, 16);
+    let full = linear_deflection(&FullyIntegrated(LAW), 16);
+    println!("Cook's membrane 16 x 16, linear: mean dilatation {mean:.4} mm, full integration {full:.4} mm");
+    verify("Cook's membrane 16 x 16, linear", "full integration over mean dilatation", full / mean, 0.7);
+}

@@ -1,0 +1,12 @@
+//! The finite-element code against analysis: each case prints its number and the bound that it must keep.
+//!
+//! `cargo test --release -p fingerpad-tests --test verification -- --nocapture` prints them all.
+
+mod cook;
+mod energy;
+mod fingertip_meshes;
+mod ogden;
+mod patch;
+mod rotation;
+mod tangents;
+mod tie;

@@ -1,0 +1,364 @@
+//! Every tangent against finite differences: materials, elements, whole bodies, contact in stick and slip.
+
+use fingerpad_offline::{
+    assembly::{Body, Configuration, Joint, Material, Supports},
+    contact::{Friction, PenaltySettings, RubberFriction},
+    element::{Batch, Constitutive, Hex8, Tangent, Tet4},
+    material::{Ogden, SaintVenantKirchhoff},
+    mesh::{
+        FingertipShape, MeshPreset, Region,
+        block::{coordinates, curved_block},
+        fingertip,
+    },
+    slide::{BoneKind, Finger, Tissue},
+    solve::{Axis, Settings, Solver, State, Stats},
+};
+use fingerpad_tests::{
+    blocks::{body_of, tied_block},
+    differences::{unit_directions, worst_error},
+    equilibrium::multiply_symmetric,
+    random::Random,
+    verify,
+};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use wide::f64x8;
+
+use crate::ogden::{pack, unpack};
+
+const BOUND: f64 = 1e-6;
+
+fn ogden(alpha: f64) -> Ogden {
+    Ogden { mu_mpa: 0.034, alpha, d_per_mpa: 1.0 }
+}
+
+fn svk() -> SaintVenantKirchhoff {
+    SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 }
+}
+
+/// Error of the stress against the energy and of the moduli against the stress, at `f`.
+///
+/// With the velocity gradient l: dU = tau : l, and the Lie derivative d tau − l tau − tau l^T = c : sym(l).
+/// The stress, which may vanish, is measured against at least `modulus_mpa` times 1 %.
+fn material_errors(law: &impl Constitutive, modulus_mpa: f64, f: &Matrix3<f64>) -> [f64; 2] {
+    let at = |l: &[f64], s: f64| {
+        let f = (Matrix3::identity() + Matrix3::from_column_slice(l) * s) * f;
+        (pack(&(f * f.transpose())), f64x8::splat(f.determinant()))
+    };
+    let (b, j) = at(&[0.0; 9], 0.0);
+    let (tau, c) = law.moduli(&b, j);
+    assert!((unpack(&tau) - unpack(&law.stress(&b, j))).norm() <= 1e-12 * unpack(&tau).norm());
+    let tau = unpack(&tau);
+    let directions = unit_directions(9);
+    // The stress in one list, so that each component is measured against the largest.
+    let energy = worst_error(
+        1e-3,
+        &[vec![0.0]],
+        |_, s| {
+            let value = |d: &Vec<f64>| {
+                let (b, j) = at(d, s);
+                law.energy(&b, j).to_array()[0]
+            };
+            directions.iter().map(value).chain([0.01 * modulus_mpa * s]).collect()
+        },
+        |_| tau.iter().copied().chain([0.01 * modulus_mpa]).collect(),
+    );
+    let moduli = worst_error(
+        1e-3,
+        &directions,
+        |l, s| {
+            let (b, j) = at(l, s);
+            unpack(&law.stress(&b, j)).as_slice().to_vec()
+        },
+        |l| {
+            let l = Matrix3::from_column_slice(l);
+            let d = (l + l.transpose()) * 0.5;
+            let strain = [d[(0, 0)], d[(1, 1)], d[(2, 2)], 2.0 * d[(0, 1)], 2.0 * d[(1, 2)], 2.0 * d[(0, 2)]];
+            let row = |k: usize| (0..6).map(|m| c[k][m].to_array()[0] * strain[m]).sum::<f64>();
+            let lie = unpack(&std::array::from_fn(|k| f64x8::splat(row(k))));
+            (lie + l * tau + tau * l.transpose()).as_slice().to_vec()
+        },
+    );
+    [energy, moduli]
+}
+
+#[test]
+fn materials() {
+    let turn = Rotation3::new(Vector3::new(0.5, -0.3, 0.8)).into_inner();
+    let principal = |a: f64, b: f64, c: f64| turn * Matrix3::from_diagonal(&Vector3::new(a, b, c)) * turn.transpose();
+    let shear = Matrix3::new(1.1, 0.8, -0.2, 0.1, 0.9, 0.3, -0.1, 0.2, 1.05);
+    let mut worst = [[0.0f64; 2]; 3];
+    let mut note = |slot: usize, errors: [f64; 2]| {
+        for (w, e) in worst[slot].iter_mut().zip(errors) {
+            *w = if e > *w || e.is_nan() { e } else { *w };
+        }
+    };
+    for alpha in [1.4, 2.0, -3.0, 8.0] {
+        for f in [shear, principal(0.5, 1.2, 1.9), principal(0.3, 0.31, 3.0)] {
+            note(0, material_errors(&ogden(alpha), 0.034, &f));
+        }
+        // Equal and nearly equal stretches, on both sides of where the quotient is evaluated as a series.
+        for gap in [0.0, 1e-14, 1e-10, 1e-7, 1e-4, 2.4e-3, 2.6e-3, 1e-2] {
+            for f in [principal(1.2, 1.2 + gap, 0.8), principal(1.2, 1.2 + gap, 1.2 - gap)] {
+                note(1, material_errors(&ogden(alpha), 0.034, &(f * (1.0 + 1e-3 * shear[(0, 1)]))));
+            }
+        }
+    }
+    for f in [shear, principal(0.9, 1.05, 1.05), principal(0.97, 1.0, 1.1)] {
+        note(2, material_errors(&svk(), 100.0, &f));
+    }
+    for (slot, case) in ["Ogden", "Ogden, equal and near-equal stretches", "Saint Venant-Kirchhoff"].iter().enumerate()
+    {
+        verify(&format!("tangent {case}"), "stress against energy", worst[slot][0], BOUND);
+        verify(&format!("tangent {case}"), "moduli against stress", worst[slot][1], BOUND);
+    }
+}
+
+/// Errors of forces and tangent of eight elements whose nodes are disturbed, each lane by itself.
+fn element_errors<const N: usize, const Q: usize>(
+    batch: &Batch<N, Q>,
+    law: &impl Constitutive,
+    x: &[Vector3<f64>],
+) -> [f64; 2] {
+    let mut tangent = Tangent::new();
+    batch.tangent(law, x, &mut tangent);
+    let mut worst = [0.0f64; 2];
+    for lane in 0..batch.len {
+        let nodes: [usize; N] = std::array::from_fn(|a| batch.nodes[a][lane] as usize);
+        let moved = |d: &[f64], s: f64| {
+            let mut x = x.to_vec();
+            for a in 0..N {
+                x[nodes[a]] += Vector3::new(d[3 * a], d[3 * a + 1], d[3 * a + 2]) * s;
+            }
+            x
+        };
+        let forces = |x: &[Vector3<f64>]| -> Vec<f64> {
+            batch.forces(law, x).force.iter().flatten().map(|f| f.to_array()[lane]).collect()
+        };
+        let exact_force = forces(x);
+        let energies = worst_error(
+            1e-3,
+            &[vec![]],
+            |_, s| unit_directions(3 * N).iter().map(|d| batch.energies(law, &moved(d, s))[lane]).collect(),
+            |_| exact_force.clone(),
+        );
+        let product = |d: &[f64]| -> Vec<f64> {
+            let entry = |row: usize, column: usize| {
+                let (row, column) = if row / 3 >= column / 3 { (row, column) } else { (column, row) };
+                tangent.block[row / 3][column / 3][row % 3][column % 3].to_array()[lane]
+            };
+            (0..3 * N).map(|row| (0..3 * N).map(|column| entry(row, column) * d[column]).sum()).collect()
+        };
+        let stiffness = worst_error(1e-3, &unit_directions(3 * N), |d, s| forces(&moved(d, s)), product);
+        worst = [worst[0].max(energies), worst[1].max(stiffness)];
+    }
+    worst
+}
+
+#[test]
+fn elements() {
+    // Three elements (not eight: the unused lanes must not matter), distorted and deformed by up to 0.15.
+    let corners: Vec<Vector3<f64>> =
+        (0..32).map(|n| Vector3::new(f64::from(n / 8), f64::from((n / 4) % 2), f64::from((n / 2) % 2))).collect();
+    let mut random = Random::new(21);
+    let node = |i: u32, j: u32, k: u32| 8 * i + 4 * j + 2 * k;
+    let hexes: Vec<[u32; 8]> = (0..3)
+        .map(|i| {
+            let level = |k| [node(i, 0, k), node(i + 1, 0, k), node(i + 1, 1, k), node(i, 1, k)];
+            let ([a, b, c, d], [e, f, g, h]) = (level(0), level(1));
+            [a, b, c, d, e, f, g, h]
+        })
+        .collect();
+    let tets: Vec<[u32; 4]> = hexes.iter().map(|h| [h[0], h[1], h[2], h[6]]).collect();
+    let undeformed: Vec<Vector3<f64>> = corners.iter().map(|p| p + 0.1 * random.vector()).collect();
+    let x: Vec<Vector3<f64>> = undeformed.iter().map(|p| p * 1.1 + 0.15 * random.vector()).collect();
+    let (hex, tet) = (Hex8::new(&hexes, &undeformed).unwrap(), Tet4::new(&tets, &undeformed).unwrap());
+    let cases = [
+        ("hexahedron Ogden", element_errors(&hex, &ogden(1.4), &x)),
+        ("hexahedron Saint Venant-Kirchhoff", element_errors(&hex, &svk(), &x)),
+        ("tetrahedron Ogden", element_errors(&tet, &ogden(1.4), &x)),
+        ("tetrahedron Saint Venant-Kirchhoff", element_errors(&tet, &svk(), &x)),
+    ];
+    for (case, [forces, stiffness]) in cases {
+        verify(&format!("tangent {case}"), "forces against energy", forces, BOUND);
+        verify(&format!("tangent {case}"), "stiffness against forces", stiffness, BOUND);
+    }
+}
+
+/// A soft block with a rigid cell in it, a tied plate whose upper face is fixed, two held components.
+pub fn composite() -> Body {
+    let line = coordinates(0.0, 3.0, 3, 1.0);
+    let nail = coordinates(0.4, 2.7, 2, 1.0);
+    let mesh = tied_block([&line, &line, &line], &nail, &nail, 2, 0.6);
+    let inner = |p: &Vector3<f64>| p.iter().all(|c| *c > 0.5 && *c < 2.5);
+    let rigid = (0..64u32).filter(|&n| inner(&mesh.nodes[n as usize])).collect();
+    let supports = Supports {
+        fixed: mesh.node_set("nail_fix").to_vec(),
+        fixed_components: vec![(0, 0), (3, 2)],
+        rigid,
+        contact: mesh.node_set("z0").to_vec(),
+    };
+    let material = |region| {
+        Some(match region {
+            Region::Nail => Material::Linear(SaintVenantKirchhoff { young_mpa: 0.1, poisson: 0.3 }),
+            _ => Material::Ogden(ogden(1.4)),
+        })
+    };
+    let joint = Joint { translation_n_per_mm: 0.05, rotation_nmm_per_rad: 0.2 };
+    Body::new(&mesh, material, &supports, Vector3::new(0.7, 1.6, 1.9), joint).unwrap()
+}
+
+/// The body moved at random by up to `amplitude` (mm; rad times two for the rigid body's rotation).
+pub fn disturbed(body: &Body, amplitude: f64, seed: u64) -> Configuration {
+    let mut step = Random::new(seed).list(body.dofs.count);
+    step.iter_mut().for_each(|s| *s *= amplitude);
+    if let Some(dof) = body.dofs.rigid_dof() {
+        step[dof + 3..dof + 6].iter_mut().for_each(|s| *s *= 2.0);
+    }
+    body.dofs.held.iter().for_each(|&dof| step[dof] = 0.0);
+    body.advance(body.undeformed(), &step, 1.0)
+}
+
+/// The directions without motion of held dofs.
+pub fn free(body: &Body, mut directions: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    directions.iter_mut().for_each(|d| body.dofs.held.iter().for_each(|&dof| d[dof] = 0.0));
+    directions.retain(|d| d.iter().any(|v| *v != 0.0));
+    directions
+}
+
+/// Error of the tangent against differences of the residual.
+///
+/// The tangent is the Hessian along rotation vectors phi; the residual's moment m is spatial. From
+/// dE/dphi = J_l(phi)^T m and J_l = I + [phi]/2 + ..., the moment's derivative is the Hessian's minus m x phi/2.
+fn body_error(body: &Body, at: &Configuration, h: f64, directions: &[Vec<f64>]) -> f64 {
+    let (mut values, mut residual) = (Vec::new(), Vec::new());
+    body.tangent(at, &mut values);
+    body.residual(at, &mut residual).unwrap();
+    let along = |d: &[f64], s: f64| {
+        let mut out = Vec::new();
+        body.residual(&body.advance(at, d, s), &mut out).unwrap();
+        out
+    };
+    let exact = |d: &[f64]| {
+        let mut product = multiply_symmetric(&body.dofs.pattern, &values, d);
+        if let Some(dof) = body.dofs.rigid_dof() {
+            let part = |v: &[f64]| Vector3::new(v[dof + 3], v[dof + 4], v[dof + 5]);
+            let skew = part(&residual).cross(&part(d)) * 0.5;
+            (0..3).for_each(|i| product[dof + 3 + i] -= skew[i]);
+        }
+        product
+    };
+    worst_error(h, directions, along, exact)
+}
+
+#[test]
+fn bodies() {
+    let body = composite();
+    assert!(body.dofs.rigid_dof().is_some());
+    let at = disturbed(&body, 0.1, 4);
+    verify(
+        "tangent block with rigid bone and tied nail",
+        "error, every dof",
+        body_error(&body, &at, 1e-3, &free(&body, unit_directions(body.dofs.count))),
+        BOUND,
+    );
+    for kind in [BoneKind::Floating, BoneKind::Deformable] {
+        let tip = fingertip(&FingertipShape::default(), &MeshPreset::Coarse.divisions()).unwrap();
+        let mut tissue = Tissue::default();
+        tissue.bone.kind = kind;
+        // As soft as the skin, so that the error of the skin's part is not hidden behind a stiff part.
+        tissue.nail.young_mpa = 0.1;
+        tissue.bone.elastic.young_mpa = 0.1;
+        let finger = Finger::new(tip, &tissue).unwrap();
+        let at = disturbed(&finger.body, 0.02, 6);
+        let mut random = Random::new(9);
+        let directions = free(&finger.body, (0..6).map(|_| random.list(finger.body.dofs.count)).collect());
+        verify(
+            &format!("tangent coarse finger, bone {kind:?}"),
+            "error, 6 random directions",
+            body_error(&finger.body, &at, 1e-4, &directions),
+            BOUND,
+        );
+    }
+}
+
+/// Moves the plane to `place` in one increment.
+fn moved(solver: &mut Solver, last: &State, place: [f64; 3]) -> State {
+    let target = place.map(Axis::Displacement);
+    let guess = last.configuration.clone();
+    solver.step(last, target, guess, place, false, &mut Stats::default()).unwrap()
+}
+
+#[test]
+fn contact_on_a_deformed_state() {
+    // A paraboloid of radius 6 mm, pressed and then slid: by less than the elastic slip, part of the way, far.
+    let line = coordinates(-2.0, 2.0, 8, 1.0);
+    let bulge = |p: Vector3<f64>| p + Vector3::z() * ((p.x * p.x + p.y * p.y) / 12.0 * (1.0 - p.z / 2.0));
+    let mesh = curved_block(&line, &line, &coordinates(0.0, 2.0, 3, 1.3), bulge);
+    let supports =
+        Supports { fixed: mesh.node_set("z1").to_vec(), contact: mesh.node_set("z0").to_vec(), ..Default::default() };
+    let body = body_of(&mesh, Material::Ogden(ogden(1.4)), &supports);
+    let friction = Friction::On(RubberFriction::default());
+    let mut solver = Solver::new(&body, &mesh.pad_faces, friction, PenaltySettings::default(), Settings::default());
+    let mut pressed = solver.initial_state([0.0; 3]);
+    for depth in [0.05, 0.1, 0.2] {
+        pressed = moved(&mut solver, &pressed, [0.0, 0.0, depth]);
+    }
+    for (case, slides) in [("stick", vec![0.002]), ("stick and slip", vec![0.02, 0.1]), ("slip", vec![0.1, 0.4, 0.8])] {
+        let mut last = pressed.clone();
+        let mut before = pressed.clone();
+        for slide in slides {
+            before = last;
+            last = moved(&mut solver, &before, [slide, 0.3 * slide, 0.2]);
+        }
+        let touching: Vec<bool> = last.contact.points.iter().filter(|p| p.pressure > 0.0).map(|p| p.stuck).collect();
+        let stuck = touching.iter().filter(|s| **s).count();
+        println!("contact {case}: {stuck} of {} points stick", touching.len());
+        match case {
+            "stick" => assert!(stuck > touching.len() / 2),
+            "slip" => assert_eq!(stuck, 0),
+            _ => assert!(stuck > 0 && stuck < touching.len()),
+        }
+        // The increment that led to `last`, seen from `before`: every point of it loads along its own direction.
+        let surface = solver.surface();
+        let (position, plane) = (&last.contact.position, last.contact.plane);
+        let evaluate = |x: &[Vector3<f64>], plane: [f64; 3], tangent: bool| {
+            surface.evaluate(&friction, &before.contact, x, plane, false, tangent)
+        };
+        let exact = evaluate(position, plane, true);
+        let n = 3 * position.len();
+        let mut random = Random::new(31);
+        let mut directions: Vec<Vec<f64>> = (0..12).map(|_| random.list(n + 3)).collect();
+        directions.extend(unit_directions(3).into_iter().map(|d| [vec![0.0; n], d].concat()));
+        let along = |d: &[f64], s: f64| {
+            let x: Vec<Vector3<f64>> = position
+                .iter()
+                .enumerate()
+                .map(|(a, x)| x + Vector3::from_column_slice(&d[3 * a..3 * a + 3]) * s)
+                .collect();
+            let plane = std::array::from_fn(|k| plane[k] + d[n + k] * s);
+            evaluate(&x, plane, false).residual.iter().flat_map(|f| [f.x, f.y, f.z]).collect()
+        };
+        let product = |d: &[f64]| {
+            let mut out = vec![0.0; n];
+            for tangent in &exact.tangents {
+                let face = surface.faces[tangent.face];
+                for column in 0..12 {
+                    for row in 0..12 {
+                        out[3 * face[row / 3] + row % 3] +=
+                            tangent.block[column][row] * d[3 * face[column / 3] + column % 3];
+                    }
+                }
+            }
+            for (a, columns) in exact.plane_columns.iter().enumerate() {
+                for k in 0..3 {
+                    for i in 0..3 {
+                        out[3 * a + i] += columns[k][i] * d[n + k];
+                    }
+                }
+            }
+            out
+        };
+        // Small enough that no point changes between stick and slip or leaves the plane on the way.
+        verify(&format!("tangent contact, {case}"), "error", worst_error(1e-7, &directions, along, product), BOUND);
+    }
+}
