@@ -8,7 +8,7 @@ mod constitutive;
 mod dofs;
 mod pattern;
 
-pub use body::{Body, BodyError, Configuration, Joint};
+pub use body::{Body, BodyError, Configuration, Joint, rotation_vector};
 pub use constitutive::Material;
 pub use dofs::{DofMap, Supports};
 pub use pattern::Pattern;

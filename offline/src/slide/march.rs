@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::{Cost, Drive, FaceState, Path, Response, Snapshot, Trajectory, Waypoint};
 use crate::{
-    assembly::{Body, Configuration},
+    assembly::{Body, Configuration, rotation_vector},
     contact::{Friction, PenaltySettings, Plane, RubberFriction},
     solve::{Axis, Settings, SolveError, Solver, State, Stats, Target},
 };
@@ -393,7 +393,7 @@ fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64
         *x += (b - a) * ratio;
     }
     next.rigid_centre += (to.rigid_centre - from.rigid_centre) * ratio;
-    let turn = (to.rigid_rotation * from.rigid_rotation.inverse()).scaled_axis();
+    let turn = rotation_vector(&(to.rigid_rotation * from.rigid_rotation.inverse()));
     next.rigid_rotation = Rotation3::new(turn * ratio) * to.rigid_rotation;
     body.follow(&mut next);
     next
