@@ -99,8 +99,7 @@ impl Sphere {
         let law = Ogden { mu_mpa: half_space.shear_mpa, alpha: 2.0, d_per_mpa: 2.0 / bulk };
         let boundary = fixed.iter().map(|&n| (n, flat.nodes[n as usize])).collect();
         let supports = Supports { fixed, fixed_components, contact, ..Default::default() };
-        let body =
-            Body::new(&mesh, |_| Some(Material::Ogden(law)), &supports, Vector3::zeros(), Joint::default())?;
+        let body = Body::new(&mesh, |_| Some(Material::Ogden(law)), &supports, Vector3::zeros(), Joint::default())?;
         let copies = if layout.part == Part::Quarter { 4.0 } else { 2.0 };
         Ok(Self { hertz, mesh, body, pad_faces, boundary, copies })
     }
@@ -166,7 +165,7 @@ impl Sphere {
 }
 
 /// Coordinates from `from` to `to`, the first step about `h`, each about `growth` times the one before.
-fn outward(from: f64, to: f64, h: f64, growth: f64) -> Vec<f64> {
+pub(crate) fn outward(from: f64, to: f64, h: f64, growth: f64) -> Vec<f64> {
     let count = ((1.0 + (to - from) * (growth - 1.0) / h).ln() / growth.ln()).ceil() as usize;
     // Growth at which the first step is h exactly.
     let length = |g: f64| h * (g.powi(count as i32) - 1.0) / (g - 1.0);

@@ -499,7 +499,8 @@ impl Body {
             let outer = arm * force.transpose();
             geometric += (outer + outer.transpose()) * 0.5 - Matrix3::identity() * arm.dot(&force);
         }
-        geometric += inverse_left_jacobian_symmetric(rotation_vector(&at.rigid_rotation)) * self.joint.rotation_nmm_per_rad;
+        geometric +=
+            inverse_left_jacobian_symmetric(rotation_vector(&at.rigid_rotation)) * self.joint.rotation_nmm_per_rad;
         for c in 0..3 {
             values[self.dofs.entry(dof + c, dof + c)] += self.joint.translation_n_per_mm;
             for r in c..3 {

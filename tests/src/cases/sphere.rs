@@ -104,11 +104,6 @@ pub fn full_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     Ok(vec![
         Check::relative("quadrature of the far field against the closed integral", loads.force_n()[0], exact, 1e-6),
         Check::at_most("stuck area (mm²)", state.totals.stuck_area, 0.0),
-        Check::relative(
-            format!("friction (N), a/h {per_radius}"),
-            sphere.copies * state.totals.force.x,
-            exact,
-            bound,
-        ),
+        Check::relative(format!("friction (N), a/h {per_radius}"), sphere.copies * state.totals.force.x, exact, bound),
     ])
 }
