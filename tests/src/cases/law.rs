@@ -77,16 +77,16 @@ const GAMMA_MM: f64 = 0.006;
 
 /// The elastic slip is a length of the law: it moves the onset of full slip by itself, and the mesh does not.
 pub fn elastic_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
-    let size = if effort == Effort::Quick { 0.4 } else { 0.2 };
+    let size = if effort == Effort::Quick { 0.4 } else { 0.3 };
     let domes = [Dome::new(size)?, Dome::new(0.5 * size)?];
     let mut checks = Vec::new();
     const STEP_MM: f64 = 0.01;
-    const STEPS: usize = 30;
+    const STEPS: usize = 40;
     let run = |dome: &Dome, gamma_mm: f64, slides: &[f64]| {
         let mut corners = vec![[0.0; 3], [DEPTH_MM, 0.0, 0.0]];
         corners.extend(slides.iter().map(|&s| [DEPTH_MM, s, 0.0]));
         let march = MarchSettings { friction_while_pressing: false, ..Default::default() };
-        let friction = Some(RubberFriction::coulomb(MU, gamma_mm));
+        let friction = Some(RubberFriction::coulomb(0.2, gamma_mm));
         follow(&Problem { friction, march, ..problem(&dome.body, &dome.mesh.pad_faces) }, &placed(&corners))
     };
     // Onset of full slip: the last point that sticks lets go.

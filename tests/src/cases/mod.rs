@@ -37,7 +37,7 @@ pub const CASES: &[Case] = &[
     Case { name: "creep", about: "dome, held normal and tangential force at 0.8 of the limit", run: law::creep },
     Case {
         name: "elastic_slip",
-        about: "dome, Coulomb 0.5: gamma_crit is a length of the law",
+        about: "dome, Coulomb 0.2: gamma_crit is a length of the law",
         run: law::elastic_slip,
     },
     Case {

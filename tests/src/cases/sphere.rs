@@ -44,7 +44,7 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
 
 /// Cattaneo-Mindlin: tangential force, stick radius and compliance over displacement at constant approach.
 pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
-    let (per_radius, bound) = if effort == Effort::Quick { (8, 0.04) } else { (16, 0.02) };
+    let (per_radius, bound) = if effort == Effort::Quick { (8, 0.04) } else { (32, 0.02) };
     let layout = Layout { part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
     let sphere = Sphere::new(&layout, 0.499, CURVATURE_MM)?;
     let label = |what: String| format!("{what}, a/h {per_radius}");
@@ -56,7 +56,7 @@ pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
     let law = RubberFriction::coulomb(mindlin.mu, 1e-3 * mindlin.full_slip_mm());
     solver.set_friction(Friction::On(law));
     let depth = state.contact.plane[2];
-    for share in [0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9] {
+    for share in [0.02, 0.1, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9] {
         let s = share * mindlin.full_slip_mm();
         state = sphere.step(&mut solver, &state, [s, 0.0, depth], &PointLoads::mindlin(&mindlin, s))?;
         let tangential = sphere.copies * state.totals.force.x;
@@ -70,12 +70,14 @@ pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
                 mindlin.force_n(s) / mindlin.limit_n(),
                 bound,
             ));
-            checks.push(Check::relative(
-                label(format!("stick radius (mm) at s/s_full {share}")),
-                sphere.stick_radius_mm(&state),
-                mindlin.stick_radius_mm(s),
-                bound,
-            ));
+            let quantity = label(format!("stick radius (mm) at s/s_full {share}"));
+            let (ours, exact) = (sphere.stick_radius_mm(&state), mindlin.stick_radius_mm(s));
+            // A face slips as a whole: where fewer than 14 faces make a radius, half a face is what is asked for.
+            checks.push(match effort {
+                Effort::Quick => Check::absolute(quantity, ours, exact, 0.5 / per_radius as f64),
+                Effort::Full if exact * per_radius as f64 >= 14.0 => Check::relative(quantity, ours, exact, bound),
+                Effort::Full => Check::absolute(quantity, ours, exact, 0.5 / per_radius as f64),
+            });
         }
     }
     Ok(checks)
@@ -83,7 +85,7 @@ pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
 
 /// Full slip: the friction force is the integral of the law over the Hertz pressure.
 pub fn full_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
-    let (per_radius, bound) = if effort == Effort::Quick { (8, 0.02) } else { (16, 0.01) };
+    let (per_radius, bound) = if effort == Effort::Quick { (10, 0.02) } else { (16, 0.01) };
     let layout = Layout { part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
     let sphere = Sphere::new(&layout, 0.499, CURVATURE_MM)?;
     let (a, p0, beta) = (sphere.hertz.radius_mm, sphere.hertz.peak_mpa(), 0.46);
