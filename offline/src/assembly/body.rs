@@ -1,6 +1,6 @@
 //! Residual and tangent of the body: elements of all materials, constraints condensed.
 
-use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use wide::f64x8;
 
 use super::{DofMap, Material, Supports, dofs::Role};
@@ -56,20 +56,6 @@ pub enum BodyError {
         /// Smallest det F met.
         det_f: f64,
     },
-}
-
-/// Rotation vector (axis times angle, rad) of a rotation by less than pi.
-///
-/// The angle is taken from sine and cosine: from the cosine alone (the trace) a small one is lost in rounding,
-/// 1e-8 rad, which a joint of 50 N mm/rad turns into a moment far above the tolerance of a light contact.
-pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
-    let m = rotation.matrix();
-    let sine = Vector3::new(m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12) * 0.5;
-    let (length, cosine) = (sine.norm(), 0.5 * (m.trace() - 1.0));
-    if length == 0.0 {
-        return Vector3::zeros();
-    }
-    sine * (length.atan2(cosine) / length)
 }
 
 struct Group<const N: usize, const Q: usize> {
@@ -508,6 +494,12 @@ impl Body {
             }
         }
     }
+}
+
+/// Rotation vector of a rotation, exact to rounding also where the rotation is small (an arc cosine of its trace
+/// is not, and can be NaN).
+pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
 }
 
 /// Symmetric part of the derivative of a rotation vector over a spatial rotation.

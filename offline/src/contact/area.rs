@@ -24,7 +24,7 @@ pub(super) fn inside_contour(
     let field = |i: usize, j: usize| {
         let shape = quad4(coordinate(i), coordinate(j));
         let z: f64 = (0..4).map(|a| shape[a] * x[a].z).sum();
-        let multiplier = if augmented { lagrange(coordinate(i), coordinate(j), multipliers, rule) } else { 0.0 };
+        let multiplier = if augmented { nearest(coordinate(i), coordinate(j), multipliers, rule) } else { 0.0 };
         multiplier + penalty * (height - z)
     };
     let values: Vec<f64> =
@@ -73,17 +73,14 @@ fn triangle_fraction(values: [f64; 3]) -> f64 {
     }
 }
 
-/// Tensor-product Lagrange interpolation of values at the quadrature points.
-fn lagrange(xi: f64, eta: f64, values: &[f64], rule: &[(f64, f64)]) -> f64 {
-    let basis = |x: f64, k: usize| -> f64 {
-        (0..rule.len()).filter(|&m| m != k).map(|m| (x - rule[m].0) / (rule[k].0 - rule[m].0)).product()
+/// Value at the quadrature point next to (xi, eta). A polynomial through multipliers that end at the rim would
+/// overshoot beyond it.
+fn nearest(xi: f64, eta: f64, values: &[f64], rule: &[(f64, f64)]) -> f64 {
+    let next = |x: f64| {
+        let distance = |k: &usize| (rule[*k].0 - x).abs();
+        (0..rule.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a rule has points")
     };
-    (0..rule.len())
-        .map(|j| {
-            let row: f64 = (0..rule.len()).map(|i| basis(xi, i) * values[j * rule.len() + i]).sum();
-            row * basis(eta, j)
-        })
-        .sum()
+    values[next(eta) * rule.len() + next(xi)]
 }
 
 #[cfg(test)]

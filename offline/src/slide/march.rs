@@ -440,7 +440,8 @@ fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> 
                 pressure_mpa: mean(&|p| p.pressure) * over_face,
                 traction_mpa: [mean(&|p| p.traction[0]) * over_face, mean(&|p| p.traction[1]) * over_face],
                 slip_mm: [mean(&|p| p.slip[0]), mean(&|p| p.slip[1])],
-                contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
+                // A contour that encloses no contact point carries nothing.
+                contact_fraction: if whole > 0.0 && area > 0.0 { inside / whole } else { 0.0 },
                 stick_fraction: mean(&|p| f64::from(u8::from(p.stuck))),
             }
         })
