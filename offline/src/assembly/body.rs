@@ -485,7 +485,8 @@ impl Body {
             let outer = arm * force.transpose();
             geometric += (outer + outer.transpose()) * 0.5 - Matrix3::identity() * arm.dot(&force);
         }
-        geometric += inverse_left_jacobian_symmetric(rotation_vector(&at.rigid_rotation)) * self.joint.rotation_nmm_per_rad;
+        geometric +=
+            inverse_left_jacobian_symmetric(rotation_vector(&at.rigid_rotation)) * self.joint.rotation_nmm_per_rad;
         for c in 0..3 {
             values[self.dofs.entry(dof + c, dof + c)] += self.joint.translation_n_per_mm;
             for r in c..3 {
@@ -586,4 +587,18 @@ fn scatter<const N: usize, const Q: usize>(batch: &Batch<N, Q>, dofs: &DofMap) -
         }
     }
     Scatter { dof, place }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rotation_vector_keeps_small_rotations() {
+        let axis = Vector3::new(0.6, -0.48, 0.64);
+        for angle in [0.0, 1e-14, 1e-10, 1e-7, 1e-3, 0.7, 2.0, 3.0] {
+            let error = rotation_vector(&Rotation3::new(axis * angle)) - axis * angle;
+            assert!(error.norm() <= 4e-16 + 1e-14 * angle, "{angle}: {error}");
+        }
+    }
 }

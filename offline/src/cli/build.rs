@@ -13,7 +13,9 @@ use fingerpad_offline::{
     experiment::{self, Config},
     io::{self, atomic_write},
     mesh,
-    report::{self, BuildReport, Check, DepthResult, FrictionConstants, MeshCounts, Provenance, Quantity, Stage, Steady},
+    report::{
+        self, BuildReport, Check, DepthResult, FrictionConstants, MeshCounts, Provenance, Quantity, Stage, Steady,
+    },
     slide::{BoneKind, Finger, MarchError, PressLimit, Trajectory},
 };
 use indicatif::MultiProgress;
@@ -206,8 +208,9 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
                     let result = match next {
                         Some(k) => run_depth(config, finger, depths[k], hash, &file(depths[k]), &bars)
                             .map(|stored| Piece::Depth(k, stored)),
-                        None => run_frictionless(config, finger, hash, &frictionless_file, &bars)
-                            .map(Piece::Frictionless),
+                        None => {
+                            run_frictionless(config, finger, hash, &frictionless_file, &bars).map(Piece::Frictionless)
+                        }
                     };
                     results.lock().expect("no panic while locked").push(result);
                 }
@@ -425,9 +428,7 @@ fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<()
     let rendered = report::render(report, &finger.mesh).map_err(|e| Failure::Input(e.into()))?;
     for folder in ["figures", "responses", "fields"] {
         let folder = out.join(folder);
-        fs::create_dir_all(&folder)
-            .with_context(|| format!("{}", folder.display()))
-            .map_err(Failure::Input)?;
+        fs::create_dir_all(&folder).with_context(|| format!("{}", folder.display())).map_err(Failure::Input)?;
     }
     io::vtu::write_mesh(&out.join("mesh.vtu"), &finger.mesh)?;
     for depth in &report.depths {
@@ -445,7 +446,9 @@ fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<()
 
 fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {
     println!("\n          normal force, N        contact area, mm²       friction coefficient F/N");
-    println!("depth   measured  model  diff    measured  model  diff    measured  model  diff   law over frictionless p");
+    println!(
+        "depth   measured  model  diff    measured  model  diff    measured  model  diff   law over frictionless p"
+    );
     for depth in &report.depths {
         let model = &depth.kinetic;
         let nan = Steady { normal_force_n: f64::NAN, friction_coefficient: f64::NAN, contact_area_mm2: f64::NAN };
@@ -464,14 +467,14 @@ fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {
             model.friction_coefficient,
             percent(model.friction_coefficient, measured.friction_coefficient),
             depth.frictionless_friction_coefficient.unwrap_or(f64::NAN),
-            percent(
-                depth.frictionless_friction_coefficient.unwrap_or(f64::NAN),
-                model.friction_coefficient
-            ),
+            percent(depth.frictionless_friction_coefficient.unwrap_or(f64::NAN), model.friction_coefficient),
         );
     }
     for check in report.checks.iter().filter(|c| !c.passed) {
-        println!("check failed: {}: {:.3} {} (bound {} {})", check.name, check.value, check.unit, check.bound, check.unit);
+        println!(
+            "check failed: {}: {:.3} {} (bound {} {})",
+            check.name, check.value, check.unit, check.bound, check.unit
+        );
     }
     println!("{wall_s:.1} s; see {}", out.join("report.html").display());
 }

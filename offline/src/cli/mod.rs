@@ -169,8 +169,6 @@ fn march_failure(error: MarchError, what: &str, kept: String) -> Failure {
     match error {
         MarchError::Interrupted { .. } => Failure::Interrupted(kept),
         MarchError::Path(_) => Failure::Input(anyhow::Error::new(error).context(what.to_owned())),
-        MarchError::Stuck { .. } => {
-            Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})")))
-        }
+        MarchError::Stuck { .. } => Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})"))),
     }
 }

@@ -407,7 +407,7 @@ impl<'a> Solver<'a> {
                 shift: &self.shift,
                 y: &y,
                 force_target,
-                tolerance: (0.02 * self.settings.tolerance * displacement_scale).max(1e-9),
+                tolerance: (0.02 * self.settings.tolerance * displacement_scale).max(1e-12),
                 max_iterations: self.settings.max_contact_iterations,
             };
             let solution = inner.solve(x, plane, predict);

@@ -1,0 +1,53 @@
+//! Verification cases by name.
+
+mod law;
+mod numerics;
+pub mod paths;
+mod sphere;
+
+use crate::Check;
+
+/// How much a case may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Seconds; for tests.
+    Quick,
+    /// Up to minutes; for `verify`.
+    Full,
+}
+
+/// Why a case has no numbers.
+pub type Failure = Box<dyn std::error::Error>;
+
+/// A verification case.
+pub struct Case {
+    /// What it is asked for by.
+    pub name: &'static str,
+    /// What it shows, with shape, mesh and settings.
+    pub about: &'static str,
+    /// The case itself.
+    pub run: fn(Effort) -> Result<Vec<Check>, Failure>,
+}
+
+/// All cases.
+pub const CASES: &[Case] = &[
+    Case { name: "hertz", about: "paraboloid on the plane, frictionless, exact far field", run: sphere::hertz },
+    Case { name: "mindlin", about: "Cattaneo-Mindlin, Coulomb, nu 0.499, exact far field", run: sphere::mindlin },
+    Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
+    Case { name: "creep", about: "dome, held normal and tangential force at 0.8 of the limit", run: law::creep },
+    Case {
+        name: "elastic_slip",
+        about: "dome, Coulomb 0.2: gamma_crit is a length of the law",
+        run: law::elastic_slip,
+    },
+    Case {
+        name: "step_size",
+        about: "coarse shape A, fixed bone, 1 mm, slide 3 mm: x4 finer",
+        run: numerics::step_size,
+    },
+    Case { name: "penalty", about: "the same: penalty x10, penetration", run: numerics::penalty },
+    Case { name: "regularisation", about: "the same: regular pressure x0.1", run: numerics::regularisation },
+    Case { name: "loops", about: "coarse shape A, fixed bone: energy of closed paths", run: numerics::loops },
+    Case { name: "hard_paths", about: "coarse shape E, floating bone: turns, lifts, forces", run: paths::hard_paths },
+    Case { name: "deep", about: "default mesh: A fixed and E floating 2.5 mm, B at half stiffness", run: paths::deep },
+];

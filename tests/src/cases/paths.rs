@@ -1,0 +1,109 @@
+//! Paths that stall a naive Newton, and deep ones.
+
+use fingerpad_offline::{
+    mesh::MeshPreset,
+    slide::{BoneKind, Drive, Finger, Path, Trajectory},
+};
+
+use super::{Effort, Failure};
+use crate::{
+    Check,
+    fingers::{finger, follow, path, placed, problem},
+};
+
+const D: Drive = Drive::Displacement;
+const F: Drive = Drive::Force;
+
+/// Paths of the issue with their names.
+pub fn hard() -> Vec<(&'static str, Path)> {
+    vec![
+        ("-x", placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, -4.0, 0.0]])),
+        ("+y", placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 0.0, 4.0]])),
+        (
+            "square",
+            placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [1.0, 2.0, 2.0], [1.0, 0.0, 2.0], [1.0, 0.0, 0.0]]),
+        ),
+        (
+            "press-slide-lift-press",
+            placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.5, 0.0], [-0.2, 1.5, 0.0], [1.0, 1.5, 0.0], [-0.2, 1.5, 0.0]]),
+        ),
+        ("0.3 N, slide", path([F, D, D], &[[0.0; 3], [0.3, 0.0, 0.0], [0.3, 4.0, 0.0]])),
+        ("friction 0.3 N", path([D, F, D], &[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 0.3, 0.0], [1.0, 0.3, 0.0]])),
+        ("three forces", path([F, F, F], &[[0.0; 3], [0.3, 0.0, 0.0], [0.3, 0.3, 0.1]])),
+        ("depth decreasing", placed(&[[0.0; 3], [1.5, 0.0, 0.0], [0.3, 0.0, 0.0], [0.3, 1.0, 0.0]])),
+        ("depth and slide", placed(&[[0.0; 3], [0.75, 0.0, 0.0], [1.25, 2.0, 0.0], [0.5, 3.0, 1.0], [1.0, 2.0, 0.0]])),
+        ("reversal", placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 3.0, 0.0], [1.0, -3.0, 0.0]])),
+    ]
+}
+
+/// All hard paths on the coarse shape E with floating bone.
+pub fn hard_paths(_: Effort) -> Result<Vec<Check>, Failure> {
+    let finger = finger("e", MeshPreset::Coarse, BoneKind::Floating, 1.0)?;
+    let mut checks = Vec::new();
+    for (name, path) in hard() {
+        checks.extend(run(&finger, name, &path));
+    }
+    Ok(checks)
+}
+
+/// 2.5 mm and 6 mm of slide, default mesh.
+pub fn deep(_: Effort) -> Result<Vec<Check>, Failure> {
+    let mut checks = Vec::new();
+    for (shape, bone, stiffness, depth) in
+        [("a", BoneKind::Fixed, 1.0, 2.5), ("e", BoneKind::Floating, 1.0, 2.5), ("b", BoneKind::Fixed, 0.5, 1.5)]
+    {
+        let finger = finger(shape, MeshPreset::Default, bone, stiffness)?;
+        let name = format!("{shape} {bone:?} x{stiffness} {depth} mm, {} nodes", finger.mesh.nodes.len());
+        checks.extend(run(&finger, &name, &placed(&[[0.0; 3], [depth, 0.0, 0.0], [depth, 6.0, 0.0]])));
+    }
+    Ok(checks)
+}
+
+/// Convergence, tolerances and energy of one run.
+fn run(finger: &Finger, name: &str, path: &Path) -> Vec<Check> {
+    let problem = problem(&finger.body, &finger.mesh.pad_faces);
+    let (trajectory, failure) = match follow(&problem, path) {
+        Ok(trajectory) => (trajectory, None),
+        Err(error) => (Trajectory::default(), Some(error)),
+    };
+    let mut checks = vec![Check::at_most(
+        match &failure {
+            None => format!("{name}: failures"),
+            Some(error) => format!("{name}: {error}"),
+        },
+        f64::from(u8::from(failure.is_some())),
+        0.0,
+    )];
+    if failure.is_some() {
+        return checks;
+    }
+    let Trajectory { responses, cost, work, .. } = &trajectory;
+    let end = responses.last().expect("the start is recorded");
+    let peak = responses.iter().map(|r| r.friction_x_n.hypot(r.friction_y_n)).fold(0.0, f64::max);
+    let gamma = problem.friction.map_or(0.0, |law| law.gamma_crit_mm);
+    checks.extend([
+        Check::at_most(format!("{name}: largest residual"), cost.max_residual, problem.settings.tolerance),
+        Check::at_most(
+            format!("{name}: largest penetration (mm)"),
+            cost.max_penetration_mm,
+            problem.penalty.penetration_tolerance_mm,
+        ),
+        Check::at_least(format!("{name}: smallest dissipation (MPa mm)"), cost.min_dissipation_mpa_mm, 0.0),
+        Check::at_least(
+            format!("{name}: work less slip's and stabilisation's (mJ)"),
+            work.plane_mj - work.friction_mj - work.stabilisation_mj,
+            -0.5 * gamma * peak,
+        ),
+        Check::at_most(
+            format!("{name}: work of stabilisation over that of the plane"),
+            work.stabilisation_mj / work.plane_mj,
+            0.01,
+        ),
+        Check::told(format!("{name}: N at the end (N)"), end.normal_force_n),
+        Check::told(format!("{name}: friction at the end (N)"), end.friction_x_n.hypot(end.friction_y_n)),
+        Check::told(format!("{name}: increments"), cost.increments.into()),
+        Check::told(format!("{name}: cuts"), cost.cutbacks.into()),
+        Check::told(format!("{name}: CPU (s)"), cost.cpu_s),
+    ]);
+    checks
+}

@@ -1,0 +1,111 @@
+//! Cases with a closed form: Hertz, Cattaneo-Mindlin, full slip.
+
+use fingerpad_offline::contact::{Friction, RubberFriction};
+
+use super::{Effort, Failure};
+use crate::{
+    Check,
+    half_space::{Mindlin, PointLoads},
+    sphere::{Layout, Part, Sphere},
+};
+
+/// Contact radius over curvature is 1/500: strains of 0.2 %.
+const CURVATURE_MM: f64 = 500.0;
+
+/// Hertz: force, radius and peak pressure at a prescribed approach.
+pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let meshes: &[(usize, f64)] = if effort == Effort::Quick { &[(10, 0.02)] } else { &[(20, 0.01), (32, 0.005)] };
+    let mut checks = Vec::new();
+    for &(per_radius, bound) in meshes {
+        let layout = Layout { part: Part::Quarter, per_radius, extent: 4.0, growth: 1.2 };
+        let sphere = Sphere::new(&layout, 0.4, CURVATURE_MM)?;
+        let label = |what: &str| format!("{what}, a/h {per_radius}, {} nodes", sphere.mesh.nodes.len());
+        let mut solver = sphere.solver(sphere.penalty(1e-3));
+        let state = sphere.press(&mut solver)?;
+        let hertz = &sphere.hertz;
+        let peak = state.contact.points.iter().map(|p| p.pressure).fold(0.0, f64::max);
+        let force = sphere.copies * state.totals.force.z;
+        checks.push(Check::relative(label("force (N)"), force, hertz.force_n(), bound));
+        checks.push(Check::relative(
+            label("radius from area (mm)"),
+            sphere.area_radius_mm(&solver, &state),
+            hertz.radius_mm,
+            bound,
+        ));
+        checks.push(Check::relative(label("peak pressure (MPa)"), peak, hertz.peak_mpa(), bound));
+        if per_radius == meshes[0].0 {
+            let mut soft = sphere.solver(sphere.penalty(2e-3));
+            let force_soft = sphere.copies * sphere.press(&mut soft)?.totals.force.z;
+            checks.push(Check::relative(label("force at half the penalty (N)"), force_soft, force, 0.003));
+        }
+    }
+    Ok(checks)
+}
+
+/// Cattaneo-Mindlin: tangential force, stick radius and compliance over displacement at constant approach.
+pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let (per_radius, bound) = if effort == Effort::Quick { (8, 0.04) } else { (32, 0.02) };
+    let layout = Layout { part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
+    let sphere = Sphere::new(&layout, 0.499, CURVATURE_MM)?;
+    let label = |what: String| format!("{what}, a/h {per_radius}");
+    let mindlin = Mindlin { hertz: sphere.hertz, mu: 0.5 };
+    let mut solver = sphere.solver(sphere.penalty(1e-3));
+    let mut state = sphere.press(&mut solver)?;
+    let force = sphere.copies * state.totals.force.z;
+    let mut checks = vec![Check::relative(label("normal force (N)".into()), force, sphere.hertz.force_n(), bound)];
+    let law = RubberFriction::coulomb(mindlin.mu, 1e-3 * mindlin.full_slip_mm());
+    solver.set_friction(Friction::On(law));
+    let depth = state.contact.plane[2];
+    for share in [0.02, 0.1, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9] {
+        let s = share * mindlin.full_slip_mm();
+        state = sphere.step(&mut solver, &state, [s, 0.0, depth], &PointLoads::mindlin(&mindlin, s))?;
+        let tangential = sphere.copies * state.totals.force.x;
+        if share == 0.02 {
+            let reference = mindlin.force_n(s);
+            checks.push(Check::relative(label("compliance s/Q (mm/N)".into()), s / tangential, s / reference, bound));
+        } else {
+            checks.push(Check::absolute(
+                label(format!("Q/(mu P) at s/s_full {share}")),
+                tangential / (mindlin.mu * force),
+                mindlin.force_n(s) / mindlin.limit_n(),
+                bound,
+            ));
+            let quantity = label(format!("stick radius (mm) at s/s_full {share}"));
+            let (ours, exact) = (sphere.stick_radius_mm(&state), mindlin.stick_radius_mm(s));
+            // A face slips as a whole: where fewer than 14 faces make a radius, half a face is what is asked for.
+            checks.push(match effort {
+                Effort::Quick => Check::absolute(quantity, ours, exact, 0.5 / per_radius as f64),
+                Effort::Full if exact * per_radius as f64 >= 14.0 => Check::relative(quantity, ours, exact, bound),
+                Effort::Full => Check::absolute(quantity, ours, exact, 0.5 / per_radius as f64),
+            });
+        }
+    }
+    Ok(checks)
+}
+
+/// Full slip: the friction force is the integral of the law over the Hertz pressure.
+pub fn full_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let (per_radius, bound) = if effort == Effort::Quick { (10, 0.02) } else { (16, 0.01) };
+    let layout = Layout { part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
+    let sphere = Sphere::new(&layout, 0.499, CURVATURE_MM)?;
+    let (a, p0, beta) = (sphere.hertz.radius_mm, sphere.hertz.peak_mpa(), 0.46);
+    // Largest strength 0.005 G.
+    let lambda = 0.005 / p0.powf(beta);
+    let law =
+        RubberFriction { lambda, beta, gamma_crit_mm: 1e-4, regular_pressure_mpa: 1e-3 * p0, ..Default::default() };
+    let mut solver = sphere.solver(sphere.penalty(1e-3));
+    let mut state = sphere.press(&mut solver)?;
+    solver.set_friction(Friction::On(law));
+    let depth = state.contact.plane[2];
+    let loads = PointLoads::hertz(&sphere.hertz)
+        .disc(a, |r| [lambda * p0.powf(beta) * (1.0 - (r / a).powi(2)).max(0.0).powf(0.5 * beta), 0.0]);
+    for s in [0.002, 0.004, 0.006, 0.008] {
+        state = sphere.step(&mut solver, &state, [s, 0.0, depth], &loads)?;
+    }
+    let exact = 2.0 * std::f64::consts::PI * a * a * lambda * p0.powf(beta) / (beta + 2.0);
+    Ok(vec![
+        Check::relative("quadrature of the far field against the closed integral", loads.force_n()[0], exact, 1e-6),
+        Check::at_most("stuck area (mm²)", state.totals.stuck_area, 0.0),
+        Check::relative(format!("friction (N), a/h {per_radius}"), sphere.copies * state.totals.force.x, exact, bound),
+    ])
+}

@@ -1,0 +1,66 @@
+//! Fingers, paths and runs of them.
+
+use std::ops::ControlFlow;
+
+use fingerpad_offline::{
+    assembly::Body,
+    contact::{PenaltySettings, RubberFriction},
+    mesh::{FingertipShape, MeshPreset, fingertip},
+    slide::{BoneKind, Drive, Finger, MarchError, MarchSettings, Path, Problem, Tissue, Trajectory, Waypoint, march},
+    solve::Settings,
+};
+
+use crate::Failure;
+
+/// A finger of a named shape with the published tissue, soft tissue `stiffness` times as stiff.
+///
+/// # Errors
+/// What shape, mesh or body say.
+pub fn finger(shape: &str, preset: MeshPreset, bone: BoneKind, stiffness: f64) -> Result<Finger, Failure> {
+    let tip = fingertip(&FingertipShape::named(shape)?, &preset.divisions())?;
+    let mut tissue = Tissue::default();
+    tissue.bone.kind = bone;
+    for law in [&mut tissue.skin, &mut tissue.subcutaneous] {
+        law.mu_mpa *= stiffness;
+        law.d_per_mpa /= stiffness;
+    }
+    Ok(Finger::new(tip, &tissue)?)
+}
+
+/// The problem of `body` with defaults throughout and the published friction.
+pub fn problem<'a>(body: &'a Body, pad_faces: &'a [[u32; 4]]) -> Problem<'a> {
+    Problem {
+        body,
+        pad_faces,
+        friction: Some(RubberFriction::default()),
+        penalty: PenaltySettings::default(),
+        settings: Settings::default(),
+        march: MarchSettings::default(),
+    }
+}
+
+/// A path through corners (normal, x, y), a second each.
+pub fn path(drives: [Drive; 3], corners: &[[f64; 3]]) -> Path {
+    let waypoints =
+        corners.iter().enumerate().map(|(k, &[normal, x, y])| Waypoint { t_s: k as f64, normal, x, y }).collect();
+    Path { drives, waypoints }
+}
+
+/// A path of depth and slides.
+pub fn placed(corners: &[[f64; 3]]) -> Path {
+    path([Drive::Displacement; 3], corners)
+}
+
+/// Follows the path to its end.
+///
+/// # Errors
+/// [`MarchError`].
+pub fn follow(problem: &Problem, path: &Path) -> Result<Trajectory, MarchError> {
+    march(problem, path, &[], &mut |_| ControlFlow::Continue(()))
+}
+
+/// The response at whole second `t`, that is at corner `t`.
+pub fn at_corner(trajectory: &Trajectory, corner: usize) -> &fingerpad_offline::slide::Response {
+    let t = corner as f64;
+    trajectory.responses.iter().rfind(|r| r.t_s <= t).expect("the start is recorded")
+}

@@ -1,0 +1,178 @@
+//! A paraboloid on the plane in a graded block with the exact far field of the half-space on its outer boundary.
+//!
+//! The contact radius is 1 mm, the curvature hundreds of them, so that everything stays linear; symmetry planes
+//! leave a quarter (normal load) or a half (tangential load along x).
+
+use fingerpad_offline::{
+    assembly::{Body, BodyError, Configuration, Joint, Material, Supports},
+    contact::{Friction, PenaltySettings},
+    material::Ogden,
+    mesh::{
+        Mesh,
+        block::{coordinates, curved_block},
+    },
+    solve::{Axis, Settings, SolveError, Solver, State, Stats},
+};
+use nalgebra::Vector3;
+
+use crate::half_space::{HalfSpace, Hertz, PointLoads};
+
+/// Which part of the body is meshed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// x >= 0, y >= 0.
+    Quarter,
+    /// y >= 0.
+    Half,
+}
+
+/// Size and mesh of the block; lengths in contact radii.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    /// What is meshed.
+    pub part: Part,
+    /// Elements per contact radius under the contact.
+    pub per_radius: usize,
+    /// Half width and height of the block.
+    pub extent: f64,
+    /// Growth of the elements outward.
+    pub growth: f64,
+}
+
+/// The body with its analytic contact.
+pub struct Sphere {
+    /// Analytic contact.
+    pub hertz: Hertz,
+    /// Mesh.
+    pub mesh: Mesh,
+    /// Body.
+    pub body: Body,
+    /// Faces that may touch.
+    pub pad_faces: Vec<[u32; 4]>,
+    /// Nodes of the outer boundary with their places in the half-space.
+    boundary: Vec<(u32, Vector3<f64>)>,
+    /// How often the meshed part makes the whole.
+    pub copies: f64,
+}
+
+/// Half-width, in contact radii, of the evenly meshed zone.
+const EVEN: f64 = 1.2;
+
+impl Sphere {
+    /// A sphere of `poisson`, shear modulus 1 MPa, contact radius 1 mm and curvature `curvature_mm`.
+    ///
+    /// # Errors
+    /// [`BodyError`] for an inverted mesh.
+    pub fn new(layout: &Layout, poisson: f64, curvature_mm: f64) -> Result<Self, BodyError> {
+        let half_space = HalfSpace { shear_mpa: 1.0, poisson };
+        let hertz = Hertz { half_space, curvature_mm, radius_mm: 1.0 };
+        let h = 1.0 / layout.per_radius as f64;
+        let even = (EVEN / h).round() as usize;
+        let mut arm = coordinates(0.0, even as f64 * h, even, 1.0);
+        arm.extend(outward(even as f64 * h, layout.extent, h, layout.growth).into_iter().skip(1));
+        let mut whole: Vec<f64> = arm.iter().skip(1).rev().map(|x| -x).collect();
+        whole.extend(&arm);
+        let up = outward(0.0, layout.extent, h, layout.growth);
+        let xs = if layout.part == Part::Quarter { &arm } else { &whole };
+        let height = layout.extent;
+        let flat = fingerpad_offline::mesh::block::block(xs, &arm, &up);
+        let mesh = curved_block(xs, &arm, &up, |p| {
+            p + Vector3::z() * ((p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height))
+        });
+        let outer: &[&str] = if layout.part == Part::Quarter { &["x1", "y1", "z1"] } else { &["x0", "x1", "y1", "z1"] };
+        let mut fixed: Vec<u32> = outer.iter().flat_map(|name| mesh.node_set(name)).copied().collect();
+        fixed.sort_unstable();
+        fixed.dedup();
+        let mut fixed_components: Vec<(u32, usize)> = mesh.node_set("y0").iter().map(|&n| (n, 1)).collect();
+        if layout.part == Part::Quarter {
+            fixed_components.extend(mesh.node_set("x0").iter().map(|&n| (n, 0)));
+        }
+        let near = |face: &&[u32; 4]| {
+            face.iter().any(|&n| mesh.nodes[n as usize].xy().norm() < 0.5 * (1.0 + EVEN))
+                && face.iter().all(|&n| mesh.nodes[n as usize].xy().amax() < EVEN + 0.5 * h)
+        };
+        let pad_faces: Vec<[u32; 4]> = mesh.pad_faces.iter().filter(near).copied().collect();
+        let mut contact: Vec<u32> = pad_faces.iter().flatten().copied().collect();
+        contact.sort_unstable();
+        contact.dedup();
+        let bulk = 2.0 * half_space.shear_mpa * (1.0 + poisson) / (3.0 * (1.0 - 2.0 * poisson));
+        let law = Ogden { mu_mpa: half_space.shear_mpa, alpha: 2.0, d_per_mpa: 2.0 / bulk };
+        let boundary = fixed.iter().map(|&n| (n, flat.nodes[n as usize])).collect();
+        let supports = Supports { fixed, fixed_components, contact, ..Default::default() };
+        let body = Body::new(&mesh, |_| Some(Material::Ogden(law)), &supports, Vector3::zeros(), Joint::default())?;
+        let copies = if layout.part == Part::Quarter { 4.0 } else { 2.0 };
+        Ok(Self { hertz, mesh, body, pad_faces, boundary, copies })
+    }
+
+    /// A penalty whose largest penetration is `share` of the approach.
+    pub fn penalty(&self, share: f64) -> PenaltySettings {
+        PenaltySettings {
+            penalty_mpa_per_mm: self.hertz.peak_mpa() / (share * self.hertz.approach_mm()),
+            augment: false,
+            ..Default::default()
+        }
+    }
+
+    /// Solver without friction.
+    pub fn solver(&self, penalty: PenaltySettings) -> Solver<'_> {
+        Solver::new(&self.body, &self.pad_faces, Friction::Off, penalty, Settings::default())
+    }
+
+    /// `from` with the boundary where `loads` put it.
+    pub fn placed(&self, from: &Configuration, loads: &PointLoads) -> Configuration {
+        let mut next = from.clone();
+        for &(node, place) in &self.boundary {
+            let n = node as usize;
+            next.x[n] = self.mesh.nodes[n] + loads.displacement_mm(&self.hertz.half_space, place);
+        }
+        next
+    }
+
+    /// The Hertz contact, pressed in one increment.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn press(&self, solver: &mut Solver) -> Result<State, SolveError> {
+        let start = solver.initial_state([0.0; 3]);
+        self.step(solver, &start, [0.0, 0.0, self.hertz.approach_mm()], &PointLoads::hertz(&self.hertz))
+    }
+
+    /// One increment to the plane's place `to` under the far field of `loads`.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn step(
+        &self,
+        solver: &mut Solver,
+        from: &State,
+        to: [f64; 3],
+        loads: &PointLoads,
+    ) -> Result<State, SolveError> {
+        let guess = self.placed(&from.configuration, loads);
+        solver.step(from, to.map(Axis::Displacement), guess, to, false, &mut Stats::default())
+    }
+
+    /// Radius of a disc of the contact's area, mm.
+    pub fn area_radius_mm(&self, solver: &Solver, state: &State) -> f64 {
+        let area: f64 = solver.surface().contact_areas(&state.contact).iter().map(|a| a[0]).sum();
+        (self.copies * area / std::f64::consts::PI).sqrt()
+    }
+
+    /// Radius of a disc of the stuck area, mm.
+    pub fn stick_radius_mm(&self, state: &State) -> f64 {
+        (self.copies * state.totals.stuck_area / std::f64::consts::PI).sqrt()
+    }
+}
+
+/// Coordinates from `from` to `to`, the first step about `h`, each about `growth` times the one before.
+pub(crate) fn outward(from: f64, to: f64, h: f64, growth: f64) -> Vec<f64> {
+    let count = ((1.0 + (to - from) * (growth - 1.0) / h).ln() / growth.ln()).ceil() as usize;
+    // Growth at which the first step is h exactly.
+    let length = |g: f64| h * (g.powi(count as i32) - 1.0) / (g - 1.0);
+    let (mut low, mut high) = (1.0 + 1e-9, growth);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if length(middle) < to - from { low = middle } else { high = middle }
+    }
+    coordinates(from, to, count, 0.5 * (low + high))
+}

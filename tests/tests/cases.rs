@@ -1,0 +1,61 @@
+//! The verification cases at the effort of a test; `verify` runs them in full.
+
+use fingerpad_tests::{CASES, Effort, table};
+
+fn holds(name: &str) {
+    let case = CASES.iter().find(|case| case.name == name).expect("a case of this name");
+    let checks = (case.run)(Effort::Quick).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let table = table(name, &checks);
+    println!("{table}");
+    assert!(!checks.is_empty() && checks.iter().all(|check| check.passes()), "\n{table}");
+}
+
+#[test]
+fn hertz() {
+    holds("hertz");
+}
+
+#[test]
+fn mindlin() {
+    holds("mindlin");
+}
+
+#[test]
+fn full_slip() {
+    holds("full_slip");
+}
+
+#[test]
+fn creep() {
+    holds("creep");
+}
+
+#[test]
+fn elastic_slip() {
+    holds("elastic_slip");
+}
+
+#[test]
+fn step_size() {
+    holds("step_size");
+}
+
+#[test]
+fn penalty() {
+    holds("penalty");
+}
+
+#[test]
+fn regularisation() {
+    holds("regularisation");
+}
+
+#[test]
+fn loops() {
+    holds("loops");
+}
+
+#[test]
+fn hard_paths() {
+    holds("hard_paths");
+}
