@@ -10,12 +10,11 @@ impl Params {
     /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
     pub fn example() -> Self {
         ParamsOf::example_with([
-            slider(0.08, 0.01, 0.08),
-            slider(0.45, 0.10, 0.17),
-            slider(0.85, 0.22, 0.24),
-            slider(1.30, 0.27, 0.23),
-            slider(1.95, 0.25, 0.18),
-            slider(3.00, 0.15, 0.10),
+            slider(0.12, 0.02, 0.10),
+            slider(0.60, 0.17, 0.26),
+            slider(1.10, 0.29, 0.28),
+            slider(1.80, 0.33, 0.24),
+            slider(3.00, 0.19, 0.12),
         ])
     }
 }
@@ -43,7 +42,6 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 normal_shear_y_n: 0.03 * normal_force_n,
                 odd_x: 0.012 * d,
                 band_normal_n: 0.004 + 0.006 * normal_force_n,
-                band_friction: 0.02,
             };
         }
         Self {
@@ -52,8 +50,9 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             nodes,
             odd_shape: 0.5,
             area_shear: 0.05,
-            band_normal_slip: 0.5,
-            band_friction_slip: 0.5,
+            band_normal_slip: 1.5,
+            band_friction_stick: 0.01,
+            band_friction_slip: 0.03,
             pressure_exponent: 0.46,
         }
     }

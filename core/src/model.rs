@@ -6,12 +6,12 @@
 use bytemuck::{AnyBitPattern, Pod, Zeroable};
 
 use crate::math::sqrt;
-use crate::table::{Row, locate};
+use crate::table::Row;
 use crate::tune::Scale;
 use crate::{Regime, Status};
 
 /// Elements of the default model.
-pub const ELEMENTS: usize = 6;
+pub const ELEMENTS: usize = 5;
 /// Depths at which the tables of the default model are given.
 pub const NODES: usize = 25;
 
@@ -44,11 +44,19 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub depth_max: f32,
     /// Shape of the odd term; see [`crate::ParamsOf::odd_shape`].
     pub odd_shape: f32,
+    /// Share of the odd term that is in the limit, `1 - odd_shape`.
+    pub odd_limit: f32,
+    /// A little more than 1, so that friction never exceeds the limit it is compared with.
+    pub limit_top: f32,
     /// Growth of the area at full shear, share.
     pub area_shear: f32,
-    /// Growth of the normal force's band in full slip, share.
+    /// Half-width of the normal force's band in full slip over that of the table.
+    pub band_normal_top: f32,
+    /// What sticking takes off that.
     pub band_normal_slip: f32,
-    /// Growth of friction's band in full slip, share.
+    /// Half-width of friction's band in full slip, share of the strength.
+    pub band_friction_top: f32,
+    /// What sticking takes off that.
     pub band_friction_slip: f32,
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: f32,
@@ -168,14 +176,12 @@ pub struct Response {
     pub status: Status,
 }
 
-/// Longest slide in one step, in slip lengths: far beyond full slip, so that a cut loses nothing, and small enough
-/// that no product overflows.
-const SLIDE_MAX: f32 = 64.0;
-/// Largest growth of an element's force over its strength in one step, for the same reason.
-const KEEP_MAX: f32 = 1000.0;
-/// Length to which a yielding element is drawn back. Below 1 by more than the rounding of the drawing back, so that
-/// an element on its limit stays where it is when nothing moves.
-const ON_LIMIT: f32 = 1.0 - 1.0 / (1u32 << 21) as f32;
+/// Longest slide in one step, in slip lengths: beyond full slip of every element, so that a cut loses nothing, and
+/// small enough that no product overflows.
+const SLIDE_MAX: f32 = 32.0;
+/// Squared length at which an element yields. It is drawn back to 1, up to rounding; the gap between the two is
+/// wider than that, so that an element on its limit stays where it is when nothing moves.
+const YIELD: f32 = 1.0 + 1.0 / (1u32 << 19) as f32;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
 ///
@@ -201,27 +207,31 @@ pub fn step<const M: usize, const N: usize>(
 ) -> Response {
     let data = model.data;
     let scale = &model.scale;
-    let mut status = Status::OK;
-    if !(motion.dt_s > 0.0 && motion.dt_s <= f32::MAX) {
-        status = Status::BAD_TIME_STEP;
-    }
     let mut depth = motion.depth_mm;
-    if !(depth > 0.0 && depth <= f32::MAX) {
-        if depth <= 0.0 && depth >= f32::MIN {
-            return lift_off(state, motion, status);
+    let mut status = Status::OK;
+    if !(is_positive(depth) && is_positive(motion.dt_s)) {
+        status = doubt(state, depth, motion.dt_s);
+        if status.contains(Status::BAD_INPUT) {
+            depth = state.depth;
         }
-        status = status.with(Status::BAD_INPUT);
-        depth = state.depth;
         if !(depth > 0.0) {
-            return lift_off(state, Motion { depth_mm: 0.0, ..motion }, status);
+            if !(motion.slide_increment_mm[0].abs() + motion.slide_increment_mm[1].abs() <= f32::MAX) {
+                status = status.with(Status::BAD_INPUT);
+            }
+            lift_off(state, depth);
+            return Response { slip_margin: 1.0, status, ..Response::default() };
         }
     }
-    let mut x = depth * scale.per_mm;
-    if x > (N - 1) as f32 {
-        x = (N - 1) as f32;
-        status = status.with(Status::DEPTH_ABOVE_RANGE);
+    let x = depth * scale.per_mm;
+    let mut index = x as u32 as usize;
+    let mut t = x - index as f32;
+    if index >= N - 1 {
+        index = N - 1;
+        t = 0.0;
+        if x > (N - 1) as f32 {
+            status = status.with(Status::DEPTH_ABOVE_RANGE);
+        }
     }
-    let (index, t) = locate::<N>(x);
     let row = &data.rows[index];
 
     // Tables
@@ -238,18 +248,19 @@ pub fn step<const M: usize, const N: usize>(
     if stiffness < state.stiffness {
         keep *= stiffness / state.stiffness;
     }
-    if keep > KEEP_MAX {
-        keep = KEEP_MAX;
-    }
 
     // Slide, in slip lengths
     let per_slip = stiffness * per_limit;
     let mut slide_x = (motion.slide_increment_mm[0] + (pressed - state.pressed)) * per_slip;
     let mut slide_y = motion.slide_increment_mm[1] * per_slip;
-    if !(slide_x.abs() + slide_y.abs() <= SLIDE_MAX) {
-        let [sx, sy, flags] = tame(motion.slide_increment_mm, pressed - state.pressed, per_slip);
-        (slide_x, slide_y) = (sx, sy);
-        status = Status(status.0 | flags as u16);
+    if !(slide_x * slide_x + slide_y * slide_y <= SLIDE_MAX * SLIDE_MAX) {
+        let [sx, sy] = motion.slide_increment_mm;
+        status = status.with(if sx.abs() <= f32::MAX && sy.abs() <= f32::MAX {
+            Status::LARGE_INCREMENT
+        } else {
+            Status::BAD_INPUT
+        });
+        [slide_x, slide_y] = tame(sx, sy, pressed - state.pressed, per_slip);
     }
     slide_y *= ratio;
     state.depth = depth;
@@ -257,29 +268,30 @@ pub fn step<const M: usize, const N: usize>(
     state.stiffness = stiffness;
     state.pressed = pressed;
 
-    let lack = 2.0 - 2.0 * ratio;
-    let (mut mean_x, mut mean_y, mut slipping) = (0.0, 0.0, 0.0);
+    let lack = 1.0 - ratio;
+    let lack_twice = lack + lack;
+    let (mut mean_x, mut mean_y, mut stick_ratio) = (0.0, 0.0, 1.0);
     for (u, element) in state.force.iter_mut().zip(&data.elements) {
         let mut ux = u[0] * keep + slide_x * element.inverse_yield;
         let mut uy = u[1] * keep + slide_y * element.inverse_yield;
         let yy = uy * uy;
-        let mut square = ux * ux + yy;
-        if square > 1.0 {
+        let square = ux * ux + yy;
+        let mut fourth = square * square;
+        if square > YIELD {
             // Associated flow: the overshoot goes back along (u_x, rho u_y), which makes friction oppose the slip.
-            let over = square * square - square;
-            let flow = square + square - lack * yy;
-            ux *= flow + ratio * over;
-            uy *= flow + over;
-            let back = ON_LIMIT / sqrt(ux * ux + uy * uy);
+            // With f = 2 (u_x² + rho u_y²) and o = |u|⁴ − |u|² the direction is (u_x (f + rho o), u_y (f + o)).
+            let along_y = fourth + square - lack_twice * yy;
+            ux *= along_y - lack * (fourth - square);
+            uy *= along_y;
+            let back = 1.0 / sqrt(ux * ux + uy * uy);
             ux *= back;
             uy *= back;
-            square = 1.0;
+            fourth = 1.0;
         }
         *u = [ux, uy];
         mean_x += element.strength * ux;
         mean_y += element.strength * uy;
-        let fourth = square * square;
-        slipping += element.area * (fourth * fourth);
+        stick_ratio -= element.area * fourth;
     }
 
     // Resultants
@@ -289,13 +301,11 @@ pub fn step<const M: usize, const N: usize>(
     let even_less = odd * (xx - data.odd_shape * (xx * xx));
     let friction_x = limit * (mean_x - even_less);
     let friction_y = limit * mean_y;
-    let odd_limit = odd * (1.0 - data.odd_shape);
-    let friction_limit = limit * (1.0 - odd_limit * (xx * mean_x) + odd_limit * odd_limit * 0.125);
+    let friction_limit = limit * (data.limit_top - (odd * data.odd_limit) * (xx * mean_x));
     let friction = sqrt(friction_x * friction_x + friction_y * friction_y);
     let normal = row.normal.at(t) * scale.normal
         + press * friction_x
         + (row.shear_x.at(t) * xx + row.shear_y.at(t) * yy) * scale.shear;
-    let stick_ratio = 1.0 - slipping;
     Response {
         normal_force_n: normal,
         friction_n: [friction_x, friction_y],
@@ -303,48 +313,45 @@ pub fn step<const M: usize, const N: usize>(
         friction_limit_n: friction_limit,
         slip_margin: 1.0 - friction / friction_limit,
         contact_area_mm2: area0 * (1.0 + data.area_shear * (xx + yy)),
-        band_normal_n: row.band_normal.at(t) * scale.normal * (1.0 + data.band_normal_slip * slipping),
-        band_friction_n: row.band_friction.at(t) * limit * (1.0 + data.band_friction_slip * slipping),
+        band_normal_n: row.band_normal.at(t) * scale.normal * (data.band_normal_top - data.band_normal_slip * stick_ratio),
+        band_friction_n: limit * (data.band_friction_top - data.band_friction_slip * stick_ratio),
         regime: Regime::classify(true, stick_ratio),
         status,
     }
 }
 
+/// Whether `x` is a positive number, neither infinite nor NaN.
+#[inline(always)]
+fn is_positive(x: f32) -> bool {
+    x.to_bits().wrapping_sub(1) < f32::MAX.to_bits()
+}
+
+/// What is to be remarked about a depth and a time step that are not both positive numbers.
+#[cold]
+#[inline(never)]
+fn doubt<const M: usize>(state: &StateOf<M>, depth: f32, dt: f32) -> Status {
+    let _ = state;
+    let time = if is_positive(dt) { Status::OK } else { Status::BAD_TIME_STEP };
+    if depth.abs() <= f32::MAX { time } else { time.with(Status::BAD_INPUT) }
+}
+
 /// No contact: the elements are forgotten, the strength factor stays.
 #[cold]
 #[inline(never)]
-fn lift_off<const M: usize>(state: &mut StateOf<M>, motion: Motion, mut status: Status) -> Response {
-    if !(motion.slide_increment_mm[0].abs() + motion.slide_increment_mm[1].abs() <= f32::MAX) {
-        status = status.with(Status::BAD_INPUT);
-    }
-    *state = StateOf { strength_factor: state.strength_factor, depth: motion.depth_mm, ..StateOf::default() };
-    Response { slip_margin: 1.0, regime: Regime::NoContact, status, ..Response::default() }
+fn lift_off<const M: usize>(state: &mut StateOf<M>, depth: f32) {
+    *state = StateOf { strength_factor: state.strength_factor, depth, ..StateOf::default() };
 }
 
 /// A slide that is no number or too long, made harmless: components that are no numbers become 0, the rest is cut
-/// in proportion. Returns the slide in slip lengths and the flags.
+/// in proportion. Returns the slide in slip lengths.
 #[cold]
 #[inline(never)]
-fn tame(slide: [f32; 2], pressed: f32, per_slip: f32) -> [f32; 3] {
-    let mut flags = Status::OK;
-    let mut good = slide;
-    for s in &mut good {
-        if !(s.abs() <= f32::MAX) {
-            *s = 0.0;
-            flags = flags.with(Status::BAD_INPUT);
-        }
-    }
-    let mut x = good[0].clamp(-1e6, 1e6) + pressed;
-    let mut y = good[1].clamp(-1e6, 1e6);
-    let longest = SLIDE_MAX / per_slip;
-    let length = x.abs() + y.abs();
-    if length > longest {
-        flags = flags.with(Status::LARGE_INCREMENT);
-        let cut = longest / length;
-        x *= cut;
-        y *= cut;
-    }
-    [x * per_slip, y * per_slip, f32::from(flags.0)]
+fn tame(slide_x: f32, slide_y: f32, pressed: f32, per_slip: f32) -> [f32; 2] {
+    let number = |s: f32| if s.abs() <= f32::MAX { s.clamp(-1e6, 1e6) } else { 0.0 };
+    let (x, y) = ((number(slide_x) + pressed) * per_slip, number(slide_y) * per_slip);
+    let length = x.abs().max(y.abs()) * 1.5;
+    let cut = if length > SLIDE_MAX { SLIDE_MAX / length } else { 1.0 };
+    [x * cut, y * cut]
 }
 
 impl<const M: usize, const N: usize> DataOf<M, N> {

@@ -14,7 +14,7 @@ pub type Params = ParamsOf<ELEMENTS, NODES>;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Slider {
-    /// Slide at which it yields, relative to the others; 0.025 to 40 after normalisation.
+    /// Slide at which it yields, relative to the others; 0.05 to 10 after normalisation.
     pub yield_position: f32,
     /// Its share of the strength; all together are 1.
     pub strength_share: f32,
@@ -46,8 +46,6 @@ pub struct Node {
     pub odd_x: f32,
     /// Half-width of the 95 % band of the normal force while everything sticks, N.
     pub band_normal_n: f32,
-    /// The same of each friction component, share of the friction limit.
-    pub band_friction: f32,
 }
 
 /// The physical parameters of a model with `M` elements and tables at `N` equidistant depths from 0.
@@ -66,9 +64,11 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     pub odd_shape: f32,
     /// Growth of the contact area at full shear, share, −0.5 to 1.
     pub area_shear: f32,
-    /// Growth of the normal force's band in full slip, share, −0.9 to 20.
+    /// Half-width of the 95 % band of the normal force in full slip over that in full stick, 0 to 20.
     pub band_normal_slip: f32,
-    /// Growth of friction's band in full slip, share, −0.9 to 20.
+    /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
+    pub band_friction_stick: f32,
+    /// The same in full slip.
     pub band_friction_slip: f32,
     /// beta of the local friction law tau = lambda sigma^beta, for retuning, −1 to 2.
     pub pressure_exponent: f32,
@@ -92,9 +92,13 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
             odd_shape: self.odd_shape,
+            odd_limit: 1.0 - self.odd_shape,
+            limit_top: 1.0,
             area_shear: self.area_shear,
-            band_normal_slip: self.band_normal_slip,
-            band_friction_slip: self.band_friction_slip,
+            band_normal_top: self.band_normal_slip,
+            band_normal_slip: self.band_normal_slip - 1.0,
+            band_friction_top: self.band_friction_slip,
+            band_friction_slip: self.band_friction_slip - self.band_friction_stick,
             pressure_exponent: self.pressure_exponent,
             elements: [Element::default(); M],
             rows: [Row::default(); N],
@@ -115,7 +119,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 inverse_yield: strength / (slider.yield_position * softness),
                 // A little below 1 in all, so that the resultant never exceeds the limit by rounding.
                 strength: slider.strength_share / strength * (1.0 - 2e-7),
-                area: slider.area_share / area,
+                area: slider.area_share / area * (1.0 - 8e-6),
             };
         }
         let cell = self.depth_max_mm / (N - 1) as f32;
@@ -145,12 +149,12 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 shear_y: Line::between(a.normal_shear_y_n, b.normal_shear_y_n),
                 odd: Line::between(a.odd_x, b.odd_x),
                 band_normal: Line::between(a.band_normal_n, b.band_normal_n),
-                band_friction: Line::between(a.band_friction, b.band_friction),
                 press: Line::between(a.press_coupling, b.press_coupling),
                 pressed,
             };
             pressed += 0.5 * cell * (a.press_coupling + b.press_coupling);
         }
+        data.limit_top = data.least_limit_top();
         data.check()?;
         Ok(data)
     }

@@ -59,42 +59,15 @@ pub struct Row {
     pub odd: Line,
     /// Half-width of the band of the normal force, N.
     pub band_normal: Line,
-    /// Half-width of the band of friction, share of the limit.
-    pub band_friction: Line,
     /// Slide per depth that pressing causes, mm/mm.
     pub press: Line,
     /// The same summed up from depth 0 to the left node, mm.
     pub pressed: f32,
 }
 
-/// Cell index and place within the cell for `x` node spacings.
-///
-/// `x` must lie in 0..=NODES-1; whatever it is, the index stays inside the table. Rounds by adding 1.5 * 2^23,
-/// which leaves the integer in the low bits; the result is right whichever way a tie is rounded, because the
-/// lines meet at the nodes.
-#[inline(always)]
-pub(crate) fn locate<const N: usize>(x: f32) -> (usize, f32) {
-    const SHIFT: f32 = 12_582_912.0;
-    let shifted = (x - 0.5) + SHIFT;
-    let index = ((shifted.to_bits() & 0x3ff) as usize).min(N - 1);
-    (index, x - (shifted - SHIFT))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn locates_and_never_leaves_the_table() {
-        for (x, at) in [(0.0, 0.0), (0.2, 0.2), (1.0, 1.0), (1.5, 1.5), (3.0, 3.0), (23.999, 23.999), (24.0, 24.0)] {
-            let (index, t) = locate::<25>(x);
-            assert!((0.0..=1.0).contains(&t), "{x}: {index} {t}");
-            assert!((index as f32 + t - at).abs() < 2e-6, "{x}: {index} {t}");
-        }
-        for x in [f32::NAN, f32::INFINITY, -1e30, 1e30] {
-            assert!(locate::<25>(x).0 < 25);
-        }
-    }
 
     #[test]
     fn lines_do_not_overshoot() {

@@ -3,6 +3,8 @@
 //! To move to another board change this file and `memory.x`; the binaries do not change.
 #![no_std]
 
+pub mod count;
+
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_semihosting::debug;
 use defmt_semihosting as _;
