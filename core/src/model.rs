@@ -93,7 +93,7 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 5` words: copy it to save it, or use [`StateOf::to_bytes`].
+/// Plain data of `2 M + 5` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
     /// Force of each element over its strength, length at most 1.
@@ -125,10 +125,10 @@ impl<const M: usize> StateOf<M> {
     /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,
     /// speed, dwell or another finger make of the friction. Elements keep their force while it fits.
     ///
-    /// Range 0.05 to 20; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
+    /// Range 0.2 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
     pub fn set_strength_factor(&mut self, factor: f32) -> f32 {
         if !factor.is_nan() {
-            self.strength_factor = factor.clamp(0.05, 20.0);
+            self.strength_factor = factor.clamp(0.2, 5.0);
         }
         self.strength_factor
     }
