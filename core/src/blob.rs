@@ -250,11 +250,10 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 10] {
+    fn head(&self) -> [f32; 9] {
         [
             self.depth_max,
             self.odd_shape,
-            self.odd_limit,
             self.limit_top,
             self.area_shear,
             self.band_normal_top,

@@ -11,11 +11,11 @@ fn in_range(what: Field, index: usize, value: f32, low: f32, high: f32) -> Resul
 }
 
 impl<const M: usize, const N: usize> DataOf<M, N> {
-    /// 1 + alpha²/8 with the largest share of the odd term in the limit: |F| <= limit holds for every state.
+    /// 1 + alpha²/8 with the largest share of the odd term, so that |F| <= limit holds for every state.
     pub(crate) fn least_limit_top(&self) -> f32 {
         let mut odd = 0.0f32;
         for row in &self.rows {
-            odd = odd.max((row.odd.value * self.odd_limit).abs());
+            odd = odd.max(row.odd.value.abs());
         }
         1.0 + 4e-6 + 0.125 * odd * odd
     }
@@ -46,7 +46,6 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         in_range(Field::BandFriction, 0, self.band_friction_top, 0.0, 10.0)?;
         in_range(Field::BandFriction, 1, self.band_friction_top - self.band_friction_slip, 0.0, 10.0)?;
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        in_range(Field::OddShape, 1, self.odd_limit, 1.0 - self.odd_shape, 1.0 - self.odd_shape)?;
         in_range(Field::OddX, 0, self.limit_top, self.least_limit_top(), 1.01)?;
         let (mut strength, mut area, mut softness, mut stiffest) = (0.0, 0.0, 0.0, 0.0f32);
         for (j, element) in self.elements.iter().enumerate() {

@@ -63,7 +63,7 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
         let [x, y] = load_n;
         let load = sqrt(x * x + y * y);
         if !(load <= f32::MAX && margin.is_finite() && strength_factor.is_finite()) {
-            return Grip { status: Status::BAD_INPUT, ..self.grip_at(self.depth_max_mm(), [0.0; 2], 1.0) };
+            return Grip { status: Status::BAD_INPUT, ..self.grip_at(self.depth_max_mm(), [0.0; 2], [0.0; 2]) };
         }
         if load == 0.0 {
             return Grip::default();
@@ -76,12 +76,12 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
             let strength = row.limit.at(t) * self.scale.limit + row.area.at(t) * self.scale.area * self.scale.tau0;
             // What `step` reports as the limit when the contact is loaded to `use_of_limit`.
             let share = along[0] * use_of_limit;
-            let odd = row.odd.at(t) * self.data.odd_limit * share * share * share;
+            let odd = row.odd.at(t) * share * share * share * (1.0 - self.data.odd_shape * share * share);
             strength * strength_factor.clamp(0.2, 5.0) * (self.data.limit_top - odd)
         };
         let deepest = self.depth_max_mm();
         if limit(deepest) < need {
-            let grip = self.grip_at(deepest, along, use_of_limit);
+            let grip = self.grip_at(deepest, load_n, along.map(|a| a * use_of_limit));
             return Grip { status: Status::LOAD_NOT_REACHED, ..grip };
         }
         let (mut low, mut high) = (0.0, deepest);
@@ -93,16 +93,15 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
                 low = middle;
             }
         }
-        self.grip_at(high, along, use_of_limit)
+        self.grip_at(high, load_n, along.map(|a| a * use_of_limit))
     }
 
-    /// Depth and normal force with the share `used` of the strength along `along`.
-    fn grip_at(&self, depth: f32, along: [f32; 2], used: f32) -> Grip {
+    /// Depth and normal force under friction `load_n`, which is the share `used` of the strength.
+    fn grip_at(&self, depth: f32, load_n: [f32; 2], used: [f32; 2]) -> Grip {
         let (row, t, _) = self.cell(depth);
-        let (mx, my) = (along[0] * used, along[1] * used);
-        let strength = row.limit.at(t) * self.scale.limit + row.area.at(t) * self.scale.area * self.scale.tau0;
-        let shear = (row.shear_x.at(t) * mx * mx + row.shear_y.at(t) * my * my) * self.scale.shear;
-        let normal = row.normal.at(t) * self.scale.normal + row.press.at(t) * strength * mx + shear;
+        let [x, y] = used;
+        let shear = (row.shear_x.at(t) * x * x + row.shear_y.at(t) * y * y) * self.scale.shear;
+        let normal = row.normal.at(t) * self.scale.normal + row.press.at(t) * load_n[0] + shear;
         Grip { depth_mm: depth, normal_force_n: normal, status: Status::OK }
     }
 }

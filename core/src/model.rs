@@ -44,8 +44,6 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub depth_max: f32,
     /// Shape of the odd term; see [`crate::ParamsOf::odd_shape`].
     pub odd_shape: f32,
-    /// Share of the odd term that is in the limit, `1 - odd_shape`.
-    pub odd_limit: f32,
     /// A little more than 1, so that friction never exceeds the limit it is compared with.
     pub limit_top: f32,
     /// Growth of the area at full shear, share.
@@ -210,12 +208,12 @@ pub fn step<const M: usize, const N: usize>(
     let mut depth = motion.depth_mm;
     let mut status = Status::OK;
     if !(is_positive(depth) && is_positive(motion.dt_s)) {
-        status = doubt(state, depth, motion.dt_s);
+        status = doubt(depth, motion.dt_s);
         if status.contains(Status::BAD_INPUT) {
             depth = state.depth;
         }
         if !(depth > 0.0) {
-            if !(motion.slide_increment_mm[0].abs() + motion.slide_increment_mm[1].abs() <= f32::MAX) {
+            if !motion.slide_increment_mm.iter().all(|s| s.is_finite()) {
                 status = status.with(Status::BAD_INPUT);
             }
             lift_off(state, depth);
@@ -243,14 +241,14 @@ pub fn step<const M: usize, const N: usize>(
     let pressed = (row.pressed + t * (row.press.value + press) * scale.half_cell) * scale.length;
 
     // Depth: a growing contact keeps the elements' force, a shrinking one their displacement.
-    let per_limit = 1.0 / limit;
-    let mut keep = state.limit * per_limit;
+    // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
+    let mut keep = state.limit / limit;
     if stiffness < state.stiffness {
         keep *= stiffness / state.stiffness;
     }
 
     // Slide, in slip lengths
-    let per_slip = stiffness * per_limit;
+    let per_slip = stiffness / limit;
     let mut slide_x = (motion.slide_increment_mm[0] + (pressed - state.pressed)) * per_slip;
     let mut slide_y = motion.slide_increment_mm[1] * per_slip;
     if !(slide_x * slide_x + slide_y * slide_y <= SLIDE_MAX * SLIDE_MAX) {
@@ -297,11 +295,10 @@ pub fn step<const M: usize, const N: usize>(
     // Resultants
     let xx = mean_x * mean_x;
     let yy = mean_y * mean_y;
-    let odd = row.odd.at(t);
-    let even_less = odd * (xx - data.odd_shape * (xx * xx));
+    let even_less = row.odd.at(t) * (xx - data.odd_shape * (xx * xx));
     let friction_x = limit * (mean_x - even_less);
     let friction_y = limit * mean_y;
-    let friction_limit = limit * (data.limit_top - (odd * data.odd_limit) * (xx * mean_x));
+    let friction_limit = limit * (data.limit_top - even_less * mean_x);
     let friction = sqrt(friction_x * friction_x + friction_y * friction_y);
     let normal = row.normal.at(t) * scale.normal
         + press * friction_x
@@ -329,8 +326,7 @@ fn is_positive(x: f32) -> bool {
 /// What is to be remarked about a depth and a time step that are not both positive numbers.
 #[cold]
 #[inline(never)]
-fn doubt<const M: usize>(state: &StateOf<M>, depth: f32, dt: f32) -> Status {
-    let _ = state;
+fn doubt(depth: f32, dt: f32) -> Status {
     let time = if is_positive(dt) { Status::OK } else { Status::BAD_TIME_STEP };
     if depth.abs() <= f32::MAX { time } else { time.with(Status::BAD_INPUT) }
 }

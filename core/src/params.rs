@@ -92,7 +92,6 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
             odd_shape: self.odd_shape,
-            odd_limit: 1.0 - self.odd_shape,
             limit_top: 1.0,
             area_shear: self.area_shear,
             band_normal_top: self.band_normal_slip,
@@ -127,7 +126,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             let mut node = self.nodes.get(index).copied().unwrap_or_default();
             if index == 0 {
                 let first = self.nodes.get(1).copied().unwrap_or_default();
-                node.normal_force_n = 0.0;
+                node.normal_force_n = FLOOR * first.normal_force_n;
                 node.contact_area_mm2 = FLOOR * first.contact_area_mm2;
                 node.friction_limit_n = FLOOR * first.friction_limit_n;
                 node.tangential_stiffness_n_mm = FLOOR * first.tangential_stiffness_n_mm;
