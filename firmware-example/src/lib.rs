@@ -5,6 +5,7 @@
 
 pub mod convert;
 pub mod count;
+pub mod golden;
 pub mod grip;
 pub mod rivals;
 

@@ -1,5 +1,6 @@
 //! Chores of the project; each prints what it does.
 
+mod elf;
 mod thumb;
 
 use clap::Parser;

@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Subcommand, ValueEnum};
 
+use crate::elf::Elf;
+
 const TARGET: &str = "thumbv7em-none-eabihf";
 const DEBIAN_COMPILER: &str = "/usr/bin/rustc";
 
@@ -42,12 +44,20 @@ enum Action {
         /// Name of the binary
         bin: String,
     },
-    /// Prepare, build, run every binary (the default)
+    /// Instructions per call: ours and what one would compose instead
+    Count,
+    /// Symbols, stack and sizes of the core-only binary, with positive controls
+    Check,
+    /// Host and target give the same bits over a million steps
+    Golden,
+    /// All of these (the default)
     All,
 }
 
-/// Firmware binaries that must end with status 0.
-const BINARIES: [&str; 1] = ["hello"];
+/// Firmware programs that must end with status 0.
+const PROGRAMS: [&str; 2] = ["control", "hold"];
+/// Other targets without operating system for which the core-only binary must link without panics.
+const OTHER_TARGETS: [&str; 3] = ["thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv8m.main-none-eabihf"];
 
 /// Entry of the chore.
 pub fn main(args: &Args) -> Result<()> {
@@ -55,13 +65,16 @@ pub fn main(args: &Args) -> Result<()> {
     match args.action.clone().unwrap_or(Action::All) {
         Action::Prepare => Ok(()),
         Action::Run { bin } => tools.run(&bin),
+        Action::Count => tools.count(),
+        Action::Check => tools.check(),
+        Action::Golden => tools.golden(),
         Action::All => {
-            tools.build(TARGET, &[])?;
-            for bin in BINARIES {
-                tools.run(bin)?;
+            for program in PROGRAMS {
+                tools.run(program)?;
             }
-            println!("thumb: all {} binaries ended with status 0", BINARIES.len());
-            Ok(())
+            tools.golden()?;
+            tools.check()?;
+            tools.count()
         }
     }
 }
@@ -141,6 +154,95 @@ impl Tools {
         Ok(())
     }
 
+    /// Prints the table of instruction counts; an error if the worst step is above its budget.
+    fn count(&self) -> Result<()> {
+        self.build(TARGET, &["--bin", "count"])?;
+        let (status, log) = self.emulate("count", 10, Duration::from_secs(300))?;
+        ensure!(status.success(), "count ended with {status}:\n{log}");
+        println!("{:<42} {:>6} {:>6} {:>6} {:>12}", "instructions per call", "least", "mean", "most", "most/least");
+        let mut rows = Vec::new();
+        for line in log.lines() {
+            let Some((name, numbers)) = line.strip_prefix("count ").and_then(|l| l.split_once(": ")) else { continue };
+            let n: Vec<u32> = numbers.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+            let [least, mean, most] = n[..] else { bail!("not understood: {line}") };
+            println!("{name:<42} {least:>6} {mean:>6} {most:>6} {:>12.2}", f64::from(most) / f64::from(least));
+            rows.push((name.to_owned(), mean, most));
+        }
+        let most = |part: &str| -> Result<u32> {
+            rows.iter().find(|r| r.0.contains(part)).map(|r| r.2).with_context(|| format!("no row {part}"))
+        };
+        let ours = most("default")?;
+        println!(
+            "worst case: {:.2} of LuGre + powf + table, the crates' composition takes {:.1} times as many",
+            f64::from(ours) / f64::from(most("LuGre")?),
+            f64::from(most("interpn")?) / f64::from(ours)
+        );
+        ensure!(ours <= STEP_BUDGET, "a step takes {ours} instructions, the budget is {STEP_BUDGET}");
+        Ok(())
+    }
+
+    /// The digest of a million steps on the host and on the target.
+    fn golden(&self) -> Result<()> {
+        self.build(TARGET, &["--bin", "golden"])?;
+        let (status, log) = self.emulate("golden", 3, Duration::from_secs(300))?;
+        ensure!(status.success(), "golden ended with {status}");
+        let host = cargo_command()
+            .current_dir(self.firmware.join(".."))
+            .args(["run", "--quiet", "--release", "--package", "fingerpad", "--example", "golden"])
+            .output()?;
+        ensure!(host.status.success(), "{}", String::from_utf8_lossy(&host.stderr));
+        let host = String::from_utf8_lossy(&host.stdout).trim().to_owned();
+        ensure!(log.trim() == host, "host and target differ: {host} and {}", log.trim());
+        println!("{host} on host and target, 1000000 steps, all outputs");
+        Ok(())
+    }
+
+    /// Symbols, link, stack and sizes of the core-only binary.
+    fn check(&self) -> Result<()> {
+        self.build(TARGET, &["--bin", "core_only", "--bin", "gate_control"])?;
+        let (core, control) = (Elf::read(&self.elf("core_only"))?, Elf::read(&self.elf("gate_control"))?);
+        for (what, gate) in GATES {
+            let (found, seen) = (core.symbols(gate), control.symbols(gate));
+            println!("{what}: {} in core_only, {} in gate_control", found.len(), seen.len());
+            ensure!(found.is_empty(), "{what} in core_only: {found:?}");
+            ensure!(!seen.is_empty(), "the check for {what} does not see them where they are");
+        }
+        let mut bad = self.cargo()?;
+        bad.args(["build", "--release", "--bin", "core_only", "--features", "panics", "--target-dir", "target/control"]);
+        let out = bad.output()?;
+        let says = String::from_utf8_lossy(&out.stderr);
+        ensure!(!out.status.success() && says.contains("panic-never"), "a panicking core_only should not link: {says}");
+        println!("panic-never: core_only links, with a panic in it it does not");
+
+        for target in OTHER_TARGETS {
+            if self.debian_linker.is_none() && !rustup_target(target) {
+                bail!("no compiler for {target}; this helps: rustup target add {target}");
+            }
+            self.build(target, &["--bin", "core_only"])?;
+            let elf = Elf::read(&self.firmware.join("target").join(target).join("release/core_only"))?;
+            let panics = elf.symbols(is_panic);
+            ensure!(panics.is_empty(), "{target}: {panics:?}");
+            println!("{target}: core_only links without panics");
+        }
+        self.sizes()
+    }
+
+    /// Stack and code of a step, from a build with the compiler's own stack sizes.
+    fn sizes(&self) -> Result<()> {
+        let mut cargo = self.cargo()?;
+        cargo.env("RUSTC_BOOTSTRAP", "1").args(["rustc", "--release", "--bin", "core_only"]);
+        cargo.args(["--target-dir", "target/stack", "--", "-Zemit-stack-sizes"]);
+        ensure!(cargo.status()?.success(), "the build with stack sizes failed");
+        let elf = Elf::read(&self.firmware.join("target/stack").join(TARGET).join("release/core_only"))?;
+        let step = elf.function("one_step")?;
+        let (stack, through) = elf.worst_stack(step)?;
+        println!("step: {} bytes of code, {stack} bytes of stack ({})", elf.code_size(step), through.join(" > "));
+        let model = fs::metadata(self.firmware.join("example.fpm"))?.len();
+        println!("tables: {model} bytes (the model file); state: {} bytes", STATE_BYTES);
+        ensure!(elf.code_size(step) <= 2500 && stack <= 160, "over the budget of 2500 and 160 bytes");
+        Ok(())
+    }
+
     /// One run under QEMU: exit status and decoded log. One instruction lasts 2^`shift` ns of the board's time.
     fn emulate(&self, bin: &str, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
         let elf = self.elf(bin);
@@ -171,6 +273,28 @@ impl Tools {
         ensure!(decoded.status.success(), "defmt-print: {}", String::from_utf8_lossy(&decoded.stderr));
         Ok((status, String::from_utf8_lossy(&decoded.stdout).into_owned()))
     }
+}
+
+/// Most instructions that a step of the default model may take.
+const STEP_BUDGET: u32 = 380;
+/// 5 elements of two words, five words.
+const STATE_BYTES: u32 = 60;
+
+type Gate = fn(&str) -> bool;
+
+/// What the core must not link.
+const GATES: [(&str, Gate); 3] = [
+    ("panics", is_panic),
+    ("doubles in software", |name| {
+        ["__aeabi_d", "__aeabi_f2d", "__aeabi_i2d", "__aeabi_ui2d", "__aeabi_l2d", "__aeabi_ul2d"]
+            .iter()
+            .any(|p| name.starts_with(p) && !name.starts_with("__aeabi_div"))
+    }),
+    ("square roots in software", |name| name == "sqrtf" || name.ends_with("::sqrtf")),
+];
+
+fn is_panic(name: &str) -> bool {
+    name.contains("core::panicking") || name.contains("panic_fmt") || name.contains("unwrap_failed")
 }
 
 /// Cargo without the flags of the build that started this chore.

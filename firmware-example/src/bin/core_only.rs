@@ -73,6 +73,8 @@ fn main() -> ! {
     let mut buffer = [0u8; 4096];
     let mut queue = Queue::new();
     loop {
+        #[cfg(feature = "panics")]
+        black_box(buffer[black_box(5000usize)]);
         let f = black_box([1.0f32, 0.1, 0.2, 1e-3]);
         black_box(build(f, black_box(&mut buffer)));
         if let Some((r, state)) = setup(black_box(&buffer), f) {
