@@ -345,7 +345,7 @@ fn lift_off<const M: usize>(state: &mut StateOf<M>, depth: f32) {
 fn tame(slide_x: f32, slide_y: f32, pressed: f32, per_slip: f32) -> [f32; 2] {
     let number = |s: f32| if s.abs() <= f32::MAX { s.clamp(-1e6, 1e6) } else { 0.0 };
     let (x, y) = ((number(slide_x) + pressed) * per_slip, number(slide_y) * per_slip);
-    let length = x.abs().max(y.abs()) * 1.5;
+    let length = x.abs() + y.abs();
     let cut = if length > SLIDE_MAX { SLIDE_MAX / length } else { 1.0 };
     [x * cut, y * cut]
 }
@@ -383,5 +383,81 @@ mod tests {
         // Steady slip: friction along the motion although the finger is softer along y.
         assert_eq!(last.regime, Regime::Slip);
         assert!((last.friction_n[0] - last.friction_n[1]).abs() < 0.02 * last.friction_limit_n);
+    }
+
+    /// The plane's work around: press, load along x at the larger depth, fall, unload, rise without shear.
+    fn work_of_a_loop(data: &Data) -> f64 {
+        let model = ModelOf::from_checked(data);
+        let mut state = State::default();
+        let mut work = 0.0;
+        let mut go = |depth: f32, x: f32| {
+            let before = state.depth;
+            let motion = Motion { depth_mm: depth, slide_increment_mm: [x, 0.0], dt_s: 1e-3 };
+            let r = step(&model, &mut state, motion);
+            work += f64::from(r.normal_force_n) * f64::from(depth - before)
+                + f64::from(r.friction_n[0]) * f64::from(x);
+        };
+        for i in 1..=1000 {
+            go(0.002 * i as f32, 0.0);
+        }
+        for _ in 0..500 {
+            go(2.0, 0.001);
+        }
+        for i in (500..1000).rev() {
+            go(0.002 * i as f32, 0.0);
+        }
+        for _ in 0..500 {
+            go(1.0, -0.001);
+        }
+        for i in (0..500).rev() {
+            go(0.002 * i as f32, 0.0);
+        }
+        work
+    }
+
+    /// The work test can fail: a shear term beyond the check's limit makes energy, one at the limit does not.
+    #[test]
+    fn the_check_is_what_keeps_energy_from_nothing() {
+        let mut data = Params::example().try_build().unwrap();
+        assert!(work_of_a_loop(&data) > 0.0);
+        let set = |data: &mut Data, newtons: f32| {
+            for i in 0..NODES {
+                let at = |i: usize| newtons * i as f32 / (NODES - 1) as f32;
+                data.rows[i].shear_x = crate::Line::between(at(i), at((i + 1).min(NODES - 1)));
+            }
+        };
+        set(&mut data, 40.0);
+        assert!(matches!(data.check(), Err(crate::Error::NotPassive { what: crate::Field::NormalShearX, .. })));
+        assert!(work_of_a_loop(&data) < 0.0, "{}", work_of_a_loop(&data));
+        let mut newtons = 40.0;
+        while data.check().is_err() {
+            newtons *= 0.95;
+            set(&mut data, newtons);
+        }
+        assert!(work_of_a_loop(&data) > 0.0, "{newtons} {}", work_of_a_loop(&data));
+    }
+
+    /// Drawing an element back onto its limit never gives energy: F · plastic slip >= 0 for any stiffness ratio,
+    /// direction and overshoot.
+    #[test]
+    fn yielding_dissipates() {
+        for ratio in [0.25f64, 0.4, 0.6, 0.8, 1.0, 1.3, 2.0, 4.0] {
+            for degrees in 0..=90 {
+                for overshoot in [1e-6f64, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0] {
+                    let (s, c) = f64::from(degrees).to_radians().sin_cos();
+                    let (ux, uy) = (c * (1.0 + overshoot), s * (1.0 + overshoot));
+                    let square = ux * ux + uy * uy;
+                    let fourth = square * square;
+                    let lack = 1.0 - ratio;
+                    let along_y = fourth + square - 2.0 * lack * uy * uy;
+                    let along_x = along_y - lack * (fourth - square);
+                    let length = (ux * along_x).hypot(uy * along_y);
+                    let (nx, ny) = (ux * along_x / length, uy * along_y / length);
+                    let slip = [ux - nx, (uy - ny) / ratio];
+                    let gain = nx * slip[0] + ny * slip[1];
+                    assert!(gain >= 0.0, "{ratio} {degrees} {overshoot}: {gain}");
+                }
+            }
+        }
     }
 }

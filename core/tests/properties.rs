@@ -28,8 +28,13 @@ fn assert_sane(model: &Model<'_>, r: &Response) {
     assert!(r.band_normal_n.is_finite() && r.band_friction_n.is_finite(), "{r:?}");
 }
 
+fn cases(default: u32) -> u32 {
+    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(default)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+    // 1e5 paths; `PROPTEST_CASES=1000000` for more.
+    #![proptest_config(ProptestConfig { cases: cases(100_000), ..ProptestConfig::default() })]
 
     /// The plane's work over a closed path from air to air, normal plus tangential, each step with the force at its
     /// end. Bound of the rounding: 1e-6 of the work that went back and forth.
@@ -45,6 +50,11 @@ proptest! {
         });
         prop_assert!(work >= -1e-6 * turnover, "{work} of {turnover} mJ");
     }
+
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(2000), ..ProptestConfig::default() })]
 
     #[test]
     fn responses_are_sane(data in any_model(), path in closed_path()) {
