@@ -141,8 +141,7 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
             Err(_) => return Err(too_short(numbers, size_of::<DataOf<M, N>>())),
         };
         let effects = section(bytes, EFFECTS)?;
-        let effects: &[EffectSlot] =
-            bytemuck::try_cast_slice(effects).map_err(|_| Error::Section { id: EFFECTS })?;
+        let effects: &[EffectSlot] = bytemuck::try_cast_slice(effects).map_err(|_| Error::Section { id: EFFECTS })?;
         for slot in effects {
             for (index, &value) in slot.values.iter().enumerate() {
                 if !value.is_finite() {
@@ -187,7 +186,7 @@ impl Writer<'_> {
     }
 
     fn align(&mut self) {
-        while self.at % 8 != 0 {
+        while !self.at.is_multiple_of(8) {
             self.put(&[0]);
         }
     }
@@ -216,11 +215,9 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         for value in [VERSION, needed as u32, 0, SECTIONS as u32] {
             w.word(value);
         }
-        for (id, at, length) in [
-            (DATA, start, data_length),
-            (EFFECTS, effects_at, size_of_val(effects)),
-            (META, meta_at, meta.len()),
-        ] {
+        for (id, at, length) in
+            [(DATA, start, data_length), (EFFECTS, effects_at, size_of_val(effects)), (META, meta_at, meta.len())]
+        {
             w.put(&id);
             w.word(at as u32);
             w.word(length as u32);

@@ -28,8 +28,11 @@ impl ContactFrame {
         let y = axes.column(1).into_owned();
         let z = axes.column(2).into_owned();
         let right_handed = x.cross(&y).dot(&z) > 0.0;
-        (orthonormal && right_handed && origin.iter().all(|x| x.is_finite()))
-            .then_some(Self { axes, origin, last: None })
+        (orthonormal && right_handed && origin.iter().all(|x| x.is_finite())).then_some(Self {
+            axes,
+            origin,
+            last: None,
+        })
     }
 
     /// Follows a moving plane; the slide includes its motion.

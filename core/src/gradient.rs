@@ -77,9 +77,8 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
         friction[1][0] += dl * y;
 
         let (bx, by) = (row.shear_x.at(t) * scale.shear, row.shear_y.at(t) * scale.shear);
-        let mut normal: [f32; 3] = core::array::from_fn(|i| {
-            press * friction[0][i] + 2.0 * (bx * x * slope[0][i] + by * y * slope[1][i])
-        });
+        let mut normal: [f32; 3] =
+            core::array::from_fn(|i| press * friction[0][i] + 2.0 * (bx * x * slope[0][i] + by * y * slope[1][i]));
         normal[0] += (row.normal.change * scale.normal
             + row.press.change * l * (x - odd * shape)
             + (row.shear_x.change * x * x + row.shear_y.change * y * y) * scale.shear)

@@ -14,9 +14,7 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     }
     // SAFETY: `sqrtf` takes and returns a number, touches no memory but `errno` of a hosted C library, and is
     // provided on every target, by `compiler_builtins` or by the C library.
-    unsafe {
-        sqrtf(x)
-    }
+    unsafe { sqrtf(x) }
 }
 
 /// `base` >= 0 to the power `exponent`; only for set-up, never in a step (110 instructions). Relative error below

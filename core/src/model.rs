@@ -310,7 +310,9 @@ pub fn step<const M: usize, const N: usize>(
         friction_limit_n: friction_limit,
         slip_margin: 1.0 - friction / friction_limit,
         contact_area_mm2: area0 * (1.0 + data.area_shear * (xx + yy)),
-        band_normal_n: row.band_normal.at(t) * scale.normal * (data.band_normal_top - data.band_normal_slip * stick_ratio),
+        band_normal_n: row.band_normal.at(t)
+            * scale.normal
+            * (data.band_normal_top - data.band_normal_slip * stick_ratio),
         band_friction_n: limit * (data.band_friction_top - data.band_friction_slip * stick_ratio),
         regime: Regime::classify(true, stick_ratio),
         status,
@@ -374,11 +376,7 @@ mod tests {
         }
         assert_eq!(last.regime, Regime::Stick);
         for _ in 0..3000 {
-            last = step(
-                &model,
-                &mut state,
-                Motion { depth_mm: 1.0, slide_increment_mm: [0.01, 0.01], dt_s: 1e-3 },
-            );
+            last = step(&model, &mut state, Motion { depth_mm: 1.0, slide_increment_mm: [0.01, 0.01], dt_s: 1e-3 });
         }
         // Steady slip: friction along the motion although the finger is softer along y.
         assert_eq!(last.regime, Regime::Slip);
@@ -394,8 +392,7 @@ mod tests {
             let before = state.depth;
             let motion = Motion { depth_mm: depth, slide_increment_mm: [x, 0.0], dt_s: 1e-3 };
             let r = step(&model, &mut state, motion);
-            work += f64::from(r.normal_force_n) * f64::from(depth - before)
-                + f64::from(r.friction_n[0]) * f64::from(x);
+            work += f64::from(r.normal_force_n) * f64::from(depth - before) + f64::from(r.friction_n[0]) * f64::from(x);
         };
         for i in 1..=1000 {
             go(0.002 * i as f32, 0.0);

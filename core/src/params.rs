@@ -3,7 +3,7 @@
 //! Main types: [`ParamsOf`], [`Node`], [`Slider`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses model, table.
 
 use crate::error::Field;
-use crate::model::{Element, ELEMENTS, NODES};
+use crate::model::{ELEMENTS, Element, NODES};
 use crate::table::{Line, Row};
 use crate::{DataOf, Error};
 

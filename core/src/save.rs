@@ -2,10 +2,10 @@
 //!
 //! Uses model, blob, error.
 
+use crate::Error;
 use crate::blob::crc32;
 use crate::error::Field;
 use crate::model::{ELEMENTS, State, StateOf};
-use crate::Error;
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 6);
@@ -77,7 +77,8 @@ impl<const M: usize> StateOf<M> {
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
         }
-        if in_contact && !(positive(self.limit) && positive(self.stiffness)) || !in_contact && !air {
+        let pressed = positive(self.limit) && positive(self.stiffness);
+        if !(if in_contact { pressed } else { air }) {
             return Err(bad(M + 1, self.limit));
         }
         if !(self.pressed.abs() <= 100.0) {

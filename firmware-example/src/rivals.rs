@@ -38,14 +38,7 @@ impl Default for Rivals {
         for (i, w) in weights.iter_mut().enumerate() {
             *w = ((i * 37 % 101) as f32 - 50.0) * 0.01;
         }
-        Self {
-            table,
-            bristle: [0.0; 2],
-            sliders: [Vector2::zeros(); 8],
-            slide: 0.0,
-            weights,
-            out: [0.0; 4],
-        }
+        Self { table, bristle: [0.0; 2], sliders: [Vector2::zeros(); 8], slide: 0.0, weights, out: [0.0; 4] }
     }
 }
 

@@ -111,18 +111,15 @@ impl Elf {
         let mut i = 0;
         while i + 2 <= code.len() {
             let first = half(i);
-            let wide = matches!(first >> 11, 0b11101 | 0b11110 | 0b11111);
+            let wide = matches!(first >> 11, 0b11101..=0b11111);
             let second = half(i + 2);
             // BL and B.W: 11110 S imm10, 1 L J1 1 J2 imm11
             if first >> 11 == 0b11110 && second & 0x9000 == 0x9000 {
                 let s = u32::from(first >> 10 & 1);
                 let (j1, j2) = (u32::from(second >> 13 & 1), u32::from(second >> 11 & 1));
                 let (i1, i2) = (1 ^ j1 ^ s, 1 ^ j2 ^ s);
-                let offset = s << 24
-                    | i1 << 23
-                    | i2 << 22
-                    | u32::from(first & 0x3ff) << 12
-                    | u32::from(second & 0x7ff) << 1;
+                let offset =
+                    s << 24 | i1 << 23 | i2 << 22 | u32::from(first & 0x3ff) << 12 | u32::from(second & 0x7ff) << 1;
                 let signed = i64::from((offset << 7) as i32 >> 7);
                 let target = (address as i64 + i as i64 + 4 + signed) as u64;
                 if target != address && self.functions.contains_key(&target) && !callees.contains(&target) {

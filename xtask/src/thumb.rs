@@ -208,7 +208,16 @@ impl Tools {
             ensure!(!seen.is_empty(), "the check for {what} does not see them where they are");
         }
         let mut bad = self.cargo()?;
-        bad.args(["build", "--release", "--bin", "core_only", "--features", "panics", "--target-dir", "target/control"]);
+        bad.args([
+            "build",
+            "--release",
+            "--bin",
+            "core_only",
+            "--features",
+            "panics",
+            "--target-dir",
+            "target/control",
+        ]);
         let out = bad.output()?;
         let says = String::from_utf8_lossy(&out.stderr);
         ensure!(!out.status.success() && says.contains("panic-never"), "a panicking core_only should not link: {says}");

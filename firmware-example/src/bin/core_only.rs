@@ -24,11 +24,7 @@ fn one_step(model: &Model<'_>, state: &mut State, motion: &Motion) -> Response {
 fn requests(model: &Model<'_>, state: &mut State, f: [f32; 4]) -> (Gradient, Grip, Response) {
     let gradient = model.gradient(state, [f[0], f[1], f[2]]);
     let grip = model.least_grip([f[0], f[1]], f[2], f[3]);
-    let drive = Drive {
-        normal: Normal::ForceN(f[0]),
-        tangential: Tangential::FrictionN([f[1], f[2]]),
-        dt_s: f[3],
-    };
+    let drive = Drive { normal: Normal::ForceN(f[0]), tangential: Tangential::FrictionN([f[1], f[2]]), dt_s: f[3] };
     let driven = model.step_driven(state, drive);
     (gradient, grip, driven.response)
 }

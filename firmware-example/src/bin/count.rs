@@ -6,7 +6,8 @@ use core::hint::black_box;
 
 use cortex_m_rt::entry;
 use fingerpad::{
-    DataOf, Drive, ELEMENTS, Error, Motion, NODES, Normal, ParamsOf, Response, Slider, StateOf, Tangential, Tuning, step,
+    DataOf, Drive, ELEMENTS, Error, Motion, NODES, Normal, ParamsOf, Response, Slider, StateOf, Tangential, Tuning,
+    step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;
