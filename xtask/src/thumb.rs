@@ -50,6 +50,8 @@ enum Action {
     Check,
     /// Host and target give the same bits over a million steps
     Golden,
+    /// The C library, its header and a C program that prints the documented vectors
+    C,
     /// All of these (the default)
     All,
 }
@@ -68,11 +70,13 @@ pub fn main(args: &Args) -> Result<()> {
         Action::Count => tools.count(),
         Action::Check => tools.check(),
         Action::Golden => tools.golden(),
+        Action::C => tools.c(),
         Action::All => {
             for program in PROGRAMS {
                 tools.run(program)?;
             }
             tools.golden()?;
+            tools.c()?;
             tools.check()?;
             tools.count()
         }
@@ -197,6 +201,47 @@ impl Tools {
         Ok(())
     }
 
+    /// Builds the C library and a C program on it, runs that, and compares with `docs/fpm-format.md`.
+    fn c(&self) -> Result<()> {
+        if !succeeds(Command::new("arm-none-eabi-gcc").arg("--version")) {
+            apt_install(&["gcc-arm-none-eabi"], "apt-get install gcc-arm-none-eabi")?;
+        }
+        self.build(TARGET, &["--package", "fingerpad-c"])?;
+        let release = self.firmware.join("target").join(TARGET).join("release");
+        let program = release.join("c_example");
+        let status = Command::new("arm-none-eabi-gcc")
+            .current_dir(&self.firmware)
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffreestanding", "-nostdlib"])
+            .args(["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"])
+            .args(["-Wl,--gc-sections", "-Wl,-z,noexecstack", "-Wa,-I,.", "-Icapi", "-Tcapi/example.ld"])
+            .arg("capi/example.c")
+            .arg(release.join("libfingerpad_c.a"))
+            .arg("-o")
+            .arg(&program)
+            .status()?;
+        ensure!(status.success(), "the C program does not build");
+        let (status, raw) = qemu(&program, 3, Duration::from_secs(60))?;
+        let says = fs::read_to_string(&raw)?;
+        fs::remove_file(&raw)?;
+        ensure!(status.success(), "the C program ended with {status}:\n{says}");
+
+        let document = fs::read_to_string(self.firmware.join("../docs/fpm-format.md"))?;
+        let vectors = document.split_once("```vectors\n").and_then(|(_, rest)| rest.split_once("```"));
+        let wanted: Vec<&str> = vectors.context("no vectors in the document")?.0.lines().collect();
+        let printed: Vec<&str> = says.lines().collect();
+        ensure!(wanted.len() == printed.len(), "{} lines printed, {} documented", printed.len(), wanted.len());
+        for (want, print) in wanted.iter().zip(&printed) {
+            let want = want.split_once(" | ").context("a vector without |")?.1;
+            let same = want.split_whitespace().collect::<Vec<_>>() == print.split_whitespace().collect::<Vec<_>>();
+            ensure!(same, "documented {want}\nprinted    {print}");
+        }
+        let elf = Elf::read(&program)?;
+        let panics = elf.symbols(is_panic);
+        ensure!(panics.is_empty(), "panics in the C program: {panics:?}");
+        println!("C: {} vectors bit for bit, no panics linked", wanted.len());
+        Ok(())
+    }
+
     /// Symbols, link, stack and sizes of the core-only binary.
     fn check(&self) -> Result<()> {
         self.build(TARGET, &["--bin", "core_only", "--bin", "gate_control"])?;
@@ -255,28 +300,7 @@ impl Tools {
     /// One run under QEMU: exit status and decoded log. One instruction lasts 2^`shift` ns of the board's time.
     fn emulate(&self, bin: &str, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
         let elf = self.elf(bin);
-        let raw = elf.with_extension("defmt");
-        let mut qemu = Command::new("qemu-system-arm")
-            .args(["-cpu", "cortex-m4", "-machine", "mps2-an386", "-nographic"])
-            .args(["-icount", &format!("shift={shift}")])
-            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-            .arg(&elf)
-            .stdin(Stdio::null())
-            .stdout(File::create(&raw)?)
-            .spawn()
-            .context("qemu-system-arm")?;
-        let start = Instant::now();
-        let status = loop {
-            if let Some(status) = qemu.try_wait()? {
-                break status;
-            }
-            if start.elapsed() > limit {
-                qemu.kill()?;
-                qemu.wait()?;
-                bail!("{bin} was still running after {} s", limit.as_secs());
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        };
+        let (status, raw) = qemu(&elf, shift, limit)?;
         let decoded = Command::new("defmt-print").arg("-e").arg(&elf).stdin(File::open(&raw)?).output()?;
         fs::remove_file(&raw)?;
         ensure!(decoded.status.success(), "defmt-print: {}", String::from_utf8_lossy(&decoded.stderr));
@@ -288,6 +312,33 @@ impl Tools {
 const STEP_BUDGET: u32 = 380;
 /// 5 elements of two words, five words.
 const STATE_BYTES: u32 = 60;
+
+/// Runs a program under QEMU: exit status and the file with what it wrote.
+fn qemu(elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, PathBuf)> {
+    let raw = elf.with_extension("out");
+    let out = File::create(&raw)?;
+    let mut qemu = Command::new("qemu-system-arm")
+        .args(["-cpu", "cortex-m4", "-machine", "mps2-an386", "-nographic"])
+        .args(["-icount", &format!("shift={shift}")])
+        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(elf)
+        .stdin(Stdio::null())
+        .stdout(out)
+        .spawn()
+        .context("qemu-system-arm")?;
+    let start = Instant::now();
+    loop {
+        if let Some(status) = qemu.try_wait()? {
+            return Ok((status, raw));
+        }
+        if start.elapsed() > limit {
+            qemu.kill()?;
+            qemu.wait()?;
+            bail!("{} was still running after {} s", elf.display(), limit.as_secs());
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
 
 type Gate = fn(&str) -> bool;
 
