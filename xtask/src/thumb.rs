@@ -197,6 +197,9 @@ impl Tools {
         ensure!(host.status.success(), "{}", String::from_utf8_lossy(&host.stderr));
         let host = String::from_utf8_lossy(&host.stdout).trim().to_owned();
         ensure!(log.trim() == host, "host and target differ: {host} and {}", log.trim());
+        let digest = host.trim_start_matches("golden: ");
+        let document = fs::read_to_string(self.firmware.join("../docs/fpm-format.md"))?;
+        ensure!(document.contains(digest), "docs/fpm-format.md has another digest than {digest}");
         println!("{host} on host and target, 1000000 steps, all outputs");
         Ok(())
     }
