@@ -79,7 +79,7 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
 
     /// The same model for another finger. A state may be carried over: elements keep their force.
     ///
-    /// Costs about 600 instructions; the step that follows costs what it always does.
+    /// Costs about 160 instructions; the step that follows costs what it always does.
     pub fn tuned(&self, tuning: Tuning) -> Result<Self, Error> {
         let ranges = [
             (Field::Size, tuning.size, 0.5, 2.0),
