@@ -4,6 +4,7 @@
 ///
 /// The spellings of [`Regime::as_str`] are those of every CSV column and JSON key of the project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Regime {
@@ -63,6 +64,7 @@ impl core::str::FromStr for Regime {
 
 /// Flags that qualify a response; none set is `ok`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]
 pub struct Status(pub u16);
@@ -72,8 +74,25 @@ impl Status {
     pub const OK: Self = Self(0);
     /// The solver had to pass a limit point of the structure with viscous stabilisation.
     pub const STABILISED: Self = Self(1);
+    /// Depth or slide was NaN or infinite; the step was taken without it, as if that axis stood still.
+    pub const BAD_INPUT: Self = Self(1 << 1);
+    /// The time step was not a positive number.
+    pub const BAD_TIME_STEP: Self = Self(1 << 2);
+    /// Deeper than the model was fitted; the answer is that of the largest depth.
+    pub const DEPTH_ABOVE_RANGE: Self = Self(1 << 3);
+    /// The slide of one step exceeded 64 slip lengths and was cut to that.
+    pub const LARGE_INCREMENT: Self = Self(1 << 4);
+    /// A force-driven step could not reach the force asked for.
+    pub const LOAD_NOT_REACHED: Self = Self(1 << 5);
 
-    const NAMES: [(Self, &'static str); 1] = [(Self::STABILISED, "stabilised")];
+    const NAMES: [(Self, &'static str); 6] = [
+        (Self::STABILISED, "stabilised"),
+        (Self::BAD_INPUT, "bad_input"),
+        (Self::BAD_TIME_STEP, "bad_time_step"),
+        (Self::DEPTH_ABOVE_RANGE, "depth_above_range"),
+        (Self::LARGE_INCREMENT, "large_increment"),
+        (Self::LOAD_NOT_REACHED, "load_not_reached"),
+    ];
 
     /// Both sets of flags together.
     pub const fn with(self, other: Self) -> Self {

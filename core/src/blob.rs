@@ -1,0 +1,330 @@
+//! The model file: checked once, then used where it lies.
+//!
+//! The layout is described in `docs/fpm-format.md` with test vectors. Uses model, check, error.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::error::Field;
+use crate::{DataOf, Error, ModelOf};
+
+/// First four bytes of a model file.
+pub const MAGIC: [u8; 4] = *b"FPM1";
+/// Format version that this library reads and writes.
+pub const VERSION: u32 = 1;
+
+const HEADER: usize = 20;
+const ENTRY: usize = 12;
+const DATA: [u8; 4] = *b"DATA";
+const EFFECTS: [u8; 4] = *b"EFFX";
+const META: [u8; 4] = *b"META";
+const SECTIONS: usize = 3;
+
+/// A slot for an effect beyond the plain model: which law, and its parameters.
+///
+/// The core carries the slots; whoever computes a strength factor from speed, dwell or moisture reads them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct EffectSlot {
+    /// Number of the law.
+    pub kind: u32,
+    /// 0; for later use.
+    pub reserved: u32,
+    /// Parameters of the law, in its own order.
+    pub values: [f32; 6],
+}
+
+/// All that a model file holds, read in place.
+#[derive(Clone, Copy, Debug)]
+pub struct FileOf<'a, const M: usize, const N: usize> {
+    /// The model.
+    pub model: ModelOf<'a, M, N>,
+    /// Effects beyond it.
+    pub effects: &'a [EffectSlot],
+    /// Where it comes from: JSON with ranges, settings' hash and versions.
+    pub meta: &'a str,
+}
+
+/// The default model's file.
+pub type File<'a> = FileOf<'a, { crate::ELEMENTS }, { crate::NODES }>;
+
+/// CRC-32 as in zlib and Ethernet (reflected, polynomial 0xEDB88320), four bits at a time.
+pub(crate) fn crc32(bytes: &[u8]) -> u32 {
+    const TABLE: [u32; 16] = {
+        let mut table = [0; 16];
+        let mut i = 0;
+        while i < 16 {
+            let mut c = i as u32;
+            let mut k = 0;
+            while k < 4 {
+                c = if c & 1 == 1 { 0xEDB8_8320 ^ (c >> 1) } else { c >> 1 };
+                k += 1;
+            }
+            table[i] = c;
+            i += 1;
+        }
+        table
+    };
+    let mut crc = !0u32;
+    for byte in bytes {
+        crc ^= u32::from(*byte);
+        crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+        crc = (crc >> 4) ^ TABLE[(crc & 15) as usize];
+    }
+    !crc
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    let four = bytes.get(at..at.checked_add(4)?)?;
+    Some(u32::from_le_bytes(four.try_into().ok()?))
+}
+
+fn too_short(bytes: &[u8], expected: usize) -> Error {
+    Error::Length { expected: expected as u32, found: bytes.len() as u32 }
+}
+
+/// Checks header and checksum.
+fn check_envelope(bytes: &[u8]) -> Result<(), Error> {
+    let short = too_short(bytes, HEADER);
+    if bytes.get(..4).ok_or(short)? != MAGIC {
+        return Err(Error::Magic);
+    }
+    let found = word(bytes, 4).ok_or(short)?;
+    if found != VERSION {
+        return Err(Error::Version { found });
+    }
+    let expected = word(bytes, 8).ok_or(short)?;
+    if expected as usize != bytes.len() {
+        return Err(Error::Length { expected, found: bytes.len() as u32 });
+    }
+    let checksum = word(bytes, 12).ok_or(short)?;
+    if crc32(bytes.get(16..).ok_or(short)?) != checksum {
+        return Err(Error::Checksum);
+    }
+    Ok(())
+}
+
+/// The bytes of section `id`.
+fn section(bytes: &[u8], id: [u8; 4]) -> Result<&[u8], Error> {
+    let count = word(bytes, 16).unwrap_or(0) as usize;
+    for i in 0..count.min(16) {
+        let at = HEADER + i * ENTRY;
+        if bytes.get(at..at + 4) != Some(&id[..]) {
+            continue;
+        }
+        let (Some(offset), Some(length)) = (word(bytes, at + 4), word(bytes, at + 8)) else { break };
+        let end = (offset as usize).saturating_add(length as usize);
+        return bytes.get(offset as usize..end).ok_or(too_short(bytes, end));
+    }
+    Err(Error::Section { id })
+}
+
+impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
+    /// Checks a model file and uses it where it lies: nothing is copied.
+    ///
+    /// The bytes must start at an address divisible by 4, see [`crate::include_fpm`]. Costs about 20 instructions
+    /// per byte, once.
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Error> {
+        const { assert!(cfg!(target_endian = "little"), "model files are little-endian") };
+        if bytes.as_ptr().align_offset(4) != 0 {
+            return Err(Error::Alignment);
+        }
+        check_envelope(bytes)?;
+        let data = section(bytes, DATA)?;
+        let (elements, nodes) = (word(data, 0).unwrap_or(0), word(data, 4).unwrap_or(0));
+        if elements as usize != M || nodes as usize != N {
+            return Err(Error::Shape { elements, nodes });
+        }
+        let numbers = data.get(8..).unwrap_or(&[]);
+        let data: &DataOf<M, N> = match bytemuck::try_from_bytes(numbers) {
+            Ok(data) => data,
+            Err(bytemuck::PodCastError::TargetAlignmentGreaterAndInputNotAligned) => return Err(Error::Alignment),
+            Err(_) => return Err(too_short(numbers, size_of::<DataOf<M, N>>())),
+        };
+        let effects = section(bytes, EFFECTS)?;
+        let effects: &[EffectSlot] = bytemuck::try_cast_slice(effects).map_err(|_| Error::Section { id: EFFECTS })?;
+        for slot in effects {
+            for (index, &value) in slot.values.iter().enumerate() {
+                if !value.is_finite() {
+                    return Err(Error::Range { what: Field::StrengthFactor, index: index as u16, value });
+                }
+            }
+        }
+        let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
+        Ok(Self { model: data.model()?, effects, meta })
+    }
+}
+
+impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
+    /// The model of a file, in place; see [`FileOf::from_bytes`].
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Error> {
+        Ok(FileOf::from_bytes(bytes)?.model)
+    }
+}
+
+/// Writes one piece after another into a buffer.
+struct Writer<'a> {
+    out: &'a mut [u8],
+    at: usize,
+}
+
+impl Writer<'_> {
+    fn put(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(slot) = self.out.get_mut(self.at) {
+                *slot = *byte;
+            }
+            self.at += 1;
+        }
+    }
+
+    fn word(&mut self, value: u32) {
+        self.put(&value.to_le_bytes());
+    }
+
+    fn float(&mut self, value: f32) {
+        self.word(value.to_bits());
+    }
+
+    fn align(&mut self) {
+        while !self.at.is_multiple_of(8) {
+            self.put(&[0]);
+        }
+    }
+}
+
+impl<const M: usize, const N: usize> DataOf<M, N> {
+    /// Length of the file that [`DataOf::write_file`] writes, bytes.
+    pub fn file_length(effects: &[EffectSlot], meta: &str) -> usize {
+        let start = (HEADER + SECTIONS * ENTRY).next_multiple_of(8);
+        let data = (8 + size_of::<Self>()).next_multiple_of(8);
+        start + data + size_of_val(effects) + meta.len()
+    }
+
+    /// Writes a model file into `out` and returns its length.
+    pub fn write_file(&self, effects: &[EffectSlot], meta: &str, out: &mut [u8]) -> Result<usize, Error> {
+        let needed = Self::file_length(effects, meta);
+        if out.len() < needed {
+            return Err(Error::Buffer { needed: needed as u32 });
+        }
+        let start = (HEADER + SECTIONS * ENTRY).next_multiple_of(8);
+        let data_length = 8 + size_of::<Self>();
+        let effects_at = start + data_length.next_multiple_of(8);
+        let meta_at = effects_at + size_of_val(effects);
+        let mut w = Writer { out, at: 0 };
+        w.put(&MAGIC);
+        for value in [VERSION, needed as u32, 0, SECTIONS as u32] {
+            w.word(value);
+        }
+        for (id, at, length) in
+            [(DATA, start, data_length), (EFFECTS, effects_at, size_of_val(effects)), (META, meta_at, meta.len())]
+        {
+            w.put(&id);
+            w.word(at as u32);
+            w.word(length as u32);
+        }
+        w.align();
+        w.word(M as u32);
+        w.word(N as u32);
+        for value in self.head() {
+            w.float(value);
+        }
+        for element in &self.elements {
+            w.put(bytemuck::bytes_of(element));
+        }
+        for row in &self.rows {
+            w.put(bytemuck::bytes_of(row));
+        }
+        w.align();
+        for effect in effects {
+            w.put(bytemuck::bytes_of(effect));
+        }
+        w.put(meta.as_bytes());
+        let checksum = crc32(out.get(16..needed).unwrap_or(&[]));
+        if let Some(slot) = out.get_mut(12..16) {
+            slot.copy_from_slice(&checksum.to_le_bytes());
+        }
+        Ok(needed)
+    }
+
+    /// The numbers before the elements, in the file's order.
+    fn head(&self) -> [f32; 9] {
+        [
+            self.depth_max,
+            self.odd_shape,
+            self.limit_top,
+            self.area_shear,
+            self.band_normal_top,
+            self.band_normal_slip,
+            self.band_friction_top,
+            self.band_friction_slip,
+            self.pressure_exponent,
+        ]
+    }
+}
+
+/// The bytes of a model file as a `&'static [u8]` aligned as [`crate::Model::from_bytes`] needs them.
+#[macro_export]
+macro_rules! include_fpm {
+    ($path:expr) => {{
+        #[repr(C, align(8))]
+        struct Aligned<B: ?Sized>(B);
+        static FILE: &Aligned<[u8]> = &Aligned(*include_bytes!($path));
+        &FILE.0
+    }};
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Data, Params};
+
+    #[repr(C, align(8))]
+    struct Aligned([u8; 4096]);
+
+    fn example() -> (Aligned, usize) {
+        let data = Params::example().try_build().unwrap();
+        let mut buffer = Aligned([0; 4096]);
+        let effects = [EffectSlot { kind: 1, reserved: 0, values: [0.5; 6] }];
+        let n = data.write_file(&effects, "{\"example\":true}", &mut buffer.0).unwrap();
+        assert_eq!(n, Data::file_length(&effects, "{\"example\":true}"));
+        (buffer, n)
+    }
+
+    #[test]
+    fn checksum_of_the_standard_test_string() {
+        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn round_trip() {
+        let (buffer, n) = example();
+        let file = File::from_bytes(&buffer.0[..n]).unwrap();
+        assert_eq!(*file.model.data(), Params::example().try_build().unwrap());
+        assert_eq!(file.effects[0].values, [0.5; 6]);
+        assert_eq!(file.meta, "{\"example\":true}");
+    }
+
+    #[test]
+    fn every_truncation_and_every_flipped_byte_is_refused() {
+        let (mut buffer, n) = example();
+        for length in 0..n {
+            assert!(File::from_bytes(&buffer.0[..length]).is_err(), "{length}");
+        }
+        assert!(File::from_bytes(&buffer.0[..n + 1]).is_err());
+        for i in 0..n {
+            for flip in [0x01, 0x80, 0xff] {
+                buffer.0[i] ^= flip;
+                assert!(File::from_bytes(&buffer.0[..n]).is_err(), "{i}");
+                buffer.0[i] ^= flip;
+            }
+        }
+        assert!(File::from_bytes(&buffer.0[..n]).is_ok());
+    }
+
+    #[test]
+    fn another_shape_is_named() {
+        let (buffer, n) = example();
+        let error = FileOf::<7, 25>::from_bytes(&buffer.0[..n]).unwrap_err();
+        assert_eq!(error, Error::Shape { elements: 5, nodes: 25 });
+    }
+}

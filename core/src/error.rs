@@ -1,0 +1,134 @@
+//! What can go wrong before a step: a file or parameters that are refused.
+
+/// Why a model file or a set of parameters was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Error {
+    /// The bytes do not start like a model file.
+    Magic,
+    /// The file's format version is not the one this library reads.
+    Version {
+        /// Version in the file.
+        found: u32,
+    },
+    /// The file is shorter or longer than it says, or a section reaches beyond it.
+    Length {
+        /// Length in bytes that was expected.
+        expected: u32,
+        /// Length in bytes that was there.
+        found: u32,
+    },
+    /// The checksum does not agree: the file is damaged.
+    Checksum,
+    /// The bytes do not start at an address divisible by 4; see [`crate::include_fpm`].
+    Alignment,
+    /// The file was made for another number of elements or table nodes.
+    Shape {
+        /// Elements in the file.
+        elements: u32,
+        /// Table nodes in the file.
+        nodes: u32,
+    },
+    /// A section that must be there is missing, or an effect's kind is unknown.
+    Section {
+        /// The section's four letters.
+        id: [u8; 4],
+    },
+    /// A value is not finite or outside its range.
+    Range {
+        /// Name of the parameter.
+        what: Field,
+        /// Table node or element, counted from 0.
+        index: u16,
+        /// The value.
+        value: f32,
+    },
+    /// A table falls where it must not.
+    NotMonotone {
+        /// Name of the table.
+        what: Field,
+        /// The node at which it is lower than before.
+        index: u16,
+    },
+    /// The parameters would let a closed path create energy.
+    NotPassive {
+        /// The parameter that is too large or too steep.
+        what: Field,
+        /// The cell of the table, counted from 0.
+        index: u16,
+        /// How much is there of it.
+        value: f32,
+        /// How much could be.
+        limit: f32,
+    },
+    /// A buffer is too small.
+    Buffer {
+        /// Bytes that are needed.
+        needed: u32,
+    },
+}
+
+/// The parameter that an [`Error`] is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs)]
+pub enum Field {
+    DepthMax,
+    YieldPosition,
+    StrengthShare,
+    AreaShare,
+    NormalForce,
+    ContactArea,
+    FrictionLimit,
+    TangentialStiffness,
+    StiffnessRatio,
+    PressCoupling,
+    NormalShearX,
+    NormalShearY,
+    OddX,
+    OddShape,
+    AreaShear,
+    BandNormal,
+    BandFriction,
+    BandSlip,
+    PressureExponent,
+    Size,
+    Stiffness,
+    Lambda,
+    Tau0,
+    StrengthFactor,
+    State,
+}
+
+impl core::fmt::Display for Error {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match *self {
+            Self::Magic => f.write_str("not a model file (it does not start with FPM1)"),
+            Self::Version { found } => {
+                write!(f, "format version {found}; this library reads version {}", crate::VERSION)
+            }
+            Self::Length { expected, found } => write!(f, "{found} bytes where {expected} are expected"),
+            Self::Checksum => f.write_str("checksum wrong: the file is damaged"),
+            Self::Alignment => f.write_str("the bytes do not start at an address divisible by 4"),
+            Self::Shape { elements, nodes } => {
+                write!(f, "made for {elements} elements and {nodes} table nodes, which is not what is used here")
+            }
+            Self::Section { id } => write!(
+                f,
+                "section {}{}{}{} is missing or not understood",
+                id[0].escape_ascii(),
+                id[1].escape_ascii(),
+                id[2].escape_ascii(),
+                id[3].escape_ascii()
+            ),
+            Self::Range { what, index, value } => write!(f, "{what:?}[{index}] = {value} is out of range"),
+            Self::NotMonotone { what, index } => write!(f, "{what:?} falls at [{index}]"),
+            Self::NotPassive { what, index, value, limit } => {
+                write!(f, "{what:?} in cell {index} could create energy: {value} where {limit} is allowed")
+            }
+            Self::Buffer { needed } => write!(f, "the buffer is too small: {needed} bytes are needed"),
+        }
+    }
+}
+
+impl core::error::Error for Error {}

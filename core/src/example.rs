@@ -1,0 +1,59 @@
+//! An example to try things with: **not a fitted finger**.
+//!
+//! The numbers follow power laws of the right size for the pad of an index finger, written by hand. Use a fitted
+//! model file for anything that matters.
+
+use crate::math::pow;
+use crate::params::{Node, Params, ParamsOf, Slider};
+
+impl Params {
+    /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
+    pub fn example() -> Self {
+        ParamsOf::example_with([
+            slider(0.12, 0.02, 0.10),
+            slider(0.60, 0.17, 0.26),
+            slider(1.10, 0.29, 0.28),
+            slider(1.80, 0.33, 0.24),
+            slider(3.00, 0.19, 0.12),
+        ])
+    }
+}
+
+fn slider(yield_position: f32, strength_share: f32, area_share: f32) -> Slider {
+    Slider { yield_position, strength_share, area_share }
+}
+
+impl<const M: usize, const N: usize> ParamsOf<M, N> {
+    /// The tables of [`Params::example`] with other elements.
+    pub fn example_with(sliders: [Slider; M]) -> Self {
+        let depth_max_mm = 2.5;
+        let mut nodes = [Node::default(); N];
+        for (i, node) in nodes.iter_mut().enumerate() {
+            let d = depth_max_mm * i as f32 / (N - 1) as f32;
+            let normal_force_n = 0.52 * pow(d, 1.9);
+            *node = Node {
+                normal_force_n,
+                contact_area_mm2: 92.0 * pow(d, 0.9),
+                friction_limit_n: 0.66 * pow(d, 1.37),
+                tangential_stiffness_n_mm: 0.22 * pow(d, 0.4),
+                stiffness_ratio: 0.6,
+                press_coupling: -0.0115,
+                normal_shear_x_n: 0.05 * normal_force_n,
+                normal_shear_y_n: 0.03 * normal_force_n,
+                odd_x: 0.012 * d,
+                band_normal_n: 0.004 + 0.006 * normal_force_n,
+            };
+        }
+        Self {
+            depth_max_mm,
+            sliders,
+            nodes,
+            odd_shape: 0.5,
+            area_shear: 0.05,
+            band_normal_slip: 1.5,
+            band_friction_stick: 0.01,
+            band_friction_slip: 0.03,
+            pressure_exponent: 0.46,
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! How the forces would change with a further motion.
+//!
+//! Main type: [`Gradient`]. Uses model.
+
+use crate::{ModelOf, StateOf};
+
+/// Derivatives of the forces for a motion that goes on in a given direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Gradient {
+    /// Of the normal force with depth, slide x and slide y, N/mm.
+    pub normal_n_mm: [f32; 3],
+    /// Of friction x and y with depth, slide x and slide y, N/mm.
+    pub friction_n_mm: [[f32; 3]; 2],
+}
+
+/// Squared length from which an element counts as on its limit; a step leaves it there within 1e-6.
+const ON_LIMIT: f32 = 1.0 - 1e-5;
+
+impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
+    /// The gradient at `state` for a motion that goes on in `direction` (depth, slide x, slide y; any length).
+    ///
+    /// One-sided where the law has kinks: elements on their limit slip if `direction` loads them further, and a
+    /// growing contact keeps forces where a shrinking one keeps displacements. With a direction of zeros all
+    /// elements stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.
+    ///
+    /// Costs 300 to 450 instructions.
+    pub fn gradient(&self, state: &StateOf<M>, direction: [f32; 3]) -> Gradient {
+        let (data, scale) = (self.data, &self.scale);
+        if !(state.depth > 0.0) {
+            return Gradient::default();
+        }
+        let direction = direction.map(|d| if d.is_finite() { d } else { 0.0 });
+        let (row, t, per_mm) = self.cell(state.depth);
+        let k = state.stiffness;
+        let l = state.limit;
+        let dk = row.stiffness.change * scale.stiffness * per_mm;
+        let dl = (row.limit.change * scale.limit + row.area.change * scale.area * scale.tau0)
+            * per_mm
+            * state.strength_factor;
+        let ratio = row.ratio.at(t);
+        let press = row.press.at(t);
+        let per_slip = k / l;
+        let keep = if direction[0] < 0.0 { dk / k - dl / l } else { -dl / l };
+
+        let mut mean = [0.0f32; 2];
+        let mut slope = [[0.0f32; 3]; 2];
+        for (u, element) in state.force.iter().zip(&data.elements) {
+            let [x, y] = *u;
+            mean[0] += element.strength * x;
+            mean[1] += element.strength * y;
+            let slide = per_slip * element.inverse_yield;
+            let mut rate = [[keep * x + press * slide, slide, 0.0], [keep * y, 0.0, ratio * slide]];
+            let outward: [f32; 3] = core::array::from_fn(|i| x * rate[0][i] + y * rate[1][i]);
+            let total: f32 = (0..3).map(|i| outward[i] * direction[i]).sum();
+            if x * x + y * y >= ON_LIMIT && total > 0.0 {
+                let flow = x * x + ratio * y * y;
+                for i in 0..3 {
+                    rate[0][i] -= outward[i] / flow * x;
+                    rate[1][i] -= outward[i] / flow * ratio * y;
+                }
+            }
+            for (sum, part) in slope.iter_mut().zip(&rate) {
+                for (s, r) in sum.iter_mut().zip(part) {
+                    *s += element.strength * r;
+                }
+            }
+        }
+
+        let [x, y] = mean;
+        let odd = row.odd.at(t);
+        let shape = x * x - data.odd_shape * x * x * x * x;
+        let along = 1.0 - odd * (2.0 * x - 4.0 * data.odd_shape * x * x * x);
+        let mut friction = [slope[0].map(|s| l * along * s), slope[1].map(|s| l * s)];
+        friction[0][0] += dl * (x - odd * shape) - l * row.odd.change * per_mm * shape;
+        friction[1][0] += dl * y;
+
+        let (bx, by) = (row.shear_x.at(t) * scale.shear, row.shear_y.at(t) * scale.shear);
+        let mut normal: [f32; 3] =
+            core::array::from_fn(|i| press * friction[0][i] + 2.0 * (bx * x * slope[0][i] + by * y * slope[1][i]));
+        normal[0] += (row.normal.change * scale.normal
+            + row.press.change * l * (x - odd * shape)
+            + (row.shear_x.change * x * x + row.shear_y.change * y * y) * scale.shear)
+            * per_mm;
+        Gradient { normal_n_mm: normal, friction_n_mm: friction }
+    }
+}

@@ -1,0 +1,460 @@
+//! The reduced model and its step.
+//!
+//! Main types: [`ModelOf`] (immutable, its numbers stay in flash), [`StateOf`] (all the memory), [`Motion`],
+//! [`Response`]. Uses table and math.
+
+use bytemuck::{AnyBitPattern, Pod, Zeroable};
+
+use crate::math::sqrt;
+use crate::table::Row;
+use crate::tune::Scale;
+use crate::{Regime, Status};
+
+/// Elements of the default model.
+pub const ELEMENTS: usize = 5;
+/// Depths at which the tables of the default model are given.
+pub const NODES: usize = 25;
+
+/// The default model; see [`ModelOf`].
+pub type Model<'a> = ModelOf<'a, ELEMENTS, NODES>;
+/// The numbers of the default model; see [`DataOf`].
+pub type Data = DataOf<ELEMENTS, NODES>;
+/// The memory of the default model; see [`StateOf`].
+pub type State = StateOf<ELEMENTS>;
+
+/// One elasto-slip element as the step reads it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Element {
+    /// 1 over the relative slide at which it yields.
+    pub inverse_yield: f32,
+    /// Its share of the strength.
+    pub strength: f32,
+    /// Its share of the contact area.
+    pub area: f32,
+}
+
+/// The numbers of a model as they lie in flash, made by [`crate::ParamsOf::try_build`] or read from a file.
+///
+/// Plain 32-bit floats throughout, so that a file can be used where it lies.
+#[derive(Clone, Copy, Debug, PartialEq, AnyBitPattern)]
+#[repr(C)]
+pub struct DataOf<const M: usize, const N: usize> {
+    /// Largest depth of the tables, mm.
+    pub depth_max: f32,
+    /// Shape of the odd term; see [`crate::ParamsOf::odd_shape`].
+    pub odd_shape: f32,
+    /// A little more than 1, so that friction never exceeds the limit it is compared with.
+    pub limit_top: f32,
+    /// Growth of the area at full shear, share.
+    pub area_shear: f32,
+    /// Half-width of the normal force's band in full slip over that of the table.
+    pub band_normal_top: f32,
+    /// What sticking takes off that.
+    pub band_normal_slip: f32,
+    /// Half-width of friction's band in full slip, share of the strength.
+    pub band_friction_top: f32,
+    /// What sticking takes off that.
+    pub band_friction_slip: f32,
+    /// Exponent of the local friction law, for retuning.
+    pub pressure_exponent: f32,
+    /// The elements.
+    pub elements: [Element; M],
+    /// The tables.
+    pub rows: [Row; N],
+}
+
+/// A model ready to step: the numbers in flash and the factors of its tuning.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelOf<'a, const M: usize, const N: usize> {
+    pub(crate) data: &'a DataOf<M, N>,
+    pub(crate) scale: Scale,
+}
+
+impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
+    /// The numbers the model reads.
+    pub fn data(&self) -> &'a DataOf<M, N> {
+        self.data
+    }
+
+    /// Largest depth for which the model was fitted, mm.
+    pub fn depth_max_mm(&self) -> f32 {
+        self.data.depth_max * self.scale.length
+    }
+
+    /// [`step`] as a method.
+    #[inline]
+    pub fn step(&self, state: &mut StateOf<M>, motion: Motion) -> Response {
+        step(self, state, motion)
+    }
+}
+
+/// All that a contact remembers. `Default` is a finger in the air.
+///
+/// Plain data of `2 M + 5` words: copy it to save it, or use [`StateOf::write_bytes`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateOf<const M: usize> {
+    /// Force of each element over its strength, length at most 1.
+    pub(crate) force: [[f32; 2]; M],
+    pub(crate) depth: f32,
+    pub(crate) limit: f32,
+    pub(crate) stiffness: f32,
+    pub(crate) pressed: f32,
+    pub(crate) strength_factor: f32,
+}
+
+impl<const M: usize> Default for StateOf<M> {
+    fn default() -> Self {
+        Self { force: [[0.0; 2]; M], depth: 0.0, limit: 0.0, stiffness: 0.0, pressed: 0.0, strength_factor: 1.0 }
+    }
+}
+
+impl<const M: usize> StateOf<M> {
+    /// The depth of the last step, mm.
+    pub fn depth_mm(&self) -> f32 {
+        self.depth
+    }
+
+    /// The factor on the strength; 1 unless set.
+    pub fn strength_factor(&self) -> f32 {
+        self.strength_factor
+    }
+
+    /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,
+    /// speed, dwell or another finger make of the friction. Elements keep their force while it fits.
+    ///
+    /// Range 0.2 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
+    pub fn set_strength_factor(&mut self, factor: f32) -> f32 {
+        if !factor.is_nan() {
+            self.strength_factor = factor.clamp(0.2, 5.0);
+        }
+        self.strength_factor
+    }
+}
+
+/// What the plane does in one step.
+///
+/// The slide is an increment because an absolute one would lose microns in 32 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Motion {
+    /// Depth at the end of the step, mm, positive into the finger; 0 or less is no contact.
+    pub depth_mm: f32,
+    /// Slide of the plane against the finger's base during the step, mm.
+    pub slide_increment_mm: [f32; 2],
+    /// Length of the step, s, > 0. The law itself is rate-independent.
+    pub dt_s: f32,
+}
+
+/// Forces that the plane exerts on the finger, and how far the contact is from slipping.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Response {
+    /// Normal force, N, >= 0.
+    pub normal_force_n: f32,
+    /// Friction along x and y, N; points along the plane's motion.
+    pub friction_n: [f32; 2],
+    /// Stuck area over contact area: 1 in a fresh contact, 0 in full slip and without contact.
+    pub stick_ratio: f32,
+    /// Largest friction in the direction of the present one, N.
+    pub friction_limit_n: f32,
+    /// 1 − |friction| / friction_limit, 0 to 1; 1 without contact.
+    pub slip_margin: f32,
+    /// Contact area, mm².
+    pub contact_area_mm2: f32,
+    /// Half-width of the 95 % band of the normal force, N.
+    pub band_normal_n: f32,
+    /// Half-width of the 95 % band of each friction component, N.
+    pub band_friction_n: f32,
+    /// What the contact as a whole does.
+    pub regime: Regime,
+    /// Remarks.
+    pub status: Status,
+}
+
+/// Longest slide in one step, in slip lengths: beyond full slip of every element, so that a cut loses nothing, and
+/// small enough that no product overflows.
+const SLIDE_MAX: f32 = 32.0;
+/// Squared length at which an element yields. It is drawn back to 1, up to rounding; the gap between the two is
+/// wider than that, so that an element on its limit stays where it is when nothing moves.
+const YIELD: f32 = 1.0 + 1.0 / (1u32 << 19) as f32;
+
+/// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
+///
+/// Elements j carry forces F_j = w_j L u_j, |u_j| <= 1:
+///
+/// ```text
+/// u_j += (K/L) (dx + dC(d), rho dy) / y_j      then back to |u_j| = 1 by associated flow
+/// m    = Σ w_j u_j
+/// F    = L (m_x − alpha (m_x² − zeta m_x⁴),  m_y)
+/// N    = N0(d) + C'(d) F_x + B_x(d) m_x² + B_y(d) m_y²
+/// ```
+///
+/// with K, L, rho, C, alpha, N0, B from tables over depth. When the contact grows an element keeps its force, when it
+/// shrinks its displacement. Bad input is flagged and leaves the axis where it was; see [`Status`].
+///
+/// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
+/// through [`StateOf::set_strength_factor`].
+#[inline(always)]
+pub fn step<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
+    state: &mut StateOf<M>,
+    motion: Motion,
+) -> Response {
+    let data = model.data;
+    let scale = &model.scale;
+    let mut depth = motion.depth_mm;
+    let mut status = Status::OK;
+    if !(is_positive(depth) && is_positive(motion.dt_s)) {
+        status = doubt(depth, motion.dt_s);
+        if status.contains(Status::BAD_INPUT) {
+            depth = state.depth;
+        }
+        if !(depth > 0.0) {
+            if !motion.slide_increment_mm.iter().all(|s| s.is_finite()) {
+                status = status.with(Status::BAD_INPUT);
+            }
+            lift_off(state, depth);
+            return Response { slip_margin: 1.0, status, ..Response::default() };
+        }
+    }
+    let x = depth * scale.per_mm;
+    let mut index = x as u32 as usize;
+    let mut t = x - index as f32;
+    if index >= N - 1 {
+        index = N - 1;
+        t = 0.0;
+        if x > (N - 1) as f32 {
+            status = status.with(Status::DEPTH_ABOVE_RANGE);
+        }
+    }
+    let row = &data.rows[index];
+
+    // Tables
+    let area0 = row.area.at(t) * scale.area;
+    let limit = (row.limit.at(t) * scale.limit + area0 * scale.tau0) * state.strength_factor;
+    let stiffness = row.stiffness.at(t) * scale.stiffness;
+    let ratio = row.ratio.at(t);
+    let press = row.press.at(t);
+    let pressed = (row.pressed + t * (row.press.value + press) * scale.half_cell) * scale.length;
+
+    // Depth: a growing contact keeps the elements' force, a shrinking one their displacement.
+    // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
+    let mut keep = state.limit / limit;
+    if stiffness < state.stiffness {
+        keep *= stiffness / state.stiffness;
+    }
+
+    // Slide, in slip lengths
+    let per_slip = stiffness / limit;
+    let mut slide_x = (motion.slide_increment_mm[0] + (pressed - state.pressed)) * per_slip;
+    let mut slide_y = motion.slide_increment_mm[1] * per_slip;
+    if !(slide_x * slide_x + slide_y * slide_y <= SLIDE_MAX * SLIDE_MAX) {
+        let [sx, sy] = motion.slide_increment_mm;
+        status = status.with(if sx.abs() <= f32::MAX && sy.abs() <= f32::MAX {
+            Status::LARGE_INCREMENT
+        } else {
+            Status::BAD_INPUT
+        });
+        [slide_x, slide_y] = tame(sx, sy, pressed - state.pressed, per_slip);
+    }
+    slide_y *= ratio;
+    state.depth = depth;
+    state.limit = limit;
+    state.stiffness = stiffness;
+    state.pressed = pressed;
+
+    let lack = 1.0 - ratio;
+    let lack_twice = lack + lack;
+    let (mut mean_x, mut mean_y, mut stick_ratio) = (0.0, 0.0, 1.0);
+    for (u, element) in state.force.iter_mut().zip(&data.elements) {
+        let mut ux = u[0] * keep + slide_x * element.inverse_yield;
+        let mut uy = u[1] * keep + slide_y * element.inverse_yield;
+        let yy = uy * uy;
+        let square = ux * ux + yy;
+        let mut fourth = square * square;
+        if square > YIELD {
+            // Associated flow: the overshoot goes back along (u_x, rho u_y), which makes friction oppose the slip.
+            // With f = 2 (u_x² + rho u_y²) and o = |u|⁴ − |u|² the direction is (u_x (f + rho o), u_y (f + o)).
+            let along_y = fourth + square - lack_twice * yy;
+            ux *= along_y - lack * (fourth - square);
+            uy *= along_y;
+            let back = 1.0 / sqrt(ux * ux + uy * uy);
+            ux *= back;
+            uy *= back;
+            fourth = 1.0;
+        }
+        *u = [ux, uy];
+        mean_x += element.strength * ux;
+        mean_y += element.strength * uy;
+        stick_ratio -= element.area * fourth;
+    }
+
+    // Resultants
+    let xx = mean_x * mean_x;
+    let yy = mean_y * mean_y;
+    let even_less = row.odd.at(t) * (xx - data.odd_shape * (xx * xx));
+    let friction_x = limit * (mean_x - even_less);
+    let friction_y = limit * mean_y;
+    let friction_limit = limit * (data.limit_top - even_less * mean_x);
+    let friction = sqrt(friction_x * friction_x + friction_y * friction_y);
+    let normal = row.normal.at(t) * scale.normal
+        + press * friction_x
+        + (row.shear_x.at(t) * xx + row.shear_y.at(t) * yy) * scale.shear;
+    Response {
+        normal_force_n: normal,
+        friction_n: [friction_x, friction_y],
+        stick_ratio,
+        friction_limit_n: friction_limit,
+        slip_margin: 1.0 - friction / friction_limit,
+        contact_area_mm2: area0 * (1.0 + data.area_shear * (xx + yy)),
+        band_normal_n: row.band_normal.at(t)
+            * scale.normal
+            * (data.band_normal_top - data.band_normal_slip * stick_ratio),
+        band_friction_n: limit * (data.band_friction_top - data.band_friction_slip * stick_ratio),
+        regime: Regime::classify(true, stick_ratio),
+        status,
+    }
+}
+
+/// Whether `x` is a positive number, neither infinite nor NaN.
+#[inline(always)]
+fn is_positive(x: f32) -> bool {
+    x.to_bits().wrapping_sub(1) < f32::MAX.to_bits()
+}
+
+/// What is to be remarked about a depth and a time step that are not both positive numbers.
+#[cold]
+#[inline(never)]
+fn doubt(depth: f32, dt: f32) -> Status {
+    let time = if is_positive(dt) { Status::OK } else { Status::BAD_TIME_STEP };
+    if depth.abs() <= f32::MAX { time } else { time.with(Status::BAD_INPUT) }
+}
+
+/// No contact: the elements are forgotten, the strength factor stays.
+#[cold]
+#[inline(never)]
+fn lift_off<const M: usize>(state: &mut StateOf<M>, depth: f32) {
+    *state = StateOf { strength_factor: state.strength_factor, depth, ..StateOf::default() };
+}
+
+/// A slide that is no number or too long, made harmless: components that are no numbers become 0, the rest is cut
+/// in proportion. Returns the slide in slip lengths.
+#[cold]
+#[inline(never)]
+fn tame(slide_x: f32, slide_y: f32, pressed: f32, per_slip: f32) -> [f32; 2] {
+    let number = |s: f32| if s.abs() <= f32::MAX { s.clamp(-1e6, 1e6) } else { 0.0 };
+    let (x, y) = ((number(slide_x) + pressed) * per_slip, number(slide_y) * per_slip);
+    let length = x.abs() + y.abs();
+    let cut = if length > SLIDE_MAX { SLIDE_MAX / length } else { 1.0 };
+    [x * cut, y * cut]
+}
+
+impl<const M: usize, const N: usize> DataOf<M, N> {
+    /// A model on these numbers, after [`DataOf::check`].
+    pub fn model(&self) -> Result<ModelOf<'_, M, N>, crate::Error> {
+        self.check()?;
+        Ok(ModelOf::from_checked(self))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Params;
+
+    #[test]
+    fn example_presses_and_slides() {
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let mut state = State::default();
+        let mut last = Response::default();
+        for i in 1..=100 {
+            last = step(&model, &mut state, Motion { depth_mm: 0.01 * i as f32, dt_s: 1e-3, ..Default::default() });
+        }
+        assert_eq!(last.regime, Regime::Stick);
+        for _ in 0..3000 {
+            last = step(&model, &mut state, Motion { depth_mm: 1.0, slide_increment_mm: [0.01, 0.01], dt_s: 1e-3 });
+        }
+        // Steady slip: friction along the motion although the finger is softer along y.
+        assert_eq!(last.regime, Regime::Slip);
+        assert!((last.friction_n[0] - last.friction_n[1]).abs() < 0.02 * last.friction_limit_n);
+    }
+
+    /// The plane's work around: press, load along x at the larger depth, fall, unload, rise without shear.
+    fn work_of_a_loop(data: &Data) -> f64 {
+        let model = ModelOf::from_checked(data);
+        let mut state = State::default();
+        let mut work = 0.0;
+        let mut go = |depth: f32, x: f32| {
+            let before = state.depth;
+            let motion = Motion { depth_mm: depth, slide_increment_mm: [x, 0.0], dt_s: 1e-3 };
+            let r = step(&model, &mut state, motion);
+            work += f64::from(r.normal_force_n) * f64::from(depth - before) + f64::from(r.friction_n[0]) * f64::from(x);
+        };
+        for i in 1..=1000 {
+            go(0.002 * i as f32, 0.0);
+        }
+        for _ in 0..500 {
+            go(2.0, 0.001);
+        }
+        for i in (500..1000).rev() {
+            go(0.002 * i as f32, 0.0);
+        }
+        for _ in 0..500 {
+            go(1.0, -0.001);
+        }
+        for i in (0..500).rev() {
+            go(0.002 * i as f32, 0.0);
+        }
+        work
+    }
+
+    /// The work test can fail: a shear term beyond the check's limit makes energy, one at the limit does not.
+    #[test]
+    fn the_check_is_what_keeps_energy_from_nothing() {
+        let mut data = Params::example().try_build().unwrap();
+        assert!(work_of_a_loop(&data) > 0.0);
+        let set = |data: &mut Data, newtons: f32| {
+            for i in 0..NODES {
+                let at = |i: usize| newtons * i as f32 / (NODES - 1) as f32;
+                data.rows[i].shear_x = crate::Line::between(at(i), at((i + 1).min(NODES - 1)));
+            }
+        };
+        set(&mut data, 40.0);
+        assert!(matches!(data.check(), Err(crate::Error::NotPassive { what: crate::Field::NormalShearX, .. })));
+        assert!(work_of_a_loop(&data) < 0.0, "{}", work_of_a_loop(&data));
+        let mut newtons = 40.0;
+        while data.check().is_err() {
+            newtons *= 0.95;
+            set(&mut data, newtons);
+        }
+        assert!(work_of_a_loop(&data) > 0.0, "{newtons} {}", work_of_a_loop(&data));
+    }
+
+    /// Drawing an element back onto its limit never gives energy: F · plastic slip >= 0 for any stiffness ratio,
+    /// direction and overshoot.
+    #[test]
+    fn yielding_dissipates() {
+        for ratio in [0.25f64, 0.4, 0.6, 0.8, 1.0, 1.3, 2.0, 4.0] {
+            for degrees in 0..=90 {
+                for overshoot in [1e-6f64, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0] {
+                    let (s, c) = f64::from(degrees).to_radians().sin_cos();
+                    let (ux, uy) = (c * (1.0 + overshoot), s * (1.0 + overshoot));
+                    let square = ux * ux + uy * uy;
+                    let fourth = square * square;
+                    let lack = 1.0 - ratio;
+                    let along_y = fourth + square - 2.0 * lack * uy * uy;
+                    let along_x = along_y - lack * (fourth - square);
+                    let length = (ux * along_x).hypot(uy * along_y);
+                    let (nx, ny) = (ux * along_x / length, uy * along_y / length);
+                    let slip = [ux - nx, (uy - ny) / ratio];
+                    let gain = nx * slip[0] + ny * slip[1];
+                    assert!(gain >= 0.0, "{ratio} {degrees} {overshoot}: {gain}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The physical parameters of a model, public and checked.
+//!
+//! Main types: [`ParamsOf`], [`Node`], [`Slider`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses model, table.
+
+use crate::error::Field;
+use crate::model::{ELEMENTS, Element, NODES};
+use crate::table::{Line, Row};
+use crate::{DataOf, Error};
+
+/// Parameters of the default model.
+pub type Params = ParamsOf<ELEMENTS, NODES>;
+
+/// One elasto-slip element.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Slider {
+    /// Slide at which it yields, relative to the others; 0.05 to 10 after normalisation.
+    pub yield_position: f32,
+    /// Its share of the strength; all together are 1.
+    pub strength_share: f32,
+    /// Its share of the contact area; all together are 1.
+    pub area_share: f32,
+}
+
+/// The tables' values at one depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Node {
+    /// Normal force without shear, N. Grows with depth.
+    pub normal_force_n: f32,
+    /// Contact area without shear, mm². Grows with depth.
+    pub contact_area_mm2: f32,
+    /// Friction in full slip, N. Grows with depth.
+    pub friction_limit_n: f32,
+    /// Tangential stiffness along x while everything sticks, N/mm. Grows with depth.
+    pub tangential_stiffness_n_mm: f32,
+    /// Stiffness along y over that along x, 0.25 to 4.
+    pub stiffness_ratio: f32,
+    /// Slide along x that a depth increment amounts to, mm/mm, −1 to 1.
+    pub press_coupling: f32,
+    /// Normal force that full shear along x adds, N. Bounded by passivity.
+    pub normal_shear_x_n: f32,
+    /// The same along y, N.
+    pub normal_shear_y_n: f32,
+    /// Share by which friction along −x is above, along +x below the even part, −0.2 to 0.2.
+    pub odd_x: f32,
+    /// Half-width of the 95 % band of the normal force while everything sticks, N.
+    pub band_normal_n: f32,
+}
+
+/// The physical parameters of a model with `M` elements and tables at `N` equidistant depths from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ParamsOf<const M: usize, const N: usize> {
+    /// Depth of the last node, mm, 0.1 to 20.
+    pub depth_max_mm: f32,
+    /// The elements.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
+    pub sliders: [Slider; M],
+    /// The tables; node 0 is depth 0, where all forces are taken as 0.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
+    pub nodes: [Node; N],
+    /// 0: the odd term is also in the limit; 1: it vanishes there. 0 to 1.
+    pub odd_shape: f32,
+    /// Growth of the contact area at full shear, share, −0.5 to 1.
+    pub area_shear: f32,
+    /// Half-width of the 95 % band of the normal force in full slip over that in full stick, 0 to 20.
+    pub band_normal_slip: f32,
+    /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
+    pub band_friction_stick: f32,
+    /// The same in full slip.
+    pub band_friction_slip: f32,
+    /// beta of the local friction law tau = lambda sigma^beta, for retuning, −1 to 2.
+    pub pressure_exponent: f32,
+}
+
+/// Height of the tables at depth 0, where force, area, strength and stiffness vanish, over that at the first node.
+/// Keeps every quotient a number.
+const FLOOR: f32 = 1e-6;
+
+impl<const M: usize, const N: usize> ParamsOf<M, N> {
+    /// Refuses what is not finite, out of range, not monotone or not passive.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.try_build().map(|_| ())
+    }
+
+    /// The numbers as a step reads them.
+    ///
+    /// Normalises the yield positions so that `tangential_stiffness_n_mm` is the stiffness of the sticking contact.
+    pub fn try_build(&self) -> Result<DataOf<M, N>, Error> {
+        const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
+        let mut data = DataOf {
+            depth_max: self.depth_max_mm,
+            odd_shape: self.odd_shape,
+            limit_top: 1.0,
+            area_shear: self.area_shear,
+            band_normal_top: self.band_normal_slip,
+            band_normal_slip: self.band_normal_slip - 1.0,
+            band_friction_top: self.band_friction_slip,
+            band_friction_slip: self.band_friction_slip - self.band_friction_stick,
+            pressure_exponent: self.pressure_exponent,
+            elements: [Element::default(); M],
+            rows: [Row::default(); N],
+        };
+        let (mut strength, mut area, mut softness) = (0.0, 0.0, 0.0);
+        for slider in &self.sliders {
+            strength += slider.strength_share;
+            area += slider.area_share;
+            softness += slider.strength_share / slider.yield_position;
+        }
+        for (what, sum) in [(Field::StrengthShare, strength), (Field::AreaShare, area)] {
+            if !((sum - 1.0).abs() <= 1e-3) {
+                return Err(Error::Range { what, index: M as u16, value: sum });
+            }
+        }
+        for (element, slider) in data.elements.iter_mut().zip(&self.sliders) {
+            *element = Element {
+                inverse_yield: strength / (slider.yield_position * softness),
+                // A little below 1 in all, so that the resultant never exceeds the limit by rounding.
+                strength: slider.strength_share / strength * (1.0 - 2e-7),
+                area: slider.area_share / area * (1.0 - 8e-6),
+            };
+        }
+        let cell = self.depth_max_mm / (N - 1) as f32;
+        let node = |index: usize| -> Node {
+            let mut node = self.nodes.get(index).copied().unwrap_or_default();
+            if index == 0 {
+                let first = self.nodes.get(1).copied().unwrap_or_default();
+                node.normal_force_n = FLOOR * first.normal_force_n;
+                node.contact_area_mm2 = FLOOR * first.contact_area_mm2;
+                node.friction_limit_n = FLOOR * first.friction_limit_n;
+                node.tangential_stiffness_n_mm = FLOOR * first.tangential_stiffness_n_mm;
+                node.normal_shear_x_n = 0.0;
+                node.normal_shear_y_n = 0.0;
+            }
+            node
+        };
+        let mut pressed = 0.0;
+        for (index, row) in data.rows.iter_mut().enumerate() {
+            let (a, b) = (node(index), node((index + 1).min(N - 1)));
+            *row = Row {
+                normal: Line::between(a.normal_force_n, b.normal_force_n),
+                area: Line::between(a.contact_area_mm2, b.contact_area_mm2),
+                limit: Line::between(a.friction_limit_n, b.friction_limit_n),
+                stiffness: Line::between(a.tangential_stiffness_n_mm, b.tangential_stiffness_n_mm),
+                ratio: Line::between(a.stiffness_ratio, b.stiffness_ratio),
+                shear_x: Line::between(a.normal_shear_x_n, b.normal_shear_x_n),
+                shear_y: Line::between(a.normal_shear_y_n, b.normal_shear_y_n),
+                odd: Line::between(a.odd_x, b.odd_x),
+                band_normal: Line::between(a.band_normal_n, b.band_normal_n),
+                press: Line::between(a.press_coupling, b.press_coupling),
+                pressed,
+            };
+            pressed += 0.5 * cell * (a.press_coupling + b.press_coupling);
+        }
+        data.limit_top = data.least_limit_top();
+        data.check()?;
+        Ok(data)
+    }
+}

@@ -1,0 +1,154 @@
+//! Saving and restoring the state of a contact.
+//!
+//! Uses model, blob, error.
+
+use crate::Error;
+use crate::blob::crc32;
+use crate::error::Field;
+use crate::model::{ELEMENTS, State, StateOf};
+
+/// Bytes of a saved state of the default model.
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 6);
+
+impl<const M: usize> StateOf<M> {
+    /// Words of a state: elements, then depth, limit, stiffness, press, strength factor.
+    fn words(&self) -> impl Iterator<Item = f32> + '_ {
+        let tail = [self.depth, self.limit, self.stiffness, self.pressed, self.strength_factor];
+        self.force.iter().flatten().copied().chain(tail)
+    }
+
+    /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
+    /// `4 (2 M + 6)`.
+    pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
+        let needed = 4 * (2 * M + 6);
+        let out_length = out.len();
+        let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
+            return Err(Error::Buffer { needed: needed as u32 });
+        };
+        let Some(end) = rest.get_mut(..4) else {
+            return Err(Error::Buffer { needed: (needed.max(out_length)) as u32 });
+        };
+        for (slot, word) in body.chunks_exact_mut(4).zip(self.words()) {
+            slot.copy_from_slice(&word.to_bits().to_le_bytes());
+        }
+        end.copy_from_slice(&crc32(body).to_le_bytes());
+        Ok(needed)
+    }
+
+    /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
+    pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let expected = 4 * (2 * M + 6);
+        if bytes.len() != expected {
+            return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
+        }
+        let Some((body, end)) = bytes.split_last_chunk::<4>() else { return Err(Error::Checksum) };
+        if crc32(body) != u32::from_le_bytes(*end) {
+            return Err(Error::Checksum);
+        }
+        let mut words = body.chunks_exact(4).map(|c| match c.try_into() {
+            Ok(four) => f32::from_le_bytes(four),
+            Err(_) => f32::NAN,
+        });
+        let mut next = || words.next().unwrap_or(f32::NAN);
+        let mut state = Self::default();
+        for pair in &mut state.force {
+            *pair = [next(), next()];
+        }
+        state.depth = next();
+        state.limit = next();
+        state.stiffness = next();
+        state.pressed = next();
+        state.strength_factor = next();
+        state.check()
+    }
+
+    /// The state itself if a step could have left it behind.
+    pub(crate) fn check(self) -> Result<Self, Error> {
+        let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
+        for (j, [x, y]) in self.force.iter().enumerate() {
+            let square = x * x + y * y;
+            if !(square <= 1.000_01) {
+                return Err(bad(j, square));
+            }
+        }
+        let positive = |x: f32| x > 0.0 && x <= 1e9;
+        let in_contact = self.depth > 0.0;
+        let air = self.limit == 0.0 && self.stiffness == 0.0 && self.pressed == 0.0;
+        if !self.depth.is_finite() {
+            return Err(bad(M, self.depth));
+        }
+        let pressed = positive(self.limit) && positive(self.stiffness);
+        if !(if in_contact { pressed } else { air }) {
+            return Err(bad(M + 1, self.limit));
+        }
+        if !(self.pressed.abs() <= 100.0) {
+            return Err(bad(M + 3, self.pressed));
+        }
+        if !(self.strength_factor >= 0.2 && self.strength_factor <= 5.0) {
+            return Err(bad(M + 4, self.strength_factor));
+        }
+        Ok(self)
+    }
+}
+
+impl State {
+    /// The state as bytes; see [`StateOf::write_bytes`].
+    pub fn to_bytes(&self) -> [u8; STATE_BYTES] {
+        let mut bytes = [0; STATE_BYTES];
+        // The buffer has the right length.
+        let _ = self.write_bytes(&mut bytes);
+        bytes
+    }
+
+    /// A state from [`State::to_bytes`].
+    pub fn from_bytes(bytes: &[u8; STATE_BYTES]) -> Result<Self, Error> {
+        Self::read_bytes(bytes)
+    }
+}
+
+#[cfg(feature = "serde")]
+mod with_serde {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::StateOf;
+
+    #[derive(Serialize, Deserialize)]
+    struct Plain<const M: usize> {
+        #[serde(with = "crate::array")]
+        force: [[f32; 2]; M],
+        depth_mm: f32,
+        limit_n: f32,
+        stiffness_n_mm: f32,
+        pressed_mm: f32,
+        strength_factor: f32,
+    }
+
+    impl<const M: usize> Serialize for StateOf<M> {
+        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            let plain = Plain {
+                force: self.force,
+                depth_mm: self.depth,
+                limit_n: self.limit,
+                stiffness_n_mm: self.stiffness,
+                pressed_mm: self.pressed,
+                strength_factor: self.strength_factor,
+            };
+            plain.serialize(serializer)
+        }
+    }
+
+    impl<'de, const M: usize> Deserialize<'de> for StateOf<M> {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            let plain = Plain::deserialize(deserializer)?;
+            let state = Self {
+                force: plain.force,
+                depth: plain.depth_mm,
+                limit: plain.limit_n,
+                stiffness: plain.stiffness_n_mm,
+                pressed: plain.pressed_mm,
+                strength_factor: plain.strength_factor,
+            };
+            state.check().map_err(serde::de::Error::custom)
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! The model file as documented: the document's vectors are run.
+
+use fingerpad::{Data, Error, File, Motion, Params, Response, State, step};
+
+const DOCUMENT: &str = include_str!("../../docs/fpm-format.md");
+const EXAMPLE: &[u8] = include_bytes!("../../firmware-example/example.fpm");
+
+/// The bytes at an aligned address.
+fn aligned(bytes: &[u8]) -> Vec<u64> {
+    bytes.chunks(8).map(|c| u64::from_le_bytes(core::array::from_fn(|i| c.get(i).copied().unwrap_or(0)))).collect()
+}
+
+/// The text of the document's block of that kind.
+fn block(kind: &str) -> &'static str {
+    let start = DOCUMENT.find(&format!("```{kind}\n")).unwrap() + kind.len() + 4;
+    &DOCUMENT[start..start + DOCUMENT[start..].find("```").unwrap()]
+}
+
+fn words(r: &Response) -> [u32; 9] {
+    [
+        r.normal_force_n,
+        r.friction_n[0],
+        r.friction_n[1],
+        r.stick_ratio,
+        r.friction_limit_n,
+        r.slip_margin,
+        r.contact_area_mm2,
+        r.band_normal_n,
+        r.band_friction_n,
+    ]
+    .map(f32::to_bits)
+}
+
+#[test]
+fn the_example_file_is_what_the_parameters_make() {
+    let file = aligned(EXAMPLE);
+    let bytes = &bytemuck::cast_slice::<u64, u8>(&file)[..EXAMPLE.len()];
+    let read = File::from_bytes(bytes).unwrap();
+    let data = Params::example().try_build().unwrap();
+    assert_eq!(*read.model.data(), data);
+    let mut again = vec![0; Data::file_length(read.effects, read.meta)];
+    data.write_file(read.effects, read.meta, &mut again).unwrap();
+    assert_eq!(again, EXAMPLE);
+    let hex: String = block("hex").split_whitespace().collect();
+    let start: String = EXAMPLE[..64].iter().map(|b| format!("{b:02x}")).collect();
+    assert_eq!(hex, start);
+    assert_eq!(File::from_bytes(&bytes[1..]).unwrap_err(), Error::Alignment);
+}
+
+#[test]
+fn the_documents_vectors() {
+    let data = Params::example().try_build().unwrap();
+    let model = data.model().unwrap();
+    let mut state = State::default();
+    let mut lines = 0;
+    for line in block("vectors").lines() {
+        let (input, output) = line.split_once(" | ").unwrap();
+        let input: Vec<f32> = input.split(' ').map(|w| w.parse().unwrap()).collect();
+        let output: Vec<&str> = output.split(' ').collect();
+        let motion = Motion { depth_mm: input[0], slide_increment_mm: [input[1], input[2]], dt_s: 1e-3 };
+        let r = step(&model, &mut state, motion);
+        let expected: Vec<u32> = output[..9].iter().map(|w| u32::from_str_radix(w, 16).unwrap()).collect();
+        assert_eq!(words(&r)[..], expected[..], "{line}");
+        assert_eq!(r.regime as u32, output[9].parse().unwrap());
+        assert_eq!(u32::from(r.status.0), output[10].parse().unwrap());
+        lines += 1;
+    }
+    assert_eq!(lines, 8);
+}
+
+/// A file whose numbers were changed and whose checksum was made right again is still looked at.
+#[test]
+fn a_forged_file_is_checked() {
+    let mut data = Params::example().try_build().unwrap();
+    data.rows[7].limit.value = -1.0;
+    let mut bytes = vec![0; Data::file_length(&[], "")];
+    data.write_file(&[], "", &mut bytes).unwrap();
+    let file = aligned(&bytes);
+    let bytes = &bytemuck::cast_slice::<u64, u8>(&file)[..bytes.len()];
+    assert!(matches!(File::from_bytes(bytes), Err(Error::Range { .. })), "{:?}", File::from_bytes(bytes).err());
+    data.rows[7].limit.value = f32::NAN;
+    assert!(data.check().is_err());
+}

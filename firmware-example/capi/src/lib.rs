@@ -1,0 +1,205 @@
+//! The reduced model for C. No allocation, no panic; the caller owns all memory.
+#![no_std]
+#![allow(non_camel_case_types)]
+
+use core::slice;
+
+use fingerpad::{Error, Model, Motion, State, Tuning};
+use panic_never as _;
+
+/// A model ready to step. Load it with `fingerpad_model_load`; the file must stay where it is.
+#[repr(C)]
+pub struct fingerpad_model {
+    opaque: [u64; 7],
+}
+
+/// All that a contact remembers. Plain memory: copy it to save it.
+#[repr(C)]
+pub struct fingerpad_state {
+    opaque: [u32; 15],
+}
+
+/// What the plane does in one step.
+#[repr(C)]
+pub struct fingerpad_motion {
+    /// Depth at the end of the step, mm.
+    pub depth_mm: f32,
+    /// Slide of the plane during the step, mm.
+    pub slide_x_mm: f32,
+    /// Slide of the plane during the step, mm.
+    pub slide_y_mm: f32,
+    /// Length of the step, s.
+    pub dt_s: f32,
+}
+
+/// Forces that the plane exerts on the finger.
+#[repr(C)]
+pub struct fingerpad_response {
+    /// N
+    pub normal_force_n: f32,
+    /// N
+    pub friction_x_n: f32,
+    /// N
+    pub friction_y_n: f32,
+    /// Stuck area over contact area.
+    pub stick_ratio: f32,
+    /// N
+    pub friction_limit_n: f32,
+    /// 1 - |friction| / friction_limit
+    pub slip_margin: f32,
+    /// mm²
+    pub contact_area_mm2: f32,
+    /// Half-width of the 95 % band, N
+    pub band_normal_n: f32,
+    /// Half-width of the 95 % band, N
+    pub band_friction_n: f32,
+    /// 0 no contact, 1 stick, 2 partial slip, 3 slip
+    pub regime: u16,
+    /// Flags: 2 bad input, 4 bad time step, 8 depth above range, 16 large increment
+    pub status: u16,
+}
+
+/// The least grip that holds a load.
+#[repr(C)]
+pub struct fingerpad_grip {
+    /// mm
+    pub depth_mm: f32,
+    /// N
+    pub normal_force_n: f32,
+    /// 0, 2 bad input, 32 not even the largest depth holds the load
+    pub status: u16,
+}
+
+const _: () = {
+    assert!(size_of::<Model<'static>>() <= size_of::<fingerpad_model>());
+    assert!(align_of::<Model<'static>>() <= align_of::<fingerpad_model>());
+    assert!(size_of::<State>() == size_of::<fingerpad_state>());
+    assert!(align_of::<State>() == align_of::<fingerpad_state>());
+};
+
+fn code(error: Error) -> i32 {
+    match error {
+        Error::Magic => 1,
+        Error::Version { .. } => 2,
+        Error::Length { .. } => 3,
+        Error::Checksum => 4,
+        Error::Alignment => 5,
+        Error::Shape { .. } => 6,
+        Error::Section { .. } => 7,
+        Error::Range { .. } => 8,
+        Error::NotMonotone { .. } => 9,
+        Error::NotPassive { .. } => 10,
+        Error::Buffer { .. } => 11,
+    }
+}
+
+/// Checks a model file and prepares a model that reads it in place. Returns 0, or: 1 not a model file, 2 version,
+/// 3 length, 4 checksum, 5 not at an address divisible by 4, 6 other numbers of elements or nodes, 7 section missing,
+/// 8 value out of range, 9 table not monotone, 10 not passive.
+///
+/// # Safety
+/// `model` points to memory for a model, `file` to `length` bytes that live and stay unchanged as long as the model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_model_load(model: *mut fingerpad_model, file: *const u8, length: usize) -> i32 {
+    // SAFETY: the caller's promise.
+    let bytes: &'static [u8] = unsafe { slice::from_raw_parts(file, length) };
+    match Model::from_bytes(bytes) {
+        Ok(loaded) => {
+            // SAFETY: the caller's promise; size and alignment were checked above.
+            unsafe { model.cast::<Model<'static>>().write(loaded) };
+            0
+        }
+        Err(error) => code(error),
+    }
+}
+
+/// Changes the model to another finger: factors on size, stiffness and lambda, and tau_0 in MPa. Returns 0, or 8 if a
+/// value is out of range; then nothing changes.
+///
+/// # Safety
+/// `model` was loaded.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_model_tune(
+    model: *mut fingerpad_model,
+    size: f32,
+    stiffness: f32,
+    lambda: f32,
+    tau0_mpa: f32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    let model = unsafe { &mut *model.cast::<Model<'static>>() };
+    match model.tuned(Tuning { size, stiffness, lambda, tau0_mpa }) {
+        Ok(tuned) => {
+            *model = tuned;
+            0
+        }
+        Err(error) => code(error),
+    }
+}
+
+/// A finger in the air.
+///
+/// # Safety
+/// `state` points to memory for a state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_state_init(state: *mut fingerpad_state) {
+    // SAFETY: the caller's promise; size and alignment were checked above.
+    unsafe { state.cast::<State>().write(State::default()) }
+}
+
+/// Sets the factor on all strengths, 0.2 to 5; returns the factor in use.
+///
+/// # Safety
+/// `state` was initialised.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_state_set_strength_factor(state: *mut fingerpad_state, factor: f32) -> f32 {
+    // SAFETY: the caller's promise.
+    unsafe { &mut *state.cast::<State>() }.set_strength_factor(factor)
+}
+
+/// Advances a contact by one step. Cannot fail, whatever the motion.
+///
+/// # Safety
+/// `model` was loaded, `state` was initialised.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_step(
+    model: *const fingerpad_model,
+    state: *mut fingerpad_state,
+    motion: fingerpad_motion,
+) -> fingerpad_response {
+    // SAFETY: the caller's promise.
+    let (model, state) = unsafe { (&*model.cast::<Model<'static>>(), &mut *state.cast::<State>()) };
+    let fingerpad_motion { depth_mm, slide_x_mm, slide_y_mm, dt_s } = motion;
+    let r = fingerpad::step(model, state, Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], dt_s });
+    fingerpad_response {
+        normal_force_n: r.normal_force_n,
+        friction_x_n: r.friction_n[0],
+        friction_y_n: r.friction_n[1],
+        stick_ratio: r.stick_ratio,
+        friction_limit_n: r.friction_limit_n,
+        slip_margin: r.slip_margin,
+        contact_area_mm2: r.contact_area_mm2,
+        band_normal_n: r.band_normal_n,
+        band_friction_n: r.band_friction_n,
+        regime: r.regime as u16,
+        status: r.status.0,
+    }
+}
+
+/// The least depth and normal force at which friction of `load` leaves the slip margin `margin`.
+///
+/// # Safety
+/// `model` was loaded.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_least_grip(
+    model: *const fingerpad_model,
+    load_x_n: f32,
+    load_y_n: f32,
+    margin: f32,
+    strength_factor: f32,
+) -> fingerpad_grip {
+    // SAFETY: the caller's promise.
+    let model = unsafe { &*model.cast::<Model<'static>>() };
+    let grip = model.least_grip([load_x_n, load_y_n], margin, strength_factor);
+    fingerpad_grip { depth_mm: grip.depth_mm, normal_force_n: grip.normal_force_n, status: grip.status.0 }
+}

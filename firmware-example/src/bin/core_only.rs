@@ -1,0 +1,81 @@
+//! Everything the core offers and nothing else, linked with `panic-never`: that it links is the proof that nothing
+//! in it can panic. Also the binary whose symbols and stack are checked.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use cortex_m_rt::entry;
+use fingerpad::events::{Event, Queue, Watch};
+use fingerpad::{
+    ContactFrame, Drive, File, Gradient, Grip, Model, Motion, Normal, Params, Response, State, Tangential, Tuning,
+};
+use nalgebra::{Matrix3, Vector3};
+use panic_never as _;
+
+/// The step as a function of its own, for the stack check.
+#[inline(never)]
+#[unsafe(no_mangle)]
+fn one_step(model: &Model<'_>, state: &mut State, motion: &Motion) -> Response {
+    fingerpad::step(model, state, *motion)
+}
+
+#[inline(never)]
+fn requests(model: &Model<'_>, state: &mut State, f: [f32; 4]) -> (Gradient, Grip, Response) {
+    let gradient = model.gradient(state, [f[0], f[1], f[2]]);
+    let grip = model.least_grip([f[0], f[1]], f[2], f[3]);
+    let drive = Drive { normal: Normal::ForceN(f[0]), tangential: Tangential::FrictionN([f[1], f[2]]), dt_s: f[3] };
+    let driven = model.step_driven(state, drive);
+    (gradient, grip, driven.response)
+}
+
+#[inline(never)]
+fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
+    let file = File::from_bytes(bytes).ok()?;
+    let model = file.model.tuned(Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] }).ok()?;
+    black_box((file.effects, file.meta, model.depth_max_mm()));
+    let mut state = State::default();
+    state.set_strength_factor(f[3]);
+    let r = one_step(&model, &mut state, &Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], dt_s: f[3] });
+    black_box(requests(&model, &mut state, f));
+    let saved = black_box(state.to_bytes());
+    Some((r, State::from_bytes(&saved).ok()?))
+}
+
+#[inline(never)]
+fn build(f: [f32; 4], out: &mut [u8]) -> Option<usize> {
+    let mut params = Params::example();
+    params.depth_max_mm = f[0];
+    params.nodes[3].normal_force_n = f[1];
+    params.try_build().ok()?.write_file(&[], "", out).ok()
+}
+
+#[inline(never)]
+fn surroundings(r: &Response, f: [f32; 4], queue: &mut Queue<8>) -> (Option<Event>, Vector3<f32>) {
+    let (mut producer, mut consumer) = queue.split();
+    let mut watch = Watch::new(1);
+    watch.look(r, &mut producer);
+    let mut force = Vector3::new(f[0], f[1], f[2]);
+    if let Some(mut frame) = ContactFrame::new(Matrix3::from_diagonal_element(f[3]), force) {
+        black_box(frame.motion(force, f[3]));
+        frame.move_plane(force);
+        force = frame.force(r) + frame.contact_point();
+    }
+    (consumer.dequeue(), force)
+}
+
+#[entry]
+fn main() -> ! {
+    let mut buffer = [0u8; 4096];
+    let mut queue = Queue::new();
+    loop {
+        #[cfg(feature = "panics")]
+        black_box(buffer[black_box(5000usize)]);
+        let f = black_box([1.0f32, 0.1, 0.2, 1e-3]);
+        black_box(build(f, black_box(&mut buffer)));
+        if let Some((r, state)) = setup(black_box(&buffer), f) {
+            black_box(state);
+            black_box(surroundings(&r, f, &mut queue));
+        }
+    }
+}

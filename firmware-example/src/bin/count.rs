@@ -1,0 +1,130 @@
+//! Instructions per call of the model's step and of what one would compose instead.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use cortex_m_rt::entry;
+use fingerpad::{
+    DataOf, Drive, ELEMENTS, Error, Motion, NODES, Normal, ParamsOf, Response, Slider, StateOf, Tangential, Tuning,
+    step,
+};
+use fingerpad_firmware::count::{Count, count, known_loop, start};
+use fingerpad_firmware::exit;
+use fingerpad_firmware::rivals::{Rivals, crates, lugre, network};
+
+/// The example's tables with `M` equal elements.
+fn example<const M: usize>() -> Result<DataOf<M, NODES>, Error> {
+    let mut sliders = [Slider::default(); M];
+    for (j, slider) in sliders.iter_mut().enumerate() {
+        *slider = Slider {
+            yield_position: 3.0 * (j as f32 + 0.3) / M as f32,
+            strength_share: 1.0 / M as f32,
+            area_share: 1.0 / M as f32,
+        };
+    }
+    ParamsOf::example_with(sliders).try_build()
+}
+
+struct Bench<'a, const M: usize> {
+    model: fingerpad::ModelOf<'a, M, NODES>,
+    state: StateOf<M>,
+    response: Response,
+}
+
+extern "C" fn ours<const M: usize>(b: &mut Bench<'_, M>, s: &[f32; 4]) {
+    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], dt_s: s[3] });
+}
+
+/// 512 steps: stick, slip, reversals, turns, depth up and down, always in contact.
+fn samples() -> [[f32; 4]; 512] {
+    let mut seed = 7u32;
+    let mut next = move || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (seed >> 8) as f32 / (1 << 24) as f32
+    };
+    let mut out = [[0.0; 4]; 512];
+    let (mut depth, mut vx, mut vy) = (1.0, 0.0, 0.0);
+    for (i, s) in out.iter_mut().enumerate() {
+        if i % 32 == 0 {
+            (vx, vy) = (1.2 * (next() - 0.5), 1.2 * (next() - 0.5));
+            depth = 0.2 + 2.2 * next();
+        }
+        if i % 64 < 8 {
+            (vx, vy) = (0.02 * vx, 0.02 * vy);
+        }
+        *s = [depth + 0.02 * next(), vx, vy, 1e-4];
+    }
+    out
+}
+
+fn print(name: &str, c: Count) {
+    defmt::println!("count {=str}: least {=u32} mean {=u32} most {=u32}", name, c.least, c.mean, c.most);
+}
+
+fn row<const M: usize>(name: &str, samples: &[[f32; 4]]) -> Result<(), Error> {
+    let data = example::<M>()?;
+    let mut bench = Bench { model: data.model()?, state: StateOf::default(), response: Response::default() };
+    print(name, count(ours::<M>, &mut bench, samples));
+    black_box(&bench.response);
+    Ok(())
+}
+
+fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
+    row::<2>("step M=2", samples)?;
+    row::<4>("step M=4", samples)?;
+    row::<5>("step M=5 default", samples)?;
+    row::<6>("step M=6", samples)?;
+    row::<8>("step M=8", samples)?;
+    row::<16>("step M=16", samples)?;
+    let model = fingerpad_firmware::model()?;
+    let mut bench = Bench { model, state: StateOf::default(), response: Response::default() };
+    print("gradient", count(gradient, &mut bench, samples));
+    print("least_grip", count(grip, &mut bench, samples));
+    print("step_driven by normal force", count(driven, &mut bench, samples));
+    print("tuned", count(tuned, &mut bench, samples));
+    let mut rivals = Rivals::default();
+    print("LuGre 2-D + powf + bilinear table", count(lugre, &mut rivals, samples));
+    print("interpn cubic + powf + nalgebra Iwan 8", count(crates, &mut rivals, samples));
+    print("network 3-16-16-3 ReLU", count(network, &mut rivals, samples));
+    black_box(&rivals.out);
+    Ok(())
+}
+
+extern "C" fn gradient(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+    ours(b, s);
+    black_box(b.model.gradient(&b.state, [0.0, s[1], s[2]]));
+}
+
+extern "C" fn grip(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+    black_box(b.model.least_grip([0.3 * s[0], s[1]], 0.2, 1.0));
+}
+
+extern "C" fn driven(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+    let drive = Drive {
+        normal: Normal::ForceN(0.5 * s[0]),
+        tangential: Tangential::SlideIncrementMm([s[1], s[2]]),
+        dt_s: s[3],
+    };
+    b.response = b.model.step_driven(&mut b.state, drive).response;
+}
+
+extern "C" fn tuned(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+    let tuning = Tuning { size: 0.8 + 0.1 * s[0], stiffness: 1.3, ..Tuning::default() };
+    let _ = black_box(b.model.tuned(tuning));
+}
+
+#[entry]
+fn main() -> ! {
+    let Some(mut p) = cortex_m::Peripherals::take() else { exit(Err(())) };
+    start(&mut p.SYST);
+    // Reading the counter costs the same each time; the loop of one turn takes 3 instructions.
+    let reading = known_loop(1) - 3;
+    let mut sound = true;
+    for n in [1, 10, 100, 1000, 100_000] {
+        sound &= known_loop(n) - reading == 2 * n + 1;
+    }
+    defmt::println!("counter: {=str}", if sound { "sound" } else { "unsound" });
+    let done = all(&samples());
+    exit(if sound && done.is_ok() { Ok(()) } else { Err(()) })
+}
