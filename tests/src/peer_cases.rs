@@ -40,6 +40,8 @@ pub struct Case {
     pub preset: MeshPreset,
     /// How the nail is made.
     pub nail: Nail,
+    /// Factor on the tissue's D (1/bulk modulus).
+    pub d_factor: f64,
 }
 
 /// One line's worth of the mesh for a report.
@@ -83,18 +85,21 @@ pub enum Law {
 impl Case {
     /// The shape `shape` with the nail that its file asks for.
     pub fn new(shape: &'static str, preset: MeshPreset) -> Self {
-        Self { shape, preset, nail: FingertipShape::named(shape).expect("a shape of the program").nail }
+        Self { shape, preset, nail: FingertipShape::named(shape).expect("a shape of the program").nail, d_factor: 1.0 }
     }
 
-    fn tissue() -> Tissue {
-        Tissue { bone: Bone { kind: BoneKind::Fixed, ..Bone::default() }, ..Tissue::default() }
+    fn tissue(&self) -> Tissue {
+        let mut tissue = Tissue { bone: Bone { kind: BoneKind::Fixed, ..Bone::default() }, ..Tissue::default() };
+        tissue.skin.d_per_mpa *= self.d_factor;
+        tissue.subcutaneous.d_per_mpa *= self.d_factor;
+        tissue
     }
 
     /// Mesh and body.
     pub fn finger(&self) -> Finger {
         let shape = FingertipShape { nail: self.nail, ..FingertipShape::named(self.shape).expect("a shipped shape") };
         let tip = fingertip(&shape, &self.preset.divisions()).expect("a mesh");
-        Finger::new(tip, &Self::tissue()).expect("a body")
+        Finger::new(tip, &self.tissue()).expect("a body")
     }
 
     /// What the mesh is.
@@ -104,7 +109,7 @@ impl Case {
 
     /// The same problem for the peer.
     pub fn deck<'a>(&self, finger: &'a Finger, friction: Option<Friction>, steps: Vec<Step>) -> Deck<'a> {
-        let tissue = Self::tissue();
+        let tissue = self.tissue();
         let ogden = |law: fingerpad_offline::material::Ogden| Material::Ogden {
             mu_mpa: law.mu_mpa,
             alpha: law.alpha,
