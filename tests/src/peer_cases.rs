@@ -165,7 +165,15 @@ pub fn cpu<T>(work: impl FnOnce() -> T) -> (f64, T) {
 /// # Panics
 /// If there is no peer, or the deck cannot be written or its results not be read.
 pub fn run_peer(deck: &Deck, limit: Duration) -> (Run, Option<String>) {
-    match (Runner { timeout: limit, ..Runner::default() }).run(deck) {
+    run_peer_with(&Runner { timeout: limit, ..Runner::default() }, deck)
+}
+
+/// The same with a runner of one's own.
+///
+/// # Panics
+/// As [`run_peer`].
+pub fn run_peer_with(runner: &Runner, deck: &Deck) -> (Run, Option<String>) {
+    match runner.run(deck) {
         Ok(run) => (run, None),
         Err(PeerError::Stopped { reason, partial, .. }) => (*partial, Some(reason)),
         Err(error) => panic!("the peer: {error}"),
@@ -212,11 +220,19 @@ impl fmt::Display for Row {
     }
 }
 
+/// A press of the peer in increments like ours.
+///
+/// After an increment that it had to cut, version 2.20 repeats an output point in an increment of length 0 and ends;
+/// with increments of 0.25 mm nothing is cut.
+pub fn short_press(depths_mm: &[f64]) -> Step {
+    Step { first_increment_mm: 0.25, max_increment_mm: 0.25, ..Step::press(depths_mm) }
+}
+
 /// Normal forces (N) over depth of the frictionless press, ours and the peer's.
 pub fn press_rows(case: &Case, finger: &Finger, limit: Duration) -> Vec<Row> {
     let depths = PRESS_PASS.map(|(depth, _)| depth);
     let ours = run(&problem(finger, Law::Frictionless), &press_and_slide(&depths, &[]));
-    let (peer, stopped) = run_peer(&case.deck(finger, None, vec![Step::press(&depths)]), limit);
+    let (peer, stopped) = run_peer(&case.deck(finger, None, vec![short_press(&depths)]), limit);
     assert!(stopped.is_none(), "the peer stopped: {stopped:?}");
     let rows = PRESS_PASS.iter().zip(ours.snapshots.iter().skip(1)).zip(&peer.points);
     rows.map(|(((depth, pass), ours), peer)| Row {
@@ -264,8 +280,7 @@ pub fn slide_ours(finger: &Finger, gamma_crit_mm: f64) -> Vec<SlidePoint> {
 
 /// The peer's Coulomb slide, friction acting from first touch on, with increments of the press like ours.
 pub fn slide_peer(case: &Case, finger: &Finger, stick_slope_mpa_mm: f64, limit: Duration) -> Vec<SlidePoint> {
-    let press = Step { first_increment_mm: 0.25, max_increment_mm: 0.25, ..Step::press(&[SLIDE_DEPTH_MM]) };
-    let steps = vec![press, Step::slide_x(SLIDE_DEPTH_MM, &SLIDES_MM)];
+    let steps = vec![short_press(&[SLIDE_DEPTH_MM]), Step::slide_x(SLIDE_DEPTH_MM, &SLIDES_MM)];
     let (run, stopped) = run_peer(&case.deck(finger, Some(Friction { mu: MU, stick_slope_mpa_mm }), steps), limit);
     assert!(stopped.is_none(), "the peer stopped: {stopped:?}");
     run.points[1..].iter().map(SlidePoint::from).collect()
