@@ -59,12 +59,7 @@ fn print_ours(what: &str, cpu_s: f64, trajectory: &Trajectory) {
     let (cost, last) = (&trajectory.cost, trajectory.responses.last().expect("a run has responses"));
     println!(
         "  ours  {cpu_s:>8.2} CPU s  {:>3} increments, {:>2} cut, {:>4} iterations, {:>3} factorisations, N {:.4} N, F {:.4} N  ({what})",
-        cost.increments,
-        cost.cutbacks,
-        cost.iterations,
-        cost.factorisations,
-        last.normal_force_n,
-        last.friction_x_n
+        cost.increments, cost.cutbacks, cost.iterations, cost.factorisations, last.normal_force_n, last.friction_x_n
     );
 }
 
@@ -100,7 +95,9 @@ fn verdict(ratio: f64, pass: f64, reach: f64) -> bool {
 
 /// Frictionless press; the peer with its fastest largest increment.
 fn bench_press(case: &Case, limit: Duration) -> bool {
-    println!("\n(a) frictionless press to {DEPTH_MM} mm, ours without augmentation (residual tolerance 1e-5; the peer's is 5e-3)");
+    println!(
+        "\n(a) frictionless press to {DEPTH_MM} mm, ours without augmentation (residual tolerance 1e-5; the peer's is 5e-3)"
+    );
     let finger = case.finger();
     let ours = || {
         let (cpu_s, trajectory) = time_ours(case, Law::Frictionless, &[], |_| ());
@@ -108,7 +105,8 @@ fn bench_press(case: &Case, limit: Duration) -> bool {
         cpu_s
     };
     let peer = |increment_mm: f64| {
-        let step = Step { first_increment_mm: increment_mm, max_increment_mm: increment_mm, ..Step::press(&[DEPTH_MM]) };
+        let step =
+            Step { first_increment_mm: increment_mm, max_increment_mm: increment_mm, ..Step::press(&[DEPTH_MM]) };
         let (run, stopped) = run_peer(&case.deck(&finger, None, vec![step]), limit);
         let how = stopped.as_ref().map_or("finished".to_owned(), |reason| format!("STOPPED: {reason}"));
         print_peer(&format!("increments up to {increment_mm} mm, {how}"), &run);
@@ -136,10 +134,8 @@ fn bench_press(case: &Case, limit: Duration) -> bool {
     print_ours("all settings default: with augmentation", cpu_s, &trajectory);
     let (cpu_s, trajectory) = time_ours(case, Law::Frictionless, &[], |problem| problem.settings.tolerance = 1e-3);
     print_ours("residual tolerance 1e-3, nearer to the peer's", cpu_s, &trajectory);
-    let (least, middle) = (
-        minimum(&peer_times) / minimum(&our_times),
-        median(peer_times.clone()) / median(our_times.clone()),
-    );
+    let (least, middle) =
+        (minimum(&peer_times) / minimum(&our_times), median(peer_times.clone()) / median(our_times.clone()));
     println!("  peer at its best ({increment} mm) over ours: {middle:.1}x of medians, {least:.1}x of minima");
     verdict(middle.min(least), 8.0, 15.0)
 }
