@@ -450,7 +450,7 @@ mod tests {
         let batch = Hex8::uniform_strain(&[[0, 1, 2, 3, 4, 5, 6, 7]], &nodes).unwrap();
         // Gamma = xi eta in x.
         let mode = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
-        let amplitude = 1e-6;
+        let amplitude = 1e-2;
         let mut moved = nodes.clone();
         for (x, sign) in moved.iter_mut().zip(mode) {
             x.x += amplitude * sign;
