@@ -12,6 +12,8 @@ pub mod dome;
 pub mod equilibrium;
 pub mod fingers;
 pub mod half_space;
+#[cfg(unix)]
+pub mod peer_cases;
 pub mod random;
 pub mod reference;
 pub mod sphere;

@@ -97,14 +97,30 @@ pub struct Body {
 }
 
 impl Body {
-    /// Assembles a body; `material` gives the law of a region, or None to leave its elements out (rigid).
+    /// [`Self::with_hexes`] of mean-dilatation elements.
+    ///
+    /// # Errors
+    /// [`BodyError::InvertedMesh`] names the first element whose Jacobian is not positive.
+    pub fn new(
+        mesh: &Mesh,
+        material: impl Fn(Region) -> Option<Material>,
+        supports: &Supports,
+        rigid_reference: Vector3<f64>,
+        joint: Joint,
+    ) -> Result<Self, BodyError> {
+        Self::with_hexes(Hex8::new, mesh, material, supports, rigid_reference, joint)
+    }
+
+    /// Assembles a body of hexahedra that `hex` makes, [`Hex8::new`] or, to compare with CalculiX,
+    /// [`Hex8::uniform_strain`]; `material` gives the law of a region, or None to leave its elements out (rigid).
     ///
     /// `rigid_reference` is the point about which the rigid body turns and where `joint` acts, mm; both are
     /// unused without rigid nodes. Elements all of whose nodes are rigid or fixed are left out.
     ///
     /// # Errors
     /// [`BodyError::InvertedMesh`] names the first element whose Jacobian is not positive.
-    pub fn new(
+    pub fn with_hexes(
+        hex: impl Fn(&[[u32; 8]], &[Vector3<f64>]) -> Option<Hex8>,
         mesh: &Mesh,
         material: impl Fn(Region) -> Option<Material>,
         supports: &Supports,
@@ -131,7 +147,7 @@ impl Body {
             &hexes,
             &dofs,
             |e| mesh.hexes[e].nodes,
-            |nodes| Hex8::new(nodes, &mesh.nodes),
+            |nodes| hex(nodes, &mesh.nodes),
             |e| BodyError::InvertedMesh { element: e, region: mesh.hexes[e].region },
         )?;
         let tets = group(

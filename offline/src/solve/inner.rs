@@ -104,7 +104,7 @@ impl Inner<'_> {
         let force_scale = self.force_scale();
         let mut current = self.trial(x, plane, force_scale, predict_stick, true);
         let mut iterations = 0;
-        while !(current.norm <= self.tolerance) && iterations < self.max_iterations {
+        while (iterations == 0 || !(current.norm <= self.tolerance)) && iterations < self.max_iterations {
             let predicted = predict_stick && iterations == 0;
             iterations += 1;
             let Some((dx, d_plane)) = self.newton_step(&current, force_scale) else { break };
