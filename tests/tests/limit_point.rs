@@ -68,7 +68,10 @@ fn arch_snaps_through_under_force_control_and_says_so() {
     let end = run.responses.last().unwrap();
     let stabilised = run.responses.iter().filter(|r| r.status.contains(Status::STABILISED)).count();
     let share = run.work.stabilisation_mj / run.work.plane_mj;
-    println!("verify: arch snapped to depth {:.2} mm in {stabilised} stabilised increments, viscous work {share:.2e}", end.depth_mm);
+    println!(
+        "verify: arch snapped to depth {:.2} mm in {stabilised} stabilised increments, viscous work {share:.2e}",
+        end.depth_mm
+    );
     assert!((end.normal_force_n - 1.15 * limit).abs() < 1e-4 * limit);
     assert!(stabilised >= 1 && end.depth_mm > 1.5 * rise);
     assert!(run.work.stabilisation_mj > 0.0);

@@ -3,17 +3,74 @@
 mod elf;
 mod thumb;
 
+use std::process::Command;
+
+use anyhow::{Context, bail};
 use clap::Parser;
 
 #[derive(Parser)]
 #[command(about = "Chores: test, verify, bench", name = "cargo xtask")]
 enum Chore {
+    /// Everything that a change must pass; installs CalculiX (the peer of some tests) where it is missing
+    Test,
+    /// The long verification cases; names select some, --list lists them
+    Verify {
+        /// Handed on to the verification program
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<String>,
+    },
+    /// A benchmark: `peer` (CPU time against CalculiX)
+    Bench {
+        /// Which
+        name: String,
+        /// Handed on to the benchmark
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<String>,
+    },
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
 }
 
 fn main() -> anyhow::Result<()> {
     match Chore::parse() {
+        Chore::Test => {
+            need_calculix()?;
+            cargo(&["fmt", "--all", "--check"], &[])?;
+            cargo(&["test", "--release", "--workspace"], &[])
+        }
+        Chore::Verify { args } => {
+            cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
+        }
+        Chore::Bench { name, args } => match name.as_str() {
+            "peer" => {
+                need_calculix()?;
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_peer", "--"], &args)
+            }
+            other => bail!("no benchmark {other}; there is: peer"),
+        },
         Chore::Thumb(args) => thumb::main(&args),
     }
+}
+
+fn cargo(words: &[&str], more: &[String]) -> anyhow::Result<()> {
+    run(Command::new(env!("CARGO")).args(words).args(more))
+}
+
+fn run(command: &mut Command) -> anyhow::Result<()> {
+    println!("+ {command:?}");
+    let status = command.status().with_context(|| format!("{command:?}"))?;
+    if !status.success() {
+        bail!("{command:?}: {status}");
+    }
+    Ok(())
+}
+
+/// Installs the peer solver by apt where that is possible; otherwise says what is missing.
+fn need_calculix() -> anyhow::Result<()> {
+    if Command::new("ccx").arg("-v").output().is_ok() {
+        return Ok(());
+    }
+    let installed = run(Command::new("apt-get").arg("update"))
+        .and_then(|()| run(Command::new("apt-get").args(["install", "--yes", "calculix-ccx"])));
+    installed.context("CalculiX (ccx) is not there and could not be installed: apt-get install calculix-ccx")
 }

@@ -235,8 +235,7 @@ impl<'a> Solver<'a> {
         let guess = last.configuration.clone();
         self.damping_diagonal();
         self.factor_is_set = false;
-        let result =
-            self.equilibrium(&last.contact, target, guess, last.contact.plane, false, Some(damping), stats);
+        let result = self.equilibrium(&last.contact, target, guess, last.contact.plane, false, Some(damping), stats);
         self.factor_is_set = false;
         let state = result?;
         let work = self
