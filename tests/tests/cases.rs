@@ -51,11 +51,6 @@ fn regularisation() {
 }
 
 #[test]
-fn loops() {
-    holds("loops");
-}
-
-#[test]
 fn hard_paths() {
     holds("hard_paths");
 }

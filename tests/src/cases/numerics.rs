@@ -98,7 +98,7 @@ pub fn regularisation(_: Effort) -> Result<Vec<Check>, Failure> {
 }
 
 /// Closed paths from air to air: the plane cannot gain more than the elastic slip stores.
-pub fn loops(effort: Effort) -> Result<Vec<Check>, Failure> {
+pub fn loops(_: Effort) -> Result<Vec<Check>, Failure> {
     let finger = coarse()?;
     let mut problem = problem(&finger.body, &finger.mesh.pad_faces);
     let air = -0.2;
@@ -113,10 +113,9 @@ pub fn loops(effort: Effort) -> Result<Vec<Check>, Failure> {
         ("skew", &[[air, 0.0, 0.0], [0.5, 0.5, 0.5], [1.0, 1.0, -1.0], [0.4, -1.0, 0.0], [air, 0.0, 0.0]]),
     ];
     let gamma = problem.friction.ok_or("friction is on")?.gamma_crit_mm;
-    if effort == Effort::Full {
-        problem.march.max_depth_step_mm *= 0.25;
-        problem.march.max_slide_step_mm *= 0.25;
-    }
+    // The work is a trapezoidal sum; over the default increments its own error is larger than the bound.
+    problem.march.max_depth_step_mm *= 0.25;
+    problem.march.max_slide_step_mm *= 0.25;
     let mut checks = Vec::new();
     for (name, corners) in paths {
         let run = follow(&problem, &placed(corners))?;
