@@ -51,6 +51,11 @@ fn regularisation() {
 }
 
 #[test]
+fn loops() {
+    holds("loops");
+}
+
+#[test]
 fn hard_paths() {
     holds("hard_paths");
 }

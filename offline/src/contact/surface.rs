@@ -29,7 +29,7 @@ pub struct PenaltySettings {
 
 impl Default for PenaltySettings {
     fn default() -> Self {
-        Self { penalty_mpa_per_mm: 20.0, augment: true, penetration_tolerance_mm: 1e-3, points_per_edge: 4 }
+        Self { penalty_mpa_per_mm: 200.0, augment: true, penetration_tolerance_mm: 1e-3, points_per_edge: 4 }
     }
 }
 
@@ -205,9 +205,12 @@ impl Surface {
                 let mut t = Vector3::new(0.0, 0.0, pressure);
                 let mut stiffness = [[0.0; 2]; 2];
                 let mut over_pressure = [0.0; 2];
+                let mut over_share = [0.0; 2];
+                let mut share_per_advance = 0.0;
                 if let Friction::On(law) = friction {
-                    let trial =
-                        [0, 1].map(|k| state.elastic_slip[k] + plane_step[k] - interpolate(&rule.shape, &moved, k));
+                    let step = [0, 1].map(|k| plane_step[k] - interpolate(&rule.shape, &moved, k));
+                    let touch = Touch::of(state, gap_before(rule, face, last), plane[2] - last.plane[2]);
+                    let trial = [0, 1].map(|k| state.elastic_slip[k] + touch.share * step[k]);
                     let (strength, slope) = law.strength(pressure);
                     let force_stick = predict_stick && state.stuck;
                     let (traction, elastic, stuck) = law.return_map(trial, strength, force_stick);
@@ -216,6 +219,9 @@ impl Surface {
                     if tangent {
                         stiffness = law.slip_stiffness(trial, strength, stuck);
                         over_pressure = elastic.map(|g| g / law.gamma_crit_mm * slope);
+                        over_share = [0, 1].map(|k| stiffness[k][0] * step[0] + stiffness[k][1] * step[1]);
+                        share_per_advance = touch.share_per_advance;
+                        stiffness = stiffness.map(|row| row.map(|s| s * touch.share));
                     }
                 }
                 for a in 0..4 {
@@ -253,7 +259,8 @@ impl Surface {
                 let by_plane = [
                     Vector3::new(stiffness[0][0], stiffness[1][0], 0.0) * area,
                     Vector3::new(stiffness[0][1], stiffness[1][1], 0.0) * area,
-                    Vector3::new(over_pressure[0], over_pressure[1], 1.0) * (self.penalty * area),
+                    Vector3::new(over_pressure[0], over_pressure[1], 1.0) * (self.penalty * area)
+                        + Vector3::new(over_share[0], over_share[1], 0.0) * (share_per_advance * area),
                 ];
                 for a in 0..4 {
                     for k in 0..3 {
@@ -302,7 +309,8 @@ impl Surface {
                 let area = jacobian * rule.weight;
                 totals.penetration = totals.penetration.max(plane[2] - z);
                 *new = PointState { multiplier: state.multiplier, pressure, area, stuck: true, ..*new };
-                let step = [0, 1].map(|k| plane_step[k] - interpolate(&rule.shape, &moved, k));
+                let touch = Touch::of(state, gap_before(rule, face, last), plane[2] - last.plane[2]);
+                let step = [0, 1].map(|k| touch.share * (plane_step[k] - interpolate(&rule.shape, &moved, k)));
                 new.slip = [0, 1].map(|k| state.slip[k] + step[k]);
                 if let Friction::On(law) = friction {
                     let trial = [0, 1].map(|k| state.elastic_slip[k] + step[k]);
@@ -357,6 +365,34 @@ impl Surface {
     /// Whether no point of the face can be in contact.
     fn is_clear(&self, x: &[Vector3<f64>; 4], height: f64, states: &[PointState]) -> bool {
         x.iter().all(|x| x.z > height) && states.iter().all(|s| s.multiplier == 0.0)
+    }
+}
+
+/// Gap of a contact point at the start of the increment, mm.
+fn gap_before(rule: &RulePoint, face: &[usize; 4], last: &ContactState) -> f64 {
+    (0..4).map(|a| rule.shape[a] * last.position[face[a]].z).sum::<f64>() - last.plane[2]
+}
+
+/// How much of an increment's motion a contact point sees: all of it, or what is left after the plane reached it.
+struct Touch {
+    /// 0 to 1.
+    share: f64,
+    /// Derivative of `share` over the plane's advance, 1/mm.
+    share_per_advance: f64,
+}
+
+impl Touch {
+    /// * `gap`, mm: at the start of the increment
+    /// * `advance`, mm: of the plane toward the finger in the increment
+    fn of(state: &PointState, gap: f64, advance: f64) -> Self {
+        if state.pressure > 0.0 || !(gap > 0.0) || !(advance > 0.0) {
+            return Self { share: 1.0, share_per_advance: 0.0 };
+        }
+        if gap >= advance {
+            // The skin came to the plane rather than the plane to the skin, at the end of the increment.
+            return Self { share: 0.0, share_per_advance: 0.0 };
+        }
+        Self { share: 1.0 - gap / advance, share_per_advance: gap / (advance * advance) }
     }
 }
 
@@ -470,7 +506,7 @@ mod tests {
         let friction = Friction::On(law);
         let start = surface.initial_state(x.clone(), [0.0; 3]);
         let (state, totals) = surface.commit(&friction, &start, &x, [0.5, 0.0, 0.001]);
-        let pressure = 20.0 * 0.001;
+        let pressure = PenaltySettings::default().penalty_mpa_per_mm * 0.001;
         assert!((totals.force.z - 6.0 * pressure).abs() < 1e-12);
         assert!((totals.force.x - 6.0 * law.strength(pressure).0).abs() < 1e-12);
         assert_eq!(totals.stuck_area, 0.0);
