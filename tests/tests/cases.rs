@@ -56,6 +56,11 @@ fn loops() {
 }
 
 #[test]
+fn arch() {
+    holds("arch");
+}
+
+#[test]
 fn hard_paths() {
     holds("hard_paths");
 }
