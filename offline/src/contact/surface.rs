@@ -331,12 +331,42 @@ impl Surface {
                     totals.pressure_moment[k] += pressure * area * interpolate(&rule.shape, &x, k);
                 }
                 totals.area += area;
-                if new.stuck {
-                    totals.stuck_area += area;
-                }
             }
         }
+        totals.stuck_area = self.stuck_area(&points);
         (ContactState { points, position: position.to_vec(), plane }, totals)
+    }
+
+    /// Area that sticks, mm², interpolated from the nodes.
+    ///
+    /// Between a node that sticks and one that slips the slip is bilinear, so that hardly a point of the faces between
+    /// them sticks, though the field's own boundary lies half-way in the mean: counting points would lose half a face
+    /// all around. A node sticks if any of the points that are nearest to it does.
+    fn stuck_area(&self, points: &[PointState]) -> f64 {
+        #[derive(Clone, Copy, Default)]
+        struct Node {
+            touches: bool,
+            sticks: bool,
+        }
+        let mut nodes = vec![Node::default(); self.nodes.len()];
+        let of_faces = || self.faces.iter().zip(points.chunks(self.rule.len()));
+        for (face, points) in of_faces() {
+            for (rule, point) in self.rule.iter().zip(points).filter(|(_, point)| point.area > 0.0) {
+                let nearest = (0..4).max_by(|&a, &b| rule.shape[a].total_cmp(&rule.shape[b])).expect("four nodes");
+                nodes[face[nearest]].touches = true;
+                nodes[face[nearest]].sticks |= point.stuck;
+            }
+        }
+        let mut area = 0.0;
+        for (face, points) in of_faces() {
+            let share_of = |rule: &RulePoint, has: fn(&Node) -> bool| -> f64 {
+                (0..4).filter(|&a| has(&nodes[face[a]])).map(|a| rule.shape[a]).sum()
+            };
+            for (rule, point) in self.rule.iter().zip(points).filter(|(_, point)| point.area > 0.0) {
+                area += point.area * share_of(rule, |n| n.sticks) / share_of(rule, |n| n.touches);
+            }
+        }
+        area
     }
 
     /// Moves the pressure of `converged` into the multipliers of `state` (one step of Uzawa's method).

@@ -3,7 +3,7 @@
 use fingerpad_offline::{
     assembly::Joint,
     mesh::{FingertipShape, MeshPreset, Nail, fingertip},
-    slide::{Bone, BoneKind, Finger, Tissue, Trajectory},
+    slide::{Bone, BoneKind, Finger, Problem, Tissue, Trajectory},
 };
 
 use super::{Effort, Failure};
@@ -11,6 +11,7 @@ use crate::{
     Check,
     fingers::{finger, follow, placed, problem},
     memory::peak_gib,
+    peer_cases::{Case, Element},
 };
 
 const PRESETS: [MeshPreset; 3] = [MeshPreset::Coarse, MeshPreset::Default, MeshPreset::Fine];
@@ -67,6 +68,40 @@ pub fn convergence(effort: Effort) -> Result<Vec<Check>, Failure> {
                 checks.push(Check::relative(name, default[k], limit, 0.03));
             }
         }
+    }
+    Ok(checks)
+}
+
+/// Frictionless press of A (bone fixed) to 1 mm on three meshes with mean dilatation and with CalculiX's C3D8R.
+///
+/// Both elements stand for the same body: what they differ by on one mesh is error of the mesh and has to vanish.
+pub fn elements(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let presets = if effort == Effort::Quick { &PRESETS[..2] } else { &PRESETS[..] };
+    let normal = |element: Element, preset: MeshPreset| -> Result<f64, Failure> {
+        let finger = Case::new("a", preset).with(element).finger();
+        let problem = Problem { friction: None, ..problem(&finger.body, &finger.mesh.pad_faces) };
+        let run = follow(&problem, &placed(&[[0.0; 3], [1.0, 0.0, 0.0]]))?;
+        Ok(run.responses.last().ok_or("no response")?.normal_force_n)
+    };
+    let mut checks = Vec::new();
+    let (mut shipped, mut reduced, mut last) = (Vec::new(), Vec::new(), f64::INFINITY);
+    for &preset in presets {
+        shipped.push(normal(Element::MeanDilatation, preset)?);
+        reduced.push(normal(Element::LikeThePeer, preset)?);
+        let (ours, theirs) = (shipped[shipped.len() - 1], reduced[reduced.len() - 1]);
+        let name = |what: &str| format!("a Fixed, {preset:?}, frictionless 1 mm: {what}");
+        checks.push(Check::told(name("N, mean dilatation (N)"), ours));
+        checks.push(Check::told(name("N, C3D8R (N)"), theirs));
+        let apart = (ours / theirs - 1.0).abs();
+        checks.push(Check::at_most(name("relative difference, below the coarser mesh's"), apart, last));
+        last = apart;
+    }
+    if let ([a, b, c], [d, e, f]) = (&shipped[..], &reduced[..]) {
+        let h = PRESETS.map(|preset| 1.0 / preset.divisions().distal_rings as f64);
+        let limits = [extrapolated(h, [*a, *b, *c]), extrapolated(h, [*d, *e, *f])];
+        checks.push(Check::told("order, mean dilatation (kept in 1..2)", limits[0].0));
+        checks.push(Check::told("order, C3D8R (kept in 1..2)", limits[1].0));
+        checks.push(Check::relative("N extrapolated, mean dilatation against C3D8R", limits[0].1, limits[1].1, 0.01));
     }
     Ok(checks)
 }

@@ -57,6 +57,11 @@ pub const CASES: &[Case] = &[
         about: "three meshes, A fixed and E floating, 1 mm: N, area, F/N",
         run: meshes::convergence,
     },
+    Case {
+        name: "elements",
+        about: "three meshes of A, frictionless: mean dilatation against C3D8R",
+        run: meshes::elements,
+    },
     Case { name: "variants", about: "default mesh of E, 1 mm: bones, joint, nail", run: meshes::variants },
     Case { name: "growth", about: "three meshes of E, 1.5 mm and 6 mm of slide: time and memory", run: meshes::growth },
     Case { name: "deep", about: "default mesh: A fixed and E floating 2.5 mm, B at half stiffness", run: paths::deep },
