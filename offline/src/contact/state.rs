@@ -25,7 +25,7 @@ pub struct PenaltySettings {
 
 impl Default for PenaltySettings {
     fn default() -> Self {
-        Self { penalty_mpa_per_mm: 200.0, augment: true, penetration_tolerance_mm: 1e-3, points_per_edge: 4 }
+        Self { penalty_mpa_per_mm: 100.0, augment: true, penetration_tolerance_mm: 1e-3, points_per_edge: 4 }
     }
 }
 
