@@ -21,8 +21,8 @@ use crate::{
         volume::{LabelVolume, VolumeError, VolumeGeometry, VolumeReport, volume_fingertip},
     },
     slide::{
-        Drive, Finger, MarchError, Numerics, Path, PressLimit, Problem, Progress, Tissue, Trajectory, Waypoint, march,
-        press_limits,
+        BoneKind, Drive, Finger, MarchError, Numerics, Path, PressLimit, Problem, Progress, Tissue, Trajectory,
+        Waypoint, march, press_limits,
     },
 };
 
@@ -137,6 +137,12 @@ pub enum ConfigError {
         /// Why.
         source: Box<ImportError>,
     },
+    /// Deformable bones that the mesh does not have, or not joined to the tissue.
+    #[error(
+        "tissue.bone.kind = \"deformable\" needs bones of elements that share their nodes with the tissue; in the \
+         imported mesh they are left out or meshed apart: use \"fixed\" or \"floating\""
+    )]
+    BonesNotMeshed,
     /// Both a volume and a mesh.
     #[error("`volume` and `imported` are both given; a finger has one geometry")]
     TwoGeometries,
@@ -206,6 +212,10 @@ impl Config {
             (None, Some(settings)) => {
                 let made = imported_fingertip(&read_mesh(settings)?, settings)
                     .map_err(|e| ConfigError::Import { path: settings.file.clone(), source: Box::new(e) })?;
+                let hollow = settings.sets.bone.is_some() || settings.sets.proximal_bone.is_some();
+                if self.tissue.bone.kind == BoneKind::Deformable && (hollow || made.report.attached_nodes > 0) {
+                    return Err(ConfigError::BonesNotMeshed);
+                }
                 Ok((made.fingertip, Origin::Imported(made.report)))
             }
             (None, None) => {

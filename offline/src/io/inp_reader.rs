@@ -1,6 +1,6 @@
 //! Reads the mesh of an Abaqus or CalculiX `.inp` file.
 //!
-//! Understood: `*NODE`, `*ELEMENT` (C3D8 and C3D4 of any suffix; 4-node faces), `*NSET` and `*ELSET` with `GENERATE`
+//! Understood: `*NODE`, `*ELEMENT` (C3D8 and C3D4 of any suffix; faces, which carry sets), `*NSET` and `*ELSET` with `GENERATE`
 //! and names of other sets, `*SURFACE` of elements, `*EQUATION` that ties a node to others, `*INCLUDE`; comments `**`,
 //! keyword and data lines that go on after a comma, any case, Fortran's `D` exponents. Keywords that would make or move
 //! mesh (`*NGEN`, `*SYSTEM`, an `*INSTANCE` with a place, ...) are refused, all others skipped with their data.
@@ -193,12 +193,14 @@ impl Reader {
             rest.chars().all(|c| c.is_ascii_alphabetic()).then_some(())
         };
         let faces = ["S4", "CPS4", "CPE4", "M3D4", "SFM3D4", "R3D4"];
-        let small = ["S3", "CPS3", "CPE3", "M3D3", "SFM3D3", "R3D3", "T3D2", "B31", "T2D2"];
+        let triangles = ["S3", "CPS3", "CPE3", "M3D3", "SFM3D3", "R3D3"];
+        let lines = ["T3D2", "T2D2", "B31", "B21"];
         let (kind, count) = match () {
             () if suffix("C3D8").is_some() => (RawKind::Hex, 8),
             () if suffix("C3D4").is_some() => (RawKind::Tet, 4),
             () if faces.iter().any(|f| suffix(f).is_some()) => (RawKind::Quad, 4),
-            () if small.iter().any(|f| suffix(f).is_some()) => {
+            () if triangles.iter().any(|f| suffix(f).is_some()) => (RawKind::Tri, 3),
+            () if lines.iter().any(|f| suffix(f).is_some()) => {
                 self.mesh.ignored.push(format!("elements of type {name}"));
                 return Ok(());
             }

@@ -11,7 +11,7 @@ use super::FirstTouch;
 /// * `reach_mm`: points this near make the cubic surface whose lowest point is first touch
 ///
 /// The point is that of the surface through the lowest points: lower than the lowest of them, which misses the
-/// surface's own lowest point by up to spacing²/8R. None if there are too few points or the surface is hollow there.
+/// surface's own lowest point by up to spacing²/8R. None if there are too few points, or if they are an edge or hollow there.
 pub(super) fn lowest(points: &[Vector3<f64>], inclination_deg: f64, reach_mm: f64) -> Option<FirstTouch> {
     let (sin, cos) = inclination_deg.to_radians().sin_cos();
     let rotation = Matrix3::new(cos, 0.0, sin, 0.0, 1.0, 0.0, -sin, 0.0, cos);
@@ -33,7 +33,12 @@ pub(super) fn lowest(points: &[Vector3<f64>], inclination_deg: f64, reach_mm: f6
         let terms = if near.len() < 20 { 6 } else { 10 };
         let matrix = DMatrix::from_fn(near.len(), terms, |r, c| row(near[r])[c]);
         let right = DVector::from_iterator(near.len(), near.iter().map(|p| p.z - bottom.z));
-        let c = matrix.svd(true, true).solve(&right, 1e-10).ok()?;
+        let c = matrix.clone().svd(true, true).solve(&right, 1e-10).ok()?;
+        // An edge or a corner is no touch.
+        let rms = (&matrix * &c - &right).norm() / (near.len() as f64).sqrt();
+        if !(rms < 0.02 * reach_mm) {
+            return None;
+        }
         let hessian: Matrix2<f64> = Matrix2::new(2.0 * c[3], c[4], c[4], 2.0 * c[5]);
         if !(hessian[(0, 0)] > 0.0 && hessian.determinant() > 0.0) {
             return None;

@@ -210,7 +210,13 @@ fn closed<const F: usize>(mesh: &Mesh, faces: &[[u32; F]]) -> Result<(), (String
     }
     for (root, (euler, volume, off_bone)) in surfaces {
         if euler != 2 {
-            return Err((format!("a tunnel or a pinched node (Euler characteristic {euler}, not 2)"), root));
+            return Err((
+                format!(
+                    "a tunnel or a pinched node (Euler characteristic {euler}, not 2); meshes that match in \
+                 some nodes only have to stay apart: merge_mm = 0"
+                ),
+                root,
+            ));
         }
         if let Some(node) = off_bone.filter(|_| volume < 0.0) {
             let problem = "a hole inside: missing elements, or the wall of a bone that is in no bone set".to_owned();

@@ -23,7 +23,7 @@ pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Dra
             });
         }
     }
-    let solids = || raw.elements.iter().filter(|e| e.kind != RawKind::Quad);
+    let solids = || raw.elements.iter().filter(|e| e.kind.is_solid());
     let mut used: Vec<u64> = solids().flat_map(|e| e.nodes.iter().copied()).collect();
     used.sort_unstable();
     used.dedup();
@@ -138,7 +138,8 @@ fn merged(used: &[u64], places: &HashMap<u64, Vector3<f64>>, slaves: &[u64], mer
     for &label in used {
         let place = places[&label];
         let tied = slaves.binary_search(&label).is_ok();
-        let twin = near.around(&place).find(|&n| !tied && (nodes[n as usize] - place).norm() <= merge_mm);
+        let twin =
+            near.around(&place).find(|&n| merge_mm > 0.0 && !tied && (nodes[n as usize] - place).norm() <= merge_mm);
         let node = twin.unwrap_or_else(|| {
             let node = nodes.len() as u32;
             nodes.push(place);

@@ -83,9 +83,12 @@ pub fn imported_fingertip(raw: &RawMesh, settings: &ImportedGeometry) -> Result<
     bodies::attach_bones(&mut draft, settings);
     let outer_faces = bodies::check(&draft)?;
     sets::supports(&draft)?;
-    place(&mut draft, &outer_faces, settings)?;
+    let found = place(&mut draft, &outer_faces, settings)?;
     let pad_faces = sets::pad(&draft, raw, settings, &outer_faces)?;
-    let touch = touch_of(&mut draft.mesh, &pad_faces, settings)?;
+    let touch = match found {
+        Some(touch) => touch,
+        None => touch_at_origin(&draft.mesh, &pad_faces, settings)?,
+    };
     draft.mesh.node_sets.insert(set::PAD.into(), sorted(pad_faces.iter().flatten().copied().collect()));
     draft.mesh.pad_faces = pad_faces;
     Ok(ImportedFingertip { fingertip: Fingertip { mesh: draft.mesh, touch, outer_faces }, report: draft.report })
@@ -151,18 +154,22 @@ fn orient(draft: &mut Draft) -> Result<(), ImportError> {
     Ok(())
 }
 
-/// Turns the mesh from the frame of the finger to that of the plane, first touch at the origin.
-fn place(draft: &mut Draft, outer_faces: &[[u32; 4]], settings: &ImportedGeometry) -> Result<(), ImportError> {
+/// Turns the mesh from the frame of the finger to that of the plane, first touch at the origin; None if it is there.
+fn place(
+    draft: &mut Draft,
+    outer_faces: &[[u32; 4]],
+    settings: &ImportedGeometry,
+) -> Result<Option<FirstTouch>, ImportError> {
     if settings.frame == ImportFrame::Plane {
-        return Ok(());
+        return Ok(None);
     }
-    let points: Vec<Vector3<f64>> =
-        sorted(outer_faces.iter().flatten().copied().collect()).iter().map(|n| draft.mesh.nodes[*n as usize]).collect();
+    let nodes = sorted(outer_faces.iter().flatten().copied().collect());
+    let points: Vec<Vector3<f64>> = nodes.iter().map(|n| draft.mesh.nodes[*n as usize]).collect();
     let touch = lowest(&points, settings.inclination_deg)?;
     for node in &mut draft.mesh.nodes {
         *node = touch.to_plane(node);
     }
-    Ok(())
+    Ok(Some(touch))
 }
 
 /// First touch of points of the finger's frame.
@@ -179,19 +186,21 @@ fn lowest(points: &[Vector3<f64>], inclination_deg: f64) -> Result<FirstTouch, I
 }
 
 /// First touch in the frame of the plane, which must be at z = 0.
-fn touch_of(mesh: &mut Mesh, pad: &[[u32; 4]], settings: &ImportedGeometry) -> Result<FirstTouch, ImportError> {
+fn touch_at_origin(mesh: &Mesh, pad: &[[u32; 4]], settings: &ImportedGeometry) -> Result<FirstTouch, ImportError> {
     let nodes = sorted(pad.iter().flatten().copied().collect());
     let points: Vec<Vector3<f64>> = nodes.iter().map(|n| mesh.nodes[*n as usize]).collect();
     let low = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-    // A facet's sag under the lowest node, and more.
+    // Room for the sag of a facet under its nodes.
     let edge = pad.iter().map(|f| (mesh.nodes[f[0] as usize] - mesh.nodes[f[1] as usize]).norm()).fold(0.0, f64::max);
-    if settings.frame == ImportFrame::Plane && !(-1e-6..0.05 + 0.1 * edge).contains(&low) {
+    if !(-1e-6..0.05 + 0.1 * edge).contains(&low) {
         return Err(ImportError::NotAtTouch { lowest_mm: low });
     }
     let (sin, cos) = settings.inclination_deg.to_radians().sin_cos();
     let rotation = Matrix3::new(cos, 0.0, sin, 0.0, 1.0, 0.0, -sin, 0.0, cos);
     let finger: Vec<Vector3<f64>> = points.iter().map(|p| rotation.transpose() * p).collect();
-    let curvature_radius_mm = lowest(&finger, settings.inclination_deg).map_or(f64::NAN, |t| t.curvature_radius_mm);
+    // A flat pad has no curvature to tell.
+    let curvature_radius_mm =
+        lowest(&finger, settings.inclination_deg).map_or(f64::INFINITY, |t| t.curvature_radius_mm);
     Ok(FirstTouch { point_mm: Vector3::zeros(), rotation, curvature_radius_mm })
 }
 

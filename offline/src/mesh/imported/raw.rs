@@ -13,6 +13,15 @@ pub enum RawKind {
     Tet,
     /// 4-node face.
     Quad,
+    /// 3-node face.
+    Tri,
+}
+
+impl RawKind {
+    /// Whether it has a volume; faces only carry sets.
+    pub fn is_solid(self) -> bool {
+        matches!(self, Self::Hex | Self::Tet)
+    }
 }
 
 /// An element of a file.

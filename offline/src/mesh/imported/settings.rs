@@ -84,7 +84,7 @@ pub struct ImportedGeometry {
     pub inclination_deg: f64,
     /// Faces up to this height above first touch are contact candidates if no pad is named.
     pub pad_height_mm: f64,
-    /// Nodes of different elements closer than this become one, mm.
+    /// Nodes of different elements closer than this become one, mm; 0 leaves them apart.
     pub merge_mm: f64,
     /// Nodes of tetrahedra within this distance of the hexahedra's outer faces are moved onto them and tied; so are
     /// nodes of soft tissue attached to a rigid bone that was meshed apart, mm.

@@ -15,10 +15,10 @@ struct Parameter {
     spread: f64,
 }
 
-/// A prior as heavy as points this far off, mm: it decides only what the points leave open.
-const PRIOR_MM: f64 = 0.01;
+/// A prior as heavy as points this far off, mm, at first and in the end: it decides only what the points leave open.
+const PRIOR_MM: [f64; 2] = [0.01, 1e-4];
 /// More points than this do not help.
-const MOST_POINTS: usize = 4000;
+const MOST_POINTS: usize = 8000;
 
 /// A point of the labels' border: the surface crosses the step somewhere.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ pub(super) struct Sample {
 }
 
 /// Weight of distances that the voxels leave open, beside those that they rule out.
-const OPEN: f64 = 0.05;
+const OPEN: f64 = 0.02;
 
 struct Fit<'a, F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> {
     points: &'a [Sample],
@@ -43,7 +43,7 @@ struct Fit<'a, F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> {
 impl<F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> Fit<'_, F> {
     fn residuals_at(&self, at: &DVector<f64>) -> DVector<f64> {
         let (body, shift) = (self.body)(at.as_slice());
-        let weight = PRIOR_MM * (self.points.len() as f64).sqrt();
+        let weight = PRIOR_MM[usize::from(self.within_voxels)] * (self.points.len() as f64).sqrt();
         let distance = |sample: &Sample| {
             let point = sample.place - shift;
             let distance = body.distance(&point);

@@ -6,6 +6,7 @@
 //! the smoothest surfaces that the labels allow; skin, layers, nail and sets are made as for the parametric fingertip.
 //! May use: the rest of mesh.
 
+mod core_box;
 mod error;
 mod fit;
 mod grid;
@@ -30,6 +31,7 @@ use super::mapping::Mapping;
 use super::parametric::finish;
 use super::touch_points;
 use super::{Divisions, Fingertip, FingertipShape, FirstTouch};
+use core_box::Core;
 use grid::FineGrid;
 use template::Template;
 use tissue::Tissue;
@@ -104,9 +106,9 @@ pub fn volume_fingertip(
         .ok_or_else(|| VolumeError::Fit("the pad has no lowest point before the cut: check the axes".into()))?;
 
     let mut nodes = vec![Vector3::zeros(); grid.node_count()];
+    let core = Core::new(&template, divisions, &fine, &bone);
     for point in box_points(divisions) {
-        let moved = box_shift(point, divisions, &|p| bone.shift(fine.place(p)));
-        nodes[grid.node(point, 0) as usize] = mapping.core(point) + Mapping::core_size() * moved;
+        nodes[grid.node(point, 0) as usize] = core.place(point, mapping.core(point), &fine, &bone);
     }
     for &point in grid.surface() {
         let place = fine.place(point);
@@ -132,23 +134,6 @@ pub fn volume_fingertip(
 fn box_points(divisions: &Divisions) -> impl Iterator<Item = Point> + '_ {
     let (rings, columns, rows) = (divisions.rings(), divisions.columns, divisions.rows);
     (0..=rings).flat_map(move |i| (0..=columns).flat_map(move |j| (0..=rows).map(move |k| [i, j, k])))
-}
-
-/// How far the bone's surface moved, carried into the box: blended between the four sides of a ring (Coons 1967);
-/// the last ring lies on the surface itself.
-fn box_shift([i, j, k]: Point, divisions: &Divisions, on_surface: &dyn Fn(Point) -> Vector3<f64>) -> Vector3<f64> {
-    let (columns, rows) = (divisions.columns, divisions.rows);
-    let side = |n: usize, last: usize| n == 0 || n == last;
-    if i == divisions.rings() || side(j, columns) || side(k, rows) {
-        return on_surface([i, j, k]);
-    }
-    let (u, v) = (j as f64 / columns as f64, k as f64 / rows as f64);
-    let at = |j: usize, k: usize| on_surface([i, j, k]);
-    let across = at(0, k) * (1.0 - u) + at(columns, k) * u;
-    let up = at(j, 0) * (1.0 - v) + at(j, rows) * v;
-    let lower = at(0, 0) * (1.0 - u) + at(columns, 0) * u;
-    let upper = at(0, rows) * (1.0 - u) + at(columns, rows) * u;
-    across + up - lower * (1.0 - v) - upper * v
 }
 
 #[cfg(test)]

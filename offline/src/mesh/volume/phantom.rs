@@ -94,7 +94,8 @@ pub fn phantom(shape: &FingertipShape, settings: &PhantomSettings) -> Result<Lab
     Ok(LabelVolume::new(settings.voxels, h, labels))
 }
 
-struct Rasteriser<'a> {
+/// Labels of points of a shape.
+pub(super) struct Rasteriser<'a> {
     shape: &'a FingertipShape,
     outer: Body,
     bone: Body,
@@ -102,12 +103,12 @@ struct Rasteriser<'a> {
 }
 
 impl<'a> Rasteriser<'a> {
-    fn new(shape: &'a FingertipShape, thickness_mm: f64) -> Self {
+    pub(super) fn new(shape: &'a FingertipShape, thickness_mm: f64) -> Self {
         Self { shape, outer: Body::outer(shape), bone: Body::bone(shape), thickness_mm }
     }
 
     /// Label of a point in the finger's frame.
-    fn label(&self, point: &Vector3<f64>) -> u16 {
+    pub(super) fn label(&self, point: &Vector3<f64>) -> u16 {
         let gap = self.shape.joint_start_mm..self.shape.joint_end_mm;
         if self.bone.level(point) < 1.0 {
             return if gap.contains(&point.x) { label::SOFT } else { label::BONE };

@@ -1,5 +1,7 @@
 //! The parametric shape nearest to the labels, and where the finger lies among the voxels.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Rotation3, Vector3};
 
 use super::super::FingertipShape;
@@ -117,22 +119,36 @@ fn borders(tissue: &Tissue, pose: Pose, of: fn(Kind) -> bool) -> impl Iterator<I
     })
 }
 
-/// Turn about the dorsal axis: of the line through the middles of the sections, degrees.
+/// Turn about the dorsal axis: of the line through the middles of the sections, degrees. Sections across the line
+/// itself are taken, hence the rounds: those askew are off where the finger narrows.
 fn yaw_of(tissue: &Tissue, length_mm: f64) -> f64 {
-    let [ni, nj, nk] = tissue.size;
-    let middle = |i: usize| {
-        let cells = (0..nk).flat_map(|k| (0..nj).map(move |j| (j, k)));
-        let filled = cells.filter(|&(j, k)| tissue.kinds[tissue.index([i, j, k])].is_inside());
-        let (sum, count) = filled.fold((0.0, 0.0), |(sum, n), (j, _)| (sum + j as f64, n + 1.0));
-        (count > 0.0).then(|| (i as f64 * tissue.spacing_mm[0], sum / count * tissue.spacing_mm[1]))
-    };
-    let all: Vec<(f64, f64)> = (0..ni).filter_map(middle).collect();
-    let tip = all.last().map_or(0.0, |m| m.0);
-    let used: Vec<_> = all.into_iter().filter(|m| m.0 > tip - length_mm && m.0 < tip - 0.2 * length_mm).collect();
-    let n = used.len() as f64;
-    let (mx, my) = (used.iter().map(|m| m.0).sum::<f64>() / n, used.iter().map(|m| m.1).sum::<f64>() / n);
-    let (xx, xy) = used.iter().fold((0.0, 0.0), |(xx, xy), (x, y)| (xx + (x - mx).powi(2), xy + (x - mx) * (y - my)));
-    if xx > 0.0 { (xy / xx).atan().to_degrees() } else { 0.0 }
+    let inside: Vec<Vector3<f64>> = (0..tissue.kinds.len())
+        .filter(|v| tissue.kinds[*v].is_inside())
+        .map(|v| tissue.middle(tissue.place(v)))
+        .collect();
+    let mut yaw = 0.0f64;
+    for _ in 0..6 {
+        let (sin, cos) = yaw.sin_cos();
+        let turned = || inside.iter().map(|p| (cos * p.x + sin * p.y, cos * p.y - sin * p.x));
+        let tip = turned().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
+        let width = tissue.spacing_mm[0].max(tissue.spacing_mm[1]);
+        let mut sections: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
+        for (x, y) in turned().filter(|(x, _)| (0.2 * length_mm..length_mm).contains(&(tip - x))) {
+            let section = sections.entry((x / width).floor() as i64).or_default();
+            *section = (section.0 + y, section.1 + 1.0);
+        }
+        let middles: Vec<(f64, f64)> = sections.iter().map(|(i, (sum, n))| (*i as f64 * width, sum / n)).collect();
+        let n = middles.len() as f64;
+        let (mx, my) = middles.iter().fold((0.0, 0.0), |(mx, my), (x, y)| (mx + x / n, my + y / n));
+        let (xx, xy) =
+            middles.iter().fold((0.0, 0.0), |(xx, xy), (x, y)| (xx + (x - mx).powi(2), xy + (x - mx) * (y - my)));
+        let more = if xx > 0.0 { (xy / xx).atan() } else { 0.0 };
+        yaw += more;
+        if more.abs() < 1e-4 {
+            break;
+        }
+    }
+    yaw.to_degrees()
 }
 
 /// Tells the distal phalanx from the next bone; other bits of bone become soft tissue.
