@@ -54,3 +54,13 @@ fn regularisation() {
 fn hard_paths() {
     holds("hard_paths");
 }
+
+#[test]
+fn volume() {
+    holds("volume");
+}
+
+#[test]
+fn imported() {
+    holds("imported");
+}

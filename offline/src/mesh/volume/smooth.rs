@@ -23,12 +23,11 @@ const STEPS: usize = 150;
 
 /// Points of a surface joined by quadrilaterals.
 pub(super) struct SurfaceGrid {
-    /// Neighbours of each point with their weights in the Laplacian times area.
+    /// Neighbours of each point with their weights in the Laplacian times area; of a point at an open edge, where the
+    /// Laplacian is not known, those along the edge, so that it is smooth at least.
     neighbours: Vec<Vec<(usize, f64)>>,
     /// Area of each point, mm².
     area: Vec<f64>,
-    /// Points at an open edge, where the Laplacian is not known.
-    edge: Vec<bool>,
 }
 
 impl SurfaceGrid {
@@ -48,29 +47,30 @@ impl SurfaceGrid {
         pairs.sort_unstable_by_key(|pair| pair.0);
         let mut neighbours = vec![Vec::new(); points.len()];
         let mut edge = vec![false; points.len()];
+        for pair in pairs.chunk_by(|a, b| a.0 == b.0).filter(|pair| pair.len() == 1) {
+            pair[0].0.iter().for_each(|&n| edge[n] = true);
+        }
         for pair in pairs.chunk_by(|a, b| a.0 == b.0) {
             let [a, b] = pair[0].0;
-            let weight = pair.iter().map(|p| p.1).sum();
-            neighbours[a].push((b, weight));
-            neighbours[b].push((a, weight));
-            if pair.len() == 1 {
-                edge[a] = true;
-                edge[b] = true;
+            let weight: f64 = pair.iter().map(|p| p.1).sum();
+            for (from, to) in [(a, b), (b, a)] {
+                if !edge[from] || pair.len() == 1 {
+                    neighbours[from].push((to, weight));
+                }
             }
         }
-        Self { neighbours, area, edge }
+        Self { neighbours, area }
     }
 
-    /// The Laplacian times area; 0 at open edges.
+    /// The Laplacian times area.
     fn laplacian(&self, d: &[f64]) -> Vec<f64> {
-        let at = |i: usize| self.neighbours[i].iter().map(|&(j, w)| w * (d[j] - d[i])).sum();
-        (0..d.len()).map(|i| if self.edge[i] { 0.0 } else { at(i) }).collect()
+        (0..d.len()).map(|i| self.neighbours[i].iter().map(|&(j, w)| w * (d[j] - d[i])).sum()).collect()
     }
 
     /// The transposed of [`Self::laplacian`].
     fn transposed(&self, r: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; r.len()];
-        for i in (0..r.len()).filter(|&i| !self.edge[i]) {
+        for i in 0..r.len() {
             for &(j, w) in &self.neighbours[i] {
                 out[j] += w * r[i];
                 out[i] -= w * r[i];
@@ -88,7 +88,7 @@ impl SurfaceGrid {
 
     fn diagonal(&self, weight: &[f64], h4: f64) -> Vec<f64> {
         let mut diagonal: Vec<f64> = weight.iter().zip(&self.area).map(|(w, a)| w * a).collect();
-        for i in (0..diagonal.len()).filter(|&i| !self.edge[i]) {
+        for i in 0..diagonal.len() {
             let own: f64 = self.neighbours[i].iter().map(|n| n.1).sum();
             diagonal[i] += h4 * own * own / self.area[i];
             self.neighbours[i].iter().for_each(|&(j, w)| diagonal[j] += h4 * w * w / self.area[i]);

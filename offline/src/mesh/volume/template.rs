@@ -137,6 +137,11 @@ fn yaw_of(tissue: &Tissue, length_mm: f64) -> f64 {
             let section = sections.entry((x / width).floor() as i64).or_default();
             *section = (section.0 + y, section.1 + 1.0);
         }
+        // The lattice fills the first and last ones on one side only.
+        for _ in 0..2 {
+            sections.pop_first();
+            sections.pop_last();
+        }
         let middles: Vec<(f64, f64)> = sections.iter().map(|(i, (sum, n))| (*i as f64 * width, sum / n)).collect();
         let n = middles.len() as f64;
         let (mx, my) = middles.iter().fold((0.0, 0.0), |(mx, my), (x, y)| (mx + x / n, my + y / n));
