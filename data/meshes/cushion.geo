@@ -4,7 +4,7 @@
 SetFactory("Built-in");
 Mesh.Binary = 0;
 Mesh.MshFileVersion = 4.1;
-n = 4;            // elements along an edge of the core
+n = 6;            // elements along an edge of the core
 m = 3;            // layers of subcutaneous tissue
 core = 1.6;       // half edge of the bone, mm
 inner = 5.4;      // radius of the skin's inner side, mm

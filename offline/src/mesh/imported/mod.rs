@@ -175,14 +175,14 @@ fn place(
 /// First touch of points of the finger's frame.
 fn lowest(points: &[Vector3<f64>], inclination_deg: f64) -> Result<FirstTouch, ImportError> {
     // As far as enough points for a paraboloid lie.
-    [2.0, 3.0, 4.5].into_iter().find_map(|reach| touch_points::lowest(points, inclination_deg, reach)).ok_or_else(
-        || {
+    [2.0, 2.5, 3.0, 3.5, 4.0, 4.5]
+        .into_iter()
+        .find_map(|reach| touch_points::lowest(points, inclination_deg, reach))
+        .ok_or_else(|| {
             ImportError::Touch(
-                "the outer faces have no lowest point with nodes around it: check frame, axes and inclination_deg"
-                    .into(),
+                "the outer faces have no rounded lowest point: check frame, axes and inclination_deg".into(),
             )
-        },
-    )
+        })
 }
 
 /// First touch in the frame of the plane, which must be at z = 0.
