@@ -64,3 +64,13 @@ fn arch() {
 fn hard_paths() {
     holds("hard_paths");
 }
+
+#[test]
+fn volume() {
+    holds("volume");
+}
+
+#[test]
+fn imported() {
+    holds("imported");
+}

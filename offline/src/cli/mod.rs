@@ -2,6 +2,7 @@
 
 mod build;
 mod mesh;
+mod phantom;
 mod simulate;
 
 use std::{
@@ -37,6 +38,8 @@ enum Command {
     Simulate(simulate::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
+    /// Write the parametric fingertip as a labelled volume, to test the way from a scan to a mesh
+    Phantom(phantom::Args),
 }
 
 /// Settings that every command with a finite-element model takes.
@@ -48,6 +51,12 @@ struct Model {
     /// Shape: a, b, d, e, base, or a geometry file
     #[arg(long, value_name = "NAME|F.toml")]
     shape: Option<String>,
+    /// Labelled volume (.nrrd, .nii, .nii.gz) in place of a shape; its settings stand under [volume] in --config
+    #[arg(long, value_name = "FILE", conflicts_with = "shape")]
+    volume: Option<PathBuf>,
+    /// Mesh of another program (.inp, .msh) in place of a shape; its settings stand under [imported] in --config
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "volume"])]
+    imported: Option<PathBuf>,
     /// Resolution of the mesh
     #[arg(long, value_name = "PRESET")]
     mesh_preset: Option<Preset>,
@@ -71,6 +80,15 @@ impl Model {
         };
         if let Some(shape) = &self.shape {
             config.shape.0 = shape.clone();
+            (config.volume, config.imported) = (None, None);
+        }
+        if let Some(file) = &self.volume {
+            config.volume.get_or_insert_default().file = file.clone();
+            config.imported = None;
+        }
+        if let Some(file) = &self.imported {
+            config.imported.get_or_insert_default().file = file.clone();
+            config.volume = None;
         }
         match self.mesh_preset {
             Some(Preset::Coarse) => config.mesh_preset = MeshPreset::Coarse,
@@ -129,6 +147,7 @@ pub fn main() -> ExitCode {
         Command::Build(args) => build::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Mesh(args) => mesh::run(&args),
+        Command::Phantom(args) => phantom::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

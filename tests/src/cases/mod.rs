@@ -1,6 +1,7 @@
 //! Verification cases by name.
 
 mod arch;
+mod geometry;
 mod law;
 mod meshes;
 mod numerics;
@@ -36,6 +37,12 @@ pub const CASES: &[Case] = &[
     Case { name: "hertz", about: "paraboloid on the plane, frictionless, exact far field", run: sphere::hertz },
     Case { name: "mindlin", about: "Cattaneo-Mindlin, Coulomb, nu 0.499, exact far field", run: sphere::mindlin },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
+    Case {
+        name: "volume",
+        about: "a phantom volume's mesh against the parametric one, E and A",
+        run: geometry::volume,
+    },
+    Case { name: "imported", about: "files read back, a mesh by Gmsh: the press", run: geometry::imported },
     Case { name: "creep", about: "dome, held normal and tangential force at 0.8 of the limit", run: law::creep },
     Case {
         name: "elastic_slip",
