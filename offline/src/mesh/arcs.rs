@@ -78,6 +78,11 @@ impl SectionArc {
         [p * fraction.signum(), q]
     }
 
+    /// Fraction of the half outline at a polar angle from palmar, 0 to pi.
+    pub(super) fn fraction_at(&self, angle: f64) -> f64 {
+        self.table.length_at(angle) / self.table.total()
+    }
+
     /// Length of the half outline, mm.
     pub(super) fn length(&self) -> f64 {
         self.table.total()

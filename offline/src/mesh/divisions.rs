@@ -30,8 +30,6 @@ impl MeshPreset {
                 bone_layers: 1,
                 subcutaneous_layers: 3,
                 skin_layers: 1,
-                nail_columns: 18,
-                nail_rings: 15,
                 nail_layers: 1,
             },
             Self::Default => Divisions {
@@ -43,8 +41,6 @@ impl MeshPreset {
                 bone_layers: 1,
                 subcutaneous_layers: 5,
                 skin_layers: 2,
-                nail_columns: 30,
-                nail_rings: 24,
                 nail_layers: 1,
             },
             Self::Fine => Divisions {
@@ -56,8 +52,6 @@ impl MeshPreset {
                 bone_layers: 1,
                 subcutaneous_layers: 9,
                 skin_layers: 4,
-                nail_columns: 52,
-                nail_rings: 44,
                 nail_layers: 2,
             },
         }
@@ -85,12 +79,7 @@ pub struct Divisions {
     pub subcutaneous_layers: usize,
     /// Through the skin.
     pub skin_layers: usize,
-    /// Nail: boxes (of 6 tetrahedra) across. The tie holds the skin where the nail has nodes, so the nail's boxes have
-    /// to be about half as wide as the skin's faces; with one layer its nodes add no degrees of freedom.
-    pub nail_columns: usize,
-    /// Nail: boxes along.
-    pub nail_rings: usize,
-    /// Nail: boxes through the thickness.
+    /// Nail: boxes (of 6 tetrahedra) through the thickness; along and across it has the skin's faces.
     pub nail_layers: usize,
 }
 
@@ -112,8 +101,6 @@ impl Divisions {
             ("bone_layers", self.bone_layers, 1),
             ("subcutaneous_layers", self.subcutaneous_layers, 1),
             ("skin_layers", self.skin_layers, 1),
-            ("nail_columns", self.nail_columns, 1),
-            ("nail_rings", self.nail_rings, 1),
             ("nail_layers", self.nail_layers, 1),
         ];
         for (field, value, least) in numbers {
@@ -141,8 +128,6 @@ impl Divisions {
             bone_layers: times(self.bone_layers),
             subcutaneous_layers: times(self.subcutaneous_layers),
             skin_layers: times(self.skin_layers),
-            nail_columns: times(self.nail_columns),
-            nail_rings: times(self.nail_rings),
             nail_layers: times(self.nail_layers),
         }
     }

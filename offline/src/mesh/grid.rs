@@ -135,6 +135,14 @@ impl CappedBox {
         self.surface_cells().iter().map(|(cell, _)| cell.map(|p| self.node(p, level))).collect()
     }
 
+    /// Those of [`Self::outer_faces`] that lie on the back.
+    pub(super) fn dorsal_faces(&self) -> Vec<[u32; 4]> {
+        let level = self.outer_level();
+        let on_back = |cell: &[Point; 4]| cell.iter().all(|p| p[2] == self.rows);
+        let cells = self.surface_cells().into_iter().filter(|(cell, _)| on_back(cell));
+        cells.map(|(cell, _)| cell.map(|p| self.node(p, level))).collect()
+    }
+
     /// Nodes of the proximal section, sorted.
     pub(super) fn proximal_nodes(&self) -> Vec<u32> {
         let mut nodes = Vec::new();

@@ -12,8 +12,10 @@ use super::{Divisions, FingertipShape};
 /// Choices that place the grid: a search over all shapes and presets for the worst scaled Jacobian, with the
 /// gradings and the edge of the tip held where the pad wants them.
 mod choice {
-    /// Where the palmar and the dorsal edges run on the outer section, as fractions of its half outline.
-    pub const OUTER_EDGES: [f64; 2] = [0.32, 0.74];
+    /// Where the palmar edge runs on the outer section, as a fraction of its half outline.
+    pub const OUTER_PALMAR_EDGE: f64 = 0.32;
+    /// The dorsal edge runs along the nail's lateral edge, but within these fractions.
+    pub const OUTER_DORSAL_EDGE: [f64; 2] = [0.62, 0.82];
     /// The same on the bone.
     pub const BONE_EDGES: [f64; 2] = [0.25, 0.72];
     /// Size of the section at the palmar edge of the tip, relative to the shaft's.
@@ -173,7 +175,7 @@ impl Mapping {
     pub(super) fn new(shape: &FingertipShape, divisions: &Divisions, touch: &FirstTouch) -> Self {
         let mut outer = Sheet::new(
             Body::outer(shape),
-            choice::OUTER_EDGES,
+            [choice::OUTER_PALMAR_EDGE, dorsal_edge(shape)],
             [choice::OUTER_TIP, choice::OUTER_TIP_SHIFT, choice::OUTER_BULGE],
         );
         let mut bone = Sheet::new(
@@ -182,7 +184,7 @@ impl Mapping {
             [choice::BONE_TIP, choice::BONE_TIP_SHIFT, choice::BONE_BULGE],
         );
 
-        let half = choice::OUTER_EDGES[0] * outer.section.length();
+        let half = choice::OUTER_PALMAR_EDGE * outer.section.length();
         let across = graded(divisions.columns, 2.0 * half, half, choice::REACH_ACROSS);
         let fine: Vec<f64> = across.iter().map(|s| s / half - 1.0).collect();
         let even: Vec<f64> = (0..=divisions.columns).map(|j| 2.0 * j as f64 / divisions.columns as f64 - 1.0).collect();
@@ -274,6 +276,13 @@ impl Mapping {
         line.extend((1..=skin_layers).map(|l| inner.lerp(&outer, part(l, skin_layers))));
         line
     }
+}
+
+/// Where the nail's lateral edge runs on the outer section, as a fraction of its half outline.
+fn dorsal_edge(shape: &FingertipShape) -> f64 {
+    let [least, most] = choice::OUTER_DORSAL_EDGE;
+    let section = SectionArc::new(&Body::outer(shape));
+    section.fraction_at(std::f64::consts::PI - shape.nail_half_angle_deg.to_radians()).clamp(least, most)
 }
 
 /// A square (-1..1) with sides bulged: they lie at 1 in their middles and at 1 - `bulge` at the corners.

@@ -20,6 +20,7 @@ mod boundary;
 mod check;
 mod divisions;
 mod error;
+mod foot;
 mod grid;
 pub mod imported;
 mod mapping;

@@ -59,7 +59,7 @@ pub(super) fn finish(
     let mut mesh = Mesh { nodes, hexes: grid.hexes(), ..Mesh::default() };
     let fixed = match shape.nail {
         Nail::Tets => {
-            let Plate { nodes, tets, ties, outer } = nail::plate(shape, divisions, &mesh.nodes, &outer_faces);
+            let Plate { nodes, tets, ties, outer } = nail::plate(shape, divisions, &mesh.nodes, &grid.dorsal_faces());
             mesh.nodes.extend(nodes);
             mesh.tets = tets;
             mesh.ties = ties;

@@ -3,10 +3,7 @@
 //! A node of the nail follows the face that it lies on. Linear fields pass the tie exactly; forces go to the
 //! nodes of that face only, so that a uniform stress does not: what is left is measured here.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    ops::ControlFlow,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use fingerpad_offline::{
     assembly::{Body, Configuration, Joint, Material, Supports},
@@ -15,7 +12,6 @@ use fingerpad_offline::{
     mesh::{
         Divisions, FingertipShape, HEX_FACES, Mesh, MeshPreset, Region, TET_FACES, block::coordinates, fingertip, set,
     },
-    slide::{Drive, Finger, Path, Problem, Tissue, Waypoint, march},
 };
 use fingerpad_tests::{blocks::tied_block, equilibrium::equilibrium, reference, verify};
 use nalgebra::{Matrix3, RowVector3, Vector3};
@@ -86,8 +82,7 @@ fn column_of_tied_blocks() {
     let skin = Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 });
     let nail = Material::Linear(SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 });
     let alike = Material::Linear(SaintVenantKirchhoff { young_mpa: 1.0, poisson: 0.3 });
-    // Triangles on quadrilaterals: even with nodes on nodes (4) the forces do not match. Three to one is what the
-    // presets of the finger have.
+    // Triangles on quadrilaterals: with nodes on nodes (4, as on the finger) the forces do not match at the rim.
     for (divisions, bounds) in [(4, [0.15, 0.4, 0.01]), (8, [0.03, 0.15, 1e-3]), (12, [0.02, 0.1, 1e-3])] {
         for (case, materials) in [("one material", [alike, alike]), ("nail on skin", [skin, nail])] {
             let case = format!("tie, column, {case}, {divisions} on 4 divisions");
@@ -161,40 +156,8 @@ fn finger(divisions: &Divisions) -> [f64; 3] {
 fn nail_of_the_finger() {
     for (preset, label) in [(MeshPreset::Coarse, "coarse"), (MeshPreset::Default, "default")] {
         let [displacement, hexes, tets] = finger(&preset.divisions());
-        verify(&format!("tie, finger {label}"), "displacement error over the nail's", displacement, 0.01);
-        verify(&format!("tie, finger {label}"), "stress error of the worst hexahedron", hexes, 0.05);
-        verify(&format!("tie, finger {label}"), "stress error of the worst tetrahedron", tets, 0.15);
+        verify(&format!("tie, finger {label}"), "displacement error over the nail's", displacement, 1e-3);
+        verify(&format!("tie, finger {label}"), "stress error of the worst hexahedron", hexes, 5e-3);
+        verify(&format!("tie, finger {label}"), "stress error of the worst tetrahedron", tets, 1e-2);
     }
-}
-
-/// Normal force at 1 mm without friction, N.
-fn pressed(divisions: &Divisions) -> f64 {
-    let finger = Finger::new(fingertip(&FingertipShape::default(), divisions).unwrap(), &Tissue::default()).unwrap();
-    let problem = Problem {
-        body: &finger.body,
-        pad_faces: &finger.mesh.pad_faces,
-        friction: None,
-        penalty: Default::default(),
-        settings: Default::default(),
-        march: Default::default(),
-    };
-    let corner = |t_s: f64| Waypoint { t_s, normal: t_s, x: 0.0, y: 0.0 };
-    let path = Path { drives: [Drive::Displacement; 3], waypoints: vec![corner(0.0), corner(1.0)] };
-    let run = march(&problem, &path, &[], &mut |_| ControlFlow::Continue(())).unwrap();
-    run.responses.last().unwrap().normal_force_n
-}
-
-#[test]
-fn skin_is_held_all_over_under_the_nail() {
-    // Skin nodes between the nail's nodes are free: with fewer nodes on the nail than on the skin the finger is
-    // softer, by 14 % at a third of the coarse preset's divisions.
-    let divisions = MeshPreset::Coarse.divisions();
-    let times = |n: usize, d: usize| Divisions {
-        nail_rings: divisions.nail_rings * n / d,
-        nail_columns: divisions.nail_columns * n / d,
-        ..divisions
-    };
-    let [sparse, force, dense] = [times(1, 3), divisions, times(4, 3)].map(|d| pressed(&d));
-    println!("tie, finger coarse: normal force at 1 mm {sparse:.5} N, {force:.5} N, {dense:.5} N (1/3, preset, 4/3)");
-    verify("tie, finger coarse", "change of the normal force by a denser nail", (dense / force - 1.0).abs(), 2e-3);
 }

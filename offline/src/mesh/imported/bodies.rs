@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Vector3;
 
-use super::super::nail::nearest_on_faces;
+use super::super::foot::nearest_on_faces;
 use super::super::{HEX_FACES, Mesh, Region, TET_FACES, set};
 use super::{Draft, ImportError, ImportedGeometry, Near, region_name, sorted};
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::Vector3;
 
-use super::super::nail::nearest_on_faces;
+use super::super::foot::nearest_on_faces;
 use super::super::{Hex, Mesh, Region, Tet, Tie};
 use super::raw::named;
 use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, REGION_NAMES, RawKind, RawMesh, bodies, sorted};

@@ -4,7 +4,7 @@ use nalgebra::Rotation3;
 
 use super::phantom::Rasteriser;
 use super::*;
-use crate::mesh::nail::nearest_on_faces;
+use crate::mesh::foot::nearest_on_faces;
 use crate::mesh::surface::Body;
 use crate::mesh::{Mesh, MeshPreset, Region, fingertip, quality, set};
 
