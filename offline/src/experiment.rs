@@ -358,3 +358,40 @@ pub fn frictionless(
 ) -> Result<Vec<PressLimit>, MarchError> {
     press_limits(&config.problem(finger), &config.friction, &config.experiment.depths_mm, progress)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_depends_on_what_a_volume_holds_and_not_on_where_it_lies() {
+        let dir = tempfile::tempdir().unwrap();
+        let (a, b) = (dir.path().join("a.nrrd"), dir.path().join("b.nii"));
+        let mut volume = LabelVolume::new([2, 2, 2], [0.5, 0.5, 0.5], vec![0, 1, 2, 3, 0, 1, 2, 3]);
+        io::volume::write(&a, &volume).unwrap();
+        io::volume::write(&b, &volume).unwrap();
+        let hash = |file: &FilePath, noise: f64| {
+            let geometry = VolumeGeometry { file: file.into(), noise, ..Default::default() };
+            Config { volume: Some(geometry), ..Config::default() }.hash().unwrap()
+        };
+        let first = hash(&a, 1.0);
+        assert_eq!(first, hash(&b, 1.0));
+        assert_ne!(first, hash(&a, 1.5));
+        assert_ne!(first, Config::default().hash().unwrap());
+        volume.labels[0] = 1;
+        io::volume::write(&a, &volume).unwrap();
+        assert_ne!(first, hash(&a, 1.0));
+    }
+
+    #[test]
+    fn files_count_from_the_folder_of_the_configuration() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        std::fs::write(&path, "volume = { file = \"sub/v.nrrd\", distal_axis = \"-k\" }\n").unwrap();
+        let config = Config::read(&path).unwrap();
+        assert_eq!(config.volume.as_ref().unwrap().file, dir.path().join("sub/v.nrrd"));
+        assert!(config.geometry_name().ends_with("v.nrrd"));
+        let printed = toml::to_string(&config).unwrap();
+        assert_eq!(toml::from_str::<Config>(&printed).unwrap(), config);
+    }
+}

@@ -10,7 +10,7 @@ use fingerpad_offline::{
     slide::Finger,
 };
 
-use super::{Failure, Model};
+use super::{Failure, Model, busy};
 
 /// Write the fingertip's mesh, or the whole problem for another program.
 #[derive(clap::Args)]
@@ -43,7 +43,10 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = args.model.config()?;
-    let (fingertip, origin) = config.fingertip()?;
+    let spinner = busy("mesh");
+    let made = config.fingertip();
+    spinner.finish_and_clear();
+    let (fingertip, origin) = made?;
     let touch = fingertip.touch;
     let finger = Finger::new(fingertip, &config.tissue).map_err(ConfigError::from)?;
     let ending = args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();

@@ -166,6 +166,13 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// Spinner for a step of a few seconds whose length is not known.
+fn busy(what: &str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner().with_message(what.to_owned());
+    bar.enable_steady_tick(std::time::Duration::from_millis(100));
+    bar
+}
+
 /// Bar that shows a run's share, increments, iterations, cutbacks and time left.
 fn bar(name: String) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {msg}  {eta} left")

@@ -8,7 +8,7 @@ use fingerpad_offline::{
     mesh::volume::{PhantomSettings, label, phantom},
 };
 
-use super::{Failure, Model};
+use super::{Failure, Model, busy};
 
 /// Write the parametric fingertip as a labelled volume (outside 0, soft tissue 1, bone 2, nail 3).
 #[derive(clap::Args)]
@@ -55,7 +55,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(settings.margin_mm.is_finite() && settings.margin_mm >= 0.0) {
         return Err(Failure::Input(anyhow::anyhow!("--margin-mm {}: must be a number from 0", settings.margin_mm)));
     }
-    let volume = phantom(&config.fingertip_shape()?, &settings).map_err(ConfigError::from)?;
+    let shape = config.fingertip_shape()?;
+    io::volume::check_name(&args.out)?;
+    let spinner = busy("voxels");
+    let made = phantom(&shape, &settings).map_err(ConfigError::from);
+    spinner.finish_and_clear();
+    let volume = made?;
     io::volume::write(&args.out, &volume)?;
     let [i, j, k] = settings.voxels;
     let [hx, hy, hz] = settings.spacing_mm();

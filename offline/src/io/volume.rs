@@ -49,6 +49,14 @@ pub fn write(path: &Path, volume: &LabelVolume) -> Result<(), Error> {
     }
 }
 
+/// Refuses a name whose ending is none of a label volume's, before the work of making one.
+///
+/// # Errors
+/// [`Error::Content`] with the endings understood.
+pub fn check_name(path: &Path) -> Result<(), Error> {
+    format(path).map(drop)
+}
+
 /// Labels as bytes, for writing.
 pub(super) fn bytes(path: &Path, volume: &LabelVolume) -> Result<Vec<u8>, Error> {
     let byte = |&label: &u16| {

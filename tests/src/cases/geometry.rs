@@ -98,13 +98,13 @@ pub fn imported(_: Effort) -> Result<Vec<Check>, Failure> {
     let fixed = finger.mesh.node_set(set::NAIL_FIX).len();
     checks.push(Check::at_least("cushion.msh: nodes held by the nail", fixed as f64, 9.0));
     let pressed = press(&config)?;
-    // Between nothing and the area of the undeformed section, 2 pi R d.
+    // Facets of 1.5 mm on a radius of 6 mm touch late: only between bounds, the section's area being 2 pi R d.
     for point in &pressed {
         let section = 2.0 * std::f64::consts::PI * 6.0 * point.depth_mm;
         let name = format!("cushion.msh, {} mm: contact area below that of the section, mm2", point.depth_mm);
         checks.push(Check::at_most(name, point.contact_area_mm2, section));
-        let name = format!("cushion.msh, {} mm: contact area above a fourth of it, mm2", point.depth_mm);
-        checks.push(Check::at_least(name, point.contact_area_mm2, 0.25 * section));
+        let name = format!("cushion.msh, {} mm: contact area above a tenth of it, mm2", point.depth_mm);
+        checks.push(Check::at_least(name, point.contact_area_mm2, 0.1 * section));
     }
     let rising = pressed.windows(2).all(|w| w[1].normal_force_n > w[0].normal_force_n && w[0].normal_force_n > 0.0);
     checks.push(Check::at_least("cushion.msh: force rises with depth", f64::from(u8::from(rising)), 1.0));

