@@ -51,6 +51,16 @@ fn regularisation() {
 }
 
 #[test]
+fn loops() {
+    holds("loops");
+}
+
+#[test]
+fn arch() {
+    holds("arch");
+}
+
+#[test]
 fn hard_paths() {
     holds("hard_paths");
 }

@@ -1,6 +1,8 @@
 //! Verification cases by name.
 
+mod arch;
 mod law;
+mod meshes;
 mod numerics;
 pub mod paths;
 mod sphere;
@@ -49,5 +51,18 @@ pub const CASES: &[Case] = &[
     Case { name: "regularisation", about: "the same: regular pressure x0.1", run: numerics::regularisation },
     Case { name: "loops", about: "coarse shape A, fixed bone: energy of closed paths", run: numerics::loops },
     Case { name: "hard_paths", about: "coarse shape E, floating bone: turns, lifts, forces", run: paths::hard_paths },
+    Case { name: "arch", about: "shallow arch under a growing force: past its limit point", run: arch::arch },
+    Case {
+        name: "convergence",
+        about: "three meshes, A fixed and E floating, 1 mm: N, area, F/N",
+        run: meshes::convergence,
+    },
+    Case {
+        name: "elements",
+        about: "three meshes of A, frictionless: mean dilatation against C3D8R",
+        run: meshes::elements,
+    },
+    Case { name: "variants", about: "default mesh of E, 1 mm: bones, joint, nail", run: meshes::variants },
+    Case { name: "growth", about: "three meshes of E, 1.5 mm and 6 mm of slide: time and memory", run: meshes::growth },
     Case { name: "deep", about: "default mesh: A fixed and E floating 2.5 mm, B at half stiffness", run: paths::deep },
 ];
