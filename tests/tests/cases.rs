@@ -64,3 +64,18 @@ fn arch() {
 fn hard_paths() {
     holds("hard_paths");
 }
+
+#[test]
+fn direct_slip() {
+    holds("direct_slip");
+}
+
+#[test]
+fn twin() {
+    holds("twin");
+}
+
+#[test]
+fn noise() {
+    holds("noise");
+}

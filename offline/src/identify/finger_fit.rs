@@ -237,21 +237,31 @@ impl Model for FingerFit<'_> {
     }
 
     fn jacobian(&mut self, x: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
+        match self.differences(x, 1.0) {
+            Err(error) if error.is_local() => self.differences(x, -1.0),
+            other => other,
+        }
+    }
+}
+
+impl FingerFit<'_> {
+    /// Columns of the derivatives by differences to one side: `side` is 1 (up) or -1 (down).
+    fn differences(&self, x: &[f64], side: f64) -> Result<Vec<Vec<f64>>, IdentifyError> {
         let place = self.place(x);
         let slots = self.table.depths_mm.len();
-        let law_steps = [0.02, 0.02];
+        let law_steps = [0.02 * side; 2];
         // Moves that keep the shape share one finger; a shift of its own slot is a move of the depth.
-        const DEPTH: f64 = 0.02;
+        let by = side * KnobKind::DepthOffsetMm.step();
         let depth = Place {
-            finger: place.finger.with(KnobKind::DepthOffsetMm, place.finger.depth_offset_mm + DEPTH),
+            finger: place.finger.with(KnobKind::DepthOffsetMm, place.finger.depth_offset_mm + by),
             ..place.clone()
         };
+        let stiffer_by = side * place.finger.stiffness * KnobKind::Stiffness.step();
         let stiffer = {
-            let step = place.finger.stiffness * KnobKind::Stiffness.step();
+            let step = stiffer_by;
             Place { finger: place.finger.with(KnobKind::Stiffness, place.finger.stiffness + step), ..place.clone() }
         };
-        let mut same: Vec<(Place, f64)> =
-            vec![(place.clone(), 0.0), (depth, DEPTH), (stiffer, place.finger.stiffness * KnobKind::Stiffness.step())];
+        let mut same: Vec<(Place, f64)> = vec![(place.clone(), 0.0), (depth, by), (stiffer, stiffer_by)];
         if self.with_law() {
             let coordinates = place.law.coordinates(false);
             for (k, h) in law_steps.into_iter().enumerate() {
@@ -276,8 +286,9 @@ impl Model for FingerFit<'_> {
                 KnobKind::Stiffness => slope(2),
                 kind => {
                     let value = place.finger.get(kind);
-                    let [_, high] = knob.bounds();
-                    let h = if value + kind.step() > high { -kind.step() } else { kind.step() };
+                    let [low, high] = knob.bounds();
+                    let up = if value + kind.step() > high { false } else { side > 0.0 || value - kind.step() < low };
+                    let h = if up { kind.step() } else { -kind.step() };
                     let moved = Place { finger: place.finger.with(kind, value + h), ..place.clone() };
                     let logs = self.states(&moved)?.iter().map(Self::logs).collect::<Vec<_>>();
                     logs.iter().zip(&base).map(|(l, b)| [0, 1, 2].map(|q| (l[q] - b[q]) / h)).collect()

@@ -150,8 +150,8 @@ pub fn minimise(
         .with_xtol(stop.tolerance)
         .with_gtol(stop.tolerance)
         .with_patience(patience)
-        // A first step of a tenth of the way between bounds: a finger may not survive more.
-        .with_stepbound(1.0)
+        // MINPACK's cautious end of the usual range: a finger may not survive a bold first step.
+        .with_stepbound(0.2)
         .minimize(problem);
     let evaluations = *problem.evaluations.borrow();
     let ended = match report.termination {

@@ -280,7 +280,7 @@ impl<'a> Slider<'a> {
             let mut stats = Stats::default();
             let last = saturated(&state);
             match self.solver.damped_step(&last, target, coefficient, &mut stats) {
-                Ok((next, _)) => {
+                Ok(next) => {
                     state = next;
                     coefficient *= 0.4;
                     if coefficient < 1e-2 {

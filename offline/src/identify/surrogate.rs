@@ -56,13 +56,19 @@ pub fn log_slopes(model: &mut dyn Friction, at: &LawPoint, free_tau0: bool) -> R
                 moved[k] += sign * h;
                 model.coefficients(&at.at(&moved))
             };
+            let up = side(1.0);
             // tau_0 cannot be negative.
-            if k == 2 && x[k] < h {
-                let (middle, up) = (side(0.0)?, side(1.0)?);
-                return Ok(middle.iter().zip(&up).map(|(m, u)| (u / m).ln() / h).collect());
-            }
-            let (down, up) = (side(-1.0)?, side(1.0)?);
-            Ok(down.iter().zip(&up).map(|(d, u)| (u / d).ln() / (2.0 * h)).collect())
+            let down = if k == 2 && x[k] < h { None } else { Some(side(-1.0)) };
+            let local = |e: &IdentifyError| e.is_local();
+            let (from, to, width) = match (down, up) {
+                (Some(Ok(down)), Ok(up)) => (down, up, 2.0 * h),
+                // One side has no slide: the other one with the middle.
+                (Some(Ok(down)), Err(error)) if local(&error) => (down, side(0.0)?, h),
+                (None, Ok(up)) => (side(0.0)?, up, h),
+                (Some(Err(error)), Ok(up)) if local(&error) => (side(0.0)?, up, h),
+                (Some(Err(error)), _) | (_, Err(error)) => return Err(error),
+            };
+            Ok(from.iter().zip(&to).map(|(a, b)| (b / a).ln() / width).collect())
         })
         .collect()
 }
