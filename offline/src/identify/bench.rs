@@ -11,7 +11,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    Effort, IdentifyError, Place, Slider, Start, Steady,
+    Effort, IdentifyError, Limits, Place, Slider, Start, Steady,
     memo::{Key, Memo, key_of},
 };
 use crate::{
@@ -237,7 +237,7 @@ impl<'a> Rig<'a> {
         let mut press = self.sliders.remove(&first).expect("inserted above");
         let mut pressed = Vec::new();
         for &(slot, place) in &cold {
-            press.go(place)?;
+            press.go(place, Limits::Pass)?;
             pressed.push((slot, press.start()));
         }
         self.sliders.insert(first, press);
@@ -250,12 +250,12 @@ impl<'a> Rig<'a> {
 
 /// Goes there; where the way from the last state fails, lifts off and comes again.
 fn go(slider: &mut Slider, to: Place) -> Result<Steady, IdentifyError> {
-    match slider.go(to) {
+    match slider.go(to, Limits::Stop) {
         Err(error) if error.is_local() => {
             let start = slider.start();
             slider.lift();
             let free = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..to.law };
-            let again = slider.go(Place { law: free, ..to }).and_then(|_| slider.go(to));
+            let again = slider.go(Place { law: free, ..to }, Limits::Pass).and_then(|_| slider.go(to, Limits::Pass));
             again.map_err(|again| {
                 slider.restart(&start);
                 if again.is_local() { error } else { again }

@@ -158,6 +158,9 @@ pub struct Mapping {
 /// Gives steady states of all slots at a law.
 pub type States<'s> = dyn FnMut(&LawPoint) -> Result<Vec<Steady>, IdentifyError> + 's;
 
+/// Longest step of the space mapping in any coordinate.
+const LONGEST: f64 = 0.4;
+
 /// Space mapping: fits the law over the pressure of the last finite-element states until they are those of the law.
 ///
 /// # Errors
@@ -189,6 +192,12 @@ pub fn space_mapping(
         };
         if moved(&next) < tolerance {
             return Ok((path, found));
+        }
+        // The pressure of one law says little of a far one.
+        let share = LONGEST / moved(&next);
+        if share < 1.0 {
+            let y = next.coordinates(target.free_tau0);
+            next = next.at(&x.iter().zip(&y).map(|(a, b)| a + share * (b - a)).collect::<Vec<_>>());
         }
         // Where the finite elements cannot follow, half of the way.
         loop {

@@ -151,7 +151,7 @@ pub fn minimise(
         .with_gtol(stop.tolerance)
         .with_patience(patience)
         // MINPACK's cautious end of the usual range: a finger may not survive a bold first step.
-        .with_stepbound(0.2)
+        .with_stepbound(0.5)
         .minimize(problem);
     let evaluations = *problem.evaluations.borrow();
     let ended = match report.termination {
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn planted_values_come_back_also_past_a_failing_region_and_bounds_hold() {
-        let points = |rate: f64| (0..8).map(|i| [0.2 * f64::from(i), 3.0 * (-rate * 0.2 * f64::from(i)).exp()]);
+        let points = |rate: f64| (0..8).map(move |i| [0.2 * f64::from(i), 3.0 * (-rate * 0.2 * f64::from(i)).exp()]);
         let variables =
             |high| [Variable { value: 1.0, bounds: [0.0, 10.0] }, Variable { value: 0.3, bounds: [0.0, high] }];
         let stop = Stop { tolerance: 1e-12, evaluations: 300 };

@@ -34,5 +34,5 @@ pub use outcome::Outcome;
 pub use procedure::{Input, identify, settings_hash};
 pub use settings::{Calibration, Compared, Fast, Joint, Knob, Prediction, Settings, Simplex};
 pub use simplex::SimplexRun;
-pub use steady::{Effort, Place, Slider, Start, Steady};
+pub use steady::{Effort, Limits, Place, Slider, Start, Steady};
 pub use table::{Point, Table};

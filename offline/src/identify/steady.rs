@@ -20,9 +20,7 @@ const SATURATED_MM: f64 = 1e9;
 /// Share of a move below which a step is taken for one over a limit point.
 const SNAP_BELOW: f64 = 1.0 / 20.0;
 /// Viscous steps over a limit point before a move is given up.
-const SNAP_STEPS: usize = 30;
-/// Limit points of a move before it is given up.
-const MOST_SNAPS: usize = 2;
+const SNAP_STEPS: usize = 20;
 
 /// What a steady slide at one depth looks like.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -60,6 +58,15 @@ pub struct Place {
     pub depth_mm: f64,
     /// Law; `lambda = 0` and `tau0_mpa = 0` is a press without friction.
     pub law: RubberFriction,
+}
+
+/// What a move does at a limit point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limits {
+    /// Gives up.
+    Stop,
+    /// Steps over one by viscous steps.
+    Pass,
 }
 
 /// What it cost.
@@ -194,10 +201,10 @@ impl<'a> Slider<'a> {
     /// # Errors
     /// [`IdentifyError::Steady`] with the failure of the smallest step, or [`IdentifyError::Interrupted`]; the
     /// slider stands where it started from.
-    pub fn go(&mut self, to: Place) -> Result<Steady, IdentifyError> {
+    pub fn go(&mut self, to: Place, limits: Limits) -> Result<Steady, IdentifyError> {
         if to != self.at || self.state.totals.force.z == 0.0 {
             let start = self.start();
-            if let Err(error) = self.move_to(to) {
+            if let Err(error) = self.move_to(to, limits) {
                 self.restart(&start);
                 return Err(error);
             }
@@ -205,12 +212,12 @@ impl<'a> Slider<'a> {
         Ok(self.steady())
     }
 
-    fn move_to(&mut self, to: Place) -> Result<(), IdentifyError> {
+    fn move_to(&mut self, to: Place, limits: Limits) -> Result<(), IdentifyError> {
         let from = self.at;
         let mut pace = first_share(&from, &to, self.max_depth_step_mm);
         let mut done = 0.0f64;
         let mut before: Option<(State, f64)> = None;
-        let mut snaps = 0;
+        let mut snaps = u32::from(limits == Limits::Stop);
         while done < 1.0 {
             if !(self.go_on)() {
                 return Err(IdentifyError::Interrupted);
@@ -254,7 +261,7 @@ impl<'a> Slider<'a> {
                         continue;
                     }
                     snaps += 1;
-                    if snaps <= MOST_SNAPS && self.snap(target)? {
+                    if snaps <= 1 && self.snap(target)? {
                         self.at = place;
                         done = share;
                         pace = 0.1;
