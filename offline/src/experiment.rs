@@ -48,6 +48,8 @@ pub struct Config {
     pub numerics: Numerics,
     /// Depths and slide.
     pub experiment: Experiment,
+    /// Calibration and identification.
+    pub identify: crate::identify::Settings,
 }
 
 /// Where a shape comes from.

@@ -8,6 +8,7 @@ pub mod assembly;
 pub mod contact;
 pub mod element;
 pub mod experiment;
+pub mod identify;
 pub mod io;
 pub mod material;
 pub mod mesh;

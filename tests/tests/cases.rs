@@ -74,3 +74,18 @@ fn volume() {
 fn imported() {
     holds("imported");
 }
+
+#[test]
+fn direct_slip() {
+    holds("direct_slip");
+}
+
+#[test]
+fn twin() {
+    holds("twin");
+}
+
+#[test]
+fn noise() {
+    holds("noise");
+}

@@ -1,6 +1,7 @@
 //! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
 
 mod build;
+mod identify;
 mod mesh;
 mod phantom;
 mod simulate;
@@ -34,6 +35,8 @@ struct Cli {
 enum Command {
     /// The main job: mesh, press and slide at the measured depths, report
     Build(build::Args),
+    /// Calibrate the finger on a measured table and identify the friction law
+    Identify(identify::Args),
     /// Follow a path of the plane with the finite-element model
     Simulate(simulate::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
@@ -145,6 +148,7 @@ pub fn main() -> ExitCode {
     }
     let result = match cli.command {
         Command::Build(args) => build::run(&args),
+        Command::Identify(args) => identify::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Mesh(args) => mesh::run(&args),
         Command::Phantom(args) => phantom::run(&args),

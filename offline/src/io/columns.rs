@@ -1,7 +1,8 @@
 //! A CSV file of numbers as named columns, with errors that say where.
 //!
-//! Takes what spreadsheets write: byte order mark, CRLF, blank lines, spaces and quotes around cells, any column
-//! order. Does not take semicolons, decimal commas, comments or missing cells.
+//! Takes what spreadsheets write: byte order mark, CRLF, blank lines, spaces and quotes around cells (a comma inside
+//! quotes separates nothing), any column order. Does not take semicolons, decimal commas, thousands separators,
+//! comments or missing cells.
 
 use std::path::{Path, PathBuf};
 
@@ -32,14 +33,15 @@ impl Columns {
         Self::parse(path, text, known)
     }
 
-    fn parse(path: &Path, text: &str, known: &[&str]) -> Result<Self, Error> {
+    /// The same from text; `path` is for the messages.
+    pub fn parse(path: &Path, text: &str, known: &[&str]) -> Result<Self, Error> {
         let path = path.to_path_buf();
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = text
             .lines()
             .enumerate()
             .filter(|(_, line)| !line.trim().is_empty())
-            .map(|(i, line)| (i + 1, line.split(',').map(cell).collect::<Vec<_>>()));
+            .map(|(i, line)| (i + 1, split(line).into_iter().map(cell).collect::<Vec<_>>()));
         let Some((header_line, names)) = lines.next() else {
             return Err(Error::Empty { path, expected: known.join(",") });
         };
@@ -99,7 +101,7 @@ impl Columns {
             Ok(value) if value.is_finite() => Ok(value),
             Ok(_) => Err(self.refuse(row, column, "is not finite")),
             Err(_) if text.is_empty() => Err(self.refuse(row, column, "is missing: the cell is empty")),
-            Err(_) => Err(self.refuse(row, column, "is not a number")),
+            Err(_) => Err(self.refuse(row, column, not_a_number(text))),
         }
     }
 
@@ -121,6 +123,42 @@ impl Columns {
         }
         let line = self.rows.last().map_or(self.header_line, |row| row.line);
         Err(Error::TooFewRows { path: self.path.clone(), line, found: self.rows.len(), needed })
+    }
+}
+
+/// Cells of a line: commas outside quotes separate.
+fn split(line: &str) -> Vec<&str> {
+    let (mut cells, mut start, mut quoted) = (Vec::new(), 0, false);
+    for (i, c) in line.char_indices() {
+        match c {
+            '"' => quoted = !quoted,
+            ',' if !quoted => {
+                cells.push(&line[start..i]);
+                start = i + 1;
+            }
+            _ => {}
+        }
+    }
+    cells.push(&line[start..]);
+    cells
+}
+
+/// Why a cell is not a number.
+fn not_a_number(text: &str) -> String {
+    let plain = |separators: &[char]| -> Option<String> {
+        let joined = text.replace(separators, "");
+        (joined.len() < text.len() && joined.parse::<f64>().is_ok_and(f64::is_finite)).then_some(joined)
+    };
+    let groups = |separator: char| {
+        let whole = text.split('.').next().unwrap_or(text);
+        whole.split(separator).skip(1).all(|group| group.len() == 3)
+    };
+    if text.contains(',') && !groups(',') {
+        return "is not a number: the decimal point is `.`".into();
+    }
+    match plain(&[',', ' ', '\'', '_', '\u{a0}', '\u{202f}', '\u{2009}']) {
+        Some(joined) => format!("has a thousands separator: write {joined}"),
+        None => "is not a number".into(),
     }
 }
 

@@ -22,7 +22,7 @@ pub struct Picture {
     pub svg: Option<String>,
 }
 
-const STYLE: &str = include_str!("page.css");
+pub(super) const STYLE: &str = include_str!("page.css");
 
 /// What every report says of the model's limits.
 const LEFT_OUT: [&str; 6] = [
@@ -34,16 +34,28 @@ const LEFT_OUT: [&str; 6] = [
     "Table 1 gives means of three trials without their spread, so no difference here has an error bar.",
 ];
 
-fn escape(text: &str) -> String {
+/// Fonts that the figures are set in.
+pub(super) fn fonts() -> String {
+    let face = |weight, data: &[u8]| {
+        format!(
+            "@font-face{{font-family:\"{}\";font-weight:{weight};src:url(data:font/ttf;base64,{}) format(\"truetype\")}}\n",
+            font::FAMILY,
+            BASE64.encode(data)
+        )
+    };
+    face(400, font::REGULAR) + &face(700, font::BOLD)
+}
+
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Escapes running text and keeps numbers and their units on one line.
-fn prose(text: &str) -> String {
+pub(super) fn prose(text: &str) -> String {
     [" mm", " %", " N/mm", " kPa"].iter().fold(escape(text), |t, unit| t.replace(unit, &unit.replace(' ', "\u{a0}")))
 }
 
-fn cell(text: &str) -> String {
+pub(super) fn cell(text: &str) -> String {
     format!("<td class=\"num\">{text}</td>")
 }
 
@@ -55,14 +67,7 @@ fn number(v: Option<f64>, decimals: usize) -> String {
 pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
     let p = &numbers.provenance;
     let mut out = String::new();
-    let face = |weight, data: &[u8]| {
-        format!(
-            "@font-face{{font-family:\"{}\";font-weight:{weight};src:url(data:font/ttf;base64,{}) format(\"truetype\")}}\n",
-            font::FAMILY,
-            BASE64.encode(data)
-        )
-    };
-    let fonts = face(400, font::REGULAR) + &face(700, font::BOLD);
+    let fonts = fonts();
     let _ = write!(
         out,
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -105,7 +110,7 @@ pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
     out
 }
 
-fn figure(out: &mut String, number: usize, picture: &Picture) {
+pub(super) fn figure(out: &mut String, number: usize, picture: &Picture) {
     let title = escape(&picture.title);
     let _ = writeln!(out, "<figure id=\"{}\">", escape(&picture.name));
     match &picture.svg {

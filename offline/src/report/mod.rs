@@ -3,7 +3,7 @@
 //! Main types: [`BuildReport`], [`DepthResult`], [`Check`], [`Rendered`]; [`render`] does it all.
 //! Computes no physics: it reads, subtracts and averages what it is given, and leaves out what is not finite.
 //! Returns text and bytes; writing them is the caller's.
-//! May use: slide, mesh.
+//! May use: slide, mesh, identify.
 
 mod axes;
 mod canvas;
@@ -13,6 +13,7 @@ mod contact_maps;
 mod curves;
 mod font;
 mod html;
+pub mod identify;
 mod mesh_view;
 mod numbers;
 mod raster;

@@ -2,6 +2,7 @@
 
 mod arch;
 mod geometry;
+mod identify;
 mod law;
 mod meshes;
 mod numerics;
@@ -72,4 +73,15 @@ pub const CASES: &[Case] = &[
     Case { name: "variants", about: "default mesh of E, 1 mm: bones, joint, nail", run: meshes::variants },
     Case { name: "growth", about: "three meshes of E, 1.5 mm and 6 mm of slide: time and memory", run: meshes::growth },
     Case { name: "deep", about: "default mesh: A fixed and E floating 2.5 mm, B at half stiffness", run: paths::deep },
+    Case {
+        name: "direct_slip",
+        about: "coarse shape E, floating bone: steady slide solved directly, and marched to",
+        run: identify::direct_slip,
+    },
+    Case {
+        name: "twin",
+        about: "coarse shape A, fixed bone: planted lambda and beta come back by every route",
+        run: identify::twin,
+    },
+    Case { name: "noise", about: "the same with 1 % noise: coverage of the 95 % region", run: identify::noise },
 ];

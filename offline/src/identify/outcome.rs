@@ -1,0 +1,344 @@
+//! What an identification yields; everything that its report shows.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    FingerPoint, LawPoint, Mapping, Point, SimplexRun,
+    uncertainty::{Interval, Map},
+};
+
+/// Model beside measurement at one row of the table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Modelled {
+    /// Depth of the table, mm.
+    pub depth_mm: f64,
+    /// Depth at which the model was run (offset and shift added), mm.
+    pub model_depth_mm: f64,
+    /// Normal force, N.
+    pub normal_force_n: f64,
+    /// Contact area, mm².
+    pub contact_area_mm2: f64,
+    /// F/N.
+    pub friction_coefficient: f64,
+    /// Model over measured less 1, %.
+    pub normal_force_difference_percent: f64,
+    /// The same for the area; none if it was not measured.
+    pub contact_area_difference_percent: Option<f64>,
+    /// The same for F/N.
+    pub friction_coefficient_difference_percent: f64,
+}
+
+/// A finger with a law beside the whole table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Against {
+    /// lambda, MPa^(1 - beta).
+    pub lambda: f64,
+    /// beta.
+    pub beta: f64,
+    /// tau_0, MPa.
+    pub tau0_mpa: f64,
+    /// One entry per row of the table.
+    pub rows: Vec<Modelled>,
+    /// Sum of squared differences of F/N, unweighted.
+    pub sum_of_squares: f64,
+}
+
+/// A fitted number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fitted {
+    /// What it is.
+    pub name: String,
+    /// Its unit; empty for a pure number.
+    pub unit: String,
+    /// Value before the fit.
+    pub start: f64,
+    /// Value.
+    pub value: f64,
+    /// Standard error; none if the data do not determine it.
+    pub standard_error: Option<f64>,
+    /// Bounds of the fit.
+    pub bounds: [f64; 2],
+    /// Whether it stands at one of them.
+    pub at_bound: bool,
+}
+
+/// Calibration of the finger, or the joint fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FingerOutcome {
+    /// What varied.
+    pub fitted: Vec<Fitted>,
+    /// Correlations of what varied, in its order.
+    pub correlation: Vec<Vec<f64>>,
+    /// The finger found.
+    pub finger: FingerPoint,
+    /// Law during (calibration) or found by (joint) the fit.
+    pub law: LawPoint,
+    /// Error found of each row's depth, mm; zeros in a calibration.
+    pub depth_shifts_mm: Vec<f64>,
+    /// Against the table, at that law.
+    pub against: Against,
+    /// Root mean square of the weighted residuals (1: as large as the stated errors).
+    pub rms: f64,
+    /// The same before.
+    pub rms_before: f64,
+    /// Evaluations of all depths, derivatives not counted.
+    pub evaluations: usize,
+    /// How it ended.
+    pub ended: String,
+}
+
+/// The fast route.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FastOutcome {
+    /// Space mapping, step by step.
+    pub mappings: Vec<Mapping>,
+    /// Evaluations of all depths by Gauss–Newton, derivatives included.
+    pub gauss_newton_evaluations: usize,
+    /// Law by Gauss–Newton from there.
+    pub law: LawPoint,
+    /// Its sum of squares.
+    pub sum_of_squares: f64,
+}
+
+/// A constant with its uncertainty.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Constant {
+    /// What it is.
+    pub name: String,
+    /// Its unit; empty for a pure number.
+    pub unit: String,
+    /// Value.
+    pub value: f64,
+    /// Standard error of the linearised fit; none if flat or without degrees of freedom.
+    pub standard_error: Option<f64>,
+    /// Interval by profile likelihood at the confidence level; none without degrees of freedom.
+    pub interval: Option<Interval>,
+}
+
+/// The law found and how sure it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LawOutcome {
+    /// The law.
+    pub law: LawPoint,
+    /// Strength at 5 kPa, beta and, if it was freed, tau_0.
+    pub constants: Vec<Constant>,
+    /// lambda, MPa^(1 - beta): derived from strength and exponent.
+    pub lambda: f64,
+    /// lambda over the ends of beta's interval, strength at its best for each; its unit changes along the way.
+    pub lambda_range: Option<[f64; 2]>,
+    /// Correlation of ln strength and beta, linearised.
+    pub correlation: f64,
+    /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted.
+    pub correlation_of_lambda: f64,
+    /// Standard error of a friction coefficient, as known or as the misfit says.
+    pub coefficient_error: Option<f64>,
+    /// Whether the errors of the coefficients were given.
+    pub error_is_known: bool,
+    /// Confidence level.
+    pub confidence: f64,
+    /// Likelihood over strength and exponent; none without degrees of freedom.
+    pub map: Option<Map>,
+    /// Largest difference of the surrogate that drew region and intervals from finite elements, at the ends of the
+    /// intervals, % of F/N; none where the finite elements found no slide.
+    pub region_check_percent: Vec<Option<f64>>,
+    /// Against the table.
+    pub against: Against,
+    /// What the numbers say, in sentences.
+    pub remarks: Vec<String>,
+}
+
+/// Whether the table can tell tau_0 from beta.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tau0Outcome {
+    /// Best law with tau_0 free, on the surrogate.
+    pub law: LawPoint,
+    /// Its sum of squares.
+    pub sum_of_squares: f64,
+    /// That of the best law with tau_0 held.
+    pub sum_of_squares_held: f64,
+    /// tau_0's share of the strength at 5 kPa, and the least sum of squares and best beta there.
+    pub profile: Vec<[f64; 3]>,
+    /// Shares that the table allows at the confidence level; none without degrees of freedom.
+    pub allowed: Option<Interval>,
+    /// The verdict.
+    pub sentence: String,
+}
+
+/// A depth that was left out and predicted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Measured normal force, N.
+    pub normal_force_n: f64,
+    /// Measured F/N.
+    pub measured: f64,
+    /// Law fitted to the other depths.
+    pub law: LawPoint,
+    /// Finite elements at that depth.
+    pub at_depth: f64,
+    /// Finite elements at the measured normal force (between their depths).
+    pub at_force: f64,
+    /// F = c N^(2/3) fitted to the other depths.
+    pub two_thirds: f64,
+    /// F = c N^n fitted to the other depths.
+    pub free_power: f64,
+    /// Differences of these four from the measured, %: at depth, at force, two thirds, free power.
+    pub differences_percent: [f64; 4],
+}
+
+/// A point of the curve F/N over N.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Depth of the model, mm.
+    pub depth_mm: f64,
+    /// Normal force, N.
+    pub normal_force_n: f64,
+    /// F/N.
+    pub friction_coefficient: f64,
+    /// Contact area, mm².
+    pub contact_area_mm2: f64,
+}
+
+/// The curve F/N over N and where it ends.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// Finite elements, in rising force.
+    pub points: Vec<CurvePoint>,
+    /// Powers n of F/N ~ N^n at the curve's lower and upper end.
+    pub exponents: [f64; 2],
+    /// Continuation to the forces asked for, by these powers: N, F/N. Not computed by finite elements.
+    pub continued: Vec<[f64; 2]>,
+    /// Why it ends where it ends.
+    pub ends: Vec<String>,
+}
+
+/// A published finding beside ours.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Published {
+    /// What was found.
+    pub finding: String,
+    /// By whom.
+    pub source: String,
+    /// Their number.
+    pub published: f64,
+    /// Ours.
+    pub ours: f64,
+    /// Under what conditions ours was taken.
+    pub conditions: String,
+}
+
+/// What a change of one input does at one depth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensitivity {
+    /// The input.
+    pub input: String,
+    /// Its unit; empty for a pure number, `%` for a relative change.
+    pub unit: String,
+    /// Change, in that unit: less and more.
+    pub change: [f64; 2],
+    /// Depth of the table, mm.
+    pub depth_mm: f64,
+    /// Change of N by each, %; none where it failed.
+    pub normal_force_percent: [Option<f64>; 2],
+    /// Change of A, %.
+    pub contact_area_percent: [Option<f64>; 2],
+    /// Change of F/N, %.
+    pub friction_coefficient_percent: [Option<f64>; 2],
+}
+
+/// Time of a stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stage {
+    /// Its name.
+    pub name: String,
+    /// Wall time, s.
+    pub wall_s: f64,
+    /// CPU time of the process, s.
+    pub cpu_s: f64,
+    /// Steady states that were computed.
+    pub states: u32,
+    /// Equilibria, cut steps, iterations, factorisations.
+    pub effort: super::Effort,
+}
+
+/// The error surface of the simplex: sum of squares over lambda and beta, by the surrogate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Surface {
+    /// ln lambda, rising.
+    pub ln_lambda: Vec<f64>,
+    /// beta, rising.
+    pub beta: Vec<f64>,
+    /// Sum of squared differences, shape (beta, lambda).
+    pub sum_of_squares: Vec<Vec<f64>>,
+}
+
+/// What was run, on what.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Name of the table.
+    pub table: String,
+    /// Shape before calibration.
+    pub shape: String,
+    /// How the bones are held.
+    pub bones: String,
+    /// Mesh preset.
+    pub mesh_preset: String,
+    /// Nodes of the mesh.
+    pub nodes: usize,
+    /// Hash of settings and table.
+    pub settings_hash: String,
+    /// Version of the program.
+    pub program_version: String,
+}
+
+/// Everything.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// What was run.
+    pub provenance: Provenance,
+    /// The table.
+    pub table: Vec<Point>,
+    /// Published constants on the finger before its calibration.
+    pub published_before: Against,
+    /// Published constants on the calibrated finger.
+    pub published: Against,
+    /// Calibration; none if it was off.
+    pub calibration: Option<FingerOutcome>,
+    /// Simplex runs.
+    pub simplex: Vec<SimplexRun>,
+    /// Fast route; none with published constants alone.
+    pub fast: Option<FastOutcome>,
+    /// Largest relative difference of simplex and fast route in strength and absolute one in beta, of the best run.
+    pub routes_differ: Option<[f64; 2]>,
+    /// The law found; none with published constants alone.
+    pub law: Option<LawOutcome>,
+    /// Test of tau_0.
+    pub tau0: Option<Tau0Outcome>,
+    /// Error surface.
+    pub surface: Option<Surface>,
+    /// Joint fit.
+    pub joint: Option<FingerOutcome>,
+    /// Depths left out and predicted.
+    pub left_out: Vec<LeftOut>,
+    /// F/N over N.
+    pub curve: Option<Curve>,
+    /// Published checks.
+    pub checks: Vec<Published>,
+    /// Sensitivities.
+    pub sensitivities: Vec<Sensitivity>,
+    /// Largest penetration of any state, mm: contact is by penalty alone.
+    pub penetration_mm: f64,
+    /// Times.
+    pub stages: Vec<Stage>,
+}
+
+impl Outcome {
+    /// Depths at which the calibrated model stands for the table's, mm, rising.
+    pub fn calibrated_depths_mm(&self) -> Vec<f64> {
+        let mut depths: Vec<f64> = self.published.rows.iter().map(|r| r.model_depth_mm).collect();
+        depths.sort_by(f64::total_cmp);
+        depths.dedup();
+        depths
+    }
+}

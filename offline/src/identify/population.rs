@@ -1,0 +1,211 @@
+//! Several subjects: shares of the work, and what their constants have in common.
+
+use serde::{Deserialize, Serialize};
+
+use super::Outcome;
+
+/// The K-th of N shares, K from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// K.
+    pub index: usize,
+    /// N.
+    pub of: usize,
+}
+
+impl std::str::FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+        match parts {
+            Some((index, of)) if 1 <= index && index <= of => Ok(Self { index, of }),
+            _ => Err(format!("`{text}` is not K/N with 1 <= K <= N")),
+        }
+    }
+}
+
+impl Share {
+    /// Everything.
+    pub const ALL: Self = Self { index: 1, of: 1 };
+
+    /// Whether item `i` (from 0) is of this share.
+    pub fn has(&self, i: usize) -> bool {
+        i % self.of == self.index - 1
+    }
+}
+
+/// One subject in short.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Subject {
+    /// Name: the table's file name without ending.
+    pub name: String,
+    /// Strength at 5 kPa, kPa.
+    pub tau_ref_kpa: f64,
+    /// Its standard error.
+    pub tau_ref_error_kpa: Option<f64>,
+    /// beta.
+    pub beta: f64,
+    /// Its standard error.
+    pub beta_error: Option<f64>,
+    /// lambda, MPa^(1 - beta).
+    pub lambda: f64,
+    /// Stiffness factor of the finger.
+    pub stiffness: f64,
+    /// Depth offset, mm.
+    pub depth_offset_mm: f64,
+    /// Largest difference of F/N, %.
+    pub worst_friction_percent: f64,
+    /// Largest difference of N, %.
+    pub worst_normal_force_percent: f64,
+}
+
+impl Subject {
+    /// In short; none if no law was searched for.
+    pub fn of(name: &str, outcome: &Outcome) -> Option<Self> {
+        let law = outcome.law.as_ref()?;
+        let worst =
+            |of: fn(&super::outcome::Modelled) -> f64| law.against.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max);
+        let finger = outcome.calibration.as_ref().map(|c| &c.finger);
+        Some(Self {
+            name: name.to_owned(),
+            tau_ref_kpa: law.law.tau_ref_kpa,
+            tau_ref_error_kpa: law.constants[0].standard_error,
+            beta: law.law.beta,
+            beta_error: law.constants[1].standard_error,
+            lambda: law.lambda,
+            stiffness: finger.map_or(1.0, |f| f.stiffness),
+            depth_offset_mm: finger.map_or(0.0, |f| f.depth_offset_mm),
+            worst_friction_percent: worst(|r| r.friction_coefficient_difference_percent),
+            worst_normal_force_percent: worst(|r| r.normal_force_difference_percent),
+        })
+    }
+}
+
+/// How a number varies over subjects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// What it is, with its unit.
+    pub name: String,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation over subjects; none for one subject.
+    pub deviation: Option<f64>,
+    /// Of that, what is left when the subjects' own errors are taken off; none where they are not known.
+    pub between_subjects: Option<f64>,
+    /// Least.
+    pub least: f64,
+    /// Median.
+    pub median: f64,
+    /// Largest.
+    pub most: f64,
+}
+
+/// A population.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Population {
+    /// Subjects, by name.
+    pub subjects: Vec<Subject>,
+    /// Tables without a result, by name.
+    pub missing: Vec<String>,
+    /// How the constants vary.
+    pub spreads: Vec<Spread>,
+    /// Correlation of ln strength and beta over subjects; none below three.
+    pub correlation: Option<f64>,
+}
+
+impl Population {
+    /// Of subjects.
+    pub fn of(mut subjects: Vec<Subject>, missing: Vec<String>) -> Self {
+        subjects.sort_by(|a, b| a.name.cmp(&b.name));
+        type Pick = (&'static str, fn(&Subject) -> f64, fn(&Subject) -> Option<f64>);
+        let picks: [Pick; 5] = [
+            ("strength at 5 kPa, kPa", |s| s.tau_ref_kpa, |s| s.tau_ref_error_kpa),
+            ("beta", |s| s.beta, |s| s.beta_error),
+            ("ln lambda (unit depends on beta)", |s| s.lambda.ln(), |_| None),
+            ("stiffness factor", |s| s.stiffness, |_| None),
+            ("depth offset, mm", |s| s.depth_offset_mm, |_| None),
+        ];
+        let spreads = picks
+            .iter()
+            .filter(|_| !subjects.is_empty())
+            .map(|(name, value, error)| spread(name, &subjects, value, error))
+            .collect();
+        let correlation = (subjects.len() > 2).then(|| {
+            let pairs: Vec<[f64; 2]> = subjects.iter().map(|s| [s.tau_ref_kpa.ln(), s.beta]).collect();
+            let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
+            let (a, b) = (mean(0), mean(1));
+            let sum = |i: usize, j: usize| {
+                let m = [a, b];
+                pairs.iter().map(|p| (p[i] - m[i]) * (p[j] - m[j])).sum::<f64>()
+            };
+            sum(0, 1) / (sum(0, 0) * sum(1, 1)).sqrt()
+        });
+        Self { subjects, missing, spreads, correlation }
+    }
+}
+
+fn spread(
+    name: &str,
+    subjects: &[Subject],
+    value: &fn(&Subject) -> f64,
+    error: &fn(&Subject) -> Option<f64>,
+) -> Spread {
+    let mut values: Vec<f64> = subjects.iter().map(value).collect();
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    let mean = values.iter().sum::<f64>() / n as f64;
+    let variance = (n > 1).then(|| values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1) as f64);
+    let errors: Option<Vec<f64>> = subjects.iter().map(error).collect();
+    let own = errors.map(|e| e.iter().map(|e| e * e).sum::<f64>() / n as f64);
+    Spread {
+        name: name.to_owned(),
+        mean,
+        deviation: variance.map(f64::sqrt),
+        between_subjects: variance.zip(own).map(|(all, own)| (all - own).max(0.0).sqrt()),
+        least: values[0],
+        median: if n % 2 == 1 { values[n / 2] } else { 0.5 * (values[n / 2 - 1] + values[n / 2]) },
+        most: values[n - 1],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_cover_everything_once() {
+        for of in 1..6 {
+            for i in 0..20 {
+                assert_eq!((1..=of).filter(|&index| Share { index, of }.has(i)).count(), 1);
+            }
+        }
+        assert_eq!("2/3".parse(), Ok(Share { index: 2, of: 3 }));
+        for bad in ["0/3", "4/3", "3", "a/b", "1/"] {
+            assert!(bad.parse::<Share>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn spread_between_subjects_is_what_their_errors_leave() {
+        let subject = |name: &str, beta: f64| Subject {
+            name: name.into(),
+            tau_ref_kpa: 7.0 + beta,
+            tau_ref_error_kpa: None,
+            beta,
+            beta_error: Some(0.1),
+            lambda: 0.08,
+            stiffness: 1.0,
+            depth_offset_mm: 0.0,
+            worst_friction_percent: 1.0,
+            worst_normal_force_percent: 2.0,
+        };
+        let population = Population::of(vec![subject("b", 0.5), subject("a", 0.3), subject("c", 0.1)], vec![]);
+        assert_eq!(population.subjects[0].name, "a");
+        let beta = &population.spreads[1];
+        assert!((beta.mean - 0.3).abs() < 1e-12 && (beta.deviation.unwrap() - 0.2).abs() < 1e-12);
+        assert!((beta.between_subjects.unwrap() - (0.04f64 - 0.01).sqrt()).abs() < 1e-12);
+        assert_eq!(population.spreads[0].between_subjects, None);
+        assert!((population.correlation.unwrap() - 1.0).abs() < 1e-2);
+    }
+}

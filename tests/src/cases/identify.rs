@@ -1,0 +1,216 @@
+//! Identification on data that the model itself made: what is planted must come back.
+
+use std::ops::ControlFlow;
+
+use fingerpad_offline::{
+    contact::RubberFriction,
+    experiment::{Config, press_and_slide},
+    identify::{
+        Bench, FingerPoint, Hooks, LawPoint, Memo, Point, Region, Rig, Simplex, Steady, Table,
+        finger_fit::OnRig,
+        friction_fit::{Target, fit, space_mapping},
+        least_squares::Stop,
+        simplex,
+        surrogate::{Aligned, Friction, log_slopes},
+        uncertainty::Growth,
+    },
+    mesh::{FingertipShape, MeshPreset},
+    slide::BoneKind,
+};
+
+use super::{Effort, Failure};
+use crate::{Check, random::Random};
+
+const PLANTED: [f64; 2] = [0.086, 0.46];
+
+fn coarse(shape: &str, bone: BoneKind) -> Config {
+    let mut config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    config.shape.0 = shape.into();
+    config.tissue.bone.kind = bone;
+    config.identify.tolerance = 1e-9;
+    config
+}
+
+fn with_rig<T>(
+    config: &Config,
+    depths_mm: &[f64],
+    work: impl FnOnce(&mut OnRig) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let hooks = Hooks { go_on: &|| true, tell: &|_, _| {} };
+    let bench = Bench::new(config, Memo::default(), &hooks, 2);
+    let shape = FingertipShape::named(&config.shape.0)?;
+    let finger = bench.finger(&shape)?;
+    let problem = config.problem(&finger);
+    let mut rig = Rig::new(&bench, &shape, &problem);
+    let stiffness = FingerPoint::of(shape).stiffness;
+    let depths_mm = depths_mm.to_vec();
+    work(&mut OnRig { rig: &mut rig, depths_mm, stiffness, base: config.friction, evaluations: 0 })
+}
+
+fn planted() -> LawPoint {
+    LawPoint::of(&RubberFriction { lambda: PLANTED[0], beta: PLANTED[1], ..RubberFriction::default() })
+}
+
+fn table_of(states: &[Steady]) -> Result<Table, Failure> {
+    let point = |s: &Steady| Point {
+        depth_mm: s.depth_mm,
+        normal_force_n: s.normal_force_n,
+        friction_coefficient: s.friction_coefficient(),
+        contact_area_mm2: Some(s.contact_area_mm2),
+    };
+    Ok(Table::new("planted", states.iter().map(point).collect())?)
+}
+
+/// The state that is solved for directly against the end of a long slide.
+pub fn direct_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let mut checks = Vec::new();
+    let depths: &[f64] = if effort == Effort::Quick { &[0.75] } else { &[0.75, 1.5] };
+    let mut config = coarse("e", BoneKind::Floating);
+    config.numerics.contact.augment = false;
+    config.numerics.solver.tolerance = 1e-8;
+    config.experiment.slide_mm = 10.0;
+    let (finger, _) = config.finger()?;
+    let direct = with_rig(&config, depths, |fe| Ok(fe.states(&planted())?))?;
+    for (state, &depth) in direct.iter().zip(depths) {
+        let march = press_and_slide(&config, &finger, depth, &mut |_| ControlFlow::Continue(()))?;
+        let end = march.responses.last().ok_or("an empty trajectory")?;
+        let named = |what: &str| format!("{what} at {depth} mm: direct state, end of a 10 mm slide");
+        checks.push(Check::relative(named("N (N)"), state.normal_force_n, end.normal_force_n, 1e-4));
+        checks.push(Check::relative(named("F (N)"), state.friction_x_n, end.friction_x_n, 1e-4));
+        checks.push(Check::relative(named("A (mm²)"), state.contact_area_mm2, end.contact_area_mm2, 1e-3));
+    }
+    Ok(checks)
+}
+
+/// Constants planted in finite-element data, by both routes, tolerances 1e-8.
+pub fn twin(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let config = coarse("a", BoneKind::Fixed);
+    let depths: &[f64] = if effort == Effort::Quick { &[0.5, 1.0] } else { &[0.75, 1.0, 1.25, 1.5] };
+    let starts: &[[f64; 2]] =
+        if effort == Effort::Quick { &[[0.05, 0.3]] } else { &[[0.05, 0.3], [0.3, 0.7], [0.02, 0.2]] };
+    with_rig(&config, depths, |fe| {
+        let table = table_of(&fe.states(&planted())?)?;
+        let region = Region::default();
+        let target = Target::of(&table, None, region, false);
+        let mut checks = Vec::new();
+        let mut compare = |route: &str, law: LawPoint| {
+            checks.push(Check::relative(format!("{route}: lambda"), law.lambda(), PLANTED[0], 1e-3));
+            checks.push(Check::relative(format!("{route}: beta"), law.beta, PLANTED[1], 1e-3));
+            let tau = planted().tau_ref_kpa;
+            checks.push(Check::relative(format!("{route}: strength at 5 kPa (kPa)"), law.tau_ref_kpa, tau, 1e-3));
+        };
+        let mut told = Vec::new();
+        let start = LawPoint::of(&RubberFriction { lambda: 0.05, beta: 0.3, ..RubberFriction::default() });
+        let before = fe.evaluations;
+        let (path, _) = space_mapping(&mut |law| fe.states(law), config.friction, &target, &start, 1e-8, 30)?;
+        let mapped = path.last().ok_or("no mapping")?.law;
+        told.push(Check::told("evaluations: space mapping", (fe.evaluations - before) as f64));
+        compare("space mapping", mapped);
+        let before = fe.evaluations;
+        let (law, _) = fit("Gauss–Newton", fe, &target, &start, &[], Stop { tolerance: 1e-8, evaluations: 60 })?;
+        told.push(Check::told("evaluations: Gauss–Newton", (fe.evaluations - before) as f64));
+        compare("Gauss–Newton", law);
+        for &start in starts {
+            let settings = Simplex { tolx: 1e-8, tolf: 1e-8, ..Simplex::default() };
+            let run = search(&settings, start, &target, &config.friction, fe)?;
+            told.push(Check::told(format!("evaluations: simplex from {start:?}"), run.visits.len() as f64));
+            let end = RubberFriction { lambda: run.end[0], beta: run.end[1], ..config.friction };
+            compare(&format!("simplex from {start:?}"), LawPoint::of(&end));
+        }
+        if effort == Effort::Full {
+            for &start in starts {
+                let run = search(&Simplex::default(), start, &target, &config.friction, fe)?;
+                let name = |what: &str| format!("tolerances of the paper, from {start:?}: {what}");
+                told.push(Check::told(name("lambda"), run.end[0]));
+                told.push(Check::told(name("beta"), run.end[1]));
+                told.push(Check::told(name("evaluations"), run.visits.len() as f64));
+            }
+        }
+        checks.extend(told);
+        Ok(checks)
+    })
+}
+
+fn search(
+    settings: &Simplex,
+    start: [f64; 2],
+    target: &Target,
+    base: &RubberFriction,
+    fe: &mut OnRig,
+) -> Result<simplex::SimplexRun, Failure> {
+    Ok(simplex::search(settings, start, &mut |[lambda, beta]| {
+        let law = RubberFriction { lambda, beta, ..*base };
+        if let Some(reason) = target.region.leaves(&law) {
+            return Ok(Err(reason));
+        }
+        match fe.coefficients(&LawPoint::of(&law)) {
+            Ok(model) => Ok(Ok(target.sum_of_squares(&model))),
+            Err(error) if error.is_local() => Ok(Err(error.to_string())),
+            Err(error) => Err(error),
+        }
+    })?)
+}
+
+/// Seed of the noise.
+const SEED: u64 = 20_110_801;
+
+/// A normally distributed number (sum of twelve uniform ones: kurtosis −0.1, its tails end at 6).
+fn normal(random: &mut Random) -> f64 {
+    (0..12).map(|_| 0.5 * random.number()).sum()
+}
+
+/// 1 % of noise on the coefficients: how often the planted pair lies in the 95 % region, out of 100.
+///
+/// Every noisy table is fitted on the surrogate that has the finite elements' value and slope at the planted pair;
+/// how far that is from finite elements is checked at the fits that lie farthest out.
+pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let config = coarse("a", BoneKind::Fixed);
+    let depths = [0.75, 1.0, 1.25, 1.5];
+    with_rig(&config, &depths, |fe| {
+        let states = fe.states(&planted())?;
+        let slopes = log_slopes(fe, &planted(), false)?;
+        let mut aligned = Aligned::new(&states, config.friction, planted(), &slopes);
+        println!("noise: seed {SEED}");
+        let mut random = Random::new(SEED);
+        let (mut inside, mut inside_estimated) = (0, 0);
+        let mut fits = Vec::new();
+        for _ in 0..100 {
+            let mut table = table_of(&states)?;
+            for point in &mut table.points {
+                point.friction_coefficient *= 1.0 + 0.01 * normal(&mut random);
+            }
+            for known in [true, false] {
+                let target = Target::of(&table, known.then_some(1.0), Region::default(), false);
+                let stop = Stop { tolerance: 1e-10, evaluations: 200 };
+                let (law, solution) = fit("noise", &mut aligned, &target, &planted(), &[], stop)?;
+                let least: f64 = solution.residuals.iter().map(|r| r * r).sum();
+                let growth = Growth::of(least, 4, 2, known, 0.95).ok_or("no degrees of freedom")?;
+                let truth = target.sum_of_squares(&aligned.coefficients(&planted())?);
+                let held = usize::from(truth - least <= growth.two);
+                if known {
+                    inside += held;
+                    fits.push(law);
+                } else {
+                    inside_estimated += held;
+                }
+            }
+        }
+        let far = |law: &LawPoint| (law.beta - PLANTED[1]).abs();
+        fits.sort_by(|a, b| far(b).total_cmp(&far(a)));
+        let mut worst = 0.0f64;
+        let checked = if effort == Effort::Quick { 1 } else { 6 };
+        for law in fits.iter().take(checked) {
+            let exact = fe.coefficients(law)?;
+            let told = aligned.coefficients(law)?;
+            worst = told.iter().zip(&exact).map(|(a, b)| (a / b - 1.0).abs()).fold(worst, f64::max);
+        }
+        Ok(vec![
+            Check::at_least("planted pair in the 95 % region, of 100, noise known", f64::from(inside as u32), 90.0),
+            Check::at_most("the same", f64::from(inside as u32), 99.0),
+            Check::told("the same, noise estimated from the misfit", f64::from(inside_estimated as u32)),
+            Check::told("beta that is farthest out", fits[0].beta),
+            // A tenth of the noise.
+            Check::at_most("surrogate less finite elements at the farthest fits, relative", worst, 1e-3),
+        ])
+    })
+}
