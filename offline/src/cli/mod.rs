@@ -2,6 +2,7 @@
 
 mod build;
 mod mesh;
+mod reduce;
 mod simulate;
 
 use std::{
@@ -37,6 +38,8 @@ enum Command {
     Simulate(simulate::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
+    /// Fit the reduced model to finite-element runs, or make these runs
+    Reduce(reduce::Args),
 }
 
 /// Settings that every command with a finite-element model takes.
@@ -129,6 +132,7 @@ pub fn main() -> ExitCode {
         Command::Build(args) => build::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Mesh(args) => mesh::run(&args),
+        Command::Reduce(args) => reduce::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,166 @@
+//! `fingerpad reduce`: the design of experiments and the fit of the reduced model to it.
+
+use std::{
+    collections::VecDeque,
+    fs,
+    path::{Path, PathBuf},
+    sync::Mutex,
+};
+
+use anyhow::Context;
+use fingerpad_offline::{
+    experiment::Config,
+    io::atomic_write,
+    reduce::{self, Experiment, ReduceError, Run, Sample},
+    slide::{Finger, MarchError, Trajectory, march},
+};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+use super::{Failure, Model, bar, go_on, show};
+
+/// Fit the reduced model to finite-element runs, or make these runs
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad reduce --design --mesh-preset coarse --runs runs   run what is missing of the design of experiments
+  fingerpad reduce --runs runs --out model.fpm                 fit, replay through the core, write the model file
+  fingerpad reduce --design --runs runs --out model.fpm        both
+  fingerpad reduce --runs runs --out model.fpm --report report pictures and numbers of the fit as well
+
+The design has about 150 paths in seven kinds, half of them held out: the fit never sees them. Each finished path is a
+file of its own in the folder; a killed design goes on where it was. Runs of other settings are kept apart by the hash
+in their names.")]
+pub struct Args {
+    /// Folder of the runs
+    #[arg(long, value_name = "DIR")]
+    runs: PathBuf,
+    /// Model file to write
+    #[arg(long, value_name = "MODEL.fpm", required_unless_present = "design")]
+    out: Option<PathBuf>,
+    /// Run what the folder lacks of the design of experiments first
+    #[arg(long)]
+    design: bool,
+    #[command(flatten)]
+    model: Model,
+    /// Threads; each path runs on one [default: the machine's]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+}
+
+impl From<ReduceError> for Failure {
+    fn from(error: ReduceError) -> Self {
+        match error {
+            ReduceError::Fit(_) | ReduceError::Model(_) => Self::Numerics(error.into()),
+            ReduceError::Run { .. } | ReduceError::Runs(_) => Self::Input(error.into()),
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.design {
+        run_design(args)?;
+    }
+    Ok(())
+}
+
+/// Runs the paths of the design that have no file yet, a thread per path.
+fn run_design(args: &Args) -> Result<(), Failure> {
+    let config = args.model.config()?;
+    let (finger, _) = config.finger()?;
+    config.check_depths(&[reduce::DEPTH_MAX_MM], &finger)?;
+    let hash = reduce::settings_hash(&config)?;
+    let folder = &args.runs;
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
+    let design = reduce::design();
+    let file = |e: &Experiment| folder.join(Run::file_name(e, &hash));
+    // Held-out paths first: what is missing after an interruption is then rather for the fit.
+    let mut queue: VecDeque<&Experiment> = design.iter().filter(|e| !file(e).exists()).collect();
+    queue.make_contiguous().sort_by_key(|e| !e.held_out);
+    let missing = queue.len();
+    println!(
+        "{} of {} paths are there; settings {hash}, folder {}",
+        design.len() - missing,
+        design.len(),
+        folder.display()
+    );
+    if missing == 0 {
+        return Ok(());
+    }
+    let threads =
+        args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, missing);
+    let bars = MultiProgress::new();
+    let style =
+        ProgressStyle::with_template("{prefix:>16} {bar:30} {pos}/{len} paths  {eta} left").expect("a valid template");
+    let total = bars.add(ProgressBar::new(missing as u64).with_style(style).with_prefix("design"));
+    let queue = Mutex::new(queue);
+    let failures: Mutex<Vec<Failure>> = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let Some(next) = queue.lock().expect("no panic while locked").pop_front() else { return };
+                    if go_on().is_break() {
+                        return;
+                    }
+                    if let Err(failure) = run_one(&config, &finger, next, &hash, &file(next), &bars) {
+                        failures.lock().expect("no panic while locked").push(failure);
+                        return;
+                    }
+                    total.inc(1);
+                }
+            });
+        }
+    });
+    total.finish_and_clear();
+    if let Some(failure) = failures.into_inner().expect("threads have ended").into_iter().next() {
+        return Err(failure);
+    }
+    if go_on().is_break() {
+        return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
+    }
+    Ok(())
+}
+
+fn run_one(
+    config: &Config,
+    finger: &Finger,
+    experiment: &Experiment,
+    hash: &str,
+    file: &Path,
+    bars: &MultiProgress,
+) -> Result<(), Failure> {
+    let bar = bars.add(bar(experiment.name.clone()));
+    let result = march(&config.problem(finger), &experiment.path, &[], &mut |progress| {
+        show(&bar, &progress);
+        go_on()
+    });
+    bar.finish_and_clear();
+    let (trajectory, ended_early): (Trajectory, _) = match result {
+        Ok(trajectory) => (trajectory, None),
+        // A path that got stuck is kept as far as it came, and says so.
+        Err(MarchError::Stuck { reached, source, t_s, .. }) => (*reached, Some(format!("t = {t_s} s: {source}"))),
+        Err(MarchError::Interrupted { .. }) => {
+            return Err(Failure::Interrupted("finished paths are kept".to_owned()));
+        }
+        Err(error @ MarchError::Path(_)) => {
+            return Err(Failure::Input(anyhow::Error::new(error).context(experiment.name.clone())));
+        }
+    };
+    if let Some(problem) = &ended_early {
+        bars.println(format!("{}: ended early, {problem}", experiment.name)).ok();
+    }
+    let run = Run {
+        name: experiment.name.clone(),
+        kind: experiment.kind,
+        held_out: experiment.held_out,
+        settings_hash: hash.to_owned(),
+        path: experiment.path.clone(),
+        samples: trajectory.responses.iter().map(Sample::from).collect(),
+        ended_early,
+        cpu_s: trajectory.cost.cpu_s,
+    };
+    let bytes = run.to_bytes();
+    atomic_write(file, |w| w.write_all(&bytes))?;
+    Ok(())
+}
