@@ -250,8 +250,8 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     fn head(&self) -> [f32; 9] {
         [
             self.depth_max,
-            self.odd_shape,
-            self.limit_top,
+            self.turn_slip,
+            self.area_tilt,
             self.area_shear,
             self.band_normal_top,
             self.band_normal_slip,

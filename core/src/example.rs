@@ -40,7 +40,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 press_coupling: -0.0115,
                 normal_shear_x_n: 0.05 * normal_force_n,
                 normal_shear_y_n: 0.03 * normal_force_n,
-                odd_x: 0.012 * d,
+                tilt_x: 0.08 * d,
                 band_normal_n: 0.004 + 0.006 * normal_force_n,
             };
         }
@@ -48,7 +48,8 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             depth_max_mm,
             sliders,
             nodes,
-            odd_shape: 0.5,
+            turn_slip: 0.55,
+            area_tilt: 0.1,
             area_shear: 0.05,
             band_normal_slip: 1.5,
             band_friction_stick: 0.01,

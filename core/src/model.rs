@@ -42,11 +42,11 @@ pub struct Element {
 pub struct DataOf<const M: usize, const N: usize> {
     /// Largest depth of the tables, mm.
     pub depth_max: f32,
-    /// Shape of the odd term; see [`crate::ParamsOf::odd_shape`].
-    pub odd_shape: f32,
-    /// A little more than 1, so that friction never exceeds the limit it is compared with.
-    pub limit_top: f32,
-    /// Growth of the area at full shear, share.
+    /// Slip right after a turn; see [`crate::ParamsOf::turn_slip`].
+    pub turn_slip: f32,
+    /// Growth of the area at full shear along +x, share; the same is lost along −x.
+    pub area_tilt: f32,
+    /// Growth of the area at full shear in any direction, share.
     pub area_shear: f32,
     /// Half-width of the normal force's band in full slip over that of the table.
     pub band_normal_top: f32,
@@ -91,11 +91,15 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 5` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// Plain data of `2 M + 9` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
-    /// Force of each element over its strength, length at most 1.
+    /// Force of each element over its strength.
     pub(crate) force: [[f32; 2]; M],
+    /// Their mean, weighted with the strengths.
+    pub(crate) mean: [f32; 2],
+    /// Direction in which the elements were last driven, length 1; 0 in a fresh contact.
+    pub(crate) heading: [f32; 2],
     pub(crate) depth: f32,
     pub(crate) limit: f32,
     pub(crate) stiffness: f32,
@@ -105,7 +109,16 @@ pub struct StateOf<const M: usize> {
 
 impl<const M: usize> Default for StateOf<M> {
     fn default() -> Self {
-        Self { force: [[0.0; 2]; M], depth: 0.0, limit: 0.0, stiffness: 0.0, pressed: 0.0, strength_factor: 1.0 }
+        Self {
+            force: [[0.0; 2]; M],
+            mean: [0.0; 2],
+            heading: [0.0; 2],
+            depth: 0.0,
+            limit: 0.0,
+            stiffness: 0.0,
+            pressed: 0.0,
+            strength_factor: 1.0,
+        }
     }
 }
 
@@ -177,23 +190,32 @@ pub struct Response {
 /// Longest slide in one step, in slip lengths: beyond full slip of every element, so that a cut loses nothing, and
 /// small enough that no product overflows.
 const SLIDE_MAX: f32 = 32.0;
-/// Squared length at which an element yields. It is drawn back to 1, up to rounding; the gap between the two is
+/// Square of the motion, in slip lengths, below which the heading stays: rounding is no motion.
+const DRIVEN_MIN: f32 = 1e-14;
+/// Value of the yield function at which an element yields. It is drawn back to a radius good to alpha⁴/8; the gap is
 /// wider than that, so that an element on its limit stays where it is when nothing moves.
-const YIELD: f32 = 1.0 + 1.0 / (1u32 << 19) as f32;
+pub(crate) const YIELD: f32 = 1.0 + 1.0 / 768.0;
+/// What the limit that is told lies above the elements', so that friction never exceeds it: half of that gap.
+pub(crate) const LIMIT_TOP: f32 = 1.0 + 0.53 / 768.0;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
 ///
-/// Elements j carry forces F_j = w_j L u_j, |u_j| <= 1:
+/// Elements j carry forces F_j = w_j L u_j within a circle that is shifted by alpha along x:
 ///
 /// ```text
-/// u_j += (K/L) (dx + dC(d), rho dy) / y_j      then back to |u_j| = 1 by associated flow
+/// u_j += (K/L) (dx + dC(d), rho dy) / y_j      then back to |u_j|² − 2 alpha u_jx = 1, so that friction opposes slip
 /// m    = Σ w_j u_j
-/// F    = L (m_x − alpha (m_x² − zeta m_x⁴),  m_y)
+/// F    = L m
 /// N    = N0(d) + C'(d) F_x + B_x(d) m_x² + B_y(d) m_y²
 /// ```
 ///
-/// with K, L, rho, C, alpha, N0, B from tables over depth. When the contact grows an element keeps its force, when it
-/// shrinks its displacement. Bad input is flagged and leaves the axis where it was; see [`Status`].
+/// with K, L, rho, C, alpha, N0, B from tables over depth. The shift makes the limit 1 + alpha + alpha²/2 of L along
+/// +x, 1 − alpha + alpha²/2 along −x and L along y: a finger that is pushed back carries more than one that is pulled.
+/// When the contact grows an element keeps its force, when it shrinks its displacement. Bad input is flagged and
+/// leaves the axis where it was; see [`Status`].
+///
+/// The stick ratio is 1 − Σ a_j v_j² (e + (1 − e) c|c|) with v_j the yield function, which is 1 on the limit, and c
+/// the cosine between u_j and the direction it is driven in: what is unloaded sticks.
 ///
 /// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
 /// through [`StateOf::set_strength_factor`].
@@ -260,6 +282,17 @@ pub fn step<const M: usize, const N: usize>(
         });
         [slide_x, slide_y] = tame(sx, sy, pressed - state.pressed, per_slip);
     }
+    // Where the elements are driven: by the slide, and by the depth along the forces they hold.
+    let stretch = keep - 1.0;
+    let [mut heading_x, mut heading_y] = state.heading;
+    let (driven_x, driven_y) = (slide_x + stretch * state.mean[0], slide_y + stretch * state.mean[1]);
+    let driven = driven_x * driven_x + driven_y * driven_y;
+    if driven > DRIVEN_MIN {
+        let inverse = 1.0 / sqrt(driven);
+        heading_x = driven_x * inverse;
+        heading_y = driven_y * inverse;
+        state.heading = [heading_x, heading_y];
+    }
     slide_y *= ratio;
     state.depth = depth;
     state.limit = limit;
@@ -268,38 +301,52 @@ pub fn step<const M: usize, const N: usize>(
 
     let lack = 1.0 - ratio;
     let lack_twice = lack + lack;
+    let tilt = row.tilt.at(t);
+    let tilt_twice = tilt + tilt;
+    let keep_slip = data.turn_slip;
+    let turn_slip = 1.0 - keep_slip;
     let (mut mean_x, mut mean_y, mut stick_ratio) = (0.0, 0.0, 1.0);
     for (u, element) in state.force.iter_mut().zip(&data.elements) {
         let mut ux = u[0] * keep + slide_x * element.inverse_yield;
         let mut uy = u[1] * keep + slide_y * element.inverse_yield;
         let yy = uy * uy;
-        let square = ux * ux + yy;
-        let mut fourth = square * square;
-        if square > YIELD {
-            // Associated flow: the overshoot goes back along (u_x, rho u_y), which makes friction oppose the slip.
-            // With f = 2 (u_x² + rho u_y²) and o = |u|⁴ − |u|² the direction is (u_x (f + rho o), u_y (f + o)).
-            let along_y = fourth + square - lack_twice * yy;
-            ux *= along_y - lack * (fourth - square);
+        let mut square = ux * ux + yy;
+        let mut level = square - tilt_twice * ux;
+        if level > YIELD {
+            // The overshoot goes back along (u_x, rho u_y) as slip, which makes friction oppose it. With the slope
+            // f = 2 (u_x² + rho u_y²) − 2 alpha u_x and o = v² − v the direction is (u_x (f + rho o), u_y (f + o)).
+            let over = level * level - level;
+            let along_y = over + level + square - lack_twice * yy;
+            ux *= along_y - lack * over;
             uy *= along_y;
             let back = 1.0 / sqrt(ux * ux + uy * uy);
-            ux *= back;
-            uy *= back;
-            fourth = 1.0;
+            let shift = tilt * (ux * back);
+            let radius = 1.0 + shift * (1.0 + 0.5 * shift);
+            ux *= back * radius;
+            uy *= back * radius;
+            level = 1.0;
+            square = radius * radius;
         }
         *u = [ux, uy];
         mean_x += element.strength * ux;
         mean_y += element.strength * uy;
-        stick_ratio -= element.area * fourth;
+        let along = ux * heading_x + uy * heading_y;
+        let turned = keep_slip + turn_slip * (along * along.abs() / (square + f32::MIN_POSITIVE));
+        stick_ratio -= element.area * (level * level) * turned;
+    }
+    state.mean = [mean_x, mean_y];
+    if stick_ratio < 0.0 {
+        // The gap between yielding and limit, squared.
+        stick_ratio = 0.0;
     }
 
     // Resultants
     let xx = mean_x * mean_x;
     let yy = mean_y * mean_y;
-    let even_less = row.odd.at(t) * (xx - data.odd_shape * (xx * xx));
-    let friction_x = limit * (mean_x - even_less);
+    let friction_x = limit * mean_x;
     let friction_y = limit * mean_y;
-    let friction_limit = limit * (data.limit_top - even_less * mean_x);
-    let friction = sqrt(friction_x * friction_x + friction_y * friction_y);
+    let length = sqrt(xx + yy);
+    let friction_limit = limit * limit_share(tilt, mean_x / (length + f32::MIN_POSITIVE));
     let normal = row.normal.at(t) * scale.normal
         + press * friction_x
         + (row.shear_x.at(t) * xx + row.shear_y.at(t) * yy) * scale.shear;
@@ -308,8 +355,8 @@ pub fn step<const M: usize, const N: usize>(
         friction_n: [friction_x, friction_y],
         stick_ratio,
         friction_limit_n: friction_limit,
-        slip_margin: 1.0 - friction / friction_limit,
-        contact_area_mm2: area0 * (1.0 + data.area_shear * (xx + yy)),
+        slip_margin: 1.0 - limit * length / friction_limit,
+        contact_area_mm2: area0 * (1.0 + data.area_tilt * mean_x + data.area_shear * (xx + yy)),
         band_normal_n: row.band_normal.at(t)
             * scale.normal
             * (data.band_normal_top - data.band_normal_slip * stick_ratio),
@@ -317,6 +364,13 @@ pub fn step<const M: usize, const N: usize>(
         regime: Regime::classify(true, stick_ratio),
         status,
     }
+}
+
+/// Limit in a direction with cosine `cosine` to x, over the strength L.
+#[inline(always)]
+pub(crate) fn limit_share(tilt: f32, cosine: f32) -> f32 {
+    let shift = tilt * cosine;
+    LIMIT_TOP + shift * (1.0 + 0.5 * shift)
 }
 
 /// Whether `x` is a positive number, neither infinite nor NaN.
@@ -380,7 +434,7 @@ mod tests {
         }
         // Steady slip: friction along the motion although the finger is softer along y.
         assert_eq!(last.regime, Regime::Slip);
-        assert!((last.friction_n[0] - last.friction_n[1]).abs() < 0.02 * last.friction_limit_n);
+        assert!((last.friction_n[0] / last.friction_n[1] - 1.0).abs() < 0.02);
     }
 
     /// The plane's work around: press, load along x at the larger depth, fall, unload, rise without shear.
@@ -435,24 +489,33 @@ mod tests {
     }
 
     /// Drawing an element back onto its limit never gives energy: F · plastic slip >= 0 for any stiffness ratio,
-    /// direction and overshoot.
+    /// tilt, direction and overshoot, and what was drawn back does not yield again.
     #[test]
     fn yielding_dissipates() {
         for ratio in [0.25f64, 0.4, 0.6, 0.8, 1.0, 1.3, 2.0, 4.0] {
-            for degrees in 0..=90 {
-                for overshoot in [1e-6f64, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0] {
-                    let (s, c) = f64::from(degrees).to_radians().sin_cos();
-                    let (ux, uy) = (c * (1.0 + overshoot), s * (1.0 + overshoot));
-                    let square = ux * ux + uy * uy;
-                    let fourth = square * square;
-                    let lack = 1.0 - ratio;
-                    let along_y = fourth + square - 2.0 * lack * uy * uy;
-                    let along_x = along_y - lack * (fourth - square);
-                    let length = (ux * along_x).hypot(uy * along_y);
-                    let (nx, ny) = (ux * along_x / length, uy * along_y / length);
-                    let slip = [ux - nx, (uy - ny) / ratio];
-                    let gain = nx * slip[0] + ny * slip[1];
-                    assert!(gain >= 0.0, "{ratio} {degrees} {overshoot}: {gain}");
+            for tilt in [-0.25f64, -0.1, 0.0, 0.03, 0.2, 0.25] {
+                for degrees in 0..=180 {
+                    for overshoot in [2e-3f64, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0] {
+                        let (s, c) = f64::from(degrees).to_radians().sin_cos();
+                        let limit = tilt * c + (1.0 + tilt * tilt * c * c).sqrt();
+                        let (ux, uy) = (c * limit * (1.0 + overshoot), s * limit * (1.0 + overshoot));
+                        let square = ux * ux + uy * uy;
+                        let level = square - 2.0 * tilt * ux;
+                        let lack = 1.0 - ratio;
+                        let over = level * level - level;
+                        let along_y = over + level + square - 2.0 * lack * uy * uy;
+                        let along_x = along_y - lack * over;
+                        let length = (ux * along_x).hypot(uy * along_y);
+                        let (nx, ny) = (ux * along_x / length, uy * along_y / length);
+                        let shift = tilt * nx;
+                        let radius = 1.0 + shift * (1.0 + 0.5 * shift);
+                        let (nx, ny) = (nx * radius, ny * radius);
+                        let slip = [ux - nx, (uy - ny) / ratio];
+                        let gain = nx * slip[0] + ny * slip[1];
+                        assert!(gain >= 0.0, "{ratio} {tilt} {degrees} {overshoot}: {gain}");
+                        let again = nx * nx + ny * ny - 2.0 * tilt * nx;
+                        assert!((1.0 - 1e-9..f64::from(YIELD)).contains(&again), "{tilt} {degrees}: {again}");
+                    }
                 }
             }
         }

@@ -74,9 +74,9 @@ fn run_design(args: &Args) -> Result<(), Failure> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
     let design = reduce::design();
     let file = |e: &Experiment| folder.join(Run::file_name(e, &hash));
-    // Held-out paths first: what is missing after an interruption is then rather for the fit.
     let mut queue: VecDeque<&Experiment> = design.iter().filter(|e| !file(e).exists()).collect();
-    queue.make_contiguous().sort_by_key(|e| !e.held_out);
+    // All kinds in turn, so that an interrupted design is a small one.
+    queue.make_contiguous().sort_by_key(|e| e.name.split_once('-').map(|(_, number)| number.to_owned()));
     let missing = queue.len();
     println!(
         "{} of {} paths are there; settings {hash}, folder {}",
