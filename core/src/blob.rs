@@ -247,12 +247,13 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 9] {
+    fn head(&self) -> [f32; 10] {
         [
             self.depth_max,
             self.turn_slip,
             self.area_tilt,
             self.area_shear,
+            self.heading,
             self.band_normal_top,
             self.band_normal_slip,
             self.band_friction_top,

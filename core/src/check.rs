@@ -29,6 +29,9 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         in_range(Field::TurnSlip, 0, self.turn_slip, 0.5, 1.0)?;
+        let heading = self.heading * self.heading * self.turn_slip + self.turn_slip;
+        in_range(Field::TurnSlip, 1, heading, 1.0 - 1e-6, 1.0 + 1e-6)?;
+        in_range(Field::TurnSlip, 2, self.heading, 0.0, 1.0)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
         in_range(Field::AreaShear, 0, self.area_shear, -0.2, 1.0)?;
         in_range(Field::BandSlip, 0, self.band_normal_top, 0.0, 20.0)?;

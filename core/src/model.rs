@@ -48,6 +48,8 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub area_tilt: f32,
     /// Growth of the area at full shear in any direction, share.
     pub area_shear: f32,
+    /// Root of (1 − turn_slip)/turn_slip.
+    pub heading: f32,
     /// Half-width of the normal force's band in full slip over that of the table.
     pub band_normal_top: f32,
     /// What sticking takes off that.
@@ -214,8 +216,8 @@ pub(crate) const LIMIT_TOP: f32 = 1.0 + 0.53 / 768.0;
 /// When the contact grows an element keeps its force, when it shrinks its displacement. Bad input is flagged and
 /// leaves the axis where it was; see [`Status`].
 ///
-/// The stick ratio is 1 − Σ a_j v_j² (e + (1 − e) c|c|) with v_j the yield function, which is 1 on the limit, and c
-/// the cosine between u_j and the direction it is driven in: what is unloaded sticks.
+/// The stick ratio is 1 − Σ a_j v_j (e v_j + (1 − e) |p_j| (p_j − 2 alpha h_x)) with v_j the yield function, which is
+/// 1 on the limit, h the direction in which the elements are driven and p_j = u_j·h: what is unloaded sticks.
 ///
 /// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
 /// through [`StateOf::set_strength_factor`].
@@ -303,14 +305,15 @@ pub fn step<const M: usize, const N: usize>(
     let lack_twice = lack + lack;
     let tilt = row.tilt.at(t);
     let tilt_twice = tilt + tilt;
-    let keep_slip = data.turn_slip;
-    let turn_slip = 1.0 - keep_slip;
-    let (mut mean_x, mut mean_y, mut stick_ratio) = (0.0, 0.0, 1.0);
+    // On the heading's line |p| (p − 2 alpha h_x) is the yield function, with the sign of the direction.
+    let (heading_x, heading_y) = (data.heading * heading_x, data.heading * heading_y);
+    let heading_shift = tilt_twice * heading_x;
+    let (mut mean_x, mut mean_y, mut slipping) = (0.0, 0.0, 0.0);
     for (u, element) in state.force.iter_mut().zip(&data.elements) {
         let mut ux = u[0] * keep + slide_x * element.inverse_yield;
         let mut uy = u[1] * keep + slide_y * element.inverse_yield;
         let yy = uy * uy;
-        let mut square = ux * ux + yy;
+        let square = ux * ux + yy;
         let mut level = square - tilt_twice * ux;
         if level > YIELD {
             // The overshoot goes back along (u_x, rho u_y) as slip, which makes friction oppose it. With the slope
@@ -325,15 +328,14 @@ pub fn step<const M: usize, const N: usize>(
             ux *= back * radius;
             uy *= back * radius;
             level = 1.0;
-            square = radius * radius;
         }
         *u = [ux, uy];
         mean_x += element.strength * ux;
         mean_y += element.strength * uy;
         let along = ux * heading_x + uy * heading_y;
-        let turned = keep_slip + turn_slip * (along * along.abs() / (square + f32::MIN_POSITIVE));
-        stick_ratio -= element.area * (level * level) * turned;
+        slipping += element.area * (level * (level + along.abs() * (along - heading_shift)));
     }
+    let mut stick_ratio = 1.0 - data.turn_slip * slipping;
     state.mean = [mean_x, mean_y];
     if stick_ratio < 0.0 {
         // The gap between yielding and limit, squared.

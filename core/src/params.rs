@@ -3,6 +3,7 @@
 //! Main types: [`ParamsOf`], [`Node`], [`Slider`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses model, table.
 
 use crate::error::Field;
+use crate::math::sqrt;
 use crate::model::{ELEMENTS, Element, NODES};
 use crate::table::{Line, Row};
 use crate::{DataOf, Error};
@@ -97,6 +98,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             turn_slip: self.turn_slip,
             area_tilt: self.area_tilt,
             area_shear: self.area_shear,
+            heading: sqrt(((1.0 - self.turn_slip) / self.turn_slip).max(0.0)),
             band_normal_top: self.band_normal_slip,
             band_normal_slip: self.band_normal_slip - 1.0,
             band_friction_top: self.band_friction_slip,

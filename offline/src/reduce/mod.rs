@@ -1,12 +1,21 @@
 //! Finite-element responses become the reduced model that runs on a microcontroller.
 //!
-//! Main types: [`Experiment`] (a path of the design), [`Run`] (its stored response).
+//! Main types: [`Experiment`] (a path of the design), [`Run`] (its stored response), [`Fitted`], [`Scores`].
 //! May use: experiment and what it may use; the package `fingerpad`, through which every fit is replayed.
 
 mod design;
 mod error;
+mod fit;
+mod layout;
+mod replay;
 mod runs;
+mod score;
+mod start;
+mod tables;
 
 pub use design::{DEPTH_MAX_MM, Experiment, Kind, design};
 pub use error::ReduceError;
+pub use fit::{Fitted, Settings, fit};
+pub use replay::{STEP_MM, replay};
 pub use runs::{Run, Sample, settings_hash};
+pub use score::{RunScore, Scores, score, score_run, strength};
