@@ -247,13 +247,14 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 10] {
+    fn head(&self) -> [f32; 11] {
         [
             self.depth_max,
             self.turn_slip,
             self.area_tilt,
             self.area_shear,
-            self.heading,
+            self.growth_loss,
+            self.fall_loss,
             self.band_normal_top,
             self.band_normal_slip,
             self.band_friction_top,

@@ -15,23 +15,24 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     ///
     /// # Why what passes here is passive
     ///
-    /// Free energy E = (L²/K) ½ Σ w_j y_j (u_jx² + u_jy²/rho), where Σ w/y = 1, so that Σ w y u² >= m²
-    /// (Cauchy–Schwarz). In small steps:
+    /// Free energy E = (L²/R) ½ Σ w_j y_j (u_jx² + u_jy²/rho) with the reference stiffness R <= K of the part of the
+    /// contact that holds the forces, and Σ w/y = 1, so that Σ w y u² >= m² (Cauchy–Schwarz). In small steps:
     ///
-    /// * slide: the work is dE plus Σ w_j L u_j·dp_j with dp_j the plastic slip, which goes along u_j: the part
-    ///   beyond dE is never negative. The same holds when the limits shrink or shift with depth.
+    /// * slide: with P = Σ w y u² the elastic work is L² (P₁ − P₀)/2K, and dE is at most that because
+    ///   (1/R − 1/K) falls like m₀²/m₁² or faster while m grows, and stays while m shrinks. The plastic slip goes
+    ///   along u_j: its work is never negative. The same holds when the limits shrink or shift with depth.
     /// * C: F_x C'(d) dd is the work of the slide dC in the first item.
-    /// * growth keeps forces: dE <= 0 if K and rho K grow. B >= 0 adds work.
-    /// * fall keeps displacements: dE falls by (L²/K) m_x² ½ K'/K or more per depth, and by (L²/(rho K)) m_y²
-    ///   ½ (K'/K − rho'/rho); B_x m_x² + B_y m_y² must not give back more.
+    /// * growth keeps forces and R (or lets it grow, so that rho R grows): dE <= 0. B >= 0 adds work.
+    /// * fall keeps R while R < K, and forces but for the loss: dE falls by (L²/R) m_x² `fall_loss` K'/K per depth
+    ///   and by (L²/(rho R)) m_y² (`fall_loss` K'/K − ½ rho'/rho); B_x m_x² + B_y m_y² must not give back more. At
+    ///   R = K it keeps displacements and E falls like K.
     ///
     /// In finite steps the work with the force at the end of the step only adds, since N0 grows with depth.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         in_range(Field::TurnSlip, 0, self.turn_slip, 0.5, 1.0)?;
-        let heading = self.heading * self.heading * self.turn_slip + self.turn_slip;
-        in_range(Field::TurnSlip, 1, heading, 1.0 - 1e-6, 1.0 + 1e-6)?;
-        in_range(Field::TurnSlip, 2, self.heading, 0.0, 1.0)?;
+        in_range(Field::DepthLoss, 0, self.growth_loss, 0.0, 1.0)?;
+        in_range(Field::DepthLoss, 1, self.fall_loss, 0.0, 0.5)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
         in_range(Field::AreaShear, 0, self.area_shear, -0.2, 1.0)?;
         in_range(Field::BandSlip, 0, self.band_normal_top, 0.0, 20.0)?;
@@ -88,7 +89,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             if i + 1 < N {
                 for t in [0.0, 1.0] {
                     if i > 0 || t > 0.0 {
-                        row.check_passive(i, t, cell)?;
+                        row.check_passive(i, t, cell, self.growth_loss, self.fall_loss)?;
                     }
                 }
             }
@@ -138,17 +139,17 @@ impl Row {
     }
 
     /// The inequalities of [`DataOf::check`] at one end of a cell.
-    fn check_passive(&self, i: usize, t: f32, cell: f32) -> Result<(), Error> {
+    fn check_passive(&self, i: usize, t: f32, cell: f32, growth_loss: f32, fall_loss: f32) -> Result<(), Error> {
         let at = |what, value: f32, limit: f32| {
             if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
         };
         let (k, l, rho) = (self.stiffness.at(t), self.limit.at(t), self.ratio.at(t));
         let dk = self.stiffness.change / (k * cell);
         let drho = self.ratio.change / (rho * cell);
-        at(Field::StiffnessRatio, drho.abs(), dk)?;
+        at(Field::StiffnessRatio, -drho, growth_loss * dk)?;
         let energy = l * l / k;
-        at(Field::NormalShearX, self.shear_x.at(t), 0.5 * energy * dk)?;
-        at(Field::NormalShearY, self.shear_y.at(t), 0.5 * energy / rho * (dk - drho))?;
+        at(Field::NormalShearX, self.shear_x.at(t), fall_loss * energy * dk)?;
+        at(Field::NormalShearY, self.shear_y.at(t), energy / rho * (fall_loss * dk - 0.5 * drho.max(0.0)))?;
         // The normal force stays positive and its stiffness outweighs the coupling's error in a finite step.
         at(Field::PressCoupling, self.press.at(t).abs() * l * 1.3, self.normal.at(t))?;
         let dpress = self.press.change.abs() / cell;

@@ -87,6 +87,7 @@ pub enum Field {
     NormalShearY,
     TiltX,
     TurnSlip,
+    DepthLoss,
     AreaTilt,
     AreaShear,
     BandNormal,

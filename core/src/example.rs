@@ -49,6 +49,8 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             sliders,
             nodes,
             turn_slip: 0.55,
+            growth_loss: 0.0,
+            fall_loss: 0.25,
             area_tilt: 0.1,
             area_shear: 0.05,
             band_normal_slip: 1.5,

@@ -22,7 +22,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// The gradient at `state` for a motion that goes on in `direction` (depth, slide x, slide y; any length).
     ///
     /// One-sided where the law has kinks: elements on their limit slip if `direction` loads them further, and a
-    /// growing contact keeps forces where a shrinking one keeps displacements. With a direction of zeros all
+    /// growing contact keeps forces where a shrinking one may lose some. With a direction of zeros all
     /// elements stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.
     ///
     /// Costs 300 to 450 instructions.
@@ -43,7 +43,12 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
         let press = row.press.at(t);
         let per_slip = k / l;
         let tilt = row.tilt.at(t);
-        let keep = if direction[0] < 0.0 { dk / k - dl / l } else { -dl / l };
+        let keep = if direction[0] < 0.0 {
+            let retraces = k > state.reference;
+            dk / k * (data.fall_loss + if retraces { 0.0 } else { 1.0 }) - dl / l
+        } else {
+            -dl / l
+        };
 
         let mut mean = [0.0f32; 2];
         let mut slope = [[0.0f32; 3]; 2];

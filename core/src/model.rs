@@ -48,8 +48,10 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub area_tilt: f32,
     /// Growth of the area at full shear in any direction, share.
     pub area_shear: f32,
-    /// Root of (1 − turn_slip)/turn_slip.
-    pub heading: f32,
+    /// See [`crate::ParamsOf::growth_loss`].
+    pub growth_loss: f32,
+    /// See [`crate::ParamsOf::fall_loss`].
+    pub fall_loss: f32,
     /// Half-width of the normal force's band in full slip over that of the table.
     pub band_normal_top: f32,
     /// What sticking takes off that.
@@ -93,7 +95,7 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 9` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// Plain data of `2 M + 10` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
     /// Force of each element over its strength.
@@ -105,6 +107,8 @@ pub struct StateOf<const M: usize> {
     pub(crate) depth: f32,
     pub(crate) limit: f32,
     pub(crate) stiffness: f32,
+    /// Stiffness of that part of the contact which holds the forces, at most `stiffness`.
+    pub(crate) reference: f32,
     pub(crate) pressed: f32,
     pub(crate) strength_factor: f32,
 }
@@ -118,6 +122,7 @@ impl<const M: usize> Default for StateOf<M> {
             depth: 0.0,
             limit: 0.0,
             stiffness: 0.0,
+            reference: 0.0,
             pressed: 0.0,
             strength_factor: 1.0,
         }
@@ -267,8 +272,16 @@ pub fn step<const M: usize, const N: usize>(
     // Depth: a growing contact keeps the elements' force, a shrinking one their displacement.
     // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
     let mut keep = state.limit / limit;
-    if stiffness < state.stiffness {
-        keep *= stiffness / state.stiffness;
+    let mut reference = state.reference;
+    let growth = stiffness - state.stiffness;
+    if growth > 0.0 {
+        reference += data.growth_loss * growth;
+    } else if growth < 0.0 {
+        keep *= 1.0 + data.fall_loss * (growth / state.stiffness);
+        if stiffness < reference {
+            keep *= stiffness / reference;
+            reference = stiffness;
+        }
     }
 
     // Slide, in slip lengths
@@ -299,16 +312,14 @@ pub fn step<const M: usize, const N: usize>(
     state.depth = depth;
     state.limit = limit;
     state.stiffness = stiffness;
+    let before = keep * keep * (state.mean[0] * state.mean[0] + state.mean[1] * state.mean[1]);
     state.pressed = pressed;
 
     let lack = 1.0 - ratio;
     let lack_twice = lack + lack;
     let tilt = row.tilt.at(t);
     let tilt_twice = tilt + tilt;
-    // On the heading's line |p| (p − 2 alpha h_x) is the yield function, with the sign of the direction.
-    let (heading_x, heading_y) = (data.heading * heading_x, data.heading * heading_y);
-    let heading_shift = tilt_twice * heading_x;
-    let (mut mean_x, mut mean_y, mut slipping) = (0.0, 0.0, 0.0);
+    let (mut mean_x, mut mean_y, mut slipping, mut slip_x, mut slip_y) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (u, element) in state.force.iter_mut().zip(&data.elements) {
         let mut ux = u[0] * keep + slide_x * element.inverse_yield;
         let mut uy = u[1] * keep + slide_y * element.inverse_yield;
@@ -332,10 +343,14 @@ pub fn step<const M: usize, const N: usize>(
         *u = [ux, uy];
         mean_x += element.strength * ux;
         mean_y += element.strength * uy;
-        let along = ux * heading_x + uy * heading_y;
-        slipping += element.area * (level * (level + along.abs() * (along - heading_shift)));
+        let slip = element.area * level;
+        slipping += slip * level;
+        slip_x += slip * ux;
+        slip_y += slip * uy;
     }
-    let mut stick_ratio = 1.0 - data.turn_slip * slipping;
+    // What is driven back sticks: of the slip, the part against the heading counts the other way.
+    let along = (slip_x * heading_x + slip_y * heading_y) / limit_share(tilt, heading_x);
+    let mut stick_ratio = 1.0 - (data.turn_slip * slipping + (1.0 - data.turn_slip) * along);
     state.mean = [mean_x, mean_y];
     if stick_ratio < 0.0 {
         // The gap between yielding and limit, squared.
@@ -345,6 +360,11 @@ pub fn step<const M: usize, const N: usize>(
     // Resultants
     let xx = mean_x * mean_x;
     let yy = mean_y * mean_y;
+    if xx + yy > before {
+        reference = stiffness * reference * (xx + yy)
+            / (reference * (xx + yy) + before * (stiffness - reference) + f32::MIN_POSITIVE);
+    }
+    state.reference = reference;
     let friction_x = limit * mean_x;
     let friction_y = limit * mean_y;
     let length = sqrt(xx + yy);

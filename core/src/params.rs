@@ -3,7 +3,6 @@
 //! Main types: [`ParamsOf`], [`Node`], [`Slider`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses model, table.
 
 use crate::error::Field;
-use crate::math::sqrt;
 use crate::model::{ELEMENTS, Element, NODES};
 use crate::table::{Line, Row};
 use crate::{DataOf, Error};
@@ -64,6 +63,12 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     /// Share of an element's slip that stays when the slide turns by 90°, 0.5 to 1. When it turns back twice that
     /// less 1 stays.
     pub turn_slip: f32,
+    /// What a growing contact forgets of its shear's history, 0 to 1: 0 returns to the same force when the depth
+    /// comes back, 1 forgets that it was ever smaller. Pays for a stiffness ratio that falls with depth.
+    pub growth_loss: f32,
+    /// Friction that a shrinking contact loses where it could retrace, share per share of stiffness, 0 to 0.5. Pays
+    /// for normal force that comes from shear.
+    pub fall_loss: f32,
     /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
     pub area_tilt: f32,
     /// Growth of the contact area at full shear in any direction, share, −0.2 to 1.
@@ -98,7 +103,8 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             turn_slip: self.turn_slip,
             area_tilt: self.area_tilt,
             area_shear: self.area_shear,
-            heading: sqrt(((1.0 - self.turn_slip) / self.turn_slip).max(0.0)),
+            growth_loss: self.growth_loss,
+            fall_loss: self.fall_loss,
             band_normal_top: self.band_normal_slip,
             band_normal_slip: self.band_normal_slip - 1.0,
             band_friction_top: self.band_friction_slip,

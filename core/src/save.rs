@@ -8,19 +8,19 @@ use crate::error::Field;
 use crate::model::{ELEMENTS, State, StateOf};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 10);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 11);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, mean, heading, then depth, limit, stiffness, press, strength factor.
+    /// Words of a state: elements, mean, heading, then depth, limit, stiffness, its reference, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
         let vectors = self.force.iter().chain([&self.mean, &self.heading]).flatten().copied();
-        vectors.chain([self.depth, self.limit, self.stiffness, self.pressed, self.strength_factor])
+        vectors.chain([self.depth, self.limit, self.stiffness, self.reference, self.pressed, self.strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 10)`.
+    /// `4 (2 M + 11)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 10);
+        let needed = 4 * (2 * M + 11);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -37,7 +37,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 10);
+        let expected = 4 * (2 * M + 11);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -59,6 +59,7 @@ impl<const M: usize> StateOf<M> {
         state.depth = next();
         state.limit = next();
         state.stiffness = next();
+        state.reference = next();
         state.pressed = next();
         state.strength_factor = next();
         state.check()
@@ -82,7 +83,7 @@ impl<const M: usize> StateOf<M> {
         }
         let positive = |x: f32| x > 0.0 && x <= 1e9;
         let in_contact = self.depth > 0.0;
-        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.pressed == 0.0;
+        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.reference == 0.0 && self.pressed == 0.0;
         let air = plain && self.force.as_flattened().iter().chain(&self.mean).chain(&self.heading).all(|x| *x == 0.0);
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
@@ -90,6 +91,9 @@ impl<const M: usize> StateOf<M> {
         let pressed = positive(self.limit) && positive(self.stiffness);
         if !(if in_contact { pressed } else { air }) {
             return Err(bad(M + 1, self.limit));
+        }
+        if !(self.reference >= 0.0 && self.reference <= self.stiffness * (1.0 + 1e-5)) {
+            return Err(bad(M + 2, self.reference));
         }
         if !(self.pressed.abs() <= 100.0) {
             return Err(bad(M + 3, self.pressed));
@@ -131,6 +135,7 @@ mod with_serde {
         depth_mm: f32,
         limit_n: f32,
         stiffness_n_mm: f32,
+        reference_n_mm: f32,
         pressed_mm: f32,
         strength_factor: f32,
     }
@@ -144,6 +149,7 @@ mod with_serde {
                 depth_mm: self.depth,
                 limit_n: self.limit,
                 stiffness_n_mm: self.stiffness,
+                reference_n_mm: self.reference,
                 pressed_mm: self.pressed,
                 strength_factor: self.strength_factor,
             };
@@ -161,6 +167,7 @@ mod with_serde {
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
                 stiffness: plain.stiffness_n_mm,
+                reference: plain.reference_n_mm,
                 pressed: plain.pressed_mm,
                 strength_factor: plain.strength_factor,
             };

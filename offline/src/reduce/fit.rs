@@ -42,7 +42,7 @@ impl Default for Settings {
             gentle_knots: 5,
             normal_share: 0.005,
             friction_share: 0.01,
-            stick: 0.04,
+            stick: 0.1,
             area_share: 0.03,
             prior: 2.0,
             iterations: 40,
@@ -59,8 +59,10 @@ pub struct Fitted<const M: usize, const N: usize> {
     pub theta: Vec<f64>,
     /// Half the sum of squared residuals at the start and at the end.
     pub cost: [f64; 2],
-    /// Evaluations of all runs.
+    /// Evaluations of all runs, those for derivatives not counted.
     pub evaluations: usize,
+    /// Why the minimiser stopped, in its words.
+    pub ended: String,
 }
 
 /// Fits the form with `M` elements and `N` table nodes to those `runs` that are not held out.
@@ -99,7 +101,7 @@ pub fn fit<const M: usize, const N: usize>(
     problem.layout.params::<M, N>(problem.theta.as_slice()).try_build()?;
     let before = problem.residuals().ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
     let patience = settings.iterations;
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_gtol(0.0).with_patience(patience);
+    let minimiser = LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-6).with_gtol(0.0).with_patience(patience);
     let (problem, report) = minimiser.minimize(problem);
     let ended = report.termination;
     if !(ended.was_successful() || matches!(ended, levenberg_marquardt::TerminationReason::LostPatience)) {
@@ -111,6 +113,7 @@ pub fn fit<const M: usize, const N: usize>(
         theta,
         cost: [0.5 * before.norm_squared(), report.objective_function],
         evaluations: report.number_of_evaluations,
+        ended: format!("{ended:?}"),
     })
 }
 

@@ -84,7 +84,7 @@ impl Layout {
 
     /// Length of the vector for `elements` elements.
     pub fn len(&self, elements: usize) -> usize {
-        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 3 * elements + 3
+        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 3 * elements + 5
     }
 
     /// The vector that makes `start`.
@@ -107,7 +107,7 @@ impl Layout {
         // Yield positions from near 0 to twice the mean, even shares.
         theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
         theta.extend(vec![0.0; 2 * elements]);
-        theta.extend([-1.5, 0.0, 0.0]);
+        theta.extend([-1.5, -1.0, -1.0, 0.0, 0.0]);
         theta
     }
 
@@ -128,6 +128,8 @@ impl Layout {
         let strength = shares(cursor.take(M));
         let area = shares(cursor.take(M));
         let turn_slip = 0.5 + 0.5 / (1.0 + (-cursor.one()).exp());
+        let growth_loss = 1.0 / (1.0 + (-cursor.one()).exp());
+        let fall_loss = 0.5 / (1.0 + (-cursor.one()).exp());
         let area_tilt = 0.5 * cursor.one().tanh();
         let area_shear = 0.4 + 0.6 * (cursor.one() - 0.805).tanh();
 
@@ -150,7 +152,7 @@ impl Layout {
                 band_normal_n: 0.0,
             };
         }
-        make_passive(&mut nodes, cell);
+        make_passive(&mut nodes, cell, growth_loss, fall_loss);
         ParamsOf {
             depth_max_mm: self.depth_max_mm as f32,
             sliders: std::array::from_fn(|j| Slider {
@@ -160,6 +162,8 @@ impl Layout {
             }),
             nodes,
             turn_slip: turn_slip as f32,
+            growth_loss: growth_loss as f32,
+            fall_loss: fall_loss as f32,
             area_tilt: area_tilt as f32,
             area_shear: area_shear.max(-0.199) as f32,
             band_normal_slip: 1.0,
@@ -171,7 +175,7 @@ impl Layout {
 }
 
 /// Cuts off what `DataOf::check` would refuse; its inequalities, node by node.
-fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64) {
+fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, growth_loss: f64, fall_loss: f64) {
     let at = |n: &Node| {
         [n.normal_force_n, n.friction_limit_n, n.tangential_stiffness_n_mm, n.stiffness_ratio].map(f64::from)
     };
@@ -179,7 +183,8 @@ fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64) {
         let [_, _, k0, rho0] = at(&nodes[i - 1]);
         let [_, _, k1, rho1] = at(&nodes[i]);
         let most = ALLOWED * (k1 - k0) * (rho0 / k0).min(rho1 / k1);
-        nodes[i].stiffness_ratio = (rho0 + (rho1 - rho0).clamp(-most, most)) as f32;
+        let (fall, rise) = (growth_loss * most, 1.5 * fall_loss * most);
+        nodes[i].stiffness_ratio = (rho0 + (rho1 - rho0).clamp(-fall, rise)) as f32;
     }
     // Below the first node stiffness and limit are straight from 0, and the ratio is constant.
     nodes[0].stiffness_ratio = nodes[1].stiffness_ratio;
@@ -205,8 +210,8 @@ fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64) {
         let [_, _, k1, rho1] = at(&nodes[i + 1]);
         let [_, limit, k, rho] = at(&nodes[i + end]);
         let (dk, drho) = ((k1 - k0) / (k * cell), (rho1 - rho0) / (rho * cell));
-        let half = 0.5 * ALLOWED * limit * limit / k;
-        [half * dk, half / rho * (dk - drho)]
+        let energy = ALLOWED * limit * limit / k;
+        [energy * fall_loss * dk, energy / rho * (fall_loss * dk - 0.5 * drho.max(0.0))]
     };
     let whole = *nodes;
     for i in 1..N {
