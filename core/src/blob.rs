@@ -327,6 +327,6 @@ mod tests {
     fn another_shape_is_named() {
         let (buffer, n) = example();
         let error = FileOf::<7, 25>::from_bytes(&buffer.0[..n]).unwrap_err();
-        assert_eq!(error, Error::Shape { elements: 5, nodes: 25 });
+        assert_eq!(error, Error::Shape { elements: 4, nodes: 25 });
     }
 }

@@ -10,11 +10,10 @@ impl Params {
     /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
     pub fn example() -> Self {
         ParamsOf::example_with([
-            slider(0.12, 0.02, 0.10),
-            slider(0.60, 0.17, 0.26),
-            slider(1.10, 0.29, 0.28),
-            slider(1.80, 0.33, 0.24),
-            slider(3.00, 0.19, 0.12),
+            slider(0.40, 0.07, 0.22),
+            slider(0.90, 0.28, 0.33),
+            slider(1.60, 0.42, 0.30),
+            slider(2.80, 0.23, 0.15),
         ])
     }
 }

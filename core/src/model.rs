@@ -11,7 +11,7 @@ use crate::tune::Scale;
 use crate::{Regime, Status};
 
 /// Elements of the default model.
-pub const ELEMENTS: usize = 5;
+pub const ELEMENTS: usize = 4;
 /// Depths at which the tables of the default model are given.
 pub const NODES: usize = 25;
 
@@ -93,6 +93,9 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
     }
 }
 
+/// Reference stiffness in the air, N/mm: more than any contact's, so that the first step takes its own.
+pub(crate) const FRESH: f32 = 1e9;
+
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
 /// Plain data of `2 M + 10` words: copy it to save it, or use [`StateOf::write_bytes`].
@@ -122,7 +125,7 @@ impl<const M: usize> Default for StateOf<M> {
             depth: 0.0,
             limit: 0.0,
             stiffness: 0.0,
-            reference: 0.0,
+            reference: FRESH,
             pressed: 0.0,
             strength_factor: 1.0,
         }
@@ -278,10 +281,10 @@ pub fn step<const M: usize, const N: usize>(
         reference += data.growth_loss * growth;
     } else if growth < 0.0 {
         keep *= 1.0 + data.fall_loss * (growth / state.stiffness);
-        if stiffness < reference {
-            keep *= stiffness / reference;
-            reference = stiffness;
-        }
+    }
+    if stiffness < reference {
+        keep *= stiffness / reference;
+        reference = stiffness;
     }
 
     // Slide, in slip lengths
@@ -352,17 +355,21 @@ pub fn step<const M: usize, const N: usize>(
     let along = (slip_x * heading_x + slip_y * heading_y) / limit_share(tilt, heading_x);
     let mut stick_ratio = 1.0 - (data.turn_slip * slipping + (1.0 - data.turn_slip) * along);
     state.mean = [mean_x, mean_y];
+    // Beyond by the gap between yielding and limit, or because little slip was left to turn.
     if stick_ratio < 0.0 {
-        // The gap between yielding and limit, squared.
         stick_ratio = 0.0;
+    }
+    if stick_ratio > 1.0 {
+        stick_ratio = 1.0;
     }
 
     // Resultants
     let xx = mean_x * mean_x;
     let yy = mean_y * mean_y;
-    if xx + yy > before {
-        reference = stiffness * reference * (xx + yy)
-            / (reference * (xx + yy) + before * (stiffness - reference) + f32::MIN_POSITIVE);
+    let after = xx + yy;
+    if driven > DRIVEN_MIN && after > before {
+        let rest = before * (stiffness - reference);
+        reference = stiffness - stiffness * (rest / (reference * after + rest));
     }
     state.reference = reference;
     let friction_x = limit * mean_x;

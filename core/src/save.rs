@@ -5,7 +5,7 @@
 use crate::Error;
 use crate::blob::crc32;
 use crate::error::Field;
-use crate::model::{ELEMENTS, State, StateOf};
+use crate::model::{ELEMENTS, FRESH, State, StateOf};
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 11);
@@ -83,7 +83,7 @@ impl<const M: usize> StateOf<M> {
         }
         let positive = |x: f32| x > 0.0 && x <= 1e9;
         let in_contact = self.depth > 0.0;
-        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.reference == 0.0 && self.pressed == 0.0;
+        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.reference == FRESH && self.pressed == 0.0;
         let air = plain && self.force.as_flattened().iter().chain(&self.mean).chain(&self.heading).all(|x| *x == 0.0);
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
@@ -92,7 +92,7 @@ impl<const M: usize> StateOf<M> {
         if !(if in_contact { pressed } else { air }) {
             return Err(bad(M + 1, self.limit));
         }
-        if !(self.reference >= 0.0 && self.reference <= self.stiffness * (1.0 + 1e-5)) {
+        if in_contact && !(self.reference >= 0.0 && self.reference <= self.stiffness * (1.0 + 1e-5)) {
             return Err(bad(M + 2, self.reference));
         }
         if !(self.pressed.abs() <= 100.0) {
