@@ -1,6 +1,8 @@
 //! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
 
 mod build;
+mod eval;
+mod export;
 mod mesh;
 mod reduce;
 mod simulate;
@@ -40,6 +42,10 @@ enum Command {
     Mesh(mesh::Args),
     /// Fit the reduced model to finite-element runs, or make these runs
     Reduce(reduce::Args),
+    /// Follow a path of the plane with the reduced model
+    Eval(eval::Args),
+    /// Write a model as a Rust constant, a C array or JSON
+    Export(export::Args),
 }
 
 /// Settings that every command with a finite-element model takes.
@@ -133,6 +139,8 @@ pub fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(&args),
         Command::Mesh(args) => mesh::run(&args),
         Command::Reduce(args) => reduce::run(&args),
+        Command::Eval(args) => eval::run(&args),
+        Command::Export(args) => export::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

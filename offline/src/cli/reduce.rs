@@ -11,7 +11,7 @@ use anyhow::Context;
 use fingerpad_offline::{
     experiment::Config,
     io::atomic_write,
-    reduce::{self, Experiment, ReduceError, Run, Sample},
+    reduce::{self, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings},
     slide::{Finger, MarchError, Trajectory, march},
 };
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
@@ -25,7 +25,6 @@ Examples:
   fingerpad reduce --design --mesh-preset coarse --runs runs   run what is missing of the design of experiments
   fingerpad reduce --runs runs --out model.fpm                 fit, replay through the core, write the model file
   fingerpad reduce --design --runs runs --out model.fpm        both
-  fingerpad reduce --runs runs --out model.fpm --report report pictures and numbers of the fit as well
 
 The design has about 150 paths in seven kinds, half of them held out: the fit never sees them. Each finished path is a
 file of its own in the folder; a killed design goes on where it was. Runs of other settings are kept apart by the hash
@@ -61,7 +60,74 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.design {
         run_design(args)?;
     }
+    let Some(out) = &args.out else { return Ok(()) };
+    let runs = read_runs(&args.runs)?;
+    let config = args.model.config()?;
+    let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
+    println!("{} runs of settings {}, {early} ended early", runs.len(), runs[0].settings_hash);
+    let spinner = ProgressBar::new_spinner().with_message("fitting, every step through the core");
+    spinner.enable_steady_tick(std::time::Duration::from_millis(120));
+    let reduced = reduce::reduce(&runs, config.friction.beta, &Settings::default());
+    spinner.finish_and_clear();
+    let reduced = reduced?;
+    let bytes = reduced.file(&[])?;
+    atomic_write(out, |w| w.write_all(&bytes))?;
+    print_summary(&reduced);
+    println!("{}: {} bytes", out.display(), bytes.len());
     Ok(())
+}
+
+/// All runs of the folder, which must be of one kind of settings.
+fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
+    let place = || folder.display().to_string();
+    let entries = fs::read_dir(folder).with_context(place).map_err(Failure::Input)?;
+    let mut files = Vec::new();
+    for entry in entries {
+        let path = entry.with_context(place).map_err(Failure::Input)?.path();
+        if path.extension().is_some_and(|e| e == "fprun") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    let mut runs = Vec::with_capacity(files.len());
+    for path in &files {
+        let bytes = fs::read(path).with_context(|| path.display().to_string()).map_err(Failure::Input)?;
+        runs.push(Run::from_bytes(&bytes, path)?);
+    }
+    if runs.is_empty() {
+        return Err(Failure::Input(anyhow::anyhow!("{}: no runs (*.fprun); make them with --design", place())));
+    }
+    Ok(runs)
+}
+
+fn print_summary(reduced: &Reduced) {
+    println!("cost {:.4e} -> {:.4e}; {}", reduced.cost[0], reduced.cost[1], reduced.ended);
+    println!("                         N, of range   F, of limit   stick straight   turned   regime right   paths");
+    let line = |name: &str, s: &Scores| {
+        println!(
+            "{name:22} {:>12.2} % {:>11.2} % {:>16.3} {:>8.3} {:>12.1} % {:>7}",
+            100.0 * s.normal_of_range,
+            100.0 * s.friction_of_limit,
+            s.stick_straight,
+            s.stick_turned,
+            100.0 * s.regime_right,
+            s.paths
+        );
+    };
+    line("fit", &Scores::of(&reduced.scores, |s| !s.held_out));
+    line("held out", &reduced.meta.held_out);
+    for kind in Kind::ALL {
+        let of_kind = Scores::of(&reduced.scores, |s| s.held_out && s.kind == kind);
+        if of_kind.paths > 0 {
+            line(&format!("  {}", kind.as_str()), &of_kind);
+        }
+    }
+    for (name, c) in ["all", "stick", "partial slip", "slip"].iter().zip(&reduced.meta.coverage) {
+        let (normal, friction) = (100.0 * c.normal, 100.0 * c.friction);
+        println!("band of 95 %, {name}: normal force {normal:.1} %, friction {friction:.1} % of {} rows", c.rows);
+    }
+    let (share, name) = &reduced.meta.held_out.worst_friction;
+    println!("worst path held out: {name}, friction {:.1} % of the limit", 100.0 * share);
 }
 
 /// Runs the paths of the design that have no file yet, a thread per path.
