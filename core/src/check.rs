@@ -34,7 +34,6 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         in_range(Field::DepthLoss, 0, self.growth_loss, 0.0, 1.0)?;
         in_range(Field::DepthLoss, 1, self.fall_loss, 0.0, 0.5)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
-        in_range(Field::AreaShear, 0, self.area_shear, -0.2, 1.0)?;
         in_range(Field::BandSlip, 0, self.band_normal_top, 0.0, 20.0)?;
         in_range(Field::BandSlip, 1, self.band_normal_top - self.band_normal_slip, 1.0 - 1e-5, 1.0 + 1e-5)?;
         in_range(Field::BandFriction, 0, self.band_friction_top, 0.0, 10.0)?;

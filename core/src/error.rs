@@ -89,7 +89,6 @@ pub enum Field {
     TurnSlip,
     DepthLoss,
     AreaTilt,
-    AreaShear,
     BandNormal,
     BandFriction,
     BandSlip,

@@ -9,12 +9,7 @@ use crate::params::{Node, Params, ParamsOf, Slider};
 impl Params {
     /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
     pub fn example() -> Self {
-        ParamsOf::example_with([
-            slider(0.40, 0.07, 0.22),
-            slider(0.90, 0.28, 0.33),
-            slider(1.60, 0.42, 0.30),
-            slider(2.80, 0.23, 0.15),
-        ])
+        ParamsOf::example_with([slider(0.55, 0.17, 0.35), slider(1.30, 0.46, 0.41), slider(2.50, 0.37, 0.24)])
     }
 }
 
@@ -51,7 +46,6 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             growth_loss: 0.0,
             fall_loss: 0.25,
             area_tilt: 0.1,
-            area_shear: 0.05,
             band_normal_slip: 1.5,
             band_friction_stick: 0.01,
             band_friction_slip: 0.03,

@@ -79,7 +79,7 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
         };
         let holds = |depth: f32| {
             let (strength, tilt) = strength(depth);
-            strength * limit_share(tilt, cosine) >= need
+            strength * limit_share(tilt * cosine) >= need
         };
         let at = |depth: f32| {
             let (strength, _) = strength(depth);

@@ -11,7 +11,7 @@ use crate::tune::Scale;
 use crate::{Regime, Status};
 
 /// Elements of the default model.
-pub const ELEMENTS: usize = 4;
+pub const ELEMENTS: usize = 3;
 /// Depths at which the tables of the default model are given.
 pub const NODES: usize = 25;
 
@@ -46,8 +46,6 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub turn_slip: f32,
     /// Growth of the area at full shear along +x, share; the same is lost along −x.
     pub area_tilt: f32,
-    /// Growth of the area at full shear in any direction, share.
-    pub area_shear: f32,
     /// See [`crate::ParamsOf::growth_loss`].
     pub growth_loss: f32,
     /// See [`crate::ParamsOf::fall_loss`].
@@ -200,13 +198,14 @@ pub struct Response {
 /// Longest slide in one step, in slip lengths: beyond full slip of every element, so that a cut loses nothing, and
 /// small enough that no product overflows.
 const SLIDE_MAX: f32 = 32.0;
-/// Square of the motion, in slip lengths, below which the heading stays: rounding is no motion.
-const DRIVEN_MIN: f32 = 1e-14;
-/// Value of the yield function at which an element yields. It is drawn back to a radius good to alpha⁴/8; the gap is
-/// wider than that, so that an element on its limit stays where it is when nothing moves.
-pub(crate) const YIELD: f32 = 1.0 + 1.0 / 768.0;
-/// What the limit that is told lies above the elements', so that friction never exceeds it: half of that gap.
-pub(crate) const LIMIT_TOP: f32 = 1.0 + 0.53 / 768.0;
+/// Squares of the slide's length, mm², between which it tells a direction: beyond, they leave the range of the floats.
+const WAY_MIN: f32 = 1e-30;
+const WAY_MAX: f32 = 1e30;
+/// Value of the yield function at which an element yields. It is drawn back to 1, up to rounding; the gap between the
+/// two is wider than that, so that an element on its limit stays where it is when nothing moves.
+pub(crate) const YIELD: f32 = 1.0 + 1.0 / (1u32 << 18) as f32;
+/// What the limit that is told lies above the elements', so that rounding never takes friction beyond it.
+const LIMIT_TOP: f32 = 1.0 + 1.0 / (1u32 << 17) as f32;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
 ///
@@ -219,8 +218,8 @@ pub(crate) const LIMIT_TOP: f32 = 1.0 + 0.53 / 768.0;
 /// N    = N0(d) + C'(d) F_x + B_x(d) m_x² + B_y(d) m_y²
 /// ```
 ///
-/// with K, L, rho, C, alpha, N0, B from tables over depth. The shift makes the limit 1 + alpha + alpha²/2 of L along
-/// +x, 1 − alpha + alpha²/2 along −x and L along y: a finger that is pushed back carries more than one that is pulled.
+/// with K, L, rho, C, alpha, N0, B from tables over depth. The shift makes the limit (1 + alpha²)^½ + alpha of L along
+/// +x, (1 + alpha²)^½ − alpha along −x and L along y: a finger that is pushed back carries more than one that is pulled.
 /// When the contact grows an element keeps its force, when it shrinks its displacement. Bad input is flagged and
 /// leaves the axis where it was; see [`Status`].
 ///
@@ -300,17 +299,6 @@ pub fn step<const M: usize, const N: usize>(
         });
         [slide_x, slide_y] = tame(sx, sy, pressed - state.pressed, per_slip);
     }
-    // Where the elements are driven: by the slide, and by the depth along the forces they hold.
-    let stretch = keep - 1.0;
-    let [mut heading_x, mut heading_y] = state.heading;
-    let (driven_x, driven_y) = (slide_x + stretch * state.mean[0], slide_y + stretch * state.mean[1]);
-    let driven = driven_x * driven_x + driven_y * driven_y;
-    if driven > DRIVEN_MIN {
-        let inverse = 1.0 / sqrt(driven);
-        heading_x = driven_x * inverse;
-        heading_y = driven_y * inverse;
-        state.heading = [heading_x, heading_y];
-    }
     slide_y *= ratio;
     state.depth = depth;
     state.limit = limit;
@@ -318,6 +306,15 @@ pub fn step<const M: usize, const N: usize>(
     let before = keep * keep * (state.mean[0] * state.mean[0] + state.mean[1] * state.mean[1]);
     state.pressed = pressed;
 
+    let [way_x, way_y] = motion.slide_increment_mm;
+    let way = way_x * way_x + way_y * way_y;
+    let [mut heading_x, mut heading_y] = state.heading;
+    if way > WAY_MIN && way < WAY_MAX {
+        let inverse = 1.0 / sqrt(way);
+        heading_x = way_x * inverse;
+        heading_y = way_y * inverse;
+        state.heading = [heading_x, heading_y];
+    }
     let lack = 1.0 - ratio;
     let lack_twice = lack + lack;
     let tilt = row.tilt.at(t);
@@ -336,11 +333,11 @@ pub fn step<const M: usize, const N: usize>(
             let along_y = over + level + square - lack_twice * yy;
             ux *= along_y - lack * over;
             uy *= along_y;
-            let back = 1.0 / sqrt(ux * ux + uy * uy);
-            let shift = tilt * (ux * back);
-            let radius = 1.0 + shift * (1.0 + 0.5 * shift);
-            ux *= back * radius;
-            uy *= back * radius;
+            let ahead = tilt * ux;
+            let length = ux * ux + uy * uy;
+            let back = (ahead + sqrt(ahead * ahead + length)) / length;
+            ux *= back;
+            uy *= back;
             level = 1.0;
         }
         *u = [ux, uy];
@@ -352,7 +349,7 @@ pub fn step<const M: usize, const N: usize>(
         slip_y += slip * uy;
     }
     // What is driven back sticks: of the slip, the part against the heading counts the other way.
-    let along = (slip_x * heading_x + slip_y * heading_y) / limit_share(tilt, heading_x);
+    let along = (slip_x * heading_x + slip_y * heading_y) * limit_share(-tilt * heading_x);
     let mut stick_ratio = 1.0 - (data.turn_slip * slipping + (1.0 - data.turn_slip) * along);
     state.mean = [mean_x, mean_y];
     // Beyond by the gap between yielding and limit, or because little slip was left to turn.
@@ -367,15 +364,15 @@ pub fn step<const M: usize, const N: usize>(
     let xx = mean_x * mean_x;
     let yy = mean_y * mean_y;
     let after = xx + yy;
-    if driven > DRIVEN_MIN && after > before {
+    if after > before {
         let rest = before * (stiffness - reference);
         reference = stiffness - stiffness * (rest / (reference * after + rest));
     }
     state.reference = reference;
     let friction_x = limit * mean_x;
     let friction_y = limit * mean_y;
-    let length = sqrt(xx + yy);
-    let friction_limit = limit * limit_share(tilt, mean_x / (length + f32::MIN_POSITIVE));
+    let length = sqrt(after);
+    let share = limit_share(tilt * (mean_x / (length + f32::MIN_POSITIVE)));
     let normal = row.normal.at(t) * scale.normal
         + press * friction_x
         + (row.shear_x.at(t) * xx + row.shear_y.at(t) * yy) * scale.shear;
@@ -383,9 +380,9 @@ pub fn step<const M: usize, const N: usize>(
         normal_force_n: normal,
         friction_n: [friction_x, friction_y],
         stick_ratio,
-        friction_limit_n: friction_limit,
-        slip_margin: 1.0 - limit * length / friction_limit,
-        contact_area_mm2: area0 * (1.0 + data.area_tilt * mean_x + data.area_shear * (xx + yy)),
+        friction_limit_n: limit * share,
+        slip_margin: 1.0 - length / share,
+        contact_area_mm2: area0 + area0 * data.area_tilt * mean_x,
         band_normal_n: row.band_normal.at(t)
             * scale.normal
             * (data.band_normal_top - data.band_normal_slip * stick_ratio),
@@ -395,11 +392,10 @@ pub fn step<const M: usize, const N: usize>(
     }
 }
 
-/// Limit in a direction with cosine `cosine` to x, over the strength L.
+/// Limit over the strength L in a direction; `shift` is the tilt times its cosine to x.
 #[inline(always)]
-pub(crate) fn limit_share(tilt: f32, cosine: f32) -> f32 {
-    let shift = tilt * cosine;
-    LIMIT_TOP + shift * (1.0 + 0.5 * shift)
+pub(crate) fn limit_share(shift: f32) -> f32 {
+    shift + sqrt(LIMIT_TOP + shift * shift)
 }
 
 /// Whether `x` is a positive number, neither infinite nor NaN.
@@ -534,16 +530,15 @@ mod tests {
                         let over = level * level - level;
                         let along_y = over + level + square - 2.0 * lack * uy * uy;
                         let along_x = along_y - lack * over;
-                        let length = (ux * along_x).hypot(uy * along_y);
-                        let (nx, ny) = (ux * along_x / length, uy * along_y / length);
-                        let shift = tilt * nx;
-                        let radius = 1.0 + shift * (1.0 + 0.5 * shift);
-                        let (nx, ny) = (nx * radius, ny * radius);
+                        let (wx, wy) = (ux * along_x, uy * along_y);
+                        let length = wx * wx + wy * wy;
+                        let back = (tilt * wx + (tilt * tilt * wx * wx + length).sqrt()) / length;
+                        let (nx, ny) = (wx * back, wy * back);
                         let slip = [ux - nx, (uy - ny) / ratio];
                         let gain = nx * slip[0] + ny * slip[1];
                         assert!(gain >= 0.0, "{ratio} {tilt} {degrees} {overshoot}: {gain}");
                         let again = nx * nx + ny * ny - 2.0 * tilt * nx;
-                        assert!((1.0 - 1e-9..f64::from(YIELD)).contains(&again), "{tilt} {degrees}: {again}");
+                        assert!((again - 1.0).abs() < 1e-12, "{tilt} {degrees}: {again}");
                     }
                 }
             }

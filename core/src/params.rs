@@ -71,8 +71,6 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     pub fall_loss: f32,
     /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
     pub area_tilt: f32,
-    /// Growth of the contact area at full shear in any direction, share, −0.2 to 1.
-    pub area_shear: f32,
     /// Half-width of the 95 % band of the normal force in full slip over that in full stick, 0 to 20.
     pub band_normal_slip: f32,
     /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
@@ -102,7 +100,6 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             depth_max: self.depth_max_mm,
             turn_slip: self.turn_slip,
             area_tilt: self.area_tilt,
-            area_shear: self.area_shear,
             growth_loss: self.growth_loss,
             fall_loss: self.fall_loss,
             band_normal_top: self.band_normal_slip,

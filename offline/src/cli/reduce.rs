@@ -12,6 +12,7 @@ use fingerpad_offline::{
     experiment::Config,
     io::atomic_write,
     reduce::{self, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings},
+    report,
     slide::{Finger, MarchError, Trajectory, march},
 };
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
@@ -25,6 +26,8 @@ Examples:
   fingerpad reduce --design --mesh-preset coarse --runs runs   run what is missing of the design of experiments
   fingerpad reduce --runs runs --out model.fpm                 fit, replay through the core, write the model file
   fingerpad reduce --design --runs runs --out model.fpm        both
+  fingerpad reduce --runs runs --out model.fpm --report report --curve
+                                                               with pictures, and what accuracy costs
 
 The design has about 150 paths in seven kinds, half of them held out: the fit never sees them. Each finished path is a
 file of its own in the folder; a killed design goes on where it was. Runs of other settings are kept apart by the hash
@@ -39,6 +42,12 @@ pub struct Args {
     /// Run what the folder lacks of the design of experiments first
     #[arg(long)]
     design: bool,
+    /// Folder for pictures and numbers of the fit
+    #[arg(long, value_name = "DIR", requires = "out")]
+    report: Option<PathBuf>,
+    /// Fit other numbers of elements and table nodes as well, for the report's curve of accuracy against cost
+    #[arg(long, requires = "report")]
+    curve: bool,
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
@@ -74,6 +83,36 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     atomic_write(out, |w| w.write_all(&bytes))?;
     print_summary(&reduced);
     println!("{}: {} bytes", out.display(), bytes.len());
+    if let Some(folder) = &args.report {
+        write_report(folder, &runs, &reduced, config.friction.beta, args.curve)?;
+    }
+    Ok(())
+}
+
+/// Page, numbers and figures of the fit; with `curve` other sizes are fitted for it.
+fn write_report(folder: &Path, runs: &[Run], reduced: &Reduced, exponent: f64, curve: bool) -> Result<(), Failure> {
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
+    let mut points = Vec::new();
+    if curve {
+        let bar = bar("other sizes".into());
+        points = reduce::curve(runs, exponent, &Settings::default(), |share| {
+            bar.set_position((share * 1000.0) as u64);
+            go_on().is_continue()
+        })?;
+        bar.finish_and_clear();
+    }
+    let numbers = |e: anyhow::Error| Failure::Numerics(e);
+    let report = report::reduced_report(runs, reduced, &points).map_err(|e| numbers(e.into()))?;
+    let rendered = report::render_reduced(&report).map_err(|e| numbers(e.into()))?;
+    atomic_write(&folder.join("reduced.html"), |w| w.write_all(rendered.html.as_bytes()))?;
+    atomic_write(&folder.join("reduced.json"), |w| w.write_all(rendered.json.as_bytes()))?;
+    for (name, png) in &rendered.figures {
+        atomic_write(&folder.join(name), |w| w.write_all(png))?;
+    }
+    println!("{}: {} figures", folder.join("reduced.html").display(), rendered.figures.len());
+    if go_on().is_break() {
+        return Err(Failure::Interrupted("the model and a report without the whole curve are kept".into()));
+    }
     Ok(())
 }
 

@@ -66,12 +66,11 @@ fn rust(file: &ModelFile) -> String {
     out
 }
 
-fn head(data: &Data) -> [(&'static str, f32); 11] {
+fn head(data: &Data) -> [(&'static str, f32); 10] {
     [
         ("depth_max", data.depth_max),
         ("turn_slip", data.turn_slip),
         ("area_tilt", data.area_tilt),
-        ("area_shear", data.area_shear),
         ("growth_loss", data.growth_loss),
         ("fall_loss", data.fall_loss),
         ("band_normal_top", data.band_normal_top),

@@ -4,7 +4,7 @@
 //! Jacobian is by finite differences. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
 //! Uses layout, replay, start.
 
-use fingerpad::ParamsOf;
+use fingerpad::{ParamsOf, Regime};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_0_34::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
@@ -27,6 +27,8 @@ pub struct Settings {
     pub friction_share: f64,
     /// Error of the stick ratio that counts 1.
     pub stick: f64,
+    /// The same where everything sticks or everything slips.
+    pub stick_end: f64,
     /// Error of the area that counts 1, share of the largest of its run.
     pub area_share: f64,
     /// Change of a number of the fit that counts 1: holds what the runs do not determine at its start.
@@ -43,6 +45,7 @@ impl Default for Settings {
             normal_share: 0.005,
             friction_share: 0.01,
             stick: 0.1,
+            stick_end: 0.03,
             area_share: 0.03,
             prior: 2.0,
             iterations: 40,
@@ -155,7 +158,10 @@ impl<const M: usize, const N: usize> Problem<'_, M, N> {
                     out.push(of(r.normal_force_n, sample.normal_force_n, scales.normal_n));
                     out.push(of(r.friction_n[0], sample.friction_n[0], friction));
                     out.push(of(r.friction_n[1], sample.friction_n[1], friction));
-                    out.push(of(r.stick_ratio, sample.stick_ratio, self.settings.stick));
+                    // The ends of the stick ratio are regimes of their own.
+                    let end = matches!(sample.regime, Regime::Stick | Regime::Slip);
+                    let stick = if end { self.settings.stick_end } else { self.settings.stick };
+                    out.push(of(r.stick_ratio, sample.stick_ratio, stick));
                     out.push(of(r.contact_area_mm2, sample.contact_area_mm2, scales.area_mm2));
                 }
                 Some(out)

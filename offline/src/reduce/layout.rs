@@ -84,7 +84,7 @@ impl Layout {
 
     /// Length of the vector for `elements` elements.
     pub fn len(&self, elements: usize) -> usize {
-        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 3 * elements + 5
+        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 3 * elements + 4
     }
 
     /// The vector that makes `start`.
@@ -107,7 +107,7 @@ impl Layout {
         // Yield positions from near 0 to twice the mean, even shares.
         theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
         theta.extend(vec![0.0; 2 * elements]);
-        theta.extend([-1.5, -1.0, -1.0, 0.0, 0.0]);
+        theta.extend([-1.5, -1.0, -1.0, 0.0]);
         theta
     }
 
@@ -131,7 +131,6 @@ impl Layout {
         let growth_loss = 1.0 / (1.0 + (-cursor.one()).exp());
         let fall_loss = 0.5 / (1.0 + (-cursor.one()).exp());
         let area_tilt = 0.5 * cursor.one().tanh();
-        let area_shear = 0.4 + 0.6 * (cursor.one() - 0.805).tanh();
 
         let mut nodes = [Node::default(); N];
         let cell = self.depth_max_mm / (N - 1) as f64;
@@ -165,7 +164,6 @@ impl Layout {
             growth_loss: growth_loss as f32,
             fall_loss: fall_loss as f32,
             area_tilt: area_tilt as f32,
-            area_shear: area_shear.max(-0.199) as f32,
             band_normal_slip: 1.0,
             band_friction_stick: 0.0,
             band_friction_slip: 0.0,
@@ -243,11 +241,11 @@ mod tests {
         };
         let mut accepted = 0;
         for case in 0..2000 {
-            let mut theta = layout.start(5, &start);
+            let mut theta = layout.start(3, &start);
             for t in &mut theta {
                 *t += 1.5 * next();
             }
-            match layout.params::<5, 25>(&theta).try_build() {
+            match layout.params::<3, 25>(&theta).try_build() {
                 Ok(_) => accepted += 1,
                 // Yield positions may leave their range; nothing else may be refused.
                 Err(fingerpad::Error::Range { .. }) => {}

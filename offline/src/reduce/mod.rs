@@ -4,6 +4,7 @@
 //! May use: experiment and what it may use; the package `fingerpad`, through which every fit is replayed.
 
 mod band;
+mod curve;
 mod design;
 mod error;
 mod export;
@@ -19,6 +20,7 @@ mod start;
 mod tables;
 
 pub use band::{Band, Coverage};
+pub use curve::{CurvePoint, curve};
 pub use design::{DEPTH_MAX_MM, Experiment, Kind, design};
 pub use error::ReduceError;
 pub use export::{Format, export};

@@ -130,3 +130,56 @@ impl Reduced {
         Ok(bytes)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reduce::{Sample, design, follow};
+
+    /// Runs whose responses come from a known model instead of finite elements.
+    fn twin() -> (Data, Vec<Run>) {
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let runs = design()
+            .into_iter()
+            .map(|e| {
+                let rows = follow(&model, &e.path);
+                Run {
+                    name: e.name,
+                    kind: e.kind,
+                    held_out: e.held_out,
+                    settings_hash: "twin".into(),
+                    path: e.path,
+                    samples: rows.iter().map(|r| Sample::from(&r.response)).collect(),
+                    ended_early: None,
+                    cpu_s: 0.0,
+                }
+            })
+            .collect();
+        (data, runs)
+    }
+
+    /// What was planted comes back, the file reads back, and runs of other settings are refused.
+    #[test]
+    fn a_planted_model_is_found() {
+        let (planted, mut runs) = twin();
+        let settings = Settings { iterations: 25, ..Settings::default() };
+        let reduced = reduce(&runs, 0.46, &settings).unwrap();
+        let held_out = &reduced.meta.held_out;
+        assert!(held_out.paths >= 60);
+        assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
+        assert!(held_out.normal_of_range < 0.005, "{held_out:?}");
+        assert!(held_out.regime_right > 0.97, "{held_out:?}");
+        for i in [10, 20, 24] {
+            let (found, there) = (reduced.data.rows[i].limit.value, planted.rows[i].limit.value);
+            assert!((found / there - 1.0).abs() < 0.02, "limit at node {i}: {found} for {there}");
+        }
+        let bytes = reduced.file(&[]).unwrap();
+        let file = crate::reduce::ModelFile::new(&bytes).unwrap();
+        assert_eq!(*file.file().model.data(), reduced.data);
+        assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
+        runs[3].settings_hash = "other".into();
+        let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
+        assert!(message.contains("has other"), "{message}");
+    }
+}

@@ -3,7 +3,7 @@
 //! Main types: [`BuildReport`], [`DepthResult`], [`Check`], [`Rendered`]; [`render`] does it all.
 //! Computes no physics: it reads, subtracts and averages what it is given, and leaves out what is not finite.
 //! Returns text and bytes; writing them is the caller's.
-//! May use: slide, mesh.
+//! May use: slide, mesh, reduce.
 
 mod axes;
 mod canvas;
@@ -16,6 +16,8 @@ mod html;
 mod mesh_view;
 mod numbers;
 mod raster;
+mod reduced;
+mod reduced_pairs;
 #[cfg(test)]
 mod synthetic;
 
@@ -26,6 +28,9 @@ use crate::slide::Trajectory;
 pub use numbers::{
     Comparison, DepthNumbers, Differences, MapNumbers, Numbers, PaperFit, PressPoint, Range, Secant, SlidePoint,
 };
+
+pub use reduced::{PairRow, PathPair, ReducedReport, SizePoint, render_reduced};
+pub use reduced_pairs::reduced_report;
 
 /// Why a report could not be made.
 #[derive(Debug, thiserror::Error)]
