@@ -1,7 +1,7 @@
 //! The experiment of the main job: press to each measured depth, slide until the friction is kinetic.
 //!
 //! Main types: [`Config`], [`Experiment`].
-//! May use: slide and what it may use; io for the measured table.
+//! May use: slide and what it may use; io for label volumes and imported meshes.
 
 use std::{
     ops::ControlFlow,
@@ -13,10 +13,16 @@ use sha2::{Digest, Sha256};
 
 use crate::{
     contact::RubberFriction,
-    mesh::{self, Fingertip, FingertipShape, MeshError, MeshPreset, set},
+    io,
+    mesh::{
+        self, Fingertip, FingertipShape, MeshError, MeshPreset,
+        imported::{ImportError, ImportReport, ImportedGeometry, RawMesh, imported_fingertip},
+        set,
+        volume::{LabelVolume, VolumeError, VolumeGeometry, VolumeReport, volume_fingertip},
+    },
     slide::{
-        Drive, Finger, MarchError, Numerics, Path, PressLimit, Problem, Progress, Tissue, Trajectory, Waypoint, march,
-        press_limits,
+        BoneKind, Drive, Finger, MarchError, Numerics, Path, PressLimit, Problem, Progress, Tissue, Trajectory,
+        Waypoint, march, press_limits,
     },
 };
 
@@ -28,6 +34,12 @@ pub struct Config {
     pub shape: Shape,
     /// Resolution of its mesh.
     pub mesh_preset: MeshPreset,
+    /// In place of a shape: a labelled volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeGeometry>,
+    /// In place of a shape: a mesh of another program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imported: Option<ImportedGeometry>,
     /// Materials and bones.
     pub tissue: Tissue,
     /// Friction law.
@@ -47,6 +59,17 @@ impl Default for Shape {
     fn default() -> Self {
         Self("e".into())
     }
+}
+
+/// Where a fingertip came from, and how well that went.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Origin {
+    /// A parametric shape.
+    Shape(Box<FingertipShape>),
+    /// A labelled volume; the shape is the template nearest to it.
+    Volume(Box<FingertipShape>, VolumeReport),
+    /// A mesh of another program.
+    Imported(ImportReport),
 }
 
 /// Depths and slide of the experiment.
@@ -95,6 +118,34 @@ pub enum ConfigError {
     /// The shape cannot be meshed.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The geometry's file cannot be read.
+    #[error(transparent)]
+    Geometry(#[from] io::Error),
+    /// The volume cannot be meshed.
+    #[error("{}: {source}", path.display())]
+    Volume {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<VolumeError>,
+    },
+    /// The mesh of another program cannot be used.
+    #[error("{}: {source}", path.display())]
+    Import {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<ImportError>,
+    },
+    /// Deformable bones that the mesh does not have, or not joined to the tissue.
+    #[error(
+        "tissue.bone.kind = \"deformable\" needs bones of elements that share their nodes with the tissue; in the \
+         imported mesh they are left out or meshed apart: use \"fixed\" or \"floating\""
+    )]
+    BonesNotMeshed,
+    /// Both a volume and a mesh.
+    #[error("`volume` and `imported` are both given; a finger has one geometry")]
+    TwoGeometries,
     /// The body cannot be assembled.
     #[error(transparent)]
     Body(#[from] crate::assembly::BodyError),
@@ -115,7 +166,17 @@ impl Config {
         {
             config.shape.0 = folder.join(&config.shape.0).display().to_string();
         }
+        if let Some(folder) = path.parent() {
+            let files = [config.volume.as_mut().map(|v| &mut v.file), config.imported.as_mut().map(|i| &mut i.file)];
+            files.into_iter().flatten().for_each(|file| *file = folder.join(&*file));
+        }
         Ok(config)
+    }
+
+    /// What the geometry is called: the shape's name, or the file of a volume or mesh.
+    pub fn geometry_name(&self) -> String {
+        let file = self.volume.as_ref().map(|v| &v.file).or(self.imported.as_ref().map(|i| &i.file));
+        file.map_or(self.shape.0.clone(), |file| file.display().to_string())
     }
 
     /// The geometry.
@@ -135,15 +196,43 @@ impl Config {
         Ok(FingertipShape::from_toml(&self.shape.0, &text)?)
     }
 
+    /// The mesh, checked, and where it came from.
+    ///
+    /// # Errors
+    /// [`ConfigError`]: of the shape, of the file, or of what the file holds.
+    pub fn fingertip(&self) -> Result<(Fingertip, Origin), ConfigError> {
+        match (&self.volume, &self.imported) {
+            (Some(_), Some(_)) => Err(ConfigError::TwoGeometries),
+            (Some(settings), None) => {
+                let made = volume_fingertip(&read_volume(settings)?, settings, &self.mesh_preset.divisions());
+                let made =
+                    made.map_err(|e| ConfigError::Volume { path: settings.file.clone(), source: Box::new(e) })?;
+                Ok((made.fingertip, Origin::Volume(Box::new(made.template), made.report)))
+            }
+            (None, Some(settings)) => {
+                let made = imported_fingertip(&read_mesh(settings)?, settings)
+                    .map_err(|e| ConfigError::Import { path: settings.file.clone(), source: Box::new(e) })?;
+                let hollow = settings.sets.bone.is_some() || settings.sets.proximal_bone.is_some();
+                if self.tissue.bone.kind == BoneKind::Deformable && (hollow || made.report.attached_nodes > 0) {
+                    return Err(ConfigError::BonesNotMeshed);
+                }
+                Ok((made.fingertip, Origin::Imported(made.report)))
+            }
+            (None, None) => {
+                let shape = self.fingertip_shape()?;
+                Ok((mesh::fingertip(&shape, &self.mesh_preset.divisions())?, Origin::Shape(Box::new(shape))))
+            }
+        }
+    }
+
     /// Mesh and body, checked.
     ///
     /// # Errors
     /// [`ConfigError`].
     pub fn finger(&self) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
-        let Fingertip { mesh, touch, outer_faces } =
-            mesh::fingertip(&self.fingertip_shape()?, &self.mesh_preset.divisions())?;
-        mesh::check(&mesh)?;
-        Ok((Finger::new(Fingertip { mesh, touch, outer_faces }, &self.tissue)?, touch))
+        let (fingertip, _) = self.fingertip()?;
+        let touch = fingertip.touch;
+        Ok((Finger::new(fingertip, &self.tissue)?, touch))
     }
 
     /// Refuses depths that are not numbers, do not rise, or reach the bone.
@@ -176,7 +265,16 @@ impl Config {
     pub fn hash(&self) -> Result<String, ConfigError> {
         let shape = self.fingertip_shape()?;
         let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, self.tissue, self.friction, self.numerics);
-        let text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
+        let mut text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
+        // Where a file lies does not matter, what it holds does.
+        if let Some(settings) = &self.volume {
+            let settings_only = VolumeGeometry { file: PathBuf::new(), ..settings.clone() };
+            text += &format!("{settings_only:?}{:?}", read_volume(settings)?);
+        }
+        if let Some(settings) = &self.imported {
+            let settings_only = ImportedGeometry { file: PathBuf::new(), ..settings.clone() };
+            text += &format!("{settings_only:?}{:?}", read_mesh(settings)?);
+        }
         Ok(Sha256::digest(text).iter().take(8).map(|b| format!("{b:02x}")).collect())
     }
 
@@ -189,6 +287,22 @@ impl Config {
             penalty: self.numerics.contact,
             settings: self.numerics.solver,
             march: self.numerics.march,
+        }
+    }
+}
+
+fn read_volume(settings: &VolumeGeometry) -> Result<LabelVolume, ConfigError> {
+    Ok(io::volume::read(&settings.file)?)
+}
+
+fn read_mesh(settings: &ImportedGeometry) -> Result<RawMesh, ConfigError> {
+    let path = &settings.file;
+    match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+        Some("inp") => Ok(io::inp_reader::read(path)?),
+        Some("msh") => Ok(io::msh_reader::read(path)?),
+        _ => {
+            let problem = "the name of an imported mesh ends in .inp or .msh".into();
+            Err(io::Error::Content { path: path.clone(), problem }.into())
         }
     }
 }

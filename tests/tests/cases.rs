@@ -51,6 +51,26 @@ fn regularisation() {
 }
 
 #[test]
+fn loops() {
+    holds("loops");
+}
+
+#[test]
+fn arch() {
+    holds("arch");
+}
+
+#[test]
 fn hard_paths() {
     holds("hard_paths");
+}
+
+#[test]
+fn volume() {
+    holds("volume");
+}
+
+#[test]
+fn imported() {
+    holds("imported");
 }

@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mesh_s = start.elapsed().as_secs_f64();
     println!(
         "shape {}, {} bones, {} nodes, {} hexes, {} free dofs; settings {hash}",
-        config.shape.0,
+        config.geometry_name(),
         bones(&config),
         finger.mesh.nodes.len(),
         finger.mesh.hexes.len(),
@@ -333,7 +333,7 @@ fn assemble(
     let law = &config.friction;
     BuildReport {
         provenance: Provenance {
-            shape: config.shape.0.clone(),
+            shape: config.geometry_name(),
             bones: bones(config).into(),
             mesh_preset: format!("{:?}", config.mesh_preset).to_lowercase(),
             settings_hash: hash.into(),

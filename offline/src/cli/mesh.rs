@@ -2,7 +2,13 @@
 
 use std::path::PathBuf;
 
-use fingerpad_offline::{io, mesh, mesh::Region};
+use fingerpad_offline::{
+    experiment::{ConfigError, Origin},
+    io, mesh,
+    mesh::{Region, imported::ImportReport, volume::VolumeReport},
+    report,
+    slide::Finger,
+};
 
 use super::{Failure, Model};
 
@@ -13,7 +19,10 @@ Examples:
   fingerpad mesh --out finger.vtu                       ParaView
   fingerpad mesh --shape a --out finger.msh             Gmsh 4.1
   fingerpad mesh --mesh-preset coarse --out finger.inp  Abaqus, CalculiX: mesh and sets
-  fingerpad mesh --out press.inp --deck                 CalculiX: the frictionless press with fixed bones, whole")]
+  fingerpad mesh --out press.inp --deck                 CalculiX: the frictionless press with fixed bones, whole
+  fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume, with a report of how well it was followed
+  fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh, checked
+  fingerpad mesh --out finger.vtu --picture finger.png  and a picture")]
 pub struct Args {
     #[command(flatten)]
     model: Model,
@@ -23,6 +32,9 @@ pub struct Args {
     /// With .inp: materials, supports, contact and steps as well
     #[arg(long)]
     deck: bool,
+    /// Picture to write as well (PNG): cut open at y = 0, and from below
+    #[arg(long, value_name = "F.png")]
+    picture: Option<PathBuf>,
     /// Print the quality report as JSON
     #[arg(long)]
     json: bool,
@@ -31,7 +43,9 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = args.model.config()?;
-    let (finger, touch) = config.finger()?;
+    let (fingertip, origin) = config.fingertip()?;
+    let touch = fingertip.touch;
+    let finger = Finger::new(fingertip, &config.tissue).map_err(ConfigError::from)?;
     let ending = args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
         "vtu" => io::vtu::write_mesh(&args.out, &finger.mesh)?,
@@ -48,6 +62,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             )));
         }
     }
+    if let Some(path) = &args.picture {
+        let png = report::mesh_picture(&finger.mesh).map_err(|e| Failure::Numerics(e.into()))?;
+        io::atomic_write(path, |w| w.write_all(&png))?;
+    }
     let quality = mesh::quality(&finger.mesh);
     if args.json {
         let regions: serde_json::Map<String, serde_json::Value> = quality
@@ -61,7 +79,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 (format!("{region:?}"), value)
             })
             .collect();
+        let origin = match &origin {
+            Origin::Shape(shape) => serde_json::json!({ "shape": shape }),
+            Origin::Volume(template, report) => serde_json::json!({ "volume": report, "template": template }),
+            Origin::Imported(report) => serde_json::json!({ "imported": report }),
+        };
         let value = serde_json::json!({
+            "geometry": origin,
             "nodes": quality.nodes, "hexes": quality.hexes, "tets": quality.tets,
             "pad_faces": finger.mesh.pad_faces.len(), "free_dofs": finger.body.dofs.count,
             "worst_hex_scaled_jacobian": quality.worst_hex_scaled_jacobian,
@@ -100,7 +124,47 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         println!("{name:>14}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
     }
+    match &origin {
+        Origin::Shape(_) => {}
+        Origin::Volume(_, report) => print_volume(report),
+        Origin::Imported(report) => print_import(report),
+    }
     Ok(())
+}
+
+fn print_volume(report: &VolumeReport) {
+    let [x, y, z] = report.voxel_mm;
+    println!("voxels {x:.4} x {y:.4} x {z:.4} mm; the finger stands {:.2}° about its dorsal axis", report.yaw_deg);
+    for (name, s) in [("skin", &report.skin), ("bone", &report.bone)] {
+        let [low, high] = s.offset_mm;
+        println!(
+            "{name:>14}: surface {low:+.3} to {high:+.3} mm off the parametric template (labels {:.3} mm rms off it); \
+             labels' border {:.3} mm rms off the surface, {:.3} mm at most beyond the voxels' own room",
+            s.template_rms_mm, s.border_rms_mm, s.beyond_voxels_mm
+        );
+    }
+    if report.filled_voxels + report.dropped_voxels > 0 {
+        println!("{} voxels filled, {} dropped", report.filled_voxels, report.dropped_voxels);
+    }
+    if !report.nail_measured {
+        println!("no nail in the labels: it is where the settings say");
+    }
+}
+
+fn print_import(report: &ImportReport) {
+    println!(
+        "mended: {} elements turned, {} nodes merged, {} unused nodes dropped, {} nodes tied (moved {:.1e} mm at most), \
+         {} attached to bone",
+        report.turned_elements,
+        report.merged_nodes,
+        report.unused_nodes,
+        report.tied_nodes,
+        report.tie_moved_mm,
+        report.attached_nodes
+    );
+    if !report.ignored.is_empty() {
+        println!("not read: {}", report.ignored.join(", "));
+    }
 }
 
 #[cfg(unix)]

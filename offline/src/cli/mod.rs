@@ -5,6 +5,7 @@ mod eval;
 mod export;
 mod mesh;
 mod reduce;
+mod phantom;
 mod simulate;
 
 use std::{
@@ -46,6 +47,8 @@ enum Command {
     Eval(eval::Args),
     /// Write a model as a Rust constant, a C array or JSON
     Export(export::Args),
+    /// Write the parametric fingertip as a labelled volume, to test the way from a scan to a mesh
+    Phantom(phantom::Args),
 }
 
 /// Settings that every command with a finite-element model takes.
@@ -57,6 +60,12 @@ struct Model {
     /// Shape: a, b, d, e, base, or a geometry file
     #[arg(long, value_name = "NAME|F.toml")]
     shape: Option<String>,
+    /// Labelled volume (.nrrd, .nii, .nii.gz) in place of a shape; its settings stand under [volume] in --config
+    #[arg(long, value_name = "FILE", conflicts_with = "shape")]
+    volume: Option<PathBuf>,
+    /// Mesh of another program (.inp, .msh) in place of a shape; its settings stand under [imported] in --config
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "volume"])]
+    imported: Option<PathBuf>,
     /// Resolution of the mesh
     #[arg(long, value_name = "PRESET")]
     mesh_preset: Option<Preset>,
@@ -80,6 +89,15 @@ impl Model {
         };
         if let Some(shape) = &self.shape {
             config.shape.0 = shape.clone();
+            (config.volume, config.imported) = (None, None);
+        }
+        if let Some(file) = &self.volume {
+            config.volume.get_or_insert_default().file = file.clone();
+            config.imported = None;
+        }
+        if let Some(file) = &self.imported {
+            config.imported.get_or_insert_default().file = file.clone();
+            config.volume = None;
         }
         match self.mesh_preset {
             Some(Preset::Coarse) => config.mesh_preset = MeshPreset::Coarse,
@@ -141,6 +159,7 @@ pub fn main() -> ExitCode {
         Command::Reduce(args) => reduce::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Phantom(args) => phantom::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

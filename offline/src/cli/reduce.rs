@@ -70,8 +70,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         run_design(args)?;
     }
     let Some(out) = &args.out else { return Ok(()) };
-    let runs = read_runs(&args.runs)?;
+    let mut runs = read_runs(&args.runs)?;
     let config = args.model.config()?;
+    if args.design {
+        // The folder may hold the design of other settings as well.
+        let hash = reduce::settings_hash(&config)?;
+        runs.retain(|run| run.settings_hash == hash);
+    }
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     println!("{} runs of settings {}, {early} ended early", runs.len(), runs[0].settings_hash);
     let spinner = ProgressBar::new_spinner().with_message("fitting, every step through the core");

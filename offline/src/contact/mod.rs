@@ -5,9 +5,9 @@
 
 mod area;
 mod law;
+mod state;
 mod surface;
 
 pub use law::RubberFriction;
-pub use surface::{
-    ContactState, Evaluation, FaceTangent, Friction, PenaltySettings, Plane, PointState, Surface, Totals,
-};
+pub use state::{ContactState, Friction, PenaltySettings, Plane, PointState, Totals};
+pub use surface::{Evaluation, FaceTangent, Surface};

@@ -5,93 +5,8 @@
 
 use nalgebra::Vector3;
 
-use super::{RubberFriction, area};
+use super::{ContactState, Friction, PenaltySettings, Plane, PointState, Totals, area};
 use crate::element::{gauss_legendre, quad4, quad4_gradient};
-
-/// Place of the plane, mm: displacement along x and y, height z (equal to the depth).
-pub type Plane = [f64; 3];
-
-/// How the non-penetration condition is kept.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PenaltySettings {
-    /// Pressure per penetration, MPa/mm, > 0.
-    #[serde(deserialize_with = "crate::units::positive")]
-    pub penalty_mpa_per_mm: f64,
-    /// Whether converged increments are augmented until the penetration tolerance holds.
-    pub augment: bool,
-    /// Largest penetration at convergence, mm (with `augment`).
-    #[serde(deserialize_with = "crate::units::positive")]
-    pub penetration_tolerance_mm: f64,
-    /// Quadrature points along each edge of a face.
-    pub points_per_edge: usize,
-}
-
-impl Default for PenaltySettings {
-    fn default() -> Self {
-        Self { penalty_mpa_per_mm: 20.0, augment: true, penetration_tolerance_mm: 1e-3, points_per_edge: 4 }
-    }
-}
-
-/// Whether friction acts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Friction {
-    /// No tangential traction; contact points count as stuck.
-    Off,
-    /// The law acts.
-    On(RubberFriction),
-}
-
-/// What a contact point remembers from increment to increment.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PointState {
-    /// Elastic slip (plane minus skin), mm.
-    pub elastic_slip: [f64; 2],
-    /// Slip since it came into contact, mm.
-    pub slip: [f64; 2],
-    /// Lagrange multiplier of the augmentation, MPa.
-    pub multiplier: f64,
-    /// Pressure, MPa.
-    pub pressure: f64,
-    /// Tangential traction on the finger, MPa.
-    pub traction: [f64; 2],
-    /// Area that the point stands for, on the plane, mm².
-    pub area: f64,
-    /// In contact and below its strength.
-    pub stuck: bool,
-}
-
-/// State of the whole contact at the end of an increment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactState {
-    /// Points, face by face.
-    pub points: Vec<PointState>,
-    /// Positions of the surface nodes, mm.
-    pub position: Vec<Vector3<f64>>,
-    /// Place of the plane.
-    pub plane: Plane,
-}
-
-/// Sums over the contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Totals {
-    /// Force that the plane exerts on the finger, N.
-    pub force: Vector3<f64>,
-    /// Moment arm sums for the centre of pressure: pressure times position, N mm.
-    pub pressure_moment: [f64; 2],
-    /// Area of contact points and of stuck ones, mm².
-    pub area: f64,
-    /// Stuck part of `area`.
-    pub stuck_area: f64,
-    /// Energy dissipated by slip in the increment, mJ.
-    pub dissipation: f64,
-    /// Smallest product of traction and plastic slip over all points, MPa mm; never negative.
-    pub min_dissipation_density: f64,
-    /// Elastic slip energy that is stored, mJ.
-    pub elastic_energy: f64,
-    /// Largest penetration, mm.
-    pub penetration: f64,
-}
 
 /// Tangent of one face: derivative of the residual forces of its nodes over their positions.
 pub struct FaceTangent {
@@ -205,9 +120,12 @@ impl Surface {
                 let mut t = Vector3::new(0.0, 0.0, pressure);
                 let mut stiffness = [[0.0; 2]; 2];
                 let mut over_pressure = [0.0; 2];
+                let mut over_share = [0.0; 2];
+                let mut share_per_advance = 0.0;
                 if let Friction::On(law) = friction {
-                    let trial =
-                        [0, 1].map(|k| state.elastic_slip[k] + plane_step[k] - interpolate(&rule.shape, &moved, k));
+                    let step = [0, 1].map(|k| plane_step[k] - interpolate(&rule.shape, &moved, k));
+                    let touch = Touch::of(state, gap_before(rule, face, last), plane[2] - last.plane[2]);
+                    let trial = [0, 1].map(|k| state.elastic_slip[k] + touch.share * step[k]);
                     let (strength, slope) = law.strength(pressure);
                     let force_stick = predict_stick && state.stuck;
                     let (traction, elastic, stuck) = law.return_map(trial, strength, force_stick);
@@ -216,6 +134,9 @@ impl Surface {
                     if tangent {
                         stiffness = law.slip_stiffness(trial, strength, stuck);
                         over_pressure = elastic.map(|g| g / law.gamma_crit_mm * slope);
+                        over_share = [0, 1].map(|k| stiffness[k][0] * step[0] + stiffness[k][1] * step[1]);
+                        share_per_advance = touch.share_per_advance;
+                        stiffness = stiffness.map(|row| row.map(|s| s * touch.share));
                     }
                 }
                 for a in 0..4 {
@@ -253,7 +174,8 @@ impl Surface {
                 let by_plane = [
                     Vector3::new(stiffness[0][0], stiffness[1][0], 0.0) * area,
                     Vector3::new(stiffness[0][1], stiffness[1][1], 0.0) * area,
-                    Vector3::new(over_pressure[0], over_pressure[1], 1.0) * (self.penalty * area),
+                    Vector3::new(over_pressure[0], over_pressure[1], 1.0) * (self.penalty * area)
+                        + Vector3::new(over_share[0], over_share[1], 0.0) * (share_per_advance * area),
                 ];
                 for a in 0..4 {
                     for k in 0..3 {
@@ -302,7 +224,8 @@ impl Surface {
                 let area = jacobian * rule.weight;
                 totals.penetration = totals.penetration.max(plane[2] - z);
                 *new = PointState { multiplier: state.multiplier, pressure, area, stuck: true, ..*new };
-                let step = [0, 1].map(|k| plane_step[k] - interpolate(&rule.shape, &moved, k));
+                let touch = Touch::of(state, gap_before(rule, face, last), plane[2] - last.plane[2]);
+                let step = [0, 1].map(|k| touch.share * (plane_step[k] - interpolate(&rule.shape, &moved, k)));
                 new.slip = [0, 1].map(|k| state.slip[k] + step[k]);
                 if let Friction::On(law) = friction {
                     let trial = [0, 1].map(|k| state.elastic_slip[k] + step[k]);
@@ -323,12 +246,42 @@ impl Surface {
                     totals.pressure_moment[k] += pressure * area * interpolate(&rule.shape, &x, k);
                 }
                 totals.area += area;
-                if new.stuck {
-                    totals.stuck_area += area;
-                }
             }
         }
+        totals.stuck_area = self.stuck_area(&points);
         (ContactState { points, position: position.to_vec(), plane }, totals)
+    }
+
+    /// Area that sticks, mm², interpolated from the nodes.
+    ///
+    /// Between a node that sticks and one that slips the slip is bilinear, so that hardly a point of the faces between
+    /// them sticks, though the field's own boundary lies half-way in the mean: counting points would lose half a face
+    /// all around. A node sticks if any of the points that are nearest to it does.
+    fn stuck_area(&self, points: &[PointState]) -> f64 {
+        #[derive(Clone, Copy, Default)]
+        struct Node {
+            touches: bool,
+            sticks: bool,
+        }
+        let mut nodes = vec![Node::default(); self.nodes.len()];
+        let of_faces = || self.faces.iter().zip(points.chunks(self.rule.len()));
+        for (face, points) in of_faces() {
+            for (rule, point) in self.rule.iter().zip(points).filter(|(_, point)| point.area > 0.0) {
+                let nearest = (0..4).max_by(|&a, &b| rule.shape[a].total_cmp(&rule.shape[b])).expect("four nodes");
+                nodes[face[nearest]].touches = true;
+                nodes[face[nearest]].sticks |= point.stuck;
+            }
+        }
+        let mut area = 0.0;
+        for (face, points) in of_faces() {
+            let share_of = |rule: &RulePoint, has: fn(&Node) -> bool| -> f64 {
+                (0..4).filter(|&a| has(&nodes[face[a]])).map(|a| rule.shape[a]).sum()
+            };
+            for (rule, point) in self.rule.iter().zip(points).filter(|(_, point)| point.area > 0.0) {
+                area += point.area * share_of(rule, |n| n.sticks) / share_of(rule, |n| n.touches);
+            }
+        }
+        area
     }
 
     /// Moves the pressure of `converged` into the multipliers of `state` (one step of Uzawa's method).
@@ -360,6 +313,34 @@ impl Surface {
     }
 }
 
+/// Gap of a contact point at the start of the increment, mm.
+fn gap_before(rule: &RulePoint, face: &[usize; 4], last: &ContactState) -> f64 {
+    (0..4).map(|a| rule.shape[a] * last.position[face[a]].z).sum::<f64>() - last.plane[2]
+}
+
+/// How much of an increment's motion a contact point sees: all of it, or what is left after the plane reached it.
+struct Touch {
+    /// 0 to 1.
+    share: f64,
+    /// Derivative of `share` over the plane's advance, 1/mm.
+    share_per_advance: f64,
+}
+
+impl Touch {
+    /// * `gap`, mm: at the start of the increment
+    /// * `advance`, mm: of the plane toward the finger in the increment
+    fn of(state: &PointState, gap: f64, advance: f64) -> Self {
+        if state.pressure > 0.0 || !(gap > 0.0) || !(advance > 0.0) {
+            return Self { share: 1.0, share_per_advance: 0.0 };
+        }
+        if gap >= advance {
+            // The skin came to the plane rather than the plane to the skin, at the end of the increment.
+            return Self { share: 0.0, share_per_advance: 0.0 };
+        }
+        Self { share: 1.0 - gap / advance, share_per_advance: gap / (advance * advance) }
+    }
+}
+
 fn interpolate(shape: &[f64; 4], values: &[Vector3<f64>; 4], k: usize) -> f64 {
     shape[0] * values[0][k] + shape[1] * values[1][k] + shape[2] * values[2][k] + shape[3] * values[3][k]
 }
@@ -376,6 +357,7 @@ fn tangents(gradient: &[[f64; 2]; 4], x: &[Vector3<f64>; 4]) -> (Vector3<f64>, V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::RubberFriction;
 
     fn surface() -> (Surface, Vec<Vector3<f64>>) {
         // Two faces side by side, normals toward -z (counter-clockwise from below), somewhat uneven.
@@ -470,7 +452,7 @@ mod tests {
         let friction = Friction::On(law);
         let start = surface.initial_state(x.clone(), [0.0; 3]);
         let (state, totals) = surface.commit(&friction, &start, &x, [0.5, 0.0, 0.001]);
-        let pressure = 20.0 * 0.001;
+        let pressure = PenaltySettings::default().penalty_mpa_per_mm * 0.001;
         assert!((totals.force.z - 6.0 * pressure).abs() < 1e-12);
         assert!((totals.force.x - 6.0 * law.strength(pressure).0).abs() < 1e-12);
         assert_eq!(totals.stuck_area, 0.0);

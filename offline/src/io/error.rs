@@ -103,10 +103,24 @@ pub enum Error {
         /// Rows needed.
         needed: usize,
     },
-    /// A mesh or field that this format cannot hold.
+    /// A header's field, a keyword's parameter or a section that is not understood.
+    #[error("{}:{line}: {field}: `{value}` {problem}", path.display())]
+    Field {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// The field, keyword or section.
+        field: String,
+        /// What stands there.
+        value: String,
+        /// What is wrong with it, as the end of the sentence.
+        problem: String,
+    },
+    /// A mesh or field that this format cannot hold, or data that do not fit their header.
     #[error("{}: {problem}", path.display())]
     Content {
-        /// The file that was to be written.
+        /// The file.
         path: PathBuf,
         /// What is wrong.
         problem: String,

@@ -1,4 +1,4 @@
-//! Files in and out: CSV, VTU, Abaqus/CalculiX `.inp`, Gmsh `.msh`.
+//! Files in and out: CSV, VTU, Abaqus/CalculiX `.inp`, Gmsh `.msh`, label volumes (NRRD, NIfTI).
 //!
 //! Main types: [`Error`]; one module per format. Everything is written through [`atomic_write`], so that nothing
 //! half-written is left looking finished.
@@ -8,10 +8,15 @@ mod atomic;
 mod columns;
 mod error;
 pub mod inp;
+pub mod inp_reader;
 pub mod msh;
+pub mod msh_reader;
+pub mod nifti;
+pub mod nrrd;
 pub mod path_csv;
 pub mod response_csv;
 pub mod table_csv;
+pub mod volume;
 pub mod vtu;
 
 pub use atomic::atomic_write;

@@ -234,8 +234,33 @@ impl Mapping {
 
     /// Positions of a surface grid point's line from the first level outside the box to the outer surface.
     pub(super) fn line(&self, point: Point) -> Vec<Vector3<f64>> {
-        let (core, bone, outer) = (self.core(point), self.bone.position(point), self.outer.position(point));
+        let (core, bone, outer) = (self.core(point), self.bone_position(point), self.outer_position(point));
         let (bone_normal, normal) = (self.bone.body.normal(&bone), self.outer.body.normal(&outer));
+        self.line_between(core, [bone, bone_normal], [outer, normal])
+    }
+
+    /// Position of a surface grid point on the bone.
+    pub(super) fn bone_position(&self, point: Point) -> Vector3<f64> {
+        self.bone.position(point)
+    }
+
+    /// Position of a surface grid point on the skin's outside.
+    pub(super) fn outer_position(&self, point: Point) -> Vector3<f64> {
+        self.outer.position(point)
+    }
+
+    /// Size of the box inside the bone, relative to the bone.
+    pub(super) fn core_size() -> f64 {
+        choice::CORE
+    }
+
+    /// A line from a point of the box over the bone to the skin's outside, both given with their outward normals.
+    pub(super) fn line_between(
+        &self,
+        core: Vector3<f64>,
+        [bone, bone_normal]: [Vector3<f64>; 2],
+        [outer, normal]: [Vector3<f64>; 2],
+    ) -> Vec<Vector3<f64>> {
         let inner = outer - self.skin_mm * normal;
         let distance = (inner - bone).norm() * choice::BEND;
         let [bone_layers, soft_layers, skin_layers] = self.layers;

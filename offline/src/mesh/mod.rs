@@ -21,6 +21,7 @@ mod check;
 mod divisions;
 mod error;
 mod grid;
+pub mod imported;
 mod mapping;
 mod nail;
 mod parametric;
@@ -28,6 +29,8 @@ mod quality;
 mod shape;
 mod surface;
 mod touch;
+mod touch_points;
+pub mod volume;
 
 pub use check::{HEX_FACES, TET_FACES, check};
 pub use divisions::{Divisions, MeshPreset};

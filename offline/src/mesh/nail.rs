@@ -86,13 +86,13 @@ fn center(face: &[u32; 4], nodes: &[Vector3<f64>]) -> Vector3<f64> {
 }
 
 /// A point of a face, with the nodes and weights that make it.
-struct Foot {
-    position: Vector3<f64>,
-    masters: Vec<(u32, f64)>,
+pub(super) struct Foot {
+    pub(super) position: Vector3<f64>,
+    pub(super) masters: Vec<(u32, f64)>,
 }
 
 /// Closest point to `point` on the bilinear faces.
-fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> Foot {
+pub(super) fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> Foot {
     let mut near: Vec<&[u32; 4]> = faces.iter().collect();
     near.sort_by(|a, b| {
         let distance = |f: &[u32; 4]| (center(f, nodes) - point).norm_squared();

@@ -44,6 +44,17 @@ pub fn fingertip(shape: &FingertipShape, divisions: &Divisions) -> Result<Finger
             nodes[grid.node(point, level + 1) as usize] = position;
         }
     }
+    finish(shape, divisions, &grid, nodes, touch)
+}
+
+/// Hexahedra, nail, pad and sets on the nodes of a capped box, given in the frame of the finger; checked.
+pub(super) fn finish(
+    shape: &FingertipShape,
+    divisions: &Divisions,
+    grid: &CappedBox,
+    nodes: Vec<Vector3<f64>>,
+    touch: FirstTouch,
+) -> Result<Fingertip, MeshError> {
     let outer_faces = grid.outer_faces();
     let mut mesh = Mesh { nodes, hexes: grid.hexes(), ..Mesh::default() };
     let fixed = match shape.nail {

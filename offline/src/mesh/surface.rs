@@ -8,9 +8,9 @@ use super::FingertipShape;
 /// The shear z += k r(x): r is 0 up to `start_mm`, its slope grows smoothly to 1 over `blend_mm`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Taper {
-    slope: f64,
-    start_mm: f64,
-    blend_mm: f64,
+    pub(super) slope: f64,
+    pub(super) start_mm: f64,
+    pub(super) blend_mm: f64,
 }
 
 impl Taper {
@@ -118,13 +118,37 @@ impl Body {
 
     /// Unit outward normal at a point of the surface.
     pub(super) fn normal(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.direction(point).normalize()
+    }
+
+    /// Gradient of level^m / m; the level's own is this times level^(1 - m).
+    fn direction(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let (p, q) = (point.y / self.a, (point.z - self.axis_z - self.taper.height(point.x)) / self.b);
         let rho = self.section_norm(p, q).max(1e-300);
         let xi = ((point.x - self.cap_x()) / self.cap).max(0.0);
         let radial = |s: f64| s.signum() * (s.abs() / rho).powf(self.n - 1.0) * rho.powf(self.m - 1.0);
         let gradient_z = radial(q) / self.b;
         let gradient_x = xi.powf(self.m - 1.0) / self.cap - self.taper.slope(point.x) * gradient_z;
-        Vector3::new(gradient_x, radial(p) / self.a, gradient_z).normalize()
+        Vector3::new(gradient_x, radial(p) / self.a, gradient_z)
+    }
+
+    /// Distance from the surface, positive outside, to first order (exact in the limit of small distances), mm.
+    pub(super) fn distance(&self, point: &Vector3<f64>) -> f64 {
+        let level = self.level(point).max(1e-6);
+        (level - 1.0) / (level.powf(1.0 - self.m) * self.direction(point).norm()).max(1e-12)
+    }
+
+    /// The point of the surface under a point near it, along the normal, mm.
+    pub(super) fn foot(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let mut foot = *point;
+        for _ in 0..3 {
+            foot -= self.distance(&foot) * self.normal(&foot);
+        }
+        // Take out what the steps slid along the surface.
+        let normal = self.normal(&foot);
+        let slid = (point - foot) - (point - foot).dot(&normal) * normal;
+        foot += slid;
+        foot - self.distance(&foot) * self.normal(&foot)
     }
 
     /// Lowest level of this body over the points `depth_mm` under the surface of `outer`: above 1 if the
@@ -196,6 +220,20 @@ mod tests {
                     body.level(&(point + step)) - body.level(&(point - step))
                 });
                 assert!((gradient.normalize() - body.normal(&point)).norm() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn foot_and_distance_near_the_surface() {
+        let body = Body::outer(&FingertipShape::default());
+        for (scale, angle) in [(1.0f64, 0.3f64), (0.9, 1.2), (0.6, 2.8), (0.3, -1.0)] {
+            let f = scale / body.section_norm(angle.sin(), angle.cos());
+            let point = body.point(body.x_at_scale(scale), f * angle.sin(), f * angle.cos());
+            for off in [-0.4, -0.05, 0.05, 0.5] {
+                let beside = point + off * body.normal(&point);
+                assert!((body.distance(&beside) / off - 1.0).abs() < 0.15, "{}", body.distance(&beside));
+                assert!((body.foot(&beside) - point).norm() < 0.06 * off.abs(), "{}", body.foot(&beside) - point);
             }
         }
     }

@@ -6,7 +6,7 @@
 
 use fingerpad::{ParamsOf, Regime};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra_0_34::{DMatrix, DVector, Dyn, Owned};
+use nalgebra_lm::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 
 use super::layout::Layout;

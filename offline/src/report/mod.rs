@@ -260,6 +260,14 @@ pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError
     Ok(Rendered { html, json, figures })
 }
 
+/// The picture of a mesh alone, PNG: cut open at y = 0, and the pad from below.
+///
+/// # Errors
+/// [`ReportError::Draw`].
+pub fn mesh_picture(mesh: &Mesh) -> Result<Vec<u8>, ReportError> {
+    canvas::png(&mesh_view::MeshView::of(&BuildReport::default(), mesh))
+}
+
 fn check_snapshots(report: &BuildReport, mesh: &Mesh) -> Result<(), ReportError> {
     for depth in &report.depths {
         for snapshot in &depth.trajectory.snapshots {

@@ -368,13 +368,13 @@ impl<'a> Runner<'a> {
     /// Returns whether it was reached; the state is untouched if not.
     fn snap(&mut self, point: &Waypoint) -> bool {
         let target = self.target(point);
-        let (mut state, mut work, mut friction_work, mut plane_work) = (self.state.clone(), 0.0, 0.0, 0.0);
+        let (mut state, mut friction_work, mut plane_work) = (self.state.clone(), 0.0, 0.0);
+        let energy_before = self.problem.body.energy(&state.configuration).0;
         let mut coefficient = 1e-3;
         let mut stats = Stats::default();
         for _ in 0..SNAP_STEPS {
             match self.solver.damped_step(&state, target, coefficient, &mut stats) {
-                Ok((next, viscous)) => {
-                    work += viscous;
+                Ok(next) => {
                     friction_work += next.totals.dissipation;
                     plane_work += plane_work_between(&state, &next);
                     state = next;
@@ -394,7 +394,9 @@ impl<'a> Runner<'a> {
                 plane_work += plane_work_between(&state, &next);
                 self.trajectory.work.plane_mj += plane_work;
                 self.trajectory.work.friction_mj += friction_work;
-                self.trajectory.work.stabilisation_mj += work;
+                // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
+                let stored = self.problem.body.energy(&next.configuration).0 - energy_before;
+                self.trajectory.work.stabilisation_mj += (plane_work - friction_work - stored).max(0.0);
                 self.trajectory.cost.increments += 1;
                 self.trajectory.cost.iterations += stats.iterations;
                 self.trajectory.cost.factorisations += stats.factorisations;

@@ -220,8 +220,6 @@ impl<'a> Solver<'a> {
 
     /// The next state, held back by viscous forces: not yet in equilibrium, on its way there.
     ///
-    /// Returns the state and the work done against the viscous forces, mJ.
-    ///
     /// # Errors
     /// As [`Self::step`].
     pub fn damped_step(
@@ -230,21 +228,14 @@ impl<'a> Solver<'a> {
         target: Target,
         coefficient: f64,
         stats: &mut Stats,
-    ) -> Result<(State, f64), SolveError> {
+    ) -> Result<State, SolveError> {
         let damping = Damping { coefficient, from: &last.configuration };
         let guess = last.configuration.clone();
         self.damping_diagonal();
         self.factor_is_set = false;
         let result = self.equilibrium(&last.contact, target, guess, last.contact.plane, false, Some(damping), stats);
         self.factor_is_set = false;
-        let state = result?;
-        let work = self
-            .motion(&state.configuration, &last.configuration)
-            .iter()
-            .zip(&self.viscosity)
-            .map(|(du, k)| coefficient * k * du * du)
-            .sum();
-        Ok((state, work))
+        result
     }
 
     fn damping_diagonal(&mut self) {

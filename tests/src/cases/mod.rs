@@ -1,6 +1,9 @@
 //! Verification cases by name.
 
+mod arch;
+mod geometry;
 mod law;
+mod meshes;
 mod numerics;
 pub mod paths;
 mod sphere;
@@ -34,6 +37,12 @@ pub const CASES: &[Case] = &[
     Case { name: "hertz", about: "paraboloid on the plane, frictionless, exact far field", run: sphere::hertz },
     Case { name: "mindlin", about: "Cattaneo-Mindlin, Coulomb, nu 0.499, exact far field", run: sphere::mindlin },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
+    Case {
+        name: "volume",
+        about: "a phantom volume's mesh against the parametric one, E and A",
+        run: geometry::volume,
+    },
+    Case { name: "imported", about: "files read back, a mesh by Gmsh: the press", run: geometry::imported },
     Case { name: "creep", about: "dome, held normal and tangential force at 0.8 of the limit", run: law::creep },
     Case {
         name: "elastic_slip",
@@ -49,5 +58,18 @@ pub const CASES: &[Case] = &[
     Case { name: "regularisation", about: "the same: regular pressure x0.1", run: numerics::regularisation },
     Case { name: "loops", about: "coarse shape A, fixed bone: energy of closed paths", run: numerics::loops },
     Case { name: "hard_paths", about: "coarse shape E, floating bone: turns, lifts, forces", run: paths::hard_paths },
+    Case { name: "arch", about: "shallow arch under a growing force: past its limit point", run: arch::arch },
+    Case {
+        name: "convergence",
+        about: "three meshes, A fixed and E floating, 1 mm: N, area, F/N",
+        run: meshes::convergence,
+    },
+    Case {
+        name: "elements",
+        about: "three meshes of A, frictionless: mean dilatation against C3D8R",
+        run: meshes::elements,
+    },
+    Case { name: "variants", about: "default mesh of E, 1 mm: bones, joint, nail", run: meshes::variants },
+    Case { name: "growth", about: "three meshes of E, 1.5 mm and 6 mm of slide: time and memory", run: meshes::growth },
     Case { name: "deep", about: "default mesh: A fixed and E floating 2.5 mm, B at half stiffness", run: paths::deep },
 ];

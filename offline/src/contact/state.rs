@@ -1,0 +1,90 @@
+//! What a contact is set by, what it remembers, what it sums up to.
+
+use nalgebra::Vector3;
+
+use super::RubberFriction;
+
+/// Place of the plane, mm: displacement along x and y, height z (equal to the depth).
+pub type Plane = [f64; 3];
+
+/// How the non-penetration condition is kept.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PenaltySettings {
+    /// Pressure per penetration, MPa/mm, > 0.
+    #[serde(deserialize_with = "crate::units::positive")]
+    pub penalty_mpa_per_mm: f64,
+    /// Whether converged increments are augmented until the penetration tolerance holds.
+    pub augment: bool,
+    /// Largest penetration at convergence, mm (with `augment`).
+    #[serde(deserialize_with = "crate::units::positive")]
+    pub penetration_tolerance_mm: f64,
+    /// Quadrature points along each edge of a face.
+    pub points_per_edge: usize,
+}
+
+impl Default for PenaltySettings {
+    fn default() -> Self {
+        Self { penalty_mpa_per_mm: 100.0, augment: true, penetration_tolerance_mm: 1e-3, points_per_edge: 4 }
+    }
+}
+
+/// Whether friction acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Friction {
+    /// No tangential traction; contact points count as stuck.
+    Off,
+    /// The law acts.
+    On(RubberFriction),
+}
+
+/// What a contact point remembers from increment to increment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointState {
+    /// Elastic slip (plane minus skin), mm.
+    pub elastic_slip: [f64; 2],
+    /// Slip since it came into contact, mm.
+    pub slip: [f64; 2],
+    /// Lagrange multiplier of the augmentation, MPa.
+    pub multiplier: f64,
+    /// Pressure, MPa.
+    pub pressure: f64,
+    /// Tangential traction on the finger, MPa.
+    pub traction: [f64; 2],
+    /// Area that the point stands for, on the plane, mm².
+    pub area: f64,
+    /// In contact and below its strength.
+    pub stuck: bool,
+}
+
+/// State of the whole contact at the end of an increment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactState {
+    /// Points, face by face.
+    pub points: Vec<PointState>,
+    /// Positions of the surface nodes, mm.
+    pub position: Vec<Vector3<f64>>,
+    /// Place of the plane.
+    pub plane: Plane,
+}
+
+/// Sums over the contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Force that the plane exerts on the finger, N.
+    pub force: Vector3<f64>,
+    /// Moment arm sums for the centre of pressure: pressure times position, N mm.
+    pub pressure_moment: [f64; 2],
+    /// Area of contact points and of stuck ones, mm².
+    pub area: f64,
+    /// Stuck part of `area`.
+    pub stuck_area: f64,
+    /// Energy dissipated by slip in the increment, mJ.
+    pub dissipation: f64,
+    /// Smallest product of traction and plastic slip over all points, MPa mm; never negative.
+    pub min_dissipation_density: f64,
+    /// Elastic slip energy that is stored, mJ.
+    pub elastic_energy: f64,
+    /// Largest penetration, mm.
+    pub penetration: f64,
+}

@@ -1,0 +1,114 @@
+//! Why a mesh of another program cannot be used.
+
+use thiserror::Error;
+
+use super::super::MeshError;
+
+/// Why a mesh of another program cannot be used. Numbers of nodes and elements are the file's.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ImportError {
+    /// A setting is out of its range.
+    #[error("imported.{field} = {value}: {rule}")]
+    Setting {
+        /// Its key.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// What it has to satisfy.
+        rule: &'static str,
+    },
+    /// Two nodes or two elements with the same number, or two elements on the same nodes.
+    #[error("{kind} {first} and {second}: {problem}")]
+    Duplicate {
+        /// `nodes` or `elements`.
+        kind: &'static str,
+        /// One of them.
+        first: u64,
+        /// The other.
+        second: u64,
+        /// What they share.
+        problem: &'static str,
+    },
+    /// Something refers to a node that the file does not have.
+    #[error("{what} refers to node {node}, which the file does not have")]
+    NoSuchNode {
+        /// What refers to it.
+        what: String,
+        /// The number.
+        node: u64,
+    },
+    /// A set or group that the settings name and the file does not have.
+    #[error("imported.{key}: the file has no `{name}`; {known}")]
+    NoSuchSet {
+        /// Key of the settings.
+        key: String,
+        /// The name looked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// An element in no region or in two.
+    #[error("element {element} is in {regions}; every hexahedron and tetrahedron must be in one region; {known}")]
+    Region {
+        /// Its number.
+        element: u64,
+        /// `no region`, or the regions.
+        regions: String,
+        /// What sets there are.
+        known: String,
+    },
+    /// An element that is turned inside out in part, or flat.
+    #[error("element {element} is twisted or flat: scaled Jacobian {scaled_jacobian:.3e} however it is numbered")]
+    Twisted {
+        /// Its number.
+        element: u64,
+        /// The better of its two orientations.
+        scaled_jacobian: f64,
+    },
+    /// Parts that are not joined.
+    #[error(
+        "{what} ({elements} elements, first {first}) is joined to nothing; the nearest other node is {gap_mm:.3e} mm \
+         away: raise merge_mm (nodes that should be one) or tie_mm (meshes that do not match)"
+    )]
+    Apart {
+        /// Region of the part.
+        what: String,
+        /// How many elements it has.
+        elements: usize,
+        /// Number of its first element.
+        first: u64,
+        /// Least distance to a node of another part, mm.
+        gap_mm: f64,
+    },
+    /// The boundary has a hole, an edge of a third face, or a tunnel.
+    #[error("boundary of the {kind}: {problem} (near node {node})")]
+    Boundary {
+        /// `hexahedra` or `tetrahedra`.
+        kind: &'static str,
+        /// What is wrong.
+        problem: String,
+        /// A node there.
+        node: u64,
+    },
+    /// A face of the pad that is not an outer face of a hexahedron.
+    #[error("imported.sets.pad: {0}")]
+    Pad(String),
+    /// A set that has to hold something and is empty or missing.
+    #[error("{0}")]
+    Support(String),
+    /// z = 0 of the file is not first touch.
+    #[error(
+        "in frame = \"plane\" the lowest point of the pad must lie at z = 0, but it lies at z = {lowest_mm:.4} mm; use \
+         frame = \"finger\" to have first touch found"
+    )]
+    NotAtTouch {
+        /// Where it lies.
+        lowest_mm: f64,
+    },
+    /// First touch could not be found.
+    #[error("first touch: {0}")]
+    Touch(String),
+    /// The mesh that came out was refused.
+    #[error("the imported mesh: {0}")]
+    Mesh(#[from] MeshError),
+}

@@ -1,0 +1,110 @@
+//! A shallow arch that snaps: the limit point of a structure under a force that grows.
+//!
+//! Here the snap is the whole event, so that its work is a large share; that of the fingers is held under 1 % by `deep`.
+
+use fingerpad_offline::{
+    assembly::{Body, BodyError, Joint, Material, Supports},
+    material::Ogden,
+    mesh::{
+        Mesh,
+        block::{coordinates, curved_block},
+    },
+    slide::{Drive, Problem, Response, march},
+};
+use std::ops::ControlFlow;
+
+use fingerpad::Status;
+use nalgebra::Vector3;
+
+use super::{Effort, Failure};
+use crate::{
+    Check,
+    fingers::{follow, path, placed, problem},
+};
+
+const HALF_SPAN_MM: f64 = 10.0;
+
+struct Arch {
+    mesh: Mesh,
+    body: Body,
+}
+
+impl Arch {
+    /// A strip in plane strain, clamped at both ends, its crown toward the plane.
+    fn new(rise_mm: f64, thickness_mm: f64) -> Result<Self, BodyError> {
+        let xs = coordinates(-HALF_SPAN_MM, HALF_SPAN_MM, 60, 1.0);
+        let up = coordinates(0.0, thickness_mm, 3, 1.0);
+        let mut mesh = curved_block(&xs, &[0.0, 0.5], &up, |p| {
+            p + Vector3::z() * (rise_mm * (std::f64::consts::FRAC_PI_2 * p.x / HALF_SPAN_MM).sin().powi(2))
+        });
+        mesh.pad_faces.retain(|face| face.iter().all(|&n| mesh.nodes[n as usize].x.abs() < 3.0));
+        let mut contact: Vec<u32> = mesh.pad_faces.iter().flatten().copied().collect();
+        contact.sort_unstable();
+        contact.dedup();
+        let mut fixed = mesh.node_set("x0").to_vec();
+        fixed.extend(mesh.node_set("x1"));
+        let sides = mesh.node_set("y0").iter().chain(mesh.node_set("y1"));
+        let supports =
+            Supports { fixed, fixed_components: sides.map(|&n| (n, 1)).collect(), contact, ..Default::default() };
+        let law = Ogden { mu_mpa: 1.0, alpha: 2.0, d_per_mpa: 0.5 };
+        let body = Body::new(&mesh, |_| Some(Material::Ogden(law)), &supports, Vector3::zeros(), Joint::default())?;
+        Ok(Self { mesh, body })
+    }
+
+    fn problem(&self) -> Problem<'_> {
+        Problem { friction: None, ..problem(&self.body, &self.mesh.pad_faces) }
+    }
+}
+
+/// The arch under a force that grows past what it can bear, against the same arch pressed by displacement.
+pub fn arch(_: Effort) -> Result<Vec<Check>, Failure> {
+    let arch = Arch::new(2.0, 0.6)?;
+    let problem = arch.problem();
+    let corners: Vec<[f64; 3]> = (0..=44).map(|k| [0.1 * k as f64, 0.0, 0.0]).collect();
+    let placed = follow(&problem, &placed(&corners))?.responses;
+    let rising = placed.windows(2).take_while(|pair| pair[1].normal_force_n > pair[0].normal_force_n).count();
+    let limit_n = placed[rising].normal_force_n;
+    let least_n = placed[rising..].iter().map(|r| r.normal_force_n).fold(f64::INFINITY, f64::min);
+    let target_n = 2.0 * limit_n;
+
+    let mut driven = problem.clone();
+    driven.march.max_force_step_n = 0.05 * limit_n;
+    let force_path = path([Drive::Force, Drive::Displacement, Drive::Displacement], &[[0.0; 3], [target_n, 0.0, 0.0]]);
+    let run = march(&driven, &force_path, &[1], &mut |_| ControlFlow::Continue(()))?;
+    let snaps: Vec<&Response> = run.responses.iter().filter(|r| r.status == Status::STABILISED).collect();
+    let snap = snaps.first().ok_or("the limit point was not noticed")?;
+    let end = run.responses.last().ok_or("no response")?;
+
+    // Where the arch that is pressed by displacement bears the same force, on its last branch.
+    let above = placed.iter().rposition(|r| r.normal_force_n < target_n).ok_or("the force is not reached")?;
+    let (a, b) = (&placed[above], &placed[above + 1]);
+    let share = (target_n - a.normal_force_n) / (b.normal_force_n - a.normal_force_n);
+    let depth_mm = a.depth_mm + share * (b.depth_mm - a.depth_mm);
+
+    let mut configuration = arch.body.undeformed().clone();
+    for (x, u) in configuration.x.iter_mut().zip(&run.snapshots[0].displacement_mm) {
+        *x += u;
+    }
+    let energy = arch.body.energy(&configuration).0;
+
+    Ok(vec![
+        Check::at_most("least force after the limit point over the limit", least_n / limit_n, 0.9),
+        Check::at_most("increments that were stabilised", snaps.len() as f64, 2.0),
+        Check::relative("force at the snap over the limit", snap.normal_force_n / limit_n, 1.0, 0.06),
+        Check::relative(
+            "depth at twice the limit against the arch pressed by displacement",
+            end.depth_mm,
+            depth_mm,
+            0.005,
+        ),
+        Check::told("work of stabilisation (mJ)", run.work.stabilisation_mj),
+        Check::told("work of the plane (mJ)", run.work.plane_mj),
+        Check::told("elastic energy at the end (mJ)", energy),
+        Check::relative(
+            "elastic energy and work of stabilisation over the work of the plane",
+            (energy + run.work.stabilisation_mj) / run.work.plane_mj,
+            1.0,
+            0.01,
+        ),
+    ])
+}

@@ -1,0 +1,181 @@
+//! What the mesh, the bones and the nail make of the answer: convergence, growth of cost, variants side by side.
+
+use fingerpad_offline::{
+    assembly::Joint,
+    mesh::{FingertipShape, MeshPreset, Nail, fingertip},
+    slide::{Bone, BoneKind, Finger, Problem, Tissue, Trajectory},
+};
+
+use super::{Effort, Failure};
+use crate::{
+    Check,
+    fingers::{finger, follow, placed, problem},
+    memory::peak_gib,
+    peer_cases::{Case, Element},
+};
+
+const PRESETS: [MeshPreset; 3] = [MeshPreset::Coarse, MeshPreset::Default, MeshPreset::Fine];
+
+/// Normal force (N), contact area (mm²) and F/N in full slip at 1 mm.
+fn kinetic(finger: &Finger) -> Result<[f64; 3], Failure> {
+    let problem = problem(&finger.body, &finger.mesh.pad_faces);
+    let end = *follow(&problem, &placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 4.0, 0.0]]))?
+        .responses
+        .last()
+        .ok_or("no response")?;
+    Ok([end.normal_force_n, end.contact_area_mm2, end.friction_x_n / end.normal_force_n])
+}
+
+/// Order and limit of three values on meshes of size `h`, coarse to fine; the order is kept between 1 and 2.
+fn extrapolated(h: [f64; 3], f: [f64; 3]) -> (f64, f64) {
+    let ratio = (f[0] - f[1]) / (f[1] - f[2]);
+    let of_order = |p: f64| (h[0].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[2].powf(p));
+    let (mut low, mut high) = (1.0, 2.0);
+    if !(ratio > of_order(low)) {
+        // Not yet in the asymptotic range: the cautious end.
+        high = low;
+    } else if ratio > of_order(high) {
+        low = high;
+    }
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if of_order(middle) < ratio { low = middle } else { high = middle }
+    }
+    let p = 0.5 * (low + high);
+    (p, f[2] + (f[2] - f[1]) / ((h[1] / h[2]).powf(p) - 1.0))
+}
+
+/// Three meshes of A (bone fixed) and E (floating) at 1 mm.
+pub fn convergence(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let mut checks = Vec::new();
+    for (shape, bone) in [("a", BoneKind::Fixed), ("e", BoneKind::Floating)] {
+        let mut values = Vec::new();
+        let presets = if effort == Effort::Quick { &PRESETS[..1] } else { &PRESETS[..] };
+        for &preset in presets {
+            let finger = finger(shape, preset, bone, 1.0)?;
+            values.push(kinetic(&finger)?);
+            let nodes = finger.mesh.nodes.len();
+            for (what, value) in ["N (N)", "area (mm²)", "F/N"].iter().zip(values[values.len() - 1]) {
+                checks.push(Check::told(format!("{shape} {bone:?}, {nodes} nodes: {what}"), value));
+            }
+        }
+        if let [coarse, default, fine] = values[..] {
+            let h = PRESETS.map(|preset| 1.0 / preset.divisions().distal_rings as f64);
+            for (k, what) in ["N", "area", "F/N"].iter().enumerate() {
+                let (order, limit) = extrapolated(h, [coarse[k], default[k], fine[k]]);
+                checks.push(Check::told(format!("{shape} {bone:?}: order of {what} (kept in 1..2)"), order));
+                let name = format!("{shape} {bone:?}: {what}, default mesh against the extrapolated");
+                checks.push(Check::relative(name, default[k], limit, 0.03));
+            }
+        }
+    }
+    Ok(checks)
+}
+
+/// Frictionless press of A (bone fixed) to 1 mm on three meshes with mean dilatation and with CalculiX's C3D8R.
+///
+/// Both elements stand for the same body: what they differ by on one mesh is error of the mesh and has to vanish.
+pub fn elements(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let presets = if effort == Effort::Quick { &PRESETS[..2] } else { &PRESETS[..] };
+    let normal = |element: Element, preset: MeshPreset| -> Result<f64, Failure> {
+        let finger = Case::new("a", preset).with(element).finger();
+        let problem = Problem { friction: None, ..problem(&finger.body, &finger.mesh.pad_faces) };
+        let run = follow(&problem, &placed(&[[0.0; 3], [1.0, 0.0, 0.0]]))?;
+        Ok(run.responses.last().ok_or("no response")?.normal_force_n)
+    };
+    let mut checks = Vec::new();
+    let (mut shipped, mut reduced, mut last) = (Vec::new(), Vec::new(), f64::INFINITY);
+    for &preset in presets {
+        shipped.push(normal(Element::MeanDilatation, preset)?);
+        reduced.push(normal(Element::LikeThePeer, preset)?);
+        let (ours, theirs) = (shipped[shipped.len() - 1], reduced[reduced.len() - 1]);
+        let name = |what: &str| format!("a Fixed, {preset:?}, frictionless 1 mm: {what}");
+        checks.push(Check::told(name("N, mean dilatation (N)"), ours));
+        checks.push(Check::told(name("N, C3D8R (N)"), theirs));
+        let apart = (ours / theirs - 1.0).abs();
+        checks.push(Check::at_most(name("relative difference, below the coarser mesh's"), apart, last));
+        last = apart;
+    }
+    if let ([a, b, c], [d, e, f]) = (&shipped[..], &reduced[..]) {
+        let h = PRESETS.map(|preset| 1.0 / preset.divisions().distal_rings as f64);
+        let limits = [extrapolated(h, [*a, *b, *c]), extrapolated(h, [*d, *e, *f])];
+        checks.push(Check::told("order, mean dilatation (kept in 1..2)", limits[0].0));
+        checks.push(Check::told("order, C3D8R (kept in 1..2)", limits[1].0));
+        checks.push(Check::relative("N extrapolated, mean dilatation against C3D8R", limits[0].1, limits[1].1, 0.01));
+    }
+    Ok(checks)
+}
+
+/// Press of 1.5 mm and 6 mm of slide on three meshes of E: time and memory.
+pub fn growth(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let presets = if effort == Effort::Quick { &PRESETS[..1] } else { &PRESETS[..] };
+    let mut checks = Vec::new();
+    for &preset in presets {
+        let finger = finger("e", preset, BoneKind::Floating, 1.0)?;
+        let problem = problem(&finger.body, &finger.mesh.pad_faces);
+        let Trajectory { cost, .. } = follow(&problem, &placed(&[[0.0; 3], [1.5, 0.0, 0.0], [1.5, 6.0, 0.0]]))?;
+        let name = |what: &str| format!("e Floating, {} nodes: {what}", finger.mesh.nodes.len());
+        checks.push(Check::told(name("CPU (s)"), cost.cpu_s));
+        checks.push(Check::told(name("peak memory of the process so far (GiB)"), peak_gib()));
+        checks.push(Check::told(name("increments"), cost.increments.into()));
+        checks.push(Check::told(name("factorisations"), cost.factorisations.into()));
+    }
+    Ok(checks)
+}
+
+/// Rigid against deformable bone, the joint of the floating one, the ways to hold the nail: E at 1 mm.
+pub fn variants(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let preset = if effort == Effort::Quick { MeshPreset::Coarse } else { MeshPreset::Default };
+    let with = |bone: Bone, nail: Nail| -> Result<[f64; 3], Failure> {
+        let shape = FingertipShape { nail, ..FingertipShape::named("e")? };
+        let tip = fingertip(&shape, &preset.divisions())?;
+        kinetic(&Finger::new(tip, &Tissue { bone, ..Default::default() })?)
+    };
+    let joint = |factor: f64| {
+        let joint = Joint::default();
+        Joint {
+            translation_n_per_mm: joint.translation_n_per_mm * factor,
+            rotation_nmm_per_rad: joint.rotation_nmm_per_rad * factor,
+        }
+    };
+    let floating = |factor: f64| Bone { joint: joint(factor), ..Default::default() };
+    let kind = |kind: BoneKind| Bone { kind, ..Default::default() };
+    let variants = [
+        ("floating (default)", floating(1.0), Nail::Tets),
+        ("floating, joint x0.1", floating(0.1), Nail::Tets),
+        ("floating, joint x10", floating(10.0), Nail::Tets),
+        ("fixed", kind(BoneKind::Fixed), Nail::Tets),
+        ("floating, nail as a fixed patch", floating(1.0), Nail::FixedPatch),
+        ("floating, no joint", floating(0.0), Nail::Tets),
+        ("deformable, 10 GPa", kind(BoneKind::Deformable), Nail::Tets),
+    ];
+    let mut checks = Vec::new();
+    let mut free = [f64::NAN; 3];
+    for (name, bone, nail) in variants {
+        let values = with(bone, nail)?;
+        for (what, value) in ["N (N)", "area (mm²)", "F/N"].iter().zip(values) {
+            checks.push(Check::told(format!("{name}: {what}"), value));
+        }
+        if bone.kind == BoneKind::Deformable {
+            // The elastic phalanx hangs in the tissue alone, as the rigid one without its joint, and is 300 000 times
+            // as stiff as the tissue.
+            for (what, (value, free)) in ["N", "area", "F/N"].iter().zip(values.iter().zip(free)) {
+                checks.push(Check::relative(format!("{name}, against rigid, no joint: {what}"), *value, free, 0.01));
+            }
+        }
+        free = values;
+    }
+    Ok(checks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::extrapolated;
+
+    #[test]
+    fn order_and_limit_of_a_power_law_come_back() {
+        let h = [0.1, 0.05, 1.0 / 36.0];
+        let (order, limit) = extrapolated(h, h.map(|h| 3.0 + 2.0 * f64::powf(h, 1.5)));
+        assert!((order - 1.5).abs() < 1e-9 && (limit - 3.0).abs() < 1e-9, "{order} {limit}");
+    }
+}
