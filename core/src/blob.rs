@@ -247,12 +247,13 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 9] {
+    fn head(&self) -> [f32; 10] {
         [
             self.depth_max,
-            self.odd_shape,
-            self.limit_top,
-            self.area_shear,
+            self.turn_slip,
+            self.area_tilt,
+            self.growth_loss,
+            self.fall_loss,
             self.band_normal_top,
             self.band_normal_slip,
             self.band_friction_top,
@@ -325,6 +326,6 @@ mod tests {
     fn another_shape_is_named() {
         let (buffer, n) = example();
         let error = FileOf::<7, 25>::from_bytes(&buffer.0[..n]).unwrap_err();
-        assert_eq!(error, Error::Shape { elements: 5, nodes: 25 });
+        assert_eq!(error, Error::Shape { elements: 3, nodes: 25 });
     }
 }

@@ -11,43 +11,35 @@ fn in_range(what: Field, index: usize, value: f32, low: f32, high: f32) -> Resul
 }
 
 impl<const M: usize, const N: usize> DataOf<M, N> {
-    /// 1 + alpha²/8 with the largest share of the odd term, so that |F| <= limit holds for every state.
-    pub(crate) fn least_limit_top(&self) -> f32 {
-        let mut odd = 0.0f32;
-        for row in &self.rows {
-            odd = odd.max(row.odd.value.abs());
-        }
-        1.0 + 4e-6 + 0.125 * odd * odd
-    }
-
     /// Refuses numbers with which a step could leave its range or a closed path could create energy.
     ///
     /// # Why what passes here is passive
     ///
-    /// Free energy E = (L²/K) [½ Σ w_j y_j (u_jx² + u_jy²/rho) − alpha eta(m_x) m_x²], eta = m/3 − zeta m³/5, where
-    /// Σ w/y = 1, so that Σ w y u² >= m² (Cauchy–Schwarz). In small steps:
+    /// Free energy E = (L²/R) ½ Σ w_j y_j (u_jx² + u_jy²/rho) with the reference stiffness R <= K of the part of the
+    /// contact that holds the forces, and Σ w/y = 1, so that Σ w y u² >= m² (Cauchy–Schwarz). In small steps:
     ///
-    /// * slide: the work is dE plus L Σ w_j (u_j − alpha h(m_x) x̂ )·dp_j with dp_j the plastic slip. Associated flow
-    ///   makes the first part w_j y_j |dp_j| or more, so alpha <= y_min suffices.
+    /// * slide: with P = Σ w y u² the elastic work is L² (P₁ − P₀)/2K, and dE is at most that because
+    ///   (1/R − 1/K) falls like m₀²/m₁² or faster while m grows, and stays while m shrinks. The plastic slip goes
+    ///   along u_j: its work is never negative. The same holds when the limits shrink or shift with depth.
     /// * C: F_x C'(d) dd is the work of the slide dC in the first item.
-    /// * growth keeps forces: dE <= 0 if K'/K (½ − |alpha|/3) >= (|alpha'| + |alpha| L'/L)/3 and K, rho K grow. B >= 0
-    ///   adds work.
-    /// * fall keeps displacements: dE falls by at least (L²/K) m_x² [½ K'/K − (|alpha'| + |alpha| K'/K +
-    ///   |alpha| |K'/K − L'/L|)/3] per depth, and by (L²/(rho K)) m_y² ½ (K'/K − rho'/rho); B_x m_x² + B_y m_y² must
-    ///   not give back more.
+    /// * growth keeps forces and R (or lets it grow, so that rho R grows): dE <= 0. B >= 0 adds work.
+    /// * fall keeps R while R < K, and forces but for the loss: dE falls by (L²/R) m_x² `fall_loss` K'/K per depth
+    ///   and by (L²/(rho R)) m_y² (`fall_loss` K'/K − ½ rho'/rho); B_x m_x² + B_y m_y² must not give back more. At
+    ///   R = K it keeps displacements and E falls like K.
     ///
     /// In finite steps the work with the force at the end of the step only adds, since N0 grows with depth.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
-        in_range(Field::OddShape, 0, self.odd_shape, 0.0, 1.0)?;
-        in_range(Field::AreaShear, 0, self.area_shear, -0.5, 1.0)?;
+        in_range(Field::TurnSlip, 0, self.turn_slip, 0.5, 1.0)?;
+        in_range(Field::DepthLoss, 0, self.growth_loss, 0.0, 1.0)?;
+        in_range(Field::DepthLoss, 1, self.fall_loss, 0.0, 0.5)?;
+        in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
         in_range(Field::BandSlip, 0, self.band_normal_top, 0.0, 20.0)?;
         in_range(Field::BandSlip, 1, self.band_normal_top - self.band_normal_slip, 1.0 - 1e-5, 1.0 + 1e-5)?;
         in_range(Field::BandFriction, 0, self.band_friction_top, 0.0, 10.0)?;
         in_range(Field::BandFriction, 1, self.band_friction_top - self.band_friction_slip, 0.0, 10.0)?;
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        in_range(Field::OddX, 0, self.limit_top, self.least_limit_top(), 1.01)?;
-        let (mut strength, mut area, mut softness, mut stiffest) = (0.0, 0.0, 0.0, 0.0f32);
+        let (mut strength, mut area, mut softness) = (0.0, 0.0, 0.0);
         for (j, element) in self.elements.iter().enumerate() {
             in_range(Field::YieldPosition, j, element.inverse_yield, 0.1, 20.0)?;
             in_range(Field::StrengthShare, j, element.strength, 0.0, 1.0)?;
@@ -55,9 +47,6 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             strength += element.strength;
             area += element.area;
             softness += element.strength * element.inverse_yield;
-            if element.strength > 0.0 {
-                stiffest = stiffest.max(element.inverse_yield);
-            }
         }
         in_range(Field::StrengthShare, M, strength, 1.0 - 1e-5, 1.0)?;
         in_range(Field::AreaShare, M, area, 1.0 - 2e-5, 1.0 - 6e-6)?;
@@ -82,7 +71,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                 (Field::StiffnessRatio, &row.ratio, &next.ratio),
                 (Field::NormalShearX, &row.shear_x, &next.shear_x),
                 (Field::NormalShearY, &row.shear_y, &next.shear_y),
-                (Field::OddX, &row.odd, &next.odd),
+                (Field::TiltX, &row.tilt, &next.tilt),
                 (Field::BandNormal, &row.band_normal, &next.band_normal),
                 (Field::PressCoupling, &row.press, &next.press),
             ] {
@@ -99,7 +88,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             if i + 1 < N {
                 for t in [0.0, 1.0] {
                     if i > 0 || t > 0.0 {
-                        row.check_passive(i, t, cell, stiffest)?;
+                        row.check_passive(i, t, cell, self.growth_loss, self.fall_loss)?;
                     }
                 }
             }
@@ -130,7 +119,7 @@ impl Row {
         in_range(Field::PressCoupling, i, self.pressed, -20.0, 20.0)?;
         in_range(Field::NormalShearX, i, self.shear_x.value, 0.0, 1e3)?;
         in_range(Field::NormalShearY, i, self.shear_y.value, 0.0, 1e3)?;
-        in_range(Field::OddX, i, self.odd.value, -0.2, 0.2)?;
+        in_range(Field::TiltX, i, self.tilt.value, -0.25, 0.25)?;
         in_range(Field::BandNormal, i, self.band_normal.value, 0.0, 1e3)?;
         // Slip length: neither so short nor so long that a step would overflow.
         let slip_length = self.limit.value / self.stiffness.value.max(tiny);
@@ -149,23 +138,17 @@ impl Row {
     }
 
     /// The inequalities of [`DataOf::check`] at one end of a cell.
-    fn check_passive(&self, i: usize, t: f32, cell: f32, stiffest: f32) -> Result<(), Error> {
+    fn check_passive(&self, i: usize, t: f32, cell: f32, growth_loss: f32, fall_loss: f32) -> Result<(), Error> {
         let at = |what, value: f32, limit: f32| {
             if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
         };
         let (k, l, rho) = (self.stiffness.at(t), self.limit.at(t), self.ratio.at(t));
         let dk = self.stiffness.change / (k * cell);
-        let dl = self.limit.change / (l * cell);
         let drho = self.ratio.change / (rho * cell);
-        let odd = self.odd.at(t).abs();
-        let dodd = self.odd.change.abs() / cell;
-        at(Field::OddX, odd, 0.5 / stiffest)?;
-        at(Field::OddX, (dodd + odd * dl) / 3.0, dk * (0.5 - odd / 3.0))?;
-        at(Field::StiffnessRatio, drho.abs(), dk)?;
+        at(Field::StiffnessRatio, -drho, growth_loss * dk)?;
         let energy = l * l / k;
-        let spare = 0.5 * dk - (dodd + odd * dk + odd * (dk - dl).abs()) / 3.0;
-        at(Field::NormalShearX, self.shear_x.at(t), energy * spare)?;
-        at(Field::NormalShearY, self.shear_y.at(t), 0.5 * energy / rho * (dk - drho))?;
+        at(Field::NormalShearX, self.shear_x.at(t), fall_loss * energy * dk)?;
+        at(Field::NormalShearY, self.shear_y.at(t), energy / rho * (fall_loss * dk - 0.5 * drho.max(0.0)))?;
         // The normal force stays positive and its stiffness outweighs the coupling's error in a finite step.
         at(Field::PressCoupling, self.press.at(t).abs() * l * 1.3, self.normal.at(t))?;
         let dpress = self.press.change.abs() / cell;

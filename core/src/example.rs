@@ -9,13 +9,7 @@ use crate::params::{Node, Params, ParamsOf, Slider};
 impl Params {
     /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
     pub fn example() -> Self {
-        ParamsOf::example_with([
-            slider(0.12, 0.02, 0.10),
-            slider(0.60, 0.17, 0.26),
-            slider(1.10, 0.29, 0.28),
-            slider(1.80, 0.33, 0.24),
-            slider(3.00, 0.19, 0.12),
-        ])
+        ParamsOf::example_with([slider(0.55, 0.17, 0.35), slider(1.30, 0.46, 0.41), slider(2.50, 0.37, 0.24)])
     }
 }
 
@@ -40,7 +34,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 press_coupling: -0.0115,
                 normal_shear_x_n: 0.05 * normal_force_n,
                 normal_shear_y_n: 0.03 * normal_force_n,
-                odd_x: 0.012 * d,
+                tilt_x: 0.08 * d,
                 band_normal_n: 0.004 + 0.006 * normal_force_n,
             };
         }
@@ -48,8 +42,10 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             depth_max_mm,
             sliders,
             nodes,
-            odd_shape: 0.5,
-            area_shear: 0.05,
+            turn_slip: 0.55,
+            growth_loss: 0.0,
+            fall_loss: 0.25,
+            area_tilt: 0.1,
             band_normal_slip: 1.5,
             band_friction_stick: 0.01,
             band_friction_slip: 0.03,

@@ -3,6 +3,7 @@
 //! Main type: [`Grip`]. Uses model.
 
 use crate::math::sqrt;
+use crate::model::limit_share;
 use crate::table::Row;
 use crate::{ModelOf, Status};
 
@@ -68,32 +69,36 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
         if load == 0.0 {
             return Grip::default();
         }
-        let use_of_limit = 1.0 - margin.clamp(0.0, 0.95);
-        let along = [x / load, y / load];
-        let need = load / use_of_limit;
-        let limit = |depth: f32| {
+        let cosine = x / load;
+        let need = load / (1.0 - margin.clamp(0.0, 0.95));
+        let factor = strength_factor.clamp(0.2, 5.0);
+        let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);
-            let strength = row.limit.at(t) * self.scale.limit + row.area.at(t) * self.scale.area * self.scale.tau0;
-            // What `step` reports as the limit when the contact is loaded to `use_of_limit`.
-            let share = along[0] * use_of_limit;
-            let odd = row.odd.at(t) * share * share * share * (1.0 - self.data.odd_shape * share * share);
-            strength * strength_factor.clamp(0.2, 5.0) * (self.data.limit_top - odd)
+            let plain = row.limit.at(t) * self.scale.limit + row.area.at(t) * self.scale.area * self.scale.tau0;
+            (plain * factor, row.tilt.at(t))
+        };
+        let holds = |depth: f32| {
+            let (strength, tilt) = strength(depth);
+            strength * limit_share(tilt * cosine) >= need
+        };
+        let at = |depth: f32| {
+            let (strength, _) = strength(depth);
+            self.grip_at(depth, load_n, load_n.map(|f| f / strength))
         };
         let deepest = self.depth_max_mm();
-        if limit(deepest) < need {
-            let grip = self.grip_at(deepest, load_n, along.map(|a| a * use_of_limit));
-            return Grip { status: Status::LOAD_NOT_REACHED, ..grip };
+        if !holds(deepest) {
+            return Grip { status: Status::LOAD_NOT_REACHED, ..at(deepest) };
         }
         let (mut low, mut high) = (0.0, deepest);
         for _ in 0..24 {
             let middle = 0.5 * (low + high);
-            if limit(middle) >= need {
+            if holds(middle) {
                 high = middle;
             } else {
                 low = middle;
             }
         }
-        self.grip_at(high, load_n, along.map(|a| a * use_of_limit))
+        at(high)
     }
 
     /// Depth and normal force under friction `load_n`, which is the share `used` of the strength.

@@ -11,7 +11,7 @@ use crate::tune::Scale;
 use crate::{Regime, Status};
 
 /// Elements of the default model.
-pub const ELEMENTS: usize = 5;
+pub const ELEMENTS: usize = 3;
 /// Depths at which the tables of the default model are given.
 pub const NODES: usize = 25;
 
@@ -42,12 +42,14 @@ pub struct Element {
 pub struct DataOf<const M: usize, const N: usize> {
     /// Largest depth of the tables, mm.
     pub depth_max: f32,
-    /// Shape of the odd term; see [`crate::ParamsOf::odd_shape`].
-    pub odd_shape: f32,
-    /// A little more than 1, so that friction never exceeds the limit it is compared with.
-    pub limit_top: f32,
-    /// Growth of the area at full shear, share.
-    pub area_shear: f32,
+    /// Slip right after a turn; see [`crate::ParamsOf::turn_slip`].
+    pub turn_slip: f32,
+    /// Growth of the area at full shear along +x, share; the same is lost along −x.
+    pub area_tilt: f32,
+    /// See [`crate::ParamsOf::growth_loss`].
+    pub growth_loss: f32,
+    /// See [`crate::ParamsOf::fall_loss`].
+    pub fall_loss: f32,
     /// Half-width of the normal force's band in full slip over that of the table.
     pub band_normal_top: f32,
     /// What sticking takes off that.
@@ -89,23 +91,42 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
     }
 }
 
+/// Reference stiffness in the air, N/mm: more than any contact's, so that the first step takes its own.
+pub(crate) const FRESH: f32 = 1e9;
+
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 5` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// Plain data of `2 M + 10` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
-    /// Force of each element over its strength, length at most 1.
+    /// Force of each element over its strength.
     pub(crate) force: [[f32; 2]; M],
+    /// Their mean, weighted with the strengths.
+    pub(crate) mean: [f32; 2],
+    /// Direction in which the elements were last driven, length 1; 0 in a fresh contact.
+    pub(crate) heading: [f32; 2],
     pub(crate) depth: f32,
     pub(crate) limit: f32,
     pub(crate) stiffness: f32,
+    /// Stiffness of that part of the contact which holds the forces, at most `stiffness`.
+    pub(crate) reference: f32,
     pub(crate) pressed: f32,
     pub(crate) strength_factor: f32,
 }
 
 impl<const M: usize> Default for StateOf<M> {
     fn default() -> Self {
-        Self { force: [[0.0; 2]; M], depth: 0.0, limit: 0.0, stiffness: 0.0, pressed: 0.0, strength_factor: 1.0 }
+        Self {
+            force: [[0.0; 2]; M],
+            mean: [0.0; 2],
+            heading: [0.0; 2],
+            depth: 0.0,
+            limit: 0.0,
+            stiffness: 0.0,
+            reference: FRESH,
+            pressed: 0.0,
+            strength_factor: 1.0,
+        }
     }
 }
 
@@ -177,23 +198,33 @@ pub struct Response {
 /// Longest slide in one step, in slip lengths: beyond full slip of every element, so that a cut loses nothing, and
 /// small enough that no product overflows.
 const SLIDE_MAX: f32 = 32.0;
-/// Squared length at which an element yields. It is drawn back to 1, up to rounding; the gap between the two is
-/// wider than that, so that an element on its limit stays where it is when nothing moves.
-const YIELD: f32 = 1.0 + 1.0 / (1u32 << 19) as f32;
+/// Squares of the slide's length, mm², between which it tells a direction: beyond, they leave the range of the floats.
+const WAY_MIN: f32 = 1e-30;
+const WAY_MAX: f32 = 1e30;
+/// Value of the yield function at which an element yields. It is drawn back to 1, up to rounding; the gap between the
+/// two is wider than that, so that an element on its limit stays where it is when nothing moves.
+pub(crate) const YIELD: f32 = 1.0 + 1.0 / (1u32 << 18) as f32;
+/// What the limit that is told lies above the elements', so that rounding never takes friction beyond it.
+const LIMIT_TOP: f32 = 1.0 + 1.0 / (1u32 << 17) as f32;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
 ///
-/// Elements j carry forces F_j = w_j L u_j, |u_j| <= 1:
+/// Elements j carry forces F_j = w_j L u_j within a circle that is shifted by alpha along x:
 ///
 /// ```text
-/// u_j += (K/L) (dx + dC(d), rho dy) / y_j      then back to |u_j| = 1 by associated flow
+/// u_j += (K/L) (dx + dC(d), rho dy) / y_j      then back to |u_j|² − 2 alpha u_jx = 1, so that friction opposes slip
 /// m    = Σ w_j u_j
-/// F    = L (m_x − alpha (m_x² − zeta m_x⁴),  m_y)
+/// F    = L m
 /// N    = N0(d) + C'(d) F_x + B_x(d) m_x² + B_y(d) m_y²
 /// ```
 ///
-/// with K, L, rho, C, alpha, N0, B from tables over depth. When the contact grows an element keeps its force, when it
-/// shrinks its displacement. Bad input is flagged and leaves the axis where it was; see [`Status`].
+/// with K, L, rho, C, alpha, N0, B from tables over depth. The shift makes the limit (1 + alpha²)^½ + alpha of L along
+/// +x, (1 + alpha²)^½ − alpha along −x and L along y: a finger that is pushed back carries more than one that is pulled.
+/// When the contact grows an element keeps its force, when it shrinks its displacement. Bad input is flagged and
+/// leaves the axis where it was; see [`Status`].
+///
+/// The stick ratio is 1 − Σ a_j v_j (e v_j + (1 − e) |p_j| (p_j − 2 alpha h_x)) with v_j the yield function, which is
+/// 1 on the limit, h the direction in which the elements are driven and p_j = u_j·h: what is unloaded sticks.
 ///
 /// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
 /// through [`StateOf::set_strength_factor`].
@@ -243,8 +274,16 @@ pub fn step<const M: usize, const N: usize>(
     // Depth: a growing contact keeps the elements' force, a shrinking one their displacement.
     // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
     let mut keep = state.limit / limit;
-    if stiffness < state.stiffness {
-        keep *= stiffness / state.stiffness;
+    let mut reference = state.reference;
+    let growth = stiffness - state.stiffness;
+    if growth > 0.0 {
+        reference += data.growth_loss * growth;
+    } else if growth < 0.0 {
+        keep *= 1.0 + data.fall_loss * (growth / state.stiffness);
+    }
+    if stiffness < reference {
+        keep *= stiffness / reference;
+        reference = stiffness;
     }
 
     // Slide, in slip lengths
@@ -264,42 +303,76 @@ pub fn step<const M: usize, const N: usize>(
     state.depth = depth;
     state.limit = limit;
     state.stiffness = stiffness;
+    let before = keep * keep * (state.mean[0] * state.mean[0] + state.mean[1] * state.mean[1]);
     state.pressed = pressed;
 
+    let [way_x, way_y] = motion.slide_increment_mm;
+    let way = way_x * way_x + way_y * way_y;
+    let [mut heading_x, mut heading_y] = state.heading;
+    if way > WAY_MIN && way < WAY_MAX {
+        let inverse = 1.0 / sqrt(way);
+        heading_x = way_x * inverse;
+        heading_y = way_y * inverse;
+        state.heading = [heading_x, heading_y];
+    }
     let lack = 1.0 - ratio;
     let lack_twice = lack + lack;
-    let (mut mean_x, mut mean_y, mut stick_ratio) = (0.0, 0.0, 1.0);
+    let tilt = row.tilt.at(t);
+    let tilt_twice = tilt + tilt;
+    let (mut mean_x, mut mean_y, mut slipping, mut slip_x, mut slip_y) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (u, element) in state.force.iter_mut().zip(&data.elements) {
         let mut ux = u[0] * keep + slide_x * element.inverse_yield;
         let mut uy = u[1] * keep + slide_y * element.inverse_yield;
         let yy = uy * uy;
         let square = ux * ux + yy;
-        let mut fourth = square * square;
-        if square > YIELD {
-            // Associated flow: the overshoot goes back along (u_x, rho u_y), which makes friction oppose the slip.
-            // With f = 2 (u_x² + rho u_y²) and o = |u|⁴ − |u|² the direction is (u_x (f + rho o), u_y (f + o)).
-            let along_y = fourth + square - lack_twice * yy;
-            ux *= along_y - lack * (fourth - square);
+        let mut level = square - tilt_twice * ux;
+        if level > YIELD {
+            // The overshoot goes back along (u_x, rho u_y) as slip, which makes friction oppose it. With the slope
+            // f = 2 (u_x² + rho u_y²) − 2 alpha u_x and o = v² − v the direction is (u_x (f + rho o), u_y (f + o)).
+            let over = level * level - level;
+            let along_y = over + level + square - lack_twice * yy;
+            ux *= along_y - lack * over;
             uy *= along_y;
-            let back = 1.0 / sqrt(ux * ux + uy * uy);
+            let ahead = tilt * ux;
+            let length = ux * ux + uy * uy;
+            let back = (ahead + sqrt(ahead * ahead + length)) / length;
             ux *= back;
             uy *= back;
-            fourth = 1.0;
+            level = 1.0;
         }
         *u = [ux, uy];
         mean_x += element.strength * ux;
         mean_y += element.strength * uy;
-        stick_ratio -= element.area * fourth;
+        let slip = element.area * level;
+        slipping += slip * level;
+        slip_x += slip * ux;
+        slip_y += slip * uy;
+    }
+    // What is driven back sticks: of the slip, the part against the heading counts the other way.
+    let along = (slip_x * heading_x + slip_y * heading_y) * limit_share(-tilt * heading_x);
+    let mut stick_ratio = 1.0 - (data.turn_slip * slipping + (1.0 - data.turn_slip) * along);
+    state.mean = [mean_x, mean_y];
+    // Beyond by the gap between yielding and limit, or because little slip was left to turn.
+    if stick_ratio < 0.0 {
+        stick_ratio = 0.0;
+    }
+    if stick_ratio > 1.0 {
+        stick_ratio = 1.0;
     }
 
     // Resultants
     let xx = mean_x * mean_x;
     let yy = mean_y * mean_y;
-    let even_less = row.odd.at(t) * (xx - data.odd_shape * (xx * xx));
-    let friction_x = limit * (mean_x - even_less);
+    let after = xx + yy;
+    if after > before {
+        let rest = before * (stiffness - reference);
+        reference = stiffness - stiffness * (rest / (reference * after + rest));
+    }
+    state.reference = reference;
+    let friction_x = limit * mean_x;
     let friction_y = limit * mean_y;
-    let friction_limit = limit * (data.limit_top - even_less * mean_x);
-    let friction = sqrt(friction_x * friction_x + friction_y * friction_y);
+    let length = sqrt(after);
+    let share = limit_share(tilt * (mean_x / (length + f32::MIN_POSITIVE)));
     let normal = row.normal.at(t) * scale.normal
         + press * friction_x
         + (row.shear_x.at(t) * xx + row.shear_y.at(t) * yy) * scale.shear;
@@ -307,9 +380,9 @@ pub fn step<const M: usize, const N: usize>(
         normal_force_n: normal,
         friction_n: [friction_x, friction_y],
         stick_ratio,
-        friction_limit_n: friction_limit,
-        slip_margin: 1.0 - friction / friction_limit,
-        contact_area_mm2: area0 * (1.0 + data.area_shear * (xx + yy)),
+        friction_limit_n: limit * share,
+        slip_margin: 1.0 - length / share,
+        contact_area_mm2: area0 + area0 * data.area_tilt * mean_x,
         band_normal_n: row.band_normal.at(t)
             * scale.normal
             * (data.band_normal_top - data.band_normal_slip * stick_ratio),
@@ -317,6 +390,12 @@ pub fn step<const M: usize, const N: usize>(
         regime: Regime::classify(true, stick_ratio),
         status,
     }
+}
+
+/// Limit over the strength L in a direction; `shift` is the tilt times its cosine to x.
+#[inline(always)]
+pub(crate) fn limit_share(shift: f32) -> f32 {
+    shift + sqrt(LIMIT_TOP + shift * shift)
 }
 
 /// Whether `x` is a positive number, neither infinite nor NaN.
@@ -380,7 +459,7 @@ mod tests {
         }
         // Steady slip: friction along the motion although the finger is softer along y.
         assert_eq!(last.regime, Regime::Slip);
-        assert!((last.friction_n[0] - last.friction_n[1]).abs() < 0.02 * last.friction_limit_n);
+        assert!((last.friction_n[0] / last.friction_n[1] - 1.0).abs() < 0.02);
     }
 
     /// The plane's work around: press, load along x at the larger depth, fall, unload, rise without shear.
@@ -435,24 +514,32 @@ mod tests {
     }
 
     /// Drawing an element back onto its limit never gives energy: F · plastic slip >= 0 for any stiffness ratio,
-    /// direction and overshoot.
+    /// tilt, direction and overshoot, and what was drawn back does not yield again.
     #[test]
     fn yielding_dissipates() {
         for ratio in [0.25f64, 0.4, 0.6, 0.8, 1.0, 1.3, 2.0, 4.0] {
-            for degrees in 0..=90 {
-                for overshoot in [1e-6f64, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0] {
-                    let (s, c) = f64::from(degrees).to_radians().sin_cos();
-                    let (ux, uy) = (c * (1.0 + overshoot), s * (1.0 + overshoot));
-                    let square = ux * ux + uy * uy;
-                    let fourth = square * square;
-                    let lack = 1.0 - ratio;
-                    let along_y = fourth + square - 2.0 * lack * uy * uy;
-                    let along_x = along_y - lack * (fourth - square);
-                    let length = (ux * along_x).hypot(uy * along_y);
-                    let (nx, ny) = (ux * along_x / length, uy * along_y / length);
-                    let slip = [ux - nx, (uy - ny) / ratio];
-                    let gain = nx * slip[0] + ny * slip[1];
-                    assert!(gain >= 0.0, "{ratio} {degrees} {overshoot}: {gain}");
+            for tilt in [-0.25f64, -0.1, 0.0, 0.03, 0.2, 0.25] {
+                for degrees in 0..=180 {
+                    for overshoot in [2e-3f64, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0] {
+                        let (s, c) = f64::from(degrees).to_radians().sin_cos();
+                        let limit = tilt * c + (1.0 + tilt * tilt * c * c).sqrt();
+                        let (ux, uy) = (c * limit * (1.0 + overshoot), s * limit * (1.0 + overshoot));
+                        let square = ux * ux + uy * uy;
+                        let level = square - 2.0 * tilt * ux;
+                        let lack = 1.0 - ratio;
+                        let over = level * level - level;
+                        let along_y = over + level + square - 2.0 * lack * uy * uy;
+                        let along_x = along_y - lack * over;
+                        let (wx, wy) = (ux * along_x, uy * along_y);
+                        let length = wx * wx + wy * wy;
+                        let back = (tilt * wx + (tilt * tilt * wx * wx + length).sqrt()) / length;
+                        let (nx, ny) = (wx * back, wy * back);
+                        let slip = [ux - nx, (uy - ny) / ratio];
+                        let gain = nx * slip[0] + ny * slip[1];
+                        assert!(gain >= 0.0, "{ratio} {tilt} {degrees} {overshoot}: {gain}");
+                        let again = nx * nx + ny * ny - 2.0 * tilt * nx;
+                        assert!((again - 1.0).abs() < 1e-12, "{tilt} {degrees}: {again}");
+                    }
                 }
             }
         }

@@ -42,8 +42,8 @@ pub struct Node {
     pub normal_shear_x_n: f32,
     /// The same along y, N.
     pub normal_shear_y_n: f32,
-    /// Share by which friction along −x is above, along +x below the even part, −0.2 to 0.2.
-    pub odd_x: f32,
+    /// Share by which the limit along +x is above, along −x below that along y, −0.25 to 0.25.
+    pub tilt_x: f32,
     /// Half-width of the 95 % band of the normal force while everything sticks, N.
     pub band_normal_n: f32,
 }
@@ -60,10 +60,17 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     /// The tables; node 0 is depth 0, where all forces are taken as 0.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub nodes: [Node; N],
-    /// 0: the odd term is also in the limit; 1: it vanishes there. 0 to 1.
-    pub odd_shape: f32,
-    /// Growth of the contact area at full shear, share, −0.5 to 1.
-    pub area_shear: f32,
+    /// Share of an element's slip that stays when the slide turns by 90°, 0.5 to 1. When it turns back twice that
+    /// less 1 stays.
+    pub turn_slip: f32,
+    /// What a growing contact forgets of its shear's history, 0 to 1: 0 returns to the same force when the depth
+    /// comes back, 1 forgets that it was ever smaller. Pays for a stiffness ratio that falls with depth.
+    pub growth_loss: f32,
+    /// Friction that a shrinking contact loses where it could retrace, share per share of stiffness, 0 to 0.5. Pays
+    /// for normal force that comes from shear.
+    pub fall_loss: f32,
+    /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
+    pub area_tilt: f32,
     /// Half-width of the 95 % band of the normal force in full slip over that in full stick, 0 to 20.
     pub band_normal_slip: f32,
     /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
@@ -91,9 +98,10 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
         const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
-            odd_shape: self.odd_shape,
-            limit_top: 1.0,
-            area_shear: self.area_shear,
+            turn_slip: self.turn_slip,
+            area_tilt: self.area_tilt,
+            growth_loss: self.growth_loss,
+            fall_loss: self.fall_loss,
             band_normal_top: self.band_normal_slip,
             band_normal_slip: self.band_normal_slip - 1.0,
             band_friction_top: self.band_friction_slip,
@@ -146,14 +154,13 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 ratio: Line::between(a.stiffness_ratio, b.stiffness_ratio),
                 shear_x: Line::between(a.normal_shear_x_n, b.normal_shear_x_n),
                 shear_y: Line::between(a.normal_shear_y_n, b.normal_shear_y_n),
-                odd: Line::between(a.odd_x, b.odd_x),
+                tilt: Line::between(a.tilt_x, b.tilt_x),
                 band_normal: Line::between(a.band_normal_n, b.band_normal_n),
                 press: Line::between(a.press_coupling, b.press_coupling),
                 pressed,
             };
             pressed += 0.5 * cell * (a.press_coupling + b.press_coupling);
         }
-        data.limit_top = data.least_limit_top();
         data.check()?;
         Ok(data)
     }

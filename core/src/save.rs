@@ -5,22 +5,22 @@
 use crate::Error;
 use crate::blob::crc32;
 use crate::error::Field;
-use crate::model::{ELEMENTS, State, StateOf};
+use crate::model::{ELEMENTS, FRESH, State, StateOf};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 6);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 11);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, then depth, limit, stiffness, press, strength factor.
+    /// Words of a state: elements, mean, heading, then depth, limit, stiffness, its reference, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
-        let tail = [self.depth, self.limit, self.stiffness, self.pressed, self.strength_factor];
-        self.force.iter().flatten().copied().chain(tail)
+        let vectors = self.force.iter().chain([&self.mean, &self.heading]).flatten().copied();
+        vectors.chain([self.depth, self.limit, self.stiffness, self.reference, self.pressed, self.strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 6)`.
+    /// `4 (2 M + 11)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 6);
+        let needed = 4 * (2 * M + 11);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -37,7 +37,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 6);
+        let expected = 4 * (2 * M + 11);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -54,9 +54,12 @@ impl<const M: usize> StateOf<M> {
         for pair in &mut state.force {
             *pair = [next(), next()];
         }
+        state.mean = [next(), next()];
+        state.heading = [next(), next()];
         state.depth = next();
         state.limit = next();
         state.stiffness = next();
+        state.reference = next();
         state.pressed = next();
         state.strength_factor = next();
         state.check()
@@ -67,19 +70,30 @@ impl<const M: usize> StateOf<M> {
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
         for (j, [x, y]) in self.force.iter().enumerate() {
             let square = x * x + y * y;
-            if !(square <= 1.000_01) {
+            // Tilted limits reach to 1.29.
+            if !(square <= 1.7) {
                 return Err(bad(j, square));
+            }
+        }
+        for [x, y] in [self.mean, self.heading] {
+            let square = x * x + y * y;
+            if !(square <= 1.7) {
+                return Err(bad(M, square));
             }
         }
         let positive = |x: f32| x > 0.0 && x <= 1e9;
         let in_contact = self.depth > 0.0;
-        let air = self.limit == 0.0 && self.stiffness == 0.0 && self.pressed == 0.0;
+        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.reference == FRESH && self.pressed == 0.0;
+        let air = plain && self.force.as_flattened().iter().chain(&self.mean).chain(&self.heading).all(|x| *x == 0.0);
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
         }
         let pressed = positive(self.limit) && positive(self.stiffness);
         if !(if in_contact { pressed } else { air }) {
             return Err(bad(M + 1, self.limit));
+        }
+        if in_contact && !(self.reference >= 0.0 && self.reference <= self.stiffness * (1.0 + 1e-5)) {
+            return Err(bad(M + 2, self.reference));
         }
         if !(self.pressed.abs() <= 100.0) {
             return Err(bad(M + 3, self.pressed));
@@ -116,9 +130,12 @@ mod with_serde {
     struct Plain<const M: usize> {
         #[serde(with = "crate::array")]
         force: [[f32; 2]; M],
+        mean: [f32; 2],
+        heading: [f32; 2],
         depth_mm: f32,
         limit_n: f32,
         stiffness_n_mm: f32,
+        reference_n_mm: f32,
         pressed_mm: f32,
         strength_factor: f32,
     }
@@ -127,9 +144,12 @@ mod with_serde {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             let plain = Plain {
                 force: self.force,
+                mean: self.mean,
+                heading: self.heading,
                 depth_mm: self.depth,
                 limit_n: self.limit,
                 stiffness_n_mm: self.stiffness,
+                reference_n_mm: self.reference,
                 pressed_mm: self.pressed,
                 strength_factor: self.strength_factor,
             };
@@ -142,9 +162,12 @@ mod with_serde {
             let plain = Plain::deserialize(deserializer)?;
             let state = Self {
                 force: plain.force,
+                mean: plain.mean,
+                heading: plain.heading,
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
                 stiffness: plain.stiffness_n_mm,
+                reference: plain.reference_n_mm,
                 pressed: plain.pressed_mm,
                 strength_factor: plain.strength_factor,
             };

@@ -55,8 +55,8 @@ pub struct Row {
     pub shear_x: Line,
     /// Normal force added by full shear along y, N.
     pub shear_y: Line,
-    /// Share by which friction along −x exceeds the even part.
-    pub odd: Line,
+    /// Share by which the limit along +x exceeds that along y.
+    pub tilt: Line,
     /// Half-width of the band of the normal force, N.
     pub band_normal: Line,
     /// Slide per depth that pressing causes, mm/mm.

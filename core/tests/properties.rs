@@ -129,7 +129,7 @@ proptest! {
         for node in &mut params.nodes {
             node.stiffness_ratio = 1.0;
             node.press_coupling = 0.0;
-            node.odd_x = 0.0;
+            node.tilt_x = 0.0;
             node.normal_shear_y_n = node.normal_shear_x_n;
         }
         let data = params.try_build().unwrap();
@@ -233,7 +233,7 @@ fn lift_off_is_continuous_and_forgets() {
 fn steady_slip_opposes_the_motion() {
     let mut params = Params::example();
     for node in &mut params.nodes {
-        node.odd_x = 0.0;
+        node.tilt_x = 0.0;
     }
     let data = params.try_build().unwrap();
     let model = data.model().unwrap();

@@ -47,8 +47,8 @@ proptest! {
             (after.friction_n[1] - before.friction_n[1], predict(g.friction_n_mm[1])),
         ];
         for (i, (is, said)) in pairs.into_iter().enumerate() {
-            // Second order in the step: an element may reach its limit on the way.
-            prop_assert!((is - said).abs() <= 2e-6 + 0.25 * h * 0.5, "{i}: {is} {said}");
+            // Second order in the step: on the way an element may reach its limit, a falling contact its reference.
+            prop_assert!((is - said).abs() <= 2e-6 + 0.4 * h * 0.5, "{i}: {is} {said}");
         }
     }
 

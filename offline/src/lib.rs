@@ -14,6 +14,7 @@ pub mod material;
 pub mod mesh;
 #[cfg(unix)]
 pub mod peer;
+pub mod reduce;
 pub mod report;
 pub mod slide;
 pub mod solve;

@@ -19,13 +19,19 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `peer` (CPU time against CalculiX)
+    /// A benchmark: `peer` (CPU time against CalculiX) or `core` (a step: instructions under QEMU, ns on the host)
     Bench {
         /// Which
         name: String,
         /// Handed on to the benchmark
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
+    },
+    /// Fuzz the parser of model files and the step, each for that many seconds; needs a nightly toolchain
+    Fuzz {
+        /// Seconds for each of the two targets
+        #[arg(long, default_value_t = 60)]
+        seconds: u32,
     },
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
@@ -46,10 +52,30 @@ fn main() -> anyhow::Result<()> {
                 need_calculix()?;
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_peer", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there is: peer"),
+            "core" => {
+                cargo(&["xtask", "thumb", "count"], &[])?;
+                cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
+            }
+            other => bail!("no benchmark {other}; there are: peer, core"),
         },
+        Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Thumb(args) => thumb::main(&args),
     }
+}
+
+/// Runs both fuzz targets of the core; a find ends it with its input.
+fn fuzz(seconds: u32) -> anyhow::Result<()> {
+    let there = Command::new("cargo").args(["+nightly", "fuzz", "--version"]).output()?.status.success();
+    if !there {
+        run(Command::new("cargo").args(["install", "--locked", "cargo-fuzz"]))
+            .context("cargo-fuzz could not be installed; `rustup toolchain install nightly` may help")?;
+    }
+    let core = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../core");
+    for target in ["file", "step"] {
+        let most = format!("-max_total_time={seconds}");
+        run(Command::new("cargo").current_dir(&core).args(["+nightly", "fuzz", "run", target, "--", &most]))?;
+    }
+    Ok(())
 }
 
 fn cargo(words: &[&str], more: &[String]) -> anyhow::Result<()> {

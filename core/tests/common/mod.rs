@@ -80,17 +80,17 @@ pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Respo
 
 /// Models of all kinds that pass the check: the example with its freedoms drawn up to the limits.
 pub fn any_model() -> impl Strategy<Value = AnyModel> {
-    let freedoms = (0.3f32..1.5, -0.04f32..0.04, 0.0f32..0.15, 0.0f32..0.15, -0.03f32..0.03, 0.0f32..=1.0);
-    let sliders = prop::array::uniform5((0.3f32..1.0, 0.1f32..1.0));
+    let freedoms = (0.3f32..1.5, -0.04f32..0.04, 0.0f32..0.15, 0.0f32..0.15, -0.1f32..0.1, 0.5f32..=1.0);
+    let sliders = prop::array::uniform3((0.3f32..1.0, 0.1f32..1.0));
     (freedoms, sliders).prop_filter_map("passive", |((ratio, press, bx, by, odd, shape), sliders)| {
         let mut params = Params::example();
-        params.odd_shape = shape;
+        params.turn_slip = shape;
         for node in &mut params.nodes {
             node.stiffness_ratio = ratio;
             node.press_coupling = press;
             node.normal_shear_x_n = bx * node.normal_force_n;
             node.normal_shear_y_n = by * node.normal_force_n;
-            node.odd_x *= odd / 0.012;
+            node.tilt_x *= odd / 0.08;
         }
         let total: f32 = sliders.iter().map(|s| s.1).sum();
         let mut position = 0.1;

@@ -72,8 +72,9 @@ fn row<const M: usize>(name: &str, samples: &[[f32; 4]]) -> Result<(), Error> {
 
 fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
     row::<2>("step M=2", samples)?;
+    row::<3>("step M=3 default", samples)?;
     row::<4>("step M=4", samples)?;
-    row::<5>("step M=5 default", samples)?;
+    row::<5>("step M=5", samples)?;
     row::<6>("step M=6", samples)?;
     row::<8>("step M=8", samples)?;
     row::<16>("step M=16", samples)?;

@@ -1,9 +1,12 @@
 //! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
 
 mod build;
+mod eval;
+mod export;
 mod identify;
 mod mesh;
 mod phantom;
+mod reduce;
 mod simulate;
 
 use std::{
@@ -41,6 +44,12 @@ enum Command {
     Simulate(simulate::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
+    /// Fit the reduced model to finite-element runs, or make these runs
+    Reduce(reduce::Args),
+    /// Follow a path of the plane with the reduced model
+    Eval(eval::Args),
+    /// Write a model as a Rust constant, a C array or JSON
+    Export(export::Args),
     /// Write the parametric fingertip as a labelled volume, to test the way from a scan to a mesh
     Phantom(phantom::Args),
 }
@@ -151,6 +160,9 @@ pub fn main() -> ExitCode {
         Command::Identify(args) => identify::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Mesh(args) => mesh::run(&args),
+        Command::Reduce(args) => reduce::run(&args),
+        Command::Eval(args) => eval::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Phantom(args) => phantom::run(&args),
     };
     match result {

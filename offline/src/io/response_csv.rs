@@ -44,6 +44,15 @@ fn numbers(r: &Response) -> [f64; 9] {
 ///
 /// Errors: a value that is not finite is refused before anything is written; disk errors carry the path.
 pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
+    write_columns(file, responses, &[])
+}
+
+/// The same with the columns of [`EXTRA_COLUMNS`] after the others; `extra` has a row for every response.
+pub fn write_with_extra(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Result<(), Error> {
+    write_columns(file, responses, extra)
+}
+
+fn write_columns(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Result<(), Error> {
     for (i, response) in responses.iter().enumerate() {
         if let Some(c) = numbers(response).iter().position(|x| !x.is_finite()) {
             return Err(Error::Value {
@@ -56,12 +65,17 @@ pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
         }
     }
     atomic_write(file, |w| {
-        writeln!(w, "{}", COLUMNS.join(","))?;
-        for response in responses {
+        let more: &[&str] = if extra.is_empty() { &[] } else { &EXTRA_COLUMNS };
+        writeln!(w, "{}", [&COLUMNS, more].concat().join(","))?;
+        for (i, response) in responses.iter().enumerate() {
             for x in numbers(response) {
                 write!(w, "{},", number(x))?;
             }
-            writeln!(w, "{},{}", response.regime, response.status)?;
+            write!(w, "{},{}", response.regime, response.status)?;
+            for x in extra.get(i).into_iter().flatten() {
+                write!(w, ",{}", number(*x))?;
+            }
+            writeln!(w)?;
         }
         Ok(())
     })

@@ -3,7 +3,7 @@
 //! Main types: [`BuildReport`], [`DepthResult`], [`Check`], [`Rendered`]; [`render`] does it all.
 //! Computes no physics: it reads, subtracts and averages what it is given, and leaves out what is not finite.
 //! Returns text and bytes; writing them is the caller's.
-//! May use: slide, mesh, identify.
+//! May use: slide, mesh, identify, reduce.
 
 mod axes;
 mod canvas;
@@ -17,6 +17,8 @@ pub mod identify;
 mod mesh_view;
 mod numbers;
 mod raster;
+mod reduced;
+mod reduced_pairs;
 #[cfg(test)]
 mod synthetic;
 
@@ -27,6 +29,9 @@ use crate::slide::Trajectory;
 pub use numbers::{
     Comparison, DepthNumbers, Differences, MapNumbers, Numbers, PaperFit, PressPoint, Range, Secant, SlidePoint,
 };
+
+pub use reduced::{PairRow, PathPair, ReducedReport, SizePoint, render_reduced};
+pub use reduced_pairs::reduced_report;
 
 /// Why a report could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -1,0 +1,77 @@
+//! What accuracy costs: the fit repeated with other numbers of elements and table nodes.
+//!
+//! Main type: [`CurvePoint`]. Uses fit, score.
+
+use serde::{Deserialize, Serialize};
+
+use super::{ReduceError, Run, Scores, Settings, fit, score};
+
+/// Most instructions of a step on a Cortex-M4F by number of elements, counted under QEMU by `cargo xtask thumb count`
+/// with the example's tables. The number of table nodes does not change them.
+const MOST_INSTRUCTIONS: [(usize, u32); 5] = [(2, 334), (3, 378), (4, 428), (5, 474), (8, 629)];
+
+/// One size of the model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Elements.
+    pub elements: usize,
+    /// Table nodes.
+    pub nodes: usize,
+    /// Most instructions of a step.
+    pub instructions: u32,
+    /// Bytes of the model's numbers.
+    pub bytes: usize,
+    /// Errors along the held-out paths.
+    pub held_out: Scores,
+}
+
+fn point<const M: usize, const N: usize>(
+    runs: &[Run],
+    exponent: f64,
+    settings: &Settings,
+) -> Result<CurvePoint, ReduceError> {
+    let fitted = fit::<M, N>(runs, exponent, settings)?;
+    let data = fitted.params.try_build()?;
+    let scores = score(&data.model()?, runs);
+    let instructions = MOST_INSTRUCTIONS.iter().find(|(m, _)| *m == M).map_or(0, |(_, n)| *n);
+    Ok(CurvePoint {
+        elements: M,
+        nodes: N,
+        instructions,
+        bytes: size_of_val(&data),
+        held_out: Scores::of(&scores, |s| s.held_out),
+    })
+}
+
+/// Fits models of several sizes: elements 2 to 8 with the default's nodes, and fewer and more nodes with its elements.
+///
+/// `go_on` is asked before each fit, with the share done.
+///
+/// # Errors
+/// As [`fit`].
+pub fn curve(
+    runs: &[Run],
+    exponent: f64,
+    settings: &Settings,
+    mut go_on: impl FnMut(f64) -> bool,
+) -> Result<Vec<CurvePoint>, ReduceError> {
+    type Fit = fn(&[Run], f64, &Settings) -> Result<CurvePoint, ReduceError>;
+    let sizes: [Fit; 8] = [
+        point::<2, 25>,
+        point::<3, 25>,
+        point::<4, 25>,
+        point::<5, 25>,
+        point::<8, 25>,
+        point::<3, 9>,
+        point::<3, 13>,
+        point::<3, 49>,
+    ];
+    let mut points = Vec::with_capacity(sizes.len());
+    for (i, size) in sizes.iter().enumerate() {
+        if !go_on(i as f64 / sizes.len() as f64) {
+            break;
+        }
+        points.push(size(runs, exponent, settings)?);
+    }
+    Ok(points)
+}

@@ -1,0 +1,25 @@
+//! What can go wrong on the way from runs to a model.
+
+use std::path::PathBuf;
+
+/// Why a reduced model cannot be made or used.
+#[derive(Debug, thiserror::Error)]
+pub enum ReduceError {
+    /// A stored run that is not one, or damaged.
+    #[error("{}: {problem}", path.display())]
+    Run {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Runs that do not belong together or do not suffice.
+    #[error("{0}")]
+    Runs(String),
+    /// The fit found no model that `fingerpad` accepts.
+    #[error("the fitted numbers are no model: {0}")]
+    Model(#[from] fingerpad::Error),
+    /// The fit ended without an answer.
+    #[error("the fit failed: {0}")]
+    Fit(String),
+}

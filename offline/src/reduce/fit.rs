@@ -1,0 +1,226 @@
+//! The fit: the model's numbers that make its replay of the runs least wrong, in the sense of weighted least squares.
+//!
+//! Main types: [`Settings`], [`fit`]. Every residual comes out of `fingerpad` itself, in its 32-bit arithmetic; the
+//! Jacobian is by finite differences. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
+//! Uses layout, replay, start.
+
+use fingerpad::{ParamsOf, Regime};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra_lm::{DMatrix, DVector, Dyn, Owned};
+use rayon::prelude::*;
+
+use super::layout::Layout;
+use super::replay::replay_data;
+use super::start::start;
+use super::{ReduceError, Run};
+
+/// How the fit is done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Knots of normal force, area, limit and stiffness.
+    pub rising_knots: usize,
+    /// Knots of the other tables.
+    pub gentle_knots: usize,
+    /// Error of the normal force that counts 1, share of the largest of its run.
+    pub normal_share: f64,
+    /// Error of friction that counts 1, share of the limit at the depth.
+    pub friction_share: f64,
+    /// Error of the stick ratio that counts 1.
+    pub stick: f64,
+    /// The same where everything sticks or everything slips.
+    pub stick_end: f64,
+    /// Error of the area that counts 1, share of the largest of its run.
+    pub area_share: f64,
+    /// Change of a number of the fit that counts 1: holds what the runs do not determine at its start.
+    pub prior: f64,
+    /// Largest number of iterations.
+    pub iterations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            rising_knots: 9,
+            gentle_knots: 5,
+            normal_share: 0.005,
+            friction_share: 0.01,
+            stick: 0.1,
+            stick_end: 0.03,
+            area_share: 0.03,
+            prior: 2.0,
+            iterations: 40,
+        }
+    }
+}
+
+/// What a fit found.
+#[derive(Clone, Debug)]
+pub struct Fitted<const M: usize, const N: usize> {
+    /// The parameters; bands are 0.
+    pub params: ParamsOf<M, N>,
+    /// The vector behind them, a start for the next fit.
+    pub theta: Vec<f64>,
+    /// Half the sum of squared residuals at the start and at the end.
+    pub cost: [f64; 2],
+    /// Evaluations of all runs, those for derivatives not counted.
+    pub evaluations: usize,
+    /// Why the minimiser stopped, in its words.
+    pub ended: String,
+}
+
+/// Fits the form with `M` elements and `N` table nodes to those `runs` that are not held out.
+///
+/// # Errors
+/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::Fit`] if the minimiser gave up.
+pub fn fit<const M: usize, const N: usize>(
+    runs: &[Run],
+    pressure_exponent: f64,
+    settings: &Settings,
+) -> Result<Fitted<M, N>, ReduceError> {
+    let runs: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
+    let begin = start(&runs)?;
+    let deepest = runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
+    let layout = Layout::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
+    let theta = layout.start(M, &begin);
+    let scales = runs
+        .iter()
+        .map(|run| {
+            let most = |of: fn(&super::Sample) -> f32| run.samples.iter().map(of).fold(0.0f32, f32::max);
+            let normal = f64::from(most(|s| s.normal_force_n)).max(1e-3);
+            let area = f64::from(most(|s| s.contact_area_mm2)).max(1.0);
+            Scales { normal_n: normal * settings.normal_share, area_mm2: area * settings.area_share }
+        })
+        .collect();
+    let problem = Problem::<M, N> {
+        runs,
+        scales,
+        limit: begin.limit,
+        layout,
+        settings,
+        origin: DVector::from_vec(theta.clone()),
+        theta: DVector::from_vec(theta),
+    };
+    // Says why if the starting point is no model.
+    problem.layout.params::<M, N>(problem.theta.as_slice()).try_build()?;
+    let before = problem.residuals().ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
+    let patience = settings.iterations;
+    let minimiser = LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-6).with_gtol(0.0).with_patience(patience);
+    let (problem, report) = minimiser.minimize(problem);
+    let ended = report.termination;
+    if !(ended.was_successful() || matches!(ended, levenberg_marquardt::TerminationReason::LostPatience)) {
+        return Err(ReduceError::Fit(format!("{ended:?}")));
+    }
+    let theta: Vec<f64> = problem.theta.iter().copied().collect();
+    Ok(Fitted {
+        params: problem.layout.params(&theta),
+        theta,
+        cost: [0.5 * before.norm_squared(), report.objective_function],
+        evaluations: report.number_of_evaluations,
+        ended: format!("{ended:?}"),
+    })
+}
+
+struct Scales {
+    normal_n: f64,
+    area_mm2: f64,
+}
+
+struct Problem<'a, const M: usize, const N: usize> {
+    runs: Vec<&'a Run>,
+    scales: Vec<Scales>,
+    /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
+    limit: [f64; 2],
+    layout: Layout,
+    settings: &'a Settings,
+    origin: DVector<f64>,
+    theta: DVector<f64>,
+}
+
+impl<const M: usize, const N: usize> Problem<'_, M, N> {
+    /// Residuals of all runs at `theta`, then those of the prior.
+    fn residuals_at(&self, theta: &[f64]) -> Option<Vec<f64>> {
+        let data = self.layout.params::<M, N>(theta).try_build().ok()?;
+        let parts: Option<Vec<Vec<f64>>> = self
+            .runs
+            .iter()
+            .zip(&self.scales)
+            .map(|(run, scales)| {
+                let responses = replay_data(&data, run)?;
+                let mut out = Vec::with_capacity(5 * responses.len());
+                for (sample, r) in run.samples.iter().zip(&responses) {
+                    if sample.normal_force_n <= 0.0 && r.normal_force_n <= 0.0 {
+                        out.extend([0.0; 5]);
+                        continue;
+                    }
+                    let limit = self.limit[0] * f64::from(sample.depth_mm).max(0.05).powf(self.limit[1]);
+                    let friction = self.settings.friction_share * limit;
+                    let of = |a: f32, b: f32, scale: f64| f64::from(a - b) / scale;
+                    out.push(of(r.normal_force_n, sample.normal_force_n, scales.normal_n));
+                    out.push(of(r.friction_n[0], sample.friction_n[0], friction));
+                    out.push(of(r.friction_n[1], sample.friction_n[1], friction));
+                    // The ends of the stick ratio are regimes of their own.
+                    let end = matches!(sample.regime, Regime::Stick | Regime::Slip);
+                    let stick = if end { self.settings.stick_end } else { self.settings.stick };
+                    out.push(of(r.stick_ratio, sample.stick_ratio, stick));
+                    out.push(of(r.contact_area_mm2, sample.contact_area_mm2, scales.area_mm2));
+                }
+                Some(out)
+            })
+            .collect();
+        let mut all: Vec<f64> = parts?.concat();
+        all.extend(theta.iter().zip(self.origin.iter()).map(|(t, o)| (t - o) / self.settings.prior));
+        Some(all)
+    }
+}
+
+/// Residual of everything where there is no model.
+const NO_MODEL: f64 = 1e3;
+/// Step of the finite differences; the vector's numbers are of order 1 and the replay is good to some 1e-7.
+const DIFFERENCE: f64 = 2e-3;
+
+impl<const M: usize, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, M, N> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, theta: &DVector<f64>) {
+        self.theta.copy_from(theta);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.theta.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        // What is no model is merely bad, so that the minimiser steps back instead of giving up.
+        let rows = 5 * self.runs.iter().map(|r| r.samples.len()).sum::<usize>() + self.theta.len();
+        let residuals = self.residuals_at(self.theta.as_slice()).unwrap_or_else(|| vec![NO_MODEL; rows]);
+        Some(DVector::from_vec(residuals))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let columns: Option<Vec<Vec<f64>>> = (0..self.theta.len())
+            .into_par_iter()
+            .map(|k| {
+                let shifted = |by: f64| {
+                    let mut theta = self.theta.as_slice().to_vec();
+                    theta[k] += by;
+                    self.residuals_at(&theta)
+                };
+                // At the edge of what is a model the derivative is that of the side within.
+                let (up, down) = (shifted(DIFFERENCE), shifted(-DIFFERENCE));
+                let here = || self.residuals_at(self.theta.as_slice());
+                let (up, down) = match (up, down) {
+                    (Some(up), Some(down)) => (up, down),
+                    (Some(up), None) => (up.clone(), up.iter().zip(here()?).map(|(u, h)| 2.0 * h - u).collect()),
+                    (None, Some(down)) => (down.iter().zip(here()?).map(|(d, h)| 2.0 * h - d).collect(), down),
+                    (None, None) => return None,
+                };
+                Some(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * DIFFERENCE)).collect())
+            })
+            .collect();
+        let columns = columns?;
+        let rows = columns[0].len();
+        Some(DMatrix::from_iterator(rows, columns.len(), columns.into_iter().flatten()))
+    }
+}

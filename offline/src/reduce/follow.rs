@@ -1,0 +1,103 @@
+//! The reduced model along a path of corners, driven by displacements or forces.
+//!
+//! Main types: [`follow`], [`Row`]. Uses `fingerpad` and slide's [`Path`].
+
+use fingerpad::{Drive as CoreDrive, ModelOf, Normal, Response, StateOf, Tangential};
+
+use crate::slide::{self, Drive, Path, Waypoint};
+
+/// Longest motion of one step, mm, as in replays.
+const STEP_MM: f64 = super::STEP_MM as f64;
+/// Largest change of a driven force in one step, N.
+const STEP_N: f64 = 0.005;
+/// Distance between rows within a segment, steps.
+const STEPS_PER_ROW: usize = 5;
+
+/// One row: what a finite-element response has, and what only the reduced model knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Position and forces; the centre of pressure is NaN.
+    pub response: slide::Response,
+    /// Largest friction in the direction of the present one, N.
+    pub friction_limit_n: f64,
+    /// 1 − |friction| / limit.
+    pub slip_margin: f64,
+    /// Half-width of the 95 % band of the normal force, N.
+    pub band_normal_n: f64,
+    /// Half-width of the 95 % band of each friction component, N.
+    pub band_friction_n: f64,
+}
+
+fn row(t_s: f64, at: [f64; 3], r: &Response) -> Row {
+    Row {
+        response: slide::Response {
+            t_s,
+            depth_mm: at[0],
+            slide_x_mm: at[1],
+            slide_y_mm: at[2],
+            normal_force_n: r.normal_force_n.into(),
+            friction_x_n: r.friction_n[0].into(),
+            friction_y_n: r.friction_n[1].into(),
+            contact_area_mm2: r.contact_area_mm2.into(),
+            stick_ratio: r.stick_ratio.into(),
+            regime: r.regime,
+            status: r.status,
+            centre_of_pressure_mm: [f64::NAN; 2],
+        },
+        friction_limit_n: r.friction_limit_n.into(),
+        slip_margin: r.slip_margin.into(),
+        band_normal_n: r.band_normal_n.into(),
+        band_friction_n: r.band_friction_n.into(),
+    }
+}
+
+/// Follows `path` in steps of at most 0.02 mm or 5 mN and returns a row at every corner and at every fifth step between.
+///
+/// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag.
+pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<Row> {
+    let mut state = StateOf::default();
+    let corner = |w: &Waypoint| [w.normal, w.x, w.y];
+    let first = &path.waypoints[0];
+    let by_force = path.drives.map(|d| d == Drive::Force);
+    let start = corner(first);
+    let mut at: [f64; 3] = std::array::from_fn(|k| if by_force[k] { 0.0 } else { start[k] });
+    let mut rows = Vec::new();
+    let mut go = |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+        let normal = if by_force[0] { Normal::ForceN(target[0] as f32) } else { Normal::DepthMm(target[0] as f32) };
+        // Both tangential axes are driven alike by the core; a mixed drive holds the other at its present force.
+        let slide = [target[1] - at[1], target[2] - at[2]];
+        let tangential = if by_force[1] || by_force[2] {
+            Tangential::FrictionN([target[1] as f32, target[2] as f32])
+        } else {
+            Tangential::SlideIncrementMm(slide.map(|s| s as f32))
+        };
+        let driven = model.step_driven(&mut state, CoreDrive { normal, tangential, dt_s: dt.max(1e-6) as f32 });
+        at[0] = driven.motion.depth_mm.into();
+        for k in 0..2 {
+            at[k + 1] = if by_force[1] || by_force[2] {
+                at[k + 1] + f64::from(driven.motion.slide_increment_mm[k])
+            } else {
+                target[k + 1]
+            };
+        }
+        driven.response
+    };
+    let response = go(start, 1e-3, &mut at);
+    rows.push(row(first.t_s, at, &response));
+    for pair in path.waypoints.windows(2) {
+        let (from, to) = (corner(&pair[0]), corner(&pair[1]));
+        let share = |k: usize| (to[k] - from[k]).abs() / if by_force[k] { STEP_N } else { STEP_MM };
+        let steps = (0..3).map(share).fold(0.0, f64::max).ceil().max(1.0) as usize;
+        let dt = (pair[1].t_s - pair[0].t_s) / steps as f64;
+        for k in 1..=steps {
+            let s = k as f64 / steps as f64;
+            let target = std::array::from_fn(|i| if k == steps { to[i] } else { from[i] + s * (to[i] - from[i]) });
+            let response = go(target, dt, &mut at);
+            if k == steps || k % STEPS_PER_ROW == 0 {
+                let t_s = if k == steps { pair[1].t_s } else { pair[0].t_s + dt * k as f64 };
+                rows.push(row(t_s, at, &response));
+            }
+        }
+    }
+    rows
+}

@@ -1,0 +1,257 @@
+//! The numbers that the fit turns, as one vector, and the model's parameters that they make.
+//!
+//! Main type: [`Layout`]. Monotone tables are sums of exponentials and shares are normalised exponentials, so that
+//! every vector is a model; what passivity allows at most is cut off at its bound. Uses tables and `fingerpad`.
+
+use fingerpad::{Node, ParamsOf, Slider};
+
+use super::tables::Knots;
+
+/// How the vector is laid out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// Depth of the last node, mm.
+    pub depth_max_mm: f64,
+    /// Knots of the quantities that rise with depth.
+    pub rising: Knots,
+    /// Knots of the others.
+    pub gentle: Knots,
+    /// Exponent of the local friction law, for retuning.
+    pub pressure_exponent: f64,
+}
+
+/// A physical starting point: power laws `factor d^exponent` and constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Normal force, N.
+    pub normal: [f64; 2],
+    /// Contact area, mm².
+    pub area: [f64; 2],
+    /// Friction limit, N.
+    pub limit: [f64; 2],
+    /// Tangential stiffness along x, N/mm.
+    pub stiffness: [f64; 2],
+    /// Stiffness along y over that along x.
+    pub ratio: f64,
+}
+
+/// Share of what passivity allows that the fit may use; the rest is for rounding.
+const ALLOWED: f64 = 0.97;
+/// Largest tilt of the limit.
+const TILT_MAX: f64 = 0.249;
+
+/// A reader that hands out the vector piece by piece.
+struct Cursor<'a>(&'a [f64]);
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, n: usize) -> &'a [f64] {
+        let (head, tail) = self.0.split_at(n);
+        self.0 = tail;
+        head
+    }
+
+    fn one(&mut self) -> f64 {
+        self.take(1)[0]
+    }
+}
+
+fn rising(theta: &[f64]) -> Vec<f64> {
+    theta
+        .iter()
+        .scan(0.0, |sum, t| {
+            *sum += t.clamp(-40.0, 10.0).exp();
+            Some(*sum)
+        })
+        .collect()
+}
+
+fn shares(theta: &[f64]) -> Vec<f64> {
+    let parts: Vec<f64> = theta.iter().map(|t| t.clamp(-12.0, 12.0).exp()).collect();
+    let sum: f64 = parts.iter().sum();
+    parts.iter().map(|p| p / sum).collect()
+}
+
+impl Layout {
+    /// A layout with these numbers of knots.
+    pub fn new(rising: usize, gentle: usize, depth_max_mm: f64, pressure_exponent: f64) -> Self {
+        Self {
+            depth_max_mm,
+            rising: Knots::graded(rising, depth_max_mm),
+            gentle: Knots::graded(gentle, depth_max_mm),
+            pressure_exponent,
+        }
+    }
+
+    /// Length of the vector for `elements` elements.
+    pub fn len(&self, elements: usize) -> usize {
+        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 3 * elements + 4
+    }
+
+    /// The vector that makes `start`.
+    pub fn start(&self, elements: usize, start: &Start) -> Vec<f64> {
+        let mut theta = Vec::with_capacity(self.len(elements));
+        for [factor, exponent] in [start.normal, start.area, start.limit, start.stiffness] {
+            let mut last = 0.0;
+            for d in &self.rising.0 {
+                let value = factor * d.powf(exponent.max(0.2));
+                theta.push((value - last).ln());
+                last = value;
+            }
+        }
+        let gentle = self.gentle.0.len();
+        theta.extend(vec![start.ratio.ln(); gentle]);
+        // Press coupling and tilt, each with its value at depth 0.
+        theta.extend(vec![0.0; 2 * (gentle + 1)]);
+        // Normal force on shear: small.
+        theta.extend(vec![-3.0; 2 * gentle]);
+        // Yield positions from near 0 to twice the mean, even shares.
+        theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
+        theta.extend(vec![0.0; 2 * elements]);
+        theta.extend([-1.5, -1.0, -1.0, 0.0]);
+        theta
+    }
+
+    /// The parameters of a model with bands of 0.
+    pub fn params<const M: usize, const N: usize>(&self, theta: &[f64]) -> ParamsOf<M, N> {
+        let mut cursor = Cursor(theta);
+        let tables: [Vec<f64>; 4] = std::array::from_fn(|_| rising(cursor.take(self.rising.0.len())));
+        let gentle = self.gentle.0.len();
+        let ratio: Vec<f64> = cursor.take(gentle).iter().map(|t| t.exp().clamp(0.26, 3.9)).collect();
+        let signed = |cursor: &mut Cursor, bound: f64| {
+            let start = bound * cursor.one().tanh();
+            (start, cursor.take(gentle).iter().map(|t| bound * t.tanh()).collect::<Vec<f64>>())
+        };
+        let press = signed(&mut cursor, 0.99);
+        let tilt = signed(&mut cursor, TILT_MAX);
+        let shear: [Vec<f64>; 2] = std::array::from_fn(|_| cursor.take(gentle).iter().map(|t| t.exp()).collect());
+        let positions = rising(cursor.take(M));
+        let strength = shares(cursor.take(M));
+        let area = shares(cursor.take(M));
+        let turn_slip = 0.5 + 0.5 / (1.0 + (-cursor.one()).exp());
+        let growth_loss = 1.0 / (1.0 + (-cursor.one()).exp());
+        let fall_loss = 0.5 / (1.0 + (-cursor.one()).exp());
+        let area_tilt = 0.5 * cursor.one().tanh();
+
+        let mut nodes = [Node::default(); N];
+        let cell = self.depth_max_mm / (N - 1) as f64;
+        for (i, node) in nodes.iter_mut().enumerate() {
+            let d = cell * i as f64;
+            let [normal, area, limit, stiffness] =
+                std::array::from_fn(|k| self.rising.value(0.0, &tables[k], d).max(0.0));
+            *node = Node {
+                normal_force_n: normal as f32,
+                contact_area_mm2: area as f32,
+                friction_limit_n: limit as f32,
+                tangential_stiffness_n_mm: stiffness as f32,
+                stiffness_ratio: self.gentle.value(ratio[0], &ratio, d) as f32,
+                press_coupling: self.gentle.value(press.0, &press.1, d) as f32,
+                normal_shear_x_n: (normal * self.gentle.value(shear[0][0], &shear[0], d)) as f32,
+                normal_shear_y_n: (normal * self.gentle.value(shear[1][0], &shear[1], d)) as f32,
+                tilt_x: self.gentle.value(tilt.0, &tilt.1, d) as f32,
+                band_normal_n: 0.0,
+            };
+        }
+        make_passive(&mut nodes, cell, growth_loss, fall_loss);
+        ParamsOf {
+            depth_max_mm: self.depth_max_mm as f32,
+            sliders: std::array::from_fn(|j| Slider {
+                yield_position: positions[j] as f32,
+                strength_share: strength[j] as f32,
+                area_share: area[j] as f32,
+            }),
+            nodes,
+            turn_slip: turn_slip as f32,
+            growth_loss: growth_loss as f32,
+            fall_loss: fall_loss as f32,
+            area_tilt: area_tilt as f32,
+            band_normal_slip: 1.0,
+            band_friction_stick: 0.0,
+            band_friction_slip: 0.0,
+            pressure_exponent: self.pressure_exponent as f32,
+        }
+    }
+}
+
+/// Cuts off what `DataOf::check` would refuse; its inequalities, node by node.
+fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, growth_loss: f64, fall_loss: f64) {
+    let at = |n: &Node| {
+        [n.normal_force_n, n.friction_limit_n, n.tangential_stiffness_n_mm, n.stiffness_ratio].map(f64::from)
+    };
+    for i in 2..N {
+        let [_, _, k0, rho0] = at(&nodes[i - 1]);
+        let [_, _, k1, rho1] = at(&nodes[i]);
+        let most = ALLOWED * (k1 - k0) * (rho0 / k0).min(rho1 / k1);
+        let (fall, rise) = (growth_loss * most, 1.5 * fall_loss * most);
+        nodes[i].stiffness_ratio = (rho0 + (rho1 - rho0).clamp(-fall, rise)) as f32;
+    }
+    // Below the first node stiffness and limit are straight from 0, and the ratio is constant.
+    nodes[0].stiffness_ratio = nodes[1].stiffness_ratio;
+    for i in (0..N).rev() {
+        let [normal, limit, ..] = at(&nodes[i]);
+        if i > 0 {
+            let most = ALLOWED * normal / (1.3 * limit);
+            nodes[i].press_coupling = (f64::from(nodes[i].press_coupling).clamp(-most, most)) as f32;
+        }
+    }
+    nodes[0].press_coupling = nodes[1].press_coupling;
+    for i in 1..N {
+        let [n0, ..] = at(&nodes[i - 1]);
+        let [n1, limit, ..] = at(&nodes[i]);
+        let most = ALLOWED * (n1 - n0) / (1.3 * limit);
+        let before = f64::from(nodes[i - 1].press_coupling);
+        let change = (f64::from(nodes[i].press_coupling) - before).clamp(-most, most);
+        nodes[i].press_coupling = (before + change) as f32;
+    }
+    // What one end of the cell from node i to i + 1 allows of B_x and B_y.
+    let allowed = |nodes: &[Node; N], i: usize, end: usize| -> [f64; 2] {
+        let [_, _, k0, rho0] = at(&nodes[i]);
+        let [_, _, k1, rho1] = at(&nodes[i + 1]);
+        let [_, limit, k, rho] = at(&nodes[i + end]);
+        let (dk, drho) = ((k1 - k0) / (k * cell), (rho1 - rho0) / (rho * cell));
+        let energy = ALLOWED * limit * limit / k;
+        [energy * fall_loss * dk, energy / rho * (fall_loss * dk - 0.5 * drho.max(0.0))]
+    };
+    let whole = *nodes;
+    for i in 1..N {
+        let mut most = allowed(&whole, i - 1, 1);
+        if i + 1 < N {
+            let right = allowed(&whole, i, 0);
+            most = [most[0].min(right[0]), most[1].min(right[1])];
+        }
+        let node = &mut nodes[i];
+        node.normal_shear_x_n = f64::from(node.normal_shear_x_n).min(most[0]).max(0.0) as f32;
+        node.normal_shear_y_n = f64::from(node.normal_shear_y_n).min(most[1]).max(0.0) as f32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every vector is a model that the core accepts: the fit cannot leave the passive ones.
+    #[test]
+    fn any_vector_is_a_passive_model() {
+        let layout = Layout::new(9, 5, 2.5, 0.46);
+        let start =
+            Start { normal: [0.33, 1.6], area: [65.0, 1.0], limit: [0.5, 1.3], stiffness: [0.3, 0.5], ratio: 0.65 };
+        let mut seed = 7u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 40) as f64 / (1u64 << 24) as f64 - 0.5
+        };
+        let mut accepted = 0;
+        for case in 0..2000 {
+            let mut theta = layout.start(3, &start);
+            for t in &mut theta {
+                *t += 1.5 * next();
+            }
+            match layout.params::<3, 25>(&theta).try_build() {
+                Ok(_) => accepted += 1,
+                // Yield positions may leave their range; nothing else may be refused.
+                Err(fingerpad::Error::Range { .. }) => {}
+                Err(error) => panic!("case {case}: {error}"),
+            }
+        }
+        assert!(accepted > 1000, "{accepted}");
+    }
+}

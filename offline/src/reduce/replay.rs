@@ -1,0 +1,45 @@
+//! A stored run again, this time through the package that runs on the microcontroller.
+//!
+//! Uses runs and `fingerpad`.
+
+use fingerpad::{DataOf, ModelOf, Motion, Response, StateOf};
+
+use super::Run;
+
+/// Longest motion of one step of a replay, mm: short against every slip length.
+pub const STEP_MM: f32 = 0.02;
+
+/// The model's response at every sample of `run`; the first is the start.
+///
+/// Between samples the path is straight and cut into steps of at most [`STEP_MM`].
+pub fn replay<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, run: &Run) -> Vec<Response> {
+    let mut state = StateOf::default();
+    let mut responses = Vec::with_capacity(run.samples.len());
+    if let Some(first) = run.samples.first() {
+        let motion = Motion { depth_mm: first.depth_mm, slide_increment_mm: [0.0; 2], dt_s: 1e-3 };
+        responses.push(model.step(&mut state, motion));
+    }
+    for pair in run.samples.windows(2) {
+        let (from, to) = (&pair[0], &pair[1]);
+        let depth = to.depth_mm - from.depth_mm;
+        let slide = [to.slide_mm[0] - from.slide_mm[0], to.slide_mm[1] - from.slide_mm[1]];
+        let longest = slide[0].hypot(slide[1]).max(depth.abs());
+        let steps = (longest / STEP_MM).ceil().max(1.0);
+        let mut response = Response::default();
+        for k in 1..=steps as u32 {
+            let motion = Motion {
+                depth_mm: from.depth_mm + depth * (k as f32 / steps),
+                slide_increment_mm: slide.map(|s| s / steps),
+                dt_s: 1e-3,
+            };
+            response = model.step(&mut state, motion);
+        }
+        responses.push(response);
+    }
+    responses
+}
+
+/// The same for numbers that were checked before; a model that is refused has no response.
+pub fn replay_data<const M: usize, const N: usize>(data: &DataOf<M, N>, run: &Run) -> Option<Vec<Response>> {
+    Some(replay(&data.model().ok()?, run))
+}

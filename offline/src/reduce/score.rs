@@ -1,0 +1,175 @@
+//! How far a model's replay is from the runs: the numbers of the accuracy table.
+//!
+//! Main types: [`RunScore`] (one path), [`Scores`] (all of them). Uses runs, replay.
+
+use fingerpad::{ModelOf, Regime, Response};
+use serde::{Deserialize, Serialize};
+
+use super::replay::replay;
+use super::{Kind, Run};
+
+/// Errors along one path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunScore {
+    /// Name of the experiment.
+    pub name: String,
+    /// What it is about.
+    pub kind: Kind,
+    /// Whether the fit did not see it.
+    pub held_out: bool,
+    /// Rows in contact.
+    pub rows: usize,
+    /// RMS of the normal force's error over the range of the normal force along the path.
+    pub normal_of_range: f64,
+    /// RMS of the length of friction's error over the friction limit at the row's depth.
+    pub friction_of_limit: f64,
+    /// RMS of the stick ratio's error before the first turn or change of depth.
+    pub stick_straight: Option<f64>,
+    /// The same from there on.
+    pub stick_turned: Option<f64>,
+    /// RMS of the area's error over the largest area of the path.
+    pub area_of_largest: f64,
+    /// Rows outside the band of break-away.
+    pub regime_rows: usize,
+    /// Those with the wrong regime.
+    pub regime_wrong: usize,
+}
+
+/// Errors over many paths. RMS values are means over all rows of all paths.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Scores {
+    /// Paths.
+    pub paths: usize,
+    /// Normal force, RMS of its range.
+    pub normal_of_range: f64,
+    /// Friction, RMS of the limit at the depth.
+    pub friction_of_limit: f64,
+    /// Stick ratio in straight slides, absolute RMS.
+    pub stick_straight: f64,
+    /// Stick ratio after turns and depth changes, absolute RMS.
+    pub stick_turned: f64,
+    /// Area, RMS of the largest of its path.
+    pub area_of_largest: f64,
+    /// Share of rows with the right regime outside the band of break-away.
+    pub regime_right: f64,
+    /// Largest errors of friction of any path: its RMS and its name.
+    pub worst_friction: (f64, String),
+}
+
+/// Half-width of the band of break-away, in stick ratio: rows whose finite-element stick ratio is that near to a
+/// threshold between regimes do not count for the regime.
+const BAND: f32 = 0.02;
+
+/// Whether the regime of a row with this stick ratio can be told from its neighbours.
+fn outside_band(stick_ratio: f32) -> bool {
+    // The extremes themselves are the regimes; only what lies between them and the band's end is uncertain.
+    let near_slip = stick_ratio > 0.0 && stick_ratio < 0.01 + BAND;
+    let near_stick = stick_ratio < 1.0 && stick_ratio > 0.99 - BAND;
+    !(near_slip || near_stick)
+}
+
+/// Row at which `run` first turns or changes depth after it has begun to slide; its length if never.
+pub fn first_turn(run: &Run) -> usize {
+    let mut heading: Option<[f32; 2]> = None;
+    for (i, pair) in run.samples.windows(2).enumerate() {
+        let by = [0, 1].map(|k| pair[1].slide_mm[k] - pair[0].slide_mm[k]);
+        let length = by[0].hypot(by[1]);
+        let deeper = pair[1].depth_mm - pair[0].depth_mm;
+        match heading {
+            None if length > 1e-6 && deeper.abs() > 1e-6 => return i + 1,
+            None if length > 1e-6 => heading = Some(by.map(|b| b / length)),
+            None if deeper < -1e-6 => return i + 1,
+            None => {}
+            Some(_) if deeper.abs() > 1e-6 => return i + 1,
+            Some(h) if length > 1e-6 && (h[0] * by[0] + h[1] * by[1]) / length < 0.9999 => return i + 1,
+            Some(_) => {}
+        }
+    }
+    run.samples.len()
+}
+
+fn rms(sum: f64, n: usize) -> f64 {
+    (sum / n as f64).sqrt()
+}
+
+/// Errors of `responses`, the model's at the samples of `run`. `limit` gives the strength at a depth.
+pub fn score_run(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f64) -> RunScore {
+    let turn = first_turn(run);
+    let (mut normal, mut friction, mut area, mut rows) = (0.0, 0.0, 0.0, 0);
+    let mut stick = [(0.0, 0usize); 2];
+    let (mut regime_rows, mut regime_wrong) = (0, 0);
+    let (mut least, mut most, mut largest) = (0.0f32, 0.0f32, 1.0f32);
+    for (i, (s, r)) in run.samples.iter().zip(responses).enumerate() {
+        if s.regime == Regime::NoContact && r.regime == Regime::NoContact {
+            continue;
+        }
+        rows += 1;
+        least = least.min(s.normal_force_n);
+        most = most.max(s.normal_force_n);
+        largest = largest.max(s.contact_area_mm2);
+        normal += f64::from(r.normal_force_n - s.normal_force_n).powi(2);
+        let error = f64::from((r.friction_n[0] - s.friction_n[0]).hypot(r.friction_n[1] - s.friction_n[1]));
+        friction += (error / limit(s.depth_mm)).powi(2);
+        area += f64::from(r.contact_area_mm2 - s.contact_area_mm2).powi(2);
+        let (sum, n) = &mut stick[usize::from(i >= turn)];
+        *sum += f64::from(r.stick_ratio - s.stick_ratio).powi(2);
+        *n += 1;
+        if outside_band(s.stick_ratio) {
+            regime_rows += 1;
+            regime_wrong += usize::from(r.regime != s.regime);
+        }
+    }
+    let stick = stick.map(|(sum, n)| (n > 0).then(|| rms(sum, n)));
+    RunScore {
+        name: run.name.clone(),
+        kind: run.kind,
+        held_out: run.held_out,
+        rows,
+        normal_of_range: rms(normal, rows) / f64::from(most - least).max(1e-6),
+        friction_of_limit: rms(friction, rows),
+        stick_straight: stick[0],
+        stick_turned: stick[1],
+        area_of_largest: rms(area, rows) / f64::from(largest),
+        regime_rows,
+        regime_wrong,
+    }
+}
+
+/// Errors of a model along every run.
+pub fn score<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[Run]) -> Vec<RunScore> {
+    runs.iter().map(|run| score_run(run, &replay(model, run), |depth| strength(model, depth))).collect()
+}
+
+/// Friction limit along y, which is the mean one, at `depth_mm`, N.
+pub fn strength<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32) -> f64 {
+    let data = model.data();
+    let x = (depth_mm.max(0.05) / data.depth_max * (N - 1) as f32).min((N - 1) as f32);
+    let row = &data.rows[x as usize];
+    f64::from(row.limit.value + row.limit.change * (x - x.floor()))
+}
+
+impl Scores {
+    /// Over those of `scores` for which `which` holds.
+    pub fn of<'a>(scores: impl IntoIterator<Item = &'a RunScore>, which: impl Fn(&RunScore) -> bool) -> Self {
+        let chosen: Vec<&RunScore> = scores.into_iter().filter(|s| which(s)).collect();
+        let mean = |of: &dyn Fn(&RunScore) -> Option<f64>| {
+            let (sum, n) = chosen
+                .iter()
+                .filter_map(|s| of(s).map(|v| (v * v * s.rows as f64, s.rows)))
+                .fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+            if n > 0 { rms(sum, n) } else { 0.0 }
+        };
+        let (rows, wrong) = chosen.iter().fold((0, 0), |a, s| (a.0 + s.regime_rows, a.1 + s.regime_wrong));
+        let worst = chosen.iter().max_by(|a, b| a.friction_of_limit.total_cmp(&b.friction_of_limit));
+        Self {
+            paths: chosen.len(),
+            normal_of_range: mean(&|s| Some(s.normal_of_range)),
+            friction_of_limit: mean(&|s| Some(s.friction_of_limit)),
+            stick_straight: mean(&|s| s.stick_straight),
+            stick_turned: mean(&|s| s.stick_turned),
+            area_of_largest: mean(&|s| Some(s.area_of_largest)),
+            regime_right: if rows > 0 { 1.0 - wrong as f64 / rows as f64 } else { 1.0 },
+            worst_friction: worst.map_or((0.0, String::new()), |s| (s.friction_of_limit, s.name.clone())),
+        }
+    }
+}

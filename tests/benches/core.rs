@@ -1,0 +1,67 @@
+//! Nanoseconds on the host for what `cargo xtask thumb count` counts in instructions: each step needs the one before.
+
+use divan::{Bencher, black_box};
+use fingerpad::{Drive, Grip, Motion, Normal, Params, ParamsOf, Slider, State, StateOf, Tangential, Tuning, step};
+
+fn main() {
+    divan::main();
+}
+
+/// Presses, slides, turns: one motion after the other for ever.
+fn motions() -> impl Iterator<Item = Motion> {
+    (0u32..).map(|i| {
+        let turn = (i / 256) % 4;
+        let slide = [[0.01, 0.0], [0.0, 0.012], [-0.011, 0.004], [0.003, -0.01]][turn as usize];
+        let depth_mm = 1.0 + 0.4 * ((i % 512) as f32 / 256.0 - 1.0).abs();
+        Motion { depth_mm, slide_increment_mm: slide, dt_s: 1e-3 }
+    })
+}
+
+fn steps<const M: usize>(bencher: Bencher) {
+    let slider = |j: usize| Slider {
+        yield_position: 0.4 + j as f32,
+        strength_share: 1.0 / M as f32,
+        area_share: 1.0 / M as f32,
+    };
+    let data = ParamsOf::<M, 25>::example_with(std::array::from_fn(slider)).try_build().expect("the example is valid");
+    let model = data.model().expect("the example is valid");
+    let mut state = StateOf::default();
+    let mut motions = motions();
+    bencher.bench_local(move || step(&model, &mut state, black_box(motions.next().expect("endless"))));
+}
+
+#[divan::bench(consts = [2, 3, 4, 5, 8])]
+fn step_with_elements<const M: usize>(bencher: Bencher) {
+    steps::<M>(bencher);
+}
+
+#[divan::bench]
+fn step_driven_by_normal_force(bencher: Bencher) {
+    let data = Params::example().try_build().expect("the example is valid");
+    let model = data.model().expect("the example is valid");
+    let mut state = State::default();
+    let mut motions = motions();
+    bencher.bench_local(move || {
+        let motion = motions.next().expect("endless");
+        let drive = Drive {
+            normal: Normal::ForceN(black_box(0.4 * motion.depth_mm)),
+            tangential: Tangential::SlideIncrementMm(motion.slide_increment_mm),
+            dt_s: motion.dt_s,
+        };
+        model.step_driven(&mut state, drive)
+    });
+}
+
+#[divan::bench]
+fn least_grip(bencher: Bencher) {
+    let data = Params::example().try_build().expect("the example is valid");
+    let model = data.model().expect("the example is valid");
+    bencher.bench_local(move || -> Grip { model.least_grip(black_box([0.3, 0.1]), 0.2, 1.0) });
+}
+
+#[divan::bench]
+fn tuned(bencher: Bencher) {
+    let data = Params::example().try_build().expect("the example is valid");
+    let model = data.model().expect("the example is valid");
+    bencher.bench_local(move || model.tuned(black_box(Tuning { stiffness: 1.3, ..Tuning::default() })));
+}
