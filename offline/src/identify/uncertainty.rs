@@ -57,16 +57,24 @@ pub fn linear(jacobian: &[Vec<f64>], variance: f64) -> Linear {
     let largest = svd.singular_values.max();
     let conditioning = if m < n { 0.0 } else { svd.singular_values.min() / largest };
     let rows = svd.v_t.expect("asked for");
+    // Flat directions stand in the correlation as all but infinite; errors are those along the others.
     let mut covariance = DMatrix::zeros(n, n);
+    let mut variances = vec![0.0f64; n];
+    let mut is_flat = vec![false; n];
     for (k, &s) in svd.singular_values.iter().enumerate() {
         let v = rows.row(k);
         covariance += v.transpose() * v / (s * s).max(1e-24 * largest * largest);
+        for i in 0..n {
+            if s < 1e-10 * largest {
+                // A variable that the flat direction does not touch keeps its error.
+                is_flat[i] |= v[i].abs() > 1e-6;
+            } else {
+                variances[i] += v[i] * v[i] / (s * s);
+            }
+        }
     }
-    let flat = conditioning < 1e-10;
     let error = |k: usize| {
-        let value: f64 = (variance * covariance[(k, k)]).sqrt() / norms[k];
-        // A variable that the flat direction does not touch keeps its error.
-        if norms[k] > 0.0 && !(flat && covariance[(k, k)] > 1e12) { value } else { f64::INFINITY }
+        if norms[k] > 0.0 && !is_flat[k] { (variance * variances[k]).sqrt() / norms[k] } else { f64::INFINITY }
     };
     let correlation = (0..n)
         .map(|i| (0..n).map(|j| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()).collect())
