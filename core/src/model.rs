@@ -220,11 +220,12 @@ const LIMIT_TOP: f32 = 1.0 + 1.0 / (1u32 << 17) as f32;
 ///
 /// with K, L, rho, C, alpha, N0, B from tables over depth. The shift makes the limit (1 + alpha²)^½ + alpha of L along
 /// +x, (1 + alpha²)^½ − alpha along −x and L along y: a finger that is pushed back carries more than one that is pulled.
-/// When the contact grows an element keeps its force, when it shrinks its displacement. Bad input is flagged and
-/// leaves the axis where it was; see [`Status`].
+/// When the contact grows an element keeps its force. When it shrinks it retraces that down to the stiffness at which
+/// the force came about, less a small loss, and keeps its displacement below. Bad input is flagged and leaves the axis
+/// where it was; see [`Status`].
 ///
-/// The stick ratio is 1 − Σ a_j v_j (e v_j + (1 − e) |p_j| (p_j − 2 alpha h_x)) with v_j the yield function, which is
-/// 1 on the limit, h the direction in which the elements are driven and p_j = u_j·h: what is unloaded sticks.
+/// The stick ratio is 1 − Σ a_j v_j (e v_j + (1 − e) u_j·h) with v_j the yield function, which is 1 on the limit, and h
+/// the direction of the slide over the limit there: what is driven back sticks.
 ///
 /// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
 /// through [`StateOf::set_strength_factor`].
