@@ -60,7 +60,7 @@ pub fn linear(jacobian: &[Vec<f64>], variance: f64) -> Linear {
     // Flat directions stand in the correlation as all but infinite; errors are those along the others.
     let mut covariance = DMatrix::zeros(n, n);
     let mut variances = vec![0.0f64; n];
-    let mut is_flat = vec![false; n];
+    let mut is_flat = vec![m < n; n];
     for (k, &s) in svd.singular_values.iter().enumerate() {
         let v = rows.row(k);
         covariance += v.transpose() * v / (s * s).max(1e-24 * largest * largest);
