@@ -4,8 +4,8 @@ mod build;
 mod eval;
 mod export;
 mod mesh;
-mod reduce;
 mod phantom;
+mod reduce;
 mod simulate;
 
 use std::{
