@@ -180,28 +180,35 @@ fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, growth_loss: f
     for i in 2..N {
         let [_, _, k0, rho0] = at(&nodes[i - 1]);
         let [_, _, k1, rho1] = at(&nodes[i]);
-        let most = ALLOWED * (k1 - k0) * (rho0 / k0).min(rho1 / k1);
-        let (fall, rise) = (growth_loss * most, 1.5 * fall_loss * most);
+        // Relative to the smaller ratio and the larger stiffness of the two ends, where the bound is tightest.
+        let share = ALLOWED * (k1 - k0) / k1;
+        let (fall, rise) = (growth_loss * share * rho0 / (1.0 + growth_loss * share), 1.5 * fall_loss * share * rho0);
         nodes[i].stiffness_ratio = (rho0 + (rho1 - rho0).clamp(-fall, rise)) as f32;
     }
     // Below the first node stiffness and limit are straight from 0, and the ratio is constant.
     nodes[0].stiffness_ratio = nodes[1].stiffness_ratio;
-    for i in (0..N).rev() {
+    // Press coupling: |C'| within `most`, its change from node to node within `change`; `most` is lowered from the deep
+    // end so that the next node's can be reached.
+    let change = |nodes: &[Node; N], i: usize| {
+        let ([n0, ..], [n1, limit, ..]) = (at(&nodes[i - 1]), at(&nodes[i]));
+        ALLOWED * (n1 - n0) / (1.3 * limit)
+    };
+    let mut most = [f64::INFINITY; N];
+    for i in (1..N).rev() {
         let [normal, limit, ..] = at(&nodes[i]);
-        if i > 0 {
-            let most = ALLOWED * normal / (1.3 * limit);
-            nodes[i].press_coupling = (f64::from(nodes[i].press_coupling).clamp(-most, most)) as f32;
+        most[i] = ALLOWED * normal / (1.3 * limit);
+        if i + 1 < N {
+            most[i] = most[i].min(most[i + 1] + change(nodes, i + 1));
         }
     }
-    nodes[0].press_coupling = nodes[1].press_coupling;
     for i in 1..N {
-        let [n0, ..] = at(&nodes[i - 1]);
-        let [n1, limit, ..] = at(&nodes[i]);
-        let most = ALLOWED * (n1 - n0) / (1.3 * limit);
+        let wanted = f64::from(nodes[i].press_coupling).clamp(-most[i], most[i]);
         let before = f64::from(nodes[i - 1].press_coupling);
-        let change = (f64::from(nodes[i].press_coupling) - before).clamp(-most, most);
-        nodes[i].press_coupling = (before + change) as f32;
+        let change = change(nodes, i);
+        let reached = if i == 1 { wanted } else { before + (wanted - before).clamp(-change, change) };
+        nodes[i].press_coupling = reached as f32;
     }
+    nodes[0].press_coupling = nodes[1].press_coupling;
     // What one end of the cell from node i to i + 1 allows of B_x and B_y.
     let allowed = |nodes: &[Node; N], i: usize, end: usize| -> [f64; 2] {
         let [_, _, k0, rho0] = at(&nodes[i]);

@@ -25,6 +25,7 @@ fn power_law(points: &[(f64, f64)], what: &str) -> Result<[f64; 2], ReduceError>
 /// Looks at presses for normal force and area, at straight slides for limit, stiffness and its ratio.
 pub fn start(runs: &[&Run]) -> Result<Start, ReduceError> {
     let (mut normal, mut area, mut limit, mut stiffness_x, mut stiffness_y) = (vec![], vec![], vec![], vec![], vec![]);
+    let mut below_limit = vec![];
     for run in runs {
         let still = |s: &&Sample| s.slide_mm == [0.0; 2];
         let mut deepest = 0.0;
@@ -49,9 +50,16 @@ pub fn start(runs: &[&Run]) -> Result<Start, ReduceError> {
         } else if y.abs() > 5.0 * x.abs() {
             stiffness_y.push((depth, fy / y));
         }
+        let friction = f64::from(last.friction_n[0].hypot(last.friction_n[1]));
         if last.stick_ratio < 0.05 {
-            limit.push((depth, f64::from(last.friction_n[0].hypot(last.friction_n[1]))));
+            limit.push((depth, friction));
+        } else {
+            below_limit.push((depth, friction));
         }
+    }
+    if limit.len() < 3 {
+        // Slides that end too early still show how the limit grows; the fit finds how far it lies above.
+        limit.append(&mut below_limit);
     }
     let x = power_law(&stiffness_x, "the stiffness along x (slides within 11° of it)")?;
     let y = power_law(&stiffness_y, "the stiffness along y (slides within 11° of it)")?;
