@@ -12,6 +12,7 @@ pub mod dome;
 pub mod equilibrium;
 pub mod fingers;
 pub mod half_space;
+pub mod hidden;
 #[cfg(unix)]
 pub mod peer_cases;
 pub mod random;
