@@ -22,7 +22,7 @@ const fn freedom(name: &'static str, unit: &'static str, between: f64, drift: f6
 }
 
 /// Number of freedoms.
-pub const FREEDOMS: usize = 24;
+pub const FREEDOMS: usize = 28;
 
 /// The freedoms, in the order of the parameter vector; all are 0 for the finger of the model file, except where a
 /// mean is taken from it.
@@ -51,6 +51,10 @@ pub static FREEDOM: [Freedom; FREEDOMS] = [
     freedom("load_exponent_at_fixed_depth", "", 0.10, 0.02),
     freedom("even_direction_cos", "", 0.010, 0.002),
     freedom("even_direction_sin", "", 0.010, 0.002),
+    freedom("strength_depth_cubic", "", 0.1, 0.005),
+    freedom("yield_twist", "", 0.8, 0.04),
+    freedom("odd_direction_cos", "", 0.010, 0.002),
+    freedom("odd_direction_sin", "", 0.010, 0.002),
 ];
 
 /// Elements of the baseline.
@@ -127,7 +131,7 @@ impl Reference {
         for (k, slot) in yields.iter_mut().enumerate() {
             let t = 2.0 * k as f64 / (ELEMENTS - 1) as f64 - 1.0;
             slot[0] = slot[0].powf(spread);
-            slot[1] *= (theta[12] * t + theta[13] * (t * t - 0.4)).clamp(-4.0, 4.0).exp();
+            slot[1] *= (theta[12] * t + theta[13] * (t * t - 0.4) + theta[25] * t * (t * t - 0.6)).clamp(-4.0, 4.0).exp();
             strength += slot[1];
         }
         for slot in &mut yields {
@@ -137,7 +141,7 @@ impl Reference {
         let elements = yields.map(|[y, w]| [1.0 / (y * softness), w]);
         Base {
             normal: add(&self.normal, [theta[0], theta[1], theta[2], theta[3]]),
-            strength: add(&self.strength, [theta[4], theta[5], theta[6], 0.0]),
+            strength: add(&self.strength, [theta[4], theta[5], theta[6], theta[24]]),
             tangential: add(&self.tangential, [theta[7], theta[8], theta[9], 0.0]),
             area: self.area,
             elements,
@@ -149,6 +153,7 @@ impl Reference {
             odd_shape: self.odd_shape,
             load_exponent: theta[21],
             even: [theta[22], theta[23]],
+            first: [theta[26], theta[27]],
         }
     }
 }
@@ -191,6 +196,8 @@ pub struct Base {
     pub load_exponent: f64,
     /// Direction dependence of the strength, cos and sin of twice the angle.
     pub even: [f64; 2],
+    /// The same over the angle itself.
+    pub first: [f64; 2],
 }
 
 /// Normal force, strength, tangential stiffness, area at one depth.

@@ -48,15 +48,13 @@ const START: PerRun = [4e-4, 4e-4, 1e-4, 4e-6, 4e-6, 4e-6];
 
 /// Fits the freedoms to effect-free runs, alternating with the noise.
 pub fn calibrate(set: &RunSet, reference: &Reference) -> Calibration {
-    let covariance =
-        DMatrix::from_fn(FREEDOMS, FREEDOMS, |i, j| if i == j { FREEDOM[i].between.powi(2) } else { 0.0 });
     let mut noise = [RowNoise { additive_n: 0.004, multiplicative: 0.03 }; 3];
     let mut theta = reference.mean.to_vec();
     let mut variances = START;
     let mut fit = None;
     let mut misfit = [1.0; 3];
     for round in 0..3 {
-        let prior = Prior::new(reference.mean.to_vec(), &covariance);
+        let prior = Calibration::before(reference);
         let prediction = if round == 0 {
             set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect()
         } else {
@@ -76,6 +74,13 @@ pub fn calibrate(set: &RunSet, reference: &Reference) -> Calibration {
 }
 
 impl Calibration {
+    /// What is known of the freedoms before the calibration.
+    pub fn before(reference: &Reference) -> Prior {
+        let covariance =
+            DMatrix::from_fn(FREEDOMS, FREEDOMS, |i, j| if i == j { FREEDOM[i].between.powi(2) } else { 0.0 });
+        Prior::new(reference.mean.to_vec(), &covariance)
+    }
+
     /// What the calibration says of the freedoms of the measured set: its covariance plus drift.
     pub fn prior(&self) -> Prior {
         let mut covariance = self.fit.covariance.view((0, 0), (FREEDOMS, FREEDOMS)).into_owned();

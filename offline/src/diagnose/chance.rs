@@ -1,5 +1,7 @@
 //! Tail probabilities, and sign flips over runs.
 
+use nalgebra::{DMatrix, DVector};
+
 /// −ln of the upper tail of chi-squared with `k` degrees of freedom (Wilson–Hilferty beyond 3).
 pub fn surprise(x: f64, k: usize) -> f64 {
     if !(x > 0.0) {
@@ -86,7 +88,16 @@ pub struct Score {
     /// What no run contributes: the prior's share.
     pub fixed: Vec<f64>,
     /// Inverse information, columns times columns.
-    pub inverse: nalgebra::DMatrix<f64>,
+    pub inverse: DMatrix<f64>,
+    /// Inverse of the contributions' own products: the yardstick that one wild run does not bend.
+    pub own: DMatrix<f64>,
+}
+
+/// By what a sum of contributions is measured.
+#[derive(Clone, Copy, PartialEq)]
+enum Yardstick {
+    Information,
+    Own,
 }
 
 impl Score {
@@ -95,10 +106,28 @@ impl Score {
         self.inverse.nrows()
     }
 
-    fn statistic(&self, signs: Option<&[f64]>) -> f64 {
+    /// A score from its contributions and information.
+    pub fn new(per_run: Vec<f64>, fixed: Vec<f64>, inverse: DMatrix<f64>) -> Self {
+        let k = inverse.nrows();
+        let mut own = DMatrix::zeros(k, k);
+        for g in per_run.chunks_exact(k) {
+            for a in 0..k {
+                for b in 0..k {
+                    own[(a, b)] += g[a] * g[b];
+                }
+            }
+        }
+        for a in 0..k {
+            own[(a, a)] = own[(a, a)] * 1.001 + 1e-12;
+        }
+        let own = own.cholesky().map_or_else(|| DMatrix::zeros(k, k), |c| c.inverse());
+        Self { per_run, fixed, inverse, own }
+    }
+
+    fn statistic(&self, signs: Option<&[f64]>, by: Yardstick) -> f64 {
         let k = self.columns();
         let mut sum = [0.0; 4];
-        if signs.is_none() {
+        if signs.is_none() && by == Yardstick::Information {
             sum[..k].copy_from_slice(&self.fixed);
         }
         for (run, g) in self.per_run.chunks_exact(k).enumerate() {
@@ -107,10 +136,11 @@ impl Score {
                 *sum += s * g;
             }
         }
+        let inverse = if by == Yardstick::Information { &self.inverse } else { &self.own };
         let mut q = 0.0;
         for a in 0..k {
             for b in 0..k {
-                q += sum[a] * self.inverse[(a, b)] * sum[b];
+                q += sum[a] * inverse[(a, b)] * sum[b];
             }
         }
         q
@@ -118,7 +148,34 @@ impl Score {
 
     /// Gain in 2 log likelihood of the group, linearised.
     pub fn gain(&self) -> f64 {
-        self.statistic(None)
+        self.statistic(None, Yardstick::Information)
+    }
+
+    /// The linear estimate and its information.
+    fn estimate(&self) -> (DVector<f64>, &DMatrix<f64>) {
+        let k = self.columns();
+        let mut sum = DVector::from_column_slice(&self.fixed);
+        for g in self.per_run.chunks_exact(k) {
+            for a in 0..k {
+                sum[a] += g[a];
+            }
+        }
+        (&self.inverse * sum, &self.inverse)
+    }
+
+    /// The gain that is left if the group is also there in runs that have no effect.
+    ///
+    /// What the baseline's form gets wrong is the same in both sets. The estimate from the effect-free runs, shrunk by
+    /// how far its gain g exceeds what chance gives, is taken off, and its uncertainty added.
+    pub fn excess(&self, without_effect: Option<&Score>) -> f64 {
+        let gain = self.gain();
+        let Some(other) = without_effect.filter(|o| o.columns() == self.columns() && o.surprise() > 3.0) else {
+            return gain;
+        };
+        let share = 1.0 - other.columns() as f64 / other.gain();
+        let ((here, here_inverse), (there, there_inverse)) = (self.estimate(), other.estimate());
+        let d = here - there * share;
+        (here_inverse + there_inverse * share).cholesky().map_or(gain, |c| d.dot(&c.solve(&d)).min(gain))
     }
 
     /// Surprise of the group.
@@ -127,29 +184,42 @@ impl Score {
     }
 }
 
-/// Sorted maxima of the surprise over all groups under sign flips of the runs.
-pub fn flipped_maxima(scores: &[Score], runs: usize, seed: u64) -> Vec<f64> {
-    let mut signs = Signs::new(seed);
-    let mut maxima: Vec<f64> = (0..FLIPS)
-        .map(|_| {
-            let flip = signs.flip(runs);
-            // Surprise rises with the statistic: the tail is evaluated for the largest statistic of each size only.
-            let mut top = [0.0f64; 5];
-            for score in scores {
-                let k = score.columns();
-                top[k] = top[k].max(score.statistic(Some(&flip)));
-            }
-            (1..5).map(|k| surprise(top[k], k)).fold(0.0, f64::max)
-        })
-        .collect();
-    maxima.sort_by(f64::total_cmp);
-    maxima
+/// Maxima of the surprise over all groups under sign flips of the runs, by both yardsticks, sorted.
+pub struct Flips {
+    information: Vec<f64>,
+    own: Vec<f64>,
 }
 
-/// Share of flips whose maximum reaches a surprise.
-pub fn p_of(maxima: &[f64], surprise: f64) -> f64 {
-    let below = maxima.partition_point(|m| *m < surprise);
-    (1 + maxima.len() - below) as f64 / (1 + maxima.len()) as f64
+impl Flips {
+    /// Flips the runs of all scores together.
+    pub fn of(scores: &[Score], runs: usize, seed: u64) -> Self {
+        let mut signs = Signs::new(seed);
+        let (mut information, mut own) = (Vec::with_capacity(FLIPS), Vec::with_capacity(FLIPS));
+        for _ in 0..FLIPS {
+            let flip = signs.flip(runs);
+            for (list, by) in [(&mut information, Yardstick::Information), (&mut own, Yardstick::Own)] {
+                // Surprise rises with the statistic: the tail is evaluated for the largest one of each size only.
+                let mut top = [0.0f64; 5];
+                for score in scores {
+                    let k = score.columns();
+                    top[k] = top[k].max(score.statistic(Some(&flip), by));
+                }
+                list.push((1..5).map(|k| surprise(top[k], k)).fold(0.0, f64::max));
+            }
+        }
+        information.sort_by(f64::total_cmp);
+        own.sort_by(f64::total_cmp);
+        Self { information, own }
+    }
+
+    /// Share of flips in which some group reaches this one: the smaller of both yardsticks.
+    pub fn p(&self, score: &Score) -> f64 {
+        let share = |list: &[f64], by| {
+            let surprise = surprise(score.statistic(None, by), score.columns());
+            (1 + list.len() - list.partition_point(|m| *m < surprise)) as f64 / (1 + list.len()) as f64
+        };
+        share(&self.information, Yardstick::Information).min(share(&self.own, Yardstick::Own))
+    }
 }
 
 #[cfg(test)]

@@ -143,6 +143,11 @@ impl<'a> Task<'a> {
                 column
             })
             .collect();
+        Tangents { freedoms, scatter: self.run_columns(theta, laws, prediction) }
+    }
+
+    /// Columns of the random effects at a point.
+    pub fn run_columns(&self, theta: &[f64], laws: &[Active], prediction: &[f64]) -> Scatter {
         let base = self.reference.with(theta);
         let nudged = |nudge: Nudge, step: f64| self.column(&walk_all(&base, laws, nudge, self.runs), prediction, step);
         let mut columns = vec![
@@ -155,7 +160,7 @@ impl<'a> Task<'a> {
                 self.sigma_n.iter().enumerate().map(|(i, s)| if i % 3 == channel { 1.0 / s } else { 0.0 }).collect(),
             );
         }
-        Tangents { freedoms, scatter: Scatter::new(self.layout.clone(), columns) }
+        Scatter::new(self.layout.clone(), columns)
     }
 
     /// Columns of the laws' parameters at a point.

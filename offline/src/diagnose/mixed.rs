@@ -77,14 +77,10 @@ impl Scatter {
         SVector::from_fn(|k, _| dot(&self.columns[k][range.clone()], &column[range.clone()]))
     }
 
-    /// The random effects' means and variances given the residual (divided by the row noise).
-    pub fn posterior(&self, v: &PerRun, residual: &[f64]) -> Vec<(PerRun, PerRun)> {
-        (0..self.layout.runs())
-            .map(|i| {
-                let m = posterior_covariance(&self.gram[i], v);
-                let u = m * self.products(i, residual);
-                (std::array::from_fn(|k| u[k]), std::array::from_fn(|k| m[(k, k)]))
-            })
+    /// Variance of each observation over that of its row noise: 1 + Σ z² V.
+    pub fn spread(&self, v: &PerRun) -> Vec<f64> {
+        (0..self.layout.len())
+            .map(|i| 1.0 + self.columns.iter().zip(v).map(|(c, v)| c[i] * c[i] * v).sum::<f64>())
             .collect()
     }
 

@@ -5,12 +5,12 @@
 
 use std::f64::consts::TAU;
 
-use super::chance::{Score, f_tail, flipped_maxima, p_of};
+use super::chance::{Flips, Score, f_tail, surprise};
 use super::fit::{Fit, Tangents, Task};
 use super::laws::{Change, Column, Law, Parameter, Place, Row};
 use super::mixed::{PerRun, dot};
 use super::runs::{Run, RunSet};
-use super::select::space_at;
+use super::select::{Plain, space_at};
 use super::space::Clean;
 use super::walk::{Nudge, walk_all};
 
@@ -39,6 +39,8 @@ pub struct Unexplained {
 struct Group {
     column: String,
     channel: &'static str,
+    /// Number among the groups that lie along the stroke, where the baseline's form can be wrong.
+    along_stroke: Option<usize>,
     columns: Vec<Vec<f64>>,
 }
 
@@ -50,15 +52,15 @@ enum Acts {
 }
 
 /// Evaluates a modulation by walking the runs with a factor 1 + eps m(row).
-fn modulated(task: &Task<'_>, fit: &Fit, prediction: &[f64], acts: Acts, m: &dyn Fn(&Run, usize, &Row) -> f64) -> Vec<f64> {
+fn modulated(task: &Task<'_>, fit: &Fit, prediction: &[f64], acts: Acts, m: &dyn Fn(usize, usize, &Row) -> f64) -> Vec<f64> {
     const STEP: f64 = 0.02;
     let base = task.reference.with(&fit.theta);
     let mut out = Vec::with_capacity(prediction.len());
-    for run in task.runs {
+    for (index, run) in task.runs.iter().enumerate() {
         // The factor rides on a column of its own: dwell is not read by a law of this kind.
         let mut copy = run.clone();
         for (i, row) in run.rows.iter().enumerate() {
-            copy.rows[i].modulation = STEP * m(run, i, row);
+            copy.rows[i].modulation = STEP * m(index, i, row);
         }
         let mut laws = fit.laws.clone();
         laws.push(super::walk::Active { law: if acts == Acts::Strength { &STRENGTH } else { &STIFFNESS }, values: vec![1.0] });
@@ -113,14 +115,26 @@ fn ranks(set: &RunSet, column: Column) -> Option<Vec<f64>> {
     Some(out)
 }
 
-fn groups(task: &Task<'_>, set: &RunSet, fit: &Fit) -> Vec<Group> {
+fn groups(task: &Task<'_>, set: &RunSet, fit: &Fit, only_strokes: bool) -> Vec<Group> {
     let prediction = task.predict(&fit.theta, &fit.laws);
+    let runs: &[Run] = task.runs;
     let mut out = Vec::new();
-    let run_index = |run: &Run| task.runs.iter().position(|r| std::ptr::eq(r, run)).unwrap_or(0);
-    let mut add = |column: &str, acts: Acts, functions: Vec<Box<dyn Fn(&Run, usize, &Row) -> f64 + '_>>| {
+    let mut strokes = 0;
+    let mut add = |column: &str, acts: Acts, functions: Vec<Box<dyn Fn(usize, usize, &Row) -> f64 + '_>>| {
+        if only_strokes && !["direction_deg", "slide", "contact_time_s", "slide_x_mm", "slide_y_mm", "slide_x_mm,slide_y_mm", "depth_mm"].contains(&column) {
+            return;
+        }
         let columns = functions.iter().map(|f| modulated(task, fit, &prediction, acts, f.as_ref())).collect();
         let channel = if acts == Acts::Strength { "friction" } else { "normal" };
-        out.push(Group { column: column.to_owned(), channel, columns });
+        let along_stroke = ["direction_deg", "slide", "contact_time_s", "slide_x_mm", "slide_y_mm", "slide_x_mm,slide_y_mm", "depth_mm"]
+            .contains(&column)
+            .then(|| {
+                strokes += 1;
+                strokes
+            });
+        if along_stroke.is_some() || !only_strokes {
+            out.push(Group { column: column.to_owned(), channel, along_stroke, columns });
+        }
     };
     // Run-level columns: cubic in the rank, and slow waves of the clock.
     let state = [Column::Time, Column::Speed, Column::Dwell, Column::Occlusion, Column::Hydration, Column::Temperature, Column::Width, Column::Depth];
@@ -130,7 +144,7 @@ fn groups(task: &Task<'_>, set: &RunSet, fit: &Fit) -> Vec<Group> {
             ranked.push((column, r));
         }
     }
-    let per_run = |values: Vec<f64>| -> Box<dyn Fn(&Run, usize, &Row) -> f64 + '_> { Box::new(move |run, _, _| values[run_index(run)]) };
+    let per_run = |values: Vec<f64>| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> { Box::new(move |run, _, _| values[run]) };
     for (column, r) in &ranked {
         for acts in [Acts::Strength, Acts::Stiffness] {
             let powers = |p: i32| per_run(r.iter().map(|x| x.powi(p)).collect());
@@ -147,7 +161,7 @@ fn groups(task: &Task<'_>, set: &RunSet, fit: &Fit) -> Vec<Group> {
     }
     // Direction.
     for harmonic in [1.0, 3.0, 4.0] {
-        let wave = |shift: f64| -> Box<dyn Fn(&Run, usize, &Row) -> f64 + '_> {
+        let wave = |shift: f64| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> {
             Box::new(move |_, _, row| if row.along == [0.0; 2] { 0.0 } else { (harmonic * row.along[1].atan2(row.along[0]) + shift).cos() })
         };
         add("direction_deg", Acts::Strength, vec![wave(0.0), wave(-TAU / 4.0)]);
@@ -155,15 +169,15 @@ fn groups(task: &Task<'_>, set: &RunSet, fit: &Fit) -> Vec<Group> {
     // Position of the plate: waves along x and y, and bumps.
     for period in [0.6, 0.8, 1.05, 1.4, 1.9, 2.6, 3.6] {
         for axis in 0..2 {
-            let wave = |shift: f64| -> Box<dyn Fn(&Run, usize, &Row) -> f64 + '_> {
-                Box::new(move |run, i, row| if row.path_mm > 0.0 { (TAU * run.slide_mm[i][axis] / period + shift).sin() } else { 0.0 })
+            let wave = |shift: f64| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> {
+                Box::new(move |run, i, row| if row.path_mm > 0.0 { (TAU * runs[run].slide_mm[i][axis] / period + shift).sin() } else { 0.0 })
             };
             add(if axis == 0 { "slide_x_mm" } else { "slide_y_mm" }, Acts::Strength, vec![wave(0.0), wave(TAU / 4.0)]);
         }
     }
     for cx in [-3.0, -1.0, 1.0, 3.0] {
-        let bump = |cy: f64| -> Box<dyn Fn(&Run, usize, &Row) -> f64 + '_> {
-            Box::new(move |run, i, _| (-0.5 * ((run.slide_mm[i][0] - cx).powi(2) + (run.slide_mm[i][1] - cy).powi(2)) / 1.4).exp())
+        let bump = |cy: f64| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> {
+            Box::new(move |run, i, _| (-0.5 * ((runs[run].slide_mm[i][0] - cx).powi(2) + (runs[run].slide_mm[i][1] - cy).powi(2)) / 1.4).exp())
         };
         add("slide_x_mm,slide_y_mm", Acts::Strength, vec![bump(-3.0), bump(-1.0), bump(1.0), bump(3.0)]);
     }
@@ -174,8 +188,7 @@ fn groups(task: &Task<'_>, set: &RunSet, fit: &Fit) -> Vec<Group> {
     for time in [0.3, 1.5, 8.0] {
         add("contact_time_s", Acts::Stiffness, vec![Box::new(move |_, _, row: &Row| (-row.contact_time_s.max(0.0) / time).exp())]);
     }
-    // Load within the range, and products of pairs.
-    add("depth_mm", Acts::Strength, vec![Box::new(|_, _, row: &Row| row.depth_mm.max(0.0).powi(2)), Box::new(|_, _, row: &Row| row.depth_mm.max(0.0).powi(4))]);
+    // Products of pairs.
     for i in 0..ranked.len() {
         for j in i + 1..ranked.len() {
             let product: Vec<f64> = ranked[i].1.iter().zip(&ranked[j].1).map(|(a, b)| a * b).collect();
@@ -187,21 +200,8 @@ fn groups(task: &Task<'_>, set: &RunSet, fit: &Fit) -> Vec<Group> {
     out
 }
 
-/// Looks for structure at a fit.
-///
-/// * `calibration`: run-level variances of the calibration set and its number of runs
-/// * `explained`: gain of the accepted laws, against which structure is weighed
-pub fn look(
-    task: &Task<'_>,
-    set: &RunSet,
-    fit: &Fit,
-    tangents: &Tangents,
-    calibration: (&PerRun, usize),
-    explained: f64,
-    seed: u64,
-) -> Unexplained {
-    let space = space_at(task, fit, tangents);
-    let groups = groups(task, set, fit);
+/// Scores of the groups that say something beyond the nuisance.
+fn group_scores(space: &super::space::Space<'_>, groups: &[Group]) -> Vec<(usize, Score)> {
     let mut scores: Vec<(usize, Score)> = Vec::new();
     for (i, group) in groups.iter().enumerate() {
         let raw = group.columns.iter().map(|c| dot(c, c)).fold(0.0, f64::max);
@@ -210,16 +210,46 @@ pub fn look(
             scores.push((i, score));
         }
     }
+    scores
+}
+
+/// Looks for structure at a fit.
+///
+/// * `calibration`: run-level variances of the calibration set and its number of runs
+/// * `explained`: gain of the accepted laws, against which structure is weighed
+pub fn look(
+    task: &Task<'_>,
+    set: &RunSet,
+    plain: (&Plain<'_>, &RunSet),
+    fit: &Fit,
+    tangents: &Tangents,
+    calibration: (&PerRun, usize),
+    explained: f64,
+    seed: u64,
+) -> Unexplained {
+    let space = space_at(task, fit, tangents);
+    let groups = groups(task, set, fit, false);
+    let scores = group_scores(&space, &groups);
+    let plain_space = space_at(&plain.0.task, &plain.0.fit, &plain.0.tangents);
+    let plain_groups = self::groups(&plain.0.task, plain.1, &plain.0.fit, true);
+    let plain_scores = group_scores(&plain_space, &plain_groups);
+    let form = |group: &Group| {
+        let number = group.along_stroke?;
+        plain_scores.iter().find(|s| plain_groups[s.0].along_stroke == Some(number)).map(|s| &s.1)
+    };
+    let excess = |s: &(usize, Score)| s.1.excess(form(&groups[s.0]));
     let list: Vec<Score> = scores.iter().map(|s| s.1.clone()).collect();
     let runs = task.layout.runs();
-    let maxima = flipped_maxima(&list, runs, seed ^ 0x55);
+    let flips = Flips::of(&list, runs, seed ^ 0x55);
     let mut out = Unexplained { p_model: 1.0, p_runs: 1.0, p_scatter: 1.0, ..Unexplained::default() };
-    if let Some((i, score)) = scores.iter().max_by(|a, b| a.1.surprise().total_cmp(&b.1.surprise())) {
+    let size = |s: &(usize, Score)| surprise(excess(s), s.1.columns());
+    if let Some(best) = scores.iter().max_by(|a, b| size(a).total_cmp(&size(b))) {
+        let (i, score) = best;
         out.column.clone_from(&groups[*i].column);
         groups[*i].channel.clone_into(&mut out.channel);
-        out.gain = score.gain();
-        out.p_model = (list.len() as f64 * (-score.surprise()).exp()).min(1.0);
-        out.p_runs = p_of(&maxima, score.surprise());
+        out.gain = excess(best);
+        out.p_model = (list.len() as f64 * (-size(best)).exp()).min(1.0);
+        out.p_runs = flips.p(score);
     }
     // Scatter between runs, with what the rows' noise makes of it on both sides.
     let (n1, n2) = ((runs as f64 - 3.0).max(1.0), (calibration.1 as f64 - 3.0).max(1.0));
@@ -233,7 +263,7 @@ pub fn look(
         }
     }
     let structure = out.gain > (0.05 * explained).max(16.0)
-        && ((out.p_runs <= 0.01 && out.p_model <= 1e-3) || (out.p_model <= 1e-6 && out.p_runs <= 0.1) || out.p_model < 1e-12);
+        && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
     let scatter = out.p_scatter < 1e-3;
     out.significant = structure || scatter;
     if scatter && !structure {

@@ -20,7 +20,7 @@ pub struct Rival {
 }
 
 /// The rivals of one accepted law.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Contest {
     /// Gain of the law over leaving it out.
     pub gain_2ll: f64,

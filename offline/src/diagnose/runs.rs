@@ -74,6 +74,15 @@ impl Run {
         [b[0] - a[0], b[1] - a[1]]
     }
 
+    /// Keeps every `stride`th row and the last one.
+    pub fn thin(&mut self, stride: usize) {
+        let last = self.rows.len() - 1;
+        let keep: Vec<usize> = (0..=last).filter(|i| i.is_multiple_of(stride) || *i == last).collect();
+        self.rows = keep.iter().map(|i| self.rows[*i]).collect();
+        self.slide_mm = keep.iter().map(|i| self.slide_mm[*i]).collect();
+        self.force_n = keep.iter().map(|i| self.force_n[*i]).collect();
+    }
+
     /// Largest depth, mm.
     pub fn depth_mm(&self) -> f64 {
         self.rows.iter().map(|r| r.depth_mm).fold(f64::NEG_INFINITY, f64::max)

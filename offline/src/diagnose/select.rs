@@ -1,6 +1,6 @@
 //! Which laws are missing: forward selection with refits inside the model, backward elimination, swaps.
 
-use super::chance::{flipped_maxima, p_of, surprise};
+use super::chance::{Flips, surprise};
 use super::fit::{Fit, Tangents, Task};
 use super::laws::{LAWS, Law};
 use super::runs::RunSet;
@@ -76,9 +76,9 @@ const MOST: usize = 3;
 fn significant(settings: &Settings, gain: f64, parameters: usize, runs: usize, p_model: f64, p_runs: f64) -> bool {
     let penalised = gain - (runs as f64).ln() * parameters as f64 > 0.0;
     penalised
-        && ((p_runs <= settings.alpha && p_model <= settings.alpha)
-            || (p_model <= 0.1 * settings.alpha && p_runs <= 0.25)
-            || p_model <= 1e-9)
+        && ((p_runs <= settings.alpha && p_model <= 0.1 * settings.alpha)
+            || (p_model <= 1e-2 * settings.alpha && p_runs <= 0.25)
+            || (p_model <= 1e-9 && p_runs <= 0.5))
 }
 
 /// Fits a law beside those in force, from a shape of the grid and the linear estimate of its size.
@@ -153,8 +153,43 @@ fn same_axis(a: &Law, b: &Law) -> bool {
     AXES.iter().any(|axis| axis.contains(&a.name) && axis.contains(&b.name))
 }
 
+/// The effect-free runs at their own optimum: where the baseline's form is wrong, they show it too.
+pub struct Plain<'a> {
+    /// The calibration's task.
+    pub task: Task<'a>,
+    /// Its fit.
+    pub fit: Fit,
+    /// Tangents there.
+    pub tangents: Tangents,
+}
+
+impl Plain<'_> {
+    /// Scores of candidates on the effect-free runs.
+    fn scores(&self, grid: &[Candidate]) -> Vec<Option<super::chance::Score>> {
+        let space = space_at(&self.task, &self.fit, &self.tangents);
+        let prediction = self.task.predict(&self.fit.theta, &self.fit.laws);
+        grid.iter()
+            .map(|candidate| {
+                if candidate.start.law.drivers.iter().any(|d| !STROKE.contains(d)) {
+                    return None;
+                }
+                let columns = super::scan::columns_of(&self.task, &self.fit, &prediction, &candidate.start);
+                let raw: f64 = columns.iter().map(|c| super::mixed::dot(c, c)).fold(0.0, f64::max);
+                let clean: Vec<_> = columns.iter().map(|c| space.clean(c)).collect();
+                space.score(&clean.iter().collect::<Vec<_>>(), raw * 1e-3)
+            })
+            .collect()
+    }
+}
+
+/// Columns along which the baseline's form itself can be wrong.
+const STROKE: [super::laws::Column; 6] = {
+    use super::laws::Column::*;
+    [Depth, ContactTime, Slide, Direction, Dwell, Speed]
+};
+
 /// Runs the selection.
-pub fn select(task: &Task<'_>, set: &RunSet, settings: &Settings) -> Selection {
+pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Settings) -> Selection {
     let runs = task.layout.runs();
     let obstacles: Vec<Option<String>> = LAWS.iter().map(|law| obstacle(law, set)).collect();
     let testable = |law: &Law| LAWS.iter().position(|l| *l == law).is_some_and(|i| obstacles[i].is_none());
@@ -163,6 +198,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, settings: &Settings) -> Selection {
     let prediction = task.predict(&null.theta, &null.laws);
     let null_tangents = task.tangents(&null.theta, &null.laws, &prediction);
     let mut grid = candidates(task, &null, &testable);
+    let form = plain.scores(&grid);
     let mut fit = null.clone();
     let mut tangents = null_tangents.clone();
     let mut evidence: Vec<Evidence> = Vec::new();
@@ -172,19 +208,27 @@ pub fn select(task: &Task<'_>, set: &RunSet, settings: &Settings) -> Selection {
         let space = space_at(task, &fit, &tangents);
         let scores = scored(&space, &grid);
         let all: Vec<_> = scores.iter().filter_map(|s| s.score.clone()).collect();
-        let maxima = flipped_maxima(&all, runs, settings.seed + round as u64);
+        let flips = Flips::of(&all, runs, settings.seed + round as u64);
         let cells = all.len().max(1) as f64;
-        let mut ranking: Vec<(&'static Law, f64, f64)> = Vec::new();
+        // Law, gain, surprise and p over runs at its best shape of the grid.
+        let mut ranking: Vec<(&'static Law, f64, f64, f64)> = Vec::new();
         for (i, law) in LAWS.iter().copied().enumerate() {
             let best = scores
                 .iter()
                 .filter(|s| grid[s.candidate].start.law == law)
-                .filter_map(|s| s.score.as_ref())
-                .map(|s| (s.gain(), s.surprise()))
-                .fold((0.0f64, 0.0f64), |a, b| if b.1 > a.1 { b } else { a });
+                .filter_map(|s| s.score.as_ref().map(|score| (score, form[s.candidate].as_ref())))
+                .map(|(s, form)| {
+                    let excess = s.excess(form);
+                    (excess, surprise(excess, s.columns()), s)
+                })
+                .fold(None, |a: Option<(f64, f64, &super::chance::Score)>, b| match a {
+                    Some(a) if a.1 >= b.1 => Some(a),
+                    _ => Some(b),
+                })
+                .map_or((0.0, 0.0, 1.0), |(gain, surprise, score)| (gain, surprise, flips.p(score)));
             if round == 0 {
                 let p_model = (cells * (-best.1).exp()).min(1.0);
-                let p_runs = p_of(&maxima, best.1);
+                let p_runs = best.2;
                 tests.push(Test {
                     law,
                     gain_2ll: best.0,
@@ -195,18 +239,20 @@ pub fn select(task: &Task<'_>, set: &RunSet, settings: &Settings) -> Selection {
                 });
             }
             if best.1 > 0.0 && fit.laws.iter().all(|a| a.law != law) {
-                ranking.push((law, best.0, best.1));
+                ranking.push((law, best.0, best.1, best.2));
             }
         }
         ranking.sort_by(|a, b| b.2.total_cmp(&a.2));
-        let Some(&(_, _, top)) = ranking.first() else { break };
+        let Some(&(_, _, top, _)) = ranking.first() else { break };
         if top < 4.0 {
             break;
         }
-        let mut found: Vec<(Fit, f64)> = Vec::new();
-        for &(law, _, surprise) in ranking.iter().take(6).filter(|r| r.2 > 0.35 * top) {
+        let mut found: Vec<(Fit, f64, f64)> = Vec::new();
+        for &(law, excess, _, p_runs) in ranking.iter().take(6).filter(|r| r.2 > 0.35 * top) {
             let mut best: Option<Fit> = None;
-            for (gain, start) in starts(&grid, &scores, law, 2) {
+            let list = starts(&grid, &scores, law, 2);
+            let scanned = list.first().map_or(0.0, |s| s.0);
+            for (gain, start) in list {
                 if gain < 3.0 {
                     continue;
                 }
@@ -221,15 +267,15 @@ pub fn select(task: &Task<'_>, set: &RunSet, settings: &Settings) -> Selection {
                 {
                     test.gain_2ll = (null.minus_2ll - best.minus_2ll).max(0.0);
                 }
-                found.push((best, surprise));
+                // What the baseline's form explains of the scan's gain it explains of the refit's.
+                found.push((best, p_runs, (excess / scanned.max(1e-9)).min(1.0)));
             }
         }
         found.sort_by(|a, b| priced(&a.0).total_cmp(&priced(&b.0)));
-        let Some((best, scan)) = found.into_iter().next() else { break };
+        let Some((best, p_runs, share)) = found.into_iter().next() else { break };
         let new = &best.laws[best.laws.len() - 1];
-        let gain = fit.minus_2ll - best.minus_2ll;
+        let gain = share * (fit.minus_2ll - best.minus_2ll);
         let p_model = (cells * (-surprise(gain.max(0.0), new.law.parameters.len())).exp()).min(1.0);
-        let p_runs = p_of(&maxima, scan);
         let price = fit.laws.iter().zip(&evidence).filter(|(a, _)| same_axis(a.law, new.law)).map(|(_, e)| 0.04 * e.gain_2ll);
         let least = price.fold(0.0, f64::max);
         if gain < least || !significant(settings, gain, new.law.parameters.len(), runs, p_model, p_runs) {
@@ -242,6 +288,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, settings: &Settings) -> Selection {
         evidence.push(Evidence { gain_2ll: gain, p_model, p_runs });
         eliminate(task, &mut fit, &mut tangents, &mut evidence, runs);
         grid = candidates(task, &fit, &testable);
+        debug_assert_eq!(grid.len(), form.len());
     }
     Selection { null, null_tangents, fit, tangents, evidence, tests, grid }
 }

@@ -108,7 +108,7 @@ impl<'a> Space<'a> {
         }
         let end = layout.len();
         let fixed = columns.iter().map(|c| dot(&c[end..], &self.residual[end..])).collect();
-        Some(Score { per_run, fixed, inverse })
+        Some(Score::new(per_run, fixed, inverse))
     }
 
     /// Squared size of a clean column.

@@ -60,7 +60,10 @@ pub fn walk(base: &Base, laws: &[Active], nudge: Nudge, run: &Run, out: &mut Vec
             out.extend([b_n, b_x, b_y]);
             continue;
         }
-        let even = base.even[0] * row.double_angle[0] + base.even[1] * row.double_angle[1];
+        let even = base.even[0] * row.double_angle[0]
+            + base.even[1] * row.double_angle[1]
+            + base.first[0] * row.along[0]
+            + base.first[1] * row.along[1];
         let strength = change.strength * (1.0 + even) * load_power(change.stiffness, base.load_exponent);
         let slide = run.increment(i);
         let steps = ((depth - state.depth).abs() / DEPTH_STEP_MM).ceil().clamp(1.0, 12.0);

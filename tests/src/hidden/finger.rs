@@ -232,31 +232,51 @@ impl Finger {
         let k = self.bristle_mpa_mm * stiff;
         let bulk_x = self.bulk_n_mm * stiff * depth.powf(self.bulk_exponent);
         let bulk_k = [bulk_x, bulk_x * self.bulk_ratio];
-        let mut force = [0.0; 2];
-        let mut ceiling = 0.0;
-        for _ in 0..40 {
-            force = [0.0; 2];
-            ceiling = 0.0;
-            let mut stuck = 0.0;
+        // The balance is the minimum of a convex energy (springs and Huber's function), so Newton's steps that lower it
+        // arrive.
+        let evaluate = |bulk: [f64; 2]| {
+            let mut energy = 0.5 * (bulk_k[0] * bulk[0] * bulk[0] + bulk_k[1] * bulk[1] * bulk[1]);
+            let (mut force, mut ceiling, mut stuck) = ([0.0; 2], 0.0, 0.0);
             for &(i, cover, tau) in &inside {
                 // stretch holds the plate position at which the bristle is slack.
                 let s = bristles[i].stretch;
                 let q = [k * (plate[0] - bulk[0] - s[0]), k * (plate[1] - bulk[1] - s[1])];
                 let size = q[0].hypot(q[1]);
-                let back = if size > tau { tau / size } else { 1.0 };
-                if size <= tau {
-                    stuck += cover * cell * k;
-                }
-                force[0] += cover * cell * q[0] * back;
-                force[1] += cover * cell * q[1] * back;
-                ceiling += cover * cell * tau;
+                let a = cover * cell;
+                let back = if size > tau {
+                    energy += a * tau * (size - 0.5 * tau) / k;
+                    tau / size
+                } else {
+                    energy += 0.5 * a * size * size / k;
+                    stuck += a * k;
+                    1.0
+                };
+                force[0] += a * q[0] * back;
+                force[1] += a * q[1] * back;
+                ceiling += a * tau;
             }
+            (energy, force, ceiling, stuck)
+        };
+        let (mut energy, mut force, mut ceiling, mut stuck) = evaluate(*bulk);
+        for _ in 0..60 {
             let lack = [force[0] - bulk_k[0] * bulk[0], force[1] - bulk_k[1] * bulk[1]];
-            if lack[0].abs() + lack[1].abs() < 1e-5 {
+            if lack[0].abs() + lack[1].abs() < 2e-5 {
                 break;
             }
-            bulk[0] += lack[0] / (bulk_k[0] + stuck);
-            bulk[1] += lack[1] / (bulk_k[1] + stuck);
+            let mut share = 1.0;
+            loop {
+                let next = [
+                    bulk[0] + share * lack[0] / (bulk_k[0] + stuck),
+                    bulk[1] + share * lack[1] / (bulk_k[1] + stuck),
+                ];
+                let there = evaluate(next);
+                if there.0 <= energy || share < 1e-3 {
+                    *bulk = next;
+                    (energy, force, ceiling, stuck) = there;
+                    break;
+                }
+                share *= 0.5;
+            }
         }
         for &(i, _, tau) in &inside {
             let s = bristles[i].stretch;

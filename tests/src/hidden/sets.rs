@@ -155,9 +155,9 @@ pub fn size_p90(plain: &[Vec<[f64; 3]>], with: &[Vec<[f64; 3]>], contact: &[Vec<
     for ((a, b), c) in plain.iter().zip(with).zip(contact) {
         for ((a, b), c) in a.iter().zip(b).zip(c) {
             if *c {
-                normal.push((b[0] - a[0]).abs() / a[0].abs().max(1e-4));
+                normal.push((b[0] - a[0]).abs() / a[0].abs().max(0.02));
                 let f = a[1].hypot(a[2]);
-                friction.push((b[1] - a[1]).hypot(b[2] - a[2]) / f.max(0.01));
+                friction.push((b[1] - a[1]).hypot(b[2] - a[2]) / f.max(0.05));
             }
         }
     }
