@@ -1,7 +1,9 @@
 //! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
 
 mod build;
+mod diagnose;
 mod mesh;
+mod model;
 mod simulate;
 
 use std::{
@@ -35,6 +37,8 @@ enum Command {
     Build(build::Args),
     /// Follow a path of the plane with the finite-element model
     Simulate(simulate::Args),
+    /// Name the effect that measured runs show and the model lacks
+    Diagnose(diagnose::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
 }
@@ -128,6 +132,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Command::Build(args) => build::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
         Command::Mesh(args) => mesh::run(&args),
     };
     match result {

@@ -78,7 +78,7 @@ impl Signs {
 }
 
 /// Number of sign flips; the least p is one over it.
-pub const FLIPS: usize = 999;
+pub const FLIPS: usize = 499;
 
 /// The score of a group of columns: one contribution per run, and the group's inverse information.
 #[derive(Clone, Debug)]
@@ -176,6 +176,14 @@ impl Score {
         let ((here, here_inverse), (there, there_inverse)) = (self.estimate(), other.estimate());
         let d = here - there * share;
         (here_inverse + there_inverse * share).cholesky().map_or(gain, |c| d.dot(&c.solve(&d)).min(gain))
+    }
+
+    /// Share of the gain that comes from the calibration's prior instead of from single runs: there the sign flips,
+    /// which leave the prior alone, say little.
+    pub fn prior_share(&self) -> f64 {
+        let (estimate, _) = self.estimate();
+        let fixed = DVector::from_column_slice(&self.fixed);
+        (fixed.dot(&estimate) / self.gain().max(1e-12)).clamp(0.0, 1.0)
     }
 
     /// Surprise of the group.

@@ -198,6 +198,12 @@ impl<'a> Task<'a> {
         rows
     }
 
+    /// How far a point is pulled from the prior's mean, in squared standard deviations.
+    pub fn pull(&self, theta: &[f64]) -> f64 {
+        let rows = self.prior_residual(theta, &[]);
+        dot(&rows, &rows)
+    }
+
     fn objective(&self, tangents: &Tangents, v: &PerRun, scaled: &[f64], prior: &[f64]) -> f64 {
         let whitener = tangents.scatter.whitener(v);
         let mut white = scaled.to_vec();
@@ -225,21 +231,29 @@ impl<'a> Task<'a> {
         let mut own: Option<Tangents> = tangents.is_none().then(|| self.tangents(&theta, &laws, &prediction));
         let mut last = f64::INFINITY;
         let mut covariance = DMatrix::zeros(0, 0);
+        let mut cache: Option<(PerRun, Vec<Vec<f64>>, DMatrix<f64>)> = None;
         for round in 0..most {
             let current = own.as_ref().or(tangents).expect("one of them is there");
             let scaled = self.scaled_residual(&prediction);
-            v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, if round == 0 { 6 } else { 4 });
+            if round % 3 == 0 || renew {
+                let rounds = if round == 0 { 6 } else { 4 };
+                v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, rounds);
+            }
             let whitener = current.scatter.whitener(&v);
             let mut white = scaled.clone();
             whitener.apply(&mut white);
             let prior = self.prior_residual(&theta, &laws);
             let here = dot(&white, &white) + whitener.log_det + dot(&prior, &prior) + self.variance_2ll(&v);
-            let mut columns: Vec<Vec<f64>> = current.freedoms.clone();
-            columns.extend(self.law_columns(&theta, &laws, &prediction));
-            for c in &mut columns {
-                whitener.apply(c);
+            if cache.as_ref().is_none_or(|c| renew || c.0 != v) {
+                let mut columns = current.freedoms.clone();
+                columns.iter_mut().for_each(|c| whitener.apply(c));
+                let gram = gram(&columns);
+                cache = Some((v, columns, gram));
             }
-            let (hessian, gradient) = self.normal_equations(&columns, &white, &prior, &laws);
+            let (_, freedoms, gram) = cache.as_ref().expect("just filled");
+            let mut more = self.law_columns(&theta, &laws, &prediction);
+            more.iter_mut().for_each(|c| whitener.apply(c));
+            let (hessian, gradient) = self.normal_equations(freedoms, gram, &more, &white, &prior, &laws);
             covariance = hessian.clone().cholesky().map_or_else(
                 || DMatrix::identity(hessian.nrows(), hessian.nrows()) * f64::NAN,
                 |c| c.inverse(),
@@ -299,21 +313,27 @@ impl<'a> Task<'a> {
 
     fn normal_equations(
         &self,
-        columns: &[Vec<f64>],
+        freedoms: &[Vec<f64>],
+        gram: &DMatrix<f64>,
+        more: &[Vec<f64>],
         white: &[f64],
         prior: &[f64],
         laws: &[Active],
     ) -> (DMatrix<f64>, DVector<f64>) {
+        let columns: Vec<&Vec<f64>> = freedoms.iter().chain(more).collect();
         let n = columns.len();
         let mut hessian = DMatrix::zeros(n, n);
         let mut gradient = DVector::zeros(n);
-        for a in 0..n {
-            for b in a..n {
-                let s = dot(&columns[a], &columns[b]);
+        hessian.view_mut((0, 0), (FREEDOMS, FREEDOMS)).copy_from(gram);
+        for a in FREEDOMS..n {
+            for b in 0..=a {
+                let s = dot(columns[a], columns[b]);
                 hessian[(a, b)] = s;
                 hessian[(b, a)] = s;
             }
-            gradient[a] = dot(&columns[a], white);
+        }
+        for a in 0..n {
+            gradient[a] = dot(columns[a], white);
         }
         let block = self.prior.root.transpose() * &self.prior.root;
         let pull = self.prior.root.transpose() * DVector::from_column_slice(&prior[..FREEDOMS]);
@@ -334,4 +354,18 @@ impl<'a> Task<'a> {
         }
         (hessian, gradient)
     }
+}
+
+/// Products of columns.
+fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let n = columns.len();
+    let mut out = DMatrix::zeros(n, n);
+    for a in 0..n {
+        for b in a..n {
+            let s = dot(&columns[a], &columns[b]);
+            out[(a, b)] = s;
+            out[(b, a)] = s;
+        }
+    }
+    out
 }

@@ -77,6 +77,11 @@ impl Scatter {
         SVector::from_fn(|k, _| dot(&self.columns[k][range.clone()], &column[range.clone()]))
     }
 
+    /// The column of a random effect, over the row noise.
+    pub fn column(&self, effect: usize) -> &[f64] {
+        &self.columns[effect]
+    }
+
     /// Variance of each observation over that of its row noise: 1 + Σ z² V.
     pub fn spread(&self, v: &PerRun) -> Vec<f64> {
         (0..self.layout.len())

@@ -192,7 +192,6 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
             hydration_au: r.hydration_au,
             temperature_c: r.temperature_c,
             width_mm: r.finger_width_mm,
-            modulation: 0.0,
         });
     }
     fill_direction_before_motion(&mut rows);

@@ -33,7 +33,7 @@ pub struct Test {
     /// Model-based p over the whole grid.
     pub p_model: f64,
     /// Sign-flip p over the whole library.
-    pub p_runs: f64,
+    pub p_runs: RunsP,
     /// Whether it would be accepted as the first law.
     pub significant: bool,
     /// Why it cannot be tested.
@@ -48,7 +48,7 @@ pub struct Evidence {
     /// Model-based p, Bonferroni over the grid.
     pub p_model: f64,
     /// Sign-flip p over the library.
-    pub p_runs: f64,
+    pub p_runs: RunsP,
 }
 
 /// Outcome of the selection.
@@ -69,16 +69,36 @@ pub struct Selection {
     pub grid: Vec<Candidate>,
 }
 
+/// A law at its best shape of the grid.
+struct Ranked {
+    law: &'static Law,
+    excess: f64,
+    surprise: f64,
+    p_runs: RunsP,
+}
+
+/// p of the sign flips.
+#[derive(Clone, Copy, Debug)]
+pub struct RunsP {
+    /// The p.
+    pub p: f64,
+    /// Whether the evidence lies in the calibration, so that flips of the measured runs speak neither for nor against.
+    pub by_calibration: bool,
+}
+
 /// Most laws that are accepted.
 const MOST: usize = 3;
 
 /// The level in the three-way rule that accepts a law.
-fn significant(settings: &Settings, gain: f64, parameters: usize, runs: usize, p_model: f64, p_runs: f64) -> bool {
+fn significant(settings: &Settings, gain: f64, parameters: usize, runs: usize, p_model: f64, p_runs: RunsP) -> bool {
     let penalised = gain - (runs as f64).ln() * parameters as f64 > 0.0;
+    if p_runs.by_calibration {
+        return penalised && p_model <= 1e-2 * settings.alpha;
+    }
     penalised
-        && ((p_runs <= settings.alpha && p_model <= 0.1 * settings.alpha)
-            || (p_model <= 1e-2 * settings.alpha && p_runs <= 0.25)
-            || (p_model <= 1e-9 && p_runs <= 0.5))
+        && ((p_runs.p <= settings.alpha && p_model <= 0.3 * settings.alpha)
+            || (p_model <= 1e-2 * settings.alpha && p_runs.p <= 0.25)
+            || (p_model <= 1e-9 && p_runs.p <= 0.5))
 }
 
 /// Fits a law beside those in force, from a shape of the grid and the linear estimate of its size.
@@ -210,8 +230,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
         let all: Vec<_> = scores.iter().filter_map(|s| s.score.clone()).collect();
         let flips = Flips::of(&all, runs, settings.seed + round as u64);
         let cells = all.len().max(1) as f64;
-        // Law, gain, surprise and p over runs at its best shape of the grid.
-        let mut ranking: Vec<(&'static Law, f64, f64, f64)> = Vec::new();
+        let mut ranking: Vec<Ranked> = Vec::new();
         for (i, law) in LAWS.iter().copied().enumerate() {
             let best = scores
                 .iter()
@@ -225,7 +244,12 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
                     Some(a) if a.1 >= b.1 => Some(a),
                     _ => Some(b),
                 })
-                .map_or((0.0, 0.0, 1.0), |(gain, surprise, score)| (gain, surprise, flips.p(score)));
+                .map_or((0.0, 0.0, RunsP { p: 1.0, by_calibration: false }), |(gain, surprise, score)| {
+                    // Where the evidence lies in the calibration, flips of the measured runs cannot speak for or
+                    // against it.
+                    let by_calibration = score.prior_share() > 0.3;
+                    (gain, surprise, RunsP { p: flips.p(score), by_calibration })
+                });
             if round == 0 {
                 let p_model = (cells * (-best.1).exp()).min(1.0);
                 let p_runs = best.2;
@@ -239,16 +263,24 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
                 });
             }
             if best.1 > 0.0 && fit.laws.iter().all(|a| a.law != law) {
-                ranking.push((law, best.0, best.1, best.2));
+                ranking.push(Ranked { law, excess: best.0, surprise: best.1, p_runs: best.2 });
             }
         }
-        ranking.sort_by(|a, b| b.2.total_cmp(&a.2));
-        let Some(&(_, _, top, _)) = ranking.first() else { break };
-        if top < 4.0 {
+        ranking.sort_by(|a, b| b.surprise.total_cmp(&a.surprise));
+        let Some(top) = ranking.first().map(|r| r.surprise) else { break };
+        // A baseline that had to leave the calibration hides what pulled it away; then the laws of depth are tried
+        // from the calibrated point.
+        let strained = round == 0 && task.pull(&fit.theta) > 16.0;
+        if top < 4.0 && !strained {
             break;
         }
-        let mut found: Vec<(Fit, f64, f64)> = Vec::new();
-        for &(law, excess, _, p_runs) in ranking.iter().take(6).filter(|r| r.2 > 0.35 * top) {
+        let mut found: Vec<(Fit, RunsP, f64)> = Vec::new();
+        for (place, ranked) in ranking.iter().enumerate() {
+            let &Ranked { law, excess, surprise, p_runs } = ranked;
+            let of_depth = strained && law.drivers.contains(&super::laws::Column::Depth);
+            if !(of_depth || (place < 6 && surprise > 0.35 * top && top >= 4.0)) {
+                continue;
+            }
             let mut best: Option<Fit> = None;
             let list = starts(&grid, &scores, law, 2);
             let scanned = list.first().map_or(0.0, |s| s.0);
@@ -261,6 +293,18 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
                     best = Some(refined);
                 }
             }
+            if of_depth {
+                let mut from = fit.clone();
+                from.theta.clone_from(&task.prior.mean);
+                for sign in [1.0, -1.0] {
+                    let mut start = super::scan::start_of(law, law.shapes[0]);
+                    start.values[0] = sign * law.parameters[0].typical;
+                    let refined = refine(task, &from, &tangents, &start, 9);
+                    if best.as_ref().is_none_or(|b| refined.minus_2ll < b.minus_2ll) {
+                        best = Some(refined);
+                    }
+                }
+            }
             if let Some(best) = best {
                 if round == 0
                     && let Some(test) = tests.iter_mut().find(|t| t.law == law)
@@ -268,24 +312,28 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
                     test.gain_2ll = (null.minus_2ll - best.minus_2ll).max(0.0);
                 }
                 // What the baseline's form explains of the scan's gain it explains of the refit's.
-                found.push((best, p_runs, (excess / scanned.max(1e-9)).min(1.0)));
+                let share = if of_depth { 1.0 } else { (excess / scanned.max(1e-9)).min(1.0) };
+                found.push((best, p_runs, share));
             }
         }
-        found.sort_by(|a, b| priced(&a.0).total_cmp(&priced(&b.0)));
-        let Some((best, p_runs, share)) = found.into_iter().next() else { break };
-        let new = &best.laws[best.laws.len() - 1];
-        let gain = share * (fit.minus_2ll - best.minus_2ll);
-        let p_model = (cells * (-surprise(gain.max(0.0), new.law.parameters.len())).exp()).min(1.0);
-        let price = fit.laws.iter().zip(&evidence).filter(|(a, _)| same_axis(a.law, new.law)).map(|(_, e)| 0.04 * e.gain_2ll);
-        let least = price.fold(0.0, f64::max);
-        if gain < least || !significant(settings, gain, new.law.parameters.len(), runs, p_model, p_runs) {
-            break;
+        // The best of those that pass; a law that fits better by a few wild runs does not stand in the way.
+        let mut passed: Vec<(Fit, Evidence)> = Vec::new();
+        for (refit, p_runs, share) in found {
+            let new = &refit.laws[refit.laws.len() - 1];
+            let gain = share * (fit.minus_2ll - refit.minus_2ll);
+            let p_model = (cells * (-surprise(gain.max(0.0), new.law.parameters.len())).exp()).min(1.0);
+            let least = fit.laws.iter().zip(&evidence).filter(|(a, _)| same_axis(a.law, new.law));
+            let least = least.map(|(_, e)| 0.04 * e.gain_2ll).fold(0.0, f64::max);
+            if gain >= least && significant(settings, gain, new.law.parameters.len(), runs, p_model, p_runs) {
+                passed.push((refit, Evidence { gain_2ll: gain, p_model, p_runs }));
+            }
         }
-        let start = best;
+        passed.sort_by(|a, b| priced(&a.0).total_cmp(&priced(&b.0)));
+        let Some((start, proof)) = passed.into_iter().next() else { break };
         fit = task.fit(start.theta, start.laws, start.variances, None, true, 5);
         let prediction = task.predict(&fit.theta, &fit.laws);
         tangents = task.tangents(&fit.theta, &fit.laws, &prediction);
-        evidence.push(Evidence { gain_2ll: gain, p_model, p_runs });
+        evidence.push(proof);
         eliminate(task, &mut fit, &mut tangents, &mut evidence, runs);
         grid = candidates(task, &fit, &testable);
         debug_assert_eq!(grid.len(), form.len());

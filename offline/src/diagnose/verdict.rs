@@ -117,7 +117,7 @@ pub fn judge<'a>(
         expected[k] += reading_scatter(&task, &selection.fit.laws, corrections)[k];
     }
     let unexplained =
-        look(&task, set, (&plain, effect_free), &selection.fit, &selection.tangents, (&expected, calibration.runs), explained, settings.seed);
+        look(&task, set, (&plain, effect_free), &selection.fit, &selection.tangents, (&expected, calibration.runs), &selection.null.variances, explained, settings.seed);
     let verdict = if unexplained.significant {
         Verdict::UnexplainedStructure
     } else if selection.fit.laws.is_empty() {

@@ -22,7 +22,8 @@ pub struct Picture {
     pub svg: Option<String>,
 }
 
-const STYLE: &str = include_str!("page.css");
+/// The sheet of every page.
+pub(super) const STYLE: &str = include_str!("page.css");
 
 /// What every report says of the model's limits.
 const LEFT_OUT: [&str; 6] = [
@@ -34,16 +35,18 @@ const LEFT_OUT: [&str; 6] = [
     "Table 1 gives means of three trials without their spread, so no difference here has an error bar.",
 ];
 
-fn escape(text: &str) -> String {
+/// Escapes text for a page.
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Escapes running text and keeps numbers and their units on one line.
-fn prose(text: &str) -> String {
+pub(super) fn prose(text: &str) -> String {
     [" mm", " %", " N/mm", " kPa"].iter().fold(escape(text), |t, unit| t.replace(unit, &unit.replace(' ', "\u{a0}")))
 }
 
-fn cell(text: &str) -> String {
+/// A cell with a number.
+pub(super) fn cell(text: &str) -> String {
     format!("<td class=\"num\">{text}</td>")
 }
 
@@ -51,10 +54,8 @@ fn number(v: Option<f64>, decimals: usize) -> String {
     cell(&fixed(v.unwrap_or(f64::NAN), decimals))
 }
 
-/// The page as one file.
-pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
-    let p = &numbers.provenance;
-    let mut out = String::new();
+/// The page's own fonts.
+pub(super) fn fonts() -> String {
     let face = |weight, data: &[u8]| {
         format!(
             "@font-face{{font-family:\"{}\";font-weight:{weight};src:url(data:font/ttf;base64,{}) format(\"truetype\")}}\n",
@@ -62,7 +63,14 @@ pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
             BASE64.encode(data)
         )
     };
-    let fonts = face(400, font::REGULAR) + &face(700, font::BOLD);
+    face(400, font::REGULAR) + &face(700, font::BOLD)
+}
+
+/// The page as one file.
+pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
+    let p = &numbers.provenance;
+    let mut out = String::new();
+    let fonts = fonts();
     let _ = write!(
         out,
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -105,7 +113,8 @@ pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
     out
 }
 
-fn figure(out: &mut String, number: usize, picture: &Picture) {
+/// A figure with its caption.
+pub(super) fn figure(out: &mut String, number: usize, picture: &Picture) {
     let title = escape(&picture.title);
     let _ = writeln!(out, "<figure id=\"{}\">", escape(&picture.name));
     match &picture.svg {

@@ -11,6 +11,7 @@ fn main() {
     let mut list: Vec<(u64, Hide)> = vec![];
     for rep in 0..reps {
         match kind {
+            "one" => { let l: usize = args[5].parse().unwrap(); list.push((1000*rep + l as u64 + 17, Hide::Law(l))) },
             "law" => for law in 0..17 { list.push((1000*rep + law as u64 + 17, Hide::Law(law))) },
             "none" => list.push((5000+rep, Hide::Nothing)),
             "out" => for i in 0..6 { list.push((7000+10*rep+i as u64, Hide::Outside(i))) },

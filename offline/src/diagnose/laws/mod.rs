@@ -99,8 +99,6 @@ pub struct Row {
     pub temperature_c: f64,
     /// Width of the finger, mm.
     pub width_mm: f64,
-    /// Free modulation, for the search for structure that no law explains; 0 otherwise.
-    pub modulation: f64,
 }
 
 /// What the laws in force do to the model in one row.
