@@ -19,7 +19,7 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `peer` (CPU time against CalculiX)
+    /// A benchmark: `peer` (CPU time against CalculiX), `diagnose` (score card on hidden sets)
     Bench {
         /// Which
         name: String,
@@ -46,7 +46,10 @@ fn main() -> anyhow::Result<()> {
                 need_calculix()?;
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_peer", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there is: peer"),
+            "diagnose" => {
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_diagnose", "--"], &args)
+            }
+            other => bail!("no benchmark {other}; there are: peer, diagnose"),
         },
         Chore::Thumb(args) => thumb::main(&args),
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use fingerpad_offline::{
     diagnose::{
         CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, Reference, RunSet, Settings,
-        Verdict, diagnose, laws::Column,
+        Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
     },
     io::{self, runs_csv},
     report,
@@ -120,6 +120,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     std::fs::create_dir_all(&args.out)
         .map_err(|source| io::Error::File { path: args.out.clone(), source })?;
     let started = Instant::now();
+    if let Some(path) = &args.table {
+        let table = io::table_csv::read(path)?;
+        let rows: Vec<_> = table.iter().map(|r| [r.depth_mm, r.normal_force_n, r.friction_coefficient, r.contact_area_mm2]).collect();
+        return brief(args, path, &args.out, diagnose_table(&rows), rows.len());
+    }
+    if args.force_only {
+        let several = args.measured.len() > 1;
+        for path in &args.measured {
+            let trace = io::trace_csv::read(path, args.map.as_deref())?;
+            let out = if several { args.out.join(path.file_stem().unwrap_or_default()) } else { args.out.clone() };
+            std::fs::create_dir_all(&out).map_err(|source| io::Error::File { path: out.clone(), source })?;
+            brief(args, path, &out, diagnose_forces(&trace, args.alpha), trace.len())?;
+        }
+        return Ok(());
+    }
+    if args.confirm_fe {
+        return Err(Failure::Input(anyhow::anyhow!("--confirm-fe is not there yet: the finite-element law has no effects")));
+    }
     let [measured_path] = &args.measured[..] else {
         return Err(Failure::Input(anyhow::anyhow!("--measured takes one file here; several belong to --force-only")));
     };
@@ -156,9 +174,49 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     spinner.finish_and_clear();
     report.input = vec![input("calibration", &calibration), input("measured", &measured)];
     report.input.extend(held);
+    let model_file = args.out.join("corrected.fpm");
+    if report.effects.is_empty() {
+        let _ = std::fs::remove_file(&model_file);
+    } else {
+        let bytes = corrected(&data, &reference, &evidence)?;
+        io::atomic_write(&model_file, |w| w.write_all(&bytes))?;
+        report.corrected_model = Some("corrected.fpm".into());
+    }
     report.elapsed_s = started.elapsed().as_secs_f64();
     write(args, &report, &evidence)?;
     println!("{}", report::diagnosis::summary(&report));
+    Ok(())
+}
+
+/// Writes a diagnosis that has sentences instead of figures.
+fn brief(
+    args: &Args,
+    path: &Path,
+    out: &Path,
+    (mut report, sentences): (Diagnosis, Vec<String>),
+    rows: usize,
+) -> Result<(), Failure> {
+    use sha2::Digest;
+    let bytes = std::fs::read(path).map_err(|source| io::Error::File { path: path.to_path_buf(), source })?;
+    report.input = vec![InputFile {
+        role: "measured".into(),
+        file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+        sha256: sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
+        rows,
+        runs: report.holdout.runs,
+        notes: sentences.clone(),
+    }];
+    report.seed = args.seed;
+    let rendered = report::diagnosis::render_brief(&report, &sentences).map_err(|e| Failure::Numerics(e.into()))?;
+    let json = args.report.clone().unwrap_or_else(|| out.join("report.json"));
+    io::atomic_write(&json, |w| w.write_all(rendered.json.as_bytes()))?;
+    io::atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
+    if let Some(plan) = &report.next_experiment {
+        let text = report::diagnosis::plan_csv(plan);
+        io::atomic_write(&out.join("next_experiment.csv"), |w| w.write_all(text.as_bytes()))?;
+    }
+    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&report));
+    sentences.iter().for_each(|s| println!("{s}"));
     Ok(())
 }
 

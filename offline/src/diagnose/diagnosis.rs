@@ -334,13 +334,13 @@ pub fn diagnose<E: From<DiagnoseError>>(
         Some(mut set) => {
             check_pair(calibration_set, &set)?;
             fixes.iter().for_each(|f| f.apply(&mut set));
-            on_file(&set, reference, &calibration, null, full)
+            on_file(&set, reference, &calibration, &judged.expected, null, full)
         }
-        None => by_folds(&corrected, reference, &calibration, null, full),
+        None => by_folds(&corrected, reference, &calibration, &judged.expected, null, full),
     };
 
     stage("writing the report");
-    let disagreement = disagreement(&judged, &corrected, &calibration);
+    let disagreement = disagreement(&judged, &corrected);
     let map_after = map(&corrected, &full.residual_n);
     let (effects, drivers) = if claimed { effects(&judged, &corrected) } else { (Vec::new(), Vec::new()) };
     let partial = if judged.verdict == Verdict::UnexplainedStructure { partial(&judged) } else { Vec::new() };
@@ -401,11 +401,11 @@ fn next(judged: &Judged<'_>, set: &RunSet) -> Option<NextExperiment> {
     propose(&judged.task, set, &judged.selection.fit, &rivalries)
 }
 
-fn disagreement(judged: &Judged<'_>, set: &RunSet, calibration: &Calibration) -> Disagreement {
+fn disagreement(judged: &Judged<'_>, set: &RunSet) -> Disagreement {
     let null = &judged.selection.null;
     let (mut rms, mut floor) = (Squares::default(), Squares::default());
     rms.add(null.residual_n.iter().copied());
-    floor.add(floor_n(&judged.task, &null.theta, &[], calibration).into_iter());
+    floor.add(floor_n(&judged.task, &null.theta, &[], &judged.expected).into_iter());
     let (rms_n, floor_rms_n) = (rms.rms(), floor.rms());
     Disagreement {
         ratio: std::array::from_fn(|k| worst(&[rms_n[k]; 3], &[floor_rms_n[k]; 3])),

@@ -3,6 +3,7 @@
 use super::base::Reference;
 use super::calibrate::Calibration;
 use super::fit::{Fit, Task};
+use super::mixed::PerRun;
 use super::runs::RunSet;
 use super::verdict::task_of;
 use super::walk::Active;
@@ -49,9 +50,9 @@ impl Squares {
 }
 
 /// Standard deviation that row noise and run scatter give each observation of a task, N.
-pub fn floor_n(task: &Task<'_>, theta: &[f64], laws: &[Active], calibration: &Calibration) -> Vec<f64> {
+pub fn floor_n(task: &Task<'_>, theta: &[f64], laws: &[Active], scatter: &PerRun) -> Vec<f64> {
     let prediction = task.predict(theta, laws);
-    let spread = task.run_columns(theta, laws, &prediction).spread(&calibration.fit.variances);
+    let spread = task.run_columns(theta, laws, &prediction).spread(scatter);
     spread.iter().zip(&task.sigma_n).map(|(s, sigma)| s.sqrt() * sigma).collect()
 }
 
@@ -80,17 +81,33 @@ fn squares(task: &Task<'_>, prediction: &[f64]) -> Squares {
 }
 
 /// The gap on a held-out file.
-pub fn on_file(set: &RunSet, reference: &Reference, calibration: &Calibration, null: &Fit, full: &Fit) -> Gap {
+///
+/// `scatter`: variances between runs of the calibration, and what the errors of state columns add.
+pub fn on_file(
+    set: &RunSet,
+    reference: &Reference,
+    calibration: &Calibration,
+    scatter: &PerRun,
+    null: &Fit,
+    full: &Fit,
+) -> Gap {
     let task = task_of(set, reference, calibration);
     let mut floor = Squares::default();
-    floor.add(floor_n(&task, &full.theta, &full.laws, calibration).into_iter());
+    floor.add(floor_n(&task, &full.theta, &full.laws, scatter).into_iter());
     let before = squares(&task, &task.predict(&null.theta, &null.laws));
     let after = squares(&task, &task.predict(&full.theta, &full.laws));
     gap("file", set.runs.len(), before, after, floor)
 }
 
 /// The gap by leaving out every fifth run in turn; each fold is fitted without the runs that it predicts.
-pub fn by_folds(set: &RunSet, reference: &Reference, calibration: &Calibration, null: &Fit, full: &Fit) -> Gap {
+pub fn by_folds(
+    set: &RunSet,
+    reference: &Reference,
+    calibration: &Calibration,
+    scatter: &PerRun,
+    null: &Fit,
+    full: &Fit,
+) -> Gap {
     const FOLDS: usize = 5;
     let (mut before, mut after, mut floor) = (Squares::default(), Squares::default(), Squares::default());
     for fold in 0..FOLDS {
@@ -112,7 +129,7 @@ pub fn by_folds(set: &RunSet, reference: &Reference, calibration: &Calibration, 
         };
         add(&mut before, &plain);
         add(&mut after, &with);
-        floor.add(floor_n(&other, &with.theta, &with.laws, calibration).into_iter());
+        floor.add(floor_n(&other, &with.theta, &with.laws, scatter).into_iter());
     }
     gap("k-fold by run", set.runs.len(), before, after, floor)
 }

@@ -5,14 +5,17 @@
 //! May use: `fingerpad` (model files) and nalgebra. Reads no files.
 
 mod base;
+mod brief;
 mod calibrate;
 mod chance;
 mod check;
+mod corrected;
 mod covariates;
 mod design;
 mod diagnosis;
 mod error;
 mod fit;
+pub mod force_only;
 mod heldout;
 pub mod laws;
 mod mixed;
@@ -27,7 +30,10 @@ mod verdict;
 mod walk;
 
 pub use base::{FREEDOM, Reference};
+pub use brief::{TableRow, force_only as diagnose_forces, table as diagnose_table};
+pub use corrected::corrected;
 pub use calibrate::{Calibration, calibrate};
+pub use check::check;
 pub use covariates::{CORNEOMETER_SD_AU, CovariateError};
 pub use design::{NextExperiment, PlannedRun};
 pub use diagnosis::{

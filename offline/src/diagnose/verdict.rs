@@ -4,6 +4,7 @@ use super::calibrate::{Calibration, sigma_of};
 use super::covariates::{Correction, CovariateError};
 use super::base::Reference;
 use super::fit::Task;
+use super::mixed::PerRun;
 use super::laws::{Change, LAWS, Law, Place};
 use super::omnibus::{Unexplained, look};
 use super::rivals::{Contest, contest};
@@ -38,6 +39,8 @@ pub struct Judged<'a> {
     pub unexplained: Unexplained,
     /// The answer.
     pub verdict: Verdict,
+    /// Variances between runs that calibration and reading errors explain.
+    pub expected: PerRun,
 }
 
 /// Families among the candidates of a contest.
@@ -127,7 +130,7 @@ pub fn judge<'a>(
     } else {
         Verdict::Named
     };
-    Judged { task, selection, contests, unexplained, verdict }
+    Judged { task, selection, contests, unexplained, verdict, expected }
 }
 
 /// Variance of stiffness and strength between runs that the errors of the state's columns cause through the laws.

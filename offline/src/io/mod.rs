@@ -13,6 +13,7 @@ pub mod path_csv;
 pub mod response_csv;
 pub mod runs_csv;
 pub mod table_csv;
+pub mod trace_csv;
 pub mod vtu;
 
 pub use atomic::atomic_write;

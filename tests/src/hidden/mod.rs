@@ -3,10 +3,12 @@
 //! Main types: [`finger::Finger`] (bristles on a bulk, under a pressure that moves with depth), [`effects::Effect`],
 //! [`protocol::Plan`], [`sets::Case`] (truth and data), [`oracle`] (what a perfect analyst could tell).
 
+pub mod csv;
 pub mod effects;
 pub mod finger;
 pub mod oracle;
 pub mod protocol;
+pub mod score;
 pub mod sets;
 
 /// Random numbers of a set.

@@ -9,7 +9,7 @@ mod words;
 
 use super::{Rendered, ReportError, canvas, html::Picture};
 use crate::diagnose::{Diagnosis, Evidence, NextExperiment};
-pub use words::summary;
+pub use words::{summary, word};
 
 /// Makes page, numbers and figures.
 ///
@@ -55,6 +55,14 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
     );
     let json = serde_json::to_string_pretty(report)? + "\n";
     Ok(Rendered { html: page::page(report, &pictures), json, figures: files })
+}
+
+/// Page and numbers of a diagnosis that has sentences instead of figures.
+///
+/// Errors: [`ReportError::Json`].
+pub fn render_brief(report: &Diagnosis, sentences: &[String]) -> Result<Rendered, ReportError> {
+    let json = serde_json::to_string_pretty(report)? + "\n";
+    Ok(Rendered { html: page::brief(report, sentences), json, figures: Vec::new() })
 }
 
 /// The strokes of the next experiment as a CSV file; blank cells are the reference conditions.

@@ -50,6 +50,20 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
     out
 }
 
+/// The page of a diagnosis that has sentences instead of figures.
+pub fn brief(report: &Diagnosis, sentences: &[String]) -> String {
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>fingerpad diagnose</title>\n<style>\n{STYLE}{}</style>\n\
+         </head>\n<body>\n<main>\n<h1>Verdict: {}</h1>\n",
+        fonts(),
+        words::word(report)
+    );
+    for sentence in sentences {
+        let _ = writeln!(out, "<p>{}</p>", prose(sentence));
+    }
+    out + &effects(report) + &next(report) + "</main>\n</body>\n</html>\n"
+}
+
 fn effects(report: &Diagnosis) -> String {
     let mut out = String::new();
     for e in &report.effects {

@@ -98,15 +98,19 @@ pub fn verdict(report: &Diagnosis) -> String {
     }
 }
 
-/// The lines that the command prints.
-pub fn summary(report: &Diagnosis) -> String {
-    let word = match report.verdict {
+/// The verdict as it stands in the report.
+pub fn word(report: &Diagnosis) -> &'static str {
+    match report.verdict {
         Verdict::None => "none",
         Verdict::Named => "named",
         Verdict::Ambiguous => "ambiguous",
         Verdict::UnexplainedStructure => "unexplained_structure",
-    };
-    format!("verdict: {word}\n{}", verdict(report))
+    }
+}
+
+/// The lines that the command prints.
+pub fn summary(report: &Diagnosis) -> String {
+    format!("verdict: {}\n{}", word(report), verdict(report))
 }
 
 /// Under a residual map.
