@@ -41,7 +41,14 @@ pub struct Contact<const M: usize> {
 
 impl<const M: usize> Default for Contact<M> {
     fn default() -> Self {
-        Self { state: StateOf::default(), contact_s: 0.0, dwell_s: 0.0, occlusion_s: 0.0, path_mm: 0.0, double: [0.0; 2] }
+        Self {
+            state: StateOf::default(),
+            contact_s: 0.0,
+            dwell_s: 0.0,
+            occlusion_s: 0.0,
+            path_mm: 0.0,
+            double: [0.0; 2],
+        }
     }
 }
 

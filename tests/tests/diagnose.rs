@@ -13,7 +13,9 @@ fn law(name: &str) -> Hide {
 
 #[test]
 fn clear_effects_are_named_and_shrink_the_gap() {
-    for (seed, name) in [(1, "temperature"), (2, "anisotropy"), (3, "static_peak"), (4, "subject_size"), (5, "viscous_drag")] {
+    for (seed, name) in
+        [(1, "temperature"), (2, "anisotropy"), (3, "static_peak"), (4, "subject_size"), (5, "viscous_drag")]
+    {
         let scored = score(&case(seed, law(name), 0.3, 0, 60, true));
         println!("seed {seed} {name}: {:?}", scored.class);
         assert_eq!(scored.class, Class::Exact, "seed {seed} {name}");
@@ -24,7 +26,9 @@ fn clear_effects_are_named_and_shrink_the_gap() {
 
 #[test]
 fn nothing_missing_is_not_named() {
-    let named = (10..16).filter(|seed| score(&case(*seed, Hide::Nothing, 0.0, 0, 60, true)).report.verdict != Verdict::None).count();
+    let named = (10..16)
+        .filter(|seed| score(&case(*seed, Hide::Nothing, 0.0, 0, 60, true)).report.verdict != Verdict::None)
+        .count();
     assert!(named <= 1, "{named} of 6");
 }
 
@@ -103,5 +107,14 @@ fn unusable_files_name_line_and_column() {
     refuse(&|t| t.replace(',', ";"), &["bad.csv:1", "comma"]);
     refuse(&|t| t.lines().take(31).collect::<Vec<_>>().join("\n"), &["bad.csv", "run_id", "1 run "]);
     refuse(&|_| String::new(), &["bad.csv"]);
-    refuse(&|t| t.replacen("normal_force_n", "tmp", 1).replacen("friction_x_n", "normal_force_n", 1).replacen("tmp", "friction_x_n", 1), &["normal_force_n"]);
+    refuse(
+        &|t| {
+            t.replacen("normal_force_n", "tmp", 1).replacen("friction_x_n", "normal_force_n", 1).replacen(
+                "tmp",
+                "friction_x_n",
+                1,
+            )
+        },
+        &["normal_force_n"],
+    );
 }

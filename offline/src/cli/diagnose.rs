@@ -75,9 +75,15 @@ fn covariate(text: &str) -> Result<CovariateError, String> {
     let column = [Column::Dwell, Column::Occlusion, Column::Hydration, Column::Temperature, Column::Width]
         .into_iter()
         .find(|c| c.name() == name.trim())
-        .ok_or_else(|| format!("`{name}` is not one of dwell_s, occlusion_time_s, hydration_au, temperature_c, finger_width_mm"))?;
+        .ok_or_else(|| {
+            format!("`{name}` is not one of dwell_s, occlusion_time_s, hydration_au, temperature_c, finger_width_mm")
+        })?;
     let sd: f64 = sd.trim().parse().map_err(|_| format!("`{sd}` is not a number"))?;
-    if sd >= 0.0 && sd.is_finite() { Ok(CovariateError { column, sd }) } else { Err(format!("{sd} is not a standard deviation")) }
+    if sd >= 0.0 && sd.is_finite() {
+        Ok(CovariateError { column, sd })
+    } else {
+        Err(format!("{sd} is not a standard deviation"))
+    }
 }
 
 impl From<DiagnoseError> for Failure {
@@ -87,7 +93,8 @@ impl From<DiagnoseError> for Failure {
 }
 
 fn read(path: &Path) -> Result<RunSet, Failure> {
-    let style = ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {eta} left").expect("a valid template");
+    let style =
+        ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {eta} left").expect("a valid template");
     let bar = ProgressBar::new(1000).with_style(style).with_prefix("reading");
     let result = runs_csv::read(path, &mut |share| {
         bar.set_position((share * 1000.0) as u64);
@@ -117,12 +124,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.alpha > 0.0 && args.alpha < 0.5) {
         return Err(Failure::Input(anyhow::anyhow!("--alpha {}: not between 0 and 0.5", args.alpha)));
     }
-    std::fs::create_dir_all(&args.out)
-        .map_err(|source| io::Error::File { path: args.out.clone(), source })?;
+    std::fs::create_dir_all(&args.out).map_err(|source| io::Error::File { path: args.out.clone(), source })?;
     let started = Instant::now();
     if let Some(path) = &args.table {
         let table = io::table_csv::read(path)?;
-        let rows: Vec<_> = table.iter().map(|r| [r.depth_mm, r.normal_force_n, r.friction_coefficient, r.contact_area_mm2]).collect();
+        let mut rows = Vec::new();
+        for (i, r) in table.iter().enumerate() {
+            let area = r.contact_area_mm2.ok_or_else(|| {
+                Failure::Input(anyhow::anyhow!(
+                    "{}: data row {}: column contact_area_mm2 is missing",
+                    path.display(),
+                    i + 1
+                ))
+            })?;
+            rows.push([r.depth_mm, r.normal_force_n, r.friction_coefficient, area]);
+        }
+        if rows.len() < 4 {
+            return Err(Failure::Input(anyhow::anyhow!(
+                "{}: {} rows where at least 4 are needed",
+                path.display(),
+                rows.len()
+            )));
+        }
         return brief(args, path, &args.out, diagnose_table(&rows), rows.len());
     }
     if args.force_only {
@@ -136,7 +159,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     if args.confirm_fe {
-        return Err(Failure::Input(anyhow::anyhow!("--confirm-fe is not there yet: the finite-element law has no effects")));
+        return Err(Failure::Input(anyhow::anyhow!(
+            "--confirm-fe is not there yet: the finite-element law has no effects"
+        )));
     }
     let [measured_path] = &args.measured[..] else {
         return Err(Failure::Input(anyhow::anyhow!("--measured takes one file here; several belong to --force-only")));

@@ -109,8 +109,11 @@ impl Reference {
             let offset = 1.0 + 0.2 * (2.0 * (k % half) as f64 - (half - 1) as f64);
             *slot = [offset / f64::from(element.inverse_yield), f64::from(element.strength) / half as f64];
         }
-        let area =
-            if own_area { fit(|r| r.area.value) } else { [TABLE_AREA[0].ln() + TABLE_AREA[1] * MIDDLE_MM.ln(), TABLE_AREA[1], 0.0, 0.0] };
+        let area = if own_area {
+            fit(|r| r.area.value)
+        } else {
+            [TABLE_AREA[0].ln() + TABLE_AREA[1] * MIDDLE_MM.ln(), TABLE_AREA[1], 0.0, 0.0]
+        };
         Self {
             normal: fit(|r| r.normal.value),
             strength: fit(|r| r.limit.value),
@@ -131,7 +134,8 @@ impl Reference {
         for (k, slot) in yields.iter_mut().enumerate() {
             let t = 2.0 * k as f64 / (ELEMENTS - 1) as f64 - 1.0;
             slot[0] = slot[0].powf(spread);
-            slot[1] *= (theta[12] * t + theta[13] * (t * t - 0.4) + theta[25] * t * (t * t - 0.6)).clamp(-4.0, 4.0).exp();
+            slot[1] *=
+                (theta[12] * t + theta[13] * (t * t - 0.4) + theta[25] * t * (t * t - 0.6)).clamp(-4.0, 4.0).exp();
             strength += slot[1];
         }
         for slot in &mut yields {

@@ -81,7 +81,8 @@ pub fn force_only(trace: &[TraceRow], alpha: f64) -> (Diagnosis, Vec<String>) {
     let verdict = if found && carries { Verdict::Named } else { Verdict::None };
     let rms = fit.rms_n.map(|r| [0.0, r, r]);
     let rms = if verdict == Verdict::Named { rms } else { [rms[0]; 2] };
-    let mut report = bare(verdict, "ring |F - b| = k (N - b_n)^m", rms, [0.0, fit.noise_n, fit.noise_n], "none: one trace", 1);
+    let mut report =
+        bare(verdict, "ring |F - b| = k (N - b_n)^m", rms, [0.0, fit.noise_n, fit.noise_n], "none: one trace", 1);
     report.noise.additive_n = fit.noise_n;
     report.baseline.parameters = vec![
         parameter("friction_at_1_n", "N", fit.friction[0], f64::NAN),
@@ -125,13 +126,19 @@ fn tare_effect(fit: &TareFit) -> EffectFound {
                 ci95: [fit.tare_n[k] - fit.half_n[k], fit.tare_n[k] + fit.half_n[k]],
             })
             .collect(),
-        size_p90_relative: fit.tare_n[1].hypot(fit.tare_n[2]) / (fit.friction[0] * fit.load_n[0].max(0.05).powf(fit.friction[1])),
+        size_p90_relative: fit.tare_n[1].hypot(fit.tare_n[2])
+            / (fit.friction[0] * fit.load_n[0].max(0.05).powf(fit.friction[1])),
         gain_2ll: fit.gain_2ll,
         p_model: fit.p,
         p_runs: fit.p,
         against_calibration: false,
         lambda_detect: fit.gain_2ll,
-        candidates: vec![CandidateLaw { law: "tare_bias".into(), family: "tare".into(), delta_2ll: 0.0, lambda_rival: 0.0 }],
+        candidates: vec![CandidateLaw {
+            law: "tare_bias".into(),
+            family: "tare".into(),
+            delta_2ll: 0.0,
+            lambda_rival: 0.0,
+        }],
     }
 }
 
@@ -139,7 +146,12 @@ fn sentences(fit: &TareFit, verdict: Verdict, carries: bool, inseparable: bool) 
     let mut out = Vec::new();
     let value = |k: usize| format!("{:+.2} ± {:.2} N", fit.tare_n[k], fit.half_n[k]);
     if verdict == Verdict::Named {
-        out.push(format!("Missing: the sensor's tare, x {}, y {} (95 %), from {} rows in firm contact.", value(1), value(2), fit.rows.len()));
+        out.push(format!(
+            "Missing: the sensor's tare, x {}, y {} (95 %), from {} rows in firm contact.",
+            value(1),
+            value(2),
+            fit.rows.len()
+        ));
         out.push(format!(
             "Median friction coefficient: {:.2} as read, {:.2} with the tangential tare taken off.",
             fit.friction_coefficient[0], fit.friction_coefficient[1]
@@ -220,11 +232,13 @@ pub fn table(rows: &[TableRow]) -> (Diagnosis, Vec<String>) {
         let sum: f64 = r.iter().zip(rows).map(|(r, row)| (r * row[1] * row[2]).powi(2)).sum();
         [0.0, (sum / rows.len() as f64).sqrt(), 0.0]
     };
-    let floor = [0.0, ERROR * (rows.iter().map(|r| (r[1] * r[2]).powi(2)).sum::<f64>() / rows.len() as f64).sqrt(), 0.0];
+    let floor =
+        [0.0, ERROR * (rows.iter().map(|r| (r[1] * r[2]).powi(2)).sum::<f64>() / rows.len() as f64).sqrt(), 0.0];
     let disagrees = gain > 6.0;
     let verdict = if disagrees { Verdict::Ambiguous } else { Verdict::None };
     let after = if disagrees { rms(&free) } else { rms(&plain) };
-    let mut report = bare(verdict, "F proportional to N^(2/3)", [rms(&plain), after], floor, "none: all rows fitted", rows.len());
+    let mut report =
+        bare(verdict, "F proportional to N^(2/3)", [rms(&plain), after], floor, "none: all rows fitted", rows.len());
     report.noise.multiplicative = ERROR;
     if disagrees {
         let own = chi2(&free);
@@ -236,12 +250,21 @@ pub fn table(rows: &[TableRow]) -> (Diagnosis, Vec<String>) {
         };
         let sxx: f64 = n.iter().map(|x| (x - n.iter().sum::<f64>() / n.len() as f64).powi(2)).sum();
         let half = 1.96 * ERROR / sxx.sqrt();
-        let mut candidates = vec![candidate("load_exponent", own), candidate("tau_0", chi2(&adhesive)), candidate("geometry", chi2(&shaped))];
+        let mut candidates = vec![
+            candidate("load_exponent", own),
+            candidate("tau_0", chi2(&adhesive)),
+            candidate("geometry", chi2(&shaped)),
+        ];
         candidates.retain(|c| c.delta_2ll < 10.0);
         report.effects.push(EffectFound {
             law: "load_exponent".into(),
             family: "load_exponent".into(),
-            parameters: vec![FittedParameter { name: "exponent".into(), value: exponent, unit: String::new(), ci95: [exponent - half, exponent + half] }],
+            parameters: vec![FittedParameter {
+                name: "exponent".into(),
+                value: exponent,
+                unit: String::new(),
+                ci95: [exponent - half, exponent + half],
+            }],
             size_p90_relative: plain.iter().map(|r| r.abs()).fold(0.0, f64::max),
             gain_2ll: gain,
             p_model: (-super::chance::surprise(gain, 1)).exp(),
@@ -257,7 +280,12 @@ pub fn table(rows: &[TableRow]) -> (Diagnosis, Vec<String>) {
             lambda_rival_expected: 0.0,
             runs: depths
                 .iter()
-                .map(|d| PlannedRun { depth_mm: Some(*d), rest_before_s: Some(60.0), new_block: Some(true), ..PlannedRun::default() })
+                .map(|d| PlannedRun {
+                    depth_mm: Some(*d),
+                    rest_before_s: Some(60.0),
+                    new_block: Some(true),
+                    ..PlannedRun::default()
+                })
                 .collect(),
         });
     }

@@ -10,11 +10,18 @@ pub fn surprise(x: f64, k: usize) -> f64 {
     match k {
         1 => -ln_erfc((0.5 * x).sqrt()),
         2 => 0.5 * x,
-        3 => -(ln_erfc((0.5 * x).sqrt()) + ((2.0 * x / std::f64::consts::PI).sqrt() * (-0.5 * x - ln_erfc((0.5 * x).sqrt())).exp()).ln_1p()),
+        3 => {
+            -(ln_erfc((0.5 * x).sqrt())
+                + ((2.0 * x / std::f64::consts::PI).sqrt() * (-0.5 * x - ln_erfc((0.5 * x).sqrt())).exp()).ln_1p())
+        }
         _ => {
             let k = k as f64;
             let z = ((x / k).cbrt() - 1.0 + 2.0 / (9.0 * k)) / (2.0 / (9.0 * k)).sqrt();
-            if z > 0.0 { std::f64::consts::LN_2 - ln_erfc(z / std::f64::consts::SQRT_2) } else { 0.5 * (1.0 - z / 2.0).max(0.0) }
+            if z > 0.0 {
+                std::f64::consts::LN_2 - ln_erfc(z / std::f64::consts::SQRT_2)
+            } else {
+                0.5 * (1.0 - z / 2.0).max(0.0)
+            }
         }
     }
 }
@@ -23,7 +30,15 @@ pub fn surprise(x: f64, k: usize) -> f64 {
 fn ln_erfc(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.5 * x);
     let c = [
-        -1.26551223, 1.00002368, 0.37409196, 0.09678418, -0.18628806, 0.27886807, -1.13520398, 1.48851587, -0.82215223,
+        -1.26551223,
+        1.00002368,
+        0.37409196,
+        0.09678418,
+        -0.18628806,
+        0.27886807,
+        -1.13520398,
+        1.48851587,
+        -0.82215223,
         0.17087277,
     ];
     let poly = c.iter().rev().fold(0.0, |sum, c| sum * t + c);
@@ -38,7 +53,11 @@ pub fn f_tail(f: f64, n1: f64, n2: f64) -> f64 {
     let (a, b) = (2.0 / (9.0 * n1), 2.0 / (9.0 * n2));
     let w = f.cbrt();
     let z = ((1.0 - b) * w - (1.0 - a)) / (b * w * w + a).sqrt();
-    if z > 0.0 { 0.5 * ln_erfc(z / std::f64::consts::SQRT_2).exp() } else { 1.0 - 0.5 * ln_erfc(-z / std::f64::consts::SQRT_2).exp() }
+    if z > 0.0 {
+        0.5 * ln_erfc(z / std::f64::consts::SQRT_2).exp()
+    } else {
+        1.0 - 0.5 * ln_erfc(-z / std::f64::consts::SQRT_2).exp()
+    }
 }
 
 /// Random signs of a seed.
@@ -236,7 +255,14 @@ mod tests {
 
     #[test]
     fn tails_of_chi_squared() {
-        for (x, k, p) in [(3.841459, 1, 0.05), (5.991465, 2, 0.05), (7.814728, 3, 0.05), (9.487729, 4, 0.05), (10.827566, 1, 0.001), (16.266236, 3, 0.001)] {
+        for (x, k, p) in [
+            (3.841459, 1, 0.05),
+            (5.991465, 2, 0.05),
+            (7.814728, 3, 0.05),
+            (9.487729, 4, 0.05),
+            (10.827566, 1, 0.001),
+            (16.266236, 3, 0.001),
+        ] {
             let found = (-surprise(x, k)).exp();
             assert!((found / p - 1.0).abs() < 0.02, "{x} {k}: {found}");
         }

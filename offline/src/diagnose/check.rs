@@ -17,9 +17,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Depth and reading of the deepest row of each run.
 fn deepest(run: &Run) -> (f64, [f64; 3]) {
-    let i = (0..run.rows.len())
-        .max_by(|a, b| run.rows[*a].depth_mm.total_cmp(&run.rows[*b].depth_mm))
-        .unwrap_or(0);
+    let i = (0..run.rows.len()).max_by(|a, b| run.rows[*a].depth_mm.total_cmp(&run.rows[*b].depth_mm)).unwrap_or(0);
     (run.rows[i].depth_mm, run.force_n[i])
 }
 
@@ -38,7 +36,13 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
     }
     for run in &set.runs {
         if run.rows.iter().all(|r| !(r.depth_mm > 0.0)) {
-            return Err(unusable(set, format!("line {}, column depth_mm: run `{}` never touches (depth_mm <= 0 in all its rows)", run.line, run.labels.run)));
+            return Err(unusable(
+                set,
+                format!(
+                    "line {}, column depth_mm: run `{}` never touches (depth_mm <= 0 in all its rows)",
+                    run.line, run.labels.run
+                ),
+            ));
         }
     }
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -49,14 +53,26 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
     if !(most - least > 0.02 * most) {
         return Err(unusable(
             set,
-            format!("line {}, column depth_mm: {least} in every contact row; a constant depth cannot calibrate how force depends on it", set.runs[0].line),
+            format!(
+                "line {}, column depth_mm: {least} in every contact row; a constant depth cannot calibrate how force depends on it",
+                set.runs[0].line
+            ),
         ));
     }
     if most > 20.0 {
-        return Err(unusable(set, format!("line {}, column depth_mm: up to {most} mm into a fingertip; is the column in micrometres?", line_of(set, |r| deepest(r).0 == most))));
+        return Err(unusable(
+            set,
+            format!(
+                "line {}, column depth_mm: up to {most} mm into a fingertip; is the column in micrometres?",
+                line_of(set, |r| deepest(r).0 == most)
+            ),
+        ));
     }
     if most < 0.02 {
-        return Err(unusable(set, format!("line {}, column depth_mm: at most {most} mm; is the column in metres?", set.runs[0].line)));
+        return Err(unusable(
+            set,
+            format!("line {}, column depth_mm: at most {most} mm; is the column in metres?", set.runs[0].line),
+        ));
     }
     units_within(set)?;
     columns(set)
@@ -80,7 +96,13 @@ fn units_within(set: &RunSet) -> Result<(), DiagnoseError> {
         for run in &set.runs {
             let v = of(run);
             if v > 200.0 * middle || (column == "depth_mm" && v > 0.0 && v < middle / 200.0) {
-                return Err(unusable(set, format!("line {}, column {column}: {v:.4} in run `{}` where the others have about {middle:.4}: mixed units?", run.line, run.labels.run)));
+                return Err(unusable(
+                    set,
+                    format!(
+                        "line {}, column {column}: {v:.4} in run `{}` where the others have about {middle:.4}: mixed units?",
+                        run.line, run.labels.run
+                    ),
+                ));
             }
         }
     }
@@ -113,16 +135,31 @@ fn columns(set: &RunSet) -> Result<(), DiagnoseError> {
     let line = set.runs[0].line;
     let normal = correlation(&|f| f[0]);
     if normal < -0.5 {
-        return Err(unusable(set, format!("line {line}, column normal_force_n: it falls as depth grows (correlation {normal:.2}); it is to be positive when the plane presses")));
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, column normal_force_n: it falls as depth grows (correlation {normal:.2}); it is to be positive when the plane presses"
+            ),
+        ));
     }
     for (channel, name) in [(1, "friction_x_n"), (2, "friction_y_n")] {
         let other = correlation(&|f| f[channel]);
         if normal < 0.4 && other > 0.6 {
-            return Err(unusable(set, format!("line {line}, columns normal_force_n and {name}: depth goes with {name} (correlation {other:.2}) and hardly with normal_force_n ({normal:.2}): are the columns exchanged?")));
+            return Err(unusable(
+                set,
+                format!(
+                    "line {line}, columns normal_force_n and {name}: depth goes with {name} (correlation {other:.2}) and hardly with normal_force_n ({normal:.2}): are the columns exchanged?"
+                ),
+            ));
         }
     }
     if normal < 0.2 {
-        return Err(unusable(set, format!("line {line}, column normal_force_n: it hardly depends on depth_mm (correlation {normal:.2}): is it the right column?")));
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, column normal_force_n: it hardly depends on depth_mm (correlation {normal:.2}): is it the right column?"
+            ),
+        ));
     }
     Ok(())
 }
@@ -137,7 +174,11 @@ pub fn check_pair(calibration: &RunSet, measured: &RunSet) -> Result<(), Diagnos
         if !(b < 100.0 * a && a < 100.0 * b) {
             return Err(unusable(
                 measured,
-                format!("line {}, column {column}: about {b:.4}, in {} about {a:.4}: mixed units?", measured.runs[0].line, calibration.path.display()),
+                format!(
+                    "line {}, column {column}: about {b:.4}, in {} about {a:.4}: mixed units?",
+                    measured.runs[0].line,
+                    calibration.path.display()
+                ),
             ));
         }
     }

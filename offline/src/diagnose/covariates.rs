@@ -88,7 +88,12 @@ impl Correction {
         for run in &mut set.runs {
             let reading = run.value(self.column);
             let guess: f64 = self.centre[0]
-                + self.others.iter().enumerate().map(|(k, c)| self.slope[k] * (run.value(*c) - self.centre[k + 1])).sum::<f64>();
+                + self
+                    .others
+                    .iter()
+                    .enumerate()
+                    .map(|(k, c)| self.slope[k] * (run.value(*c) - self.centre[k + 1]))
+                    .sum::<f64>();
             let value = guess + self.shrink * (reading - guess);
             if value.is_finite() {
                 for row in &mut run.rows {

@@ -87,23 +87,48 @@ fn plans(set: &RunSet, depth: [f64; 2]) -> Vec<(&'static str, Vec<PlannedRun>)> 
         ("depth_mm", plan(spread(depth[0], depth[1], false), |_, v| PlannedRun { depth_mm: Some(v), ..fresh() })),
         ("speed_mm_s", plan(spread(0.5, 20.0, true), |_, v| PlannedRun { speed_mm_s: Some(v), ..fresh() })),
         ("direction_deg", plan(spread(0.0, 336.0, false), |_, v| PlannedRun { direction_deg: Some(v), ..fresh() })),
-        ("rest_before_s", plan(spread(0.0, 1.0, false), |i, _| {
-            let new = i % 5 == 0;
-            PlannedRun { rest_before_s: Some(if new { 120.0 } else { 2.0 }), new_block: Some(new), ..PlannedRun::default() }
-        })),
-        ("t_s", plan(spread(0.0, 1.0, false), |_, _| PlannedRun { rest_before_s: Some(240.0), new_block: Some(true), ..PlannedRun::default() })),
-        ("reverse", plan(spread(3.0, 8.0, false), |_, v| PlannedRun { length_mm: Some(v), reverse: Some(true), ..fresh() })),
+        (
+            "rest_before_s",
+            plan(spread(0.0, 1.0, false), |i, _| {
+                let new = i % 5 == 0;
+                PlannedRun {
+                    rest_before_s: Some(if new { 120.0 } else { 2.0 }),
+                    new_block: Some(new),
+                    ..PlannedRun::default()
+                }
+            }),
+        ),
+        (
+            "t_s",
+            plan(spread(0.0, 1.0, false), |_, _| PlannedRun {
+                rest_before_s: Some(240.0),
+                new_block: Some(true),
+                ..PlannedRun::default()
+            }),
+        ),
+        (
+            "reverse",
+            plan(spread(3.0, 8.0, false), |_, v| PlannedRun { length_mm: Some(v), reverse: Some(true), ..fresh() }),
+        ),
     ];
     if set.has(Column::Hydration) {
-        out.push(("hydration_au", plan(spread(15.0, 75.0, false), |_, v| PlannedRun { hydration_au: Some(v), ..fresh() })));
+        out.push((
+            "hydration_au",
+            plan(spread(15.0, 75.0, false), |_, v| PlannedRun { hydration_au: Some(v), ..fresh() }),
+        ));
     }
     if set.has(Column::Temperature) {
-        out.push(("temperature_c", plan(spread(27.0, 36.0, false), |_, v| PlannedRun { temperature_c: Some(v), ..fresh() })));
+        out.push((
+            "temperature_c",
+            plan(spread(27.0, 36.0, false), |_, v| PlannedRun { temperature_c: Some(v), ..fresh() }),
+        ));
     }
     // All factors at once, each in its own order.
     let all = (0..STROKES)
         .map(|i| {
-            let at = |step: usize, low: f64, high: f64| low + (high - low) * ((i * step + step) % STROKES) as f64 / (STROKES - 1) as f64;
+            let at = |step: usize, low: f64, high: f64| {
+                low + (high - low) * ((i * step + step) % STROKES) as f64 / (STROKES - 1) as f64
+            };
             let round = |v: f64| (v * 100.0).round() / 100.0;
             PlannedRun {
                 depth_mm: Some(round(at(2, depth[0], depth[1]))),
@@ -222,10 +247,8 @@ pub fn propose(task: &Task<'_>, set: &RunSet, fit: &Fit, rivalries: &[Rivalry<'_
         }
     }
     let (lambda, factor, runs) = best?;
-    let separates = rivalries
-        .iter()
-        .map(|r| [fit.laws[r.index].law.family.to_owned(), r.rival.law.family.to_owned()])
-        .collect();
+    let separates =
+        rivalries.iter().map(|r| [fit.laws[r.index].law.family.to_owned(), r.rival.law.family.to_owned()]).collect();
     Some(NextExperiment { separates, factor: factor.to_owned(), lambda_rival_expected: lambda, runs })
 }
 

@@ -523,6 +523,10 @@ fn effects(judged: &Judged<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<DriverPl
     out.into_iter().unzip()
 }
 
+/// Error of a parameter, as a share of it, that the baseline's form leaves beside the noise: about what other fingers
+/// of known truth showed.
+const FORM_ERROR: f64 = 0.025;
+
 /// Values as they are reported with 95 % intervals; `at` is the place of the law's first parameter in the covariance.
 fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize) -> Vec<FittedParameter> {
     let n = active.values.len();
@@ -530,7 +534,8 @@ fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize) -
     (0..n)
         .map(|k| {
             let p = &active.law.parameters[k];
-            let sd_own = covariance[(at + k, at + k)].max(0.0).sqrt();
+            let sd_own =
+                covariance[(at + k, at + k)].max(0.0).sqrt().hypot(if is_log(active, k) { FORM_ERROR } else { 0.0 });
             let ci95 = if is_log(active, k) {
                 [reported[k] * (-1.96 * sd_own).exp(), reported[k] * (1.96 * sd_own).exp()]
             } else {
@@ -554,7 +559,7 @@ fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize) -
                         variance += slope[i] * covariance[(at + i, at + j)] * slope[j];
                     }
                 }
-                let half = 1.96 * variance.max(0.0).sqrt();
+                let half = 1.96 * variance.max(0.0).sqrt().hypot(FORM_ERROR * reported[k]);
                 [reported[k] - half, reported[k] + half]
             };
             FittedParameter { name: p.name.into(), value: reported[k], unit: p.unit.into(), ci95 }

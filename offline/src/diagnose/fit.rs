@@ -254,10 +254,10 @@ impl<'a> Task<'a> {
             let mut more = self.law_columns(&theta, &laws, &prediction);
             more.iter_mut().for_each(|c| whitener.apply(c));
             let (hessian, gradient) = self.normal_equations(freedoms, gram, &more, &white, &prior, &laws);
-            covariance = hessian.clone().cholesky().map_or_else(
-                || DMatrix::identity(hessian.nrows(), hessian.nrows()) * f64::NAN,
-                |c| c.inverse(),
-            );
+            covariance = hessian
+                .clone()
+                .cholesky()
+                .map_or_else(|| DMatrix::identity(hessian.nrows(), hessian.nrows()) * f64::NAN, |c| c.inverse());
             let mut damping = 0.0;
             let mut moved = false;
             for _ in 0..5 {

@@ -211,11 +211,24 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
     });
     let wald = grown.cholesky().map_or(0.0, |c| b.dot(&c.solve(&b)));
     let rms = |q: &Vector| {
-        let sum: f64 = rows.iter().map(|i| { let (r, w) = ring(q, &trace[*i].force_n); (r - w).powi(2) }).sum();
+        let sum: f64 = rows
+            .iter()
+            .map(|i| {
+                let (r, w) = ring(q, &trace[*i].force_n);
+                (r - w).powi(2)
+            })
+            .sum();
         (sum / rows.len() as f64).sqrt()
     };
     let coefficient = |x: f64, y: f64| {
-        median(rows.iter().map(|i| { let f = trace[*i].force_n; (f[1] - x).hypot(f[2] - y) / f[0].max(0.02) }).collect())
+        median(
+            rows.iter()
+                .map(|i| {
+                    let f = trace[*i].force_n;
+                    (f[1] - x).hypot(f[2] - y) / f[0].max(0.02)
+                })
+                .collect(),
+        )
     };
     let mut loads: Vec<f64> = rows.iter().map(|i| trace[*i].force_n[0]).collect();
     loads.sort_by(f64::total_cmp);
@@ -326,7 +339,17 @@ mod tests {
             let fit = fit_tare(&trace).unwrap();
             assert!(!fit.rows.iter().any(|i| *i < 5), "{name}: rows before touch were used");
             let truth: [f64; 3] = std::array::from_fn(|k| trace[..5].iter().map(|r| r.force_n[k]).sum::<f64>() / 5.0);
-            println!("{name}: truth {truth:.3?} fit {:.3?} ± {:.3?} exponent {:.2} corr {:.2} gain {:.1} rms {:.3?} mu {:.2?} noise {:.3}", fit.tare_n, fit.half_n, fit.friction[1], fit.normal_exponent_correlation, fit.gain_2ll, fit.rms_n, fit.friction_coefficient, fit.noise_n);
+            println!(
+                "{name}: truth {truth:.3?} fit {:.3?} ± {:.3?} exponent {:.2} corr {:.2} gain {:.1} rms {:.3?} mu {:.2?} noise {:.3}",
+                fit.tare_n,
+                fit.half_n,
+                fit.friction[1],
+                fit.normal_exponent_correlation,
+                fit.gain_2ll,
+                fit.rms_n,
+                fit.friction_coefficient,
+                fit.noise_n
+            );
             let covers = (1..3).all(|k| (fit.tare_n[k] - truth[k]).abs() < fit.half_n[k]);
             inside += usize::from(covers);
             for k in 1..3 {

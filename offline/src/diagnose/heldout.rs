@@ -117,9 +117,7 @@ pub fn by_folds(
             continue;
         }
         let task = task_of(&train, reference, calibration);
-        let fitted = |start: &Fit| {
-            task.fit(start.theta.clone(), start.laws.clone(), start.variances, None, false, 3)
-        };
+        let fitted = |start: &Fit| task.fit(start.theta.clone(), start.laws.clone(), start.variances, None, false, 3);
         let plain = fitted(null);
         let with = if full.laws.is_empty() { plain.clone() } else { fitted(full) };
         let other = task_of(&test, reference, calibration);

@@ -31,9 +31,9 @@ mod walk;
 
 pub use base::{FREEDOM, Reference};
 pub use brief::{TableRow, force_only as diagnose_forces, table as diagnose_table};
-pub use corrected::corrected;
 pub use calibrate::{Calibration, calibrate};
 pub use check::check;
+pub use corrected::corrected;
 pub use covariates::{CORNEOMETER_SD_AU, CovariateError};
 pub use design::{NextExperiment, PlannedRun};
 pub use diagnosis::{

@@ -97,30 +97,62 @@ fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool
     let mut out = Vec::new();
     let mut strokes = 0;
     let mut add = |column: &str, acts: Acts, functions: Vec<Box<dyn Fn(usize, usize, &Row) -> f64 + '_>>| {
-        if only_strokes && !["direction_deg", "slide", "contact_time_s", "slide_x_mm", "slide_y_mm", "slide_x_mm,slide_y_mm", "depth_mm"].contains(&column) {
+        if only_strokes
+            && ![
+                "direction_deg",
+                "slide",
+                "contact_time_s",
+                "slide_x_mm",
+                "slide_y_mm",
+                "slide_x_mm,slide_y_mm",
+                "depth_mm",
+            ]
+            .contains(&column)
+        {
             return;
         }
-        let columns = functions.iter().map(|f| modulated(task, tangents.scatter.column(usize::from(acts == Acts::Strength)), f.as_ref())).collect();
+        let columns = functions
+            .iter()
+            .map(|f| modulated(task, tangents.scatter.column(usize::from(acts == Acts::Strength)), f.as_ref()))
+            .collect();
         let channel = if acts == Acts::Strength { "friction" } else { "normal" };
-        let along_stroke = ["direction_deg", "slide", "contact_time_s", "slide_x_mm", "slide_y_mm", "slide_x_mm,slide_y_mm", "depth_mm"]
-            .contains(&column)
-            .then(|| {
-                strokes += 1;
-                strokes
-            });
+        let along_stroke = [
+            "direction_deg",
+            "slide",
+            "contact_time_s",
+            "slide_x_mm",
+            "slide_y_mm",
+            "slide_x_mm,slide_y_mm",
+            "depth_mm",
+        ]
+        .contains(&column)
+        .then(|| {
+            strokes += 1;
+            strokes
+        });
         if along_stroke.is_some() || !only_strokes {
             out.push(Group { column: column.to_owned(), channel, along_stroke, columns });
         }
     };
     // Run-level columns: cubic in the rank, and slow waves of the clock.
-    let state = [Column::Time, Column::Speed, Column::Dwell, Column::Occlusion, Column::Hydration, Column::Temperature, Column::Width, Column::Depth];
+    let state = [
+        Column::Time,
+        Column::Speed,
+        Column::Dwell,
+        Column::Occlusion,
+        Column::Hydration,
+        Column::Temperature,
+        Column::Width,
+        Column::Depth,
+    ];
     let mut ranked: Vec<(Column, Vec<f64>)> = Vec::new();
     for column in state.into_iter().filter(|c| set.has(*c)) {
         if let Some(r) = ranks(set, column) {
             ranked.push((column, r));
         }
     }
-    let per_run = |values: Vec<f64>| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> { Box::new(move |run, _, _| values[run]) };
+    let per_run =
+        |values: Vec<f64>| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> { Box::new(move |run, _, _| values[run]) };
     for (column, r) in &ranked {
         for acts in [Acts::Strength, Acts::Stiffness] {
             let powers = |p: i32| per_run(r.iter().map(|x| x.powi(p)).collect());
@@ -138,7 +170,9 @@ fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool
     // Direction.
     for harmonic in [1.0, 3.0, 4.0] {
         let wave = |shift: f64| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> {
-            Box::new(move |_, _, row| if row.along == [0.0; 2] { 0.0 } else { (harmonic * row.along[1].atan2(row.along[0]) + shift).cos() })
+            Box::new(move |_, _, row| {
+                if row.along == [0.0; 2] { 0.0 } else { (harmonic * row.along[1].atan2(row.along[0]) + shift).cos() }
+            })
         };
         add("direction_deg", Acts::Strength, vec![wave(0.0), wave(-TAU / 4.0)]);
     }
@@ -146,14 +180,18 @@ fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool
     for period in [0.6, 0.8, 1.05, 1.4, 1.9, 2.6, 3.6] {
         for axis in 0..2 {
             let wave = |shift: f64| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> {
-                Box::new(move |run, i, row| if row.path_mm > 0.0 { (TAU * runs[run].slide_mm[i][axis] / period + shift).sin() } else { 0.0 })
+                Box::new(move |run, i, row| {
+                    if row.path_mm > 0.0 { (TAU * runs[run].slide_mm[i][axis] / period + shift).sin() } else { 0.0 }
+                })
             };
             add(if axis == 0 { "slide_x_mm" } else { "slide_y_mm" }, Acts::Strength, vec![wave(0.0), wave(TAU / 4.0)]);
         }
     }
     for cx in [-3.0, -1.0, 1.0, 3.0] {
         let bump = |cy: f64| -> Box<dyn Fn(usize, usize, &Row) -> f64 + '_> {
-            Box::new(move |run, i, _| (-0.5 * ((runs[run].slide_mm[i][0] - cx).powi(2) + (runs[run].slide_mm[i][1] - cy).powi(2)) / 1.4).exp())
+            Box::new(move |run, i, _| {
+                (-0.5 * ((runs[run].slide_mm[i][0] - cx).powi(2) + (runs[run].slide_mm[i][1] - cy).powi(2)) / 1.4).exp()
+            })
         };
         add("slide_x_mm,slide_y_mm", Acts::Strength, vec![bump(-3.0), bump(-1.0), bump(1.0), bump(3.0)]);
     }
@@ -162,7 +200,11 @@ fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool
         add("slide", Acts::Strength, vec![Box::new(move |_, _, row: &Row| (-row.path_mm / length).exp())]);
     }
     for time in [0.3, 1.5, 8.0] {
-        add("contact_time_s", Acts::Stiffness, vec![Box::new(move |_, _, row: &Row| (-row.contact_time_s.max(0.0) / time).exp())]);
+        add(
+            "contact_time_s",
+            Acts::Stiffness,
+            vec![Box::new(move |_, _, row: &Row| (-row.contact_time_s.max(0.0) / time).exp())],
+        );
     }
     // Products of pairs.
     for i in 0..ranked.len() {
@@ -245,8 +287,17 @@ pub fn look(
     let structure = out.gain > (0.15 * explained).max(16.0)
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
     let scatter = out.p_scatter < 1e-3;
-    out.significant = structure || scatter;
-    if scatter && !structure {
+    // A law whose size differs from run to run by more than its form's error stands for something unrecorded.
+    let prediction = task.predict(&fit.theta, &fit.laws);
+    let columns = task.law_columns(&fit.theta, &fit.laws, &prediction);
+    let (mut uneven, mut at) = (false, 0);
+    for active in &fit.laws {
+        let (variance, surprise) = space.dispersion(&columns[at]);
+        at += active.values.len();
+        uneven |= surprise > 6.0 && variance.max(0.0).sqrt() > 0.2 * active.values[0].abs();
+    }
+    out.significant = structure || scatter || uneven;
+    if (scatter || uneven) && !structure {
         out.column = "run_id".to_owned();
         out.channel = if out.scatter_ratio[0] > out.scatter_ratio[1] { "normal" } else { "friction" }.to_owned();
     }

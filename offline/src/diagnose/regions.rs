@@ -74,8 +74,20 @@ fn value(column: Column, run: &super::runs::Run, row: usize) -> f64 {
         Column::Time => r.t_s,
         Column::Depth => r.depth_mm,
         Column::ContactTime => r.contact_time_s,
-        Column::Speed => if r.speed_mm_s > 0.0 { r.speed_mm_s } else { f64::NAN },
-        Column::Direction => if r.along == [0.0; 2] { f64::NAN } else { r.along[1].atan2(r.along[0]).to_degrees() },
+        Column::Speed => {
+            if r.speed_mm_s > 0.0 {
+                r.speed_mm_s
+            } else {
+                f64::NAN
+            }
+        }
+        Column::Direction => {
+            if r.along == [0.0; 2] {
+                f64::NAN
+            } else {
+                r.along[1].atan2(r.along[0]).to_degrees()
+            }
+        }
         Column::Dwell => r.dwell_s,
         Column::Occlusion => r.occlusion_s,
         Column::Hydration => r.hydration_au,
@@ -153,7 +165,8 @@ pub fn map(set: &RunSet, residual_n: &[f64]) -> Vec<Region> {
 
 /// The regions that stand out, strongest first.
 pub fn strongest(map: &[Region], most: usize) -> Vec<Region> {
-    let mut list: Vec<Region> = map.iter().filter(|r| r.z.abs() > 3.5 && r.mean_relative.abs() > 0.003).cloned().collect();
+    let mut list: Vec<Region> =
+        map.iter().filter(|r| r.z.abs() > 3.5 && r.mean_relative.abs() > 0.003).cloned().collect();
     list.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
     list.truncate(most);
     list

@@ -150,7 +150,11 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
     let touch_s = touch_time(raw);
     let step = |i: usize| -> [f64; 2] {
         let from = if i == 0 { [0.0; 2] } else { raw[i - 1].slide_mm };
-        if i == 0 && raw[0].depth_mm <= 0.0 { [0.0; 2] } else { [raw[i].slide_mm[0] - from[0], raw[i].slide_mm[1] - from[1]] }
+        if i == 0 && raw[0].depth_mm <= 0.0 {
+            [0.0; 2]
+        } else {
+            [raw[i].slide_mm[0] - from[0], raw[i].slide_mm[1] - from[1]]
+        }
     };
     let length = |s: [f64; 2]| s[0].hypot(s[1]);
     let nominal = nominal_speed(raw);
@@ -240,7 +244,9 @@ fn nominal_speed(raw: &[RawRow]) -> f64 {
     let mut speeds: Vec<f64> = raw
         .windows(2)
         .filter(|p| p[1].depth_mm > 0.0)
-        .map(|p| (p[1].slide_mm[0] - p[0].slide_mm[0]).hypot(p[1].slide_mm[1] - p[0].slide_mm[1]) / (p[1].t_s - p[0].t_s))
+        .map(|p| {
+            (p[1].slide_mm[0] - p[0].slide_mm[0]).hypot(p[1].slide_mm[1] - p[0].slide_mm[1]) / (p[1].t_s - p[0].t_s)
+        })
         .filter(|v| *v > STILL_MM)
         .collect();
     speeds.sort_by(f64::total_cmp);
@@ -256,7 +262,9 @@ impl RunSet {
     /// Whether a law may read the column.
     pub fn has(&self, column: Column) -> bool {
         match column {
-            Column::Time | Column::Depth | Column::ContactTime | Column::Speed | Column::Direction | Column::Slide => true,
+            Column::Time | Column::Depth | Column::ContactTime | Column::Speed | Column::Direction | Column::Slide => {
+                true
+            }
             state => self.recorded.contains(&state),
         }
     }

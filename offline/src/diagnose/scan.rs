@@ -38,7 +38,11 @@ pub fn obstacle(law: &Law, set: &RunSet) -> Option<String> {
             _ => 0.0,
         };
         if least > 0.0 && set.spread(column) < least {
-            return Some(format!("{} hardly varies: standard deviation over runs {:.3}", column.name(), set.spread(column)));
+            return Some(format!(
+                "{} hardly varies: standard deviation over runs {:.3}",
+                column.name(),
+                set.spread(column)
+            ));
         }
     }
     if law.place == Place::Strength || law.place == Place::Drag {

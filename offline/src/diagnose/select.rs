@@ -55,8 +55,6 @@ pub struct Evidence {
 pub struct Selection {
     /// The baseline alone, refitted.
     pub null: Fit,
-    /// Tangents at the baseline alone.
-    pub null_tangents: Tangents,
     /// The model with the accepted laws.
     pub fit: Fit,
     /// Tangents there.
@@ -159,6 +157,12 @@ pub fn space_at<'a>(task: &'a Task<'a>, fit: &Fit, tangents: &'a Tangents) -> Sp
 /// −2LL with a price on shape parameters, by which laws are compared.
 pub fn priced(fit: &Fit) -> f64 {
     fit.minus_2ll + fit.laws.iter().map(|a| (a.law.parameters.len() - a.law.linear) as f64).sum::<f64>()
+}
+
+/// Least gain of a law that fades along the stroke: the onset of sliding is where a baseline's form is known least, and
+/// no more than this was seen from its errors on sets without an effect.
+fn onset(law: &Law) -> f64 {
+    if law.drivers.contains(&super::laws::Column::Slide) { 45.0 } else { 0.0 }
 }
 
 /// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error.
@@ -323,7 +327,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
             let gain = share * (fit.minus_2ll - refit.minus_2ll);
             let p_model = (cells * (-surprise(gain.max(0.0), new.law.parameters.len())).exp()).min(1.0);
             let least = fit.laws.iter().zip(&evidence).filter(|(a, _)| same_axis(a.law, new.law));
-            let least = least.map(|(_, e)| 0.04 * e.gain_2ll).fold(0.0, f64::max);
+            let least = least.map(|(_, e)| 0.10 * e.gain_2ll).fold(onset(new.law), f64::max);
             if gain >= least && significant(settings, gain, new.law.parameters.len(), runs, p_model, p_runs) {
                 passed.push((refit, Evidence { gain_2ll: gain, p_model, p_runs }));
             }
@@ -338,7 +342,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
         grid = candidates(task, &fit, &testable);
         debug_assert_eq!(grid.len(), form.len());
     }
-    Selection { null, null_tangents, fit, tangents, evidence, tests, grid }
+    Selection { null, fit, tangents, evidence, tests, grid }
 }
 
 /// Renews the evidence of each law by leaving it out, and drops those that are no longer needed.

@@ -111,6 +111,26 @@ impl<'a> Space<'a> {
         Some(Score::new(per_run, fixed, inverse))
     }
 
+    /// How far the runs disagree on the size of a column that was fitted for all: the variance between runs of its
+    /// coefficient and how surprising that is, in standard deviations.
+    pub fn dispersion(&self, column: &[f64]) -> (f64, f64) {
+        let mut c = column.to_vec();
+        self.whitener.apply(&mut c);
+        let (mut q, mut excess, mut squares, mut runs) = (0.0, 0.0, 0.0, 0.0);
+        for run in 0..self.task.layout.runs() {
+            let range = self.task.layout.range(run);
+            let information = dot(&c[range.clone()], &c[range.clone()]);
+            if information > 0.0 {
+                let g = dot(&c[range.clone()], &self.residual[range]);
+                q += g * g / information;
+                excess += g * g - information;
+                squares += information * information;
+                runs += 1.0;
+            }
+        }
+        (excess / f64::max(squares, 1e-300), (q - runs) / f64::sqrt(2.0 * f64::max(runs, 1.0)))
+    }
+
     /// Squared size of a clean column.
     pub fn size(column: &Clean) -> f64 {
         dot(column, column)

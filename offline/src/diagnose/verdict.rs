@@ -1,11 +1,11 @@
 //! From the selection to a verdict: rivals, unexplained structure, and what may be claimed.
 
+use super::base::Reference;
 use super::calibrate::{Calibration, sigma_of};
 use super::covariates::{Correction, CovariateError};
-use super::base::Reference;
 use super::fit::Task;
+use super::laws::{Change, Law, Place};
 use super::mixed::PerRun;
-use super::laws::{Change, LAWS, Law, Place};
 use super::omnibus::{Unexplained, look};
 use super::rivals::{Contest, contest};
 use super::runs::RunSet;
@@ -61,12 +61,8 @@ pub fn corrections(set: &RunSet, errors: &[CovariateError]) -> Vec<Correction> {
 
 /// The task of a measured set after a calibration.
 pub fn task_of<'a>(set: &'a RunSet, reference: &'a Reference, calibration: &Calibration) -> Task<'a> {
-    let prediction = super::walk::walk_all(
-        &reference.with(&calibration.fit.theta),
-        &[],
-        super::walk::Nudge::default(),
-        &set.runs,
-    );
+    let prediction =
+        super::walk::walk_all(&reference.with(&calibration.fit.theta), &[], super::walk::Nudge::default(), &set.runs);
     let sigma = sigma_of(&calibration.noise, &prediction);
     let mut task = Task::new(&set.runs, reference, calibration.prior(), sigma, calibration.fit.variances);
     // The scatter between runs was seen in the calibration; it guides the measured set without binding it.
@@ -119,8 +115,17 @@ pub fn judge<'a>(
     for k in 0..2 {
         expected[k] += reading_scatter(&task, &selection.fit.laws, corrections)[k];
     }
-    let unexplained =
-        look(&task, set, (&plain, effect_free), &selection.fit, &selection.tangents, (&expected, calibration.runs), &selection.null.variances, explained, settings.seed);
+    let unexplained = look(
+        &task,
+        set,
+        (&plain, effect_free),
+        &selection.fit,
+        &selection.tangents,
+        (&expected, calibration.runs),
+        &selection.null.variances,
+        explained,
+        settings.seed,
+    );
     let verdict = if unexplained.significant {
         Verdict::UnexplainedStructure
     } else if selection.fit.laws.is_empty() {
@@ -161,9 +166,4 @@ fn reading_scatter(task: &Task<'_>, laws: &[Active], corrections: &[Correction])
         }
     }
     sum
-}
-
-/// Laws in the order of the library with the reason why they cannot be tested.
-pub fn obstacles(set: &RunSet) -> Vec<(&'static Law, Option<String>)> {
-    LAWS.iter().map(|law| (*law, obstacle(law, set))).collect()
 }

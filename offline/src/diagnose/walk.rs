@@ -49,7 +49,12 @@ impl State {
 pub fn walk(base: &Base, laws: &[Active], nudge: Nudge, run: &Run, out: &mut Vec<f64>) {
     let mut state = State::AIR;
     for (i, row) in run.rows.iter().enumerate() {
-        let mut change = Change { strength: nudge.strength, stiffness: nudge.stiffness, depth_mm: nudge.depth_mm, ..Change::default() };
+        let mut change = Change {
+            strength: nudge.strength,
+            stiffness: nudge.stiffness,
+            depth_mm: nudge.depth_mm,
+            ..Change::default()
+        };
         for active in laws {
             (active.law.apply)(&active.values, row, &mut change);
         }
@@ -87,11 +92,10 @@ pub fn walk(base: &Base, laws: &[Active], nudge: Nudge, run: &Run, out: &mut Vec
         let fx = at.strength_n * (mx - alpha * (xx - base.odd_shape * xx * xx));
         let fy = at.strength_n * my;
         let area = at.area_mm2 / REFERENCE_AREA_MM2;
-        let elastic = at.normal_n
-            * change.stiffness
-            * (1.0 + base.normal_shear[0] * xx + base.normal_shear[1] * my * my)
-            + base.normal_per_friction[0] * fx
-            + base.normal_per_friction[1] * fy;
+        let elastic =
+            at.normal_n * change.stiffness * (1.0 + base.normal_shear[0] * xx + base.normal_shear[1] * my * my)
+                + base.normal_per_friction[0] * fx
+                + base.normal_per_friction[1] * fy;
         let normal = elastic - change.adhesion_n * area.sqrt();
         let drag = change.drag_n * area;
         out.push(normal + b_n);

@@ -69,7 +69,9 @@ pub fn read(path: &Path, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet
                 continue;
             }
             count += 1;
-            if count.is_multiple_of(8192) && !progress(record.position().map_or(0.0, |p| p.byte() as f64 / bytes as f64)) {
+            if count.is_multiple_of(8192)
+                && !progress(record.position().map_or(0.0, |p| p.byte() as f64 / bytes as f64))
+            {
                 return Err(ReadError::Interrupted);
             }
             let (labels, row) = columns.row(path, line, &record)?;
@@ -92,7 +94,8 @@ pub fn read(path: &Path, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet
         }
         notes = list;
     }
-    std::io::copy(&mut source, &mut std::io::sink()).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
+    std::io::copy(&mut source, &mut std::io::sink())
+        .map_err(|source| Error::File { path: path.to_path_buf(), source })?;
     runs.shrink_to_fit();
     let sha256 = source.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
     Ok(RunSet { path: path.to_path_buf(), runs, recorded: there, notes, rows_read, runs_read, sha256 })
@@ -130,14 +133,21 @@ struct Columns {
 
 impl Columns {
     fn of(path: &Path, header: &csv::StringRecord) -> Result<Self, Error> {
-        let names: Vec<&str> = header.iter().map(|n| n.trim_start_matches('\u{feff}').trim().trim_matches('"')).collect();
-        let problem = |column: &str| Error::MissingColumn { path: path.to_path_buf(), line: 1, column: column.to_owned() };
+        let names: Vec<&str> =
+            header.iter().map(|n| n.trim_start_matches('\u{feff}').trim().trim_matches('"')).collect();
+        let problem =
+            |column: &str| Error::MissingColumn { path: path.to_path_buf(), line: 1, column: column.to_owned() };
         if names.len() == 1 && names[0].contains([';', '\t']) {
             return Err(problem("`run_id`: cells are to be separated by commas, with a decimal point"));
         }
         for (i, name) in names.iter().enumerate() {
             if names[..i].contains(name) && (REQUIRED.contains(name) || OPTIONAL.contains(name)) {
-                return Err(Error::Conflict { path: path.to_path_buf(), line: 1, column: (*name).to_owned(), other: (*name).to_owned() });
+                return Err(Error::Conflict {
+                    path: path.to_path_buf(),
+                    line: 1,
+                    column: (*name).to_owned(),
+                    other: (*name).to_owned(),
+                });
             }
         }
         let find = |name: &str| names.iter().position(|n| *n == name);
@@ -182,7 +192,11 @@ impl Columns {
         };
         let need = |k: usize| -> Result<f64, Error> {
             let cell = &record[self.required[k]];
-            if cell.is_empty() { Err(refuse(REQUIRED[k], cell, "is blank; this column needs a value in every row")) } else { number(REQUIRED[k], cell) }
+            if cell.is_empty() {
+                Err(refuse(REQUIRED[k], cell, "is blank; this column needs a value in every row"))
+            } else {
+                number(REQUIRED[k], cell)
+            }
         };
         let may = |k: usize| -> Result<f64, Error> {
             match self.optional[k].map(|i| &record[i]) {
@@ -218,7 +232,10 @@ impl Columns {
 /// A column of the header that is `name` with another ending after the last underscore.
 fn stem_match<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     let stem = |n: &str| n.rsplit_once('_').map_or(n.to_lowercase(), |(s, _)| s.to_lowercase());
-    names.iter().copied().find(|n| *n != name && !REQUIRED.contains(n) && !OPTIONAL.contains(n) && stem(n) == stem(name))
+    names
+        .iter()
+        .copied()
+        .find(|n| *n != name && !REQUIRED.contains(n) && !OPTIONAL.contains(n) && stem(n) == stem(name))
 }
 
 /// Turns rows into runs.

@@ -162,15 +162,21 @@ fn card(done: &[Done], args: &Args) {
     let of = |kind: &str| done.iter().filter(move |d| d.job.kind == kind).collect::<Vec<_>>();
     let count = |list: &[&Done], f: &dyn Fn(&Done) -> bool| list.iter().filter(|d| f(d)).count();
     println!("{} sets; seeds {} ..", done.len(), done.first().map_or(0, |d| d.job.seed));
-    println!("required: an oracle with the simulator's tangents separates it from nothing by 40 and from any other family by 25");
-    println!("\nsize level | required exact | all 17: exact, with truth, none, part or extra, unexplained, wrong | before -> after, worst channel, median");
+    println!(
+        "required: an oracle with the simulator's tangents separates it from nothing by 40 and from any other family by 25"
+    );
+    println!(
+        "\nsize level | required exact | all 17: exact, with truth, none, part or extra, unexplained, wrong | before -> after, worst channel, median"
+    );
     for size in [0.03, 0.10, 0.30] {
         for level in 0..3 {
-            let cell: Vec<&Done> = of("single").into_iter().filter(|d| d.job.size == size && d.job.level == level).collect();
+            let cell: Vec<&Done> =
+                of("single").into_iter().filter(|d| d.job.size == size && d.job.level == level).collect();
             if cell.is_empty() {
                 continue;
             }
-            let required: Vec<&Done> = cell.iter().copied().filter(|d| d.oracle.is_some_and(|o| o.required())).collect();
+            let required: Vec<&Done> =
+                cell.iter().copied().filter(|d| d.oracle.is_some_and(|o| o.required())).collect();
             let class = |c: Class| count(&cell, &|d| d.scored.class == c);
             let mut before: Vec<f64> = cell.iter().map(|d| d.scored.report.holdout.ratio_before).collect();
             let mut after: Vec<f64> = cell.iter().map(|d| d.scored.report.holdout.ratio_after).collect();
@@ -192,42 +198,80 @@ fn card(done: &[Done], args: &Args) {
     let single = of("single");
     let wrong = |d: &Done| matches!(d.scored.class, Class::Wrong);
     println!("\nwrong single name, all single sets: {}", percent(count(&single, &wrong), single.len()));
-    let twins: Vec<&Done> = single.iter().copied().filter(|d| d.oracle.is_some_and(|o| o.indistinguishable())).collect();
+    let twins: Vec<&Done> =
+        single.iter().copied().filter(|d| d.oracle.is_some_and(|o| o.indistinguishable())).collect();
     let lone = |d: &Done| matches!(d.scored.class, Class::Exact | Class::Wrong | Class::Extra | Class::Part);
     println!("lone name although indistinguishable: {}", percent(count(&twins, &lone), twins.len()));
     let detectable: Vec<&Done> =
         single.iter().copied().filter(|d| d.job.level == 2 && d.oracle.is_some_and(|o| o.detect > 40.0)).collect();
     let inside = |d: &Done| matches!(d.scored.class, Class::Exact | Class::AmbiguousWithTruth);
-    println!("level 2, truth among the candidates when detectable: {}", percent(count(&detectable, &inside), detectable.len()));
+    println!(
+        "level 2, truth among the candidates when detectable: {}",
+        percent(count(&detectable, &inside), detectable.len())
+    );
     let settled: Vec<&Done> = single.iter().copied().filter(|d| d.settled.is_some()).collect();
-    println!("ambiguous settled by the proposed strokes: {}", percent(count(&settled, &|d| d.settled == Some(Class::Exact)), settled.len()));
+    println!(
+        "ambiguous settled by the proposed strokes: {}",
+        percent(count(&settled, &|d| d.settled == Some(Class::Exact)), settled.len())
+    );
     let right: Vec<&Done> = single.iter().copied().filter(|d| d.scored.class == Class::Exact).collect();
     let mut after: Vec<f64> = right.iter().map(|d| d.scored.report.holdout.ratio_after).collect();
     println!(
         "held-out RMS over floor after the right name, worst channel: median {:.2}, p90 {:.2}; above before: {}",
         quantile(&mut after, 0.5),
         quantile(&mut after, 0.9),
-        percent(count(&right, &|d| d.scored.report.holdout.ratio_after > d.scored.report.holdout.ratio_before), right.len()),
+        percent(
+            count(&right, &|d| d.scored.report.holdout.ratio_after > d.scored.report.holdout.ratio_before),
+            right.len()
+        ),
     );
     let ten: Vec<&Done> = right.iter().copied().filter(|d| d.job.size == 0.10 && d.job.level < 2).collect();
     let mut errors: Vec<f64> = ten.iter().filter_map(|d| d.scored.amplitude_error).collect();
-    println!("amplitude error at 10 %, levels 0 and 1: median {:.1} %, p90 {:.1} % ({})", 100.0 * quantile(&mut errors, 0.5), 100.0 * quantile(&mut errors, 0.9), errors.len());
+    println!(
+        "amplitude error at 10 %, levels 0 and 1: median {:.1} %, p90 {:.1} % ({})",
+        100.0 * quantile(&mut errors, 0.5),
+        100.0 * quantile(&mut errors, 0.9),
+        errors.len()
+    );
     let exact: Vec<&Done> = right.iter().copied().filter(|d| d.exact_form && d.scored.covered.is_some()).collect();
-    println!("95 % interval covers, exact forms: {}", percent(count(&exact, &|d| d.scored.covered == Some(true)), exact.len()));
+    println!(
+        "95 % interval covers, exact forms: {}",
+        percent(count(&exact, &|d| d.scored.covered == Some(true)), exact.len())
+    );
 
     let none = of("none");
-    println!("\nnothing missing: false alarm {}; lone wrong name {}", percent(count(&none, &|d| d.scored.class != Class::Nothing), none.len()), percent(count(&none, &wrong), none.len()));
+    println!(
+        "\nnothing missing: false alarm {}; lone wrong name {}",
+        percent(count(&none, &|d| d.scored.class != Class::Nothing), none.len()),
+        percent(count(&none, &wrong), none.len())
+    );
     for size in [0.10, 0.30] {
         let at = |kind: &str| of(kind).into_iter().filter(|d| d.job.size == size).collect::<Vec<_>>();
         let (pairs, outside, lost) = (at("pair"), at("outside"), at("unrecorded"));
         println!("size {:.0} %", 100.0 * size);
-        println!("  pairs, both named: {}; wrong name {}", percent(count(&pairs, &|d| d.scored.class == Class::Exact), pairs.len()), percent(count(&pairs, &wrong), pairs.len()));
-        println!("  outside the library, unexplained structure: {}", percent(count(&outside, &|d| d.scored.class == Class::Unexplained), outside.len()));
+        println!(
+            "  pairs, both named: {}; wrong name {}",
+            percent(count(&pairs, &|d| d.scored.class == Class::Exact), pairs.len()),
+            percent(count(&pairs, &wrong), pairs.len())
+        );
+        println!(
+            "  outside the library, unexplained structure: {}",
+            percent(count(&outside, &|d| d.scored.class == Class::Unexplained), outside.len())
+        );
         let law = |d: &Done| !d.scored.report.effects.is_empty();
-        println!("  driver not recorded: unexplained structure {}, a law named {}", percent(count(&lost, &|d| d.scored.class == Class::Unexplained), lost.len()), percent(count(&lost, &law), lost.len()));
+        println!(
+            "  driver not recorded: unexplained structure {}, a law named {}",
+            percent(count(&lost, &|d| d.scored.class == Class::Unexplained), lost.len()),
+            percent(count(&lost, &law), lost.len())
+        );
     }
     let mut times: Vec<f64> = done.iter().map(|d| d.scored.seconds).collect();
-    println!("\nwall time of a diagnosis: median {:.2} s, p90 {:.2} s ({} threads at once)", quantile(&mut times, 0.5), quantile(&mut times, 0.9), args.threads);
+    println!(
+        "\nwall time of a diagnosis: median {:.2} s, p90 {:.2} s ({} threads at once)",
+        quantile(&mut times, 0.5),
+        quantile(&mut times, 0.9),
+        args.threads
+    );
     if args.verbose {
         let mut seen: BTreeMap<Class, usize> = BTreeMap::new();
         for d in done {
@@ -242,14 +286,37 @@ fn card(done: &[Done], args: &Args) {
                 let laws: Vec<String> = r
                     .effects
                     .iter()
-                    .map(|e| format!("{} {:.3} gain {:.0} [{}]", e.law, e.parameters[0].value, e.gain_2ll, e.candidates.iter().map(|c| format!("{} {:.1}/{:.1}", c.law, c.delta_2ll, c.lambda_rival)).collect::<Vec<_>>().join(", ")))
+                    .map(|e| {
+                        format!(
+                            "{} {:.3} gain {:.0} [{}]",
+                            e.law,
+                            e.parameters[0].value,
+                            e.gain_2ll,
+                            e.candidates
+                                .iter()
+                                .map(|c| format!("{} {:.1}/{:.1}", c.law, c.delta_2ll, c.lambda_rival))
+                                .collect::<Vec<_>>()
+                                .join(", ")
+                        )
+                    })
                     .collect();
                 println!(
                     "{} {} {:.0} % level {} {:?} {:?} oracle {} | {} {} {} gain {:.0} p {:.0e} {:.3} ratio {:.1}/{:.1}",
-                    d.job.seed, name(d.job.hide), 100.0 * d.job.size, d.job.level, d.scored.class, d.settled,
+                    d.job.seed,
+                    name(d.job.hide),
+                    100.0 * d.job.size,
+                    d.job.level,
+                    d.scored.class,
+                    d.settled,
                     d.oracle.map_or(String::new(), |o| format!("{:.0}/{:.0}", o.detect, o.rival)),
-                    laws.join("; "), r.unexplained.column, r.unexplained.channel, r.unexplained.gain, r.unexplained.p_model, r.unexplained.p_runs,
-                    r.unexplained.scatter_ratio.normal, r.unexplained.scatter_ratio.friction
+                    laws.join("; "),
+                    r.unexplained.column,
+                    r.unexplained.channel,
+                    r.unexplained.gain,
+                    r.unexplained.p_model,
+                    r.unexplained.p_runs,
+                    r.unexplained.scatter_ratio.normal,
+                    r.unexplained.scatter_ratio.friction
                 );
             }
         }

@@ -14,7 +14,8 @@ pub fn text(set: &RunSet) -> String {
         (Column::Width, "finger_width_mm"),
     ];
     let there: Vec<_> = state.into_iter().filter(|(c, _)| set.has(*c)).collect();
-    let mut out = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,contact_time_s".to_owned();
+    let mut out =
+        "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,contact_time_s".to_owned();
     for (_, name) in &there {
         out += &format!(",{name}");
     }
@@ -22,7 +23,11 @@ pub fn text(set: &RunSet) -> String {
     for run in &set.runs {
         for (i, row) in run.rows.iter().enumerate() {
             let ([x, y], [n, fx, fy]) = (run.slide_mm[i], run.force_n[i]);
-            let _ = write!(out, "{},{},{},{x},{y},{n},{fx},{fy},{}", run.labels.run, row.t_s, row.depth_mm, row.contact_time_s);
+            let _ = write!(
+                out,
+                "{},{},{},{x},{y},{n},{fx},{fy},{}",
+                run.labels.run, row.t_s, row.depth_mm, row.contact_time_s
+            );
             for (column, _) in &there {
                 let v = match column {
                     Column::Dwell => row.dwell_s,

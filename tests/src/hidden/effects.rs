@@ -50,7 +50,15 @@ pub struct Influence {
 
 impl Default for Influence {
     fn default() -> Self {
-        Self { strength: 1.0, stiffness: 1.0, depth_mm: 0.0, drag_n_s_mm: 0.0, adhesion_n: 0.0, bias_n: [0.0; 3], cross: [0.0; 2] }
+        Self {
+            strength: 1.0,
+            stiffness: 1.0,
+            depth_mm: 0.0,
+            drag_n_s_mm: 0.0,
+            adhesion_n: 0.0,
+            bias_n: [0.0; 3],
+            cross: [0.0; 2],
+        }
     }
 }
 

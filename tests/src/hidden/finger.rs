@@ -48,9 +48,9 @@ pub struct Finger {
     pub odd: f64,
 }
 
-/// Names of what [`Finger::vary`] changes and the size that a perfect analyst allows it: first three scales, then
-/// the shape.
-pub const VARIED: [f64; 14] = [0.10, 0.10, 0.10, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.002, 0.004, 0.006, 0.004];
+/// Names of what [`Finger::vary`] changes and the size that a perfect analyst allows it: scales of normal force
+/// and friction are free (a pure rescale is never an effect), that of the tangential stiffness, then the shape.
+pub const VARIED: [f64; 14] = [1.0, 1.0, 0.10, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.002, 0.004, 0.006, 0.004];
 
 impl Finger {
     /// A finger of a seed, away from the shipped model's geometry.
@@ -117,7 +117,10 @@ impl Finger {
         let mut bristles: Vec<Bristle> = Vec::new();
         for i in -reach..=reach {
             for j in -reach..=reach {
-                bristles.push(Bristle { at: [GRID * (f64::from(i) + 0.13), GRID * (f64::from(j) - 0.21)], stretch: [0.0; 2] });
+                bristles.push(Bristle {
+                    at: [GRID * (f64::from(i) + 0.13), GRID * (f64::from(j) - 0.21)],
+                    stretch: [0.0; 2],
+                });
             }
         }
         let mut out = Vec::with_capacity(stroke.rows.len());
@@ -210,7 +213,8 @@ impl Finger {
         strength: f64,
     ) -> ([f64; 2], f64) {
         let area = self.area(depth);
-        let (ax, ay) = ((area * self.aspect / std::f64::consts::PI).sqrt(), (area / self.aspect / std::f64::consts::PI).sqrt());
+        let (ax, ay) =
+            ((area * self.aspect / std::f64::consts::PI).sqrt(), (area / self.aspect / std::f64::consts::PI).sqrt());
         let peak = self.normal(depth) * stiff / area * (self.bell + 1.0);
         let (mut covered, mut inside) = (0.0, Vec::with_capacity(bristles.len()));
         for (i, b) in bristles.iter_mut().enumerate() {
@@ -265,10 +269,8 @@ impl Finger {
             }
             let mut share = 1.0;
             loop {
-                let next = [
-                    bulk[0] + share * lack[0] / (bulk_k[0] + stuck),
-                    bulk[1] + share * lack[1] / (bulk_k[1] + stuck),
-                ];
+                let next =
+                    [bulk[0] + share * lack[0] / (bulk_k[0] + stuck), bulk[1] + share * lack[1] / (bulk_k[1] + stuck)];
                 let there = evaluate(next);
                 if there.0 <= energy || share < 1e-3 {
                     *bulk = next;

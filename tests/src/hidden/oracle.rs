@@ -1,6 +1,6 @@
 //! What a perfect analyst could tell: separations by the simulator's own tangents and true noise.
 //!
-//! It knows the finger up to ten per cent of scale and two per cent of shape, the noise, the scatter between runs, and
+//! It knows the finger's shape up to two per cent, its scales not, the noise, the scatter between runs, and
 //! the formulas of all laws. The diagnosis is not asked.
 
 use nalgebra::{DMatrix, DVector};
@@ -31,13 +31,19 @@ impl Separation {
 }
 
 /// Shapes at which a rival is tried.
-fn shapes(name: &str) -> Vec<[f64; 2]> {
+fn shapes(name: &str, truth: &Effect) -> Vec<[f64; 2]> {
+    // Laws that fade along the stroke are tried with the truth's own length.
+    let slip = match truth.name {
+        "static_peak" => truth.shape[0],
+        "contact_ageing" => truth.shape[1],
+        _ => 0.8,
+    };
     match name {
         "hydration_bell" => vec![[35.0, 18.0], [52.0, 15.0], [65.0, 20.0]],
         "speed_stribeck" => vec![[2.0, 0.0], [8.0, 0.0]],
         "normal_relaxation" => vec![[0.5, 0.0], [1.5, 0.0], [5.0, 0.0]],
-        "contact_ageing" => vec![[0.3, 0.5], [0.3, 1.2]],
-        "static_peak" => vec![[0.3, 0.0], [0.6, 0.0], [1.3, 0.0]],
+        "contact_ageing" => vec![[0.3, 0.5], [0.3, 1.2], [0.3, slip]],
+        "static_peak" => vec![[0.3, 0.0], [0.6, 0.0], [1.3, 0.0], [slip, 0.0]],
         "occlusion_growth" => vec![[10.0, 0.0], [40.0, 0.0]],
         "anisotropy" => vec![[0.0, 0.0], [45.0, 0.0]],
         _ => vec![[0.0, 0.0]],
@@ -55,13 +61,13 @@ fn small(name: &str) -> f64 {
 }
 
 /// Columns of a law, per shape: one group of columns each.
-fn groups(name: &'static str) -> Vec<Vec<Effect>> {
-    let effect = |shape: [f64; 2]| Effect { name, amplitude: small(name), shape, form: 1.0 };
+fn groups(name: &'static str, truth: &Effect) -> Vec<Vec<Effect>> {
+    let effect = |shape: [f64; 2]| Effect { name, amplitude: small(name), shape, form: truth.form };
     match name {
         "tare_bias" => vec![vec![effect([0.0, 0.0]), effect([1.0, 0.0]), effect([0.0, 1.0])]],
         "cross_talk" => vec![vec![effect([0.0, 0.0]), effect([1.0, 0.0])]],
-        "anisotropy" => vec![shapes(name).into_iter().map(effect).collect()],
-        _ => shapes(name).into_iter().map(|s| vec![effect(s)]).collect(),
+        "anisotropy" => vec![shapes(name, truth).into_iter().map(effect).collect()],
+        _ => shapes(name, truth).into_iter().map(|s| vec![effect(s)]).collect(),
     }
 }
 
@@ -72,7 +78,8 @@ pub fn separation(case: &Case) -> Separation {
     let plain = flat(all_readings(&case.finger, strokes, &[]));
     let truth = &case.truth[0];
     let family = |name: &str| LIBRARY.iter().find(|l| l.0 == name).map(|l| l.1);
-    let difference = |a: Vec<f64>, step: f64| -> Vec<f64> { a.iter().zip(&plain).map(|(a, p)| (a - p) / step).collect() };
+    let difference =
+        |a: Vec<f64>, step: f64| -> Vec<f64> { a.iter().zip(&plain).map(|(a, p)| (a - p) / step).collect() };
 
     // Whitener per run: row noise and what a run draws once.
     let scattered = |s: Scatter, step: f64| {
@@ -131,10 +138,15 @@ pub fn separation(case: &Case) -> Separation {
         if Some(other) == family(truth.name) {
             continue;
         }
-        for group in groups(name) {
+        for group in groups(name, truth) {
             let columns: Vec<DVector<f64>> = group
                 .iter()
-                .map(|e| clean(whiten(&difference(flat(all_readings(&case.finger, strokes, std::slice::from_ref(e))), e.amplitude), &no_prior)))
+                .map(|e| {
+                    clean(whiten(
+                        &difference(flat(all_readings(&case.finger, strokes, std::slice::from_ref(e))), e.amplitude),
+                        &no_prior,
+                    ))
+                })
                 .collect();
             let x = DMatrix::from_columns(&columns);
             let mut gram = x.transpose() * &x;

@@ -96,7 +96,11 @@ fn classify(report: &Diagnosis, truth: &[&str]) -> Class {
         Verdict::Named => Class::Wrong,
         Verdict::Ambiguous => {
             let within = |t: &&str| report.effects.iter().any(|e| e.candidates.iter().any(|c| c.family == **t));
-            if !truth.is_empty() && truth.iter().all(within) { Class::AmbiguousWithTruth } else { Class::AmbiguousWithout }
+            if !truth.is_empty() && truth.iter().all(within) {
+                Class::AmbiguousWithTruth
+            } else {
+                Class::AmbiguousWithout
+            }
         }
     }
 }
@@ -132,7 +136,11 @@ fn plan_of(run: &PlannedRun) -> Plan {
         width_mm: r.width_mm,
         length_mm: run.length_mm.unwrap_or(r.length_mm),
         reverse: run.reverse.unwrap_or(false),
-        rest_s: if run.new_block == Some(true) { run.rest_before_s.unwrap_or(60.0).max(60.0) } else { run.rest_before_s.unwrap_or(60.0) },
+        rest_s: if run.new_block == Some(true) {
+            run.rest_before_s.unwrap_or(60.0).max(60.0)
+        } else {
+            run.rest_before_s.unwrap_or(60.0)
+        },
     }
 }
 

@@ -82,7 +82,20 @@ pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_f
     let calibration = set(&finger, &calibration_strokes, &[], "calibration");
     let measured = set(&today, &strokes, &truth, "measured");
     let holdout = set(&today, &holdout_strokes, &truth, "holdout");
-    Case { seed, truth, size, level, dropped, exact_form, calibration, measured, holdout, finger: today, noise, strokes }
+    Case {
+        seed,
+        truth,
+        size,
+        level,
+        dropped,
+        exact_form,
+        calibration,
+        measured,
+        holdout,
+        finger: today,
+        noise,
+        strokes,
+    }
 }
 
 /// The column that a law's driver stands in, where a laboratory could fail to record it.
@@ -116,7 +129,13 @@ fn sized(finger: &Finger, strokes: &[Stroke], name: &'static str, size: f64, exa
         _ => [0.0, 0.0],
     };
     let sign = match name {
-        "speed_log" | "depth_zero_offset" | "tare_bias" | "cross_talk" | "temperature" | "subject_size" | "stiffness_drift"
+        "speed_log"
+        | "depth_zero_offset"
+        | "tare_bias"
+        | "cross_talk"
+        | "temperature"
+        | "subject_size"
+        | "stiffness_drift"
         | "depth_speed_product" => {
             if dice.unit() < 0.5 {
                 -1.0

@@ -1,5 +1,5 @@
 //! Friction over direction: strength × (1 + a cos 2(theta − axis)).
-//! 
+//!
 //! Fitted as a cos 2 axis and a sin 2 axis, in which it is linear.
 
 use super::{Change, Column, Law, Parameter, Place, Row};

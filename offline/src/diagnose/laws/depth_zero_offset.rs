@@ -8,9 +8,7 @@ pub static LAW: Law = Law {
     family: "depth_zero",
     kind: 11,
     place: Place::Depth,
-    parameters: &[
-        Parameter { name: "offset_mm", unit: "mm", low: -0.5, high: 0.5, typical: 0.05 },
-    ],
+    parameters: &[Parameter { name: "offset_mm", unit: "mm", low: -0.5, high: 0.5, typical: 0.05 }],
     linear: 1,
     drivers: &[Column::Depth],
     confused_with: &["adhesion", "strain_stiffening"],

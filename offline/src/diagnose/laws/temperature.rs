@@ -8,9 +8,7 @@ pub static LAW: Law = Law {
     family: "temperature",
     kind: 17,
     place: Place::Strength,
-    parameters: &[
-        Parameter { name: "slope_per_c", unit: "1/°C", low: -0.3, high: 0.3, typical: 0.03 },
-    ],
+    parameters: &[Parameter { name: "slope_per_c", unit: "1/°C", low: -0.3, high: 0.3, typical: 0.03 }],
     linear: 1,
     drivers: &[Column::Temperature],
     confused_with: &["hydration_bell", "stiffness_drift", "occlusion_growth"],

@@ -5,7 +5,11 @@ use std::collections::BTreeMap;
 use super::{Change, DRAG_PATH_MM, LAWS, REFERENCE_AREA_MM2, Row, find};
 
 fn pairs(cell: &str) -> BTreeMap<&str, f64> {
-    cell.split(';').filter(|p| !p.is_empty()).map(|p| p.split_once('=').unwrap()).map(|(k, v)| (k, v.parse().unwrap())).collect()
+    cell.split(';')
+        .filter(|p| !p.is_empty())
+        .map(|p| p.split_once('=').unwrap())
+        .map(|(k, v)| (k, v.parse().unwrap()))
+        .collect()
 }
 
 #[test]
@@ -79,7 +83,20 @@ fn the_library_is_consistent() {
             assert!(find(other).is_some(), "{} names {other}", law.name);
         }
         // No size, no effect; and no factor below the floor.
-        let row = Row { depth_mm: 1.2, contact_time_s: 3.0, speed_mm_s: 7.0, path_mm: 0.4, turn_mm: 0.4, dwell_s: 2.0, occlusion_s: 9.0, hydration_au: 60.0, temperature_c: 29.0, width_mm: 18.0, t_s: 900.0, ..Row::default() };
+        let row = Row {
+            depth_mm: 1.2,
+            contact_time_s: 3.0,
+            speed_mm_s: 7.0,
+            path_mm: 0.4,
+            turn_mm: 0.4,
+            dwell_s: 2.0,
+            occlusion_s: 9.0,
+            hydration_au: 60.0,
+            temperature_c: 29.0,
+            width_mm: 18.0,
+            t_s: 900.0,
+            ..Row::default()
+        };
         let mut values = vec![0.0; law.linear];
         values.extend_from_slice(law.shapes[0]);
         let mut change = Change::default();

@@ -65,8 +65,16 @@ impl Figure for ResidualMap<'_> {
                     let full = if bin.mean_relative > 0.0 { MORE } else { LESS };
                     canvas.rect(x, y, CELL - 2.0, 20.0, mix(rgb(0xf7f7f7), full, s))?;
                     let ink = if s > 0.55 { WHITE } else { INK };
-                    let text = format!("{}{} %", if bin.mean_relative > 0.0 { "+" } else { "−" }, fixed(100.0 * bin.mean_relative.abs(), 1));
-                    canvas.text(&text, (x + 0.5 * CELL - 4.0, y + 10.0), Text { em: 10.5, h: HPos::Center, colour: ink, ..Text::BODY })?;
+                    let text = format!(
+                        "{}{} %",
+                        if bin.mean_relative > 0.0 { "+" } else { "−" },
+                        fixed(100.0 * bin.mean_relative.abs(), 1)
+                    );
+                    canvas.text(
+                        &text,
+                        (x + 0.5 * CELL - 4.0, y + 10.0),
+                        Text { em: 10.5, h: HPos::Center, colour: ink, ..Text::BODY },
+                    )?;
                     if bin.z.abs() > 3.5 {
                         canvas.marker(Marker::Circle, (x + CELL - 7.0, y + 5.0), 1.8, ink, true)?;
                     }
@@ -91,7 +99,13 @@ impl Figure for ResidualMap<'_> {
 
 /// A number in at most five characters.
 fn short(v: f64) -> String {
-    let decimals = if v.abs() >= 100.0 { 0 } else if v.abs() >= 10.0 { 1 } else { 2 };
+    let decimals = if v.abs() >= 100.0 {
+        0
+    } else if v.abs() >= 10.0 {
+        1
+    } else {
+        2
+    };
     fixed(v, decimals)
 }
 
@@ -113,7 +127,8 @@ impl Figure for Driver<'_> {
         // Single rows scatter far beyond what the eye needs; the axis covers all but the outermost in a hundred.
         let mut sizes: Vec<f64> = points.iter().map(|p| p[1]).collect();
         sizes.sort_by(f64::total_cmp);
-        let cut = |share: f64| sizes.get((share * sizes.len().saturating_sub(1) as f64) as usize).copied().unwrap_or(0.0);
+        let cut =
+            |share: f64| sizes.get((share * sizes.len().saturating_sub(1) as f64) as usize).copied().unwrap_or(0.0);
         let law = points.iter().map(|p| p[2]);
         let low = law.clone().fold(cut(0.01), f64::min);
         let high = law.fold(cut(0.99), f64::max);
@@ -136,7 +151,13 @@ impl Figure for Driver<'_> {
         // The law is drawn where it is wanted: at the points, joined if they are few, as dots where rows differ in
         // more than the driver.
         for p in points {
-            canvas.marker(Marker::Square, panel.at(p[0], 100.0 * p[2]), if dense { 1.6 } else { 3.0 }, SERIES[1], true)?;
+            canvas.marker(
+                Marker::Square,
+                panel.at(p[0], 100.0 * p[2]),
+                if dense { 1.6 } else { 3.0 },
+                SERIES[1],
+                true,
+            )?;
         }
         canvas.marker(Marker::Circle, (722.0, 60.0), 3.2, INK, !dense)?;
         canvas.text("measured less the model", (734.0, 60.0), Text::BODY)?;
@@ -169,7 +190,11 @@ impl Figure for Bars<'_> {
         while tick <= most {
             let x = place(tick);
             canvas.line(&[(x, 18.0), (x, bottom)], Line::solid(FAINT, 0.8))?;
-            canvas.text(&fixed(tick, 0), (x, bottom + 10.0), Text { em: 11.0, h: HPos::Center, colour: GREY, ..Text::BODY })?;
+            canvas.text(
+                &fixed(tick, 0),
+                (x, bottom + 10.0),
+                Text { em: 11.0, h: HPos::Center, colour: GREY, ..Text::BODY },
+            )?;
             tick *= 10.0;
         }
         canvas.text("gain in 2 log likelihood", (190.0, bottom + 28.0), Text { em: 12.0, ..Text::BODY })?;
@@ -204,7 +229,11 @@ impl Figure for HeldOut<'_> {
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
         canvas.rect(0.0, 0.0, 900.0, 290.0, WHITE)?;
         let g = self.gap;
-        let series = [("before", g.rms_before_n, GREY), ("after", g.rms_after_n, SERIES[1]), ("noise floor", g.floor_rms_n, MODEL)];
+        let series = [
+            ("before", g.rms_before_n, GREY),
+            ("after", g.rms_after_n, SERIES[1]),
+            ("noise floor", g.floor_rms_n, MODEL),
+        ];
         let values = series.iter().flat_map(|s| s.1).map(|v| 1000.0 * v);
         let panel = Panel {
             left: 74.0,
@@ -220,7 +249,11 @@ impl Figure for HeldOut<'_> {
             let text = fixed(*tick, panel.y.decimals);
             canvas.text(&text, (panel.left - 8.0, y), Text { em: 11.5, h: HPos::Right, colour: GREY, ..Text::BODY })?;
         }
-        canvas.text(&panel.y.label, (panel.left - 34.0, panel.top - 18.0), Text { bold: true, em: 12.5, ..Text::BODY })?;
+        canvas.text(
+            &panel.y.label,
+            (panel.left - 34.0, panel.top - 18.0),
+            Text { bold: true, em: 12.5, ..Text::BODY },
+        )?;
         for (channel, name) in ["normal", "x", "y"].iter().enumerate() {
             let centre = panel.at(channel as f64 + 0.5, 0.0);
             canvas.text(name, (centre.0, centre.1 + 16.0), Text { h: HPos::Center, ..Text::BODY })?;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::words;
 use crate::diagnose::{Diagnosis, Verdict};
-use crate::report::html::{Picture, cell, escape, figure, fonts, prose, STYLE};
+use crate::report::html::{Picture, STYLE, cell, escape, figure, fonts, prose};
 use crate::report::numbers::{fixed, significant};
 
 /// The page as one file.
@@ -117,22 +117,43 @@ fn next(report: &Diagnosis) -> String {
          <code>next_experiment.csv</code>.</p>\n<table>\n<thead><tr>",
         escape(&plan.factor)
     );
-    for head in
-        ["", "depth, mm", "speed, mm/s", "direction, °", "hold, s", "moisture, a.u.", "temperature, °C", "length, mm", "rest before, s", "new block", "reverse"]
-    {
+    for head in [
+        "",
+        "depth, mm",
+        "speed, mm/s",
+        "direction, °",
+        "hold, s",
+        "moisture, a.u.",
+        "temperature, °C",
+        "length, mm",
+        "rest before, s",
+        "new block",
+        "reverse",
+    ] {
         let _ = write!(out, "<th>{head}</th>");
     }
     out += "</tr></thead>\n<tbody>\n";
     let number = |v: Option<f64>| cell(&v.map_or_else(String::new, |v| v.to_string()));
-    let flag = |v: Option<bool>| cell(match v {
-        Some(true) => "yes",
-        Some(false) => "no",
-        None => "",
-    });
+    let flag = |v: Option<bool>| {
+        cell(match v {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "",
+        })
+    };
     for (i, r) in plan.runs.iter().enumerate() {
         out += "<tr>";
         out += &cell(&(i + 1).to_string());
-        for v in [r.depth_mm, r.speed_mm_s, r.direction_deg, r.dwell_s, r.hydration_au, r.temperature_c, r.length_mm, r.rest_before_s] {
+        for v in [
+            r.depth_mm,
+            r.speed_mm_s,
+            r.direction_deg,
+            r.dwell_s,
+            r.hydration_au,
+            r.temperature_c,
+            r.length_mm,
+            r.rest_before_s,
+        ] {
             out += &number(v);
         }
         out += &(flag(r.new_block) + &flag(r.reverse) + "</tr>\n");
