@@ -9,6 +9,7 @@ mod array;
 mod blob;
 mod check;
 mod drive;
+mod effect;
 mod error;
 pub mod events;
 mod example;
@@ -25,6 +26,7 @@ mod tune;
 
 pub use blob::{EffectSlot, File, FileOf, MAGIC, VERSION};
 pub use drive::{Drive, Driven, Normal, Tangential};
+pub use effect::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
 pub use frame::ContactFrame;
 pub use gradient::Gradient;

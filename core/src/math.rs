@@ -23,6 +23,16 @@ pub(crate) fn pow(base: f32, exponent: f32) -> f32 {
     libm::expf(exponent * libm::logf(base))
 }
 
+/// e to the power `x`; only where an effect is on.
+pub(crate) fn exp(x: f32) -> f32 {
+    libm::expf(x)
+}
+
+/// Natural logarithm; only where an effect is on.
+pub(crate) fn ln(x: f32) -> f32 {
+    libm::logf(x)
+}
+
 #[cfg(test)]
 mod tests {
     #[test]

@@ -6,6 +6,7 @@
 
 pub mod assembly;
 pub mod contact;
+pub mod diagnose;
 pub mod element;
 pub mod experiment;
 pub mod identify;

@@ -12,6 +12,7 @@ pub mod dome;
 pub mod equilibrium;
 pub mod fingers;
 pub mod half_space;
+pub mod hidden;
 pub mod memory;
 #[cfg(unix)]
 pub mod peer_cases;

@@ -19,7 +19,8 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `peer` (CPU time against CalculiX) or `core` (a step: instructions under QEMU, ns on the host)
+    /// A benchmark: `peer` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host) or
+    /// `diagnose` (score card on hidden sets)
     Bench {
         /// Which
         name: String,
@@ -56,7 +57,10 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["xtask", "thumb", "count"], &[])?;
                 cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: peer, core"),
+            "diagnose" => {
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_diagnose", "--"], &args)
+            }
+            other => bail!("no benchmark {other}; there are: peer, core, diagnose"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Thumb(args) => thumb::main(&args),

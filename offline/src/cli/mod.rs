@@ -1,10 +1,12 @@
 //! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
 
 mod build;
+mod diagnose;
 mod eval;
 mod export;
 mod identify;
 mod mesh;
+mod model;
 mod phantom;
 mod reduce;
 mod simulate;
@@ -42,6 +44,8 @@ enum Command {
     Identify(identify::Args),
     /// Follow a path of the plane with the finite-element model
     Simulate(simulate::Args),
+    /// Name the effect that measured runs show and the model lacks
+    Diagnose(diagnose::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
     /// Fit the reduced model to finite-element runs, or make these runs
@@ -159,6 +163,7 @@ pub fn main() -> ExitCode {
         Command::Build(args) => build::run(&args),
         Command::Identify(args) => identify::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
         Command::Mesh(args) => mesh::run(&args),
         Command::Reduce(args) => reduce::run(&args),
         Command::Eval(args) => eval::run(&args),

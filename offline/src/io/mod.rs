@@ -2,7 +2,7 @@
 //!
 //! Main types: [`Error`]; one module per format. Everything is written through [`atomic_write`], so that nothing
 //! half-written is left looking finished.
-//! Knows no physics. May use: mesh and slide (their types only), `fingerpad` for spellings.
+//! Knows no physics. May use: mesh, slide and diagnose (their types only), `fingerpad` for spellings.
 
 mod atomic;
 mod columns;
@@ -15,7 +15,9 @@ pub mod nifti;
 pub mod nrrd;
 pub mod path_csv;
 pub mod response_csv;
+pub mod runs_csv;
 pub mod table_csv;
+pub mod trace_csv;
 pub mod volume;
 pub mod vtu;
 

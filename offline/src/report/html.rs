@@ -22,6 +22,7 @@ pub struct Picture {
     pub svg: Option<String>,
 }
 
+/// The sheet of every page.
 pub(super) const STYLE: &str = include_str!("page.css");
 
 /// What every report says of the model's limits.
@@ -46,6 +47,7 @@ pub(super) fn fonts() -> String {
     face(400, font::REGULAR) + &face(700, font::BOLD)
 }
 
+/// Escapes text for a page.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -55,6 +57,7 @@ pub(super) fn prose(text: &str) -> String {
     [" mm", " %", " N/mm", " kPa"].iter().fold(escape(text), |t, unit| t.replace(unit, &unit.replace(' ', "\u{a0}")))
 }
 
+/// A cell with a number.
 pub(super) fn cell(text: &str) -> String {
     format!("<td class=\"num\">{text}</td>")
 }

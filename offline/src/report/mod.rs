@@ -3,7 +3,7 @@
 //! Main types: [`BuildReport`], [`DepthResult`], [`Check`], [`Rendered`]; [`render`] does it all.
 //! Computes no physics: it reads, subtracts and averages what it is given, and leaves out what is not finite.
 //! Returns text and bytes; writing them is the caller's.
-//! May use: slide, mesh, identify, reduce.
+//! May use: slide, mesh, identify, reduce, diagnose.
 
 mod axes;
 mod canvas;
@@ -11,6 +11,7 @@ mod captions;
 mod colour;
 mod contact_maps;
 mod curves;
+pub mod diagnosis;
 mod font;
 mod html;
 pub mod identify;

@@ -1,0 +1,164 @@
+//! Calibration: the baseline's freedoms, the row noise and the run-level scatter from runs without an effect.
+
+use nalgebra::DMatrix;
+
+use super::base::{FREEDOM, FREEDOMS, Reference};
+use super::fit::{Fit, Prior, Task};
+use super::mixed::PerRun;
+use super::runs::RunSet;
+
+/// Row noise of a channel: variance = additive² + (multiplicative × force)².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowNoise {
+    /// N.
+    pub additive_n: f64,
+    /// Share of the force.
+    pub multiplicative: f64,
+}
+
+impl RowNoise {
+    /// Standard deviation at a force, N.
+    pub fn sigma_n(&self, force_n: f64) -> f64 {
+        self.additive_n.hypot(self.multiplicative * force_n)
+    }
+}
+
+/// What the calibration runs tell.
+#[derive(Clone)]
+pub struct Calibration {
+    /// The optimum.
+    pub fit: Fit,
+    /// Row noise of normal, x, y.
+    pub noise: [RowNoise; 3],
+    /// Root mean square of what the baseline leaves within runs, over the noise between neighbouring rows; 1 is a
+    /// baseline that fits to the noise.
+    pub misfit: [f64; 3],
+    /// Number of runs.
+    pub runs: usize,
+}
+
+/// Row noise per observation at a prediction, N.
+pub fn sigma_of(noise: &[RowNoise; 3], prediction: &[f64]) -> Vec<f64> {
+    // A row's force is that of all channels: gain noise of a multi-axis sensor mixes them.
+    prediction.iter().enumerate().map(|(i, p)| noise[i % 3].sigma_n(*p)).collect()
+}
+
+/// Standard deviations of the run-level scatter to start from: gains 2 %, depth zero 10 um, offsets 2 mN.
+const START: PerRun = [4e-4, 4e-4, 1e-4, 4e-6, 4e-6, 4e-6];
+
+/// Fits the freedoms to effect-free runs, alternating with the noise.
+pub fn calibrate(set: &RunSet, reference: &Reference) -> Calibration {
+    let mut noise = [RowNoise { additive_n: 0.004, multiplicative: 0.03 }; 3];
+    let mut theta = reference.mean.to_vec();
+    let mut variances = START;
+    let mut fit = None;
+    let mut misfit = [1.0; 3];
+    for round in 0..3 {
+        let prior = Calibration::before(reference);
+        let prediction = if round == 0 {
+            set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect()
+        } else {
+            let base = reference.with(&theta);
+            super::walk::walk_all(&base, &[], super::walk::Nudge::default(), &set.runs)
+        };
+        let mut task = Task::new(&set.runs, reference, prior, sigma_of(&noise, &prediction), variances);
+        task.variances = START;
+        task.variance_weight = 2.0;
+        let result = task.fit(theta.clone(), Vec::new(), variances, None, true, if round == 0 { 25 } else { 8 });
+        theta = result.theta.clone();
+        variances = result.variances;
+        (noise, misfit) = row_noise(&task, &result);
+        fit = Some(result);
+    }
+    Calibration { fit: fit.expect("three rounds"), noise, misfit, runs: set.runs.len() }
+}
+
+impl Calibration {
+    /// What is known of the freedoms before the calibration.
+    pub fn before(reference: &Reference) -> Prior {
+        let covariance =
+            DMatrix::from_fn(FREEDOMS, FREEDOMS, |i, j| if i == j { FREEDOM[i].between.powi(2) } else { 0.0 });
+        Prior::new(reference.mean.to_vec(), &covariance)
+    }
+
+    /// What the calibration says of the freedoms of the measured set: its covariance plus drift.
+    pub fn prior(&self) -> Prior {
+        let mut covariance = self.fit.covariance.view((0, 0), (FREEDOMS, FREEDOMS)).into_owned();
+        for k in 0..FREEDOMS {
+            covariance[(k, k)] += FREEDOM[k].drift.powi(2);
+        }
+        Prior::new(self.fit.theta.clone(), &covariance)
+    }
+}
+
+/// Row noise from what is left after freedoms and random effects, and its ratio to that between neighbouring rows.
+fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
+    let prediction = task.predict(&fit.theta, &fit.laws);
+    let tangents = task.tangents(&fit.theta, &fit.laws, &prediction);
+    let left = within_runs(task, fit, &tangents);
+    let mut noise = [RowNoise { additive_n: 0.003, multiplicative: 0.02 }; 3];
+    let mut misfit = [1.0; 3];
+    for channel in 0..3 {
+        let (mut points, mut neighbours) = (Vec::new(), Vec::new());
+        for run in 0..task.layout.runs() {
+            let range = task.layout.range(run);
+            let at: Vec<usize> = range.filter(|i| i % 3 == channel).collect();
+            for &i in &at {
+                points.push((prediction[i].powi(2), left[i].powi(2)));
+            }
+            for w in at.windows(3) {
+                let d = left[w[1]] - 0.5 * (left[w[0]] + left[w[2]]);
+                neighbours.push((prediction[w[1]].powi(2), d * d / 1.5));
+            }
+        }
+        // Six random effects of each run took their share of its rows.
+        let rows = points.len() as f64;
+        let lost = 2.0 * task.layout.runs() as f64 + 4.0;
+        noise[channel] = two_terms(&points, rows / (rows - lost).max(0.5 * rows));
+        let pure = two_terms(&neighbours, 1.0);
+        let mean = |n: &RowNoise| points.iter().map(|p| n.sigma_n(p.0.sqrt()).powi(2)).sum::<f64>();
+        misfit[channel] = (mean(&noise[channel]) / mean(&pure)).sqrt();
+    }
+    (noise, misfit)
+}
+
+/// Residual less the run's own random effects, N.
+pub fn within_runs(task: &Task<'_>, fit: &Fit, tangents: &super::fit::Tangents) -> Vec<f64> {
+    let scaled: Vec<f64> = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
+    let whitener = tangents.scatter.whitener(&fit.variances);
+    let mut white = scaled.clone();
+    whitener.apply(&mut white);
+    whitener.apply(&mut white);
+    // S⁻¹ r is the residual less the best guess of the random effects.
+    white.iter().zip(&task.sigma_n).map(|(w, s)| w * s).collect()
+}
+
+/// Variance = a² + m² x by iterated weighted least squares over (x, squared residual), both >= 0.
+fn two_terms(points: &[(f64, f64)], factor: f64) -> RowNoise {
+    let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len().max(1) as f64;
+    let (mut a, mut m) = (0.5 * mean, 0.0);
+    for _ in 0..20 {
+        let mut s = [0.0; 5];
+        for &(x, y) in points {
+            let w = (a + m * x).max(1e-12).powi(-2);
+            s[0] += w;
+            s[1] += w * x;
+            s[2] += w * x * x;
+            s[3] += w * y;
+            s[4] += w * x * y;
+        }
+        let det = s[0] * s[2] - s[1] * s[1];
+        if !(det > 1e-12 * s[0] * s[2]) {
+            (a, m) = (s[3] / s[0], 0.0);
+            break;
+        }
+        (a, m) = ((s[2] * s[3] - s[1] * s[4]) / det, (s[0] * s[4] - s[1] * s[3]) / det);
+        if m < 0.0 {
+            (a, m) = (s[3] / s[0], 0.0);
+        } else if a < 0.0 {
+            (a, m) = (0.0, s[4] / s[2]);
+        }
+        a = a.max(1e-8);
+    }
+    RowNoise { additive_n: (a * factor).sqrt().max(2e-4), multiplicative: (m * factor).sqrt().max(1e-3) }
+}

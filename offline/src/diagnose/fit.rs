@@ -1,0 +1,371 @@
+//! Fit of baseline and laws together: Gauss–Newton inside the model, runs as the unit, variances re-estimated.
+//!
+//! Main types: [`Task`] (what is fitted to what), [`Fit`] (the optimum), [`Tangents`] (columns of the baseline and
+//! of the random effects, reused between fits that start nearby).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::base::{FREEDOMS, Reference};
+use super::mixed::{Layout, PerRun, Scatter, dot};
+use super::runs::Run;
+use super::walk::{Active, Nudge, walk_all};
+
+/// A normal distribution of the freedoms.
+#[derive(Clone, Debug)]
+pub struct Prior {
+    /// Mean.
+    pub mean: Vec<f64>,
+    /// R with Rᵀ R = covariance⁻¹.
+    pub root: DMatrix<f64>,
+}
+
+impl Prior {
+    /// From mean and covariance.
+    pub fn new(mean: Vec<f64>, covariance: &DMatrix<f64>) -> Self {
+        let inverse = covariance.clone().cholesky().expect("a covariance with drift is positive definite").inverse();
+        let root = inverse.cholesky().expect("an inverse of a covariance is positive definite").l().transpose();
+        Self { mean, root }
+    }
+}
+
+/// What is to be fitted.
+pub struct Task<'a> {
+    /// The runs.
+    pub runs: &'a [Run],
+    /// Curves of the model.
+    pub reference: &'a Reference,
+    /// What is known of the freedoms.
+    pub prior: Prior,
+    /// Row noise, N, per observation.
+    pub sigma_n: Vec<f64>,
+    /// What is known of the run-level variances.
+    pub variances: PerRun,
+    /// How many runs that knowledge weighs.
+    pub variance_weight: f64,
+    /// Degrees of freedom that the freedoms take from the runs.
+    pub lost: f64,
+    /// Where the runs lie.
+    pub layout: Layout,
+    /// Readings, three per row, N.
+    pub readings_n: Vec<f64>,
+}
+
+/// Columns of the baseline's freedoms and of the random effects, divided by the row noise.
+#[derive(Clone)]
+pub struct Tangents {
+    /// One column per freedom.
+    pub freedoms: Vec<Vec<f64>>,
+    /// The random effects.
+    pub scatter: Scatter,
+}
+
+/// An optimum.
+#[derive(Clone)]
+pub struct Fit {
+    /// Freedoms.
+    pub theta: Vec<f64>,
+    /// Laws with their parameters.
+    pub laws: Vec<Active>,
+    /// Run-level variances.
+    pub variances: PerRun,
+    /// −2 log posterior, up to a constant of the task.
+    pub minus_2ll: f64,
+    /// Readings less prediction, N.
+    pub residual_n: Vec<f64>,
+    /// Covariance of freedoms and then the laws' parameters (logarithms where [`is_log`]).
+    pub covariance: DMatrix<f64>,
+}
+
+/// Whether a parameter of a law is fitted by its logarithm.
+pub fn is_log(active: &Active, index: usize) -> bool {
+    let p = &active.law.parameters[index];
+    index >= active.law.linear && p.low > 0.0 && !p.name.starts_with("peak")
+}
+
+/// Mean and standard deviation of a parameter's weak prior, in the space in which it is fitted. For sizes it only
+/// keeps a direction that the protocol cannot see from running away.
+fn weak_prior(active: &Active, index: usize) -> (f64, f64) {
+    let p = &active.law.parameters[index];
+    if index < active.law.linear {
+        (0.0, 20.0 * p.typical.abs())
+    } else if is_log(active, index) {
+        (p.typical.ln(), 1.5)
+    } else {
+        (p.typical, 30.0)
+    }
+}
+
+fn to_fitted(active: &Active, index: usize) -> f64 {
+    if is_log(active, index) { active.values[index].ln() } else { active.values[index] }
+}
+
+fn set_fitted(active: &mut Active, index: usize, q: f64) {
+    let p = &active.law.parameters[index];
+    // The second parameter of a polar pair has the bounds of the first.
+    let bounds = &active.law.parameters[if active.law.name == "anisotropy" { 0 } else { index }];
+    let value = if is_log(active, index) { q.exp() } else { q };
+    debug_assert!(p.low < p.high);
+    active.values[index] = value.clamp(bounds.low, bounds.high);
+}
+
+impl<'a> Task<'a> {
+    /// A task whose row noise is taken at the given prediction.
+    pub fn new(runs: &'a [Run], reference: &'a Reference, prior: Prior, sigma_n: Vec<f64>, variances: PerRun) -> Self {
+        let layout = Layout::of(runs.iter().map(|r| r.rows.len()));
+        let readings_n = runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect();
+        Self { runs, reference, prior, sigma_n, variances, variance_weight: 0.0, lost: 3.0, layout, readings_n }
+    }
+
+    /// Predicted readings, N.
+    pub fn predict(&self, theta: &[f64], laws: &[Active]) -> Vec<f64> {
+        walk_all(&self.reference.with(theta), laws, Nudge::default(), self.runs)
+    }
+
+    /// Readings less prediction over row noise.
+    fn scaled_residual(&self, prediction: &[f64]) -> Vec<f64> {
+        self.readings_n.iter().zip(prediction).zip(&self.sigma_n).map(|((y, p), s)| (y - p) / s).collect()
+    }
+
+    /// Difference of two predictions over row noise and step.
+    pub fn column(&self, after: &[f64], before: &[f64], step: f64) -> Vec<f64> {
+        after.iter().zip(before).zip(&self.sigma_n).map(|((a, b), s)| (a - b) / (s * step)).collect()
+    }
+
+    /// Columns at a point; `prediction` is that of the point.
+    pub fn tangents(&self, theta: &[f64], laws: &[Active], prediction: &[f64]) -> Tangents {
+        let mut t = theta.to_vec();
+        let freedoms = (0..FREEDOMS)
+            .map(|k| {
+                let step = 2e-4;
+                t[k] += step;
+                let column = self.column(&self.predict(&t, laws), prediction, step);
+                t[k] = theta[k];
+                column
+            })
+            .collect();
+        Tangents { freedoms, scatter: self.run_columns(theta, laws, prediction) }
+    }
+
+    /// Columns of the random effects at a point.
+    pub fn run_columns(&self, theta: &[f64], laws: &[Active], prediction: &[f64]) -> Scatter {
+        let base = self.reference.with(theta);
+        let nudged = |nudge: Nudge, step: f64| self.column(&walk_all(&base, laws, nudge, self.runs), prediction, step);
+        let mut columns = vec![
+            nudged(Nudge { stiffness: 1.001, ..Nudge::default() }, 1e-3),
+            nudged(Nudge { strength: 1.001, ..Nudge::default() }, 1e-3),
+            nudged(Nudge { depth_mm: 2e-4, ..Nudge::default() }, 2e-4),
+        ];
+        for channel in 0..3 {
+            columns.push(
+                self.sigma_n.iter().enumerate().map(|(i, s)| if i % 3 == channel { 1.0 / s } else { 0.0 }).collect(),
+            );
+        }
+        Scatter::new(self.layout.clone(), columns)
+    }
+
+    /// Columns of the laws' parameters at a point.
+    pub fn law_columns(&self, theta: &[f64], laws: &[Active], prediction: &[f64]) -> Vec<Vec<f64>> {
+        let mut columns = Vec::new();
+        let mut moved = laws.to_vec();
+        for (i, active) in laws.iter().enumerate() {
+            for k in 0..active.values.len() {
+                let q = to_fitted(active, k);
+                let mut step = if k < active.law.linear { 2e-3 * active.law.parameters[k].typical.abs() } else { 2e-3 };
+                if !is_log(active, k) && k >= active.law.linear {
+                    step = 0.02;
+                }
+                set_fitted(&mut moved[i], k, q + step);
+                if to_fitted(&moved[i], k) == q {
+                    step = -step;
+                    set_fitted(&mut moved[i], k, q + step);
+                }
+                columns.push(self.column(&self.predict(theta, &moved), prediction, step));
+                moved[i] = active.clone();
+            }
+        }
+        columns
+    }
+
+    fn prior_residual(&self, theta: &[f64], laws: &[Active]) -> Vec<f64> {
+        let d = DVector::from_iterator(FREEDOMS, (0..FREEDOMS).map(|k| self.prior.mean[k] - theta[k]));
+        let mut rows: Vec<f64> = (&self.prior.root * d).iter().copied().collect();
+        for active in laws {
+            for k in 0..active.values.len() {
+                let (mean, sd) = weak_prior(active, k);
+                rows.push((mean - to_fitted(active, k)) / sd);
+            }
+        }
+        rows
+    }
+
+    /// How far a point is pulled from the prior's mean, in squared standard deviations.
+    pub fn pull(&self, theta: &[f64]) -> f64 {
+        let rows = self.prior_residual(theta, &[]);
+        dot(&rows, &rows)
+    }
+
+    fn objective(&self, tangents: &Tangents, v: &PerRun, scaled: &[f64], prior: &[f64]) -> f64 {
+        let whitener = tangents.scatter.whitener(v);
+        let mut white = scaled.to_vec();
+        whitener.apply(&mut white);
+        dot(&white, &white) + whitener.log_det + dot(prior, prior) + self.variance_2ll(v)
+    }
+
+    fn variance_2ll(&self, v: &PerRun) -> f64 {
+        if self.variance_weight > 0.0 { Scatter::prior_2ll(v, &self.variances, self.variance_weight) } else { 0.0 }
+    }
+
+    /// Fits from a start. `tangents`: those of a nearby point; they are renewed first if `None`, and after each step
+    /// if `renew`.
+    pub fn fit(
+        &self,
+        theta: Vec<f64>,
+        laws: Vec<Active>,
+        v: PerRun,
+        tangents: Option<&Tangents>,
+        renew: bool,
+        most: usize,
+    ) -> Fit {
+        let (mut theta, mut laws, mut v) = (theta, laws, v);
+        let mut prediction = self.predict(&theta, &laws);
+        let mut own: Option<Tangents> = tangents.is_none().then(|| self.tangents(&theta, &laws, &prediction));
+        let mut last = f64::INFINITY;
+        let mut covariance = DMatrix::zeros(0, 0);
+        let mut cache: Option<(PerRun, Vec<Vec<f64>>, DMatrix<f64>)> = None;
+        for round in 0..most {
+            let current = own.as_ref().or(tangents).expect("one of them is there");
+            let scaled = self.scaled_residual(&prediction);
+            if round % 3 == 0 || renew {
+                let rounds = if round == 0 { 6 } else { 4 };
+                v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, rounds);
+            }
+            let whitener = current.scatter.whitener(&v);
+            let mut white = scaled.clone();
+            whitener.apply(&mut white);
+            let prior = self.prior_residual(&theta, &laws);
+            let here = dot(&white, &white) + whitener.log_det + dot(&prior, &prior) + self.variance_2ll(&v);
+            if cache.as_ref().is_none_or(|c| renew || c.0 != v) {
+                let mut columns = current.freedoms.clone();
+                columns.iter_mut().for_each(|c| whitener.apply(c));
+                let gram = gram(&columns);
+                cache = Some((v, columns, gram));
+            }
+            let (_, freedoms, gram) = cache.as_ref().expect("just filled");
+            let mut more = self.law_columns(&theta, &laws, &prediction);
+            more.iter_mut().for_each(|c| whitener.apply(c));
+            let (hessian, gradient) = self.normal_equations(freedoms, gram, &more, &white, &prior, &laws);
+            covariance = hessian
+                .clone()
+                .cholesky()
+                .map_or_else(|| DMatrix::identity(hessian.nrows(), hessian.nrows()) * f64::NAN, |c| c.inverse());
+            let mut damping = 0.0;
+            let mut moved = false;
+            for _ in 0..5 {
+                let mut damped = hessian.clone();
+                for k in 0..damped.nrows() {
+                    damped[(k, k)] *= 1.0 + damping;
+                }
+                let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else { break };
+                let (mut t, mut l) = (theta.clone(), laws.clone());
+                for k in 0..FREEDOMS {
+                    t[k] += step[k].clamp(-0.6, 0.6);
+                }
+                let mut at = FREEDOMS;
+                for active in &mut l {
+                    for k in 0..active.values.len() {
+                        let q = to_fitted(active, k);
+                        let reach = if is_log(active, k) {
+                            0.8
+                        } else if k >= active.law.linear {
+                            15.0
+                        } else {
+                            f64::INFINITY
+                        };
+                        set_fitted(active, k, q + step[at].clamp(-reach, reach));
+                        at += 1;
+                    }
+                }
+                let p = self.predict(&t, &l);
+                let there = self.objective(current, &v, &self.scaled_residual(&p), &self.prior_residual(&t, &l));
+                if there < here {
+                    (theta, laws, prediction) = (t, l, p);
+                    moved = true;
+                    break;
+                }
+                damping = if damping == 0.0 { 0.1 } else { damping * 10.0 };
+            }
+            let done = !moved || (last - here).abs() < 0.05;
+            last = here;
+            if done {
+                break;
+            }
+            if renew {
+                own = Some(self.tangents(&theta, &laws, &prediction));
+            }
+        }
+        let current = own.as_ref().or(tangents).expect("one of them is there");
+        let scaled = self.scaled_residual(&prediction);
+        v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, 6);
+        let minus_2ll = self.objective(current, &v, &scaled, &self.prior_residual(&theta, &laws));
+        let residual_n = self.readings_n.iter().zip(&prediction).map(|(y, p)| y - p).collect();
+        Fit { theta, laws, variances: v, minus_2ll, residual_n, covariance }
+    }
+
+    fn normal_equations(
+        &self,
+        freedoms: &[Vec<f64>],
+        gram: &DMatrix<f64>,
+        more: &[Vec<f64>],
+        white: &[f64],
+        prior: &[f64],
+        laws: &[Active],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let columns: Vec<&Vec<f64>> = freedoms.iter().chain(more).collect();
+        let n = columns.len();
+        let mut hessian = DMatrix::zeros(n, n);
+        let mut gradient = DVector::zeros(n);
+        hessian.view_mut((0, 0), (FREEDOMS, FREEDOMS)).copy_from(gram);
+        for a in FREEDOMS..n {
+            for b in 0..=a {
+                let s = dot(columns[a], columns[b]);
+                hessian[(a, b)] = s;
+                hessian[(b, a)] = s;
+            }
+        }
+        for a in 0..n {
+            gradient[a] = dot(columns[a], white);
+        }
+        let block = self.prior.root.transpose() * &self.prior.root;
+        let pull = self.prior.root.transpose() * DVector::from_column_slice(&prior[..FREEDOMS]);
+        for a in 0..FREEDOMS {
+            gradient[a] += pull[a];
+            for b in 0..FREEDOMS {
+                hessian[(a, b)] += block[(a, b)];
+            }
+        }
+        let mut at = FREEDOMS;
+        for active in laws {
+            for k in 0..active.values.len() {
+                let (_, sd) = weak_prior(active, k);
+                hessian[(at, at)] += 1.0 / (sd * sd);
+                gradient[at] += prior[at] / sd;
+                at += 1;
+            }
+        }
+        (hessian, gradient)
+    }
+}
+
+/// Products of columns.
+fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let n = columns.len();
+    let mut out = DMatrix::zeros(n, n);
+    for a in 0..n {
+        for b in a..n {
+            let s = dot(&columns[a], &columns[b]);
+            out[(a, b)] = s;
+            out[(b, a)] = s;
+        }
+    }
+    out
+}

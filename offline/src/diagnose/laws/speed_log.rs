@@ -1,0 +1,25 @@
+//! Friction over speed, rate-and-state form: strength × (1 + a ln(v / 2 mm/s)); 1 while the plate does not move.
+
+use super::{Change, Column, Law, Parameter, Place, Row, as_fitted};
+
+/// The law.
+pub static LAW: Law = Law {
+    name: "speed_log",
+    family: "speed",
+    kind: 2,
+    place: Place::Strength,
+    parameters: &[Parameter { name: "slope_per_e_fold", unit: "", low: -0.4, high: 0.4, typical: 0.05 }],
+    linear: 1,
+    drivers: &[Column::Speed],
+    confused_with: &["contact_ageing", "viscous_drag"],
+    source: "weak dependence on speed, exponent of order 0.1: Liao & Srinivasan 1999; Pasumarty et al. 2011",
+    shapes: &[&[]],
+    apply,
+    report: as_fitted,
+};
+
+fn apply(p: &[f64], row: &Row, change: &mut Change) {
+    if row.speed_mm_s > 0.0 {
+        change.strengthen(1.0 + p[0] * (row.speed_mm_s / 2.0).ln());
+    }
+}

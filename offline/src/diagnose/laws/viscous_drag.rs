@@ -1,0 +1,23 @@
+//! Viscous drag: force += c v A/A0 along the motion, built up as 1 − exp(−s_turn / 0.2 mm).
+
+use super::{Change, Column, Law, Parameter, Place, Row, as_fitted};
+
+/// The law.
+pub static LAW: Law = Law {
+    name: "viscous_drag",
+    family: "speed",
+    kind: 4,
+    place: Place::Drag,
+    parameters: &[Parameter { name: "coefficient_n_s_per_mm", unit: "N s/mm", low: -0.05, high: 0.1, typical: 0.002 }],
+    linear: 1,
+    drivers: &[Column::Speed],
+    confused_with: &["speed_log"],
+    source: "tangential viscosity of the pad above 100 Hz of about 1 N s/m: Wiertlewski & Hayward 2012",
+    shapes: &[&[]],
+    apply,
+    report: as_fitted,
+};
+
+fn apply(p: &[f64], row: &Row, change: &mut Change) {
+    change.drag_n += p[0] * row.speed_mm_s * -(-row.turn_mm / super::DRAG_PATH_MM).exp_m1();
+}

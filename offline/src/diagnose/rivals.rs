@@ -1,0 +1,113 @@
+//! Which other law could stand in an accepted law's place: by the data, and by what the protocol can separate.
+
+use super::fit::{Fit, Tangents, Task};
+use super::laws::{LAWS, Law};
+use super::mixed::dot;
+use super::scan::{Candidate, columns_of, scored};
+use super::select::{priced, refine, space_at, starts};
+use super::space::{Clean, Space};
+use super::walk::Active;
+
+/// A law that may stand in the place of an accepted one.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// The law with its best parameters.
+    pub active: Active,
+    /// −2 log likelihood above the best law's.
+    pub delta_2ll: f64,
+    /// Separation that the protocol can be expected to give.
+    pub lambda_rival: f64,
+}
+
+/// The rivals of one accepted law.
+#[derive(Clone)]
+pub struct Contest {
+    /// Gain of the law over leaving it out.
+    pub gain_2ll: f64,
+    /// Expected gain of the law under this protocol.
+    pub lambda_detect: f64,
+    /// Those that cannot be excluded; the law itself comes first with a separation of 0.
+    pub candidates: Vec<Rival>,
+    /// The best model with another law in the place, where it beats the accepted one.
+    pub better: Option<Fit>,
+}
+
+/// Contest for the place of law `index` of a fit.
+pub fn contest(
+    task: &Task<'_>,
+    fit: &Fit,
+    tangents: &Tangents,
+    index: usize,
+    grid: &[Candidate],
+    testable: &dyn Fn(&Law) -> bool,
+) -> Contest {
+    let own = fit.laws[index].clone();
+    let mut others = fit.laws.clone();
+    others.remove(index);
+    let without = task.fit(fit.theta.clone(), others.clone(), fit.variances, Some(tangents), false, 6);
+    let gain_2ll = without.minus_2ll - fit.minus_2ll;
+
+    // The protocol's view: what the law does to the readings, against what others could do instead. The scatter is
+    // that of the full model.
+    let mut bare = without.clone();
+    bare.variances = fit.variances;
+    bare.theta.clone_from(&fit.theta);
+    let space = space_at(task, &bare, tangents);
+    let with = task.predict(&fit.theta, &fit.laws);
+    let effect = space.clean(&task.column(&with, &task.predict(&fit.theta, &others), 1.0));
+    let lambda_detect = dot(&effect, &effect);
+    let seen = scored(&space, grid);
+
+    // The data's view starts where the law was left out.
+    let space_without = space_at(task, &without, tangents);
+    let scores = scored(&space_without, grid);
+    let reach = |law: &Law| {
+        seen.iter()
+            .filter(|s| grid[s.candidate].start.law == law && s.score.is_some())
+            .map(|s| Space::explained(&effect, &s.clean.iter().collect::<Vec<_>>()))
+            .fold(0.0, f64::max)
+    };
+    let mut candidates = vec![Rival { active: own.clone(), delta_2ll: 0.0, lambda_rival: 0.0 }];
+    let mut better: Option<Fit> = None;
+    for law in LAWS.iter().copied().filter(|l| testable(l) && *l != own.law && others.iter().all(|o| o.law != *l)) {
+        let separation = lambda_detect - reach(law);
+        let list = starts(grid, &scores, law, 2);
+        let Some(&(score, _)) = list.first() else { continue };
+        // Neither near in the data nor near by design: no refit needed.
+        if score < 0.4 * gain_2ll - 10.0 && separation > (0.3 * lambda_detect).max(30.0) {
+            continue;
+        }
+        let Some(refit) = list
+            .into_iter()
+            .map(|(_, start)| refine(task, &without, tangents, &start, 7))
+            .min_by(|a, b| a.minus_2ll.total_cmp(&b.minus_2ll))
+        else {
+            continue;
+        };
+        let active = refit.laws[refit.laws.len() - 1].clone();
+        let delta_2ll = refit.minus_2ll - fit.minus_2ll;
+        // The grid's shapes may miss the rival's best one; its refit knows it.
+        let prediction = task.predict(&bare.theta, &bare.laws);
+        let near = columns_of(task, &bare, &prediction, &zero_size(&active));
+        let near: Vec<Clean> = near.iter().map(|c| space.clean(c)).collect();
+        let separation =
+            separation.min(lambda_detect - Space::explained(&effect, &near.iter().collect::<Vec<_>>())).max(0.0);
+        let close = delta_2ll < 6.0;
+        let inseparable = separation < (0.035 * lambda_detect).max(10.0) && delta_2ll < 6.0 + 0.15 * gain_2ll;
+        if close || inseparable {
+            candidates.push(Rival { active, delta_2ll, lambda_rival: separation });
+        }
+        if priced(&refit) < priced(fit) - 1.0 && better.as_ref().is_none_or(|b| priced(&refit) < priced(b)) {
+            better = Some(refit);
+        }
+    }
+    candidates[1..].sort_by(|a, b| a.delta_2ll.total_cmp(&b.delta_2ll));
+    Contest { gain_2ll, lambda_detect, candidates, better }
+}
+
+/// The law with its shape and no size.
+fn zero_size(active: &Active) -> Active {
+    let mut zero = active.clone();
+    zero.values[..active.law.linear].fill(0.0);
+    zero
+}

@@ -1,0 +1,370 @@
+//! Which laws are missing: forward selection with refits inside the model, backward elimination, swaps.
+
+use super::chance::{Flips, surprise};
+use super::fit::{Fit, Tangents, Task};
+use super::laws::{LAWS, Law};
+use super::runs::RunSet;
+use super::scan::{Candidate, Scored, candidates, obstacle, scored};
+use super::space::Space;
+use super::walk::Active;
+
+/// What decides.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Level of the sign-flip test.
+    pub alpha: f64,
+    /// Seed of the sign flips.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { alpha: 0.01, seed: 1 }
+    }
+}
+
+/// The test of a law against the baseline alone.
+#[derive(Clone, Debug)]
+pub struct Test {
+    /// The law.
+    pub law: &'static Law,
+    /// Gain in 2 log likelihood at the best shape of the grid, or of the refit where there was one.
+    pub gain_2ll: f64,
+    /// Model-based p over the whole grid.
+    pub p_model: f64,
+    /// Sign-flip p over the whole library.
+    pub p_runs: RunsP,
+    /// Whether it would be accepted as the first law.
+    pub significant: bool,
+    /// Why it cannot be tested.
+    pub obstacle: Option<String>,
+}
+
+/// Evidence for an accepted law.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// Gain in 2 log likelihood over the model without it.
+    pub gain_2ll: f64,
+    /// Model-based p, Bonferroni over the grid.
+    pub p_model: f64,
+    /// Sign-flip p over the library.
+    pub p_runs: RunsP,
+}
+
+/// Outcome of the selection.
+pub struct Selection {
+    /// The baseline alone, refitted.
+    pub null: Fit,
+    /// The model with the accepted laws.
+    pub fit: Fit,
+    /// Tangents there.
+    pub tangents: Tangents,
+    /// Evidence for each law of `fit`.
+    pub evidence: Vec<Evidence>,
+    /// All laws against the baseline alone.
+    pub tests: Vec<Test>,
+    /// The grid.
+    pub grid: Vec<Candidate>,
+}
+
+/// A law at its best shape of the grid.
+struct Ranked {
+    law: &'static Law,
+    excess: f64,
+    surprise: f64,
+    p_runs: RunsP,
+}
+
+/// p of the sign flips.
+#[derive(Clone, Copy, Debug)]
+pub struct RunsP {
+    /// The p.
+    pub p: f64,
+    /// Whether the evidence lies in the calibration, so that flips of the measured runs speak neither for nor against.
+    pub by_calibration: bool,
+}
+
+/// Most laws that are accepted.
+const MOST: usize = 3;
+
+/// The level in the three-way rule that accepts a law.
+fn significant(settings: &Settings, gain: f64, parameters: usize, runs: usize, p_model: f64, p_runs: RunsP) -> bool {
+    let penalised = gain - (runs as f64).ln() * parameters as f64 > 0.0;
+    if p_runs.by_calibration {
+        return penalised && p_model <= 1e-2 * settings.alpha;
+    }
+    penalised
+        && ((p_runs.p <= settings.alpha && p_model <= 0.3 * settings.alpha)
+            || (p_model <= 1e-2 * settings.alpha && p_runs.p <= 0.25)
+            || (p_model <= 1e-9 && p_runs.p <= 0.5))
+}
+
+/// Fits a law beside those in force, from a shape of the grid and the linear estimate of its size.
+pub fn refine(task: &Task<'_>, fit: &Fit, tangents: &Tangents, start: &Active, most: usize) -> Fit {
+    let mut laws = fit.laws.clone();
+    let mut one = start.clone();
+    // A size of exactly zero has no tangent in its shape.
+    for k in 0..one.law.linear {
+        if one.values[k] == 0.0 {
+            one.values[k] = 0.02 * one.law.parameters[k].typical;
+        }
+    }
+    laws.push(one);
+    task.fit(fit.theta.clone(), laws, fit.variances, Some(tangents), false, most)
+}
+
+/// A start with the size that the linear picture gives it.
+fn sized(candidate: &Candidate, scored: &Scored) -> Active {
+    let mut start = candidate.start.clone();
+    let Some(score) = &scored.score else { return start };
+    if score.columns() == start.law.linear {
+        let k = score.columns();
+        let mut sum = score.fixed.clone();
+        for g in score.per_run.chunks_exact(k) {
+            for (s, g) in sum.iter_mut().zip(g) {
+                *s += g;
+            }
+        }
+        for a in 0..k {
+            let p = &start.law.parameters[a];
+            let value: f64 = (0..k).map(|b| score.inverse[(a, b)] * sum[b]).sum();
+            let bound = p.high.abs().max(p.low.abs()).min(8.0 * p.typical.abs());
+            start.values[a] = value.clamp(-bound, bound);
+        }
+    }
+    start
+}
+
+/// Starts of a law that are worth a refit, best first: its best shapes of the grid.
+pub fn starts(grid: &[Candidate], scores: &[Scored], law: &Law, most: usize) -> Vec<(f64, Active)> {
+    let mut list: Vec<(f64, Active)> = scores
+        .iter()
+        .filter(|s| grid[s.candidate].start.law == law)
+        .filter_map(|s| s.score.as_ref().map(|score| (score.gain(), sized(&grid[s.candidate], s))))
+        .collect();
+    list.sort_by(|a, b| b.0.total_cmp(&a.0));
+    list.truncate(most);
+    list
+}
+
+/// The space at a fit with its laws as nuisance.
+pub fn space_at<'a>(task: &'a Task<'a>, fit: &Fit, tangents: &'a Tangents) -> Space<'a> {
+    let prediction = task.predict(&fit.theta, &fit.laws);
+    let columns = task.law_columns(&fit.theta, &fit.laws, &prediction);
+    Space::new(task, fit, tangents, columns)
+}
+
+/// −2LL with a price on shape parameters, by which laws are compared.
+pub fn priced(fit: &Fit) -> f64 {
+    fit.minus_2ll + fit.laws.iter().map(|a| (a.law.parameters.len() - a.law.linear) as f64).sum::<f64>()
+}
+
+/// Least gain of a law that fades along the stroke: the onset of sliding is where a baseline's form is known least, and
+/// no more than this was seen from its errors on sets without an effect.
+fn onset(law: &Law) -> f64 {
+    if law.drivers.contains(&super::laws::Column::Slide) { 45.0 } else { 0.0 }
+}
+
+/// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error.
+fn same_axis(a: &Law, b: &Law) -> bool {
+    const AXES: [&[&str]; 5] = [
+        &["static_peak", "contact_ageing", "normal_relaxation", "viscous_drag"],
+        &["adhesion", "depth_zero_offset", "strain_stiffening"],
+        &["speed_log", "speed_stribeck", "viscous_drag"],
+        &["anisotropy", "cross_talk"],
+        &["normal_relaxation", "occlusion_growth", "contact_ageing"],
+    ];
+    AXES.iter().any(|axis| axis.contains(&a.name) && axis.contains(&b.name))
+}
+
+/// The effect-free runs at their own optimum: where the baseline's form is wrong, they show it too.
+pub struct Plain<'a> {
+    /// The calibration's task.
+    pub task: Task<'a>,
+    /// Its fit.
+    pub fit: Fit,
+    /// Tangents there.
+    pub tangents: Tangents,
+}
+
+impl Plain<'_> {
+    /// Scores of candidates on the effect-free runs.
+    fn scores(&self, grid: &[Candidate]) -> Vec<Option<super::chance::Score>> {
+        let space = space_at(&self.task, &self.fit, &self.tangents);
+        let prediction = self.task.predict(&self.fit.theta, &self.fit.laws);
+        grid.iter()
+            .map(|candidate| {
+                if candidate.start.law.drivers.iter().any(|d| !STROKE.contains(d)) {
+                    return None;
+                }
+                let columns = super::scan::columns_of(&self.task, &self.fit, &prediction, &candidate.start);
+                let raw: f64 = columns.iter().map(|c| super::mixed::dot(c, c)).fold(0.0, f64::max);
+                let clean: Vec<_> = columns.iter().map(|c| space.clean(c)).collect();
+                space.score(&clean.iter().collect::<Vec<_>>(), raw * 1e-3)
+            })
+            .collect()
+    }
+}
+
+/// Columns along which the baseline's form itself can be wrong.
+const STROKE: [super::laws::Column; 6] = {
+    use super::laws::Column::*;
+    [Depth, ContactTime, Slide, Direction, Dwell, Speed]
+};
+
+/// Runs the selection.
+pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Settings) -> Selection {
+    let runs = task.layout.runs();
+    let obstacles: Vec<Option<String>> = LAWS.iter().map(|law| obstacle(law, set)).collect();
+    let testable = |law: &Law| LAWS.iter().position(|l| *l == law).is_some_and(|i| obstacles[i].is_none());
+
+    let null = task.fit(task.prior.mean.clone(), Vec::new(), task.variances, None, true, 6);
+    let prediction = task.predict(&null.theta, &null.laws);
+    let null_tangents = task.tangents(&null.theta, &null.laws, &prediction);
+    let mut grid = candidates(task, &null, &testable);
+    let form = plain.scores(&grid);
+    let mut fit = null.clone();
+    let mut tangents = null_tangents.clone();
+    let mut evidence: Vec<Evidence> = Vec::new();
+    let mut tests: Vec<Test> = Vec::new();
+
+    for round in 0..MOST {
+        let space = space_at(task, &fit, &tangents);
+        let scores = scored(&space, &grid);
+        let all: Vec<_> = scores.iter().filter_map(|s| s.score.clone()).collect();
+        let flips = Flips::of(&all, runs, settings.seed + round as u64);
+        let cells = all.len().max(1) as f64;
+        let mut ranking: Vec<Ranked> = Vec::new();
+        for (i, law) in LAWS.iter().copied().enumerate() {
+            let best = scores
+                .iter()
+                .filter(|s| grid[s.candidate].start.law == law)
+                .filter_map(|s| s.score.as_ref().map(|score| (score, form[s.candidate].as_ref())))
+                .map(|(s, form)| {
+                    let excess = s.excess(form);
+                    (excess, surprise(excess, s.columns()), s)
+                })
+                .fold(None, |a: Option<(f64, f64, &super::chance::Score)>, b| match a {
+                    Some(a) if a.1 >= b.1 => Some(a),
+                    _ => Some(b),
+                })
+                .map_or((0.0, 0.0, RunsP { p: 1.0, by_calibration: false }), |(gain, surprise, score)| {
+                    // Where the evidence lies in the calibration, flips of the measured runs cannot speak for or
+                    // against it.
+                    let by_calibration = score.prior_share() > 0.3;
+                    (gain, surprise, RunsP { p: flips.p(score), by_calibration })
+                });
+            if round == 0 {
+                let p_model = (cells * (-best.1).exp()).min(1.0);
+                let p_runs = best.2;
+                tests.push(Test {
+                    law,
+                    gain_2ll: best.0,
+                    p_model,
+                    p_runs,
+                    significant: significant(settings, best.0, law.parameters.len(), runs, p_model, p_runs),
+                    obstacle: obstacles[i].clone(),
+                });
+            }
+            if best.1 > 0.0 && fit.laws.iter().all(|a| a.law != law) {
+                ranking.push(Ranked { law, excess: best.0, surprise: best.1, p_runs: best.2 });
+            }
+        }
+        ranking.sort_by(|a, b| b.surprise.total_cmp(&a.surprise));
+        let Some(top) = ranking.first().map(|r| r.surprise) else { break };
+        // A baseline that had to leave the calibration hides what pulled it away; then the laws of depth are tried
+        // from the calibrated point.
+        let strained = round == 0 && task.pull(&fit.theta) > 16.0;
+        if top < 4.0 && !strained {
+            break;
+        }
+        let mut found: Vec<(Fit, RunsP, f64)> = Vec::new();
+        for (place, ranked) in ranking.iter().enumerate() {
+            let &Ranked { law, excess, surprise, p_runs } = ranked;
+            let of_depth = strained && law.drivers.contains(&super::laws::Column::Depth);
+            if !(of_depth || (place < 6 && surprise > 0.35 * top && top >= 4.0)) {
+                continue;
+            }
+            let mut best: Option<Fit> = None;
+            let list = starts(&grid, &scores, law, 2);
+            let scanned = list.first().map_or(0.0, |s| s.0);
+            for (gain, start) in list {
+                if gain < 3.0 {
+                    continue;
+                }
+                let refined = refine(task, &fit, &tangents, &start, 7);
+                if best.as_ref().is_none_or(|b| refined.minus_2ll < b.minus_2ll) {
+                    best = Some(refined);
+                }
+            }
+            if of_depth {
+                let mut from = fit.clone();
+                from.theta.clone_from(&task.prior.mean);
+                for sign in [1.0, -1.0] {
+                    let mut start = super::scan::start_of(law, law.shapes[0]);
+                    start.values[0] = sign * law.parameters[0].typical;
+                    let refined = refine(task, &from, &tangents, &start, 9);
+                    if best.as_ref().is_none_or(|b| refined.minus_2ll < b.minus_2ll) {
+                        best = Some(refined);
+                    }
+                }
+            }
+            if let Some(best) = best {
+                if round == 0
+                    && let Some(test) = tests.iter_mut().find(|t| t.law == law)
+                {
+                    test.gain_2ll = (null.minus_2ll - best.minus_2ll).max(0.0);
+                }
+                // What the baseline's form explains of the scan's gain it explains of the refit's.
+                let share = if of_depth { 1.0 } else { (excess / scanned.max(1e-9)).min(1.0) };
+                found.push((best, p_runs, share));
+            }
+        }
+        // The best of those that pass; a law that fits better by a few wild runs does not stand in the way.
+        let mut passed: Vec<(Fit, Evidence)> = Vec::new();
+        for (refit, p_runs, share) in found {
+            let new = &refit.laws[refit.laws.len() - 1];
+            let gain = share * (fit.minus_2ll - refit.minus_2ll);
+            let p_model = (cells * (-surprise(gain.max(0.0), new.law.parameters.len())).exp()).min(1.0);
+            let least = fit.laws.iter().zip(&evidence).filter(|(a, _)| same_axis(a.law, new.law));
+            let least = least.map(|(_, e)| 0.10 * e.gain_2ll).fold(onset(new.law), f64::max);
+            if gain >= least && significant(settings, gain, new.law.parameters.len(), runs, p_model, p_runs) {
+                passed.push((refit, Evidence { gain_2ll: gain, p_model, p_runs }));
+            }
+        }
+        passed.sort_by(|a, b| priced(&a.0).total_cmp(&priced(&b.0)));
+        let Some((start, proof)) = passed.into_iter().next() else { break };
+        fit = task.fit(start.theta, start.laws, start.variances, None, true, 5);
+        let prediction = task.predict(&fit.theta, &fit.laws);
+        tangents = task.tangents(&fit.theta, &fit.laws, &prediction);
+        evidence.push(proof);
+        eliminate(task, &mut fit, &mut tangents, &mut evidence, runs);
+        grid = candidates(task, &fit, &testable);
+        debug_assert_eq!(grid.len(), form.len());
+    }
+    Selection { null, fit, tangents, evidence, tests, grid }
+}
+
+/// Renews the evidence of each law by leaving it out, and drops those that are no longer needed.
+fn eliminate(task: &Task<'_>, fit: &mut Fit, tangents: &mut Tangents, evidence: &mut Vec<Evidence>, runs: usize) {
+    if fit.laws.len() < 2 {
+        return;
+    }
+    let mut i = 0;
+    while i < fit.laws.len() {
+        let mut laws = fit.laws.clone();
+        laws.remove(i);
+        let without = task.fit(fit.theta.clone(), laws, fit.variances, Some(tangents), false, 6);
+        let gain = without.minus_2ll - fit.minus_2ll;
+        evidence[i].gain_2ll = gain.max(0.0);
+        let parameters = fit.laws[i].law.parameters.len();
+        if gain < (runs as f64).ln() * parameters as f64 && fit.laws.len() > 1 {
+            evidence.remove(i);
+            *fit = without;
+            let prediction = task.predict(&fit.theta, &fit.laws);
+            *tangents = task.tangents(&fit.theta, &fit.laws, &prediction);
+        } else {
+            i += 1;
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! A finger as bristles on an elastic bulk.
+//!
+//! Material points on a fixed grid carry a shear traction while they lie in the contact ellipse; the bulk between
+//! them and the nail is one spring for all. Pressure is a tilted, flattened bell; strength is a power of it.
+
+use super::Dice;
+use super::effects::{At, Effect, Influence};
+use super::protocol::Stroke;
+
+/// Geometry and material of one finger.
+#[derive(Clone, Debug)]
+pub struct Finger {
+    /// Normal force at 1 mm, N.
+    pub normal_n: f64,
+    /// Exponent of the normal force in depth.
+    pub normal_exponent: f64,
+    /// Exponential part of the normal force, 1/mm.
+    pub normal_rate: f64,
+    /// Contact area at 1 mm, mm².
+    pub area_mm2: f64,
+    /// Exponent of the area in depth.
+    pub area_exponent: f64,
+    /// Long over short semi-axis of the contact.
+    pub aspect: f64,
+    /// Exponent of the pressure bell.
+    pub bell: f64,
+    /// Tilt of the pressure along x.
+    pub tilt: f64,
+    /// lambda, MPa^(1 − beta).
+    pub lambda: f64,
+    /// beta.
+    pub beta: f64,
+    /// Bulk stiffness along x at 1 mm, N/mm.
+    pub bulk_n_mm: f64,
+    /// Bulk stiffness along y over x.
+    pub bulk_ratio: f64,
+    /// Exponent of the bulk stiffness in depth.
+    pub bulk_exponent: f64,
+    /// Traction per bristle displacement, MPa/mm.
+    pub bristle_mpa_mm: f64,
+    /// Slide along x per depth while pressing.
+    pub press: f64,
+    /// Normal force per friction along x.
+    pub lean: f64,
+    /// Normal force that full shear adds, share.
+    pub heave: f64,
+    /// Excess of friction towards −x, share.
+    pub odd: f64,
+}
+
+/// Names of what [`Finger::vary`] changes and the size that a perfect analyst allows it: scales of normal force
+/// and friction are free (a pure rescale is never an effect), that of the tangential stiffness, then the shape.
+pub const VARIED: [f64; 14] = [1.0, 1.0, 0.10, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.002, 0.004, 0.006, 0.004];
+
+impl Finger {
+    /// A finger of a seed, away from the shipped model's geometry.
+    pub fn random(dice: &mut Dice) -> Self {
+        Self {
+            normal_n: dice.between(0.18, 0.40),
+            normal_exponent: dice.between(1.5, 1.9),
+            normal_rate: dice.between(0.0, 0.5),
+            area_mm2: dice.between(58.0, 74.0),
+            area_exponent: dice.between(0.85, 1.1),
+            aspect: dice.between(1.0, 1.4),
+            bell: dice.between(0.4, 1.0),
+            tilt: dice.between(0.0, 0.3),
+            lambda: dice.between(0.06, 0.11),
+            beta: dice.between(0.40, 0.55),
+            bulk_n_mm: dice.between(0.35, 0.8),
+            bulk_ratio: dice.between(0.7, 1.1),
+            bulk_exponent: dice.between(0.35, 0.7),
+            bristle_mpa_mm: dice.between(0.03, 0.09),
+            press: dice.between(-0.04, 0.04),
+            lean: dice.between(-0.04, 0.04),
+            heave: dice.between(0.0, 0.05),
+            odd: dice.between(-0.012, 0.012),
+        }
+    }
+
+    /// The finger with freedom `k` of [`VARIED`] moved by `by`.
+    pub fn vary(&self, k: usize, by: f64) -> Self {
+        let mut f = self.clone();
+        match k {
+            0 => f.normal_n *= 1.0 + by,
+            1 => f.lambda *= 1.0 + by,
+            2 => {
+                f.bulk_n_mm *= 1.0 + by;
+                f.bristle_mpa_mm *= 1.0 + by;
+            }
+            3 => f.normal_exponent += by,
+            4 => f.normal_rate += by,
+            5 => f.area_exponent += by,
+            6 => f.bulk_exponent += by,
+            7 => f.bulk_ratio *= 1.0 + by,
+            8 => f.bristle_mpa_mm *= 1.0 + 2.0 * by,
+            9 => f.bell *= 1.0 + by,
+            10 => f.press += by,
+            11 => f.lean += by,
+            12 => f.heave += by,
+            _ => f.odd += by,
+        }
+        f
+    }
+
+    fn normal(&self, depth: f64) -> f64 {
+        self.normal_n * depth.powf(self.normal_exponent) * (self.normal_rate * (depth - 1.0)).exp()
+    }
+
+    fn area(&self, depth: f64) -> f64 {
+        self.area_mm2 * depth.powf(self.area_exponent)
+    }
+
+    /// Readings along a stroke: normal, x, y per row, N.
+    pub fn readings(&self, stroke: &Stroke, effects: &[Effect], scatter: &Scatter) -> Vec<[f64; 3]> {
+        const GRID: f64 = 1.0;
+        let reach = 7;
+        let mut bristles: Vec<Bristle> = Vec::new();
+        for i in -reach..=reach {
+            for j in -reach..=reach {
+                bristles.push(Bristle {
+                    at: [GRID * (f64::from(i) + 0.13), GRID * (f64::from(j) - 0.21)],
+                    stretch: [0.0; 2],
+                });
+            }
+        }
+        let mut out = Vec::with_capacity(stroke.rows.len());
+        let mut bulk = [0.0f64; 2];
+        let mut plate = [0.0f64; 2];
+        let mut before = (0.0f64, [0.0f64; 2]);
+        let (mut path, mut turn, mut heading) = (0.0, 0.0, [0.0f64; 2]);
+        for row in &stroke.rows {
+            let slide = [row.slide_mm[0] - before.1[0], row.slide_mm[1] - before.1[1]];
+            let length = slide[0].hypot(slide[1]);
+            if length > 1e-9 {
+                let now = [slide[0] / length, slide[1] / length];
+                if now[0] * heading[0] + now[1] * heading[1] < 0.0 {
+                    turn = 0.0;
+                }
+                heading = now;
+                path += length;
+                turn += length;
+            }
+            let moving = length > 1e-9;
+            let at = At {
+                plan: &stroke.plan,
+                t_s: row.t_s,
+                contact_s: row.contact_s,
+                occlusion_s: row.occlusion_s,
+                depth_mm: row.depth_mm,
+                speed_mm_s: if moving { stroke.plan.speed_mm_s } else { 0.0 },
+                direction: heading[1].atan2(heading[0]),
+                path_mm: path,
+                turn_mm: turn,
+                position_mm: row.slide_mm,
+                normal_n: self.normal(row.depth_mm.max(0.0)),
+            };
+            let mut influence = Influence::default();
+            for effect in effects {
+                effect.act(&at, &mut influence);
+            }
+            let depth_end =
+                if row.depth_mm > 0.0 { row.depth_mm + influence.depth_mm + scatter.depth_mm } else { row.depth_mm };
+            let steps = ((depth_end - before.0).abs() / 0.1).ceil().max(length / 0.25).clamp(1.0, 14.0) as usize;
+            let start = before.0.max(0.0);
+            let mut force = [0.0; 2];
+            let mut ceiling = 0.0;
+            let stiff = influence.stiffness * scatter.stiffness;
+            for k in 1..=steps {
+                let share = k as f64 / steps as f64;
+                let depth = if depth_end > 0.0 { start + (depth_end - start) * share } else { depth_end };
+                if depth <= 0.0 {
+                    bristles.iter_mut().for_each(|b| b.stretch = [0.0; 2]);
+                    (bulk, plate, force) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+                    continue;
+                }
+                let by = [
+                    slide[0] / steps as f64 + self.press * (depth_end.max(0.0) - start) / steps as f64,
+                    slide[1] / steps as f64,
+                ];
+                plate = [plate[0] + by[0], plate[1] + by[1]];
+                let odd = 1.0 - self.odd * heading[0];
+                let strength = influence.strength * scatter.strength * odd;
+                (force, ceiling) = self.relax(&mut bristles, &mut bulk, plate, depth, stiff, strength);
+            }
+            before = (depth_end.max(0.0), row.slide_mm);
+            let mut normal = 0.0;
+            if depth_end > 0.0 {
+                let area = self.area(depth_end) / 63.5;
+                let share = if ceiling > 0.0 { force[0].hypot(force[1]) / ceiling } else { 0.0 };
+                normal = self.normal(depth_end) * stiff * (1.0 + self.heave * share * share) + self.lean * force[0]
+                    - influence.adhesion_n * area.sqrt();
+                let drag = influence.drag_n_s_mm * at.speed_mm_s * area * (1.0 - (-turn / 0.2).exp());
+                force = [force[0] + drag * heading[0], force[1] + drag * heading[1]];
+            }
+            let b = influence.bias_n;
+            out.push([
+                normal + b[0] + scatter.offset_n[0],
+                force[0] + influence.cross[0] * normal + b[1] + scatter.offset_n[1],
+                force[1] + influence.cross[1] * normal + b[2] + scatter.offset_n[2],
+            ]);
+        }
+        out
+    }
+
+    /// Bristles and bulk in balance at a plate position: returns the friction and its largest possible size.
+    fn relax(
+        &self,
+        bristles: &mut [Bristle],
+        bulk: &mut [f64; 2],
+        plate: [f64; 2],
+        depth: f64,
+        stiff: f64,
+        strength: f64,
+    ) -> ([f64; 2], f64) {
+        let area = self.area(depth);
+        let (ax, ay) =
+            ((area * self.aspect / std::f64::consts::PI).sqrt(), (area / self.aspect / std::f64::consts::PI).sqrt());
+        let peak = self.normal(depth) * stiff / area * (self.bell + 1.0);
+        let (mut covered, mut inside) = (0.0, Vec::with_capacity(bristles.len()));
+        for (i, b) in bristles.iter_mut().enumerate() {
+            let r2 = (b.at[0] / ax).powi(2) + (b.at[1] / ay).powi(2);
+            // Part of a cell at the rim is in contact.
+            let cover = ((1.0 - r2.sqrt()) * ax.min(ay) + 0.5).clamp(0.0, 1.0);
+            if cover <= 0.0 {
+                b.stretch = [plate[0] - bulk[0], plate[1] - bulk[1]];
+                continue;
+            }
+            let p = peak * (1.0 - r2).max(0.02).powf(self.bell) * (1.0 + self.tilt * b.at[0] / ax);
+            covered += cover;
+            inside.push((i, cover, strength * self.lambda * p.max(1e-6).powf(self.beta)));
+        }
+        if inside.is_empty() {
+            return ([0.0; 2], 0.0);
+        }
+        let cell = area / covered;
+        let k = self.bristle_mpa_mm * stiff;
+        let bulk_x = self.bulk_n_mm * stiff * depth.powf(self.bulk_exponent);
+        let bulk_k = [bulk_x, bulk_x * self.bulk_ratio];
+        // The balance is the minimum of a convex energy (springs and Huber's function), so Newton's steps that lower it
+        // arrive.
+        let evaluate = |bulk: [f64; 2]| {
+            let mut energy = 0.5 * (bulk_k[0] * bulk[0] * bulk[0] + bulk_k[1] * bulk[1] * bulk[1]);
+            let (mut force, mut ceiling, mut stuck) = ([0.0; 2], 0.0, 0.0);
+            for &(i, cover, tau) in &inside {
+                // stretch holds the plate position at which the bristle is slack.
+                let s = bristles[i].stretch;
+                let q = [k * (plate[0] - bulk[0] - s[0]), k * (plate[1] - bulk[1] - s[1])];
+                let size = q[0].hypot(q[1]);
+                let a = cover * cell;
+                let back = if size > tau {
+                    energy += a * tau * (size - 0.5 * tau) / k;
+                    tau / size
+                } else {
+                    energy += 0.5 * a * size * size / k;
+                    stuck += a * k;
+                    1.0
+                };
+                force[0] += a * q[0] * back;
+                force[1] += a * q[1] * back;
+                ceiling += a * tau;
+            }
+            (energy, force, ceiling, stuck)
+        };
+        let (mut energy, mut force, mut ceiling, mut stuck) = evaluate(*bulk);
+        for _ in 0..60 {
+            let lack = [force[0] - bulk_k[0] * bulk[0], force[1] - bulk_k[1] * bulk[1]];
+            if lack[0].abs() + lack[1].abs() < 2e-5 {
+                break;
+            }
+            let mut share = 1.0;
+            loop {
+                let next =
+                    [bulk[0] + share * lack[0] / (bulk_k[0] + stuck), bulk[1] + share * lack[1] / (bulk_k[1] + stuck)];
+                let there = evaluate(next);
+                if there.0 <= energy || share < 1e-3 {
+                    *bulk = next;
+                    (energy, force, ceiling, stuck) = there;
+                    break;
+                }
+                share *= 0.5;
+            }
+        }
+        for &(i, _, tau) in &inside {
+            let s = bristles[i].stretch;
+            let q = [k * (plate[0] - bulk[0] - s[0]), k * (plate[1] - bulk[1] - s[1])];
+            let size = q[0].hypot(q[1]);
+            if size > tau {
+                let over = 1.0 - tau / size;
+                bristles[i].stretch = [s[0] + q[0] / k * over, s[1] + q[1] / k * over];
+            }
+        }
+        (force, ceiling)
+    }
+}
+
+struct Bristle {
+    at: [f64; 2],
+    stretch: [f64; 2],
+}
+
+/// What a run draws once.
+#[derive(Clone, Copy, Debug)]
+pub struct Scatter {
+    /// Factor on the stiffness.
+    pub stiffness: f64,
+    /// Factor on the strength.
+    pub strength: f64,
+    /// Error of the touch point, mm.
+    pub depth_mm: f64,
+    /// Offsets of the readings, N.
+    pub offset_n: [f64; 3],
+}
+
+impl Default for Scatter {
+    fn default() -> Self {
+        Self { stiffness: 1.0, strength: 1.0, depth_mm: 0.0, offset_n: [0.0; 3] }
+    }
+}
+
+/// Noise of a laboratory.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    /// Row noise, N.
+    pub additive_n: f64,
+    /// Row noise, share of the reading.
+    pub multiplicative: f64,
+    /// Scatter of stiffness and strength between runs.
+    pub gain: [f64; 2],
+    /// Scatter of the touch point, mm.
+    pub depth_mm: f64,
+    /// Scatter of the offsets, N.
+    pub offset_n: f64,
+    /// Error of the corneometer, a.u.
+    pub hydration_au: f64,
+}
+
+impl Noise {
+    /// A laboratory of a seed.
+    pub fn random(dice: &mut Dice) -> Self {
+        Self {
+            additive_n: dice.between(0.002, 0.005),
+            multiplicative: dice.between(0.01, 0.03),
+            gain: [dice.between(0.01, 0.025), dice.between(0.01, 0.025)],
+            depth_mm: dice.between(0.005, 0.015),
+            offset_n: dice.between(0.001, 0.004),
+            hydration_au: 2.0,
+        }
+    }
+
+    /// The scatter of a run.
+    pub fn run(&self, dice: &mut Dice) -> Scatter {
+        Scatter {
+            stiffness: 1.0 + self.gain[0] * dice.normal(),
+            strength: 1.0 + self.gain[1] * dice.normal(),
+            depth_mm: self.depth_mm * dice.normal(),
+            offset_n: [0, 1, 2].map(|_| self.offset_n * dice.normal()),
+        }
+    }
+
+    /// A reading with row noise.
+    pub fn row(&self, reading: [f64; 3], dice: &mut Dice) -> [f64; 3] {
+        reading.map(|f| f + self.additive_n.hypot(self.multiplicative * f) * dice.normal())
+    }
+}
+
+/// Noise-free readings of all strokes.
+pub fn all_readings(finger: &Finger, strokes: &[Stroke], effects: &[Effect]) -> Vec<Vec<[f64; 3]>> {
+    strokes.iter().map(|s| finger.readings(s, effects, &Scatter::default())).collect()
+}

@@ -1,0 +1,173 @@
+//! What a laboratory does: strokes with their conditions, randomised, moderately confounded or careless.
+
+use std::f64::consts::TAU;
+
+use super::Dice;
+
+/// Conditions of a stroke.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Speed, mm/s.
+    pub speed_mm_s: f64,
+    /// Direction, rad.
+    pub direction: f64,
+    /// Hold before sliding, s.
+    pub dwell_s: f64,
+    /// True moisture.
+    pub hydration_au: f64,
+    /// Temperature, °C.
+    pub temperature_c: f64,
+    /// Width of the finger, mm.
+    pub width_mm: f64,
+    /// Length of the stroke, mm.
+    pub length_mm: f64,
+    /// Goes back half of the way at the end.
+    pub reverse: bool,
+    /// Rest before it, s.
+    pub rest_s: f64,
+}
+
+/// One row of a stroke.
+#[derive(Clone, Debug)]
+pub struct StrokeRow {
+    /// Clock, s.
+    pub t_s: f64,
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Plate, mm.
+    pub slide_mm: [f64; 2],
+    /// Since touch, s.
+    pub contact_s: f64,
+    /// Since the last rest, s.
+    pub occlusion_s: f64,
+}
+
+/// A stroke with its rows.
+#[derive(Clone, Debug)]
+pub struct Stroke {
+    /// Conditions.
+    pub plan: Plan,
+    /// Rows.
+    pub rows: Vec<StrokeRow>,
+}
+
+impl Plan {
+    /// The conditions under which calibration runs are taken.
+    pub fn reference() -> Self {
+        Self {
+            depth_mm: 1.0,
+            speed_mm_s: 2.0,
+            direction: 0.0,
+            dwell_s: 1.0,
+            hydration_au: 35.0,
+            temperature_c: 32.0,
+            width_mm: 16.0,
+            length_mm: 5.0,
+            reverse: false,
+            rest_s: 60.0,
+        }
+    }
+}
+
+/// Calibration strokes: reference conditions, all depths and directions.
+pub fn calibration(n: usize, dice: &mut Dice) -> Vec<Plan> {
+    (0..n)
+        .map(|i| Plan {
+            depth_mm: 0.45 + 1.1 * ((i % 6) as f64 + dice.unit()) / 6.0,
+            direction: TAU / 8.0 * (dice.pick(8) as f64),
+            hydration_au: 35.0 + dice.normal(),
+            reverse: dice.unit() < 0.3,
+            length_mm: dice.between(4.0, 6.0),
+            ..Plan::reference()
+        })
+        .collect()
+}
+
+/// Measured strokes at a level of confounding: 0 randomised, 1 correlations of 0.7, 2 careless.
+pub fn measured(n: usize, level: usize, dice: &mut Dice) -> Vec<Plan> {
+    let tie = [0.0, 0.7, 0.97][level];
+    let mut plans = Vec::with_capacity(n);
+    for i in 0..n {
+        // Standard normals that share a cause: the clock for the finger's state, speed for the protocol.
+        let clock = 3.4 * ((i as f64 + 0.5) / n as f64 - 0.5);
+        let mut tied = |to: f64| tie * to + f64::sqrt(1.0 - tie * tie) * dice.normal();
+        let hydration = tied(clock);
+        let temperature = tied(clock);
+        let speed = tied(0.0) / f64::sqrt(1.0 - tie * tie);
+        let dwell = tied(-speed);
+        let depth = if level == 0 { tied(0.0) } else { tied(if level == 2 { speed } else { 0.5 * speed }) };
+        let width = tied(clock);
+        let uniform = |z: f64, low: f64, high: f64| {
+            // Logistic approximation of the normal's distribution function.
+            low + (high - low) / (1.0 + (-1.702 * z).exp())
+        };
+        let depth_mm = uniform(depth, 0.45, 1.55);
+        plans.push(Plan {
+            depth_mm,
+            speed_mm_s: 0.5 * 40f64.powf(uniform(speed, 0.0, 1.0)),
+            direction: match level {
+                0 => TAU * dice.unit(),
+                1 => TAU / 4.0 * dice.pick(4) as f64,
+                _ => TAU / 2.0 * dice.pick(2) as f64,
+            },
+            dwell_s: if level == 2 { 1.0 } else { 0.3 * 60f64.powf(uniform(dwell, 0.0, 1.0)) },
+            hydration_au: uniform(hydration, 15.0, 78.0),
+            temperature_c: uniform(temperature, 27.0, 36.0),
+            width_mm: uniform(width, 14.0, 19.0),
+            length_mm: dice.between(4.0, 6.0),
+            reverse: dice.unit() < 0.3,
+            rest_s: if i % 6 == 0 { 60.0 } else { 2.0 },
+        });
+    }
+    plans
+}
+
+/// Rows of the strokes, one after the other on one clock.
+pub fn strokes(plans: &[Plan], rows: usize) -> Vec<Stroke> {
+    let (mut clock, mut occluded) = (0.0, 0.0);
+    plans
+        .iter()
+        .map(|plan| {
+            clock += plan.rest_s.max(10.0) + 20.0;
+            if plan.rest_s >= 30.0 {
+                occluded = 0.0;
+            }
+            let press_rows = rows / 5;
+            let slide_rows = rows - press_rows - 4;
+            let press_s = plan.depth_mm / 2.0;
+            let start = clock + 0.2;
+            let mut out = vec![(clock, -0.2, 0.0), (clock + 0.1, -0.05, 0.0)];
+            for k in 1..=press_rows {
+                let share = k as f64 / press_rows as f64;
+                out.push((start + press_s * share, plan.depth_mm * share, 0.0));
+            }
+            let held = start + press_s;
+            out.push((held + 0.5 * plan.dwell_s, plan.depth_mm, 0.0));
+            out.push((held + plan.dwell_s, plan.depth_mm, 0.0));
+            let total = if plan.reverse { 1.5 } else { 1.0 } * plan.length_mm;
+            for k in 1..=slide_rows {
+                // Closer rows where friction builds up.
+                let way = total * (k as f64 / slide_rows as f64).powf(1.3);
+                let place = if way > plan.length_mm { 2.0 * plan.length_mm - way } else { way };
+                out.push((held + plan.dwell_s + way / plan.speed_mm_s, plan.depth_mm, place));
+            }
+            let (s, c) = plan.direction.sin_cos();
+            let made: Vec<StrokeRow> = out
+                .iter()
+                .map(|&(t_s, depth_mm, way)| StrokeRow {
+                    t_s,
+                    depth_mm,
+                    slide_mm: [way * c, way * s],
+                    contact_s: t_s - start,
+                    occlusion_s: occluded + (t_s - start).max(0.0),
+                })
+                .collect();
+            let end = out[out.len() - 1].0;
+            occluded += end - start;
+            clock = end;
+            Stroke { plan: plan.clone(), rows: made }
+        })
+        .collect()
+}

@@ -1,0 +1,163 @@
+//! One case judged: what the diagnosis said against what was hidden.
+
+use std::convert::Infallible;
+use std::time::Instant;
+
+use fingerpad_offline::diagnose::{
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Options, PlannedRun, Reference, RunSet, Settings,
+    Verdict, diagnose, laws::Column,
+};
+
+use super::Dice;
+use super::effects::LIBRARY;
+use super::protocol::{Plan, strokes};
+use super::sets::{Case, measure};
+
+/// How a verdict stands to the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// The set of names is the truth.
+    Exact,
+    /// Ambiguous, with the truth among the candidates.
+    AmbiguousWithTruth,
+    /// Ambiguous without it.
+    AmbiguousWithout,
+    /// Some of the truth, nothing wrong.
+    Part,
+    /// The truth and a name too many.
+    Extra,
+    /// Named, and wrong.
+    Wrong,
+    /// Unexplained structure.
+    Unexplained,
+    /// Nothing missing.
+    Nothing,
+}
+
+/// A judged case.
+#[derive(Clone, Debug)]
+pub struct Scored {
+    /// How it ended.
+    pub class: Class,
+    /// The report.
+    pub report: Diagnosis,
+    /// Time of the diagnosis, s.
+    pub seconds: f64,
+    /// Relative error of the first parameter, where the law itself is right.
+    pub amplitude_error: Option<f64>,
+    /// Whether its interval covers the truth.
+    pub covered: Option<bool>,
+}
+
+/// The curves that the diagnosis starts from: those of the core's example.
+pub fn reference() -> Reference {
+    Reference::of(&fingerpad::Params::example().try_build().expect("the example is valid"), false)
+}
+
+enum Never {}
+impl From<DiagnoseError> for Never {
+    fn from(error: DiagnoseError) -> Self {
+        panic!("{error}")
+    }
+}
+impl From<Infallible> for Never {
+    fn from(error: Infallible) -> Self {
+        match error {}
+    }
+}
+
+/// Diagnoses sets in memory.
+pub fn run(calibration: &RunSet, measured: &RunSet, holdout: &RunSet, hydration_sd: f64) -> Diagnosis {
+    let options = Options {
+        settings: Settings::default(),
+        errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
+        model: "example".into(),
+    };
+    let open = || Ok::<_, Never>(Some(holdout.clone()));
+    match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
+        Ok((report, _)) => report,
+        Err(never) => match never {},
+    }
+}
+
+fn family(name: &str) -> &str {
+    LIBRARY.iter().find(|l| l.0 == name).map_or("outside", |l| l.1)
+}
+
+fn classify(report: &Diagnosis, truth: &[&str]) -> Class {
+    let best: Vec<&str> = report.effects.iter().map(|e| e.family.as_str()).collect();
+    let all = |a: &[&str], b: &[&str]| a.iter().all(|x| b.contains(x));
+    match report.verdict {
+        Verdict::None => Class::Nothing,
+        Verdict::UnexplainedStructure => Class::Unexplained,
+        Verdict::Named if all(&best, truth) && all(truth, &best) => Class::Exact,
+        Verdict::Named if all(&best, truth) => Class::Part,
+        Verdict::Named if all(truth, &best) && !truth.is_empty() => Class::Extra,
+        Verdict::Named => Class::Wrong,
+        Verdict::Ambiguous => {
+            let within = |t: &&str| report.effects.iter().any(|e| e.candidates.iter().any(|c| c.family == **t));
+            if !truth.is_empty() && truth.iter().all(within) {
+                Class::AmbiguousWithTruth
+            } else {
+                Class::AmbiguousWithout
+            }
+        }
+    }
+}
+
+/// Diagnoses and judges a case.
+pub fn score(case: &Case) -> Scored {
+    let started = Instant::now();
+    let report = run(&case.calibration, &case.measured, &case.holdout, CORNEOMETER_SD_AU);
+    let seconds = started.elapsed().as_secs_f64();
+    let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
+    let class = classify(&report, &truth);
+    let (mut amplitude_error, mut covered) = (None, None);
+    if let ([hidden], Some(effect)) = (&case.truth[..], report.effects.first())
+        && effect.law == hidden.name
+    {
+        let p = &effect.parameters[0];
+        amplitude_error = Some((p.value / hidden.amplitude - 1.0).abs());
+        covered = Some(p.ci95[0] <= hidden.amplitude && hidden.amplitude <= p.ci95[1]);
+    }
+    Scored { class, report, seconds, amplitude_error, covered }
+}
+
+/// A proposed run as the laboratory does it; what is missing is at reference conditions.
+fn plan_of(run: &PlannedRun) -> Plan {
+    let r = Plan::reference();
+    Plan {
+        depth_mm: run.depth_mm.unwrap_or(r.depth_mm),
+        speed_mm_s: run.speed_mm_s.unwrap_or(r.speed_mm_s),
+        direction: run.direction_deg.unwrap_or(0.0).to_radians(),
+        dwell_s: run.dwell_s.unwrap_or(r.dwell_s),
+        hydration_au: run.hydration_au.unwrap_or(r.hydration_au),
+        temperature_c: run.temperature_c.unwrap_or(r.temperature_c),
+        width_mm: r.width_mm,
+        length_mm: run.length_mm.unwrap_or(r.length_mm),
+        reverse: run.reverse.unwrap_or(false),
+        rest_s: if run.new_block == Some(true) {
+            run.rest_before_s.unwrap_or(60.0).max(60.0)
+        } else {
+            run.rest_before_s.unwrap_or(60.0)
+        },
+    }
+}
+
+/// Runs the proposed strokes on the same hidden truth, merges them and diagnoses again.
+pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
+    let plan = report.next_experiment.as_ref()?;
+    let plans: Vec<Plan> = plan.runs.iter().map(plan_of).collect();
+    let mut more = strokes(&plans, 30);
+    let start = case.measured.runs.iter().flat_map(|r| &r.rows).map(|r| r.t_s).fold(0.0, f64::max);
+    for stroke in &mut more {
+        stroke.rows.iter_mut().for_each(|r| r.t_s += start);
+    }
+    let mut dice = Dice::new(case.seed ^ 0xABCD);
+    let set = measure(&case.finger, &more, &case.truth, &case.noise, &mut dice, "next", case.dropped);
+    let mut joint = case.measured.clone();
+    joint.runs.extend(set.runs);
+    let again = run(&case.calibration, &joint, &case.holdout, CORNEOMETER_SD_AU);
+    let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
+    Some(classify(&again, &truth))
+}

@@ -1,0 +1,238 @@
+//! Cases: a truth, and the data that a laboratory would hand over.
+
+use std::path::PathBuf;
+
+use fingerpad_offline::diagnose::{Labels, RawRow, RunSet, laws::Column};
+
+use super::Dice;
+use super::effects::{Effect, LIBRARY, OUTSIDE};
+use super::finger::{Finger, Noise, all_readings};
+use super::protocol::{self, Plan, Stroke};
+
+/// What is hidden, and the three files.
+pub struct Case {
+    /// Number of the case, its seed.
+    pub seed: u64,
+    /// The hidden effects.
+    pub truth: Vec<Effect>,
+    /// The size aimed at, 0.03 to 0.3; 0 where nothing is missing.
+    pub size: f64,
+    /// Level of confounding.
+    pub level: usize,
+    /// The column that was not recorded.
+    pub dropped: Option<Column>,
+    /// Whether the laws' forms are exact.
+    pub exact_form: bool,
+    /// Runs without an effect.
+    pub calibration: RunSet,
+    /// Runs with the effect.
+    pub measured: RunSet,
+    /// Further runs with the effect.
+    pub holdout: RunSet,
+    /// The finger, for the oracle and for further strokes.
+    pub finger: Finger,
+    /// The laboratory.
+    pub noise: Noise,
+    /// Strokes of the measured set.
+    pub strokes: Vec<Stroke>,
+}
+
+/// What is to be hidden.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hide {
+    /// Nothing.
+    Nothing,
+    /// A law of the library, by index.
+    Law(usize),
+    /// Two laws.
+    Pair(usize, usize),
+    /// An effect that no library has.
+    Outside(usize),
+    /// A law whose column is not recorded.
+    Unrecorded(usize),
+}
+
+/// Makes a case.
+pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_form: bool) -> Case {
+    let mut dice = Dice::new(seed);
+    let finger = Finger::random(&mut dice);
+    let noise = Noise::random(&mut dice);
+    let calibration_strokes = protocol::strokes(&protocol::calibration(30, &mut dice), 30);
+    let strokes = protocol::strokes(&protocol::measured(runs, level, &mut dice), 30);
+    let holdout_strokes = protocol::strokes(&protocol::measured(20, level, &mut dice), 30);
+    let names: Vec<&'static str> = match hide {
+        Hide::Nothing => vec![],
+        Hide::Law(i) | Hide::Unrecorded(i) => vec![LIBRARY[i].0],
+        Hide::Pair(i, j) => vec![LIBRARY[i].0, LIBRARY[j].0],
+        Hide::Outside(i) => vec![OUTSIDE[i]],
+    };
+    let truth: Vec<Effect> =
+        names.into_iter().map(|name| sized(&finger, &strokes, name, size, exact_form, &mut dice)).collect();
+    // The measured finger is the calibrated one, a little softer or rougher today.
+    let mut today = finger.clone();
+    today.normal_n *= 1.0 + 0.03 * dice.normal();
+    today.lambda *= 1.0 + 0.03 * dice.normal();
+    let dropped = match hide {
+        Hide::Unrecorded(i) => driver(LIBRARY[i].0),
+        _ => None,
+    };
+    let mut set = |finger: &Finger, strokes: &[Stroke], truth: &[Effect], name: &str| {
+        measure(finger, strokes, truth, &noise, &mut dice, name, dropped)
+    };
+    let calibration = set(&finger, &calibration_strokes, &[], "calibration");
+    let measured = set(&today, &strokes, &truth, "measured");
+    let holdout = set(&today, &holdout_strokes, &truth, "holdout");
+    Case {
+        seed,
+        truth,
+        size,
+        level,
+        dropped,
+        exact_form,
+        calibration,
+        measured,
+        holdout,
+        finger: today,
+        noise,
+        strokes,
+    }
+}
+
+/// The column that a law's driver stands in, where a laboratory could fail to record it.
+pub fn driver(name: &str) -> Option<Column> {
+    Some(match name {
+        "hydration_bell" => Column::Hydration,
+        "contact_ageing" => Column::Dwell,
+        "occlusion_growth" => Column::Occlusion,
+        "subject_size" => Column::Width,
+        "temperature" => Column::Temperature,
+        _ => return None,
+    })
+}
+
+/// An effect of the wanted size, with its shape drawn.
+fn sized(finger: &Finger, strokes: &[Stroke], name: &'static str, size: f64, exact: bool, dice: &mut Dice) -> Effect {
+    let shape = match name {
+        "hydration_bell" => [dice.between(40.0, 65.0), dice.between(10.0, 22.0)],
+        "speed_stribeck" => [dice.between(2.0, 9.0), 0.0],
+        "anisotropy" => [dice.between(-80.0, 80.0), 0.0],
+        "normal_relaxation" => [dice.between(0.4, 4.0), 0.0],
+        "contact_ageing" => [dice.between(0.15, 0.6), dice.between(0.4, 1.4)],
+        "static_peak" => [dice.between(0.4, 1.4), 0.0],
+        "occlusion_growth" => [dice.between(10.0, 40.0), 0.0],
+        "tare_bias" => [dice.between(-1.2, 1.2), dice.between(-1.2, 1.2)],
+        "cross_talk" => [dice.between(-1.2, 1.2), 0.0],
+        "periodic_texture" => [dice.between(0.8, 2.5), dice.between(0.0, 6.0)],
+        "patch" => [dice.between(-2.0, 2.0), dice.between(-2.0, 2.0)],
+        "slow_clock" => [dice.between(500.0, 1300.0), dice.between(0.0, 6.0)],
+        "direction_harmonic" => [dice.between(0.0, 6.0), 0.0],
+        _ => [0.0, 0.0],
+    };
+    let sign = match name {
+        "speed_log"
+        | "depth_zero_offset"
+        | "tare_bias"
+        | "cross_talk"
+        | "temperature"
+        | "subject_size"
+        | "stiffness_drift"
+        | "depth_speed_product" => {
+            if dice.unit() < 0.5 {
+                -1.0
+            } else {
+                1.0
+            }
+        }
+        _ => 1.0,
+    };
+    let form = if exact { 1.0 } else { dice.between(0.85, 1.18) };
+    let mut effect = Effect { name, amplitude: 0.0, shape, form };
+    let plain = all_readings(finger, strokes, &[]);
+    let contact: Vec<Vec<bool>> = strokes.iter().map(|s| s.rows.iter().map(|r| r.depth_mm > 0.0).collect()).collect();
+    // Secant search on the logarithm: size grows about linearly with the amplitude.
+    let mut amplitude = match name {
+        "viscous_drag" => 0.002,
+        "adhesion" | "tare_bias" => 0.02,
+        "depth_zero_offset" => 0.03,
+        "speed_log" | "temperature" => 0.03,
+        "subject_size" => 1.0,
+        _ => 0.1,
+    };
+    for _ in 0..7 {
+        effect.amplitude = sign * amplitude;
+        let with = all_readings(finger, strokes, std::slice::from_ref(&effect));
+        let found = size_p90(&plain, &with, &contact);
+        amplitude *= (size / found.max(1e-6)).clamp(0.2, 5.0);
+    }
+    effect.amplitude = sign * amplitude;
+    effect
+}
+
+/// The larger of the 90th percentiles of |ΔN|/N and |ΔF|/F over contact rows.
+pub fn size_p90(plain: &[Vec<[f64; 3]>], with: &[Vec<[f64; 3]>], contact: &[Vec<bool>]) -> f64 {
+    let (mut normal, mut friction) = (Vec::new(), Vec::new());
+    for ((a, b), c) in plain.iter().zip(with).zip(contact) {
+        for ((a, b), c) in a.iter().zip(b).zip(c) {
+            if *c {
+                normal.push((b[0] - a[0]).abs() / a[0].abs().max(0.02));
+                let f = a[1].hypot(a[2]);
+                friction.push((b[1] - a[1]).hypot(b[2] - a[2]) / f.max(0.05));
+            }
+        }
+    }
+    let p90 = |v: &mut Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v[(0.9 * (v.len() - 1) as f64) as usize]
+    };
+    p90(&mut normal).max(p90(&mut friction))
+}
+
+/// Measures strokes: effects, scatter of each run, row noise, reading errors of the state's columns.
+pub fn measure(
+    finger: &Finger,
+    strokes: &[Stroke],
+    truth: &[Effect],
+    noise: &Noise,
+    dice: &mut Dice,
+    name: &str,
+    dropped: Option<Column>,
+) -> RunSet {
+    let keep = |column: Column, value: f64| if dropped == Some(column) { f64::NAN } else { value };
+    let runs = strokes
+        .iter()
+        .enumerate()
+        .map(|(i, stroke)| {
+            let scatter = noise.run(dice);
+            let readings = finger.readings(stroke, truth, &scatter);
+            let hydration = stroke.plan.hydration_au + noise.hydration_au * dice.normal();
+            let rows: Vec<RawRow> = stroke
+                .rows
+                .iter()
+                .zip(readings)
+                .enumerate()
+                .map(|(k, (row, reading))| RawRow {
+                    line: 2 + i * stroke.rows.len() + k,
+                    t_s: row.t_s,
+                    depth_mm: row.depth_mm,
+                    slide_mm: row.slide_mm,
+                    force_n: noise.row(reading, dice),
+                    contact_time_s: row.contact_s,
+                    speed_mm_s: f64::NAN,
+                    direction_deg: f64::NAN,
+                    dwell_s: keep(Column::Dwell, stroke.plan.dwell_s),
+                    occlusion_time_s: keep(Column::Occlusion, row.occlusion_s),
+                    hydration_au: keep(Column::Hydration, hydration),
+                    temperature_c: keep(Column::Temperature, stroke.plan.temperature_c),
+                    finger_width_mm: keep(Column::Width, stroke.plan.width_mm),
+                })
+                .collect();
+            (Labels { run: format!("{name}{i}"), ..Labels::default() }, rows)
+        })
+        .collect();
+    RunSet::from_rows(PathBuf::from(format!("{name}.csv")), runs).expect("rows in order")
+}
+
+/// Rows of a plan that the diagnosis proposed, as strokes.
+pub fn proposed(plans: &[Plan]) -> Vec<Stroke> {
+    protocol::strokes(plans, 30)
+}

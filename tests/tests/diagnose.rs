@@ -1,0 +1,120 @@
+//! A quick subset of the hidden sets, and what a diagnosis must never do.
+
+use fingerpad_offline::diagnose::{CORNEOMETER_SD_AU, Verdict};
+use fingerpad_offline::io::runs_csv;
+use fingerpad_tests::hidden::csv;
+use fingerpad_tests::hidden::effects::LIBRARY;
+use fingerpad_tests::hidden::score::{Class, run, score};
+use fingerpad_tests::hidden::sets::{Hide, case};
+
+fn law(name: &str) -> Hide {
+    Hide::Law(LIBRARY.iter().position(|l| l.0 == name).unwrap())
+}
+
+#[test]
+fn clear_effects_are_named_and_shrink_the_gap() {
+    for (seed, name) in
+        [(1, "temperature"), (2, "anisotropy"), (3, "static_peak"), (4, "subject_size"), (5, "viscous_drag")]
+    {
+        let scored = score(&case(seed, law(name), 0.3, 0, 60, true));
+        println!("seed {seed} {name}: {:?}", scored.class);
+        assert_eq!(scored.class, Class::Exact, "seed {seed} {name}");
+        let gap = &scored.report.holdout;
+        assert!(gap.ratio_after < 1.35 && gap.ratio_after < gap.ratio_before, "seed {seed} {name}: {gap:?}");
+    }
+}
+
+#[test]
+fn nothing_missing_is_not_named() {
+    let named = (10..16)
+        .filter(|seed| score(&case(*seed, Hide::Nothing, 0.0, 0, 60, true)).report.verdict != Verdict::None)
+        .count();
+    assert!(named <= 1, "{named} of 6");
+}
+
+#[test]
+fn an_unrecorded_driver_is_never_a_law() {
+    for (seed, index) in [(20, 0), (21, 14), (22, 16)] {
+        let scored = score(&case(seed, Hide::Unrecorded(index), 0.3, 0, 60, true));
+        assert!(scored.report.effects.is_empty(), "seed {seed}: {:?}", scored.report.effects);
+    }
+}
+
+#[test]
+fn the_file_holdout_changes_no_verdict_and_the_format_changes_no_byte() {
+    let a = case(30, law("temperature"), 0.2, 0, 40, true);
+    let other = case(31, law("occlusion_growth"), 0.3, 0, 40, true);
+    let one = run(&a.calibration, &a.measured, &a.holdout, CORNEOMETER_SD_AU);
+    let two = run(&a.calibration, &a.measured, &other.holdout, CORNEOMETER_SD_AU);
+    assert_eq!((one.verdict, &one.effects), (two.verdict, &two.effects));
+    assert_ne!(one.holdout, two.holdout);
+
+    // Another column order, CRLF, a byte-order mark and an unknown column: the same set, the same report.
+    let dir = tempfile::tempdir().unwrap();
+    let text = csv::text(&a.measured);
+    let turned: String = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            cells.reverse();
+            format!("{},{}\r\n", cells.join(","), if i == 0 { "colour" } else { "blue" })
+        })
+        .collect();
+    let (plain, odd) = (dir.path().join("plain.csv"), dir.path().join("odd.csv"));
+    std::fs::write(&plain, &text).unwrap();
+    std::fs::write(&odd, format!("\u{feff}{turned}")).unwrap();
+    let read = |p: &std::path::Path| runs_csv::read(p, &mut |_| true).unwrap();
+    let (x, y) = (read(&plain), read(&odd));
+    assert_eq!(y.notes.len(), 1, "{:?}", y.notes);
+    let json = |set| serde_json::to_string(&run(&a.calibration, set, &a.holdout, CORNEOMETER_SD_AU)).unwrap();
+    assert_eq!(json(&x), json(&y));
+}
+
+#[test]
+fn unusable_files_name_line_and_column() {
+    let a = case(40, Hide::Nothing, 0.0, 0, 8, true);
+    let text = csv::text(&a.measured);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bad.csv");
+    let mut refuse = |change: &dyn Fn(&str) -> String, wanted: &[&str]| {
+        std::fs::write(&path, change(&text)).unwrap();
+        let message = match runs_csv::read(&path, &mut |_| true) {
+            Ok(set) => fingerpad_offline::diagnose::check(&set).unwrap_err().to_string(),
+            Err(e) => e.to_string(),
+        };
+        for word in wanted {
+            assert!(message.contains(word), "{message:?} lacks {word:?}");
+        }
+    };
+    let line = |n: usize, f: &dyn Fn(&str) -> String| {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        lines[n - 1] = f(&lines[n - 1]);
+        lines.join("\n")
+    };
+    let cell = |n: usize, k: usize, value: &str| {
+        line(n, &|l| {
+            let mut c: Vec<&str> = l.split(',').collect();
+            c[k] = value;
+            c.join(",")
+        })
+    };
+    refuse(&|_| cell(5, 5, "NaN"), &["bad.csv:5", "normal_force_n", "NaN"]);
+    refuse(&|_| cell(7, 1, "0"), &["bad.csv:7", "t_s", "must rise"]);
+    refuse(&|_| cell(9, 2, ""), &["bad.csv:9", "depth_mm", "blank"]);
+    refuse(&|_| cell(40, 0, "measured0"), &["bad.csv:40", "run_id", "contiguous"]);
+    refuse(&|t| t.replacen("depth_mm", "depth_um", 1), &["bad.csv:1", "depth_mm", "depth_um", "convert"]);
+    refuse(&|t| t.replace(',', ";"), &["bad.csv:1", "comma"]);
+    refuse(&|t| t.lines().take(31).collect::<Vec<_>>().join("\n"), &["bad.csv", "run_id", "1 run "]);
+    refuse(&|_| String::new(), &["bad.csv"]);
+    refuse(
+        &|t| {
+            t.replacen("normal_force_n", "tmp", 1).replacen("friction_x_n", "normal_force_n", 1).replacen(
+                "tmp",
+                "friction_x_n",
+                1,
+            )
+        },
+        &["normal_force_n"],
+    );
+}
