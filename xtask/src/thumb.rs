@@ -298,7 +298,13 @@ impl Tools {
         if self.debian_linker.is_none() && !rustup_target(RISCV) {
             bail!("no compiler for {RISCV}; this helps: rustup target add {RISCV}");
         }
-        self.build(RISCV, &["--package", "fingerpad-c"])?;
+        // Flags for the host's processor, which the workspace sets, would be taken for this target as well.
+        let status = self
+            .cargo()?
+            .env("CARGO_TARGET_RISCV32IMC_UNKNOWN_NONE_ELF_RUSTFLAGS", "-Ctarget-cpu=generic-rv32")
+            .args(["build", "--release", "--target", RISCV, "--package", "fingerpad-c"])
+            .status()?;
+        ensure!(status.success(), "the C library does not build for {RISCV}");
         let release = self.firmware.join("target").join(RISCV).join("release");
         let out = release.join("fingerpad_c.elf");
         let status = self
