@@ -65,9 +65,13 @@ fn geometry_files_are_refused_with_file_line_and_value() {
     let at = folder.path();
     let shape = include_str!("../../data/geometry/a.toml");
     for (from, to, said) in [
-        ("skin_thickness_mm = 0.5", "skin_thickness_mm = -0.5", &["f.toml", "skin_thickness_mm", "-0.5"][..]),
+        (
+            "skin_thickness_mm = 0.5",
+            "skin_thickness_mm = -0.5",
+            &["f.toml", "line 18", "skin_thickness_mm", "-0.5"][..],
+        ),
         ("skin_thickness_mm = 0.5", "skin_thickness_m = 0.0005", &["f.toml", "skin_thickness_m"]),
-        ("length_mm = 25.0", "length_mm = 2.5", &["f.toml", "2.5"]),
+        ("\nlength_mm = 25.0", "\nlength_mm = 2.5", &["f.toml", "line", "length_mm"]),
     ] {
         assert!(shape.contains(from));
         write(at, "f.toml", &shape.replacen(from, to, 1));

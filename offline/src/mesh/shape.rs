@@ -140,7 +140,14 @@ impl FingertipShape {
     pub fn from_toml(name: &str, text: &str) -> Result<Self, MeshError> {
         let shape: Self =
             toml::from_str(text).map_err(|e| MeshError::ShapeFile { name: name.into(), message: e.to_string() })?;
-        shape.validate()?;
+        shape.validate().map_err(|error| match error {
+            MeshError::Shape { field, value, rule } => {
+                let line = text.lines().position(|line| line.trim_start().starts_with(field));
+                let place = line.map_or(String::new(), |line| format!("line {}: ", line + 1));
+                MeshError::ShapeFile { name: name.into(), message: format!("{place}{field} = {value}: {rule}") }
+            }
+            other => other,
+        })?;
         Ok(shape)
     }
 

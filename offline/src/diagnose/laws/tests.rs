@@ -58,7 +58,8 @@ fn laws_agree_with_the_vectors() {
                 "friction_y_n" => change.reading_n[2] + change.cross[1] * normal,
                 other => panic!("{other}"),
             };
-            assert!((found - wanted).abs() < 2e-9 * wanted.abs().max(1.0), "{line}: {found}");
+            // The vectors have nine digits.
+            assert!((found - wanted).abs() < 6e-9 * wanted.abs().max(1.0), "{line}: {found}");
         }
     }
     for law in LAWS {
