@@ -36,11 +36,6 @@ fn elastic_slip() {
 }
 
 #[test]
-fn step_size() {
-    holds("step_size");
-}
-
-#[test]
 fn penalty() {
     holds("penalty");
 }

@@ -27,7 +27,8 @@ fn coarse(shape: &str, bone: BoneKind) -> Config {
     let mut config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     config.shape.0 = shape.into();
     config.tissue.bone.kind = bone;
-    config.identify.tolerance = 1e-9;
+    // Rounding at the contact's penalty leaves residuals of some 1e-9.
+    config.identify.tolerance = 1e-8;
     config
 }
 
