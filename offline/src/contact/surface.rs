@@ -334,8 +334,10 @@ impl Touch {
             return Self { share: 1.0, share_per_advance: 0.0 };
         }
         if gap >= advance {
-            // The skin came to the plane rather than the plane to the skin, at the end of the increment.
-            return Self { share: 0.0, share_per_advance: 0.0 };
+            // The skin came to the plane rather than the plane to the skin: the less the plane advanced, the less does
+            // its advance say of when. Smooth to the whole motion of a slide at fixed depth.
+            let part = advance / gap;
+            return Self { share: 1.0 - part * part, share_per_advance: -2.0 * part / gap };
         }
         Self { share: 1.0 - gap / advance, share_per_advance: gap / (advance * advance) }
     }
