@@ -198,6 +198,8 @@ pub struct Response {
 /// Longest slide in one step, in slip lengths: beyond full slip of every element, so that a cut loses nothing, and
 /// small enough that no product overflows.
 const SLIDE_MAX: f32 = 32.0;
+/// Depth below which there is no contact, mm: quotients of forces of shallower ones leave the range of the floats.
+const TOUCH_MM: f32 = 1e-6;
 /// Squares of the slide's length, mm², between which it tells a direction: beyond, they leave the range of the floats.
 const WAY_MIN: f32 = 1e-30;
 const WAY_MAX: f32 = 1e30;
@@ -239,12 +241,12 @@ pub fn step<const M: usize, const N: usize>(
     let scale = &model.scale;
     let mut depth = motion.depth_mm;
     let mut status = Status::OK;
-    if !(is_positive(depth) && is_positive(motion.dt_s)) {
+    if !(is_contact(depth) && is_positive(motion.dt_s)) {
         status = doubt(depth, motion.dt_s);
         if status.contains(Status::BAD_INPUT) {
             depth = state.depth;
         }
-        if !(depth > 0.0) {
+        if !(depth >= TOUCH_MM) {
             if !motion.slide_increment_mm.iter().all(|s| s.is_finite()) {
                 status = status.with(Status::BAD_INPUT);
             }
@@ -403,6 +405,12 @@ pub(crate) fn limit_share(shift: f32) -> f32 {
 #[inline(always)]
 fn is_positive(x: f32) -> bool {
     x.to_bits().wrapping_sub(1) < f32::MAX.to_bits()
+}
+
+/// Whether a depth is a number deep enough for contact.
+#[inline(always)]
+fn is_contact(depth: f32) -> bool {
+    depth.to_bits().wrapping_sub(TOUCH_MM.to_bits()) <= f32::MAX.to_bits() - TOUCH_MM.to_bits()
 }
 
 /// What is to be remarked about a depth and a time step that are not both positive numbers.
