@@ -2,7 +2,7 @@
 
 use super::base::Reference;
 use super::calibrate::Calibration;
-use super::fit::{Fit, Task};
+use super::fit::{Fit, Start, Task};
 use super::mixed::PerRun;
 use super::runs::RunSet;
 use super::verdict::task_of;
@@ -52,7 +52,7 @@ impl Squares {
 /// Standard deviation that row noise and run scatter give each observation of a task, N.
 pub fn floor_n(task: &Task<'_>, theta: &[f64], laws: &[Active], scatter: &PerRun) -> Vec<f64> {
     let prediction = task.predict(theta, laws);
-    let spread = task.run_columns(theta, laws, &prediction).spread(scatter);
+    let spread = task.run_columns(theta, laws, &Vec::new(), &prediction).spread(scatter);
     spread.iter().zip(&task.sigma_n).map(|(s, sigma)| s.sqrt() * sigma).collect()
 }
 
@@ -117,7 +117,11 @@ pub fn by_folds(
             continue;
         }
         let task = task_of(&train, reference, calibration);
-        let fitted = |start: &Fit| task.fit(start.theta.clone(), start.laws.clone(), start.variances, None, false, 3);
+        let fitted = |from: &Fit| {
+            let kept = |i: &usize| i % FOLDS != fold;
+            let modes = (0..from.modes.len()).filter(kept).map(|i| from.modes[i]).collect();
+            task.fit(Start { modes, ..Start::from(from) }, None, false, 3)
+        };
         let plain = fitted(null);
         let with = if full.laws.is_empty() { plain.clone() } else { fitted(full) };
         let other = task_of(&test, reference, calibration);

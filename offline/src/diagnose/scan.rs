@@ -79,7 +79,7 @@ pub fn obstacle(law: &Law, set: &RunSet) -> Option<String> {
 
 /// Candidates for the testable laws, with columns at a fit.
 pub fn candidates(task: &Task<'_>, fit: &Fit, testable: &dyn Fn(&Law) -> bool) -> Vec<Candidate> {
-    let prediction = task.predict(&fit.theta, &fit.laws);
+    let prediction = task.predict_at(&fit.theta, &fit.laws, &fit.modes);
     let mut out = Vec::new();
     for law in LAWS.iter().copied().filter(|l| testable(l)) {
         for shape in law.shapes {
@@ -107,7 +107,7 @@ pub fn columns_of(task: &Task<'_>, fit: &Fit, prediction: &[f64], start: &Active
             let mut one = start.clone();
             one.values[k] = step;
             laws.push(one);
-            task.column(&task.predict(&fit.theta, &laws), prediction, step)
+            task.column(&task.predict_at(&fit.theta, &laws, &fit.modes), prediction, step)
         })
         .collect()
 }

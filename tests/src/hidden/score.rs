@@ -47,6 +47,8 @@ pub struct Scored {
     pub amplitude_error: Option<f64>,
     /// Whether its interval covers the truth.
     pub covered: Option<bool>,
+    /// How far the estimate lies from the truth, in half-widths of its interval.
+    pub half_widths: Option<f64>,
 }
 
 /// The curves that the diagnosis starts from: those of the core's example.
@@ -112,15 +114,16 @@ pub fn score(case: &Case) -> Scored {
     let seconds = started.elapsed().as_secs_f64();
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
     let class = classify(&report, &truth);
-    let (mut amplitude_error, mut covered) = (None, None);
+    let (mut amplitude_error, mut covered, mut half_widths) = (None, None, None);
     if let ([hidden], Some(effect)) = (&case.truth[..], report.effects.first())
         && effect.law == hidden.name
     {
         let p = &effect.parameters[0];
         amplitude_error = Some((p.value / hidden.amplitude - 1.0).abs());
         covered = Some(p.ci95[0] <= hidden.amplitude && hidden.amplitude <= p.ci95[1]);
+        half_widths = Some((p.value - hidden.amplitude) / (0.5 * (p.ci95[1] - p.ci95[0])).max(1e-12));
     }
-    Scored { class, report, seconds, amplitude_error, covered }
+    Scored { class, report, seconds, amplitude_error, covered, half_widths }
 }
 
 /// A proposed run as the laboratory does it; what is missing is at reference conditions.
