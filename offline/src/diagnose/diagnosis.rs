@@ -337,7 +337,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
             on_file(&set, reference, &calibration, &judged.expected, null, full)
         }
         None => by_folds(&corrected, reference, &calibration, &judged.expected, null, full),
-    };
+    }
+    .or_refused();
 
     stage("writing the report");
     let disagreement = disagreement(&judged, &corrected);

@@ -96,12 +96,7 @@ pub struct Start {
 
 impl From<&Fit> for Start {
     fn from(fit: &Fit) -> Self {
-        Self {
-            theta: fit.theta.clone(),
-            laws: fit.laws.clone(),
-            variances: fit.variances,
-            modes: fit.modes.clone(),
-        }
+        Self { theta: fit.theta.clone(), laws: fit.laws.clone(), variances: fit.variances, modes: fit.modes.clone() }
     }
 }
 
@@ -198,9 +193,8 @@ impl<'a> Task<'a> {
     /// Columns of the random effects at a point.
     pub fn run_columns(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Scatter {
         let base = self.reference.with(theta);
-        let nudged = |nudge: Nudge, step: f64| {
-            self.column(&walk_all(&base, laws, modes, nudge, self.runs), prediction, step)
-        };
+        let nudged =
+            |nudge: Nudge, step: f64| self.column(&walk_all(&base, laws, modes, nudge, self.runs), prediction, step);
         let mut columns = vec![
             nudged(Nudge { stiffness: 1.001, ..Nudge::default() }, 1e-3),
             nudged(Nudge { strength: 1.001, ..Nudge::default() }, 1e-3),

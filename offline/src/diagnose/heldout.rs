@@ -25,6 +25,21 @@ pub struct Gap {
     pub ratio_before: f64,
     /// After over floor, worst channel.
     pub ratio_after: f64,
+    /// What the correction would have given, N, where it did not bring these runs closer: then it is not made, and
+    /// after equals before.
+    pub refused_after_n: Option<[f64; 3]>,
+}
+
+impl Gap {
+    /// Takes the correction back if it does not bring the runs closer; a name may stand where its correction, fitted to
+    /// few or noisy runs, does not predict better than none.
+    pub fn or_refused(mut self) -> Self {
+        if self.ratio_after > self.ratio_before {
+            self.refused_after_n = Some(self.rms_after_n);
+            (self.rms_after_n, self.ratio_after) = (self.rms_before_n, self.ratio_before);
+        }
+        self
+    }
 }
 
 /// Sums of squares per channel.
@@ -71,6 +86,7 @@ fn gap(method: &str, runs: usize, before: Squares, after: Squares, floor: Square
         rms_before_n,
         rms_after_n,
         floor_rms_n,
+        refused_after_n: None,
     }
 }
 

@@ -175,7 +175,7 @@ fn same_axis(a: &Law, b: &Law) -> bool {
         &["adhesion", "depth_zero_offset", "strain_stiffening"],
         &["speed_log", "speed_stribeck", "viscous_drag"],
         &["anisotropy", "cross_talk"],
-        &["normal_relaxation", "occlusion_growth", "contact_ageing"],
+        &["occlusion_growth", "contact_ageing"],
     ];
     AXES.iter().any(|axis| axis.contains(&a.name) && axis.contains(&b.name))
 }
@@ -228,12 +228,8 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
     let obstacles: Vec<Option<String>> = LAWS.iter().map(|law| obstacle(law, set)).collect();
     let testable = |law: &Law| LAWS.iter().position(|l| *l == law).is_some_and(|i| obstacles[i].is_none());
 
-    let start = Start {
-        theta: task.prior.mean.clone(),
-        laws: Vec::new(),
-        variances: task.variances,
-        modes: Vec::new(),
-    };
+    let start =
+        Start { theta: task.prior.mean.clone(), laws: Vec::new(), variances: task.variances, modes: Vec::new() };
     let null = task.fit(start, None, true, ROUNDS);
     let null_tangents = task.tangents_of(&null);
     let mut grid = candidates(task, &null, &testable);
@@ -287,21 +283,6 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
             }
         }
         ranking.sort_by(|a, b| b.surprise.total_cmp(&a.surprise));
-        if std::env::var_os("FPD").is_some() {
-            eprintln!("round {round} cells {cells:.1} laws {:?} v {:?}", fit.laws, fit.variances);
-            if std::env::var_os("FPR").is_some() {
-                let best = scores.iter().filter(|s| grid[s.candidate].start.law.name == ranking[0].law.name).filter_map(|s| s.score.as_ref()).max_by(|a, b| a.gain().total_cmp(&b.gain())).unwrap();
-                let k = best.columns();
-                let mut list: Vec<(f64, usize)> = (0..runs).map(|i| (best.per_run[k * i], i)).collect();
-                list.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-                let total: f64 = list.iter().map(|l| l.0).sum();
-                for (g, i) in list.iter().take(12) {
-                    let r = &task.runs[*i];
-                    eprintln!("     run {i} share {:.2} depth {:.2} dir {:.0} speed {:.1} dwell {:.1} path {:.1}", g / total, r.depth_mm(), r.value(Column::Direction), r.value(Column::Speed), r.value(Column::Dwell), r.value(Column::Slide));
-                }
-            }
-            for r in ranking.iter().take(6) { eprintln!("   {:?} excess {:.1} surprise {:.1} {:?}", r.law, r.excess, r.surprise, r.p_runs); }
-        }
         let Some(top) = ranking.first().map(|r| r.surprise) else { break };
         // A baseline that had to leave the calibration hides what pulled it away; then the laws of depth are tried
         // from the calibrated point.
@@ -357,7 +338,6 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
             let new = &refit.laws[refit.laws.len() - 1];
             let gain = share * (fit.minus_2ll - refit.minus_2ll);
             let p_model = (cells * (-surprise(gain.max(0.0), new.law.parameters.len())).exp()).min(1.0);
-            if std::env::var_os("FPD").is_some() { eprintln!("   refit {:?} gain {gain:.1} share {share:.2} p_model {p_model:.1e} {p_runs:?}", new); }
             let least = fit.laws.iter().zip(&evidence).filter(|(a, _)| same_axis(a.law, new.law));
             let least = least.map(|(_, e)| 0.10 * e.gain_2ll).fold(onset(new.law), f64::max);
             if gain >= least && significant(settings, gain, new.law.parameters.len(), runs, p_model, p_runs) {

@@ -61,14 +61,13 @@ pub fn corrections(set: &RunSet, errors: &[CovariateError]) -> Vec<Correction> {
 
 /// The task of a measured set after a calibration.
 pub fn task_of<'a>(set: &'a RunSet, reference: &'a Reference, calibration: &Calibration) -> Task<'a> {
-    let prediction =
-        super::walk::walk_all(
-            &reference.with(&calibration.fit.theta),
-            &[],
-            &Vec::new(),
-            super::walk::Nudge::default(),
-            &set.runs,
-        );
+    let prediction = super::walk::walk_all(
+        &reference.with(&calibration.fit.theta),
+        &[],
+        &Vec::new(),
+        super::walk::Nudge::default(),
+        &set.runs,
+    );
     let sigma = sigma_of(&calibration.noise, &prediction);
     let mut task = Task::new(&set.runs, reference, calibration.prior(), sigma, calibration.fit.variances);
     // The scatter between runs was seen in the calibration; it guides the measured set without binding it.

@@ -143,9 +143,7 @@ fn main() {
                     let exact_form = job.seed % 2 == 0;
                     let made: Case = case(job.seed, job.hide, job.size, job.level, job.runs, exact_form);
                     if let Some(folder) = &args.dump {
-                        for (set, role) in
-                            [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")]
-                        {
+                        for (set, role) in [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")] {
                             let path = folder.join(format!("{}_{role}.csv", job.seed));
                             std::fs::write(path, csv::text(set)).expect("the folder can be written to");
                         }
@@ -154,7 +152,8 @@ fn main() {
                     let scored = score(&made);
                     let settled = settle(&made, &scored.report).filter(|_| job.kind == "single");
                     let mut list = done.lock().expect("no thread panics with it");
-                    let truth = made.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
+                    let truth =
+                        made.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
                     list.push((i, Done { job, scored, oracle, settled, exact_form, truth }));
                     if list.len().is_multiple_of(20) {
                         eprintln!("{} of {}", list.len(), jobs.len());

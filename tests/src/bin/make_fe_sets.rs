@@ -101,29 +101,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                         break;
                     }
                     let mut dice = Dice::new(args.seed + job as u64);
-                    let (shape, name, plans, effects): (usize, String, Vec<Plan>, Vec<Effect>) =
-                        if job < SHAPES.len() {
-                            let plans = protocol::calibration(args.strokes, &mut dice);
-                            (job, format!("calibration_{}.csv.gz", SHAPES[job]), plans, Vec::new())
-                        } else {
-                            let index = job - SHAPES.len();
-                            let (law, amplitude, form) = HIDDEN[index];
-                            let shape = index % SHAPES.len();
-                            let effects = (!law.is_empty())
-                                .then_some(Effect { name: law, amplitude, shape: form, form: 1.0 })
-                                .into_iter()
-                                .collect();
-                            let file = format!("set_{index:02}.csv.gz");
-                            truth.lock().expect("no thread panics with it")[index] = serde_json::json!({
-                                "file": file,
-                                "calibration": format!("calibration_{}.csv.gz", SHAPES[shape]),
-                                "shape": SHAPES[shape],
-                                "law": law,
-                                "amplitude": amplitude,
-                                "form": form,
-                            });
-                            (shape, file, protocol::measured(args.strokes, 0, &mut dice), effects)
-                        };
+                    let (shape, name, plans, effects): (usize, String, Vec<Plan>, Vec<Effect>) = if job < SHAPES.len() {
+                        let plans = protocol::calibration(args.strokes, &mut dice);
+                        (job, format!("calibration_{}.csv.gz", SHAPES[job]), plans, Vec::new())
+                    } else {
+                        let index = job - SHAPES.len();
+                        let (law, amplitude, form) = HIDDEN[index];
+                        let shape = index % SHAPES.len();
+                        let effects = (!law.is_empty())
+                            .then_some(Effect { name: law, amplitude, shape: form, form: 1.0 })
+                            .into_iter()
+                            .collect();
+                        let file = format!("set_{index:02}.csv.gz");
+                        truth.lock().expect("no thread panics with it")[index] = serde_json::json!({
+                            "file": file,
+                            "calibration": format!("calibration_{}.csv.gz", SHAPES[shape]),
+                            "shape": SHAPES[shape],
+                            "law": law,
+                            "amplitude": amplitude,
+                            "form": form,
+                        });
+                        (shape, file, protocol::measured(args.strokes, 0, &mut dice), effects)
+                    };
                     let strokes = protocol::strokes(&plans, args.rows);
                     let set = record(&strokes, &noise, &mut dice, "run", None, &mut |stroke, scatter| {
                         fe::readings(&problems[shape], stroke, &effects, scatter).expect("the finger slides")

@@ -69,13 +69,13 @@ impl From<Infallible> for Never {
 }
 
 /// Diagnoses sets in memory.
-pub fn run(calibration: &RunSet, measured: &RunSet, holdout: &RunSet, hydration_sd: f64) -> Diagnosis {
+pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hydration_sd: f64) -> Diagnosis {
     let options = Options {
         settings: Settings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
         model: "example".into(),
     };
-    let open = || Ok::<_, Never>(Some(holdout.clone()));
+    let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
         Ok((report, _)) => report,
         Err(never) => match never {},
@@ -110,7 +110,7 @@ fn classify(report: &Diagnosis, truth: &[&str]) -> Class {
 /// Diagnoses and judges a case.
 pub fn score(case: &Case) -> Scored {
     let started = Instant::now();
-    let report = run(&case.calibration, &case.measured, &case.holdout, CORNEOMETER_SD_AU);
+    let report = run(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
     let seconds = started.elapsed().as_secs_f64();
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
     let class = classify(&report, &truth);
@@ -160,7 +160,7 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
     let set = measure(&case.finger, &more, &case.truth, &case.noise, &mut dice, "next", case.dropped);
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);
-    let again = run(&case.calibration, &joint, &case.holdout, CORNEOMETER_SD_AU);
+    let again = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
     Some(classify(&again, &truth))
 }
