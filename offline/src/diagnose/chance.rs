@@ -239,15 +239,6 @@ impl Flips {
         Self { information, own }
     }
 
-    /// Number of independent tests whose largest surprise is on average that of the flips.
-    ///
-    /// The surprise −ln p of one test is exponential, the largest of n has mean 1 + 1/2 + … + 1/n.
-    pub fn independent_tests(&self) -> f64 {
-        let mean = self.own.iter().sum::<f64>() / self.own.len().max(1) as f64;
-        const EULER: f64 = 0.577_215_664_901_532_9;
-        (mean - EULER).exp().max(1.0)
-    }
-
     /// Share of flips in which some group reaches this one: the smaller of both yardsticks.
     pub fn p(&self, score: &Score) -> f64 {
         let share = |list: &[f64], by| {

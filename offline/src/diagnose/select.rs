@@ -92,11 +92,8 @@ pub const ROUNDS: usize = 20;
 /// The level in the three-way rule that accepts a law.
 fn significant(settings: &Settings, gain: f64, parameters: usize, runs: usize, p_model: f64, p_runs: RunsP) -> bool {
     let penalised = gain - (runs as f64).ln() * parameters as f64 > 0.0;
-    if p_runs.by_calibration && p_model <= 1e-2 * settings.alpha {
-        return penalised;
-    }
     if p_runs.by_calibration {
-        return penalised && p_runs.p <= settings.alpha && p_model <= 0.3 * settings.alpha;
+        return penalised && p_model <= 1e-2 * settings.alpha;
     }
     penalised
         && ((p_runs.p <= settings.alpha && p_model <= 0.3 * settings.alpha)
@@ -244,8 +241,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
         let scores = scored(&space, &grid);
         let all: Vec<_> = scores.iter().filter_map(|s| s.score.clone()).collect();
         let flips = Flips::of(&all, runs, settings.seed + round as u64);
-        // Laws and shapes of the grid resemble each other: as many tests as the flips' maxima show.
-        let cells = flips.independent_tests().min(all.len().max(1) as f64);
+        let cells = all.len().max(1) as f64;
         let mut ranking: Vec<Ranked> = Vec::new();
         for (i, law) in LAWS.iter().copied().enumerate() {
             let best = scores
