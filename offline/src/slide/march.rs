@@ -142,6 +142,26 @@ pub fn march(
     Ok(runner.trajectory)
 }
 
+/// Follows `path` with a friction law that changes along it: `law_at` gives that of a time, s. Friction acts from the
+/// first touch on.
+///
+/// # Errors
+/// As [`march`].
+pub fn march_with_law(
+    problem: &Problem,
+    path: &Path,
+    law_at: &dyn Fn(f64) -> RubberFriction,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Trajectory, MarchError> {
+    let mut runner = Runner::new(problem, path)?;
+    runner.law_at = Some(law_at);
+    runner.record();
+    for row in 1..path.waypoints.len() {
+        runner.segment(row, progress)?;
+    }
+    Ok(runner.trajectory)
+}
+
 /// What a frictionless press says of friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PressLimit {
@@ -196,6 +216,8 @@ const SNAP_STEPS: usize = 60;
 struct Runner<'a> {
     problem: &'a Problem<'a>,
     path: &'a Path,
+    /// The friction law of a time, where it changes along the path.
+    law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
     solver: Solver<'a>,
     state: State,
     time_s: f64,
@@ -230,6 +252,7 @@ impl<'a> Runner<'a> {
         let mut runner = Self {
             problem,
             path,
+            law_at: None,
             solver,
             state,
             time_s: start.t_s,
@@ -333,6 +356,9 @@ impl<'a> Runner<'a> {
     }
 
     fn increment(&mut self, point: &Waypoint, size: f64) -> Result<(), SolveError> {
+        if let Some(law_at) = self.law_at {
+            self.solver.set_friction(Friction::On(law_at(point.t_s)));
+        }
         let target = self.target(point);
         let mut plane = self.state.contact.plane;
         let (guess, extrapolated) = match &self.before {

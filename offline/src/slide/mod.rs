@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
 pub(crate) use march::extrapolate;
-pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, press_limits};
+pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, march_with_law, press_limits};
 
 /// How one axis of the plane is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
