@@ -77,7 +77,7 @@ fn unusable_files_name_line_and_column() {
     let text = csv::text(&a.measured);
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("bad.csv");
-    let mut refuse = |change: &dyn Fn(&str) -> String, wanted: &[&str]| {
+    let refuse = |change: &dyn Fn(&str) -> String, wanted: &[&str]| {
         std::fs::write(&path, change(&text)).unwrap();
         let message = match runs_csv::read(&path, &mut |_| true) {
             Ok(set) => fingerpad_offline::diagnose::check(&set).unwrap_err().to_string(),
