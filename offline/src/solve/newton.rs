@@ -49,7 +49,7 @@ impl Default for Settings {
             force_floor_n: 1e-6,
             max_iterations: 30,
             max_contact_iterations: 40,
-            refresh_cost_iterations: 7.0,
+            refresh_cost_iterations: 9.0,
             growth: 1.0,
             max_augmentations: 8,
         }
