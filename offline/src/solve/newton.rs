@@ -15,7 +15,7 @@ use crate::{
 ///
 /// The first step moves the pad by as much as the plane, and its quadratic error stands in the bulk modulus, several
 /// contact forces high; the next iteration takes it off whether the factor is fresh or not. Only more than that says
-/// that the factor is bad (0.3 and 10: 15 and 9 factorisations for a press of shape A's default mesh to 1.5 mm).
+/// that the factor is bad.
 const FIRST_RESIDUAL: f64 = 10.0;
 
 /// How equilibrium is sought.
