@@ -115,7 +115,8 @@ impl Body {
     /// [`Hex8::uniform_strain`]; `material` gives the law of a region, or None to leave its elements out (rigid).
     ///
     /// `rigid_reference` is the point about which the rigid body turns and where `joint` acts, mm; both are
-    /// unused without rigid nodes. Elements all of whose nodes are rigid or fixed are left out.
+    /// unused without rigid nodes. Elements all of whose nodes are fixed, or all rigid, are left out; one between a
+    /// fixed bone and a rigid one stays.
     ///
     /// # Errors
     /// [`BodyError::InvertedMesh`] names the first element whose Jacobian is not positive.
@@ -127,12 +128,18 @@ impl Body {
         rigid_reference: Vector3<f64>,
         joint: Joint,
     ) -> Result<Self, BodyError> {
-        let mut stiff = vec![false; mesh.nodes.len()];
-        for &node in supports.rigid.iter().chain(&supports.fixed) {
-            stiff[node as usize] = true;
-        }
-        let active =
-            |nodes: &[u32], region: Region| material(region).filter(|_| nodes.iter().any(|&n| !stiff[n as usize]));
+        let among = |set: &[u32]| {
+            let mut inside = vec![false; mesh.nodes.len()];
+            for &node in set {
+                inside[node as usize] = true;
+            }
+            inside
+        };
+        let (fixed, rigid) = (among(&supports.fixed), among(&supports.rigid));
+        let active = |nodes: &[u32], region: Region| {
+            let all = |inside: &[bool]| nodes.iter().all(|&n| inside[n as usize]);
+            material(region).filter(|_| !all(&fixed) && !all(&rigid))
+        };
         let hexes: Vec<(usize, Material)> = (0..mesh.hexes.len())
             .filter_map(|e| active(&mesh.hexes[e].nodes, mesh.hexes[e].region).map(|m| (e, m)))
             .collect();
