@@ -3,6 +3,7 @@
 //! Main types: [`Drive`], [`Driven`]. Uses model, gradient.
 
 use crate::model::step;
+use crate::tune::Scaling;
 use crate::{ModelOf, Motion, Response, StateOf, Status};
 
 /// What is prescribed along the plane's normal.
@@ -55,7 +56,7 @@ pub struct Driven {
 const CONTENT: f32 = 4e-6;
 const ROUNDS: usize = 12;
 
-impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
+impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
     /// Advances a contact by one step driven by displacement or force in each direction.
     ///
     /// Tries standing still first and stays there if the forces fit within 4e-6 of the target (or of the limit), so

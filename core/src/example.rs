@@ -9,7 +9,7 @@ use crate::params::{Node, Params, ParamsOf, Slider};
 impl Params {
     /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
     pub fn example() -> Self {
-        ParamsOf::example_with([slider(0.55, 0.17, 0.35), slider(1.30, 0.46, 0.41), slider(2.50, 0.37, 0.24)])
+        ParamsOf::example_with([slider(0.75, 0.45, 0.60), slider(2.20, 0.55, 0.40)])
     }
 }
 

@@ -98,7 +98,9 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
         const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
-            turn_slip: self.turn_slip,
+            cells_per_mm: (N - 1) as f32 / self.depth_max_mm,
+            half_cell: 0.5 * self.depth_max_mm / (N - 1) as f32,
+            turn: (1.0 - self.turn_slip) / self.turn_slip,
             area_tilt: self.area_tilt,
             growth_loss: self.growth_loss,
             fall_loss: self.fall_loss,
@@ -125,11 +127,10 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             *element = Element {
                 inverse_yield: strength / (slider.yield_position * softness),
                 // A little below 1 in all, so that the resultant never exceeds the limit by rounding.
-                strength: slider.strength_share / strength * (1.0 - 2e-7),
-                area: slider.area_share / area * (1.0 - 8e-6),
+                strength: slider.strength_share / strength * (1.0 - 8e-6),
+                area: slider.area_share / area * self.turn_slip * (1.0 - 8e-6),
             };
         }
-        let cell = self.depth_max_mm / (N - 1) as f32;
         let node = |index: usize| -> Node {
             let mut node = self.nodes.get(index).copied().unwrap_or_default();
             if index == 0 {
@@ -138,11 +139,13 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 node.contact_area_mm2 = FLOOR * first.contact_area_mm2;
                 node.friction_limit_n = FLOOR * first.friction_limit_n;
                 node.tangential_stiffness_n_mm = FLOOR * first.tangential_stiffness_n_mm;
-                node.normal_shear_x_n = 0.0;
-                node.normal_shear_y_n = 0.0;
+                // Shear adds as much per force as at the first node, which vanishes with the limit.
+                node.normal_shear_x_n = FLOOR * FLOOR * first.normal_shear_x_n;
+                node.normal_shear_y_n = FLOOR * FLOOR * first.normal_shear_y_n;
             }
             node
         };
+        let per_newton = |added: f32, limit: f32| if added == 0.0 { 0.0 } else { added / limit / limit };
         let mut pressed = 0.0;
         for (index, row) in data.rows.iter_mut().enumerate() {
             let (a, b) = (node(index), node((index + 1).min(N - 1)));
@@ -152,14 +155,20 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 limit: Line::between(a.friction_limit_n, b.friction_limit_n),
                 stiffness: Line::between(a.tangential_stiffness_n_mm, b.tangential_stiffness_n_mm),
                 ratio: Line::between(a.stiffness_ratio, b.stiffness_ratio),
-                shear_x: Line::between(a.normal_shear_x_n, b.normal_shear_x_n),
-                shear_y: Line::between(a.normal_shear_y_n, b.normal_shear_y_n),
+                shear_x: Line::between(
+                    per_newton(a.normal_shear_x_n, a.friction_limit_n),
+                    per_newton(b.normal_shear_x_n, b.friction_limit_n),
+                ),
+                shear_y: Line::between(
+                    per_newton(a.normal_shear_y_n, a.friction_limit_n),
+                    per_newton(b.normal_shear_y_n, b.friction_limit_n),
+                ),
                 tilt: Line::between(a.tilt_x, b.tilt_x),
                 band_normal: Line::between(a.band_normal_n, b.band_normal_n),
                 press: Line::between(a.press_coupling, b.press_coupling),
                 pressed,
             };
-            pressed += 0.5 * cell * (a.press_coupling + b.press_coupling);
+            pressed += a.press_coupling + b.press_coupling;
         }
         data.check()?;
         Ok(data)

@@ -8,12 +8,12 @@
 
 // A model ready to step. Load it with `fingerpad_model_load`; the file must stay where it is.
 typedef struct {
-  uint64_t opaque[7];
+  uint64_t opaque[5];
 } fingerpad_model;
 
 // All that a contact remembers. Plain memory: copy it to save it.
 typedef struct {
-  uint32_t opaque[16];
+  uint32_t opaque[13];
 } fingerpad_state;
 
 // Forces that the plane exerts on the finger.

@@ -81,7 +81,7 @@ pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Respo
 /// Models of all kinds that pass the check: the example with its freedoms drawn up to the limits.
 pub fn any_model() -> impl Strategy<Value = AnyModel> {
     let freedoms = (0.3f32..1.5, -0.04f32..0.04, 0.0f32..0.15, 0.0f32..0.15, -0.1f32..0.1, 0.5f32..=1.0);
-    let sliders = prop::array::uniform3((0.3f32..1.0, 0.1f32..1.0));
+    let sliders = prop::array::uniform2((0.3f32..1.0, 0.1f32..1.0));
     (freedoms, sliders).prop_filter_map("passive", |((ratio, press, bx, by, odd, shape), sliders)| {
         let mut params = Params::example();
         params.turn_slip = shape;

@@ -99,8 +99,9 @@ impl Reference {
         mean[10] = at(&row.ratio).ln();
         mean[14] = at(&row.press);
         mean[16] = at(&row.press);
-        mean[18] = at(&row.shear_x) / at(&row.normal);
-        mean[19] = at(&row.shear_y) / at(&row.normal);
+        let full_shear = at(&row.limit).powi(2) / at(&row.normal);
+        mean[18] = at(&row.shear_x) * full_shear;
+        mean[19] = at(&row.shear_y) * full_shear;
         // The term's effect in full slip along x is that of the core's shifted circle.
         mean[20] = -at(&row.tilt) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
         mean[21] = f64::from(data.pressure_exponent);

@@ -66,10 +66,12 @@ fn rust(file: &ModelFile) -> String {
     out
 }
 
-fn head(data: &Data) -> [(&'static str, f32); 10] {
+fn head(data: &Data) -> [(&'static str, f32); 12] {
     [
         ("depth_max", data.depth_max),
-        ("turn_slip", data.turn_slip),
+        ("cells_per_mm", data.cells_per_mm),
+        ("half_cell", data.half_cell),
+        ("turn", data.turn),
         ("area_tilt", data.area_tilt),
         ("growth_loss", data.growth_loss),
         ("fall_loss", data.fall_loss),

@@ -209,14 +209,14 @@ fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, growth_loss: f
         nodes[i].press_coupling = reached as f32;
     }
     nodes[0].press_coupling = nodes[1].press_coupling;
-    // What one end of the cell from node i to i + 1 allows of B_x and B_y.
+    // What the cell from node i to i + 1 allows of the force that full shear adds at one of its ends.
     let allowed = |nodes: &[Node; N], i: usize, end: usize| -> [f64; 2] {
         let [_, _, k0, rho0] = at(&nodes[i]);
         let [_, _, k1, rho1] = at(&nodes[i + 1]);
-        let [_, limit, k, rho] = at(&nodes[i + end]);
-        let (dk, drho) = ((k1 - k0) / (k * cell), (rho1 - rho0) / (rho * cell));
-        let energy = ALLOWED * limit * limit / k;
-        [energy * fall_loss * dk, energy / rho * (fall_loss * dk - 0.5 * drho.max(0.0))]
+        let [_, limit, ..] = at(&nodes[i + end]);
+        let (dk, drho) = ((k1 - k0) / (k1 * cell), (rho1 - rho0).max(0.0) / (rho0.min(rho1) * cell));
+        let energy = ALLOWED * limit * limit / k1;
+        [energy * fall_loss * dk, energy / rho0.max(rho1) * (fall_loss * dk - 0.5 * drho)]
     };
     let whole = *nodes;
     for i in 1..N {
