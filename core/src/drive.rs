@@ -75,7 +75,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
             Normal::ForceN(force) if force.is_nan() => bad = Status::BAD_INPUT,
             Normal::ForceN(force) if force <= 0.0 => motion.depth_mm = motion.depth_mm.min(0.0),
             Normal::ForceN(force) => {
-                if !(state.depth > 0.0) {
+                if !state.in_contact() {
                     motion.depth_mm = self.depth_for_normal(force);
                 }
                 want_normal = Some(force);

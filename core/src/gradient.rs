@@ -29,7 +29,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
     /// Costs 300 to 450 instructions.
     pub fn gradient(&self, state: &StateOf<M>, direction: [f32; 3]) -> Gradient {
         let (data, scale) = (self.data, &self.scale);
-        if !(state.depth > 0.0) {
+        if !state.in_contact() {
             return Gradient::default();
         }
         let direction = direction.map(|d| if d.is_finite() { d } else { 0.0 });

@@ -138,6 +138,11 @@ impl<const M: usize> Default for StateOf<M> {
 }
 
 impl<const M: usize> StateOf<M> {
+    /// Whether the last step left the finger in contact.
+    pub(crate) fn in_contact(&self) -> bool {
+        self.limit > 0.0
+    }
+
     /// The depth of the last step, mm.
     pub fn depth_mm(&self) -> f32 {
         self.depth
@@ -206,7 +211,7 @@ pub struct Response {
 /// small enough that no product overflows.
 const SLIDE_MAX: f32 = 32.0;
 /// Depth below which there is no contact, mm: quotients of forces of shallower ones leave the range of the floats.
-const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
+pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
 /// Square of the slide's length, mm², from which it tells a direction, so that the quotient is a number: 8e-31.
 const WAY_MIN: u32 = 0x0d80_0000;
 /// Square of a force, N², that is added to that of the friction, so that quotients of the two are numbers.

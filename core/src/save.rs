@@ -5,7 +5,7 @@
 use crate::Error;
 use crate::blob::crc32;
 use crate::error::Field;
-use crate::model::{ELEMENTS, FRESH, State, StateOf};
+use crate::model::{ELEMENTS, FRESH, State, StateOf, TOUCH_MM};
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 10);
@@ -82,7 +82,7 @@ impl<const M: usize> StateOf<M> {
             return Err(bad(M, x));
         }
         let positive = |x: f32| x > 0.0 && x <= 1e9;
-        let in_contact = self.depth > 0.0;
+        let in_contact = self.depth >= TOUCH_MM;
         let plain = self.limit == 0.0 && self.stiffness == FRESH && self.reference == FRESH && self.pressed == 0.0;
         let still = self.force.as_flattened().iter().chain(&self.heading).chain([&self.square]).all(|x| *x == 0.0);
         let air = plain && still;

@@ -56,6 +56,22 @@ proptest! {
         }
     }
 
+    /// Anywhere, above all where the finger just does not touch: numbers, and a state that can be saved.
+    #[test]
+    fn at_the_edge_of_contact(exponent in -9.0f32..0.0, x in -1.0f32..1.0, far in -1e30f32..1e30) {
+        let data = example();
+        let model = data.model().unwrap();
+        let mut state = State::default();
+        step(&model, &mut state, motion(1.0, x, 0.1));
+        step(&model, &mut state, motion(10.0f32.powf(exponent), x, 0.1));
+        for direction in [[x, 1.0, 0.0], [far, x, -far]] {
+            let g = model.gradient(&state, direction);
+            let all = g.normal_n_mm.iter().chain(g.friction_n_mm.as_flattened());
+            prop_assert!(all.into_iter().all(|s| s.is_finite()), "{g:?}");
+        }
+        prop_assert_eq!(State::from_bytes(&state.to_bytes()), Ok(state));
+    }
+
     #[test]
     fn driven_steps_reach_their_forces(force in 0.02f32..2.5, share in 0.0f32..0.9, angle in 0.0f32..6.3) {
         let data = example();

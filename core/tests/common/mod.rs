@@ -65,9 +65,15 @@ impl core::ops::Deref for AnyModel {
 }
 
 /// Runs a path and calls `each` with the step's displacement and response.
-pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Response)) -> State {
+pub fn run(data: &Data, path: &[[f64; 3]], each: impl FnMut([f64; 3], &Response)) -> State {
+    run_with(data, 1.0, path, each)
+}
+
+/// The same with a strength factor.
+pub fn run_with(data: &Data, strength: f32, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Response)) -> State {
     let model = data.model().unwrap();
     let mut state = State::default();
+    state.set_strength_factor(strength);
     for pair in path.windows(2) {
         let by: [f64; 3] = core::array::from_fn(|i| pair[1][i] - pair[0][i]);
         let motion =
