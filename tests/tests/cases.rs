@@ -46,6 +46,11 @@ fn regularisation() {
 }
 
 #[test]
+fn step_size() {
+    holds("step_size");
+}
+
+#[test]
 fn loops() {
     holds("loops");
 }

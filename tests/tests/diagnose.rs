@@ -44,8 +44,8 @@ fn an_unrecorded_driver_is_never_a_law() {
 fn the_file_holdout_changes_no_verdict_and_the_format_changes_no_byte() {
     let a = case(30, law("temperature"), 0.2, 0, 40, true);
     let other = case(31, law("occlusion_growth"), 0.3, 0, 40, true);
-    let one = run(&a.calibration, &a.measured, &a.holdout, CORNEOMETER_SD_AU);
-    let two = run(&a.calibration, &a.measured, &other.holdout, CORNEOMETER_SD_AU);
+    let one = run(&a.calibration, &a.measured, Some(&a.holdout), CORNEOMETER_SD_AU);
+    let two = run(&a.calibration, &a.measured, Some(&other.holdout), CORNEOMETER_SD_AU);
     assert_eq!((one.verdict, &one.effects), (two.verdict, &two.effects));
     assert_ne!(one.holdout, two.holdout);
 
@@ -67,7 +67,7 @@ fn the_file_holdout_changes_no_verdict_and_the_format_changes_no_byte() {
     let read = |p: &std::path::Path| runs_csv::read(p, &mut |_| true).unwrap();
     let (x, y) = (read(&plain), read(&odd));
     assert_eq!(y.notes.len(), 1, "{:?}", y.notes);
-    let json = |set| serde_json::to_string(&run(&a.calibration, set, &a.holdout, CORNEOMETER_SD_AU)).unwrap();
+    let json = |set| serde_json::to_string(&run(&a.calibration, set, Some(&a.holdout), CORNEOMETER_SD_AU)).unwrap();
     assert_eq!(json(&x), json(&y));
 }
 
@@ -77,7 +77,7 @@ fn unusable_files_name_line_and_column() {
     let text = csv::text(&a.measured);
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("bad.csv");
-    let mut refuse = |change: &dyn Fn(&str) -> String, wanted: &[&str]| {
+    let refuse = |change: &dyn Fn(&str) -> String, wanted: &[&str]| {
         std::fs::write(&path, change(&text)).unwrap();
         let message = match runs_csv::read(&path, &mut |_| true) {
             Ok(set) => fingerpad_offline::diagnose::check(&set).unwrap_err().to_string(),

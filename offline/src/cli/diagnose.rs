@@ -200,7 +200,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     report.input = vec![input("calibration", &calibration), input("measured", &measured)];
     report.input.extend(held);
     let model_file = args.out.join("corrected.fpm");
-    if report.effects.is_empty() {
+    if report.effects.is_empty() || report.holdout.refused_after_n.is_some() {
         let _ = std::fs::remove_file(&model_file);
     } else {
         let bytes = corrected(&data, &reference, &evidence)?;

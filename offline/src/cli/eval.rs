@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use fingerpad::{Effects, Surroundings};
 use fingerpad_offline::{
     io,
-    reduce::{ModelFile, follow},
+    reduce::{ModelFile, follow, follow_with_effects},
 };
 
 use super::Failure;
@@ -28,6 +29,12 @@ pub struct Args {
     /// Path of the plane (CSV)
     #[arg(long, value_name = "PATH.csv")]
     path: PathBuf,
+    /// Moisture of the skin along the path, corneometer units, where the model has that effect
+    #[arg(long, default_value_t = 35.0)]
+    hydration_au: f32,
+    /// Temperature of the skin along the path, °C, where the model has that effect
+    #[arg(long, default_value_t = 32.0)]
+    temperature_c: f32,
     /// Response to write (CSV)
     #[arg(long, value_name = "RESPONSE.csv")]
     out: PathBuf,
@@ -51,7 +58,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             args.path.display()
         )));
     }
-    let rows = follow(&file.file().model, &path);
+    let file = file.file();
+    let rows = if file.effects.is_empty() {
+        follow(&file.model, &path)
+    } else {
+        let effects = Effects::new(file.effects)
+            .map_err(|error| Failure::Input(anyhow::Error::new(error).context(args.model.display().to_string())))?;
+        let surroundings = Surroundings { hydration_au: args.hydration_au, temperature_c: args.temperature_c };
+        follow_with_effects(&file.model, &effects, surroundings, &path).ok_or_else(|| {
+            Failure::Input(anyhow::anyhow!(
+                "{}: driven by force; {} has effects, which know motions alone",
+                args.path.display(),
+                args.model.display()
+            ))
+        })?
+    };
     let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
     let extra: Vec<_> =
         rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();

@@ -80,11 +80,11 @@ struct Model {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Preset {
-    /// About 2 000 nodes
+    /// About 2 300 nodes
     Coarse,
     /// About 11 000 nodes
     Default,
-    /// About 60 000 nodes
+    /// About 58 000 nodes
     Fine,
 }
 

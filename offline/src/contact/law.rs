@@ -54,6 +54,17 @@ impl RubberFriction {
         (self.lambda * power + self.tau0_mpa * constant, self.lambda * power_slope + self.tau0_mpa * constant_slope)
     }
 
+    /// The law of a finger whose strength is `strength` and whose tissue is `stiffness` times that of this one, as the
+    /// unchanged tissue sees it: with all moduli times s the same motion gives s times all stresses, so that
+    /// tau_crit(s sigma) / s acts on the unchanged tissue, and every force it returns is to be multiplied by s.
+    pub fn scaled(&self, strength: f64, stiffness: f64) -> Self {
+        Self {
+            lambda: self.lambda * strength * stiffness.powf(self.beta - 1.0),
+            tau0_mpa: self.tau0_mpa * strength / stiffness,
+            ..*self
+        }
+    }
+
     /// `sigma^beta` with its slope, a parabola below the regularisation pressure.
     fn regular_power(&self, sigma: f64, beta: f64) -> (f64, f64) {
         let s = sigma / self.regular_pressure_mpa;
@@ -121,6 +132,16 @@ mod tests {
                 let slope = law.strength(sigma).1;
                 assert!((numeric - slope).abs() <= 1e-6 * slope.abs().max(1e-3), "beta {beta} sigma {sigma}");
             }
+        }
+    }
+
+    #[test]
+    fn a_scaled_law_is_the_law_of_a_stiffer_tissue() {
+        let law = RubberFriction { tau0_mpa: 5e-4, ..Default::default() };
+        for (strength, stiffness) in [(1.0, 1.0), (1.3, 1.0), (0.8, 1.7), (1.1, 0.4)] {
+            let there = law.scaled(strength, stiffness).strength(0.004).0 * stiffness;
+            let here = law.strength(0.004 * stiffness).0 * strength;
+            assert!((there - here).abs() < 1e-15, "{strength} {stiffness}");
         }
     }
 

@@ -3,11 +3,10 @@
 //! Main types: [`RubberFriction`], [`Surface`], [`ContactState`], [`Plane`].
 //! May use: nothing of this crate but the face quadrature of element.
 
-mod area;
 mod law;
 mod state;
 mod surface;
 
 pub use law::RubberFriction;
-pub use state::{ContactState, Friction, PenaltySettings, Plane, PointState, Totals};
+pub use state::{ContactState, Friction, PenaltySettings, Plane, PointState, Quadrature, Totals};
 pub use surface::{Evaluation, FaceTangent, Surface};

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::RubberFriction;
+use crate::element::gauss_legendre;
 
 /// Place of the plane, mm: displacement along x and y, height z (equal to the depth).
 pub type Plane = [f64; 3];
@@ -19,13 +20,43 @@ pub struct PenaltySettings {
     /// Largest penetration at convergence, mm (with `augment`).
     #[serde(deserialize_with = "crate::units::positive")]
     pub penetration_tolerance_mm: f64,
-    /// Quadrature points along each edge of a face.
-    pub points_per_edge: usize,
+    /// Where in a face contact is asked for.
+    pub quadrature: Quadrature,
+}
+
+/// Points of a face at which gap and traction are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quadrature {
+    /// 3 x 3 Gauss-Lobatto points (Simpson's rule), corners among them.
+    ///
+    /// In a face that the edge of the contact cuts, hardly a point but the corners that touch lies below the plane, since
+    /// the gap is bilinear there: a rule without corners ends the contact at these corners, most of half a face too early
+    /// in the mean. The corners' share of Simpson's rule nearly makes up for it.
+    #[default]
+    Lobatto,
+    /// 4 x 4 Gauss-Legendre points, all inside the face.
+    Gauss,
+}
+
+impl Quadrature {
+    /// Points and weights of the one-dimensional rule on [−1, 1].
+    pub(super) fn rule(self) -> Vec<(f64, f64)> {
+        match self {
+            Self::Lobatto => vec![(-1.0, 1.0 / 3.0), (0.0, 4.0 / 3.0), (1.0, 1.0 / 3.0)],
+            Self::Gauss => gauss_legendre(4),
+        }
+    }
 }
 
 impl Default for PenaltySettings {
     fn default() -> Self {
-        Self { penalty_mpa_per_mm: 100.0, augment: true, penetration_tolerance_mm: 1e-3, points_per_edge: 4 }
+        Self {
+            penalty_mpa_per_mm: 100.0,
+            augment: true,
+            penetration_tolerance_mm: 1e-3,
+            quadrature: Quadrature::default(),
+        }
     }
 }
 

@@ -5,8 +5,8 @@
 
 use nalgebra::Vector3;
 
-use super::{ContactState, Friction, PenaltySettings, Plane, PointState, Totals, area};
-use crate::element::{gauss_legendre, quad4, quad4_gradient};
+use super::{ContactState, Friction, PenaltySettings, Plane, PointState, Totals};
+use crate::element::{quad4, quad4_gradient};
 
 /// Tangent of one face: derivative of the residual forces of its nodes over their positions.
 pub struct FaceTangent {
@@ -35,6 +35,9 @@ struct RulePoint {
     weight: f64,
 }
 
+/// Share of the mean pressure from which on a point counts wholly as area.
+const FULL_SHARE: f64 = 0.05;
+
 /// Faces of a body that may touch the plane.
 pub struct Surface {
     /// Mesh node of each surface node.
@@ -42,7 +45,6 @@ pub struct Surface {
     /// Faces as surface node indices, counter-clockwise from outside.
     pub faces: Vec<[usize; 4]>,
     rule: Vec<RulePoint>,
-    rule_1d: Vec<(f64, f64)>,
     penalty: f64,
 }
 
@@ -54,7 +56,7 @@ impl Surface {
         nodes.dedup();
         let place = |node: u32| nodes.binary_search(&node).expect("listed above");
         let faces = faces.iter().map(|face| face.map(place)).collect();
-        let rule_1d = gauss_legendre(settings.points_per_edge);
+        let rule_1d = settings.quadrature.rule();
         let rule = rule_1d
             .iter()
             .flat_map(|&(eta, w_eta)| {
@@ -65,7 +67,7 @@ impl Surface {
                 })
             })
             .collect();
-        Self { nodes, faces, rule, rule_1d, penalty: settings.penalty_mpa_per_mm }
+        Self { nodes, faces, rule, penalty: settings.penalty_mpa_per_mm }
     }
 
     /// Quadrature points per face.
@@ -256,7 +258,7 @@ impl Surface {
     ///
     /// Between a node that sticks and one that slips the slip is bilinear, so that hardly a point of the faces between
     /// them sticks, though the field's own boundary lies half-way in the mean: counting points would lose half a face
-    /// all around. A node sticks if any of the points that are nearest to it does.
+    /// all around. A node sticks if any of the points next to it does.
     fn stuck_area(&self, points: &[PointState]) -> f64 {
         #[derive(Clone, Copy, Default)]
         struct Node {
@@ -265,20 +267,26 @@ impl Surface {
         }
         let mut nodes = vec![Node::default(); self.nodes.len()];
         let of_faces = || self.faces.iter().zip(points.chunks(self.rule.len()));
+        let touching = |points| self.rule.iter().zip(points).filter(|(_, point): &(_, &PointState)| point.area > 0.0);
         for (face, points) in of_faces() {
-            for (rule, point) in self.rule.iter().zip(points).filter(|(_, point)| point.area > 0.0) {
-                let nearest = (0..4).max_by(|&a, &b| rule.shape[a].total_cmp(&rule.shape[b])).expect("four nodes");
-                nodes[face[nearest]].touches = true;
-                nodes[face[nearest]].sticks |= point.stuck;
+            for (rule, point) in touching(points) {
+                // Points half-way between nodes are next to none.
+                if let Some(node) = (0..4).find(|&a| rule.shape[a] > 0.5) {
+                    nodes[face[node]].touches = true;
+                    nodes[face[node]].sticks |= point.stuck;
+                }
             }
         }
         let mut area = 0.0;
         for (face, points) in of_faces() {
-            let share_of = |rule: &RulePoint, has: fn(&Node) -> bool| -> f64 {
-                (0..4).filter(|&a| has(&nodes[face[a]])).map(|a| rule.shape[a]).sum()
-            };
-            for (rule, point) in self.rule.iter().zip(points).filter(|(_, point)| point.area > 0.0) {
-                area += point.area * share_of(rule, |n| n.sticks) / share_of(rule, |n| n.touches);
+            for (rule, point) in touching(points) {
+                let share_of = |has: fn(&Node) -> bool| -> f64 {
+                    (0..4).filter(|&a| has(&nodes[face[a]])).map(|a| rule.shape[a]).sum()
+                };
+                let touches = share_of(|n| n.touches);
+                let sticks =
+                    if touches > 0.0 { share_of(|n| n.sticks) / touches } else { f64::from(u8::from(point.stuck)) };
+                area += point.area * sticks;
             }
         }
         area
@@ -291,20 +299,21 @@ impl Surface {
         }
     }
 
-    /// Current area inside the zero-gap contour of each face and of each whole face, mm².
+    /// Current area in contact of each face and area of each whole face, projected on the plane, mm².
     ///
-    /// The contour is that of the pressure field `multiplier + penalty * penetration`, traced inside the faces.
+    /// Area of the points in contact; one that bears less than 5 % of the mean pressure counts in proportion to what it
+    /// bears, so that the area follows the path without jumps.
     pub fn contact_areas(&self, state: &ContactState) -> Vec<[f64; 2]> {
-        self.faces
-            .iter()
-            .enumerate()
-            .map(|(f, face)| {
-                let x = face.map(|n| state.position[n]);
-                let multipliers: Vec<f64> =
-                    state.points[f * self.rule.len()..][..self.rule.len()].iter().map(|p| p.multiplier).collect();
-                area::inside_contour(&x, state.plane[2], self.penalty, &multipliers, &self.rule_1d)
-            })
-            .collect()
+        let (force, area) = state.points.iter().fold((0.0, 0.0), |(f, a), p| (f + p.pressure * p.area, a + p.area));
+        let full = if area > 0.0 { FULL_SHARE * force / area } else { f64::INFINITY };
+        let inside = |points: &[PointState]| points.iter().map(|p| p.area * (p.pressure / full).min(1.0)).sum();
+        let whole = |face: &[usize; 4]| {
+            let x = face.map(|n| state.position[n]);
+            let (a, b) = (x[2] - x[0], x[3] - x[1]);
+            0.5 * (a.y * b.x - a.x * b.y)
+        };
+        let faces = self.faces.iter().zip(state.points.chunks(self.rule.len()));
+        faces.map(|(face, points)| [inside(points), whole(face)]).collect()
     }
 
     /// Whether no point of the face can be in contact.
@@ -359,9 +368,9 @@ fn tangents(gradient: &[[f64; 2]; 4], x: &[Vector3<f64>; 4]) -> (Vector3<f64>, V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::RubberFriction;
+    use crate::contact::{Quadrature, RubberFriction};
 
-    fn surface() -> (Surface, Vec<Vector3<f64>>) {
+    fn surface(quadrature: Quadrature) -> (Surface, Vec<Vector3<f64>>) {
         // Two faces side by side, normals toward -z (counter-clockwise from below), somewhat uneven.
         let faces = [[0, 3, 4, 1], [1, 4, 5, 2]];
         let positions = vec![
@@ -372,7 +381,7 @@ mod tests {
             Vector3::new(0.9, 1.1, 0.0),
             Vector3::new(2.1, 0.9, 0.03),
         ];
-        (Surface::new(&faces, &PenaltySettings { points_per_edge: 3, ..Default::default() }), positions)
+        (Surface::new(&faces, &PenaltySettings { quadrature, ..Default::default() }), positions)
     }
 
     /// A state with elastic slip, some points stuck, some at their limit.
@@ -384,13 +393,13 @@ mod tests {
 
     #[test]
     fn tangent_is_the_derivative_in_stick_slip_and_without_friction() {
-        let (surface, x) = surface();
-        for (friction, step) in [
-            (Friction::On(RubberFriction::default()), [0.0005, 0.0002]),
-            (Friction::On(RubberFriction::default()), [0.1, -0.06]),
-            (Friction::On(RubberFriction::coulomb(0.7, 0.002)), [0.003, 0.002]),
-            (Friction::Off, [0.1, 0.0]),
+        for (quadrature, friction, step) in [
+            (Quadrature::Lobatto, Friction::On(RubberFriction::default()), [0.0005, 0.0002]),
+            (Quadrature::Gauss, Friction::On(RubberFriction::default()), [0.1, -0.06]),
+            (Quadrature::Lobatto, Friction::On(RubberFriction::coulomb(0.7, 0.002)), [0.003, 0.002]),
+            (Quadrature::Gauss, Friction::Off, [0.1, 0.0]),
         ] {
+            let (surface, x) = surface(quadrature);
             let last = slid_state(&surface, &x, &friction);
             let plane = [last.plane[0] + step[0], last.plane[1] + step[1], 0.035];
             let exact = surface.evaluate(&friction, &last, &x, plane, false, true);

@@ -59,6 +59,7 @@ fn bare(verdict: Verdict, model: &str, rms: [[f64; 3]; 2], floor: [f64; 3], meth
             floor_rms_n: floor,
             ratio_before: ratio(rms[0]),
             ratio_after: ratio(rms[1]),
+            refused_after_n: None,
         },
         fe_confirmation: None,
         next_experiment: None,
@@ -172,6 +173,26 @@ fn sentences(fit: &TareFit, verdict: Verdict, carries: bool, inseparable: bool) 
     out
 }
 
+/// F = tau_0 A + a N by least squares of relative errors over points of N, A, F: tau_0, a, and the logarithms left.
+fn constant_strength(points: &[[f64; 3]]) -> (f64, f64, Vec<f64>) {
+    let (mut s, mut t) = ([[0.0; 2]; 2], [0.0; 2]);
+    for [n, a, f] in points {
+        let w = f.powi(-2);
+        let x = [*a, *n];
+        for i in 0..2 {
+            t[i] += w * x[i] * f;
+            for j in 0..2 {
+                s[i][j] += w * x[i] * x[j];
+            }
+        }
+    }
+    let det = s[0][0] * s[1][1] - s[0][1] * s[1][0];
+    let tau0 = (s[1][1] * t[0] - s[0][1] * t[1]) / det;
+    let slope = (s[0][0] * t[1] - s[1][0] * t[0]) / det;
+    let left = points.iter().map(|[n, a, f]| (f / (tau0 * a + slope * n)).max(1e-9).ln()).collect();
+    (tau0, slope, left)
+}
+
 /// Diagnosis of a table of kinetic states against F proportional to N^(2/3).
 ///
 /// The table has no spread; 2 % of each force is taken as its error, and said so.
@@ -194,22 +215,8 @@ pub fn table(rows: &[TableRow]) -> (Diagnosis, Vec<String>) {
     let (_, plain) = with_slope(&n, &f, 2.0 / 3.0);
     let exponent = slope(&n, &f);
     let (k, free) = with_slope(&n, &f, exponent);
-    // F = tau_0 A + a N by least squares of relative errors.
-    let (mut s, mut t) = ([[0.0; 2]; 2], [0.0; 2]);
-    for r in rows {
-        let w = (r[1] * r[2]).powi(-2);
-        let x = [r[3], r[1]];
-        for i in 0..2 {
-            t[i] += w * x[i] * r[1] * r[2];
-            for j in 0..2 {
-                s[i][j] += w * x[i] * x[j];
-            }
-        }
-    }
-    let det = s[0][0] * s[1][1] - s[0][1] * s[1][0];
-    let tau0 = (s[1][1] * t[0] - s[0][1] * t[1]) / det;
-    let slope_n = (s[0][0] * t[1] - s[1][0] * t[0]) / det;
-    let adhesive: Vec<f64> = rows.iter().map(|r| (r[1] * r[2] / (tau0 * r[3] + slope_n * r[1])).ln()).collect();
+    let measured: Vec<[f64; 3]> = rows.iter().map(|r| [r[1], r[3], r[1] * r[2]]).collect();
+    let (tau0, slope_n, adhesive) = constant_strength(&measured);
     // Geometry: the measured area instead of A ~ N^(2/3), with a free beta: F = c N^beta A^(1 - beta).
     let pressure: Vec<f64> = n.iter().zip(&a).map(|(n, a)| n - a).collect();
     let stress: Vec<f64> = f.iter().zip(&a).map(|(f, a)| f - a).collect();
@@ -273,11 +280,22 @@ pub fn table(rows: &[TableRow]) -> (Diagnosis, Vec<String>) {
             lambda_detect: gain,
             candidates,
         });
-        let depths = [0.4, 0.5, 0.625, 0.75, 0.875, 1.0, 1.125, 1.25, 1.375, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0];
+        let depths: [f64; 15] = [0.4, 0.5, 0.625, 0.75, 0.875, 1.0, 1.125, 1.25, 1.375, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0];
+        // What the free exponent would give there, with load and area as powers of depth.
+        let power = |y: &[f64]| {
+            let m = slope(&d, y);
+            let (c, _) = with_slope(&d, y, m);
+            move |depth: f64| (c + m * depth.ln()).exp()
+        };
+        let (load, area) = (power(&n), power(&a));
+        let planned = depths.iter().map(|&d| [load(d), area(d), k.exp() * load(d).powf(exponent)]);
+        let expected: Vec<[f64; 3]> = measured.iter().copied().chain(planned).collect();
         report.next_experiment = Some(NextExperiment {
-            separates: vec![["load_exponent".into(), "tau_0".into()], ["load_exponent".into(), "geometry".into()]],
+            // Where load and area are powers of depth, exponent and geometry are one curve: strokes at other depths do
+            // not separate them.
+            separates: vec![["load_exponent".into(), "tau_0".into()]],
             factor: "depth_mm".into(),
-            lambda_rival_expected: 0.0,
+            lambda_rival_expected: chi2(&constant_strength(&expected).2),
             runs: depths
                 .iter()
                 .map(|d| PlannedRun {

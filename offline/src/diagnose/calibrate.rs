@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::base::{FREEDOM, FREEDOMS, Reference};
-use super::fit::{Fit, Prior, Task};
+use super::fit::{Fit, Prior, Start, Task};
 use super::mixed::PerRun;
 use super::runs::RunSet;
 
@@ -59,12 +59,13 @@ pub fn calibrate(set: &RunSet, reference: &Reference) -> Calibration {
             set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect()
         } else {
             let base = reference.with(&theta);
-            super::walk::walk_all(&base, &[], super::walk::Nudge::default(), &set.runs)
+            super::walk::walk_all(&base, &[], &Vec::new(), super::walk::Nudge::default(), &set.runs)
         };
         let mut task = Task::new(&set.runs, reference, prior, sigma_of(&noise, &prediction), variances);
         task.variances = START;
         task.variance_weight = 2.0;
-        let result = task.fit(theta.clone(), Vec::new(), variances, None, true, if round == 0 { 25 } else { 8 });
+        let start = Start { theta: theta.clone(), laws: Vec::new(), variances, modes: Vec::new() };
+        let result = task.fit(start, None, true, if round == 0 { 25 } else { 8 });
         theta = result.theta.clone();
         variances = result.variances;
         (noise, misfit) = row_noise(&task, &result);
@@ -94,7 +95,7 @@ impl Calibration {
 /// Row noise from what is left after freedoms and random effects, and its ratio to that between neighbouring rows.
 fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
     let prediction = task.predict(&fit.theta, &fit.laws);
-    let tangents = task.tangents(&fit.theta, &fit.laws, &prediction);
+    let tangents = task.tangents_of(fit);
     let left = within_runs(task, fit, &tangents);
     let mut noise = [RowNoise { additive_n: 0.003, multiplicative: 0.02 }; 3];
     let mut misfit = [1.0; 3];

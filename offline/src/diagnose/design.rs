@@ -281,7 +281,8 @@ fn separation(task: &Task<'_>, runs: &[super::runs::Run], fit: &Fit, rivalries: 
         bare.laws.clone_from(&others);
         let prediction = joint.predict(&bare.theta, &others);
         bare.residual_n = vec![0.0; with.len()];
-        let tangents = joint.tangents(&bare.theta, &others, &prediction);
+        bare.modes.clear();
+        let tangents = joint.tangents_of(&bare);
         let space = space_at(&joint, &bare, &tangents);
         let effect = space.clean(&joint.column(&with, &prediction, 1.0));
         let mut shapes: Vec<Vec<f64>> = r.rival.law.shapes.iter().map(|s| s.to_vec()).collect();

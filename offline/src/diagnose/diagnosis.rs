@@ -337,11 +337,12 @@ pub fn diagnose<E: From<DiagnoseError>>(
             on_file(&set, reference, &calibration, &judged.expected, null, full)
         }
         None => by_folds(&corrected, reference, &calibration, &judged.expected, null, full),
-    };
+    }
+    .or_refused();
 
     stage("writing the report");
     let disagreement = disagreement(&judged, &corrected);
-    let map_after = map(&corrected, &full.residual_n);
+    let map_after = map(&corrected, &judged.task.plain_residual_n(full));
     let (effects, drivers) = if claimed { effects(&judged, &corrected) } else { (Vec::new(), Vec::new()) };
     let partial = if judged.verdict == Verdict::UnexplainedStructure { partial(&judged) } else { Vec::new() };
     let u = &judged.unexplained;
@@ -373,7 +374,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         elapsed_s: 0.0,
     };
     let evidence = Evidence {
-        map_before: map(&corrected, &null.residual_n),
+        map_before: map(&corrected, &judged.task.plain_residual_n(null)),
         map_after,
         drivers,
         theta: full.theta.clone(),
@@ -404,12 +405,13 @@ fn next(judged: &Judged<'_>, set: &RunSet) -> Option<NextExperiment> {
 fn disagreement(judged: &Judged<'_>, set: &RunSet) -> Disagreement {
     let null = &judged.selection.null;
     let (mut rms, mut floor) = (Squares::default(), Squares::default());
-    rms.add(null.residual_n.iter().copied());
+    let residual_n = judged.task.plain_residual_n(null);
+    rms.add(residual_n.iter().copied());
     floor.add(floor_n(&judged.task, &null.theta, &[], &judged.expected).into_iter());
     let (rms_n, floor_rms_n) = (rms.rms(), floor.rms());
     Disagreement {
         ratio: std::array::from_fn(|k| worst(&[rms_n[k]; 3], &[floor_rms_n[k]; 3])),
-        regions: strongest(&map(set, &null.residual_n), 12),
+        regions: strongest(&map(set, &residual_n), 12),
         rms_n,
         floor_rms_n,
     }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::base::{FREEDOMS, Reference};
 use super::mixed::{Layout, PerRun, Scatter, dot};
 use super::runs::Run;
-use super::walk::{Active, Nudge, walk_all};
+use super::walk::{Active, Modes, Nudge, walk_all};
 
 /// A normal distribution of the freedoms.
 #[derive(Clone, Debug)]
@@ -70,10 +70,34 @@ pub struct Fit {
     pub variances: PerRun,
     /// −2 log posterior, up to a constant of the task.
     pub minus_2ll: f64,
-    /// Readings less prediction, N.
+    /// What the runs drew, about which the model is linear; empty where the draws are small.
+    pub modes: Modes,
+    /// Readings less prediction, N, to first order in the draws about their modes.
     pub residual_n: Vec<f64>,
     /// Covariance of freedoms and then the laws' parameters (logarithms where [`is_log`]).
     pub covariance: DMatrix<f64>,
+}
+
+/// Draws beyond which the model is not taken as linear from 0: logarithms of stiffness and strength, depth in mm.
+const FAR: [f64; 3] = [0.08, 0.08, 0.08];
+
+/// Where a fit starts.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Freedoms.
+    pub theta: Vec<f64>,
+    /// Laws.
+    pub laws: Vec<Active>,
+    /// Run-level variances.
+    pub variances: PerRun,
+    /// What the runs drew.
+    pub modes: Modes,
+}
+
+impl From<&Fit> for Start {
+    fn from(fit: &Fit) -> Self {
+        Self { theta: fit.theta.clone(), laws: fit.laws.clone(), variances: fit.variances, modes: fit.modes.clone() }
+    }
 }
 
 /// Whether a parameter of a law is fitted by its logarithm.
@@ -116,14 +140,28 @@ impl<'a> Task<'a> {
         Self { runs, reference, prior, sigma_n, variances, variance_weight: 0.0, lost: 3.0, layout, readings_n }
     }
 
-    /// Predicted readings, N.
+    /// Predicted readings of runs that drew nothing, N.
     pub fn predict(&self, theta: &[f64], laws: &[Active]) -> Vec<f64> {
-        walk_all(&self.reference.with(theta), laws, Nudge::default(), self.runs)
+        self.predict_at(theta, laws, &Modes::new())
     }
 
-    /// Readings less prediction over row noise.
-    fn scaled_residual(&self, prediction: &[f64]) -> Vec<f64> {
-        self.readings_n.iter().zip(prediction).zip(&self.sigma_n).map(|((y, p), s)| (y - p) / s).collect()
+    /// Predicted readings with what the runs drew, N.
+    pub fn predict_at(&self, theta: &[f64], laws: &[Active], modes: &Modes) -> Vec<f64> {
+        walk_all(&self.reference.with(theta), laws, modes, Nudge::default(), self.runs)
+    }
+
+    /// Readings less the prediction of runs that drew nothing, N.
+    pub fn plain_residual_n(&self, fit: &Fit) -> Vec<f64> {
+        let prediction = self.predict(&fit.theta, &fit.laws);
+        self.readings_n.iter().zip(&prediction).map(|(y, p)| y - p).collect()
+    }
+
+    /// Readings less prediction over row noise, the draws about their modes to first order.
+    fn scaled_residual(&self, prediction: &[f64], modes: &Modes, scatter: &Scatter) -> Vec<f64> {
+        let mut out: Vec<f64> =
+            self.readings_n.iter().zip(prediction).zip(&self.sigma_n).map(|((y, p), s)| (y - p) / s).collect();
+        scatter.add(modes, &mut out);
+        out
     }
 
     /// Difference of two predictions over row noise and step.
@@ -131,25 +169,32 @@ impl<'a> Task<'a> {
         after.iter().zip(before).zip(&self.sigma_n).map(|((a, b), s)| (a - b) / (s * step)).collect()
     }
 
+    /// Columns at a fit.
+    pub fn tangents_of(&self, fit: &Fit) -> Tangents {
+        let prediction = self.predict_at(&fit.theta, &fit.laws, &fit.modes);
+        self.tangents(&fit.theta, &fit.laws, &fit.modes, &prediction)
+    }
+
     /// Columns at a point; `prediction` is that of the point.
-    pub fn tangents(&self, theta: &[f64], laws: &[Active], prediction: &[f64]) -> Tangents {
+    pub fn tangents(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Tangents {
         let mut t = theta.to_vec();
         let freedoms = (0..FREEDOMS)
             .map(|k| {
                 let step = 2e-4;
                 t[k] += step;
-                let column = self.column(&self.predict(&t, laws), prediction, step);
+                let column = self.column(&self.predict_at(&t, laws, modes), prediction, step);
                 t[k] = theta[k];
                 column
             })
             .collect();
-        Tangents { freedoms, scatter: self.run_columns(theta, laws, prediction) }
+        Tangents { freedoms, scatter: self.run_columns(theta, laws, modes, prediction) }
     }
 
     /// Columns of the random effects at a point.
-    pub fn run_columns(&self, theta: &[f64], laws: &[Active], prediction: &[f64]) -> Scatter {
+    pub fn run_columns(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Scatter {
         let base = self.reference.with(theta);
-        let nudged = |nudge: Nudge, step: f64| self.column(&walk_all(&base, laws, nudge, self.runs), prediction, step);
+        let nudged =
+            |nudge: Nudge, step: f64| self.column(&walk_all(&base, laws, modes, nudge, self.runs), prediction, step);
         let mut columns = vec![
             nudged(Nudge { stiffness: 1.001, ..Nudge::default() }, 1e-3),
             nudged(Nudge { strength: 1.001, ..Nudge::default() }, 1e-3),
@@ -163,8 +208,14 @@ impl<'a> Task<'a> {
         Scatter::new(self.layout.clone(), columns)
     }
 
+    /// Columns of the laws' parameters at a fit.
+    pub fn law_columns_of(&self, fit: &Fit) -> Vec<Vec<f64>> {
+        let prediction = self.predict_at(&fit.theta, &fit.laws, &fit.modes);
+        self.law_columns(&fit.theta, &fit.laws, &fit.modes, &prediction)
+    }
+
     /// Columns of the laws' parameters at a point.
-    pub fn law_columns(&self, theta: &[f64], laws: &[Active], prediction: &[f64]) -> Vec<Vec<f64>> {
+    fn law_columns(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
         let mut moved = laws.to_vec();
         for (i, active) in laws.iter().enumerate() {
@@ -179,7 +230,7 @@ impl<'a> Task<'a> {
                     step = -step;
                     set_fitted(&mut moved[i], k, q + step);
                 }
-                columns.push(self.column(&self.predict(theta, &moved), prediction, step));
+                columns.push(self.column(&self.predict_at(theta, &moved, modes), prediction, step));
                 moved[i] = active.clone();
             }
         }
@@ -217,25 +268,17 @@ impl<'a> Task<'a> {
 
     /// Fits from a start. `tangents`: those of a nearby point; they are renewed first if `None`, and after each step
     /// if `renew`.
-    pub fn fit(
-        &self,
-        theta: Vec<f64>,
-        laws: Vec<Active>,
-        v: PerRun,
-        tangents: Option<&Tangents>,
-        renew: bool,
-        most: usize,
-    ) -> Fit {
-        let (mut theta, mut laws, mut v) = (theta, laws, v);
-        let mut prediction = self.predict(&theta, &laws);
-        let mut own: Option<Tangents> = tangents.is_none().then(|| self.tangents(&theta, &laws, &prediction));
+    pub fn fit(&self, start: Start, tangents: Option<&Tangents>, renew: bool, most: usize) -> Fit {
+        let Start { mut theta, mut laws, variances: mut v, mut modes } = start;
+        let mut prediction = self.predict_at(&theta, &laws, &modes);
+        let mut own: Option<Tangents> = tangents.is_none().then(|| self.tangents(&theta, &laws, &modes, &prediction));
         let mut last = f64::INFINITY;
         let mut covariance = DMatrix::zeros(0, 0);
         let mut cache: Option<(PerRun, Vec<Vec<f64>>, DMatrix<f64>)> = None;
         for round in 0..most {
             let current = own.as_ref().or(tangents).expect("one of them is there");
-            let scaled = self.scaled_residual(&prediction);
-            if round % 3 == 0 || renew {
+            let scaled = self.scaled_residual(&prediction, &modes, &current.scatter);
+            if round % 3 == 0 || renew || !modes.is_empty() {
                 let rounds = if round == 0 { 6 } else { 4 };
                 v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, rounds);
             }
@@ -251,7 +294,7 @@ impl<'a> Task<'a> {
                 cache = Some((v, columns, gram));
             }
             let (_, freedoms, gram) = cache.as_ref().expect("just filled");
-            let mut more = self.law_columns(&theta, &laws, &prediction);
+            let mut more = self.law_columns(&theta, &laws, &modes, &prediction);
             more.iter_mut().for_each(|c| whitener.apply(c));
             let (hessian, gradient) = self.normal_equations(freedoms, gram, &more, &white, &prior, &laws);
             covariance = hessian
@@ -285,8 +328,9 @@ impl<'a> Task<'a> {
                         at += 1;
                     }
                 }
-                let p = self.predict(&t, &l);
-                let there = self.objective(current, &v, &self.scaled_residual(&p), &self.prior_residual(&t, &l));
+                let p = self.predict_at(&t, &l, &modes);
+                let scaled = self.scaled_residual(&p, &modes, &current.scatter);
+                let there = self.objective(current, &v, &scaled, &self.prior_residual(&t, &l));
                 if there < here {
                     (theta, laws, prediction) = (t, l, p);
                     moved = true;
@@ -294,21 +338,52 @@ impl<'a> Task<'a> {
                 }
                 damping = if damping == 0.0 { 0.1 } else { damping * 10.0 };
             }
-            let done = !moved || (last - here).abs() < 0.05;
+            let shifted = self.follow_modes(current, &v, &prediction, &mut modes);
+            if shifted > 0.0 {
+                prediction = self.predict_at(&theta, &laws, &modes);
+            }
+            let done = (!moved || (last - here).abs() < 0.05) && shifted < 0.02;
             last = here;
             if done {
                 break;
             }
             if renew {
-                own = Some(self.tangents(&theta, &laws, &prediction));
+                own = Some(self.tangents(&theta, &laws, &modes, &prediction));
             }
         }
         let current = own.as_ref().or(tangents).expect("one of them is there");
-        let scaled = self.scaled_residual(&prediction);
+        let scaled = self.scaled_residual(&prediction, &modes, &current.scatter);
         v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, 6);
         let minus_2ll = self.objective(current, &v, &scaled, &self.prior_residual(&theta, &laws));
-        let residual_n = self.readings_n.iter().zip(&prediction).map(|(y, p)| y - p).collect();
-        Fit { theta, laws, variances: v, minus_2ll, residual_n, covariance }
+        let residual_n = scaled.iter().zip(&self.sigma_n).map(|(r, s)| r * s).collect();
+        Fit { theta, laws, variances: v, minus_2ll, modes, residual_n, covariance }
+    }
+
+    /// Moves the modes to where the draws most likely lie; the largest shift, 0 while all draws are so small that the
+    /// model is linear in them from 0.
+    ///
+    /// A law that is still missing makes the runs draw far apart. About 0 the model's curvature there would look like
+    /// evidence within the runs [conditional linearisation: Lindstrom & Bates 1990].
+    fn follow_modes(&self, tangents: &Tangents, v: &PerRun, prediction: &[f64], modes: &mut Modes) -> f64 {
+        let scaled = self.scaled_residual(prediction, modes, &tangents.scatter);
+        let draws = tangents.scatter.draws(v, &scaled);
+        let far = draws.iter().any(|u| u[0].abs() > FAR[0] || u[1].abs() > FAR[1] || u[2].abs() > FAR[2]);
+        if modes.is_empty() {
+            if !far {
+                return 0.0;
+            }
+            modes.resize(draws.len(), [0.0; 3]);
+        }
+        let mut most = 0.0f64;
+        for (mode, u) in modes.iter_mut().zip(&draws) {
+            for k in 0..3 {
+                let reach = [0.3, 0.3, 0.1][k];
+                let to = (mode[k] + (u[k] - mode[k]).clamp(-reach, reach)).clamp(-1.5, 1.5);
+                most = most.max((to - mode[k]).abs());
+                mode[k] = to;
+            }
+        }
+        most
     }
 
     fn normal_equations(

@@ -2,7 +2,7 @@
 
 use super::base::Reference;
 use super::calibrate::Calibration;
-use super::fit::{Fit, Task};
+use super::fit::{Fit, Start, Task};
 use super::mixed::PerRun;
 use super::runs::RunSet;
 use super::verdict::task_of;
@@ -25,6 +25,21 @@ pub struct Gap {
     pub ratio_before: f64,
     /// After over floor, worst channel.
     pub ratio_after: f64,
+    /// What the correction would have given, N, where it did not bring these runs closer: then it is not made, and
+    /// after equals before.
+    pub refused_after_n: Option<[f64; 3]>,
+}
+
+impl Gap {
+    /// Takes the correction back if it does not bring the runs closer; a name may stand where its correction, fitted to
+    /// few or noisy runs, does not predict better than none.
+    pub fn or_refused(mut self) -> Self {
+        if self.ratio_after > self.ratio_before {
+            self.refused_after_n = Some(self.rms_after_n);
+            (self.rms_after_n, self.ratio_after) = (self.rms_before_n, self.ratio_before);
+        }
+        self
+    }
 }
 
 /// Sums of squares per channel.
@@ -52,7 +67,7 @@ impl Squares {
 /// Standard deviation that row noise and run scatter give each observation of a task, N.
 pub fn floor_n(task: &Task<'_>, theta: &[f64], laws: &[Active], scatter: &PerRun) -> Vec<f64> {
     let prediction = task.predict(theta, laws);
-    let spread = task.run_columns(theta, laws, &prediction).spread(scatter);
+    let spread = task.run_columns(theta, laws, &Vec::new(), &prediction).spread(scatter);
     spread.iter().zip(&task.sigma_n).map(|(s, sigma)| s.sqrt() * sigma).collect()
 }
 
@@ -71,6 +86,7 @@ fn gap(method: &str, runs: usize, before: Squares, after: Squares, floor: Square
         rms_before_n,
         rms_after_n,
         floor_rms_n,
+        refused_after_n: None,
     }
 }
 
@@ -117,7 +133,11 @@ pub fn by_folds(
             continue;
         }
         let task = task_of(&train, reference, calibration);
-        let fitted = |start: &Fit| task.fit(start.theta.clone(), start.laws.clone(), start.variances, None, false, 3);
+        let fitted = |from: &Fit| {
+            let kept = |i: &usize| i % FOLDS != fold;
+            let modes = (0..from.modes.len()).filter(kept).map(|i| from.modes[i]).collect();
+            task.fit(Start { modes, ..Start::from(from) }, None, false, 3)
+        };
         let plain = fitted(null);
         let with = if full.laws.is_empty() { plain.clone() } else { fitted(full) };
         let other = task_of(&test, reference, calibration);

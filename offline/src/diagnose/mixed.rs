@@ -117,6 +117,22 @@ impl Scatter {
         v
     }
 
+    /// What each run most likely drew, given the residual with all draws in it.
+    pub fn draws(&self, v: &PerRun, residual: &[f64]) -> Vec<PerRun> {
+        (0..self.layout.runs())
+            .map(|i| (posterior_covariance(&self.gram[i], v) * self.products(i, residual)).into())
+            .collect()
+    }
+
+    /// Adds the first effects of each run, times their columns, to a residual.
+    pub fn add<const K: usize>(&self, draws: &[[f64; K]], residual: &mut [f64]) {
+        for (run, u) in draws.iter().enumerate() {
+            for i in self.layout.range(run) {
+                residual[i] += (0..K).map(|k| self.columns[k][i] * u[k]).sum::<f64>();
+            }
+        }
+    }
+
     /// What the prior on the variances adds to −2 log likelihood.
     pub fn prior_2ll(v: &PerRun, prior: &PerRun, weight: f64) -> f64 {
         (0..EFFECTS).map(|k| weight * ((v[k] / prior[k]).ln() + prior[k] / v[k] - 1.0)).sum()

@@ -288,8 +288,7 @@ pub fn look(
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
     let scatter = out.p_scatter < 1e-3;
     // A law whose size differs from run to run by more than its form's error stands for something unrecorded.
-    let prediction = task.predict(&fit.theta, &fit.laws);
-    let columns = task.law_columns(&fit.theta, &fit.laws, &prediction);
+    let columns = task.law_columns_of(fit);
     let (mut uneven, mut at) = (false, 0);
     for active in &fit.laws {
         let (variance, surprise) = space.dispersion(&columns[at]);

@@ -1,6 +1,6 @@
 //! Which other law could stand in an accepted law's place: by the data, and by what the protocol can separate.
 
-use super::fit::{Fit, Tangents, Task};
+use super::fit::{Fit, Start, Tangents, Task};
 use super::laws::{LAWS, Law};
 use super::mixed::dot;
 use super::scan::{Candidate, columns_of, scored};
@@ -44,7 +44,8 @@ pub fn contest(
     let own = fit.laws[index].clone();
     let mut others = fit.laws.clone();
     others.remove(index);
-    let without = task.fit(fit.theta.clone(), others.clone(), fit.variances, Some(tangents), false, 6);
+    let start = Start { laws: others.clone(), ..Start::from(fit) };
+    let without = task.fit(start, Some(tangents), false, 9);
     let gain_2ll = without.minus_2ll - fit.minus_2ll;
 
     // The protocol's view: what the law does to the readings, against what others could do instead. The scatter is
@@ -52,9 +53,10 @@ pub fn contest(
     let mut bare = without.clone();
     bare.variances = fit.variances;
     bare.theta.clone_from(&fit.theta);
+    bare.modes.clone_from(&fit.modes);
     let space = space_at(task, &bare, tangents);
-    let with = task.predict(&fit.theta, &fit.laws);
-    let effect = space.clean(&task.column(&with, &task.predict(&fit.theta, &others), 1.0));
+    let with = task.predict_at(&fit.theta, &fit.laws, &fit.modes);
+    let effect = space.clean(&task.column(&with, &task.predict_at(&fit.theta, &others, &fit.modes), 1.0));
     let lambda_detect = dot(&effect, &effect);
     let seen = scored(&space, grid);
 
@@ -87,7 +89,7 @@ pub fn contest(
         let active = refit.laws[refit.laws.len() - 1].clone();
         let delta_2ll = refit.minus_2ll - fit.minus_2ll;
         // The grid's shapes may miss the rival's best one; its refit knows it.
-        let prediction = task.predict(&bare.theta, &bare.laws);
+        let prediction = task.predict_at(&bare.theta, &bare.laws, &bare.modes);
         let near = columns_of(task, &bare, &prediction, &zero_size(&active));
         let near: Vec<Clean> = near.iter().map(|c| space.clean(c)).collect();
         let separation =

@@ -79,7 +79,7 @@ pub fn obstacle(law: &Law, set: &RunSet) -> Option<String> {
 
 /// Candidates for the testable laws, with columns at a fit.
 pub fn candidates(task: &Task<'_>, fit: &Fit, testable: &dyn Fn(&Law) -> bool) -> Vec<Candidate> {
-    let prediction = task.predict(&fit.theta, &fit.laws);
+    let prediction = task.predict_at(&fit.theta, &fit.laws, &fit.modes);
     let mut out = Vec::new();
     for law in LAWS.iter().copied().filter(|l| testable(l)) {
         for shape in law.shapes {
@@ -98,16 +98,19 @@ pub fn start_of(law: &'static Law, shape: &[f64]) -> Active {
     Active { law, values }
 }
 
-/// Columns of the linear parameters of a law that is not in force, by a step of half its typical size.
+/// Columns of the linear parameters of a law that is not in force.
+///
+/// The step is small: where runs draw far apart, the curvature of a larger one would look like information within the
+/// runs, and hide a law that acts between them.
 pub fn columns_of(task: &Task<'_>, fit: &Fit, prediction: &[f64], start: &Active) -> Vec<Vec<f64>> {
     (0..start.law.linear)
         .map(|k| {
-            let step = 0.3 * start.law.parameters[k].typical;
+            let step = 0.004 * start.law.parameters[k].typical;
             let mut laws = fit.laws.clone();
             let mut one = start.clone();
             one.values[k] = step;
             laws.push(one);
-            task.column(&task.predict(&fit.theta, &laws), prediction, step)
+            task.column(&task.predict_at(&fit.theta, &laws, &fit.modes), prediction, step)
         })
         .collect()
 }

@@ -3,7 +3,7 @@
 use super::base::Reference;
 use super::calibrate::{Calibration, sigma_of};
 use super::covariates::{Correction, CovariateError};
-use super::fit::Task;
+use super::fit::{Start, Task};
 use super::laws::{Change, Law, Place};
 use super::mixed::PerRun;
 use super::omnibus::{Unexplained, look};
@@ -61,8 +61,13 @@ pub fn corrections(set: &RunSet, errors: &[CovariateError]) -> Vec<Correction> {
 
 /// The task of a measured set after a calibration.
 pub fn task_of<'a>(set: &'a RunSet, reference: &'a Reference, calibration: &Calibration) -> Task<'a> {
-    let prediction =
-        super::walk::walk_all(&reference.with(&calibration.fit.theta), &[], super::walk::Nudge::default(), &set.runs);
+    let prediction = super::walk::walk_all(
+        &reference.with(&calibration.fit.theta),
+        &[],
+        &Vec::new(),
+        super::walk::Nudge::default(),
+        &set.runs,
+    );
     let sigma = sigma_of(&calibration.noise, &prediction);
     let mut task = Task::new(&set.runs, reference, calibration.prior(), sigma, calibration.fit.variances);
     // The scatter between runs was seen in the calibration; it guides the measured set without binding it.
@@ -75,8 +80,7 @@ fn plain_of<'a>(set: &'a RunSet, reference: &'a Reference, calibration: &Calibra
     let mut task = task_of(set, reference, calibration);
     task.prior = Calibration::before(reference);
     let fit = calibration.fit.clone();
-    let prediction = task.predict(&fit.theta, &fit.laws);
-    let tangents = task.tangents(&fit.theta, &fit.laws, &prediction);
+    let tangents = task.tangents_of(&fit);
     Plain { task, fit, tangents }
 }
 
@@ -103,9 +107,8 @@ pub fn judge<'a>(
         let better = contests[i].better.take().expect("just found");
         let evidence = selection.evidence.remove(i);
         selection.evidence.push(Evidence { gain_2ll: evidence.gain_2ll, ..evidence });
-        selection.fit = task.fit(better.theta, better.laws, better.variances, None, true, 5);
-        let prediction = task.predict(&selection.fit.theta, &selection.fit.laws);
-        selection.tangents = task.tangents(&selection.fit.theta, &selection.fit.laws, &prediction);
+        selection.fit = task.fit(Start::from(&better), None, true, super::select::ROUNDS);
+        selection.tangents = task.tangents_of(&selection.fit);
     }
     for (e, c) in selection.evidence.iter_mut().zip(&contests) {
         e.gain_2ll = c.gain_2ll;

@@ -138,11 +138,20 @@ fn step(base: &Base, state: &mut State, at: &super::base::AtDepth, slide: [f64; 
     }
 }
 
-/// Predicted readings of all runs, three per row.
-pub fn walk_all(base: &Base, laws: &[Active], nudge: Nudge, runs: &[Run]) -> Vec<f64> {
+/// What each run drew: logarithms of the factors on stiffness and strength, and the error of the touch point, mm.
+/// Empty where all are taken as 0.
+pub type Modes = Vec<[f64; 3]>;
+
+/// Predicted readings of all runs, three per row, each with what it drew and a nudge for all.
+pub fn walk_all(base: &Base, laws: &[Active], modes: &Modes, nudge: Nudge, runs: &[Run]) -> Vec<f64> {
     let mut out = Vec::with_capacity(3 * runs.iter().map(|r| r.rows.len()).sum::<usize>());
-    for run in runs {
-        walk(base, laws, nudge, run, &mut out);
+    for (i, run) in runs.iter().enumerate() {
+        let own = modes.get(i).map_or(nudge, |u| Nudge {
+            stiffness: nudge.stiffness * u[0].exp(),
+            strength: nudge.strength * u[1].exp(),
+            depth_mm: nudge.depth_mm + u[2],
+        });
+        walk(base, laws, own, run, &mut out);
     }
     out
 }

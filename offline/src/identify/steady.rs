@@ -31,7 +31,7 @@ pub struct Steady {
     pub normal_force_n: f64,
     /// Friction along x, the plane's motion, N.
     pub friction_x_n: f64,
-    /// Contact area inside the zero-gap contour, mm².
+    /// Contact area, mm².
     pub contact_area_mm2: f64,
     /// Largest penetration, mm.
     pub penetration_mm: f64,

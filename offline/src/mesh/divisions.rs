@@ -8,12 +8,12 @@ use super::MeshError;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MeshPreset {
-    /// About 2 700 nodes, 600 of them the nail's: sweeps and tests.
+    /// About 2 300 nodes: sweeps and tests.
     Coarse,
-    /// About 12 500 nodes, 1 550 of them the nail's, graded toward the pad.
+    /// About 11 000 nodes, graded toward the pad.
     #[default]
     Default,
-    /// About 65 000 nodes, about twice as fine as the default in each direction.
+    /// About 58 000 nodes, nearly twice as fine as the default in each direction.
     Fine,
 }
 
@@ -34,24 +34,24 @@ impl MeshPreset {
             },
             Self::Default => Divisions {
                 columns: 16,
-                rows: 5,
+                rows: 6,
                 proximal_rings: 2,
                 joint_rings: 1,
-                distal_rings: 20,
+                distal_rings: 17,
                 bone_layers: 1,
-                subcutaneous_layers: 5,
-                skin_layers: 2,
+                subcutaneous_layers: 6,
+                skin_layers: 1,
                 nail_layers: 1,
             },
             Self::Fine => Divisions {
                 columns: 28,
-                rows: 9,
-                proximal_rings: 4,
+                rows: 10,
+                proximal_rings: 3,
                 joint_rings: 2,
-                distal_rings: 36,
+                distal_rings: 32,
                 bone_layers: 1,
-                subcutaneous_layers: 9,
-                skin_layers: 4,
+                subcutaneous_layers: 11,
+                skin_layers: 2,
                 nail_layers: 2,
             },
         }

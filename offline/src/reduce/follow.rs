@@ -2,7 +2,9 @@
 //!
 //! Main types: [`follow`], [`Row`]. Uses `fingerpad` and slide's [`Path`].
 
-use fingerpad::{Drive as CoreDrive, ModelOf, Normal, Response, StateOf, Tangential};
+use fingerpad::{
+    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Response, StateOf, Surroundings, Tangential,
+};
 
 use crate::slide::{self, Drive, Path, Waypoint};
 
@@ -56,13 +58,8 @@ fn row(t_s: f64, at: [f64; 3], r: &Response) -> Row {
 /// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag.
 pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<Row> {
     let mut state = StateOf::default();
-    let corner = |w: &Waypoint| [w.normal, w.x, w.y];
-    let first = &path.waypoints[0];
     let by_force = path.drives.map(|d| d == Drive::Force);
-    let start = corner(first);
-    let mut at: [f64; 3] = std::array::from_fn(|k| if by_force[k] { 0.0 } else { start[k] });
-    let mut rows = Vec::new();
-    let mut go = |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+    along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
         let normal = if by_force[0] { Normal::ForceN(target[0] as f32) } else { Normal::DepthMm(target[0] as f32) };
         // Both tangential axes are driven alike by the core; a mixed drive holds the other at its present force.
         let slide = [target[1] - at[1], target[2] - at[2]];
@@ -81,7 +78,38 @@ pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &
             };
         }
         driven.response
-    };
+    })
+}
+
+/// The same with the effects of a model file, in surroundings that do not change along the path.
+///
+/// `None` for a path that is driven by force: effects know motions alone.
+pub fn follow_with_effects<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
+    effects: &Effects<'_>,
+    surroundings: Surroundings,
+    path: &Path,
+) -> Option<Vec<Row>> {
+    if path.drives.contains(&Drive::Force) {
+        return None;
+    }
+    let mut contact = Contact::default();
+    Some(along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+        let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
+        let motion = Motion { depth_mm: target[0] as f32, slide_increment_mm: slide, dt_s: dt.max(1e-6) as f32 };
+        *at = target;
+        effects.step(model, &mut contact, surroundings, motion)
+    }))
+}
+
+/// Walks a path: `go` steps to a target and moves the position to where it came.
+fn along(path: &Path, go: &mut dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response) -> Vec<Row> {
+    let corner = |w: &Waypoint| [w.normal, w.x, w.y];
+    let first = &path.waypoints[0];
+    let by_force = path.drives.map(|d| d == Drive::Force);
+    let start = corner(first);
+    let mut at: [f64; 3] = std::array::from_fn(|k| if by_force[k] { 0.0 } else { start[k] });
+    let mut rows = Vec::new();
     let response = go(start, 1e-3, &mut at);
     rows.push(row(first.t_s, at, &response));
     for pair in path.waypoints.windows(2) {
@@ -100,4 +128,45 @@ pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &
         }
     }
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use fingerpad::{EffectSlot, Params};
+
+    use super::*;
+
+    #[test]
+    fn a_files_effects_act_along_a_path() {
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let corner = |t_s, normal, x| Waypoint { t_s, normal, x, y: 0.0 };
+        let path = Path {
+            drives: [Drive::Displacement; 3],
+            waypoints: vec![
+                corner(0.0, 0.0, 0.0),
+                corner(0.5, 1.0, 0.0),
+                corner(1.5, 1.0, 0.0),
+                corner(2.5, 1.0, 10.0),
+            ],
+        };
+        let last = |slots: &[EffectSlot], surroundings| {
+            let effects = Effects::new(slots).unwrap();
+            follow_with_effects(&model, &effects, surroundings, &path).unwrap().pop().unwrap().response
+        };
+        let plain = follow(&model, &path).pop().unwrap().response;
+        assert_eq!(last(&[], Surroundings::default()).friction_x_n, plain.friction_x_n);
+        let slot = |kind, a, b| EffectSlot { kind, reserved: 0, values: [a, b, 0.0, 0.0, 0.0, 0.0] };
+        // Temperature, 3 % per degree, 3 degrees below; speed, 5 % per e-fold, at 10 mm/s instead of 2.
+        let cold = Surroundings { temperature_c: 29.0, ..Surroundings::default() };
+        let found = last(&[slot(17, 0.03, 0.0)], cold).friction_x_n / plain.friction_x_n;
+        assert!((found - 0.91).abs() < 1e-3, "{found}");
+        let found = last(&[slot(2, 0.05, 0.0)], Surroundings::default()).friction_x_n / plain.friction_x_n;
+        assert!((found - (1.0 + 0.05 * 5f64.ln())).abs() < 2e-3, "{found}");
+        // Relaxation reads the clock: 2.5 s after the touch.
+        let found = last(&[slot(6, 0.2, 1.4)], Surroundings::default()).normal_force_n / plain.normal_force_n;
+        assert!((found - (1.0 - 0.2 * (1.0 - (-2.5f64 / 1.4).exp()))).abs() < 2e-2, "{found}");
+        let forced = Path { drives: [Drive::Force, Drive::Displacement, Drive::Displacement], ..path.clone() };
+        assert!(follow_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &forced).is_none());
+    }
 }

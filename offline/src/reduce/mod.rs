@@ -26,7 +26,7 @@ pub use error::ReduceError;
 pub use export::{Format, export};
 pub use file::ModelFile;
 pub use fit::{Fitted, Settings, fit};
-pub use follow::{Row, follow};
+pub use follow::{Row, follow, follow_with_effects};
 pub use model::{Meta, Ranges, Reduced, reduce};
 pub use replay::{STEP_MM, replay};
 pub use runs::{Run, Sample, settings_hash};

@@ -17,9 +17,12 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MarchSettings {
-    /// Largest increment of depth, mm.
+    /// Largest increment of depth without friction, mm.
     #[serde(deserialize_with = "crate::units::positive")]
     pub max_depth_step_mm: f64,
+    /// Largest increment of depth while friction acts, mm: the shear that a press leaves behind is of first order in it.
+    #[serde(deserialize_with = "crate::units::positive")]
+    pub max_depth_step_with_friction_mm: f64,
     /// Largest increment of slide, mm.
     #[serde(deserialize_with = "crate::units::positive")]
     pub max_slide_step_mm: f64,
@@ -37,6 +40,7 @@ impl Default for MarchSettings {
     fn default() -> Self {
         Self {
             max_depth_step_mm: 0.25,
+            max_depth_step_with_friction_mm: 0.08,
             max_slide_step_mm: 0.2,
             max_force_step_n: 0.1,
             min_step_share: 1e-4,
@@ -138,6 +142,26 @@ pub fn march(
     Ok(runner.trajectory)
 }
 
+/// Follows `path` with a friction law that changes along it: `law_at` gives that of a time, s. Friction acts from the
+/// first touch on.
+///
+/// # Errors
+/// As [`march`].
+pub fn march_with_law(
+    problem: &Problem,
+    path: &Path,
+    law_at: &dyn Fn(f64) -> RubberFriction,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Trajectory, MarchError> {
+    let mut runner = Runner::new(problem, path)?;
+    runner.law_at = Some(law_at);
+    runner.record();
+    for row in 1..path.waypoints.len() {
+        runner.segment(row, progress)?;
+    }
+    Ok(runner.trajectory)
+}
+
 /// What a frictionless press says of friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PressLimit {
@@ -192,6 +216,8 @@ const SNAP_STEPS: usize = 60;
 struct Runner<'a> {
     problem: &'a Problem<'a>,
     path: &'a Path,
+    /// The friction law of a time, where it changes along the path.
+    law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
     solver: Solver<'a>,
     state: State,
     time_s: f64,
@@ -226,6 +252,7 @@ impl<'a> Runner<'a> {
         let mut runner = Self {
             problem,
             path,
+            law_at: None,
             solver,
             state,
             time_s: start.t_s,
@@ -241,6 +268,15 @@ impl<'a> Runner<'a> {
         Ok(runner)
     }
 
+    /// The law that acts on the way to this row.
+    fn friction_of(&self, row: usize) -> Friction {
+        let slides = || self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y);
+        match self.problem.friction {
+            Some(law) if self.problem.march.friction_while_pressing || slides() => Friction::On(law),
+            _ => Friction::Off,
+        }
+    }
+
     /// Length of a segment in largest steps.
     fn steps_of(&self, row: usize) -> f64 {
         let (a, b) = (&self.path.waypoints[row - 1], &self.path.waypoints[row]);
@@ -249,7 +285,11 @@ impl<'a> Runner<'a> {
             Drive::Displacement => largest,
             Drive::Force => march.max_force_step_n,
         };
-        let normal = (b.normal - a.normal).abs() / step(self.path.drives[0], march.max_depth_step_mm);
+        let depth_step = match self.friction_of(row) {
+            Friction::On(_) => march.max_depth_step_with_friction_mm,
+            Friction::Off => march.max_depth_step_mm,
+        };
+        let normal = (b.normal - a.normal).abs() / step(self.path.drives[0], depth_step);
         let x = (b.x - a.x) / step(self.path.drives[1], march.max_slide_step_mm);
         let y = (b.y - a.y) / step(self.path.drives[2], march.max_slide_step_mm);
         normal.max(x.hypot(y)).max(1e-3)
@@ -258,12 +298,7 @@ impl<'a> Runner<'a> {
     fn segment(&mut self, row: usize, progress: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<(), MarchError> {
         let (from, to) = (self.path.waypoints[row - 1], self.path.waypoints[row]);
         let steps = self.steps_of(row);
-        if !self.problem.march.friction_while_pressing
-            && let Some(law) = self.problem.friction
-        {
-            let slides = self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y);
-            self.solver.set_friction(if slides { Friction::On(law) } else { Friction::Off });
-        }
+        self.solver.set_friction(self.friction_of(row));
         self.before = None;
         self.pace = self.pace.max(0.1);
         let mut done = 0.0f64;
@@ -321,6 +356,9 @@ impl<'a> Runner<'a> {
     }
 
     fn increment(&mut self, point: &Waypoint, size: f64) -> Result<(), SolveError> {
+        if let Some(law_at) = self.law_at {
+            self.solver.set_friction(Friction::On(law_at(point.t_s)));
+        }
         let target = self.target(point);
         let mut plane = self.state.contact.plane;
         let (guess, extrapolated) = match &self.before {
@@ -501,8 +539,7 @@ fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> 
                 pressure_mpa: mean(&|p| p.pressure) * over_face,
                 traction_mpa: [mean(&|p| p.traction[0]) * over_face, mean(&|p| p.traction[1]) * over_face],
                 slip_mm: [mean(&|p| p.slip[0]), mean(&|p| p.slip[1])],
-                // A contour that encloses no contact point carries nothing.
-                contact_fraction: if whole > 0.0 && area > 0.0 { inside / whole } else { 0.0 },
+                contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
                 stick_fraction: mean(&|p| f64::from(u8::from(p.stuck))),
             }
         })

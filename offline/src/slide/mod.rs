@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
 pub(crate) use march::extrapolate;
-pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, press_limits};
+pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, march_with_law, press_limits};
 
 /// How one axis of the plane is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -63,7 +63,7 @@ pub struct Response {
     pub friction_x_n: f64,
     /// Friction along y, N.
     pub friction_y_n: f64,
-    /// Current area inside the zero-gap contour, mm².
+    /// Current area of what bears pressure, mm².
     pub contact_area_mm2: f64,
     /// Stuck area over contact area; 1 in a fresh contact, 0 without contact.
     pub stick_ratio: f64,
@@ -84,7 +84,7 @@ pub struct FaceState {
     pub traction_mpa: [f64; 2],
     /// Mean slip (plane minus skin) accumulated since the face came into contact, mm.
     pub slip_mm: [f64; 2],
-    /// Part of the face's area inside the zero-gap contour, 0 to 1.
+    /// Part of the face's area that bears pressure, 0 to 1.
     pub contact_fraction: f64,
     /// Part of the face's contact area that sticks, 0 to 1.
     pub stick_fraction: f64,

@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
+use fingerpad_tests::hidden::csv;
 use fingerpad_tests::hidden::effects::{LIBRARY, OUTSIDE};
 use fingerpad_tests::hidden::oracle::{Separation, separation};
 use fingerpad_tests::hidden::score::{Class, Scored, score, settle};
@@ -25,6 +26,12 @@ struct Args {
     /// Threads
     #[arg(long, default_value_t = 2)]
     threads: usize,
+    /// Only the sets of these seeds
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<u64>,
+    /// Write the files of every set to this folder
+    #[arg(long)]
+    dump: Option<std::path::PathBuf>,
     /// Print every set that is not as wanted
     #[arg(long)]
     verbose: bool,
@@ -47,6 +54,7 @@ struct Done {
     oracle: Option<Separation>,
     settled: Option<Class>,
     exact_form: bool,
+    truth: Vec<String>,
 }
 
 const PAIRS: [(usize, usize); 16] = [
@@ -102,6 +110,9 @@ fn jobs(args: &Args) -> Vec<Job> {
             }
         }
     }
+    if !args.only.is_empty() {
+        out.retain(|j| args.only.contains(&j.seed));
+    }
     if !args.kinds.is_empty() {
         out.retain(|j| args.kinds.iter().any(|k| k == j.kind));
     }
@@ -131,11 +142,19 @@ fn main() {
                     let Some(job) = jobs.get(i).copied() else { break };
                     let exact_form = job.seed % 2 == 0;
                     let made: Case = case(job.seed, job.hide, job.size, job.level, job.runs, exact_form);
+                    if let Some(folder) = &args.dump {
+                        for (set, role) in [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")] {
+                            let path = folder.join(format!("{}_{role}.csv", job.seed));
+                            std::fs::write(path, csv::text(set)).expect("the folder can be written to");
+                        }
+                    }
                     let oracle = (job.kind == "single").then(|| separation(&made));
                     let scored = score(&made);
                     let settled = settle(&made, &scored.report).filter(|_| job.kind == "single");
                     let mut list = done.lock().expect("no thread panics with it");
-                    list.push((i, Done { job, scored, oracle, settled, exact_form }));
+                    let truth =
+                        made.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
+                    list.push((i, Done { job, scored, oracle, settled, exact_form, truth }));
                     if list.len().is_multiple_of(20) {
                         eprintln!("{} of {}", list.len(), jobs.len());
                     }
@@ -318,8 +337,59 @@ fn card(done: &[Done], args: &Args) {
                     r.unexplained.scatter_ratio.normal,
                     r.unexplained.scatter_ratio.friction
                 );
+                let mut tests: Vec<_> = r.tests.iter().filter(|t| t.testable).collect();
+                tests.sort_by(|a, b| b.gain_2ll.total_cmp(&a.gain_2ll));
+                let best: Vec<String> = tests
+                    .iter()
+                    .take(4)
+                    .map(|t| format!("{} {:.0} p {:.0e} {:.3}", t.law, t.gain_2ll, t.p_model, t.p_runs))
+                    .collect();
+                let partial: Vec<String> =
+                    r.unexplained.partial.iter().map(|p| format!("{} {:.0}", p.law, p.delta_2ll)).collect();
+                println!(
+                    "    hidden {} | best {} | partial {}",
+                    d.truth.join(", "),
+                    best.join("; "),
+                    partial.join(", ")
+                );
             }
         }
         println!("{seen:?}");
+        for d in exact.iter().filter(|d| d.scored.covered == Some(false)) {
+            println!(
+                "not covered: {} {} {:.0} % level {}: {:.2} half-widths, error {:.1} %",
+                d.job.seed,
+                name(d.job.hide),
+                100.0 * d.job.size,
+                d.job.level,
+                d.scored.half_widths.unwrap_or(f64::NAN),
+                100.0 * d.scored.amplitude_error.unwrap_or(f64::NAN)
+            );
+        }
+        for d in right.iter().filter(|d| d.scored.amplitude_error.is_some_and(|e| e > 0.15)) {
+            println!(
+                "amplitude off: {} {} {:.0} % level {}: {:.0} %, {:.2} half-widths; hidden {}",
+                d.job.seed,
+                name(d.job.hide),
+                100.0 * d.job.size,
+                d.job.level,
+                100.0 * d.scored.amplitude_error.unwrap_or(f64::NAN),
+                d.scored.half_widths.unwrap_or(f64::NAN),
+                d.truth.join(", ")
+            );
+        }
+        for d in right.iter().filter(|d| d.scored.report.holdout.ratio_after > d.scored.report.holdout.ratio_before) {
+            let h = &d.scored.report.holdout;
+            println!(
+                "after above before: {} {} {:.0} % level {}: {:?} -> {:?} floor {:?}",
+                d.job.seed,
+                name(d.job.hide),
+                100.0 * d.job.size,
+                d.job.level,
+                h.rms_before_n,
+                h.rms_after_n,
+                h.floor_rms_n
+            );
+        }
     }
 }

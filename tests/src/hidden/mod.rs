@@ -5,6 +5,7 @@
 
 pub mod csv;
 pub mod effects;
+pub mod fe;
 pub mod finger;
 pub mod oracle;
 pub mod protocol;

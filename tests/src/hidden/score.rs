@@ -47,6 +47,8 @@ pub struct Scored {
     pub amplitude_error: Option<f64>,
     /// Whether its interval covers the truth.
     pub covered: Option<bool>,
+    /// How far the estimate lies from the truth, in half-widths of its interval.
+    pub half_widths: Option<f64>,
 }
 
 /// The curves that the diagnosis starts from: those of the core's example.
@@ -67,13 +69,13 @@ impl From<Infallible> for Never {
 }
 
 /// Diagnoses sets in memory.
-pub fn run(calibration: &RunSet, measured: &RunSet, holdout: &RunSet, hydration_sd: f64) -> Diagnosis {
+pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hydration_sd: f64) -> Diagnosis {
     let options = Options {
         settings: Settings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
         model: "example".into(),
     };
-    let open = || Ok::<_, Never>(Some(holdout.clone()));
+    let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
         Ok((report, _)) => report,
         Err(never) => match never {},
@@ -108,19 +110,20 @@ fn classify(report: &Diagnosis, truth: &[&str]) -> Class {
 /// Diagnoses and judges a case.
 pub fn score(case: &Case) -> Scored {
     let started = Instant::now();
-    let report = run(&case.calibration, &case.measured, &case.holdout, CORNEOMETER_SD_AU);
+    let report = run(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
     let seconds = started.elapsed().as_secs_f64();
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
     let class = classify(&report, &truth);
-    let (mut amplitude_error, mut covered) = (None, None);
+    let (mut amplitude_error, mut covered, mut half_widths) = (None, None, None);
     if let ([hidden], Some(effect)) = (&case.truth[..], report.effects.first())
         && effect.law == hidden.name
     {
         let p = &effect.parameters[0];
         amplitude_error = Some((p.value / hidden.amplitude - 1.0).abs());
         covered = Some(p.ci95[0] <= hidden.amplitude && hidden.amplitude <= p.ci95[1]);
+        half_widths = Some((p.value - hidden.amplitude) / (0.5 * (p.ci95[1] - p.ci95[0])).max(1e-12));
     }
-    Scored { class, report, seconds, amplitude_error, covered }
+    Scored { class, report, seconds, amplitude_error, covered, half_widths }
 }
 
 /// A proposed run as the laboratory does it; what is missing is at reference conditions.
@@ -157,7 +160,7 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
     let set = measure(&case.finger, &more, &case.truth, &case.noise, &mut dice, "next", case.dropped);
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);
-    let again = run(&case.calibration, &joint, &case.holdout, CORNEOMETER_SD_AU);
+    let again = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
     Some(classify(&again, &truth))
 }

@@ -6,7 +6,7 @@ use fingerpad_offline::diagnose::{Labels, RawRow, RunSet, laws::Column};
 
 use super::Dice;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
-use super::finger::{Finger, Noise, all_readings};
+use super::finger::{Finger, Noise, Scatter, all_readings};
 use super::protocol::{self, Plan, Stroke};
 
 /// What is hidden, and the three files.
@@ -197,13 +197,25 @@ pub fn measure(
     name: &str,
     dropped: Option<Column>,
 ) -> RunSet {
+    record(strokes, noise, dice, name, dropped, &mut |stroke, scatter| finger.readings(stroke, truth, scatter))
+}
+
+/// The set that a laboratory writes down of strokes whose readings without row noise are `readings`.
+pub fn record(
+    strokes: &[Stroke],
+    noise: &Noise,
+    dice: &mut Dice,
+    name: &str,
+    dropped: Option<Column>,
+    readings: &mut dyn FnMut(&Stroke, &Scatter) -> Vec<[f64; 3]>,
+) -> RunSet {
     let keep = |column: Column, value: f64| if dropped == Some(column) { f64::NAN } else { value };
     let runs = strokes
         .iter()
         .enumerate()
         .map(|(i, stroke)| {
             let scatter = noise.run(dice);
-            let readings = finger.readings(stroke, truth, &scatter);
+            let readings = readings(stroke, &scatter);
             let hydration = stroke.plan.hydration_au + noise.hydration_au * dice.normal();
             let rows: Vec<RawRow> = stroke
                 .rows

@@ -11,7 +11,7 @@ pub static LAW: Law = Law {
     kind: 5,
     place: Place::Strength,
     parameters: &[
-        Parameter { name: "amplitude", unit: "", low: -0.6, high: 0.6, typical: 0.15 },
+        Parameter { name: "amplitude", unit: "", low: -20.0, high: 20.0, typical: 0.15 },
         Parameter { name: "axis_deg", unit: "degree", low: -90.0, high: 90.0, typical: 0.15 },
     ],
     linear: 2,

@@ -9,8 +9,8 @@ pub static LAW: Law = Law {
     kind: 13,
     place: Place::Reading,
     parameters: &[
-        Parameter { name: "normal_to_x", unit: "", low: -0.5, high: 0.5, typical: 0.02 },
-        Parameter { name: "normal_to_y", unit: "", low: -0.5, high: 0.5, typical: 0.02 },
+        Parameter { name: "normal_to_x", unit: "", low: -1.0, high: 1.0, typical: 0.02 },
+        Parameter { name: "normal_to_y", unit: "", low: -1.0, high: 1.0, typical: 0.02 },
     ],
     linear: 2,
     drivers: &[],

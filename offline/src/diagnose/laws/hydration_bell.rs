@@ -9,7 +9,7 @@ pub static LAW: Law = Law {
     kind: 1,
     place: Place::Strength,
     parameters: &[
-        Parameter { name: "amplitude", unit: "", low: -0.9, high: 5.0, typical: 0.3 },
+        Parameter { name: "amplitude", unit: "", low: -0.95, high: 20.0, typical: 0.3 },
         Parameter { name: "peak_au", unit: "a.u.", low: 15.0, high: 95.0, typical: 55.0 },
         Parameter { name: "width_au", unit: "a.u.", low: 5.0, high: 60.0, typical: 15.0 },
     ],

@@ -9,7 +9,7 @@ pub static LAW: Law = Law {
     kind: 9,
     place: Place::Strength,
     parameters: &[
-        Parameter { name: "amplitude", unit: "", low: -0.8, high: 9.0, typical: 0.5 },
+        Parameter { name: "amplitude", unit: "", low: -0.95, high: 20.0, typical: 0.5 },
         Parameter { name: "tau_s", unit: "s", low: 2.0, high: 250.0, typical: 20.0 },
     ],
     linear: 1,

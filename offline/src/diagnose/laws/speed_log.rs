@@ -8,7 +8,7 @@ pub static LAW: Law = Law {
     family: "speed",
     kind: 2,
     place: Place::Strength,
-    parameters: &[Parameter { name: "slope_per_e_fold", unit: "", low: -0.4, high: 0.4, typical: 0.05 }],
+    parameters: &[Parameter { name: "slope_per_e_fold", unit: "", low: -1.0, high: 1.0, typical: 0.05 }],
     linear: 1,
     drivers: &[Column::Speed],
     confused_with: &["contact_ageing", "viscous_drag"],

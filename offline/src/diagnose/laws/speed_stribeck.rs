@@ -9,7 +9,7 @@ pub static LAW: Law = Law {
     kind: 3,
     place: Place::Strength,
     parameters: &[
-        Parameter { name: "amplitude", unit: "", low: -0.9, high: 5.0, typical: 0.4 },
+        Parameter { name: "amplitude", unit: "", low: -5.0, high: 20.0, typical: 0.4 },
         Parameter { name: "decay_mm_s", unit: "mm/s", low: 0.5, high: 60.0, typical: 5.0 },
     ],
     linear: 1,

@@ -8,7 +8,7 @@ pub static LAW: Law = Law {
     family: "stiffness_drift",
     kind: 14,
     place: Place::Stiffness,
-    parameters: &[Parameter { name: "fraction_per_hour", unit: "1/h", low: -2.0, high: 2.0, typical: -0.2 }],
+    parameters: &[Parameter { name: "fraction_per_hour", unit: "1/h", low: -10.0, high: 10.0, typical: -0.2 }],
     linear: 1,
     drivers: &[Column::Time],
     confused_with: &["temperature", "hydration_bell", "subject_size"],

@@ -8,7 +8,7 @@ pub static LAW: Law = Law {
     family: "strain_stiffening",
     kind: 16,
     place: Place::Stiffness,
-    parameters: &[Parameter { name: "rate_per_mm", unit: "1/mm", low: -2.0, high: 3.0, typical: 0.5 }],
+    parameters: &[Parameter { name: "rate_per_mm", unit: "1/mm", low: -4.0, high: 6.0, typical: 0.5 }],
     linear: 1,
     drivers: &[Column::Depth],
     confused_with: &["depth_zero_offset", "adhesion"],

@@ -8,7 +8,7 @@ pub static LAW: Law = Law {
     family: "subject_size",
     kind: 15,
     place: Place::Stiffness,
-    parameters: &[Parameter { name: "stiffness_exponent", unit: "", low: -8.0, high: 8.0, typical: -1.5 }],
+    parameters: &[Parameter { name: "stiffness_exponent", unit: "", low: -12.0, high: 12.0, typical: -1.5 }],
     linear: 1,
     drivers: &[Column::Width],
     confused_with: &["stiffness_drift"],

@@ -8,7 +8,7 @@ pub static LAW: Law = Law {
     family: "speed",
     kind: 4,
     place: Place::Drag,
-    parameters: &[Parameter { name: "coefficient_n_s_per_mm", unit: "N s/mm", low: -0.05, high: 0.1, typical: 0.002 }],
+    parameters: &[Parameter { name: "coefficient_n_s_per_mm", unit: "N s/mm", low: -0.5, high: 1.0, typical: 0.002 }],
     linear: 1,
     drivers: &[Column::Speed],
     confused_with: &["speed_log"],

@@ -141,9 +141,16 @@ pub fn bars_caption(report: &Diagnosis) -> String {
 /// Under the gap.
 pub fn gap_caption(report: &Diagnosis) -> String {
     let g = &report.holdout;
+    let refused = g.refused_after_n.map_or_else(String::new, |r| {
+        format!(
+            " The correction would have left {} N (normal, x, y), no closer than before: it is not made, and no \
+             corrected model is written.",
+            r.map(|v| fixed(v, 4)).join(", ")
+        )
+    });
     format!(
         "Root mean square residual of {} runs ({}). The floor is what row noise and the scatter between calibration \
-         runs leave of a perfect model; the quotient itself scatters by some ten per cent.",
+         runs leave of a perfect model; the quotient itself scatters by some ten per cent.{refused}",
         g.runs, g.method
     )
 }

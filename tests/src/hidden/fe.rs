@@ -1,0 +1,149 @@
+//! Hidden effects inside the finite-element finger: its law of friction, its stiffness, its depth, its readings.
+//!
+//! The finger, its mesh and its contact are those of the program; what the effects do to them is written here from the
+//! formulas of [`super::effects`], apart from the diagnosis.
+
+use std::ops::ControlFlow;
+
+use fingerpad_offline::contact::RubberFriction;
+use fingerpad_offline::slide::{Drive, MarchError, Path, Problem, Waypoint, march_with_law};
+
+use super::effects::{At, Effect, Influence};
+use super::finger::Scatter;
+use super::protocol::Stroke;
+
+/// State of a stroke at a time between its rows.
+struct Moment {
+    t_s: f64,
+    contact_s: f64,
+    occlusion_s: f64,
+    depth_mm: f64,
+    speed_mm_s: f64,
+    direction: f64,
+    path_mm: f64,
+    turn_mm: f64,
+    position_mm: [f64; 2],
+}
+
+/// Rows with what follows from the slide: direction, path, path since the turn; one entry per row.
+fn moments(stroke: &Stroke) -> Vec<Moment> {
+    let (mut path_mm, mut turn_mm, mut heading) = (0.0, 0.0, [0.0f64; 2]);
+    let mut before = [0.0; 2];
+    stroke
+        .rows
+        .iter()
+        .map(|row| {
+            let step = [row.slide_mm[0] - before[0], row.slide_mm[1] - before[1]];
+            before = row.slide_mm;
+            let length = f64::hypot(step[0], step[1]);
+            let moving = length > 1e-9;
+            if moving {
+                let now = step.map(|s| s / length);
+                if now[0] * heading[0] + now[1] * heading[1] < 0.0 {
+                    turn_mm = 0.0;
+                }
+                heading = now;
+                path_mm += length;
+                turn_mm += length;
+            }
+            Moment {
+                t_s: row.t_s,
+                contact_s: row.contact_s,
+                occlusion_s: row.occlusion_s,
+                depth_mm: row.depth_mm,
+                speed_mm_s: if moving { stroke.plan.speed_mm_s } else { 0.0 },
+                direction: heading[1].atan2(heading[0]),
+                path_mm,
+                turn_mm,
+                position_mm: row.slide_mm,
+            }
+        })
+        .collect()
+}
+
+fn influence(stroke: &Stroke, m: &Moment, effects: &[Effect]) -> Influence {
+    let at = At {
+        plan: &stroke.plan,
+        t_s: m.t_s,
+        contact_s: m.contact_s,
+        occlusion_s: m.occlusion_s,
+        depth_mm: m.depth_mm,
+        speed_mm_s: m.speed_mm_s,
+        direction: m.direction,
+        path_mm: m.path_mm,
+        turn_mm: m.turn_mm,
+        position_mm: m.position_mm,
+        normal_n: f64::NAN,
+    };
+    let mut out = Influence::default();
+    effects.iter().for_each(|e| e.act(&at, &mut out));
+    out
+}
+
+/// Between two rows; what holds for the motion is that of the row at its end.
+fn between(rows: &[Moment], t_s: f64) -> Moment {
+    let next = rows.partition_point(|m| m.t_s < t_s).clamp(1, rows.len() - 1);
+    let (a, b) = (&rows[next - 1], &rows[next]);
+    let share = ((t_s - a.t_s) / (b.t_s - a.t_s)).clamp(0.0, 1.0);
+    let mix = |from: f64, to: f64| from + share * (to - from);
+    let left = (1.0 - share) * (b.path_mm - a.path_mm);
+    Moment {
+        t_s,
+        contact_s: mix(a.contact_s, b.contact_s),
+        occlusion_s: mix(a.occlusion_s, b.occlusion_s),
+        depth_mm: mix(a.depth_mm, b.depth_mm),
+        path_mm: b.path_mm - left,
+        turn_mm: b.turn_mm - left,
+        position_mm: [0, 1].map(|k| mix(a.position_mm[k], b.position_mm[k])),
+        ..*b
+    }
+}
+
+/// Readings of the finite-element finger along a stroke: normal, x, y per row, N.
+///
+/// # Errors
+/// Those of the march.
+pub fn readings(
+    problem: &Problem<'_>,
+    stroke: &Stroke,
+    effects: &[Effect],
+    scatter: &Scatter,
+) -> Result<Vec<[f64; 3]>, MarchError> {
+    let rows = moments(stroke);
+    let law = problem.friction.unwrap_or_default();
+    let factors = |m: &Moment| {
+        let i = influence(stroke, m, effects);
+        (i.strength * scatter.strength, i.stiffness * scatter.stiffness)
+    };
+    let law_at = |t_s: f64| -> RubberFriction {
+        let (strength, stiffness) = factors(&between(&rows, t_s));
+        law.scaled(strength, stiffness)
+    };
+    let waypoints = rows
+        .iter()
+        .map(|m| {
+            let more = influence(stroke, m, effects).depth_mm + scatter.depth_mm;
+            let depth = if m.depth_mm > 0.0 { m.depth_mm + more } else { m.depth_mm };
+            Waypoint { t_s: m.t_s, normal: depth, x: m.position_mm[0], y: m.position_mm[1] }
+        })
+        .collect();
+    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let responses = march_with_law(problem, &path, &law_at, &mut |_| ControlFlow::Continue(()))?.responses;
+    Ok(rows
+        .iter()
+        .map(|m| {
+            let r = responses.iter().rfind(|r| r.t_s == m.t_s).expect("a response at every corner");
+            let i = influence(stroke, m, effects);
+            let (_, stiffness) = factors(m);
+            let area = r.contact_area_mm2 / 63.5;
+            let normal = r.normal_force_n * stiffness - i.adhesion_n * area.sqrt();
+            let drag = i.drag_n_s_mm * m.speed_mm_s * area * (1.0 - (-m.turn_mm / 0.2).exp());
+            let (s, c) = m.direction.sin_cos();
+            [
+                normal + i.bias_n[0] + scatter.offset_n[0],
+                r.friction_x_n * stiffness + drag * c + i.cross[0] * normal + i.bias_n[1] + scatter.offset_n[1],
+                r.friction_y_n * stiffness + drag * s + i.cross[1] * normal + i.bias_n[2] + scatter.offset_n[2],
+            ]
+        })
+        .collect())
+}
