@@ -252,7 +252,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.depth_max,
             self.cells_per_mm,
             self.half_cell,
-            self.turn,
+            self.turn_slip,
             self.area_tilt,
             self.growth_loss,
             self.fall_loss,

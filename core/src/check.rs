@@ -33,7 +33,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         let cell = self.depth_max / (N - 1) as f32;
         in_range(Field::DepthMax, 1, self.cells_per_mm * cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::DepthMax, 2, 2.0 * self.half_cell / cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
-        in_range(Field::TurnSlip, 0, self.turn, 0.0, 1.0)?;
+        in_range(Field::TurnSlip, 0, self.turn_slip, 0.0, 1.0)?;
         in_range(Field::DepthLoss, 0, self.growth_loss, 0.0, 1.0)?;
         in_range(Field::DepthLoss, 1, self.fall_loss, 0.0, 0.5)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
@@ -42,18 +42,15 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         in_range(Field::BandFriction, 0, self.band_friction_top, 0.0, 10.0)?;
         in_range(Field::BandFriction, 1, self.band_friction_top - self.band_friction_slip, 0.0, 10.0)?;
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        let (mut strength, mut area, mut softness) = (0.0, 0.0, 0.0);
+        let (mut strength, mut softness) = (0.0, 0.0);
         for (j, element) in self.elements.iter().enumerate() {
             in_range(Field::YieldPosition, j, element.inverse_yield, 0.1, 20.0)?;
             in_range(Field::StrengthShare, j, element.strength, 0.0, 1.0)?;
-            in_range(Field::AreaShare, j, element.area, 0.0, 1.0)?;
             strength += element.strength;
-            area += element.area;
             softness += element.strength * element.inverse_yield;
         }
         // A little below 1: an element's yield function reaches YIELD, and no resultant may exceed its limit.
         in_range(Field::StrengthShare, M, strength, 1.0 - 2e-5, 1.0 - 6e-6)?;
-        in_range(Field::AreaShare, M, area * (1.0 + self.turn), 1.0 - 2e-5, 1.0 - 6e-6)?;
         in_range(Field::YieldPosition, M, softness, 1.0 - 1e-4, 1.0 + 1e-4)?;
         let slip_length = |row: &Row| row.limit.value / row.stiffness.value;
         let (mut shortest, mut longest) = (f32::MAX, 0.0f32);

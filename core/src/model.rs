@@ -32,8 +32,6 @@ pub struct Element {
     pub inverse_yield: f32,
     /// Its share of the strength.
     pub strength: f32,
-    /// Its share of the contact area times e, the slip right after a turn.
-    pub area: f32,
 }
 
 /// The numbers of a model as they lie in flash, made by [`crate::ParamsOf::try_build`] or read from a file.
@@ -48,8 +46,8 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub cells_per_mm: f32,
     /// Half of a cell, mm.
     pub half_cell: f32,
-    /// (1 − e)/e with e the slip right after a turn; see [`crate::ParamsOf::turn_slip`].
-    pub turn: f32,
+    /// See [`crate::ParamsOf::turn_slip`].
+    pub turn_slip: f32,
     /// Growth of the area at full shear along +x, share; the same is lost along −x.
     pub area_tilt: f32,
     /// See [`crate::ParamsOf::growth_loss`].
@@ -102,13 +100,17 @@ pub(crate) const FRESH: f32 = 1e9;
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 9` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// Plain data of `2 M + 12` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
     /// Force of each element over its strength.
     pub(crate) force: [[f32; 2]; M],
-    /// Direction in which the elements were last driven, over the limit there and times `turn`; 0 in a fresh contact.
-    pub(crate) heading: [f32; 2],
+    /// Their resultant over the strength.
+    pub(crate) mean: [f32; 2],
+    /// The way that it has gone since the motion last turned back, or from 0 in a fresh contact and after full slip.
+    pub(crate) way: [f32; 2],
+    /// The yield function where it turned; growth makes it less.
+    pub(crate) worn: f32,
     pub(crate) depth: f32,
     pub(crate) limit: f32,
     pub(crate) stiffness: f32,
@@ -125,7 +127,9 @@ impl<const M: usize> Default for StateOf<M> {
     fn default() -> Self {
         Self {
             force: [[0.0; 2]; M],
-            heading: [0.0; 2],
+            mean: [0.0; 2],
+            way: [0.0; 2],
+            worn: 0.0,
             depth: 0.0,
             limit: 0.0,
             stiffness: FRESH,
@@ -212,8 +216,8 @@ pub struct Response {
 const SLIDE_MAX: f32 = 32.0;
 /// Depth below which there is no contact, mm: quotients of forces of shallower ones leave the range of the floats.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
-/// Square of the slide's length, mm², from which it tells a direction, so that the quotient is a number: 8e-31.
-const WAY_MIN: u32 = 0x0d80_0000;
+/// Share of the way to the limit from which everything slips.
+const FULL: f32 = 1.0 - 1e-4;
 /// Square of a force, N², that is added to that of the friction, so that quotients of the two are numbers.
 const NOTHING: f32 = 1e-26;
 /// Value of the yield function at which an element yields. It is drawn back to 1, up to rounding; the gap between the
@@ -236,8 +240,10 @@ pub(crate) const YIELD: f32 = 1.0 + 1.0 / (1u32 << 18) as f32;
 /// the force came about, less a small loss, and keeps its displacement below. Bad input is flagged and leaves the axis
 /// where it was; see [`Status`].
 ///
-/// The stick ratio is 1 − Σ a_j v_j (e v_j + (1 − e) u_j·h) with v_j the yield function, which is 1 on the limit, and h
-/// the direction of the last slide over the limit there: what is driven back sticks.
+/// The stick ratio is (1 − p²) (1 − e v). p is the way that the resultant m = F/L has gone from where it last turned back,
+/// m0, as a share of the way from there to the limit; v the yield function at m0, which is 1 on the limit, so that e is the
+/// slip right after a turn back from full slip. Growth of the contact draws m0 to m and v to 0: what is pressed anew
+/// sticks.
 ///
 /// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
 /// through [`StateOf::set_strength_factor`].
@@ -282,6 +288,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let stiffness = scale.stiffness(row.stiffness.at(t));
     let ratio = row.ratio.at(t);
     let tilt = row.tilt.at(t);
+    let tilt_twice = tilt + tilt;
     let press = row.press.at(t);
     let pressed = row.pressed + t * (row.press.value + press);
 
@@ -300,11 +307,12 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     }
     let before = keep * keep * state.square;
     // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
-    keep *= state.limit / limit;
+    let scarcer = state.limit / limit;
+    keep *= scarcer;
 
     // Slide, in slip lengths
     let per_slip = stiffness / limit;
-    let [mut way_x, mut way_y] = motion.slide_increment_mm;
+    let [way_x, way_y] = motion.slide_increment_mm;
     let coupled = (pressed - state.pressed) * scale.length(data.half_cell);
     let mut slide_x = (way_x + coupled) * per_slip;
     let mut slide_y = way_y * per_slip;
@@ -312,7 +320,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     if (slide_x * slide_x + slide_y * slide_y).to_bits() > (SLIDE_MAX * SLIDE_MAX).to_bits() {
         let whole = way_x.abs() <= f32::MAX && way_y.abs() <= f32::MAX;
         status = status.with(if whole { Status::LARGE_INCREMENT } else { Status::BAD_INPUT });
-        [way_x, way_y, slide_x, slide_y] = tame(way_x, way_y, coupled, per_slip);
+        [slide_x, slide_y] = tame(way_x, way_y, coupled, per_slip);
     }
     slide_y *= ratio;
     state.depth = depth;
@@ -320,39 +328,54 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     state.stiffness = stiffness;
     state.pressed = pressed;
 
-    // Its direction, over the limit there
-    let way = way_x * way_x + way_y * way_y;
-    let [mut heading_x, mut heading_y] = state.heading;
-    if way.to_bits() > WAY_MIN {
-        let ahead = tilt * way_x;
-        let inverse = data.turn / (sqrt(way + ahead * ahead) + ahead);
-        heading_x = way_x * inverse;
-        heading_y = way_y * inverse;
-        state.heading = [heading_x, heading_y];
+    // Where it turns back: against the way that the resultant has gone since it last did.
+    let grown = at_most_one(scarcer);
+    let [mean_x, mean_y] = state.mean;
+    let [mut way_x, mut way_y] = state.way;
+    // A contact that shrinks loads by itself, one that grows unloads; both are positive, and so order like their bits.
+    let swell = f32::from_bits(keep.to_bits().max(grown.to_bits())) - 1.0;
+    let turns = (slide_x + swell * mean_x) * way_x + (slide_y + swell * mean_y) * way_y < 0.0;
+    if turns {
+        [way_x, way_y] = [0.0, 0.0];
     }
+    let twice = grown * grown;
+    let forgets = twice * twice * twice;
+    let from_x = grown * mean_x - forgets * way_x;
+    let from_y = grown * mean_y - forgets * way_y;
+    // The yield function there, from its far side.
+    let room = 1.0 - (from_y * from_y + from_x * (from_x - tilt_twice));
+    let room = at_most_one(not_negative(room));
+    let worn = if turns { 1.0 - room } else { state.worn * forgets };
+    state.worn = worn;
 
     let lack = 1.0 - ratio;
     let rest = ratio - lack;
-    let tilt_twice = tilt + tilt;
     // Adding to −0 is nothing, to 0 an instruction.
-    let (mut mean_x, mut mean_y, mut slipping) = (-0.0, -0.0, -0.0);
+    let (mut mean_x, mut mean_y) = (-0.0, -0.0);
     for (u, element) in state.force.iter_mut().zip(&data.elements) {
         let mut ux = u[0] * keep + slide_x * element.inverse_yield;
         let mut uy = u[1] * keep + slide_y * element.inverse_yield;
-        let mut level = uy * uy + ux * (ux - tilt_twice);
+        let level = uy * uy + ux * (ux - tilt_twice);
         // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
         let back = drawn_back(ux, uy, level, tilt, lack, rest);
         if level > YIELD {
             [ux, uy] = back;
-            level = 1.0;
         }
         *u = [ux, uy];
         mean_x += element.strength * ux;
         mean_y += element.strength * uy;
-        // What is driven back sticks: of the slip, the part against the heading counts the other way.
-        slipping += element.area * level * (level + heading_x * ux + heading_y * uy);
     }
-    let stick_ratio = held(1.0 - slipping);
+    state.mean = [mean_x, mean_y];
+
+    // Stick ratio
+    let way = [mean_x - from_x, mean_y - from_y];
+    let used = used_up(way, [from_x - tilt, from_y], room);
+    let mut stick_ratio = (1.0 - used * used) * (1.0 - data.turn_slip * worn);
+    state.way = way;
+    if used >= FULL {
+        stick_ratio = 0.0;
+        state.way = state.mean;
+    }
 
     // Resultants
     let friction_x = limit * mean_x;
@@ -405,12 +428,23 @@ fn drawn_back(mut x: f32, mut y: f32, level: f32, tilt: f32, lack: f32, rest: f3
     [x * back, y * back]
 }
 
-/// A stick ratio within 0 and 1: it leaves them by the gap between yielding and limit, or because little slip was left
-/// to turn. In whole numbers, which order like the floats and take fewer instructions.
+/// How much of the way to the limit a resultant has gone, 0 to 1; at the limit it may be a little off 1.
+///
+/// p solves |from + way/p| = limit, a circle around the tilt. `from` is counted from there, `room` is 1 less the yield
+/// function there.
 #[inline(always)]
-fn held(stick_ratio: f32) -> f32 {
-    let bits = stick_ratio.to_bits() as i32;
-    f32::from_bits(bits.max(0).min(1.0f32.to_bits() as i32) as u32)
+fn used_up(way: [f32; 2], from: [f32; 2], room: f32) -> f32 {
+    let [x, y] = way;
+    let square = x * x + y * y;
+    let ahead = x * from[0] + y * from[1];
+    let root = sqrt(ahead * ahead + square * room);
+    square / (root - ahead + NOTHING)
+}
+
+/// `x`, or 1 if it is above; `x` is not negative. In whole numbers, which order like the floats.
+#[inline(always)]
+fn at_most_one(x: f32) -> f32 {
+    f32::from_bits(x.to_bits().min(1.0f32.to_bits()))
 }
 
 /// `x`, or 0 if it is negative.
@@ -468,16 +502,16 @@ fn lift_off<const M: usize>(state: &mut StateOf<M>, depth: f32) {
 }
 
 /// A slide that is no number or too long, made harmless: components that are no numbers become 0, the rest is cut
-/// in proportion. Returns the slide without the coupling's, mm, and the whole in slip lengths.
+/// in proportion. Returns the whole in slip lengths.
 #[cold]
 #[inline(never)]
-fn tame(way_x: f32, way_y: f32, coupled: f32, per_slip: f32) -> [f32; 4] {
+fn tame(way_x: f32, way_y: f32, coupled: f32, per_slip: f32) -> [f32; 2] {
     let number = |s: f32| if s.abs() <= f32::MAX { s.clamp(-1e6, 1e6) } else { 0.0 };
     let (way_x, way_y) = (number(way_x), number(way_y));
     let (x, y) = ((way_x + coupled) * per_slip, way_y * per_slip);
     let length = x.abs() + y.abs();
     let cut = if length > SLIDE_MAX { SLIDE_MAX / length } else { 1.0 };
-    [way_x, way_y, x * cut, y * cut]
+    [x * cut, y * cut]
 }
 
 impl<const M: usize, const N: usize> DataOf<M, N> {

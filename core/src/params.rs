@@ -18,8 +18,6 @@ pub struct Slider {
     pub yield_position: f32,
     /// Its share of the strength; all together are 1.
     pub strength_share: f32,
-    /// Its share of the contact area; all together are 1.
-    pub area_share: f32,
 }
 
 /// The tables' values at one depth.
@@ -60,8 +58,7 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     /// The tables; node 0 is depth 0, where all forces are taken as 0.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub nodes: [Node; N],
-    /// Share of an element's slip that stays when the slide turns by 90°, 0.5 to 1. When it turns back twice that
-    /// less 1 stays.
+    /// Share of the contact area that slips right after the slide turns back from full slip, 0 to 1.
     pub turn_slip: f32,
     /// What a growing contact forgets of its shear's history, 0 to 1: 0 returns to the same force when the depth
     /// comes back, 1 forgets that it was ever smaller. Pays for a stiffness ratio that falls with depth.
@@ -100,7 +97,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             depth_max: self.depth_max_mm,
             cells_per_mm: (N - 1) as f32 / self.depth_max_mm,
             half_cell: 0.5 * self.depth_max_mm / (N - 1) as f32,
-            turn: (1.0 - self.turn_slip) / self.turn_slip,
+            turn_slip: self.turn_slip,
             area_tilt: self.area_tilt,
             growth_loss: self.growth_loss,
             fall_loss: self.fall_loss,
@@ -112,23 +109,19 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             elements: [Element::default(); M],
             rows: [Row::default(); N],
         };
-        let (mut strength, mut area, mut softness) = (0.0, 0.0, 0.0);
+        let (mut strength, mut softness) = (0.0, 0.0);
         for slider in &self.sliders {
             strength += slider.strength_share;
-            area += slider.area_share;
             softness += slider.strength_share / slider.yield_position;
         }
-        for (what, sum) in [(Field::StrengthShare, strength), (Field::AreaShare, area)] {
-            if !((sum - 1.0).abs() <= 1e-3) {
-                return Err(Error::Range { what, index: M as u16, value: sum });
-            }
+        if !((strength - 1.0).abs() <= 1e-3) {
+            return Err(Error::Range { what: Field::StrengthShare, index: M as u16, value: strength });
         }
         for (element, slider) in data.elements.iter_mut().zip(&self.sliders) {
             *element = Element {
                 inverse_yield: strength / (slider.yield_position * softness),
                 // A little below 1 in all, so that the resultant never exceeds the limit by rounding.
                 strength: slider.strength_share / strength * (1.0 - 8e-6),
-                area: slider.area_share / area * self.turn_slip * (1.0 - 8e-6),
             };
         }
         let node = |index: usize| -> Node {

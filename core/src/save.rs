@@ -8,21 +8,21 @@ use crate::error::Field;
 use crate::model::{ELEMENTS, FRESH, State, StateOf, TOUCH_MM};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 10);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 13);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, heading, then depth, limit, stiffness, its reference, square of the friction,
-    /// press, strength factor.
+    /// Words of a state: elements, mean, its way since the last turn, then what that wore, depth, limit, stiffness, its
+    /// reference, square of the friction, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
-        let vectors = self.force.iter().chain([&self.heading]).flatten().copied();
-        let Self { depth, limit, stiffness, reference, square, pressed, strength_factor, .. } = *self;
-        vectors.chain([depth, limit, stiffness, reference, square, pressed, strength_factor])
+        let vectors = self.force.iter().chain([&self.mean, &self.way]).flatten().copied();
+        let Self { worn, depth, limit, stiffness, reference, square, pressed, strength_factor, .. } = *self;
+        vectors.chain([worn, depth, limit, stiffness, reference, square, pressed, strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 10)`.
+    /// `4 (2 M + 13)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 10);
+        let needed = 4 * (2 * M + 13);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -39,7 +39,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 10);
+        let expected = 4 * (2 * M + 13);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -56,7 +56,9 @@ impl<const M: usize> StateOf<M> {
         for pair in &mut state.force {
             *pair = [next(), next()];
         }
-        state.heading = [next(), next()];
+        state.mean = [next(), next()];
+        state.way = [next(), next()];
+        state.worn = next();
         state.depth = next();
         state.limit = next();
         state.stiffness = next();
@@ -77,14 +79,27 @@ impl<const M: usize> StateOf<M> {
                 return Err(bad(j, square));
             }
         }
-        let [x, y] = self.heading;
-        if !(x * x + y * y <= 1.7) {
-            return Err(bad(M, x));
+        for [x, y] in [self.mean, self.way] {
+            let square = x * x + y * y;
+            // A way may lead across the circle.
+            if !(square <= 6.8) {
+                return Err(bad(M, square));
+            }
+        }
+        if !(self.worn >= 0.0 && self.worn <= 1.0) {
+            return Err(bad(M, self.worn));
         }
         let positive = |x: f32| x > 0.0 && x <= 1e9;
         let in_contact = self.depth >= TOUCH_MM;
         let plain = self.limit == 0.0 && self.stiffness == FRESH && self.reference == FRESH && self.pressed == 0.0;
-        let still = self.force.as_flattened().iter().chain(&self.heading).chain([&self.square]).all(|x| *x == 0.0);
+        let still = self
+            .force
+            .as_flattened()
+            .iter()
+            .chain(&self.mean)
+            .chain(&self.way)
+            .chain([&self.worn, &self.square])
+            .all(|x| *x == 0.0);
         let air = plain && still;
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
@@ -134,7 +149,9 @@ mod with_serde {
     struct Plain<const M: usize> {
         #[serde(with = "crate::array")]
         force: [[f32; 2]; M],
-        heading: [f32; 2],
+        mean: [f32; 2],
+        way: [f32; 2],
+        worn: f32,
         depth_mm: f32,
         limit_n: f32,
         stiffness_n_mm: f32,
@@ -148,7 +165,9 @@ mod with_serde {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             let plain = Plain {
                 force: self.force,
-                heading: self.heading,
+                mean: self.mean,
+                way: self.way,
+                worn: self.worn,
                 depth_mm: self.depth,
                 limit_n: self.limit,
                 stiffness_n_mm: self.stiffness,
@@ -166,7 +185,9 @@ mod with_serde {
             let plain = Plain::deserialize(deserializer)?;
             let state = Self {
                 force: plain.force,
-                heading: plain.heading,
+                mean: plain.mean,
+                way: plain.way,
+                worn: plain.worn,
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
                 stiffness: plain.stiffness_n_mm,

@@ -16,7 +16,7 @@ pub struct fingerpad_model {
 /// All that a contact remembers. Plain memory: copy it to save it.
 #[repr(C)]
 pub struct fingerpad_state {
-    opaque: [u32; 13],
+    opaque: [u32; 16],
 }
 
 /// What the plane does in one step.

@@ -20,7 +20,6 @@ fn example<const M: usize>() -> Result<DataOf<M, NODES>, Error> {
         *slider = Slider {
             yield_position: 3.0 * (j as f32 + 0.3) / M as f32,
             strength_share: 1.0 / M as f32,
-            area_share: 1.0 / M as f32,
         };
     }
     ParamsOf::example_with(sliders).try_build()

@@ -45,7 +45,7 @@ impl Default for Settings {
             normal_share: 0.005,
             friction_share: 0.01,
             stick: 0.1,
-            stick_end: 0.03,
+            stick_end: 0.06,
             area_share: 0.03,
             prior: 2.0,
             iterations: 40,

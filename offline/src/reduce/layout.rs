@@ -84,7 +84,7 @@ impl Layout {
 
     /// Length of the vector for `elements` elements.
     pub fn len(&self, elements: usize) -> usize {
-        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 3 * elements + 4
+        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 2 * elements + 4
     }
 
     /// The vector that makes `start`.
@@ -106,8 +106,8 @@ impl Layout {
         theta.extend(vec![-3.0; 2 * gentle]);
         // Yield positions from near 0 to twice the mean, even shares.
         theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
-        theta.extend(vec![0.0; 2 * elements]);
-        theta.extend([-1.5, -1.0, -1.0, 0.0]);
+        theta.extend(vec![0.0; elements]);
+        theta.extend([-2.0, -1.0, -1.0, 0.0]);
         theta
     }
 
@@ -126,8 +126,7 @@ impl Layout {
         let shear: [Vec<f64>; 2] = std::array::from_fn(|_| cursor.take(gentle).iter().map(|t| t.exp()).collect());
         let positions = rising(cursor.take(M));
         let strength = shares(cursor.take(M));
-        let area = shares(cursor.take(M));
-        let turn_slip = 0.5 + 0.5 / (1.0 + (-cursor.one()).exp());
+        let turn_slip = 1.0 / (1.0 + (-cursor.one()).exp());
         let growth_loss = 1.0 / (1.0 + (-cursor.one()).exp());
         let fall_loss = 0.5 / (1.0 + (-cursor.one()).exp());
         let area_tilt = 0.5 * cursor.one().tanh();
@@ -157,7 +156,6 @@ impl Layout {
             sliders: std::array::from_fn(|j| Slider {
                 yield_position: positions[j] as f32,
                 strength_share: strength[j] as f32,
-                area_share: area[j] as f32,
             }),
             nodes,
             turn_slip: turn_slip as f32,

@@ -54,12 +54,8 @@ pub struct Scored {
 /// The curves that the diagnosis starts from: those of the core's example with the three elements for which its
 /// thresholds were set.
 pub fn reference() -> Reference {
-    let slider = |[yield_position, strength_share, area_share]: [f32; 3]| fingerpad::Slider {
-        yield_position,
-        strength_share,
-        area_share,
-    };
-    let sliders = [[0.55, 0.17, 0.35], [1.30, 0.46, 0.41], [2.50, 0.37, 0.24]].map(slider);
+    let slider = |[yield_position, strength_share]: [f32; 2]| fingerpad::Slider { yield_position, strength_share };
+    let sliders = [[0.55, 0.17], [1.30, 0.46], [2.50, 0.37]].map(slider);
     let params = fingerpad::ParamsOf::<3, { fingerpad::NODES }>::example_with(sliders);
     Reference::of(&params.try_build().expect("the example is valid"), false)
 }
