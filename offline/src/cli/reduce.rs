@@ -98,6 +98,7 @@ pub(super) fn fit(runs: &[Run], exponent: f64, out: &Path) -> Result<Reduced, Fa
     atomic_write(out, |w| w.write_all(&bytes))?;
     print_summary(&reduced);
     println!("{}: {} bytes", out.display(), bytes.len());
+    print_speed(runs, &reduced)?;
     Ok(reduced)
 }
 
@@ -149,6 +150,42 @@ pub(super) fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
         return Err(Failure::Input(anyhow::anyhow!("{}: no runs (*.fprun); make them with --design", place())));
     }
     Ok(runs)
+}
+
+/// What the same paths cost both models.
+fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
+    let model = reduced.data.model().map_err(ReduceError::from)?;
+    println!(
+        "                         finite elements, s a path   reduced, us a path   steps   ns a step        ratio"
+    );
+    for kind in Kind::ALL {
+        let of_kind: Vec<&Run> = runs.iter().filter(|r| r.kind == kind).collect();
+        let count = of_kind.len() as f64;
+        if of_kind.is_empty() {
+            continue;
+        }
+        let steps: usize = of_kind.iter().map(|run| reduce::replay_steps(run)).sum();
+        // The best of a few: other work on the machine only ever adds.
+        let once = || {
+            let start = std::time::Instant::now();
+            for run in &of_kind {
+                std::hint::black_box(reduce::replay(&model, run));
+            }
+            start.elapsed().as_secs_f64()
+        };
+        let taken_s = (0..9).map(|_| once()).fold(f64::INFINITY, f64::min);
+        let cpu_s: f64 = of_kind.iter().map(|r| r.cpu_s).sum();
+        println!(
+            "  {:20} {:>27.2} {:>20.1} {:>7.0} {:>11.1} {:>12.2e}",
+            kind.as_str(),
+            cpu_s / count,
+            1e6 * taken_s / count,
+            steps as f64 / count,
+            1e9 * taken_s / steps as f64,
+            cpu_s / taken_s
+        );
+    }
+    Ok(())
 }
 
 fn print_summary(reduced: &Reduced) {
