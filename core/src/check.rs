@@ -22,12 +22,15 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     ///   (1/R − 1/K) falls like m₀²/m₁² or faster while m grows, and stays while m shrinks. The plastic slip goes
     ///   along u_j: its work is never negative. The same holds when the limits shrink or shift with depth.
     /// * C: F_x C'(d) dd is the work of the slide dC in the first item.
-    /// * growth keeps forces and R (or lets it grow, so that rho R grows): dE <= 0. G >= 0 adds work.
+    /// * growth keeps forces, and R grows by `growth_loss` K' so that rho R grows: dE falls by at least
+    ///   (F_x²/2K) `growth_loss` K'/K per depth and (F_y²/(2 rho K)) (`growth_loss` K'/K + rho'/rho). G >= 0 adds work;
+    ///   G < 0 must not take more than that.
     /// * fall keeps R while R < K, and forces but for the loss: dE falls by (F_x²/R) `fall_loss` K'/K per depth and by
     ///   (F_y²/(rho R)) (`fall_loss` K'/K − ½ rho'/rho); G_x F_x² + G_y F_y² must not give back more, whatever the
     ///   strength. At R = K it keeps displacements and E falls like K.
     ///
-    /// In finite steps the work with the force at the end of the step only adds, since N0 grows with depth.
+    /// In finite steps the work with the force at the end of the step only adds, since N0 grows with depth, and by more
+    /// than C' or a G < 0 with the step's friction in place of its start's can take.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         let cell = self.depth_max / (N - 1) as f32;
@@ -86,7 +89,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                 return Err(Error::Range { what: Field::PressCoupling, index: i as u16, value: next.pressed });
             }
             if i + 1 < N {
-                row.check_shear(i, cell, self.fall_loss)?;
+                row.check_shear(i, cell, self.growth_loss, self.fall_loss)?;
                 for t in [0.0, 1.0] {
                     if i > 0 || t > 0.0 {
                         row.check_passive(i, t, cell, self.growth_loss)?;
@@ -118,8 +121,8 @@ impl Row {
         in_range(Field::StiffnessRatio, i, self.ratio.value, 0.25, 4.0)?;
         in_range(Field::PressCoupling, i, self.press.value, -1.0, 1.0)?;
         in_range(Field::PressCoupling, i, self.pressed, -4096.0, 4096.0)?;
-        in_range(Field::NormalShearX, i, self.shear_x.value, 0.0, 1e6)?;
-        in_range(Field::NormalShearY, i, self.shear_y.value, 0.0, 1e6)?;
+        in_range(Field::NormalShearX, i, self.shear_x.value, -1e6, 1e6)?;
+        in_range(Field::NormalShearY, i, self.shear_y.value, -1e6, 1e6)?;
         in_range(Field::TiltX, i, self.tilt.value, -0.25, 0.25)?;
         in_range(Field::BandNormal, i, self.band_normal.value, 0.0, 1e3)?;
         // Slip length: neither so short nor so long that a step would overflow.
@@ -138,8 +141,9 @@ impl Row {
         Ok(())
     }
 
-    /// What shear may add to the normal force anywhere in a cell: that at its ends with the stiffness of the deeper one.
-    fn check_shear(&self, i: usize, cell: f32, fall_loss: f32) -> Result<(), Error> {
+    /// What shear may add to the normal force or take off it anywhere in a cell: that at its ends with the stiffness of
+    /// the deeper one.
+    fn check_shear(&self, i: usize, cell: f32, growth_loss: f32, fall_loss: f32) -> Result<(), Error> {
         let at = |what, value: f32, limit: f32| {
             if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
         };
@@ -147,10 +151,17 @@ impl Row {
         let dk = self.stiffness.change / (k * cell);
         let smallest = self.ratio.value.min(self.ratio.value + self.ratio.change);
         let drho = (self.ratio.change / (smallest * cell)).max(0.0);
+        let fall = (-self.ratio.change / (smallest * cell)).max(0.0);
         let softest = self.ratio.value.max(self.ratio.value + self.ratio.change);
         for t in [0.0, 1.0] {
             at(Field::NormalShearX, self.shear_x.at(t), fall_loss * dk / k)?;
             at(Field::NormalShearY, self.shear_y.at(t), (fall_loss * dk - 0.5 * drho) / (softest * k))?;
+            at(Field::NormalShearX, -self.shear_x.at(t), 0.5 * growth_loss * dk / k)?;
+            at(Field::NormalShearY, -self.shear_y.at(t), 0.5 * (growth_loss * dk - fall) / (softest * k))?;
+            // Twice G times the largest friction, against the stiffnesses along the normal and the plane.
+            let least = self.shear_x.at(t).min(self.shear_y.at(t)).min(0.0);
+            let most = 2.6 * least * (self.limit.value + self.limit.change);
+            at(Field::NormalShearX, most * most * k * softest.max(1.0), self.normal.change / cell)?;
         }
         Ok(())
     }

@@ -36,7 +36,7 @@ pub struct Node {
     pub stiffness_ratio: f32,
     /// Slide along x that a depth increment amounts to, mm/mm, −1 to 1.
     pub press_coupling: f32,
-    /// Normal force that full shear along x adds, N. Bounded by passivity.
+    /// Normal force that full shear along x adds or, if negative, takes off, N. Bounded by passivity.
     pub normal_shear_x_n: f32,
     /// The same along y, N.
     pub normal_shear_y_n: f32,

@@ -34,7 +34,7 @@ fn cases(default: u32) -> u32 {
 
 proptest! {
     // 1e5 paths; `PROPTEST_CASES=1000000` for more.
-    #![proptest_config(ProptestConfig { cases: cases(100_000), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(100_000), max_local_rejects: 10_000_000, ..ProptestConfig::default() })]
 
     /// The plane's work over a closed path from air to air, normal plus tangential, each step with the force at its
     /// end, at any constant strength factor. Bound of the rounding: 1e-6 of the work that went back and forth.

@@ -86,11 +86,13 @@ pub fn run_with(data: &Data, strength: f32, path: &[[f64; 3]], mut each: impl Fn
 
 /// Models of all kinds that pass the check: the example with its freedoms drawn up to the limits.
 pub fn any_model() -> impl Strategy<Value = AnyModel> {
-    let freedoms = (0.3f32..1.5, -0.04f32..0.04, 0.0f32..0.15, 0.0f32..0.15, -0.1f32..0.1, 0.0f32..=1.0);
+    let freedoms =
+        (0.3f32..1.5, -0.04f32..0.04, -0.15f32..0.15, -0.15f32..0.15, -0.1f32..0.1, 0.0f32..=1.0, 0.0f32..0.8);
     let sliders = prop::array::uniform2((0.3f32..1.0, 0.1f32..1.0));
-    (freedoms, sliders).prop_filter_map("passive", |((ratio, press, bx, by, odd, shape), sliders)| {
+    (freedoms, sliders).prop_filter_map("passive", |((ratio, press, bx, by, odd, shape, growth_loss), sliders)| {
         let mut params = Params::example();
         params.turn_slip = shape;
+        params.growth_loss = growth_loss;
         for node in &mut params.nodes {
             node.stiffness_ratio = ratio;
             node.press_coupling = press;

@@ -43,7 +43,7 @@ impl Default for Settings {
             rising_knots: 9,
             gentle_knots: 5,
             normal_share: 0.005,
-            friction_share: 0.01,
+            friction_share: 0.006,
             stick: 0.1,
             stick_end: 0.06,
             area_share: 0.03,
