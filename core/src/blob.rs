@@ -247,9 +247,11 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 10] {
+    fn head(&self) -> [f32; 12] {
         [
             self.depth_max,
+            self.cells_per_mm,
+            self.half_cell,
             self.turn_slip,
             self.area_tilt,
             self.growth_loss,
@@ -326,6 +328,6 @@ mod tests {
     fn another_shape_is_named() {
         let (buffer, n) = example();
         let error = FileOf::<7, 25>::from_bytes(&buffer.0[..n]).unwrap_err();
-        assert_eq!(error, Error::Shape { elements: 3, nodes: 25 });
+        assert_eq!(error, Error::Shape { elements: 2, nodes: 25 });
     }
 }

@@ -22,15 +22,21 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     ///   (1/R − 1/K) falls like m₀²/m₁² or faster while m grows, and stays while m shrinks. The plastic slip goes
     ///   along u_j: its work is never negative. The same holds when the limits shrink or shift with depth.
     /// * C: F_x C'(d) dd is the work of the slide dC in the first item.
-    /// * growth keeps forces and R (or lets it grow, so that rho R grows): dE <= 0. B >= 0 adds work.
-    /// * fall keeps R while R < K, and forces but for the loss: dE falls by (L²/R) m_x² `fall_loss` K'/K per depth
-    ///   and by (L²/(rho R)) m_y² (`fall_loss` K'/K − ½ rho'/rho); B_x m_x² + B_y m_y² must not give back more. At
-    ///   R = K it keeps displacements and E falls like K.
+    /// * growth keeps forces, and R grows by `growth_loss` K' so that rho R grows: dE falls by at least
+    ///   (F_x²/2K) `growth_loss` K'/K per depth and (F_y²/(2 rho K)) (`growth_loss` K'/K + rho'/rho). G >= 0 adds work;
+    ///   G < 0 must not take more than that.
+    /// * fall keeps R while R < K, and forces but for the loss: dE falls by (F_x²/R) `fall_loss` K'/K per depth and by
+    ///   (F_y²/(rho R)) (`fall_loss` K'/K − ½ rho'/rho); G_x F_x² + G_y F_y² must not give back more, whatever the
+    ///   strength. At R = K it keeps displacements and E falls like K.
     ///
-    /// In finite steps the work with the force at the end of the step only adds, since N0 grows with depth.
+    /// In finite steps the work with the force at the end of the step only adds, since N0 grows with depth, and by more
+    /// than C' or a G < 0 with the step's friction in place of its start's can take.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
-        in_range(Field::TurnSlip, 0, self.turn_slip, 0.5, 1.0)?;
+        let cell = self.depth_max / (N - 1) as f32;
+        in_range(Field::DepthMax, 1, self.cells_per_mm * cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
+        in_range(Field::DepthMax, 2, 2.0 * self.half_cell / cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
+        in_range(Field::TurnSlip, 0, self.turn_slip, 0.0, 1.0)?;
         in_range(Field::DepthLoss, 0, self.growth_loss, 0.0, 1.0)?;
         in_range(Field::DepthLoss, 1, self.fall_loss, 0.0, 0.5)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
@@ -39,19 +45,16 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         in_range(Field::BandFriction, 0, self.band_friction_top, 0.0, 10.0)?;
         in_range(Field::BandFriction, 1, self.band_friction_top - self.band_friction_slip, 0.0, 10.0)?;
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        let (mut strength, mut area, mut softness) = (0.0, 0.0, 0.0);
+        let (mut strength, mut softness) = (0.0, 0.0);
         for (j, element) in self.elements.iter().enumerate() {
             in_range(Field::YieldPosition, j, element.inverse_yield, 0.1, 20.0)?;
             in_range(Field::StrengthShare, j, element.strength, 0.0, 1.0)?;
-            in_range(Field::AreaShare, j, element.area, 0.0, 1.0)?;
             strength += element.strength;
-            area += element.area;
             softness += element.strength * element.inverse_yield;
         }
-        in_range(Field::StrengthShare, M, strength, 1.0 - 1e-5, 1.0)?;
-        in_range(Field::AreaShare, M, area, 1.0 - 2e-5, 1.0 - 6e-6)?;
+        // A little below 1: an element's yield function reaches YIELD, and no resultant may exceed its limit.
+        in_range(Field::StrengthShare, M, strength, 1.0 - 2e-5, 1.0 - 6e-6)?;
         in_range(Field::YieldPosition, M, softness, 1.0 - 1e-4, 1.0 + 1e-4)?;
-        let cell = self.depth_max / (N - 1) as f32;
         let slip_length = |row: &Row| row.limit.value / row.stiffness.value;
         let (mut shortest, mut longest) = (f32::MAX, 0.0f32);
         for row in &self.rows {
@@ -81,14 +84,15 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                     return Err(Error::Range { what, index: i as u16, value: now.change });
                 }
             }
-            let pressed = row.pressed + 0.5 * cell * (2.0 * row.press.value + row.press.change);
-            if i + 1 < N && !((next.pressed - pressed).abs() <= 1e-5) {
+            let pressed = row.pressed + 2.0 * row.press.value + row.press.change;
+            if i + 1 < N && !((next.pressed - pressed).abs() <= 1e-5 * (N as f32)) {
                 return Err(Error::Range { what: Field::PressCoupling, index: i as u16, value: next.pressed });
             }
             if i + 1 < N {
+                row.check_shear(i, cell, self.growth_loss, self.fall_loss)?;
                 for t in [0.0, 1.0] {
                     if i > 0 || t > 0.0 {
-                        row.check_passive(i, t, cell, self.growth_loss, self.fall_loss)?;
+                        row.check_passive(i, t, cell, self.growth_loss)?;
                     }
                 }
             }
@@ -112,13 +116,13 @@ impl Row {
         let tiny = f32::MIN_POSITIVE;
         in_range(Field::NormalForce, i, self.normal.value, 0.0, 1e3)?;
         in_range(Field::ContactArea, i, self.area.value, 1e-12, 1e4)?;
-        in_range(Field::FrictionLimit, i, self.limit.value, 1e-12, 1e3)?;
-        in_range(Field::TangentialStiffness, i, self.stiffness.value, 1e-12, 1e3)?;
+        in_range(Field::FrictionLimit, i, self.limit.value, 1e-9, 1e3)?;
+        in_range(Field::TangentialStiffness, i, self.stiffness.value, 1e-9, 1e3)?;
         in_range(Field::StiffnessRatio, i, self.ratio.value, 0.25, 4.0)?;
         in_range(Field::PressCoupling, i, self.press.value, -1.0, 1.0)?;
-        in_range(Field::PressCoupling, i, self.pressed, -20.0, 20.0)?;
-        in_range(Field::NormalShearX, i, self.shear_x.value, 0.0, 1e3)?;
-        in_range(Field::NormalShearY, i, self.shear_y.value, 0.0, 1e3)?;
+        in_range(Field::PressCoupling, i, self.pressed, -4096.0, 4096.0)?;
+        in_range(Field::NormalShearX, i, self.shear_x.value, -1e6, 1e6)?;
+        in_range(Field::NormalShearY, i, self.shear_y.value, -1e6, 1e6)?;
         in_range(Field::TiltX, i, self.tilt.value, -0.25, 0.25)?;
         in_range(Field::BandNormal, i, self.band_normal.value, 0.0, 1e3)?;
         // Slip length: neither so short nor so long that a step would overflow.
@@ -137,8 +141,33 @@ impl Row {
         Ok(())
     }
 
-    /// The inequalities of [`DataOf::check`] at one end of a cell.
-    fn check_passive(&self, i: usize, t: f32, cell: f32, growth_loss: f32, fall_loss: f32) -> Result<(), Error> {
+    /// What shear may add to the normal force or take off it anywhere in a cell: that at its ends with the stiffness of
+    /// the deeper one.
+    fn check_shear(&self, i: usize, cell: f32, growth_loss: f32, fall_loss: f32) -> Result<(), Error> {
+        let at = |what, value: f32, limit: f32| {
+            if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
+        };
+        let k = self.stiffness.value + self.stiffness.change;
+        let dk = self.stiffness.change / (k * cell);
+        let smallest = self.ratio.value.min(self.ratio.value + self.ratio.change);
+        let drho = (self.ratio.change / (smallest * cell)).max(0.0);
+        let fall = (-self.ratio.change / (smallest * cell)).max(0.0);
+        let softest = self.ratio.value.max(self.ratio.value + self.ratio.change);
+        for t in [0.0, 1.0] {
+            at(Field::NormalShearX, self.shear_x.at(t), fall_loss * dk / k)?;
+            at(Field::NormalShearY, self.shear_y.at(t), (fall_loss * dk - 0.5 * drho) / (softest * k))?;
+            at(Field::NormalShearX, -self.shear_x.at(t), 0.5 * growth_loss * dk / k)?;
+            at(Field::NormalShearY, -self.shear_y.at(t), 0.5 * (growth_loss * dk - fall) / (softest * k))?;
+            // Twice G times the largest friction, against the stiffnesses along the normal and the plane.
+            let least = self.shear_x.at(t).min(self.shear_y.at(t)).min(0.0);
+            let most = 2.6 * least * (self.limit.value + self.limit.change);
+            at(Field::NormalShearX, most * most * k * softest.max(1.0), self.normal.change / cell)?;
+        }
+        Ok(())
+    }
+
+    /// The other inequalities of [`DataOf::check`] at one end of a cell.
+    fn check_passive(&self, i: usize, t: f32, cell: f32, growth_loss: f32) -> Result<(), Error> {
         let at = |what, value: f32, limit: f32| {
             if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
         };
@@ -146,9 +175,6 @@ impl Row {
         let dk = self.stiffness.change / (k * cell);
         let drho = self.ratio.change / (rho * cell);
         at(Field::StiffnessRatio, -drho, growth_loss * dk)?;
-        let energy = l * l / k;
-        at(Field::NormalShearX, self.shear_x.at(t), fall_loss * energy * dk)?;
-        at(Field::NormalShearY, self.shear_y.at(t), energy / rho * (fall_loss * dk - 0.5 * drho.max(0.0)))?;
         // The normal force stays positive and its stiffness outweighs the coupling's error in a finite step.
         at(Field::PressCoupling, self.press.at(t).abs() * l * 1.3, self.normal.at(t))?;
         let dpress = self.press.change.abs() / cell;

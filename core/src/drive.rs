@@ -3,6 +3,7 @@
 //! Main types: [`Drive`], [`Driven`]. Uses model, gradient.
 
 use crate::model::step;
+use crate::tune::Scaling;
 use crate::{ModelOf, Motion, Response, StateOf, Status};
 
 /// What is prescribed along the plane's normal.
@@ -55,7 +56,7 @@ pub struct Driven {
 const CONTENT: f32 = 4e-6;
 const ROUNDS: usize = 12;
 
-impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
+impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
     /// Advances a contact by one step driven by displacement or force in each direction.
     ///
     /// Tries standing still first and stays there if the forces fit within 4e-6 of the target (or of the limit), so
@@ -74,7 +75,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
             Normal::ForceN(force) if force.is_nan() => bad = Status::BAD_INPUT,
             Normal::ForceN(force) if force <= 0.0 => motion.depth_mm = motion.depth_mm.min(0.0),
             Normal::ForceN(force) => {
-                if !(state.depth > 0.0) {
+                if !state.in_contact() {
                     motion.depth_mm = self.depth_for_normal(force);
                 }
                 want_normal = Some(force);

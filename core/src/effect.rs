@@ -6,7 +6,7 @@
 use crate::blob::EffectSlot;
 use crate::error::Field;
 use crate::math::{exp, ln, sqrt};
-use crate::tune::Tuning;
+use crate::tune::Scaling;
 use crate::{Error, ModelOf, Motion, Response, StateOf, step};
 
 /// What an effect may depend on and the motion does not tell. `Default` is the reference state.
@@ -95,9 +95,9 @@ impl<'a> Effects<'a> {
     /// Strength laws multiply the strength factor, stiffness laws the tissue's stiffness, the depth offset is added
     /// where there is contact, adhesion is taken off the normal force. Every factor is held at 0.1 or above. Bad
     /// surroundings (NaN) leave the law out. Speed is the slide over the time step, 0 below 1e-6 mm.
-    pub fn step<const M: usize, const N: usize>(
+    pub fn step<const M: usize, const N: usize, S: Scaling>(
         &self,
-        model: &ModelOf<'_, M, N>,
+        model: &ModelOf<'_, M, N, S>,
         contact: &mut Contact<M>,
         surroundings: Surroundings,
         motion: Motion,
@@ -160,15 +160,9 @@ impl<'a> Effects<'a> {
             strength *= at_least(factor);
         }
         contact.state.set_strength_factor(strength);
-        let tuned = if stiffness == 1.0 {
-            *model
-        } else {
-            let tuning = Tuning { stiffness: stiffness.clamp(0.2, 5.0), ..Tuning::default() };
-            model.tuned(tuning).unwrap_or(*model)
-        };
-        let mut response = step(&tuned, &mut contact.state, motion);
+        let mut response = step(&model.stiffened(stiffness), &mut contact.state, motion);
         if adhesion != 0.0 && touches {
-            response.normal_force_n -= adhesion * sqrt(response.contact_area_mm2 / AREA_MM2);
+            response.normal_force_n -= adhesion * sqrt(response.contact_area_mm2.abs() * (1.0 / AREA_MM2));
         }
         response
     }

@@ -76,7 +76,6 @@ pub enum Field {
     DepthMax,
     YieldPosition,
     StrengthShare,
-    AreaShare,
     NormalForce,
     ContactArea,
     FrictionLimit,

@@ -9,12 +9,12 @@ use crate::params::{Node, Params, ParamsOf, Slider};
 impl Params {
     /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
     pub fn example() -> Self {
-        ParamsOf::example_with([slider(0.55, 0.17, 0.35), slider(1.30, 0.46, 0.41), slider(2.50, 0.37, 0.24)])
+        ParamsOf::example_with([slider(0.75, 0.45), slider(2.20, 0.55)])
     }
 }
 
-fn slider(yield_position: f32, strength_share: f32, area_share: f32) -> Slider {
-    Slider { yield_position, strength_share, area_share }
+fn slider(yield_position: f32, strength_share: f32) -> Slider {
+    Slider { yield_position, strength_share }
 }
 
 impl<const M: usize, const N: usize> ParamsOf<M, N> {
@@ -42,7 +42,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             depth_max_mm,
             sliders,
             nodes,
-            turn_slip: 0.55,
+            turn_slip: 0.1,
             growth_loss: 0.0,
             fall_loss: 0.25,
             area_tilt: 0.1,

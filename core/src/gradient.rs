@@ -2,6 +2,7 @@
 //!
 //! Main type: [`Gradient`]. Uses model.
 
+use crate::tune::Scaling;
 use crate::{ModelOf, StateOf};
 
 /// Derivatives of the forces for a motion that goes on in a given direction.
@@ -18,7 +19,7 @@ pub struct Gradient {
 /// Yield function from which an element counts as on its limit; a step leaves it there or a little above.
 const ON_LIMIT: f32 = 1.0 - 1e-5;
 
-impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
+impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
     /// The gradient at `state` for a motion that goes on in `direction` (depth, slide x, slide y; any length).
     ///
     /// One-sided where the law has kinks: elements on their limit slip if `direction` loads them further, and a
@@ -28,17 +29,15 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// Costs 300 to 450 instructions.
     pub fn gradient(&self, state: &StateOf<M>, direction: [f32; 3]) -> Gradient {
         let (data, scale) = (self.data, &self.scale);
-        if !(state.depth > 0.0) {
+        if !state.in_contact() {
             return Gradient::default();
         }
         let direction = direction.map(|d| if d.is_finite() { d } else { 0.0 });
         let (row, t, per_mm) = self.cell(state.depth);
         let k = state.stiffness;
         let l = state.limit;
-        let dk = row.stiffness.change * scale.stiffness * per_mm;
-        let dl = (row.limit.change * scale.limit + row.area.change * scale.area * scale.tau0)
-            * per_mm
-            * state.strength_factor;
+        let dk = scale.stiffness(row.stiffness.change) * per_mm;
+        let dl = scale.limit(row.limit.change, scale.area(row.area.change)) * per_mm * state.strength_factor;
         let ratio = row.ratio.at(t);
         let press = row.press.at(t);
         let per_slip = k / l;
@@ -75,17 +74,18 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
             }
         }
 
-        let [x, y] = mean;
+        let [x, y] = mean.map(|m| l * m);
         let mut friction = slope.map(|row| row.map(|s| l * s));
-        friction[0][0] += dl * x;
-        friction[1][0] += dl * y;
+        friction[0][0] += dl * mean[0];
+        friction[1][0] += dl * mean[1];
 
-        let (bx, by) = (row.shear_x.at(t) * scale.shear, row.shear_y.at(t) * scale.shear);
-        let mut normal: [f32; 3] =
-            core::array::from_fn(|i| press * friction[0][i] + 2.0 * (bx * x * slope[0][i] + by * y * slope[1][i]));
-        normal[0] += (row.normal.change * scale.normal
-            + row.press.change * l * x
-            + (row.shear_x.change * x * x + row.shear_y.change * y * y) * scale.shear)
+        let (bx, by) = (scale.per_newton(row.shear_x.at(t)), scale.per_newton(row.shear_y.at(t)));
+        let mut normal: [f32; 3] = core::array::from_fn(|i| {
+            press * friction[0][i] + 2.0 * (bx * x * friction[0][i] + by * y * friction[1][i])
+        });
+        normal[0] += (scale.normal(row.normal.change)
+            + row.press.change * x
+            + scale.per_newton(row.shear_x.change * x * x + row.shear_y.change * y * y))
             * per_mm;
         Gradient { normal_n_mm: normal, friction_n_mm: friction }
     }

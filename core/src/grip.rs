@@ -5,6 +5,7 @@
 use crate::math::sqrt;
 use crate::model::limit_share;
 use crate::table::Row;
+use crate::tune::Scaling;
 use crate::{ModelOf, Status};
 
 /// The least grip that holds a load.
@@ -21,24 +22,25 @@ pub struct Grip {
     pub status: Status,
 }
 
-impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
+impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
     /// The table's row at `depth`, the place within the cell, and cells per mm (0 beyond the last node).
     pub(crate) fn cell(&self, depth: f32) -> (&'a Row, f32, f32) {
-        let x = depth * self.scale.per_mm;
+        let per_mm = self.scale.per_mm(self.data.cells_per_mm);
+        let x = depth * per_mm;
         let index = (x as u32 as usize).min(N - 1);
         let row = &self.data.rows[index];
-        if index == N - 1 { (row, 0.0, 0.0) } else { (row, x - index as f32, self.scale.per_mm) }
+        if index == N - 1 { (row, 0.0, 0.0) } else { (row, x - index as f32, per_mm) }
     }
 
     /// Normal force without shear at `depth`, N.
     pub(crate) fn normal_at(&self, depth: f32) -> f32 {
         let (row, t, _) = self.cell(depth);
-        row.normal.at(t) * self.scale.normal
+        self.scale.normal(row.normal.at(t))
     }
 
     /// The depth at which the normal force without shear is `force`, mm; at most that of the last node.
     pub(crate) fn depth_for_normal(&self, force: f32) -> f32 {
-        let plain = force / self.scale.normal;
+        let plain = force / self.scale.normal(1.0);
         let (mut low, mut high) = (0, N - 1);
         while high - low > 1 {
             let middle = (low + high) / 2;
@@ -50,7 +52,7 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
         }
         let line = &self.data.rows[low.min(N - 1)].normal;
         let t = if line.change > 0.0 { ((plain - line.value) / line.change).min(1.0) } else { 1.0 };
-        ((low as f32 + t) / self.scale.per_mm).max(1e-6)
+        ((low as f32 + t) / self.scale.per_mm(self.data.cells_per_mm)).max(1e-6)
     }
 
     /// The least depth and normal force at which friction of `load_n` leaves a slip margin of at least `margin`.
@@ -64,7 +66,7 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
         let [x, y] = load_n;
         let load = sqrt(x * x + y * y);
         if !(load <= f32::MAX && margin.is_finite() && strength_factor.is_finite()) {
-            return Grip { status: Status::BAD_INPUT, ..self.grip_at(self.depth_max_mm(), [0.0; 2], [0.0; 2]) };
+            return Grip { status: Status::BAD_INPUT, ..self.grip_at(self.depth_max_mm(), [0.0; 2]) };
         }
         if load == 0.0 {
             return Grip::default();
@@ -74,17 +76,14 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
         let factor = strength_factor.clamp(0.2, 5.0);
         let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);
-            let plain = row.limit.at(t) * self.scale.limit + row.area.at(t) * self.scale.area * self.scale.tau0;
+            let plain = self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t)));
             (plain * factor, row.tilt.at(t))
         };
         let holds = |depth: f32| {
             let (strength, tilt) = strength(depth);
             strength * limit_share(tilt * cosine) >= need
         };
-        let at = |depth: f32| {
-            let (strength, _) = strength(depth);
-            self.grip_at(depth, load_n, load_n.map(|f| f / strength))
-        };
+        let at = |depth: f32| self.grip_at(depth, load_n);
         let deepest = self.depth_max_mm();
         if !holds(deepest) {
             return Grip { status: Status::LOAD_NOT_REACHED, ..at(deepest) };
@@ -101,12 +100,12 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
         at(high)
     }
 
-    /// Depth and normal force under friction `load_n`, which is the share `used` of the strength.
-    fn grip_at(&self, depth: f32, load_n: [f32; 2], used: [f32; 2]) -> Grip {
+    /// Depth and normal force under friction `load_n`.
+    fn grip_at(&self, depth: f32, load_n: [f32; 2]) -> Grip {
         let (row, t, _) = self.cell(depth);
-        let [x, y] = used;
-        let shear = (row.shear_x.at(t) * x * x + row.shear_y.at(t) * y * y) * self.scale.shear;
-        let normal = row.normal.at(t) * self.scale.normal + row.press.at(t) * load_n[0] + shear;
-        Grip { depth_mm: depth, normal_force_n: normal, status: Status::OK }
+        let [x, y] = load_n;
+        let shear = self.scale.per_newton(row.shear_x.at(t) * x * x + row.shear_y.at(t) * y * y);
+        let normal = self.scale.normal(row.normal.at(t)) + row.press.at(t) * x + shear;
+        Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
     }
 }

@@ -31,9 +31,11 @@ pub use error::{Error, Field};
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
-pub use model::{Data, DataOf, ELEMENTS, Element, Model, ModelOf, Motion, NODES, Response, State, StateOf, step};
+pub use model::{
+    Data, DataOf, ELEMENTS, Element, Model, ModelOf, Motion, NODES, Response, State, StateOf, Tuned, step,
+};
 pub use params::{Node, Params, ParamsOf, Slider};
 pub use regime::{Regime, Status};
 pub use save::STATE_BYTES;
 pub use table::{Line, Row};
-pub use tune::Tuning;
+pub use tune::{Fitted, Scaled, Scaling, Tuning};

@@ -5,7 +5,7 @@
 /// Square root of a number that is not negative, correctly rounded.
 ///
 /// `core` has no square root, and libm's is software on Arm (52 instructions). The C symbol becomes one VSQRT
-/// where the argument is a sum of squares; without an FPU, Rust's own `compiler_builtins` provides it.
+/// where the argument is a sum of squares or an absolute value; without an FPU, Rust's own `compiler_builtins` provides it.
 #[allow(unsafe_code)]
 #[inline(always)]
 pub(crate) fn sqrt(x: f32) -> f32 {

@@ -18,8 +18,6 @@ pub struct Slider {
     pub yield_position: f32,
     /// Its share of the strength; all together are 1.
     pub strength_share: f32,
-    /// Its share of the contact area; all together are 1.
-    pub area_share: f32,
 }
 
 /// The tables' values at one depth.
@@ -38,7 +36,7 @@ pub struct Node {
     pub stiffness_ratio: f32,
     /// Slide along x that a depth increment amounts to, mm/mm, −1 to 1.
     pub press_coupling: f32,
-    /// Normal force that full shear along x adds, N. Bounded by passivity.
+    /// Normal force that full shear along x adds or, if negative, takes off, N. Bounded by passivity.
     pub normal_shear_x_n: f32,
     /// The same along y, N.
     pub normal_shear_y_n: f32,
@@ -60,8 +58,7 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     /// The tables; node 0 is depth 0, where all forces are taken as 0.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub nodes: [Node; N],
-    /// Share of an element's slip that stays when the slide turns by 90°, 0.5 to 1. When it turns back twice that
-    /// less 1 stays.
+    /// Share of the contact area that slips right after the slide turns back from full slip, 0 to 1.
     pub turn_slip: f32,
     /// What a growing contact forgets of its shear's history, 0 to 1: 0 returns to the same force when the depth
     /// comes back, 1 forgets that it was ever smaller. Pays for a stiffness ratio that falls with depth.
@@ -98,6 +95,8 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
         const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
+            cells_per_mm: (N - 1) as f32 / self.depth_max_mm,
+            half_cell: 0.5 * self.depth_max_mm / (N - 1) as f32,
             turn_slip: self.turn_slip,
             area_tilt: self.area_tilt,
             growth_loss: self.growth_loss,
@@ -110,26 +109,21 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             elements: [Element::default(); M],
             rows: [Row::default(); N],
         };
-        let (mut strength, mut area, mut softness) = (0.0, 0.0, 0.0);
+        let (mut strength, mut softness) = (0.0, 0.0);
         for slider in &self.sliders {
             strength += slider.strength_share;
-            area += slider.area_share;
             softness += slider.strength_share / slider.yield_position;
         }
-        for (what, sum) in [(Field::StrengthShare, strength), (Field::AreaShare, area)] {
-            if !((sum - 1.0).abs() <= 1e-3) {
-                return Err(Error::Range { what, index: M as u16, value: sum });
-            }
+        if !((strength - 1.0).abs() <= 1e-3) {
+            return Err(Error::Range { what: Field::StrengthShare, index: M as u16, value: strength });
         }
         for (element, slider) in data.elements.iter_mut().zip(&self.sliders) {
             *element = Element {
                 inverse_yield: strength / (slider.yield_position * softness),
                 // A little below 1 in all, so that the resultant never exceeds the limit by rounding.
-                strength: slider.strength_share / strength * (1.0 - 2e-7),
-                area: slider.area_share / area * (1.0 - 8e-6),
+                strength: slider.strength_share / strength * (1.0 - 8e-6),
             };
         }
-        let cell = self.depth_max_mm / (N - 1) as f32;
         let node = |index: usize| -> Node {
             let mut node = self.nodes.get(index).copied().unwrap_or_default();
             if index == 0 {
@@ -138,11 +132,13 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 node.contact_area_mm2 = FLOOR * first.contact_area_mm2;
                 node.friction_limit_n = FLOOR * first.friction_limit_n;
                 node.tangential_stiffness_n_mm = FLOOR * first.tangential_stiffness_n_mm;
-                node.normal_shear_x_n = 0.0;
-                node.normal_shear_y_n = 0.0;
+                // Shear adds as much per force as at the first node, which vanishes with the limit.
+                node.normal_shear_x_n = FLOOR * FLOOR * first.normal_shear_x_n;
+                node.normal_shear_y_n = FLOOR * FLOOR * first.normal_shear_y_n;
             }
             node
         };
+        let per_newton = |added: f32, limit: f32| if added == 0.0 { 0.0 } else { added / limit / limit };
         let mut pressed = 0.0;
         for (index, row) in data.rows.iter_mut().enumerate() {
             let (a, b) = (node(index), node((index + 1).min(N - 1)));
@@ -152,14 +148,20 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 limit: Line::between(a.friction_limit_n, b.friction_limit_n),
                 stiffness: Line::between(a.tangential_stiffness_n_mm, b.tangential_stiffness_n_mm),
                 ratio: Line::between(a.stiffness_ratio, b.stiffness_ratio),
-                shear_x: Line::between(a.normal_shear_x_n, b.normal_shear_x_n),
-                shear_y: Line::between(a.normal_shear_y_n, b.normal_shear_y_n),
+                shear_x: Line::between(
+                    per_newton(a.normal_shear_x_n, a.friction_limit_n),
+                    per_newton(b.normal_shear_x_n, b.friction_limit_n),
+                ),
+                shear_y: Line::between(
+                    per_newton(a.normal_shear_y_n, a.friction_limit_n),
+                    per_newton(b.normal_shear_y_n, b.friction_limit_n),
+                ),
                 tilt: Line::between(a.tilt_x, b.tilt_x),
                 band_normal: Line::between(a.band_normal_n, b.band_normal_n),
                 press: Line::between(a.press_coupling, b.press_coupling),
                 pressed,
             };
-            pressed += 0.5 * cell * (a.press_coupling + b.press_coupling);
+            pressed += a.press_coupling + b.press_coupling;
         }
         data.check()?;
         Ok(data)

@@ -5,22 +5,24 @@
 use crate::Error;
 use crate::blob::crc32;
 use crate::error::Field;
-use crate::model::{ELEMENTS, FRESH, State, StateOf};
+use crate::model::{ELEMENTS, FRESH, State, StateOf, TOUCH_MM};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 11);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 13);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, mean, heading, then depth, limit, stiffness, its reference, press, strength factor.
+    /// Words of a state: elements, mean, its way since the last turn, then what that wore, depth, limit, stiffness, its
+    /// reference, square of the friction, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
-        let vectors = self.force.iter().chain([&self.mean, &self.heading]).flatten().copied();
-        vectors.chain([self.depth, self.limit, self.stiffness, self.reference, self.pressed, self.strength_factor])
+        let vectors = self.force.iter().chain([&self.mean, &self.way]).flatten().copied();
+        let Self { worn, depth, limit, stiffness, reference, square, pressed, strength_factor, .. } = *self;
+        vectors.chain([worn, depth, limit, stiffness, reference, square, pressed, strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 11)`.
+    /// `4 (2 M + 13)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 11);
+        let needed = 4 * (2 * M + 13);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -37,7 +39,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 11);
+        let expected = 4 * (2 * M + 13);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -55,11 +57,13 @@ impl<const M: usize> StateOf<M> {
             *pair = [next(), next()];
         }
         state.mean = [next(), next()];
-        state.heading = [next(), next()];
+        state.way = [next(), next()];
+        state.worn = next();
         state.depth = next();
         state.limit = next();
         state.stiffness = next();
         state.reference = next();
+        state.square = next();
         state.pressed = next();
         state.strength_factor = next();
         state.check()
@@ -75,16 +79,28 @@ impl<const M: usize> StateOf<M> {
                 return Err(bad(j, square));
             }
         }
-        for [x, y] in [self.mean, self.heading] {
+        for [x, y] in [self.mean, self.way] {
             let square = x * x + y * y;
-            if !(square <= 1.7) {
+            // A way may lead across the circle.
+            if !(square <= 6.8) {
                 return Err(bad(M, square));
             }
         }
+        if !(self.worn >= 0.0 && self.worn <= 1.0) {
+            return Err(bad(M, self.worn));
+        }
         let positive = |x: f32| x > 0.0 && x <= 1e9;
-        let in_contact = self.depth > 0.0;
-        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.reference == FRESH && self.pressed == 0.0;
-        let air = plain && self.force.as_flattened().iter().chain(&self.mean).chain(&self.heading).all(|x| *x == 0.0);
+        let in_contact = self.depth >= TOUCH_MM;
+        let plain = self.limit == 0.0 && self.stiffness == FRESH && self.reference == FRESH && self.pressed == 0.0;
+        let still = self
+            .force
+            .as_flattened()
+            .iter()
+            .chain(&self.mean)
+            .chain(&self.way)
+            .chain([&self.worn, &self.square])
+            .all(|x| *x == 0.0);
+        let air = plain && still;
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
         }
@@ -95,7 +111,10 @@ impl<const M: usize> StateOf<M> {
         if in_contact && !(self.reference >= 0.0 && self.reference <= self.stiffness * (1.0 + 1e-5)) {
             return Err(bad(M + 2, self.reference));
         }
-        if !(self.pressed.abs() <= 100.0) {
+        if in_contact && !(self.square >= 0.0 && self.square <= 1.7 * self.limit * self.limit) {
+            return Err(bad(M + 5, self.square));
+        }
+        if !(self.pressed.abs() <= 4096.0) {
             return Err(bad(M + 3, self.pressed));
         }
         if !(self.strength_factor >= 0.2 && self.strength_factor <= 5.0) {
@@ -131,12 +150,14 @@ mod with_serde {
         #[serde(with = "crate::array")]
         force: [[f32; 2]; M],
         mean: [f32; 2],
-        heading: [f32; 2],
+        way: [f32; 2],
+        worn: f32,
         depth_mm: f32,
         limit_n: f32,
         stiffness_n_mm: f32,
         reference_n_mm: f32,
-        pressed_mm: f32,
+        friction_squared_n2: f32,
+        pressed_half_cells: f32,
         strength_factor: f32,
     }
 
@@ -145,12 +166,14 @@ mod with_serde {
             let plain = Plain {
                 force: self.force,
                 mean: self.mean,
-                heading: self.heading,
+                way: self.way,
+                worn: self.worn,
                 depth_mm: self.depth,
                 limit_n: self.limit,
                 stiffness_n_mm: self.stiffness,
                 reference_n_mm: self.reference,
-                pressed_mm: self.pressed,
+                friction_squared_n2: self.square,
+                pressed_half_cells: self.pressed,
                 strength_factor: self.strength_factor,
             };
             plain.serialize(serializer)
@@ -163,12 +186,14 @@ mod with_serde {
             let state = Self {
                 force: plain.force,
                 mean: plain.mean,
-                heading: plain.heading,
+                way: plain.way,
+                worn: plain.worn,
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
                 stiffness: plain.stiffness_n_mm,
                 reference: plain.reference_n_mm,
-                pressed: plain.pressed_mm,
+                square: plain.friction_squared_n2,
+                pressed: plain.pressed_half_cells,
                 strength_factor: plain.strength_factor,
             };
             state.check().map_err(serde::de::Error::custom)

@@ -51,9 +51,9 @@ pub struct Row {
     pub stiffness: Line,
     /// Tangential stiffness along y over that along x.
     pub ratio: Line,
-    /// Normal force added by full shear along x, N.
+    /// Normal force added per square of friction along x, 1/N.
     pub shear_x: Line,
-    /// Normal force added by full shear along y, N.
+    /// The same along y, 1/N.
     pub shear_y: Line,
     /// Share by which the limit along +x exceeds that along y.
     pub tilt: Line,
@@ -61,7 +61,7 @@ pub struct Row {
     pub band_normal: Line,
     /// Slide per depth that pressing causes, mm/mm.
     pub press: Line,
-    /// The same summed up from depth 0 to the left node, mm.
+    /// The same summed up from depth 0 to the left node, half cells.
     pub pressed: f32,
 }
 

@@ -3,7 +3,7 @@
 use fingerpad::{Data, Error, File, Motion, Params, Response, State, step};
 
 const DOCUMENT: &str = include_str!("../../docs/fpm-format.md");
-const EXAMPLE: &[u8] = include_bytes!("../../firmware-example/example.fpm");
+const SHIPPED: &[u8] = include_bytes!("../../data/models/fingertip.fpm");
 
 /// The bytes at an aligned address.
 fn aligned(bytes: &[u8]) -> Vec<u64> {
@@ -32,25 +32,24 @@ fn words(r: &Response) -> [u32; 9] {
 }
 
 #[test]
-fn the_example_file_is_what_the_parameters_make() {
-    let file = aligned(EXAMPLE);
-    let bytes = &bytemuck::cast_slice::<u64, u8>(&file)[..EXAMPLE.len()];
+fn the_shipped_file_reads_and_writes_back() {
+    let file = aligned(SHIPPED);
+    let bytes = &bytemuck::cast_slice::<u64, u8>(&file)[..SHIPPED.len()];
     let read = File::from_bytes(bytes).unwrap();
-    let data = Params::example().try_build().unwrap();
-    assert_eq!(*read.model.data(), data);
+    let data = *read.model.data();
     let mut again = vec![0; Data::file_length(read.effects, read.meta)];
     data.write_file(read.effects, read.meta, &mut again).unwrap();
-    assert_eq!(again, EXAMPLE);
+    assert_eq!(again, SHIPPED);
     let hex: String = block("hex").split_whitespace().collect();
-    let start: String = EXAMPLE[..64].iter().map(|b| format!("{b:02x}")).collect();
+    let start: String = SHIPPED[..64].iter().map(|b| format!("{b:02x}")).collect();
     assert_eq!(hex, start);
     assert_eq!(File::from_bytes(&bytes[1..]).unwrap_err(), Error::Alignment);
 }
 
 #[test]
 fn the_documents_vectors() {
-    let data = Params::example().try_build().unwrap();
-    let model = data.model().unwrap();
+    let file = aligned(SHIPPED);
+    let model = File::from_bytes(&bytemuck::cast_slice::<u64, u8>(&file)[..SHIPPED.len()]).unwrap().model;
     let mut state = State::default();
     let mut lines = 0;
     for line in block("vectors").lines() {

@@ -40,16 +40,36 @@ proptest! {
         let g = model.gradient(&rest, dir);
         let mut moved = rest;
         let after = step(&model, &mut moved, motion(state.depth_mm() + h * dir[0], h * dir[1], h * dir[2]));
+        // On the way an element may reach its limit and a falling contact its reference: then the change lies between
+        // what the gradients at both ends say.
+        let end = model.gradient(&moved, dir);
         let predict = |row: [f32; 3]| h * (row[0] * dir[0] + row[1] * dir[1] + row[2] * dir[2]);
         let pairs = [
-            (after.normal_force_n - before.normal_force_n, predict(g.normal_n_mm)),
-            (after.friction_n[0] - before.friction_n[0], predict(g.friction_n_mm[0])),
-            (after.friction_n[1] - before.friction_n[1], predict(g.friction_n_mm[1])),
+            (after.normal_force_n - before.normal_force_n, g.normal_n_mm, end.normal_n_mm),
+            (after.friction_n[0] - before.friction_n[0], g.friction_n_mm[0], end.friction_n_mm[0]),
+            (after.friction_n[1] - before.friction_n[1], g.friction_n_mm[1], end.friction_n_mm[1]),
         ];
-        for (i, (is, said)) in pairs.into_iter().enumerate() {
-            // Second order in the step: on the way an element may reach its limit, a falling contact its reference.
-            prop_assert!((is - said).abs() <= 2e-6 + 0.4 * h * 0.5, "{i}: {is} {said}");
+        for (i, (is, start, end)) in pairs.into_iter().enumerate() {
+            let (a, b) = (predict(start), predict(end));
+            let apart = (a.min(b) - is).max(is - a.max(b));
+            prop_assert!(apart <= 2e-6 + 0.05 * h, "{i}: {is} {a} {b}");
         }
+    }
+
+    /// Anywhere, above all where the finger just does not touch: numbers, and a state that can be saved.
+    #[test]
+    fn at_the_edge_of_contact(exponent in -9.0f32..0.0, x in -1.0f32..1.0, far in -1e30f32..1e30) {
+        let data = example();
+        let model = data.model().unwrap();
+        let mut state = State::default();
+        step(&model, &mut state, motion(1.0, x, 0.1));
+        step(&model, &mut state, motion(10.0f32.powf(exponent), x, 0.1));
+        for direction in [[x, 1.0, 0.0], [far, x, -far]] {
+            let g = model.gradient(&state, direction);
+            let all = g.normal_n_mm.iter().chain(g.friction_n_mm.as_flattened());
+            prop_assert!(all.into_iter().all(|s| s.is_finite()), "{g:?}");
+        }
+        prop_assert_eq!(State::from_bytes(&state.to_bytes()), Ok(state));
     }
 
     #[test]

@@ -8,7 +8,7 @@
 
 // A model ready to step. Load it with `fingerpad_model_load`; the file must stay where it is.
 typedef struct {
-  uint64_t opaque[7];
+  uint64_t opaque[5];
 } fingerpad_model;
 
 // All that a contact remembers. Plain memory: copy it to save it.

@@ -1,6 +1,6 @@
 //! One million steps of a random path, boiled down to one number that host and target must share.
 //!
-//! Compiled into the firmware and, by path, into `core/examples/golden.rs`.
+//! Compiled into the firmware and, by path, into `core/examples/document.rs`.
 
 use fingerpad::{Model, Motion, State, step};
 

@@ -19,7 +19,7 @@ pub const CORE_CLOCK_HZ: u32 = 25_000_000;
 
 /// The model that all programs run. Replace the file to run another finger.
 pub fn model() -> Result<Model<'static>, Error> {
-    Model::from_bytes(fingerpad::include_fpm!("../example.fpm"))
+    Model::from_bytes(fingerpad::include_fpm!("../../data/models/fingertip.fpm"))
 }
 
 /// Starts SysTick so that its exception comes `rate_hz` times a second.

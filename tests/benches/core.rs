@@ -1,5 +1,8 @@
 //! Nanoseconds on the host for what `cargo xtask thumb count` counts in instructions: each step needs the one before.
 
+#[path = "../../firmware-example/src/rivals.rs"]
+mod rivals;
+
 use divan::{Bencher, black_box};
 use fingerpad::{Drive, Grip, Motion, Normal, Params, ParamsOf, Slider, State, StateOf, Tangential, Tuning, step};
 
@@ -18,11 +21,7 @@ fn motions() -> impl Iterator<Item = Motion> {
 }
 
 fn steps<const M: usize>(bencher: Bencher) {
-    let slider = |j: usize| Slider {
-        yield_position: 0.4 + j as f32,
-        strength_share: 1.0 / M as f32,
-        area_share: 1.0 / M as f32,
-    };
+    let slider = |j: usize| Slider { yield_position: 0.4 + j as f32, strength_share: 1.0 / M as f32 };
     let data = ParamsOf::<M, 25>::example_with(std::array::from_fn(slider)).try_build().expect("the example is valid");
     let model = data.model().expect("the example is valid");
     let mut state = StateOf::default();
@@ -33,6 +32,31 @@ fn steps<const M: usize>(bencher: Bencher) {
 #[divan::bench(consts = [2, 3, 4, 5, 8])]
 fn step_with_elements<const M: usize>(bencher: Bencher) {
     steps::<M>(bencher);
+}
+
+fn rival(bencher: Bencher, one: extern "C" fn(&mut rivals::Rivals, &[f32; 4])) {
+    let mut rivals = rivals::Rivals::default();
+    let mut motions = motions();
+    bencher.bench_local(move || {
+        let Motion { depth_mm, slide_increment_mm: [x, y], dt_s } = motions.next().expect("endless");
+        one(&mut rivals, black_box(&[depth_mm, x, y, dt_s]));
+        rivals.out
+    });
+}
+
+#[divan::bench]
+fn rival_lugre_powf_bilinear(bencher: Bencher) {
+    rival(bencher, rivals::lugre);
+}
+
+#[divan::bench]
+fn rival_interpn_powf_nalgebra_iwan(bencher: Bencher) {
+    rival(bencher, rivals::crates);
+}
+
+#[divan::bench]
+fn rival_network_3_16_16_3(bencher: Bencher) {
+    rival(bencher, rivals::network);
 }
 
 #[divan::bench]

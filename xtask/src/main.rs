@@ -34,6 +34,8 @@ enum Chore {
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
+    /// Fit the shipped model to the stored runs again, and bring the documented vectors up to it
+    Model,
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
 }
@@ -63,8 +65,38 @@ fn main() -> anyhow::Result<()> {
             other => bail!("no benchmark {other}; there are: peer, core, diagnose"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
+        Chore::Model => model(),
         Chore::Thumb(args) => thumb::main(&args),
     }
+}
+
+/// The shipped model from the stored runs, then what `docs/fpm-format.md` says of its bytes.
+fn model() -> anyhow::Result<()> {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let file = "data/models/fingertip.fpm";
+    let fit = ["--package", "fingerpad-offline", "--", "reduce", "--runs", "data/runs", "--out", file];
+    run(Command::new(env!("CARGO")).current_dir(&root).args(["run", "--release"]).args(fit))?;
+    let show = ["run", "--quiet", "--release", "--package", "fingerpad", "--example", "document", "--", file];
+    let out = Command::new(env!("CARGO")).current_dir(&root).args(show).output()?;
+    let says = String::from_utf8(out.stdout)?;
+    let parts: Vec<&str> = says.trim().split("\n\n").collect();
+    let [size, hex, vectors, golden] = parts[..] else { bail!("not understood: {says}") };
+    let document = root.join("docs/fpm-format.md");
+    let mut text = std::fs::read_to_string(&document)?;
+    let digest = golden.trim_start_matches("golden: ");
+    for (from, to, new) in [
+        ("`data/models/fingertip.fpm` has ", ", and starts", size.to_owned()),
+        ("```hex\n", "\n```", hex.to_owned()),
+        ("```vectors\n", "\n```", vectors.to_owned()),
+        ("have the digest `", "`", digest.to_owned()),
+    ] {
+        let start = text.find(from).with_context(|| format!("{}: no {from}", document.display()))? + from.len();
+        let end = start + text[start..].find(to).with_context(|| format!("{}: no {to}", document.display()))?;
+        text.replace_range(start..end, &new);
+    }
+    std::fs::write(&document, text)?;
+    println!("{size}, digest {digest}: in {}", document.display());
+    Ok(())
 }
 
 /// Runs both fuzz targets of the core; a find ends it with its input.

@@ -13,6 +13,8 @@ use clap::{Subcommand, ValueEnum};
 use crate::elf::Elf;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
+/// The model that the firmware holds, from its folder.
+const MODEL: &str = "../data/models/fingertip.fpm";
 const DEBIAN_COMPILER: &str = "/usr/bin/rustc";
 
 /// Options of `cargo xtask thumb`.
@@ -194,10 +196,11 @@ impl Tools {
         ensure!(status.success(), "golden ended with {status}");
         let host = cargo_command()
             .current_dir(self.firmware.join(".."))
-            .args(["run", "--quiet", "--release", "--package", "fingerpad", "--example", "golden"])
+            .args(["run", "--quiet", "--release", "--package", "fingerpad", "--example", "document", "--"])
+            .arg(self.firmware.join(MODEL))
             .output()?;
         ensure!(host.status.success(), "{}", String::from_utf8_lossy(&host.stderr));
-        let host = String::from_utf8_lossy(&host.stdout).trim().to_owned();
+        let host = String::from_utf8_lossy(&host.stdout).lines().last().unwrap_or_default().to_owned();
         ensure!(log.trim() == host, "host and target differ: {host} and {}", log.trim());
         let digest = host.trim_start_matches("golden: ");
         let document = fs::read_to_string(self.firmware.join("../docs/fpm-format.md"))?;
@@ -343,7 +346,7 @@ impl Tools {
         let step = elf.function("one_step")?;
         let (stack, through) = elf.worst_stack(step)?;
         println!("step: {} bytes of code, {stack} bytes of stack ({})", elf.code_size(step), through.join(" > "));
-        let model = fs::metadata(self.firmware.join("example.fpm"))?.len();
+        let model = fs::metadata(self.firmware.join(MODEL))?.len();
         println!("tables: {model} bytes (the model file); state: {} bytes", STATE_BYTES);
         ensure!(elf.code_size(step) <= 2500 && stack <= 160, "over the budget of 2500 and 160 bytes");
         Ok(())
@@ -362,7 +365,7 @@ impl Tools {
 
 /// Most instructions that a step of the default model may take.
 const STEP_BUDGET: u32 = 380;
-/// Three elements, mean and heading of two words each, six words.
+/// Two elements, resultant and its way of two words each, eight words.
 const STATE_BYTES: u32 = 64;
 
 /// Runs a program under QEMU: exit status and the file with what it wrote.

@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|input: &[u8]| {
     let _ = aligned(input, |bytes| File::from_bytes(bytes).is_ok());
-    let example = include_bytes!("../../../firmware-example/example.fpm");
+    let example = include_bytes!("../../../data/models/fingertip.fpm");
     let mut file = example.to_vec();
     // Input: pairs of a place and a byte that goes there.
     for patch in input.chunks_exact(3) {

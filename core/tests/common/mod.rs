@@ -65,9 +65,15 @@ impl core::ops::Deref for AnyModel {
 }
 
 /// Runs a path and calls `each` with the step's displacement and response.
-pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Response)) -> State {
+pub fn run(data: &Data, path: &[[f64; 3]], each: impl FnMut([f64; 3], &Response)) -> State {
+    run_with(data, 1.0, path, each)
+}
+
+/// The same with a strength factor.
+pub fn run_with(data: &Data, strength: f32, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Response)) -> State {
     let model = data.model().unwrap();
     let mut state = State::default();
+    state.set_strength_factor(strength);
     for pair in path.windows(2) {
         let by: [f64; 3] = core::array::from_fn(|i| pair[1][i] - pair[0][i]);
         let motion =
@@ -80,11 +86,13 @@ pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Respo
 
 /// Models of all kinds that pass the check: the example with its freedoms drawn up to the limits.
 pub fn any_model() -> impl Strategy<Value = AnyModel> {
-    let freedoms = (0.3f32..1.5, -0.04f32..0.04, 0.0f32..0.15, 0.0f32..0.15, -0.1f32..0.1, 0.5f32..=1.0);
-    let sliders = prop::array::uniform3((0.3f32..1.0, 0.1f32..1.0));
-    (freedoms, sliders).prop_filter_map("passive", |((ratio, press, bx, by, odd, shape), sliders)| {
+    let freedoms =
+        (0.3f32..1.5, -0.04f32..0.04, -0.15f32..0.15, -0.15f32..0.15, -0.1f32..0.1, 0.0f32..=1.0, 0.0f32..0.8);
+    let sliders = prop::array::uniform2((0.3f32..1.0, 0.1f32..1.0));
+    (freedoms, sliders).prop_filter_map("passive", |((ratio, press, bx, by, odd, shape, growth_loss), sliders)| {
         let mut params = Params::example();
         params.turn_slip = shape;
+        params.growth_loss = growth_loss;
         for node in &mut params.nodes {
             node.stiffness_ratio = ratio;
             node.press_coupling = press;
@@ -98,7 +106,6 @@ pub fn any_model() -> impl Strategy<Value = AnyModel> {
             position += gap;
             slider.yield_position = position;
             slider.strength_share = share / total;
-            slider.area_share = share / total;
         }
         params.try_build().ok().map(AnyModel)
     })

@@ -4,13 +4,13 @@
 
 use core::slice;
 
-use fingerpad::{Error, Model, Motion, State, Tuning};
+use fingerpad::{Error, Model, Motion, State, Tuned, Tuning};
 use panic_never as _;
 
 /// A model ready to step. Load it with `fingerpad_model_load`; the file must stay where it is.
 #[repr(C)]
 pub struct fingerpad_model {
-    opaque: [u64; 7],
+    opaque: [u64; 5],
 }
 
 /// All that a contact remembers. Plain memory: copy it to save it.
@@ -71,8 +71,8 @@ pub struct fingerpad_grip {
 }
 
 const _: () = {
-    assert!(size_of::<Model<'static>>() <= size_of::<fingerpad_model>());
-    assert!(align_of::<Model<'static>>() <= align_of::<fingerpad_model>());
+    assert!(size_of::<Tuned<'static>>() <= size_of::<fingerpad_model>());
+    assert!(align_of::<Tuned<'static>>() <= align_of::<fingerpad_model>());
     assert!(size_of::<State>() == size_of::<fingerpad_state>());
     assert!(align_of::<State>() == align_of::<fingerpad_state>());
 };
@@ -103,10 +103,10 @@ fn code(error: Error) -> i32 {
 pub unsafe extern "C" fn fingerpad_model_load(model: *mut fingerpad_model, file: *const u8, length: usize) -> i32 {
     // SAFETY: the caller's promise.
     let bytes: &'static [u8] = unsafe { slice::from_raw_parts(file, length) };
-    match Model::from_bytes(bytes) {
+    match Model::from_bytes(bytes).and_then(|model| model.tuned(Tuning::default())) {
         Ok(loaded) => {
             // SAFETY: the caller's promise; size and alignment were checked above.
-            unsafe { model.cast::<Model<'static>>().write(loaded) };
+            unsafe { model.cast::<Tuned<'static>>().write(loaded) };
             0
         }
         Err(error) => code(error),
@@ -127,7 +127,7 @@ pub unsafe extern "C" fn fingerpad_model_tune(
     tau0_mpa: f32,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let model = unsafe { &mut *model.cast::<Model<'static>>() };
+    let model = unsafe { &mut *model.cast::<Tuned<'static>>() };
     match model.tuned(Tuning { size, stiffness, lambda, tau0_mpa }) {
         Ok(tuned) => {
             *model = tuned;
@@ -168,7 +168,7 @@ pub unsafe extern "C" fn fingerpad_step(
     motion: fingerpad_motion,
 ) -> fingerpad_response {
     // SAFETY: the caller's promise.
-    let (model, state) = unsafe { (&*model.cast::<Model<'static>>(), &mut *state.cast::<State>()) };
+    let (model, state) = unsafe { (&*model.cast::<Tuned<'static>>(), &mut *state.cast::<State>()) };
     let fingerpad_motion { depth_mm, slide_x_mm, slide_y_mm, dt_s } = motion;
     let r = fingerpad::step(model, state, Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], dt_s });
     fingerpad_response {
@@ -199,7 +199,7 @@ pub unsafe extern "C" fn fingerpad_least_grip(
     strength_factor: f32,
 ) -> fingerpad_grip {
     // SAFETY: the caller's promise.
-    let model = unsafe { &*model.cast::<Model<'static>>() };
+    let model = unsafe { &*model.cast::<Tuned<'static>>() };
     let grip = model.least_grip([load_x_n, load_y_n], margin, strength_factor);
     fingerpad_grip { depth_mm: grip.depth_mm, normal_force_n: grip.normal_force_n, status: grip.status.0 }
 }

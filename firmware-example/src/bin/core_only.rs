@@ -8,7 +8,8 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::{
-    ContactFrame, Drive, File, Gradient, Grip, Model, Motion, Normal, Params, Response, State, Tangential, Tuning,
+    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, Normal, Params, Response, State,
+    Surroundings, Tangential, Tuned, Tuning,
 };
 use nalgebra::{Matrix3, Vector3};
 use panic_never as _;
@@ -18,6 +19,25 @@ use panic_never as _;
 #[unsafe(no_mangle)]
 fn one_step(model: &Model<'_>, state: &mut State, motion: &Motion) -> Response {
     fingerpad::step(model, state, *motion)
+}
+
+/// The same for a retuned model.
+#[inline(never)]
+#[unsafe(no_mangle)]
+fn one_tuned_step(model: &Tuned<'_>, state: &mut State, motion: &Motion) -> Response {
+    fingerpad::step(model, state, *motion)
+}
+
+/// A step with the effects of the model's file.
+#[inline(never)]
+#[unsafe(no_mangle)]
+fn one_step_with_effects(
+    effects: &Effects<'_>,
+    model: &Model<'_>,
+    contact: &mut Contact<{ fingerpad::ELEMENTS }>,
+    motion: &Motion,
+) -> Response {
+    effects.step(model, contact, Surroundings::default(), *motion)
 }
 
 #[inline(never)]
@@ -32,11 +52,18 @@ fn requests(model: &Model<'_>, state: &mut State, f: [f32; 4]) -> (Gradient, Gri
 #[inline(never)]
 fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     let file = File::from_bytes(bytes).ok()?;
-    let model = file.model.tuned(Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] }).ok()?;
-    black_box((file.effects, file.meta, model.depth_max_mm()));
+    let model = file.model;
+    let tuned = model.tuned(Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] }).ok()?;
+    black_box((file.meta, tuned.depth_max_mm()));
     let mut state = State::default();
     state.set_strength_factor(f[3]);
-    let r = one_step(&model, &mut state, &Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], dt_s: f[3] });
+    let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], dt_s: f[3] };
+    let r = one_step(&model, &mut state, &motion);
+    black_box(one_tuned_step(&tuned, &mut state, &motion));
+    let mut contact = Contact::default();
+    let effects = Effects::new(file.effects).ok()?;
+    black_box(one_step_with_effects(&effects, &model, &mut contact, &motion));
+    Effects::rested(&mut contact);
     black_box(requests(&model, &mut state, f));
     let saved = black_box(state.to_bytes());
     Some((r, State::from_bytes(&saved).ok()?))

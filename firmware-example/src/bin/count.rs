@@ -6,8 +6,8 @@ use core::hint::black_box;
 
 use cortex_m_rt::entry;
 use fingerpad::{
-    DataOf, Drive, ELEMENTS, Error, Motion, NODES, Normal, ParamsOf, Response, Slider, StateOf, Tangential, Tuning,
-    step,
+    Contact, DataOf, Drive, ELEMENTS, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response, Slider,
+    StateOf, Surroundings, Tangential, Tuned, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;
@@ -20,7 +20,6 @@ fn example<const M: usize>() -> Result<DataOf<M, NODES>, Error> {
         *slider = Slider {
             yield_position: 3.0 * (j as f32 + 0.3) / M as f32,
             strength_share: 1.0 / M as f32,
-            area_share: 1.0 / M as f32,
         };
     }
     ParamsOf::example_with(sliders).try_build()
@@ -71,8 +70,8 @@ fn row<const M: usize>(name: &str, samples: &[[f32; 4]]) -> Result<(), Error> {
 }
 
 fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
-    row::<2>("step M=2", samples)?;
-    row::<3>("step M=3 default", samples)?;
+    row::<2>("step M=2 default", samples)?;
+    row::<3>("step M=3", samples)?;
     row::<4>("step M=4", samples)?;
     row::<5>("step M=5", samples)?;
     row::<6>("step M=6", samples)?;
@@ -84,12 +83,74 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
     print("least_grip", count(grip, &mut bench, samples));
     print("step_driven by normal force", count(driven, &mut bench, samples));
     print("tuned", count(tuned, &mut bench, samples));
+    effects(samples)?;
     let mut rivals = Rivals::default();
     print("LuGre 2-D + powf + bilinear table", count(lugre, &mut rivals, samples));
     print("interpn cubic + powf + nalgebra Iwan 8", count(crates, &mut rivals, samples));
     print("network 3-16-16-3 ReLU", count(network, &mut rivals, samples));
     black_box(&rivals.out);
     Ok(())
+}
+
+/// Slots of a model file, one law each: number, parameters.
+const LAWS: [(&str, u32, [f32; 3]); 12] = [
+    ("hydration_bell", 1, [0.3, 55.0, 15.0]),
+    ("speed_log", 2, [0.05, 0.0, 0.0]),
+    ("speed_stribeck", 3, [0.2, 10.0, 0.0]),
+    ("anisotropy", 5, [0.07, 0.13, 0.0]),
+    ("normal_relaxation", 6, [0.2, 1.4, 0.0]),
+    ("contact_ageing", 7, [0.05, 0.1, 0.5]),
+    ("static_peak", 8, [0.2, 0.3, 0.0]),
+    ("occlusion_growth", 9, [0.3, 10.0, 0.0]),
+    ("adhesion", 10, [0.015, 0.0, 0.0]),
+    ("depth_zero_offset", 11, [0.05, 0.0, 0.0]),
+    ("strain_stiffening", 16, [0.3, 0.0, 0.0]),
+    ("temperature", 17, [0.03, 0.0, 0.0]),
+];
+
+struct EffectBench<'a> {
+    model: fingerpad::Model<'a>,
+    effects: Effects<'a>,
+    contact: Contact<ELEMENTS>,
+    response: Response,
+}
+
+extern "C" fn with_effects(b: &mut EffectBench<'_>, s: &[f32; 4]) {
+    let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], dt_s: s[3] };
+    let around = Surroundings { hydration_au: 50.0, temperature_c: 30.0 };
+    b.response = b.effects.step(&b.model, &mut b.contact, around, motion);
+}
+
+/// A retuned model, then each law alone and all together.
+fn effects(samples: &[[f32; 4]]) -> Result<(), Error> {
+    let model = fingerpad_firmware::model()?;
+    let tuned = model.tuned(Tuning { size: 1.1, stiffness: 1.3, ..Tuning::default() })?;
+    let mut bench = TunedBench { model: tuned, state: StateOf::default(), response: Response::default() };
+    print("step, retuned finger", count(ours_tuned, &mut bench, samples));
+    black_box(&bench.response);
+    let slots = LAWS.map(|(_, kind, [a, b, c])| EffectSlot { kind, reserved: 0, values: [a, b, c, 0.0, 0.0, 0.0] });
+    let run = |name: &str, slots: &[EffectSlot]| -> Result<(), Error> {
+        let (contact, response) = (Contact::default(), Response::default());
+        let mut bench = EffectBench { model, effects: Effects::new(slots)?, contact, response };
+        print(name, count(with_effects, &mut bench, samples));
+        black_box(&bench.response);
+        Ok(())
+    };
+    run("effects, none in the file", &[])?;
+    for (slot, (name, ..)) in slots.iter().zip(LAWS) {
+        run(name, core::slice::from_ref(slot))?;
+    }
+    run("effects, all twelve", &slots)
+}
+
+struct TunedBench<'a> {
+    model: Tuned<'a>,
+    state: StateOf<ELEMENTS>,
+    response: Response,
+}
+
+extern "C" fn ours_tuned(b: &mut TunedBench<'_>, s: &[f32; 4]) {
+    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], dt_s: s[3] });
 }
 
 extern "C" fn gradient(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {

@@ -1,4 +1,4 @@
-//! Prints the digest of a million steps; `cargo run -p fingerpad --example golden` must print the same.
+//! Prints the digest of a million steps; `cargo run -p fingerpad --example document` must print the same.
 #![no_std]
 #![no_main]
 

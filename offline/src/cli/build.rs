@@ -12,11 +12,11 @@ use anyhow::Context;
 use fingerpad_offline::{
     experiment::{self, Config},
     io::{self, atomic_write},
-    mesh,
+    mesh, reduce,
     report::{
         self, BuildReport, Check, DepthResult, FrictionConstants, MeshCounts, Provenance, Quantity, Stage, Steady,
     },
-    slide::{BoneKind, Finger, MarchError, PressLimit, Trajectory},
+    slide::{BoneKind, Finger, MarchError, PressLimit, Trajectory, march},
 };
 use indicatif::MultiProgress;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -40,9 +40,13 @@ pub struct Args {
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Run everything again, also what is finished
+    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (160
+    /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
     full: bool,
+    /// Folder of the stored runs behind the reduced model; used where the settings are theirs
+    #[arg(long, value_name = "DIR", default_value = "data/runs")]
+    runs: PathBuf,
     /// Threads; each depth runs on one [default: the machine's]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -102,6 +106,44 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = assemble(&config, &finger, &quality, touch.curvature_radius_mm, &hash, &table, &runs, mesh_s);
     write_results(&args.out, &finger, &report)?;
     print_summary(&args.out, &report, start.elapsed().as_secs_f64());
+    reduction(args, &config, &finger)?;
+    Ok(())
+}
+
+/// The path of the design that is run again and compared with what is stored.
+const AGAIN: &str = "straight-00";
+
+/// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
+fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failure> {
+    let hash = reduce::settings_hash(config)?;
+    let folder = if args.full { args.out.join("design") } else { args.runs.clone() };
+    if args.full {
+        super::reduce::run_design(config, &folder, args.jobs)?;
+    }
+    let mut runs = if folder.is_dir() { super::reduce::read_runs(&folder)? } else { Vec::new() };
+    runs.retain(|run| run.settings_hash == hash);
+    if runs.is_empty() {
+        println!("no reduced model: {} has no runs of settings {hash}; --full makes them", folder.display());
+        return Ok(());
+    }
+    if !args.full
+        && let Some(stored) = runs.iter().find(|run| run.name == AGAIN)
+    {
+        let bar = bar(AGAIN.into());
+        let again = march(&config.problem(finger), &stored.path, &[], &mut |progress| {
+            show(&bar, &progress);
+            go_on()
+        });
+        bar.finish_and_clear();
+        let again = again.map_err(|e| march_failure(e, AGAIN, "the results so far are kept".into()))?;
+        let [normal, friction] = stored.difference(&again.responses);
+        println!(
+            "stored run {AGAIN} made again: normal force within {:.2} %, friction within {:.2} % of their largest",
+            100.0 * normal,
+            100.0 * friction
+        );
+    }
+    super::reduce::fit(&runs, config.friction.beta, &args.out.join("model.fpm"))?;
     Ok(())
 }
 

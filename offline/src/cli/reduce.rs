@@ -67,7 +67,7 @@ impl From<ReduceError> for Failure {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.design {
-        run_design(args)?;
+        run_design(&args.model.config()?, &args.runs, args.jobs)?;
     }
     let Some(out) = &args.out else { return Ok(()) };
     let mut runs = read_runs(&args.runs)?;
@@ -77,21 +77,29 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let hash = reduce::settings_hash(&config)?;
         runs.retain(|run| run.settings_hash == hash);
     }
+    let reduced = fit(&runs, config.friction.beta, out)?;
+    if let Some(folder) = &args.report {
+        write_report(folder, &runs, &reduced, config.friction.beta, args.curve)?;
+    }
+    Ok(())
+}
+
+/// Fits, prints the errors and writes the model file.
+pub(super) fn fit(runs: &[Run], exponent: f64, out: &Path) -> Result<Reduced, Failure> {
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
-    println!("{} runs of settings {}, {early} ended early", runs.len(), runs[0].settings_hash);
+    let hash = runs.first().map_or("", |r| &r.settings_hash);
+    println!("{} runs of settings {hash}, {early} ended early", runs.len());
     let spinner = ProgressBar::new_spinner().with_message("fitting, every step through the core");
     spinner.enable_steady_tick(std::time::Duration::from_millis(120));
-    let reduced = reduce::reduce(&runs, config.friction.beta, &Settings::default());
+    let reduced = reduce::reduce(runs, exponent, &Settings::default());
     spinner.finish_and_clear();
     let reduced = reduced?;
     let bytes = reduced.file(&[])?;
     atomic_write(out, |w| w.write_all(&bytes))?;
     print_summary(&reduced);
     println!("{}: {} bytes", out.display(), bytes.len());
-    if let Some(folder) = &args.report {
-        write_report(folder, &runs, &reduced, config.friction.beta, args.curve)?;
-    }
-    Ok(())
+    print_speed(runs, &reduced)?;
+    Ok(reduced)
 }
 
 /// Page, numbers and figures of the fit; with `curve` other sizes are fitted for it.
@@ -122,7 +130,7 @@ fn write_report(folder: &Path, runs: &[Run], reduced: &Reduced, exponent: f64, c
 }
 
 /// All runs of the folder, which must be of one kind of settings.
-fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
+pub(super) fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
     let place = || folder.display().to_string();
     let entries = fs::read_dir(folder).with_context(place).map_err(Failure::Input)?;
     let mut files = Vec::new();
@@ -142,6 +150,42 @@ fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
         return Err(Failure::Input(anyhow::anyhow!("{}: no runs (*.fprun); make them with --design", place())));
     }
     Ok(runs)
+}
+
+/// What the same paths cost both models.
+fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
+    let model = reduced.data.model().map_err(ReduceError::from)?;
+    println!(
+        "                         finite elements, s a path   reduced, us a path   steps   ns a step        ratio"
+    );
+    for kind in Kind::ALL {
+        let of_kind: Vec<&Run> = runs.iter().filter(|r| r.kind == kind).collect();
+        let count = of_kind.len() as f64;
+        if of_kind.is_empty() {
+            continue;
+        }
+        let steps: usize = of_kind.iter().map(|run| reduce::replay_steps(run)).sum();
+        // The best of a few: other work on the machine only ever adds.
+        let once = || {
+            let start = std::time::Instant::now();
+            for run in &of_kind {
+                std::hint::black_box(reduce::replay(&model, run));
+            }
+            start.elapsed().as_secs_f64()
+        };
+        let taken_s = (0..9).map(|_| once()).fold(f64::INFINITY, f64::min);
+        let cpu_s: f64 = of_kind.iter().map(|r| r.cpu_s).sum();
+        println!(
+            "  {:20} {:>27.2} {:>20.1} {:>7.0} {:>11.1} {:>12.2e}",
+            kind.as_str(),
+            cpu_s / count,
+            1e6 * taken_s / count,
+            steps as f64 / count,
+            1e9 * taken_s / steps as f64,
+            cpu_s / taken_s
+        );
+    }
+    Ok(())
 }
 
 fn print_summary(reduced: &Reduced) {
@@ -175,12 +219,10 @@ fn print_summary(reduced: &Reduced) {
 }
 
 /// Runs the paths of the design that have no file yet, a thread per path.
-fn run_design(args: &Args) -> Result<(), Failure> {
-    let config = args.model.config()?;
+pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
     let (finger, _) = config.finger()?;
     config.check_depths(&[reduce::DEPTH_MAX_MM], &finger)?;
-    let hash = reduce::settings_hash(&config)?;
-    let folder = &args.runs;
+    let hash = reduce::settings_hash(config)?;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
     let design = reduce::design();
     let file = |e: &Experiment| folder.join(Run::file_name(e, &hash));
@@ -197,8 +239,7 @@ fn run_design(args: &Args) -> Result<(), Failure> {
     if missing == 0 {
         return Ok(());
     }
-    let threads =
-        args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, missing);
+    let threads = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, missing);
     let bars = MultiProgress::new();
     let style =
         ProgressStyle::with_template("{prefix:>16} {bar:30} {pos}/{len} paths  {eta} left").expect("a valid template");
@@ -213,7 +254,7 @@ fn run_design(args: &Args) -> Result<(), Failure> {
                     if go_on().is_break() {
                         return;
                     }
-                    if let Err(failure) = run_one(&config, &finger, next, &hash, &file(next), &bars) {
+                    if let Err(failure) = run_one(config, &finger, next, &hash, &file(next), &bars) {
                         failures.lock().expect("no panic while locked").push(failure);
                         return;
                     }

@@ -2,7 +2,7 @@
 //!
 //! Main types: [`Reference`] (smooth curves of a model file), [`Base`] (the same with the freedoms applied).
 
-use fingerpad::Data;
+use fingerpad::DataOf;
 use nalgebra::{DMatrix, DVector};
 
 /// A freedom of the baseline.
@@ -82,7 +82,7 @@ const TABLE_AREA: [f64; 2] = [65.0, 1.007];
 impl Reference {
     /// The curves of a model. `own_area`: take the model's area, otherwise that of a measured finger: forces do not
     /// tell the area.
-    pub fn of(data: &Data, own_area: bool) -> Self {
+    pub fn of<const M: usize, const N: usize>(data: &DataOf<M, N>, own_area: bool) -> Self {
         let n = data.rows.len();
         let cell = f64::from(data.depth_max) / (n - 1) as f64;
         let fit = |value: fn(&fingerpad::Row) -> f32| -> [f64; 4] {
@@ -99,8 +99,9 @@ impl Reference {
         mean[10] = at(&row.ratio).ln();
         mean[14] = at(&row.press);
         mean[16] = at(&row.press);
-        mean[18] = at(&row.shear_x) / at(&row.normal);
-        mean[19] = at(&row.shear_y) / at(&row.normal);
+        let full_shear = at(&row.limit).powi(2) / at(&row.normal);
+        mean[18] = at(&row.shear_x) * full_shear;
+        mean[19] = at(&row.shear_y) * full_shear;
         // The term's effect in full slip along x is that of the core's shifted circle.
         mean[20] = -at(&row.tilt) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
         mean[21] = f64::from(data.pressure_exponent);

@@ -50,8 +50,8 @@ fn rust(file: &ModelFile) -> String {
     }
     let _ = writeln!(out, "    elements: [");
     for e in &data.elements {
-        let [y, w, a] = [e.inverse_yield, e.strength, e.area].map(literal);
-        let _ = writeln!(out, "        Element {{ inverse_yield: {y}, strength: {w}, area: {a} }},");
+        let [y, w] = [e.inverse_yield, e.strength].map(literal);
+        let _ = writeln!(out, "        Element {{ inverse_yield: {y}, strength: {w} }},");
     }
     let _ = writeln!(out, "    ],\n    rows: [");
     for row in &data.rows {
@@ -66,9 +66,11 @@ fn rust(file: &ModelFile) -> String {
     out
 }
 
-fn head(data: &Data) -> [(&'static str, f32); 10] {
+fn head(data: &Data) -> [(&'static str, f32); 12] {
     [
         ("depth_max", data.depth_max),
+        ("cells_per_mm", data.cells_per_mm),
+        ("half_cell", data.half_cell),
         ("turn_slip", data.turn_slip),
         ("area_tilt", data.area_tilt),
         ("growth_loss", data.growth_loss),
@@ -140,7 +142,7 @@ fn json(file: &ModelFile) -> String {
     let elements: Vec<_> = data
         .elements
         .iter()
-        .map(|e| serde_json::json!({"inverse_yield": e.inverse_yield, "strength": e.strength, "area": e.area}))
+        .map(|e| serde_json::json!({"inverse_yield": e.inverse_yield, "strength": e.strength}))
         .collect();
     let tables: serde_json::Map<_, _> = lines(&data.rows[0])
         .iter()
@@ -200,7 +202,7 @@ mod tests {
         let data = model.model.data();
         let mut expected: Vec<f32> = head(data).iter().map(|(_, v)| *v).collect();
         for e in &data.elements {
-            expected.extend([e.inverse_yield, e.strength, e.area]);
+            expected.extend([e.inverse_yield, e.strength]);
         }
         for row in &data.rows {
             expected.extend(lines(row).iter().flat_map(|(_, l)| [l.value, l.change]));

@@ -37,6 +37,8 @@ pub struct Start {
 
 /// Share of what passivity allows that the fit may use; the rest is for rounding.
 const ALLOWED: f64 = 0.97;
+/// Largest share of the normal force that full shear may add or take off.
+const SHEAR_MAX: f64 = 0.5;
 /// Largest tilt of the limit.
 const TILT_MAX: f64 = 0.249;
 
@@ -84,7 +86,7 @@ impl Layout {
 
     /// Length of the vector for `elements` elements.
     pub fn len(&self, elements: usize) -> usize {
-        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 3 * elements + 4
+        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 2 * elements + 4
     }
 
     /// The vector that makes `start`.
@@ -103,11 +105,11 @@ impl Layout {
         // Press coupling and tilt, each with its value at depth 0.
         theta.extend(vec![0.0; 2 * (gentle + 1)]);
         // Normal force on shear: small.
-        theta.extend(vec![-3.0; 2 * gentle]);
+        theta.extend(vec![0.1; 2 * gentle]);
         // Yield positions from near 0 to twice the mean, even shares.
         theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
-        theta.extend(vec![0.0; 2 * elements]);
-        theta.extend([-1.5, -1.0, -1.0, 0.0]);
+        theta.extend(vec![0.0; elements]);
+        theta.extend([-2.0, -1.0, -1.0, 0.0]);
         theta
     }
 
@@ -123,11 +125,11 @@ impl Layout {
         };
         let press = signed(&mut cursor, 0.99);
         let tilt = signed(&mut cursor, TILT_MAX);
-        let shear: [Vec<f64>; 2] = std::array::from_fn(|_| cursor.take(gentle).iter().map(|t| t.exp()).collect());
+        let shear: [Vec<f64>; 2] =
+            std::array::from_fn(|_| cursor.take(gentle).iter().map(|t| SHEAR_MAX * t.tanh()).collect());
         let positions = rising(cursor.take(M));
         let strength = shares(cursor.take(M));
-        let area = shares(cursor.take(M));
-        let turn_slip = 0.5 + 0.5 / (1.0 + (-cursor.one()).exp());
+        let turn_slip = 1.0 / (1.0 + (-cursor.one()).exp());
         let growth_loss = 1.0 / (1.0 + (-cursor.one()).exp());
         let fall_loss = 0.5 / (1.0 + (-cursor.one()).exp());
         let area_tilt = 0.5 * cursor.one().tanh();
@@ -157,7 +159,6 @@ impl Layout {
             sliders: std::array::from_fn(|j| Slider {
                 yield_position: positions[j] as f32,
                 strength_share: strength[j] as f32,
-                area_share: area[j] as f32,
             }),
             nodes,
             turn_slip: turn_slip as f32,
@@ -209,25 +210,35 @@ fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, growth_loss: f
         nodes[i].press_coupling = reached as f32;
     }
     nodes[0].press_coupling = nodes[1].press_coupling;
-    // What one end of the cell from node i to i + 1 allows of B_x and B_y.
-    let allowed = |nodes: &[Node; N], i: usize, end: usize| -> [f64; 2] {
-        let [_, _, k0, rho0] = at(&nodes[i]);
-        let [_, _, k1, rho1] = at(&nodes[i + 1]);
-        let [_, limit, k, rho] = at(&nodes[i + end]);
-        let (dk, drho) = ((k1 - k0) / (k * cell), (rho1 - rho0) / (rho * cell));
-        let energy = ALLOWED * limit * limit / k;
-        [energy * fall_loss * dk, energy / rho * (fall_loss * dk - 0.5 * drho.max(0.0))]
+    // What the cell from node i to i + 1 allows of the force that full shear takes off or adds at one of its ends, along x
+    // and y.
+    let allowed = |nodes: &[Node; N], i: usize, end: usize| -> [[f64; 2]; 2] {
+        let [n0, _, k0, rho0] = at(&nodes[i]);
+        let [n1, l1, k1, rho1] = at(&nodes[i + 1]);
+        let [_, limit, ..] = at(&nodes[i + end]);
+        let dk = (k1 - k0) / (k1 * cell);
+        let [rise, fall] = [rho1 - rho0, rho0 - rho1].map(|by| by.max(0.0) / (rho0.min(rho1) * cell));
+        let softest = rho0.max(rho1);
+        let energy = ALLOWED * limit * limit / k1;
+        let step = ALLOWED * limit * limit * ((n1 - n0) / (cell * k1 * softest.max(1.0))).max(0.0).sqrt() / (2.6 * l1);
+        [
+            [-(0.5 * energy * growth_loss * dk).min(step), energy * fall_loss * dk],
+            [
+                -(0.5 * energy / softest * (growth_loss * dk - fall)).min(step).max(0.0),
+                (energy / softest * (fall_loss * dk - 0.5 * rise)).max(0.0),
+            ],
+        ]
     };
     let whole = *nodes;
     for i in 1..N {
         let mut most = allowed(&whole, i - 1, 1);
         if i + 1 < N {
             let right = allowed(&whole, i, 0);
-            most = [most[0].min(right[0]), most[1].min(right[1])];
+            most = std::array::from_fn(|k| [most[k][0].max(right[k][0]), most[k][1].min(right[k][1])]);
         }
         let node = &mut nodes[i];
-        node.normal_shear_x_n = f64::from(node.normal_shear_x_n).min(most[0]).max(0.0) as f32;
-        node.normal_shear_y_n = f64::from(node.normal_shear_y_n).min(most[1]).max(0.0) as f32;
+        node.normal_shear_x_n = f64::from(node.normal_shear_x_n).clamp(most[0][0], most[0][1]) as f32;
+        node.normal_shear_y_n = f64::from(node.normal_shear_y_n).clamp(most[1][0], most[1][1]) as f32;
     }
 }
 

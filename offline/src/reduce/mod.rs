@@ -28,6 +28,6 @@ pub use file::ModelFile;
 pub use fit::{Fitted, Settings, fit};
 pub use follow::{Row, follow, follow_with_effects};
 pub use model::{Meta, Ranges, Reduced, reduce};
-pub use replay::{STEP_MM, replay};
+pub use replay::{STEP_MM, replay, replay_steps};
 pub use runs::{Run, Sample, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};

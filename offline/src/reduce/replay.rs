@@ -4,10 +4,22 @@
 
 use fingerpad::{DataOf, ModelOf, Motion, Response, StateOf};
 
-use super::Run;
+use super::{Run, Sample};
 
 /// Longest motion of one step of a replay, mm: short against every slip length.
 pub const STEP_MM: f32 = 0.02;
+
+/// Steps from one sample to the next.
+fn steps_between(from: &Sample, to: &Sample) -> f32 {
+    let slide = [0, 1].map(|k| to.slide_mm[k] - from.slide_mm[k]);
+    let longest = slide[0].hypot(slide[1]).max((to.depth_mm - from.depth_mm).abs());
+    (longest / STEP_MM).ceil().max(1.0)
+}
+
+/// Steps of a replay.
+pub fn replay_steps(run: &Run) -> usize {
+    1 + run.samples.windows(2).map(|pair| steps_between(&pair[0], &pair[1]) as usize).sum::<usize>()
+}
 
 /// The model's response at every sample of `run`; the first is the start.
 ///
@@ -23,8 +35,7 @@ pub fn replay<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, run: &R
         let (from, to) = (&pair[0], &pair[1]);
         let depth = to.depth_mm - from.depth_mm;
         let slide = [to.slide_mm[0] - from.slide_mm[0], to.slide_mm[1] - from.slide_mm[1]];
-        let longest = slide[0].hypot(slide[1]).max(depth.abs());
-        let steps = (longest / STEP_MM).ceil().max(1.0);
+        let steps = steps_between(from, to);
         let mut response = Response::default();
         for k in 1..=steps as u32 {
             let motion = Motion {

@@ -92,6 +92,25 @@ impl Run {
         format!("{}.{digest}.fprun", experiment.name)
     }
 
+    /// Largest difference to `responses` of the same path at equal times, of normal force and of friction, each over the
+    /// largest of this run. Both are taken as straight between their rows.
+    pub fn difference(&self, responses: &[Response]) -> [f64; 2] {
+        let forces = |r: &Response| [r.normal_force_n, r.friction_x_n, r.friction_y_n];
+        let (mut apart, mut most) = ([0.0f64; 2], [0.0f64; 2]);
+        for s in &self.samples {
+            let t = f64::from(s.t_s);
+            let after = responses.partition_point(|r| r.t_s < t).min(responses.len() - 1);
+            let (a, b) = (&responses[after.saturating_sub(1)], &responses[after]);
+            let share = if b.t_s > a.t_s { ((t - a.t_s) / (b.t_s - a.t_s)).clamp(0.0, 1.0) } else { 1.0 };
+            let (a, b) = (forces(a), forces(b));
+            let [n, x, y]: [f64; 3] = std::array::from_fn(|i| a[i] + share * (b[i] - a[i]));
+            let (normal, [fx, fy]) = (f64::from(s.normal_force_n), s.friction_n.map(f64::from));
+            apart = [apart[0].max((normal - n).abs()), apart[1].max((fx - x).hypot(fy - y))];
+            most = [most[0].max(normal), most[1].max(fx.hypot(fy))];
+        }
+        std::array::from_fn(|i| if most[i] > 0.0 { apart[i] / most[i] } else { apart[i] })
+    }
+
     /// The file's bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let plain = postcard::to_stdvec(self).expect("plain data");

@@ -7,6 +7,7 @@ mod law;
 mod meshes;
 mod numerics;
 pub mod paths;
+mod retuned;
 mod sphere;
 
 use crate::Check;
@@ -82,6 +83,11 @@ pub const CASES: &[Case] = &[
         name: "twin",
         about: "coarse shape A, fixed bone: planted lambda and beta come back by every route",
         run: identify::twin,
+    },
+    Case {
+        name: "retuned",
+        about: "shipped reduced model, retuned, against fresh fingers of other size, stiffness, lambda: coarse mesh",
+        run: retuned::retuned,
     },
     Case { name: "noise", about: "the same with 1 % noise: coverage of the 95 % region", run: identify::noise },
 ];

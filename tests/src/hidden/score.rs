@@ -51,9 +51,13 @@ pub struct Scored {
     pub half_widths: Option<f64>,
 }
 
-/// The curves that the diagnosis starts from: those of the core's example.
+/// The curves that the diagnosis starts from: those of the core's example with the three elements for which its
+/// thresholds were set.
 pub fn reference() -> Reference {
-    Reference::of(&fingerpad::Params::example().try_build().expect("the example is valid"), false)
+    let slider = |[yield_position, strength_share]: [f32; 2]| fingerpad::Slider { yield_position, strength_share };
+    let sliders = [[0.55, 0.17], [1.30, 0.46], [2.50, 0.37]].map(slider);
+    let params = fingerpad::ParamsOf::<3, { fingerpad::NODES }>::example_with(sliders);
+    Reference::of(&params.try_build().expect("the example is valid"), false)
 }
 
 enum Never {}

@@ -1,0 +1,151 @@
+//! The shipped reduced model, retuned at run time, against finite-element fingers that it was not fitted to.
+
+use fingerpad::{Model, Motion, State, Tuned, Tuning};
+use fingerpad_offline::{
+    experiment::Config,
+    identify::FingerPoint,
+    mesh::{FingertipShape, MeshPreset, fingertip},
+    reduce::{ModelFile, STEP_MM, settings_hash},
+    slide::{Finger, Trajectory},
+};
+
+use super::{Effort, Failure};
+use crate::{
+    Check,
+    fingers::{follow, placed},
+};
+
+/// The model that ships.
+const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
+
+/// Largest local strength over the shear modulus below the skin, at a pressure of 5 kPa per unit of stiffness.
+const STRENGTH_MOST: f64 = 1.5;
+
+/// Size, stiffness and lambda by Halton's sequence, those left out where the skin would be stronger than the tissue.
+fn fingers(config: &Config, count: usize) -> Vec<[f64; 3]> {
+    let halton = |mut index: usize, base: usize| {
+        let (mut value, mut digit) = (0.0, 1.0);
+        while index > 0 {
+            digit /= base as f64;
+            value += digit * (index % base) as f64;
+            index /= base;
+        }
+        value
+    };
+    let law = config.friction;
+    (1..)
+        .map(|i| {
+            let doubled = |x: f64| 0.5 * 4f64.powf(x);
+            [0.8 + 0.4 * halton(i, 2), doubled(halton(i, 3)), doubled(halton(i, 5))]
+        })
+        .filter(|[_, e, lambda]| {
+            let strength = law.lambda * lambda * (0.005 * e).powf(law.beta);
+            strength <= STRENGTH_MOST * e * config.tissue.subcutaneous.mu_mpa
+        })
+        .take(count)
+        .collect()
+}
+
+/// The shape with all its lengths multiplied.
+fn scaled(mut shape: FingertipShape, size: f64) -> FingertipShape {
+    for length in [
+        &mut shape.half_width_mm,
+        &mut shape.half_thickness_mm,
+        &mut shape.length_mm,
+        &mut shape.cap_length_mm,
+        &mut shape.taper_start_mm,
+        &mut shape.taper_blend_mm,
+        &mut shape.skin_thickness_mm,
+        &mut shape.bone_half_width_mm,
+        &mut shape.bone_half_thickness_mm,
+        &mut shape.bone_cap_length_mm,
+        &mut shape.bone_dorsal_offset_mm,
+        &mut shape.bone_distal_clearance_mm,
+        &mut shape.joint_start_mm,
+        &mut shape.joint_end_mm,
+        &mut shape.nail_start_mm,
+        &mut shape.nail_end_mm,
+        &mut shape.nail_thickness_mm,
+        &mut shape.pad_height_mm,
+    ] {
+        *length *= size;
+    }
+    shape
+}
+
+/// RMS errors of the tuned model along a response: normal force over its range, friction over the limit.
+fn errors(model: &Tuned<'_>, trajectory: &Trajectory) -> [f64; 2] {
+    let mut state = State::default();
+    let (mut normal, mut friction, mut rows, mut most) = (0.0, 0.0, 0, 0.0f64);
+    for pair in trajectory.responses.windows(2) {
+        let at = |r: &fingerpad_offline::slide::Response| [r.depth_mm, r.slide_x_mm, r.slide_y_mm];
+        let (from, to) = (at(&pair[0]), at(&pair[1]));
+        let by: [f64; 3] = std::array::from_fn(|i| to[i] - from[i]);
+        let steps = (by[1].hypot(by[2]).max(by[0].abs()) / f64::from(STEP_MM)).ceil().max(1.0);
+        let mut answer = fingerpad::Response::default();
+        for k in 1..=steps as u32 {
+            let motion = Motion {
+                depth_mm: (from[0] + by[0] * f64::from(k) / steps) as f32,
+                slide_increment_mm: [(by[1] / steps) as f32, (by[2] / steps) as f32],
+                dt_s: 1e-3,
+            };
+            answer = model.step(&mut state, motion);
+        }
+        let fe = &pair[1];
+        if fe.normal_force_n > 0.0 {
+            let [x, y] = answer.friction_n.map(f64::from);
+            normal += (f64::from(answer.normal_force_n) - fe.normal_force_n).powi(2);
+            let limit = f64::from(answer.friction_limit_n);
+            friction += ((x - fe.friction_x_n).hypot(y - fe.friction_y_n) / limit).powi(2);
+            most = most.max(fe.normal_force_n);
+            rows += 1;
+        }
+    }
+    let rms = |sum: f64| (sum / f64::from(rows)).sqrt();
+    [rms(normal) / most, rms(friction)]
+}
+
+/// Press, slide along 30 degrees until nearly everything slips, half of the way back, half a millimetre deeper.
+fn corners(size: f64, way: f64) -> [[f64; 3]; 5] {
+    let (x, y) = (way * 30f64.to_radians().cos(), way * 30f64.to_radians().sin());
+    [[0.0; 3], [size, 0.0, 0.0], [size, x, y], [size, 0.5 * x, 0.5 * y], [1.4 * size, 0.5 * x, 0.5 * y]]
+}
+
+/// Ten fingers and the fitted one.
+pub fn retuned(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let file = ModelFile::new(SHIPPED)?;
+    let model: Model<'_> = file.file().model;
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    let meta: serde_json::Value = serde_json::from_str(file.file().meta)?;
+    let same = meta["settings_hash"].as_str() == Some(&settings_hash(&config)?);
+    let mut checks =
+        vec![Check::told("runs behind the model are of this mesh (1 yes, 0 no)", f64::from(u8::from(same)))];
+    let count = if effort == Effort::Quick { 2 } else { 10 };
+    let (mut normal, mut friction) = (0.0f64, 0.0f64);
+    let fresh = fingers(&config, count);
+    for (i, &[size, stiffness, lambda]) in [[1.0; 3]].iter().chain(&fresh).enumerate() {
+        let mut config = config.clone();
+        let shape = scaled(config.fingertip_shape()?, size);
+        let point = FingerPoint { stiffness, ..FingerPoint::of(shape.clone()) };
+        point.apply(&mut config);
+        // The joint of a larger finger of the same tissue.
+        config.tissue.bone.joint.translation_n_per_mm *= size;
+        config.tissue.bone.joint.rotation_nmm_per_rad *= size.powi(3);
+        config.friction.lambda *= lambda;
+        let finger = Finger::new(fingertip(&shape, &config.mesh_preset.divisions())?, &config.tissue)?;
+        let way = 3.6 * size * (lambda * stiffness.powf(config.friction.beta - 1.0)).min(1.5);
+        let trajectory = follow(&config.problem(&finger), &placed(&corners(size, way)))?;
+        let tuning = Tuning { size: size as f32, stiffness: stiffness as f32, lambda: lambda as f32, tau0_mpa: 0.0 };
+        let [n, f] = errors(&model.tuned(tuning).map_err(|e| e.to_string())?, &trajectory);
+        let name = format!("size {size:.2}, stiffness {stiffness:.2}, lambda {lambda:.2}");
+        checks.push(Check::told(format!("{name}: N (% of range)"), 100.0 * n));
+        checks.push(Check::told(format!("{name}: F (% of limit)"), 100.0 * f));
+        if i > 0 {
+            normal += n * n / count as f64;
+            friction += f * f / count as f64;
+        }
+    }
+    checks.push(Check::at_most("all fresh fingers, RMS: N (% of range)", 100.0 * normal.sqrt(), 5.0));
+    checks.push(Check::at_most("all fresh fingers, RMS: F (% of limit)", 100.0 * friction.sqrt(), 5.0));
+    Ok(checks)
+}

@@ -1,0 +1,46 @@
+//! The shipped model against the stored runs it was fitted to and those that were held out.
+
+use std::path::{Path, PathBuf};
+
+use fingerpad_offline::reduce::{Coverage, Meta, ModelFile, Run, Scores, design, score};
+
+fn data(below: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(below)
+}
+
+/// The errors that the file tells are those of its numbers along the stored runs, and the runs are the design's.
+#[test]
+fn the_models_errors_come_out_of_the_stored_runs_again() {
+    let bytes = std::fs::read(data("models/fingertip.fpm")).unwrap();
+    let file = ModelFile::new(&bytes).unwrap();
+    let meta: Meta = serde_json::from_str(file.file().meta).unwrap();
+    let mut runs = Vec::new();
+    for experiment in design() {
+        let path = data("runs").join(Run::file_name(&experiment, &meta.settings_hash));
+        let Ok(bytes) = std::fs::read(&path) else { continue };
+        let run = Run::from_bytes(&bytes, &path).unwrap();
+        assert_eq!((&run.name, run.held_out, &run.path), (&experiment.name, experiment.held_out, &experiment.path));
+        runs.push(run);
+    }
+    let held_out: Vec<&Run> = runs.iter().filter(|run| run.held_out).collect();
+    assert_eq!(meta.paths, [runs.len() - held_out.len(), held_out.len()]);
+    let model = file.file().model;
+    let scores = score(&model, &runs);
+    let again = Scores::of(&scores, |s| s.held_out);
+    println!("{again:?}");
+    let told = &meta.held_out;
+    for (name, found, told) in [
+        ("normal force", again.normal_of_range, told.normal_of_range),
+        ("friction", again.friction_of_limit, told.friction_of_limit),
+        ("stick ratio, straight", again.stick_straight, told.stick_straight),
+        ("stick ratio, turned", again.stick_turned, told.stick_turned),
+        ("area", again.area_of_largest, told.area_of_largest),
+        ("regime", again.regime_right, told.regime_right),
+    ] {
+        assert!((found - told).abs() <= 1e-9, "{name}: the file tells {told}, the runs give {found}");
+    }
+    // The band in the file is made from all held-out paths; 95.5 % is what it aims at.
+    let [all, ..] = Coverage::of(&model, &held_out);
+    println!("band: {all:?}");
+    assert!((0.93..=0.98).contains(&all.normal) && (0.93..=0.98).contains(&all.friction), "{all:?}");
+}
