@@ -435,11 +435,11 @@ fn summary(outcome: &Outcome, out: &Path) {
             "\nleft out and predicted F/N: at its depth, at its force; F = c N^(2/3), F = c N^n fitted to the same"
         );
         for l in &outcome.left_out {
-            let d = l.differences_percent;
-            println!(
-                "  {:4.2} mm measured {:.3}: {:.3} ({:+.1} %), {:.3} ({:+.1} %); {:.3} ({:+.1} %), {:.3} ({:+.1} %)",
-                l.depth_mm, l.measured, l.at_depth, d[0], l.at_force, d[1], l.two_thirds, d[2], l.free_power, d[3]
-            );
+            let pairs = l.predicted.iter().zip(l.differences_percent);
+            let told: Vec<String> = pairs
+                .map(|(v, d)| v.zip(d).map_or("no slide".into(), |(v, d)| format!("{v:.3} ({d:+.1} %)")))
+                .collect();
+            println!("  {:4.2} mm measured {:.3}: {}", l.depth_mm, l.measured, told.join("; "));
         }
     }
     for check in &outcome.checks {

@@ -8,6 +8,7 @@ mod bench;
 mod error;
 pub mod finger_fit;
 pub mod friction_fit;
+mod history;
 mod knobs;
 mod law;
 pub mod least_squares;

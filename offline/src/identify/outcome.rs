@@ -165,7 +165,7 @@ pub struct Tau0Outcome {
 }
 
 /// A depth that was left out and predicted.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Depth, mm.
     pub depth_mm: f64,
@@ -175,16 +175,11 @@ pub struct LeftOut {
     pub measured: f64,
     /// Law fitted to the other depths.
     pub law: LawPoint,
-    /// Finite elements at that depth.
-    pub at_depth: f64,
-    /// Finite elements at the measured normal force (between their depths).
-    pub at_force: f64,
-    /// F = c N^(2/3) fitted to the other depths.
-    pub two_thirds: f64,
-    /// F = c N^n fitted to the other depths.
-    pub free_power: f64,
-    /// Differences of these four from the measured, %: at depth, at force, two thirds, free power.
-    pub differences_percent: [f64; 4],
+    /// F/N predicted: by finite elements at that depth, by finite elements at the measured normal force (between
+    /// their depths), by F = c N^(2/3) and by F = c N^n fitted to the other depths; none where there is no slide.
+    pub predicted: [Option<f64>; 4],
+    /// Differences of these four from the measured, %.
+    pub differences_percent: [Option<f64>; 4],
 }
 
 /// A point of the curve F/N over N.

@@ -82,29 +82,40 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
     let start = FingerPoint::of(shape);
     let published_law = LawPoint::of(&RubberFriction { tau0_mpa: 0.0, ..RubberFriction::default() });
 
-    let (nodes, published_before) = clock.time("published constants, finger as given", || {
-        let finger = bench.finger(&start.shape)?;
-        check_depths(&table, bone_height_mm(&finger))?;
-        let fit = finger_fit("published", &bench, &table, &start, &published_law, None);
+    // What is made for a calibrated shape, should the calibration change it.
+    let (made_finger, made_problem);
+    let mut made_rig;
+    let finger = bench.finger(&start.shape)?;
+    check_depths(&table, bone_height_mm(&finger))?;
+    let nodes = finger.mesh.nodes.len();
+    let problem = config.problem(&finger);
+    let mut rig = Rig::new(&bench, &start.shape, &problem);
+
+    let published_before = clock.time("published constants, finger as given", || {
+        let mut fit = finger_fit("published", &bench, &mut rig, &table, &start, &published_law, None);
         let states = fit.states(&fit.place(&[]))?;
-        Ok((finger.mesh.nodes.len(), against(&table, &published_law, &config.friction, &states)))
+        Ok(against(&table, &published_law, &config.friction, &states))
     })?;
 
     let mut penetration_mm = 0.0f64;
     let first_law = table.mean_field(&settings.region, &config.friction).unwrap_or(LawPoint::of(&config.friction));
     let calibration = if settings.calibration.enabled && !settings.calibration.vary.is_empty() {
-        Some(clock.time("calibration", || calibrate(&bench, &table, &start, &first_law))?)
+        Some(clock.time("calibration", || calibrate(&bench, &mut rig, &table, &start, &first_law))?)
     } else {
         None
     };
     let finger_point = calibration.as_ref().map_or(start.clone(), |c| c.finger.clone());
 
-    let finger = bench.finger(&finger_point.shape)?;
-    let problem = config.problem(&finger);
+    let rig = if finger_point.shape == start.shape {
+        &mut rig
+    } else {
+        made_finger = bench.finger(&finger_point.shape)?;
+        made_problem = config.problem(&made_finger);
+        made_rig = Rig::new(&bench, &finger_point.shape, &made_problem);
+        &mut made_rig
+    };
     let depths_mm = table.depths_mm.iter().map(|d| d + finger_point.depth_offset_mm).collect();
-    let mut rig = Rig::new(&bench, &finger_point.shape, &problem);
-    let mut fe =
-        OnRig { rig: &mut rig, depths_mm, stiffness: finger_point.stiffness, base: config.friction, evaluations: 0 };
+    let mut fe = OnRig { rig, depths_mm, stiffness: finger_point.stiffness, base: config.friction, evaluations: 0 };
     let target = Target::of(&table, settings.friction_coefficient_percent, settings.region, settings.free_tau0);
 
     let published = clock.time("published constants, finger calibrated", || {
@@ -206,7 +217,7 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
         clock.time("leave one depth out", || predict::leave_one_out(&table, &target, &law, &mut aligned, &mut fe))?;
 
     if settings.joint.enabled {
-        outcome.joint = Some(clock.time("joint fit", || joint(&bench, &table, &finger_point, &law))?);
+        outcome.joint = Some(clock.time("joint fit", || joint(&bench, fe.rig, &table, &finger_point, &law))?);
     }
     if settings.prediction.curve {
         let (curve, checks) = clock.time("curve and published checks", || {
@@ -237,14 +248,15 @@ fn check_depths(table: &Table, room_mm: f64) -> Result<(), IdentifyError> {
     }
 }
 
-fn finger_fit<'a>(
+fn finger_fit<'a, 'r>(
     stage: &'static str,
     bench: &'a Bench<'a>,
+    rig: &'a mut Rig<'r>,
     table: &'a Table,
     finger: &FingerPoint,
     law: &LawPoint,
     joint: Option<Errors>,
-) -> FingerFit<'a> {
+) -> FingerFit<'a, 'r> {
     let settings = &bench.config.identify;
     let calibration = &settings.calibration;
     let errors = joint.unwrap_or(Errors {
@@ -255,20 +267,27 @@ fn finger_fit<'a>(
     });
     let vary: &[super::Knob] = if stage == "published" { &[] } else { &calibration.vary };
     let compared = if stage == "calibration" { calibration.compared } else { Compared::Slide };
-    FingerFit::new(stage, bench, table, vary, compared, errors, finger.clone(), *law, calibration.max_evaluations)
+    FingerFit::new(stage, bench, rig, table, vary, compared, errors, finger.clone(), *law, calibration.max_evaluations)
 }
 
 fn calibrate(
     bench: &Bench,
+    rig: &mut Rig,
     table: &Table,
     start: &FingerPoint,
     law: &LawPoint,
 ) -> Result<FingerOutcome, IdentifyError> {
-    let mut fit = finger_fit("calibration", bench, table, start, law, None);
+    let mut fit = finger_fit("calibration", bench, rig, table, start, law, None);
     finger_outcome(&mut fit, bench, table)
 }
 
-fn joint(bench: &Bench, table: &Table, start: &FingerPoint, law: &LawPoint) -> Result<FingerOutcome, IdentifyError> {
+fn joint(
+    bench: &Bench,
+    rig: &mut Rig,
+    table: &Table,
+    start: &FingerPoint,
+    law: &LawPoint,
+) -> Result<FingerOutcome, IdentifyError> {
     let settings = &bench.config.identify;
     let percent = settings.friction_coefficient_percent.unwrap_or(settings.joint.friction_coefficient_percent);
     let errors = Errors {
@@ -277,7 +296,7 @@ fn joint(bench: &Bench, table: &Table, start: &FingerPoint, law: &LawPoint) -> R
         friction: Some(0.01 * percent),
         depth_mm: Some(settings.joint.depth_mm),
     };
-    let mut fit = finger_fit("joint fit", bench, table, start, law, Some(errors));
+    let mut fit = finger_fit("joint fit", bench, rig, table, start, law, Some(errors));
     fit.evaluations = settings.joint.max_evaluations;
     finger_outcome(&mut fit, bench, table)
 }

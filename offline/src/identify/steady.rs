@@ -7,11 +7,11 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::IdentifyError;
+use super::{IdentifyError, history::History};
 use crate::{
     assembly::{Body, Configuration},
     contact::{Friction, PenaltySettings, RubberFriction},
-    slide::{Problem, extrapolate},
+    slide::Problem,
     solve::{Axis, Settings, Solver, State, Stats, Target},
 };
 
@@ -20,7 +20,9 @@ const SATURATED_MM: f64 = 1e9;
 /// Share of a move below which a step is taken for one over a limit point.
 const SNAP_BELOW: f64 = 1.0 / 20.0;
 /// Viscous steps over a limit point before a move is given up.
-const SNAP_STEPS: usize = 20;
+const SNAP_STEPS: usize = 12;
+/// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
+const PATIENCE: u32 = 200;
 
 /// What a steady slide at one depth looks like.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -108,6 +110,7 @@ pub struct Slider<'a> {
     solver: Solver<'a>,
     state: State,
     at: Place,
+    history: History,
     max_depth_step_mm: f64,
     go_on: &'a (dyn Fn() -> bool + Sync),
     /// What it cost so far.
@@ -140,7 +143,14 @@ impl<'a> Slider<'a> {
     pub fn new(problem: &Problem<'a>, tolerance: f64, go_on: &'a (dyn Fn() -> bool + Sync)) -> Self {
         let law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..problem.friction.unwrap_or_default() };
         let penalty = PenaltySettings { augment: false, ..problem.penalty };
-        let settings = Settings { tolerance, ..problem.settings };
+        // A step that needs more than this is cheaper in two.
+        let settings = Settings {
+            tolerance,
+            max_iterations: 15,
+            max_contact_iterations: 25,
+            max_unsolved_contacts: 3,
+            ..problem.settings
+        };
         let solver = Solver::new(problem.body, problem.pad_faces, Friction::On(law), penalty, settings);
         let state = solver.initial_state([0.0; 3]);
         Self {
@@ -148,6 +158,7 @@ impl<'a> Slider<'a> {
             solver,
             state,
             at: Place { depth_mm: 0.0, law },
+            history: History::default(),
             max_depth_step_mm: problem.march.max_depth_step_mm,
             go_on,
             effort: Effort::default(),
@@ -186,6 +197,7 @@ impl<'a> Slider<'a> {
         state.configuration = configuration;
         self.state = state;
         self.at = start.at;
+        self.history.clear();
         true
     }
 
@@ -194,6 +206,7 @@ impl<'a> Slider<'a> {
         self.state = self.solver.initial_state([0.0; 3]);
         let law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..self.at.law };
         self.at = Place { depth_mm: 0.0, law };
+        self.history.clear();
     }
 
     /// Brings the state to equilibrium at `to`, in as few steps as converge.
@@ -214,9 +227,9 @@ impl<'a> Slider<'a> {
 
     fn move_to(&mut self, to: Place, limits: Limits) -> Result<(), IdentifyError> {
         let from = self.at;
-        let mut pace = first_share(&from, &to, self.max_depth_step_mm);
+        let mut pace = self.first_share(&from, &to);
         let mut done = 0.0f64;
-        let mut before: Option<(State, f64)> = None;
+        let mut spent = 0;
         let mut snaps = u32::from(limits == Limits::Stop);
         while done < 1.0 {
             if !(self.go_on)() {
@@ -226,12 +239,9 @@ impl<'a> Slider<'a> {
             let size = if pace >= left { left } else { left / (left / pace - 1e-9).ceil() };
             let share = if size >= left { 1.0 } else { done + size };
             let place = if share == 1.0 { to } else { between(&from, &to, share) };
-            let (guess, extrapolated) = match &before {
-                Some((before, last)) if size <= 2.0 * last => {
-                    let ratio = size / last;
-                    (extrapolate(self.body, &before.configuration, &self.state.configuration, ratio), true)
-                }
-                _ => (self.state.configuration.clone(), place.depth_mm == self.at.depth_mm),
+            let (guess, extrapolated) = match self.history.predict(self.body, &self.coordinates(&place)) {
+                Some(guess) => (guess, self.history.is_led() || place.depth_mm == self.at.depth_mm),
+                None => (self.state.configuration.clone(), place.depth_mm == self.at.depth_mm),
             };
             let last = saturated(&self.state);
             self.solver.set_friction(Friction::On(place.law));
@@ -241,11 +251,13 @@ impl<'a> Slider<'a> {
             let result = self.solver.step(&last, target, guess, plane, extrapolated, &mut stats);
             self.effort.iterations += stats.iterations;
             self.effort.factorisations += stats.factorisations;
+            spent += stats.iterations;
             match result {
                 Ok(next) => {
                     self.effort.solves += 1;
-                    before = Some((std::mem::replace(&mut self.state, next), size));
+                    self.state = next;
                     self.at = place;
+                    self.history.keep(self.coordinates(&place), &self.state.configuration);
                     done = share;
                     pace = match stats.iterations {
                         0..=7 => 1.5 * size,
@@ -255,14 +267,18 @@ impl<'a> Slider<'a> {
                 }
                 Err(error) => {
                     self.effort.cutbacks += 1;
-                    before = None;
+                    self.history.clear();
+                    self.history.keep(self.coordinates(&self.at), &self.state.configuration);
                     pace = 0.5 * size;
-                    if pace >= SNAP_BELOW {
+                    let given_up = spent > PATIENCE;
+                    if pace >= SNAP_BELOW && !given_up {
                         continue;
                     }
                     snaps += 1;
-                    if snaps <= 1 && self.snap(target)? {
+                    if !given_up && snaps <= 1 && self.snap(target)? {
                         self.at = place;
+                        self.history.clear();
+                        self.history.keep(self.coordinates(&place), &self.state.configuration);
                         done = share;
                         pace = 0.1;
                     } else {
@@ -272,6 +288,21 @@ impl<'a> Slider<'a> {
             }
         }
         Ok(())
+    }
+
+    /// A place in steps that are likely to converge.
+    fn coordinates(&self, place: &Place) -> [f64; 3] {
+        let strength = place.law.strength(MIDDLE_MPA).0;
+        // A strength step of 1.5 kPa shears the pulp by some tenths of a millimetre.
+        [place.depth_mm / self.max_depth_step_mm, strength / 0.0015, place.law.beta * strength / 0.003]
+    }
+
+    /// First share of a move that is likely to converge.
+    fn first_share(&self, from: &Place, to: &Place) -> f64 {
+        let [a, b] = [from, to].map(|place| self.coordinates(place));
+        let far: f64 = (0..3).map(|k| (b[k] - a[k]).abs()).sum();
+        // Between states that are known a prediction reaches farther than the last state.
+        1.0 / far.min(2.0 * self.history.distance(&b)).max(1.0)
     }
 
     /// Steps past a limit point: viscous steps at a fixed target until equilibrium holds without them.
@@ -338,16 +369,6 @@ fn saturated(state: &State) -> State {
 
 /// Pressure at which laws are compared, MPa.
 const MIDDLE_MPA: f64 = 0.004;
-
-/// First share of a move that is likely to converge.
-fn first_share(from: &Place, to: &Place, max_depth_step_mm: f64) -> f64 {
-    let depth = (to.depth_mm - from.depth_mm).abs() / max_depth_step_mm;
-    let (a, b) = (from.law.strength(MIDDLE_MPA).0, to.law.strength(MIDDLE_MPA).0);
-    // A strength step of 1.5 kPa shears the pulp by some tenths of a millimetre.
-    let strength = (b - a).abs() / 0.0015;
-    let shape = (to.law.beta - from.law.beta).abs() * b.max(a) / 0.003;
-    1.0 / (depth + strength + shape).max(1.0)
-}
 
 /// The place `share` of the way: depth and strengths at two pressures go straight, so that no law on the way is
 /// stronger than both ends.

@@ -309,9 +309,8 @@ fn prediction_tables(o: &Outcome) -> String {
             .left_out
             .iter()
             .map(|l| {
-                let d = l.differences_percent;
-                let values = [l.at_depth, l.at_force, l.two_thirds, l.free_power];
-                let pairs = values.iter().zip(d).flat_map(|(v, d)| [num(*v, 3), cell(&percent(Some(d)))]);
+                let pairs = l.predicted.into_iter().zip(l.differences_percent);
+                let pairs = pairs.flat_map(|(v, d)| [optional(v, 3), cell(&percent(d))]);
                 row([num(l.depth_mm, 2), num(l.normal_force_n, 3), num(l.measured, 3)].into_iter().chain(pairs))
             })
             .collect();

@@ -113,7 +113,7 @@ impl Figure for LeftOutErrors<'_> {
             y: Scale::linear(
                 "Predicted F/N over measured less 1, %",
                 [-5.0, 5.0],
-                rows.iter().flat_map(|r| r.differences_percent),
+                rows.iter().flat_map(|r| r.differences_percent.into_iter().flatten()),
                 6,
             ),
         };
@@ -123,7 +123,8 @@ impl Figure for LeftOutErrors<'_> {
         for (k, (name, colour, marker)) in LOOKS.into_iter().enumerate() {
             let dx = 6.0 * (k as f64 - 1.5);
             for r in rows {
-                let (x, y) = plot.at(r.depth_mm, r.differences_percent[k]);
+                let Some(difference) = r.differences_percent[k] else { continue };
+                let (x, y) = plot.at(r.depth_mm, difference);
                 canvas.line(&[(x + dx, zero[0]), (x + dx, y)], Line::solid(colour, 1.4))?;
                 canvas.marker(marker, (x + dx, y), 4.4, colour, true)?;
             }
