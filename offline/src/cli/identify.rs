@@ -174,7 +174,7 @@ fn subject(args: &Args, config: &Config, name: &str, points: Vec<Point>, out: &P
         && let Some(outcome) = finished(out, &hash)
     {
         println!("{}: finished before", out.display());
-        summary(&outcome, out);
+        summary(&outcome);
         return Ok(outcome);
     }
     claim(out, config, &hash, args.full).map_err(Failure::Input)?;
@@ -205,7 +205,7 @@ fn subject(args: &Args, config: &Config, name: &str, points: Vec<Point>, out: &P
         other => other.into(),
     })?;
     write_results(config, &outcome, out)?;
-    summary(&outcome, out);
+    summary(&outcome);
     println!("{:.1} s; see {}", start.elapsed().as_secs_f64(), out.join("report.html").display());
     Ok(outcome)
 }
@@ -368,7 +368,7 @@ fn rows(title: &str, outcome: &Outcome, against: &identify::outcome::Against) {
 }
 
 /// What was found, as text.
-fn summary(outcome: &Outcome, out: &Path) {
+fn summary(outcome: &Outcome) {
     rows("published constants, finger as given", outcome, &outcome.published_before);
     if let Some(calibration) = &outcome.calibration {
         finger("calibration", calibration);
@@ -395,6 +395,12 @@ fn summary(outcome: &Outcome, out: &Path) {
         println!(
             "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {:.4}; of ln strength with beta {:.3}",
             law.lambda, law.correlation_of_lambda, law.correlation
+        );
+        let r = &law.regularisation;
+        println!(
+            "  regularised below {:.3} kPa; with half of that F/N changes by at most {} %",
+            1e3 * r.pressure_mpa,
+            optional(r.halved_percent, 2)
         );
         for remark in &law.remarks {
             println!("  {remark}");
@@ -452,7 +458,6 @@ fn summary(outcome: &Outcome, out: &Path) {
             stage.name, stage.wall_s, stage.cpu_s, stage.states
         );
     }
-    let _ = out;
 }
 
 fn finger(title: &str, fit: &identify::outcome::FingerOutcome) {

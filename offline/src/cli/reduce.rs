@@ -177,7 +177,7 @@ fn print_summary(reduced: &Reduced) {
 /// Runs the paths of the design that have no file yet, a thread per path.
 fn run_design(args: &Args) -> Result<(), Failure> {
     let config = args.model.config()?;
-    let (finger, _) = config.finger()?;
+    let (finger, _) = super::make_finger(&config)?;
     config.check_depths(&[reduce::DEPTH_MAX_MM], &finger)?;
     let hash = reduce::settings_hash(&config)?;
     let folder = &args.runs;

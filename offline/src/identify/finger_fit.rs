@@ -4,7 +4,6 @@ use super::{
     Bench, FingerPoint, IdentifyError, KnobKind, LawPoint, Query, Rig, Steady, Table,
     least_squares::{Model, Solution, Stop, Variable, minimise},
     settings::{Compared, Knob},
-    surrogate,
 };
 use crate::contact::RubberFriction;
 
@@ -378,39 +377,5 @@ impl FingerFit<'_, '_> {
                 out
             })
             .collect())
-    }
-}
-
-/// Friction coefficients of finite elements on a finger that is held.
-pub struct OnRig<'r, 'a> {
-    /// The finger.
-    pub rig: &'r mut super::Rig<'a>,
-    /// Depth of every slot, offset included, mm.
-    pub depths_mm: Vec<f64>,
-    /// Factor on every stiffness.
-    pub stiffness: f64,
-    /// Elastic slip and regularisation.
-    pub base: RubberFriction,
-    /// Evaluations of all slots so far.
-    pub evaluations: usize,
-}
-
-impl OnRig<'_, '_> {
-    /// Steady states per slot.
-    ///
-    /// # Errors
-    /// [`IdentifyError`].
-    pub fn states(&mut self, law: &LawPoint) -> Result<Vec<Steady>, IdentifyError> {
-        self.evaluations += 1;
-        let law = law.friction(&self.base);
-        let query = |(slot, &depth_mm): (usize, &f64)| (slot, vec![Query { depth_mm, law, stiffness: self.stiffness }]);
-        let queries: Vec<_> = self.depths_mm.iter().enumerate().map(query).collect();
-        Ok(self.rig.steady(&queries)?.into_iter().flatten().collect())
-    }
-}
-
-impl surrogate::Friction for OnRig<'_, '_> {
-    fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
-        Ok(self.states(law)?.iter().map(Steady::friction_coefficient).collect())
     }
 }

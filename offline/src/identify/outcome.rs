@@ -130,6 +130,8 @@ pub struct LawOutcome {
     pub correlation: f64,
     /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted.
     pub correlation_of_lambda: f64,
+    /// Where and how much the law is regularised.
+    pub regularisation: Regularisation,
     /// Standard error of a friction coefficient, as known or as the misfit says.
     pub coefficient_error: Option<f64>,
     /// Whether the errors of the coefficients were given.
@@ -145,6 +147,15 @@ pub struct LawOutcome {
     pub against: Against,
     /// What the numbers say, in sentences.
     pub remarks: Vec<String>,
+}
+
+/// The pressure below which the power of the law is replaced by a parabola through the origin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Regularisation {
+    /// That pressure, MPa.
+    pub pressure_mpa: f64,
+    /// Largest change of F/N, % of it, when it is halved; none if there is no slide then.
+    pub halved_percent: Option<f64>,
 }
 
 /// Whether the table can tell tau_0 from beta.

@@ -2,9 +2,9 @@
 
 use super::{
     Bench, FingerPoint, IdentifyError, LawPoint, Query, Rig, Steady, Table,
-    finger_fit::OnRig,
     friction_fit::{Target, fit},
     least_squares::Stop,
+    on_rig::OnRig,
     outcome::{Curve, CurvePoint, LeftOut},
     settings::Prediction,
     surrogate::Friction,

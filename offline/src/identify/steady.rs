@@ -7,7 +7,10 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{IdentifyError, history::History};
+use super::{
+    IdentifyError,
+    history::{History, distance},
+};
 use crate::{
     assembly::{Body, Configuration},
     contact::{Friction, PenaltySettings, RubberFriction},
@@ -190,15 +193,19 @@ impl<'a> Slider<'a> {
             rigid_rotation: start.rigid_rotation,
         };
         self.body.follow(&mut configuration);
-        let mut state = self.solver.initial_state([0.0, 0.0, start.at.depth_mm]);
+        self.stand(start.at, configuration);
+        true
+    }
+
+    /// Puts the finger into a configuration of a place.
+    fn stand(&mut self, at: Place, configuration: Configuration) {
+        let mut state = self.solver.initial_state([0.0, 0.0, at.depth_mm]);
         for (place, &node) in state.contact.position.iter_mut().zip(&self.solver.surface().nodes) {
             *place = configuration.x[node as usize];
         }
         state.configuration = configuration;
         self.state = state;
-        self.at = start.at;
-        self.history.clear();
-        true
+        self.at = at;
     }
 
     /// Takes the finger off the plane.
@@ -206,7 +213,6 @@ impl<'a> Slider<'a> {
         self.state = self.solver.initial_state([0.0; 3]);
         let law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..self.at.law };
         self.at = Place { depth_mm: 0.0, law };
-        self.history.clear();
     }
 
     /// Brings the state to equilibrium at `to`, in as few steps as converge.
@@ -217,6 +223,14 @@ impl<'a> Slider<'a> {
     pub fn go(&mut self, to: Place, limits: Limits) -> Result<Steady, IdentifyError> {
         if to != self.at || self.state.totals.force.z == 0.0 {
             let start = self.start();
+            // From where the way is shortest, which need not be the last place.
+            let wanted = self.coordinates(&to);
+            if let Some((place, configuration, far)) = self.history.nearest(&wanted)
+                && limits == Limits::Stop
+                && far < 0.7 * distance(&self.coordinates(&self.at), &wanted)
+            {
+                self.stand(place, configuration);
+            }
             if let Err(error) = self.move_to(to, limits) {
                 self.restart(&start);
                 return Err(error);
@@ -231,6 +245,7 @@ impl<'a> Slider<'a> {
         let mut done = 0.0f64;
         let mut spent = 0;
         let mut snaps = u32::from(limits == Limits::Stop);
+        let mut failed = false;
         while done < 1.0 {
             if !(self.go_on)() {
                 return Err(IdentifyError::Interrupted);
@@ -239,10 +254,9 @@ impl<'a> Slider<'a> {
             let size = if pace >= left { left } else { left / (left / pace - 1e-9).ceil() };
             let share = if size >= left { 1.0 } else { done + size };
             let place = if share == 1.0 { to } else { between(&from, &to, share) };
-            let (guess, extrapolated) = match self.history.predict(self.body, &self.coordinates(&place)) {
-                Some(guess) => (guess, self.history.is_led() || place.depth_mm == self.at.depth_mm),
-                None => (self.state.configuration.clone(), place.depth_mm == self.at.depth_mm),
-            };
+            let prediction = self.history.predict(self.body, &self.coordinates(&place)).filter(|_| !failed);
+            let (guess, led) = prediction.unwrap_or_else(|| (self.state.configuration.clone(), false));
+            let extrapolated = led || place.depth_mm == self.at.depth_mm;
             let last = saturated(&self.state);
             self.solver.set_friction(Friction::On(place.law));
             let target = [Axis::Displacement(0.0), Axis::Displacement(0.0), Axis::Displacement(place.depth_mm)];
@@ -257,7 +271,8 @@ impl<'a> Slider<'a> {
                     self.effort.solves += 1;
                     self.state = next;
                     self.at = place;
-                    self.history.keep(self.coordinates(&place), &self.state.configuration);
+                    self.history.keep(self.coordinates(&place), place, &self.state.configuration);
+                    failed = false;
                     done = share;
                     pace = match stats.iterations {
                         0..=7 => 1.5 * size,
@@ -267,8 +282,7 @@ impl<'a> Slider<'a> {
                 }
                 Err(error) => {
                     self.effort.cutbacks += 1;
-                    self.history.clear();
-                    self.history.keep(self.coordinates(&self.at), &self.state.configuration);
+                    failed = true;
                     pace = 0.5 * size;
                     let given_up = spent > PATIENCE;
                     if pace >= SNAP_BELOW && !given_up {
@@ -277,8 +291,9 @@ impl<'a> Slider<'a> {
                     snaps += 1;
                     if !given_up && snaps <= 1 && self.snap(target)? {
                         self.at = place;
+                        // What was known before the snap belongs to another branch.
                         self.history.clear();
-                        self.history.keep(self.coordinates(&place), &self.state.configuration);
+                        self.history.keep(self.coordinates(&place), place, &self.state.configuration);
                         done = share;
                         pace = 0.1;
                     } else {
