@@ -424,12 +424,22 @@ fn summary(outcome: &Outcome) {
             println!("  first turned back: {reason}");
         }
     }
-    if let (Some(fast), Some([strength, beta])) = (&outcome.fast, outcome.routes_differ) {
+    if let Some(fast) = &outcome.fast {
         println!(
-            "fast route: {} space mappings, {} Gauss–Newton evaluations; best simplex less fast route: strength {:+.2e} relative, beta {beta:+.2e}",
+            "fast route: {} space mappings, {} Gauss–Newton evaluations; strength {:.5} kPa, beta {:.5}, sum of squares {:.4e}",
             fast.mappings.len(),
             fast.gauss_newton_evaluations,
-            strength
+            fast.law.tau_ref_kpa,
+            fast.law.beta,
+            fast.sum_of_squares
+        );
+    }
+    if let (Some(run), Some([strength, beta])) = (&outcome.refined, outcome.routes_differ) {
+        println!(
+            "simplex continued from the best end: {} evaluations, sum of squares {:.4e}; less fast route: strength \
+             {strength:+.2e} relative, beta {beta:+.2e}",
+            run.visits.len(),
+            run.sum_of_squares
         );
     }
     if let Some(joint) = &outcome.joint {

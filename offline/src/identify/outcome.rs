@@ -313,9 +313,11 @@ pub struct Outcome {
     pub calibration: Option<FingerOutcome>,
     /// Simplex runs.
     pub simplex: Vec<SimplexRun>,
+    /// The best of them continued in ln strength and beta, with finer tolerances.
+    pub refined: Option<SimplexRun>,
     /// Fast route; none with published constants alone.
     pub fast: Option<FastOutcome>,
-    /// Largest relative difference of simplex and fast route in strength and absolute one in beta, of the best run.
+    /// Difference of the continued simplex from the fast route: relative in strength, absolute in beta.
     pub routes_differ: Option<[f64; 2]>,
     /// The law found; none with published constants alone.
     pub law: Option<LawOutcome>,

@@ -147,6 +147,7 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
         published,
         calibration,
         simplex: Vec::new(),
+        refined: None,
         fast: None,
         routes_differ: None,
         law: None,
@@ -201,7 +202,10 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
                 .time(&name, || search::search(&name, settings, &table, &config.friction, *start, &mut fe, hooks))?;
             outcome.simplex.push(run);
         }
-        outcome.routes_differ = search::routes_differ(&outcome.simplex, &law);
+        let name = "simplex continued from the best end";
+        outcome.refined =
+            clock.time(name, || search::refined(name, settings, &table, &outcome.simplex, &mut fe, hooks))?;
+        outcome.routes_differ = outcome.refined.as_ref().map(|run| search::routes_differ(run, &law));
     }
 
     let mut aligned = Aligned::new(&states, config.friction, law, &slopes);
@@ -216,7 +220,8 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
             tau0_test(settings, &target, &law, &mut Aligned::new(&states, config.friction, law, &slopes))
         })?);
     }
-    outcome.surface = Some(search::surface(&table, &outcome.simplex, &law, &mut aligned));
+    let walked: Vec<_> = outcome.simplex.iter().chain(&outcome.refined).cloned().collect();
+    outcome.surface = Some(search::surface(&table, &walked, &law, &mut aligned));
     outcome.left_out =
         clock.time("leave one depth out", || predict::leave_one_out(&table, &target, &law, &mut aligned, &mut fe))?;
 

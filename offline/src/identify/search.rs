@@ -5,6 +5,7 @@ use super::{
     friction_fit::Target,
     on_rig::OnRig,
     outcome::Surface,
+    settings::Simplex,
     simplex,
     surrogate::{Aligned, Friction},
 };
@@ -40,12 +41,58 @@ pub fn search(
     })
 }
 
-/// Difference of the best simplex run from the fast route: relative in strength at 5 kPa, absolute in beta.
-pub fn routes_differ(runs: &[simplex::SimplexRun], law: &LawPoint) -> Option<[f64; 2]> {
-    let best = runs.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))?;
+/// The best of `runs` continued in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere: how far
+/// the paper's stop was from the minimum. None if no run is there or its end has no slide.
+pub fn refined(
+    name: &str,
+    settings: &Settings,
+    table: &Table,
+    runs: &[simplex::SimplexRun],
+    fe: &mut OnRig,
+    hooks: &Hooks,
+) -> Result<Option<simplex::SimplexRun>, IdentifyError> {
+    let Some(best) = runs.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares)) else { return Ok(None) };
+    let base = fe.base;
+    let law = |x: [f64; 2]| LawPoint { tau_ref_kpa: x[0].exp(), beta: x[1], tau0_share: 0.0 };
     let [lambda, beta] = best.end;
+    let start = LawPoint::of(&RubberFriction { lambda, beta, ..base });
+    let plain = Target::of(table, None, settings.region, false);
+    let tight = Simplex { tolx: REFINED, tolf: REFINED, first_side: 0.1, ..settings.simplex.clone() };
+    let mut count = 0;
+    let run = simplex::search(&tight, [start.tau_ref_kpa.ln(), beta], &mut |x| {
+        let law = law(x);
+        if let Some(reason) = settings.region.leaves(&law.friction(&base)) {
+            return Ok(Err(reason));
+        }
+        count += 1;
+        match fe.coefficients(&law) {
+            Ok(coefficients) => {
+                let value = plain.sum_of_squares(&coefficients);
+                (hooks.tell)(name, &format!("{count} evaluations, sum of squares {value:.3e}"));
+                Ok(Ok(value))
+            }
+            Err(error) if error.is_local() => Ok(Err(error.to_string())),
+            Err(error) => Err(error),
+        }
+    })?;
+    let told = |x: [f64; 2]| [law(x).lambda(), x[1]];
+    let mut run = run;
+    for visit in &mut run.visits {
+        [visit.lambda, visit.beta] = told([visit.lambda, visit.beta]);
+    }
+    run.path.iter_mut().for_each(|x| *x = told(*x));
+    (run.start, run.end) = (told(run.start), told(run.end));
+    Ok(Some(run))
+}
+
+/// Tolerances of the continued search: ln strength, beta, sum of squares.
+const REFINED: f64 = 1e-6;
+
+/// Difference of a simplex run from the fast route: relative in strength at 5 kPa, absolute in beta.
+pub fn routes_differ(run: &simplex::SimplexRun, law: &LawPoint) -> [f64; 2] {
+    let [lambda, beta] = run.end;
     let end = LawPoint::of(&RubberFriction { lambda, beta, ..Default::default() });
-    Some([end.tau_ref_kpa / law.tau_ref_kpa - 1.0, end.beta - law.beta])
+    [end.tau_ref_kpa / law.tau_ref_kpa - 1.0, end.beta - law.beta]
 }
 
 /// The sum of squares around the searches' paths.

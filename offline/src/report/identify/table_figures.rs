@@ -104,16 +104,19 @@ impl Figure for LeftOutErrors<'_> {
             ("F = c N^n, n fitted", SERIES[3], Marker::Diamond),
         ];
         let rows = &self.outcome.left_out;
+        let depth = |pick: fn(f64, f64) -> f64| rows.iter().map(|r| r.depth_mm).reduce(pick).unwrap_or(1.0);
+        // Room for the markers beside and beyond their depth and value.
+        let x = Scale::between("Depth left out, mm", [depth(f64::min) - 0.12, depth(f64::max) + 0.12], 4);
         let plot = Plot {
             left: 60.0,
             top: 46.0,
             width: 420.0,
             height: 310.0,
-            x: Scale::linear("Depth left out, mm", [0.5, 1.0], rows.iter().map(|r| r.depth_mm), 4),
+            x,
             y: Scale::linear(
                 "Predicted F/N over measured less 1, %",
                 [-5.0, 5.0],
-                rows.iter().flat_map(|r| r.differences_percent.into_iter().flatten()),
+                rows.iter().flat_map(|r| r.differences_percent.into_iter().flatten()).map(|d| 1.08 * d),
                 6,
             ),
         };
@@ -213,7 +216,7 @@ pub struct Tornado<'a> {
 
 impl Figure for Tornado<'_> {
     fn size(&self) -> (u32, u32) {
-        (1180, 100 + 27 * self.rows().len() as u32)
+        (1180, 118 + 27 * self.rows().len() as u32)
     }
 
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
@@ -224,7 +227,7 @@ impl Figure for Tornado<'_> {
             ("Contact area, %", |s| s.contact_area_percent),
             ("F/N, %", |s| s.friction_coefficient_percent),
         ];
-        let (top, pitch) = (48.0, 27.0);
+        let (top, pitch) = (66.0, 27.0);
         let height = pitch * rows.len() as f64;
         for (k, row) in rows.iter().enumerate() {
             let y = top + pitch * (k as f64 + 0.5);
