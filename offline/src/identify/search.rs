@@ -29,10 +29,11 @@ pub fn search(
             return Ok(Err(reason));
         }
         count += 1;
-        match fe.coefficients(&LawPoint::of(&law)) {
+        let law = LawPoint::of(&law);
+        match fe.coefficients(&law) {
             Ok(coefficients) => {
                 let value = plain.sum_of_squares(&coefficients);
-                (hooks.tell)(name, &format!("{count} evaluations, sum of squares {value:.3e}"));
+                (hooks.tell)(name, &told(count, &law, value));
                 Ok(Ok(value))
             }
             Err(error) if error.is_local() => Ok(Err(error.to_string())),
@@ -68,25 +69,30 @@ pub fn refined(
         match fe.coefficients(&law) {
             Ok(coefficients) => {
                 let value = plain.sum_of_squares(&coefficients);
-                (hooks.tell)(name, &format!("{count} evaluations, sum of squares {value:.3e}"));
+                (hooks.tell)(name, &told(count, &law, value));
                 Ok(Ok(value))
             }
             Err(error) if error.is_local() => Ok(Err(error.to_string())),
             Err(error) => Err(error),
         }
     })?;
-    let told = |x: [f64; 2]| [law(x).lambda(), x[1]];
+    let pair = |x: [f64; 2]| [law(x).lambda(), x[1]];
     let mut run = run;
     for visit in &mut run.visits {
-        [visit.lambda, visit.beta] = told([visit.lambda, visit.beta]);
+        [visit.lambda, visit.beta] = pair([visit.lambda, visit.beta]);
     }
-    run.path.iter_mut().for_each(|x| *x = told(*x));
-    (run.start, run.end) = (told(run.start), told(run.end));
+    run.path.iter_mut().for_each(|x| *x = pair(*x));
+    (run.start, run.end) = (pair(run.start), pair(run.end));
     Ok(Some(run))
 }
 
 /// Tolerances of the continued search: ln strength, beta, sum of squares.
 const REFINED: f64 = 1e-6;
+
+fn told(count: i32, law: &LawPoint, value: f64) -> String {
+    let (strength, beta) = (law.tau_ref_kpa, law.beta);
+    format!("{count} evaluations, strength {strength:.4} kPa, beta {beta:.4}, sum of squares {value:.3e}")
+}
 
 /// Difference of a simplex run from the fast route: relative in strength at 5 kPa, absolute in beta.
 pub fn routes_differ(run: &simplex::SimplexRun, law: &LawPoint) -> [f64; 2] {

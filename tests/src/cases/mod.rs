@@ -83,5 +83,9 @@ pub const CASES: &[Case] = &[
         about: "coarse shape A, fixed bone: planted lambda and beta come back by every route",
         run: identify::twin,
     },
-    Case { name: "noise", about: "the same with 1 % noise: coverage of the 95 % region", run: identify::noise },
+    Case {
+        name: "noise",
+        about: "the same with 1 % noise: coverage of the 95 % region, by finite elements in full",
+        run: identify::noise,
+    },
 ];

@@ -62,7 +62,9 @@ impl Figure for SimplexPaths<'_> {
                 canvas.line(&piece, Line::solid(PAIR, 1.0))?;
                 let end = piece[0];
                 // The side of stronger laws, where lines part.
-                if lowest.is_none_or(|(x, y)| end.0 + 1.2 * end.1 > x + 1.2 * y) && end.0 < plot.left + plot.width - 30.0 {
+                if lowest.is_none_or(|(x, y)| end.0 + 1.2 * end.1 > x + 1.2 * y)
+                    && end.0 < plot.left + plot.width - 30.0
+                {
                     lowest = Some(end);
                 }
             }
@@ -94,7 +96,11 @@ impl Figure for SimplexPaths<'_> {
             y += 54.0;
         }
         for path in [self.refined].into_iter().flatten() {
-            plot.line(canvas, path.path.iter().map(|p| (p[0], p[1])), Line { colour: INK, width: 1.2, dash: Some((5.0, 3.0)) })?;
+            plot.line(
+                canvas,
+                path.path.iter().map(|p| (p[0], p[1])),
+                Line { colour: INK, width: 1.2, dash: Some((5.0, 3.0)) },
+            )?;
         }
         cross(canvas, plot.at(self.law.lambda, self.law.law.beta))?;
         cross(canvas, (x + 6.0, y))?;
