@@ -92,23 +92,16 @@ fn ranks(set: &RunSet, column: Column) -> Option<Vec<f64>> {
     Some(out)
 }
 
+/// Columns whose patterns run along a stroke.
+const STROKE_COLUMNS: [&str; 7] =
+    ["direction_deg", "slide", "contact_time_s", "slide_x_mm", "slide_y_mm", "slide_x_mm,slide_y_mm", "depth_mm"];
+
 fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool) -> Vec<Group> {
     let runs: &[Run] = task.runs;
     let mut out = Vec::new();
     let mut strokes = 0;
     let mut add = |column: &str, acts: Acts, functions: Vec<Box<dyn Fn(usize, usize, &Row) -> f64 + '_>>| {
-        if only_strokes
-            && ![
-                "direction_deg",
-                "slide",
-                "contact_time_s",
-                "slide_x_mm",
-                "slide_y_mm",
-                "slide_x_mm,slide_y_mm",
-                "depth_mm",
-            ]
-            .contains(&column)
-        {
+        if only_strokes && !STROKE_COLUMNS.contains(&column) {
             return;
         }
         let columns = functions
@@ -116,17 +109,7 @@ fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool
             .map(|f| modulated(task, tangents.scatter.column(usize::from(acts == Acts::Strength)), f.as_ref()))
             .collect();
         let channel = if acts == Acts::Strength { "friction" } else { "normal" };
-        let along_stroke = [
-            "direction_deg",
-            "slide",
-            "contact_time_s",
-            "slide_x_mm",
-            "slide_y_mm",
-            "slide_x_mm,slide_y_mm",
-            "depth_mm",
-        ]
-        .contains(&column)
-        .then(|| {
+        let along_stroke = STROKE_COLUMNS.contains(&column).then(|| {
             strokes += 1;
             strokes
         });

@@ -19,6 +19,8 @@ pub struct Axis {
 
 impl Axis {
     /// An axis that covers the finite ones of the values, and `least`, in about `count` steps of 1, 2, 2.5 or 5.
+    ///
+    /// Values may go below the first tick by a twentieth of a step.
     pub fn covering(label: &str, least: [f64; 2], values: impl Iterator<Item = f64>, count: usize) -> Self {
         let [mut lo, mut hi] = least;
         for v in values.filter(|v| v.is_finite()) {
@@ -28,7 +30,7 @@ impl Axis {
         let raw = span / count.max(1) as f64;
         let power = 10f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 2.5, 5.0, 10.0].iter().map(|m| m * power).find(|s| *s >= raw * 0.999).unwrap_or(raw);
-        let (first, last) = ((lo / step + 1e-9).floor() as i64, (hi / step - 1e-9).ceil() as i64);
+        let (first, last) = ((lo / step + 0.05).floor() as i64, (hi / step - 1e-9).ceil() as i64);
         let ticks: Vec<_> = (first..=last.max(first + 1)).map(|i| i as f64 * step).collect();
         let whole =
             |decimals: i32| (step * 10f64.powi(decimals)).fract().min(1.0 - (step * 10f64.powi(decimals)).fract());
@@ -143,6 +145,8 @@ mod tests {
         assert!(axis.max() > axis.min());
         let axis = Axis::covering("x", [0.0, 0.0], [-0.3, 1.1].into_iter(), 5);
         assert!(axis.min() <= -0.3 && axis.max() >= 1.1);
+        let axis = Axis::covering("x", [0.0, 0.0], [-0.005, 0.8].into_iter(), 5);
+        assert_eq!(axis.min(), 0.0);
         let axis = Axis::covering("x", [0.0, 1.5], [1.5].into_iter(), 6);
         assert_eq!((axis.max(), axis.decimals), (1.5, 2));
     }

@@ -137,7 +137,7 @@ pub fn travel(numbers: &Numbers) -> String {
 pub fn contact(depth: &DepthNumbers) -> String {
     let mut text =
         "Top: pressure on the faces of the pad, bottom: where they stick, at the skin's current position, seen along \
-                    the plane's normal; the scales are those of all depths."
+                    the plane's normal; a face that touches in part is paler. The scales are those of all depths."
             .to_owned();
     if let (Some(first), Some(last)) = (depth.maps.first(), depth.maps.last()) {
         if let (Some(a), Some(b)) = (first.peak_pressure_kpa, last.peak_pressure_kpa) {

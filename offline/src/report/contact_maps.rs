@@ -198,14 +198,10 @@ impl Figure for ContactMaps {
             let title = format!("slide {} mm", fixed(map.slide_mm, 2).trim_end_matches('0').trim_end_matches('.'));
             let style = Text { bold: true, h: HPos::Center, em: 12.5, ..Text::BODY };
             canvas.text(&title, (left + width / 2.0, TOP - 13.0), style)?;
-            self.map(canvas, map, (left, TOP), |f| match touches(f) {
-                true => viridis(1e3 * f.pressure_mpa / full),
-                false => UNTOUCHED,
-            })?;
-            self.map(canvas, map, (left, second), |f| match touches(f) {
-                true => mix(SLIPPING, STUCK, f.stick_fraction),
-                false => UNTOUCHED,
-            })?;
+            // A face that touches in part is as pale as the part is small.
+            let shade = |f: &FaceState, colour| mix(UNTOUCHED, colour, f.contact_fraction);
+            self.map(canvas, map, (left, TOP), |f| shade(f, viridis(1e3 * f.pressure_mpa / full)))?;
+            self.map(canvas, map, (left, second), |f| shade(f, mix(SLIPPING, STUCK, f.stick_fraction)))?;
             self.ticks(canvas, left, TOP, false, i == 0)?;
             self.ticks(canvas, left, second, true, i == 0)?;
         }

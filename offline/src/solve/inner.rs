@@ -85,13 +85,7 @@ impl Inner<'_> {
             *f -= shift * x;
         }
         let mut h: Vec<f64> = x.iter().zip(self.y).map(|(x, y)| x - y).collect();
-        for (j, &f) in force.iter().enumerate() {
-            if f != 0.0 {
-                for (h, g) in h.iter_mut().zip(self.factor.compliance_column(j)) {
-                    *h += g * f;
-                }
-            }
-        }
+        self.factor.add_compliance_times(&force, &mut h);
         let balance = std::array::from_fn(|k| {
             self.force_target[k].map_or(0.0, |target| (evaluation.force[k] - target) * force_scale)
         });
@@ -257,13 +251,10 @@ impl Inner<'_> {
                 *d += f * d_plane[k];
             }
         }
-        let mut dx: Vec<f64> = at.h.iter().map(|h| -h).collect();
-        for (j, &f) in d_force.iter().enumerate() {
-            if f != 0.0 {
-                for (d, g) in dx.iter_mut().zip(self.factor.compliance_column(j)) {
-                    *d -= g * f;
-                }
-            }
+        let mut dx = at.h.clone();
+        self.factor.add_compliance_times(&d_force, &mut dx);
+        for d in &mut dx {
+            *d = -*d;
         }
         Some((dx, d_plane))
     }

@@ -15,7 +15,7 @@ use crate::{
 ///
 /// The first step moves the pad by as much as the plane, and its quadratic error stands in the bulk modulus, several
 /// contact forces high; the next iteration takes it off whether the factor is fresh or not. Only more than that says
-/// that the factor is bad (0.3 and 10: 15 and 9 factorisations for a press of shape A's default mesh to 1.5 mm).
+/// that the factor is bad.
 const FIRST_RESIDUAL: f64 = 10.0;
 
 /// How equilibrium is sought.
@@ -132,6 +132,18 @@ pub struct State {
     pub contact: ContactState,
     /// Sums over the contact.
     pub totals: Totals,
+}
+
+/// What is out of balance, N.
+struct Residual {
+    /// All dofs.
+    total: Vec<f64>,
+    /// The contact's own part, contact dofs.
+    contact: Vec<f64>,
+    /// Norm of `total` and of the imbalance of driven forces.
+    norm: f64,
+    /// Norm of `contact`.
+    contact_norm: f64,
 }
 
 /// Body, surface, law and the factor that they share from increment to increment.
@@ -340,14 +352,15 @@ impl<'a> Solver<'a> {
         let mut at = guess;
         let mut internal = Vec::new();
         self.internal_forces(&at, damping, &mut internal)?;
-        let mut previous = f64::INFINITY;
+        let (mut previous, mut before) = (f64::INFINITY, f64::INFINITY);
         let mut slow = 0;
         let mut fresh = false;
         let mut iteration = 0;
         let mut displacement_scale = 0.0f64;
         let mut unsolved = 0;
         loop {
-            let (residual, contact_norm) = self.residual_norm(&at, &internal, last, plane, force_target);
+            let Residual { total, contact, norm: residual, contact_norm } =
+                self.residual(&at, &internal, last, plane, force_target);
             let reference = contact_norm.max(self.settings.force_floor_n);
             stats.residual = residual / reference;
             if residual <= self.settings.tolerance * reference {
@@ -365,8 +378,11 @@ impl<'a> Solver<'a> {
             }
             if iteration > 1 {
                 let contraction = residual / previous;
+                // Good and bad iterations alternate (a displacement of the soft modes leaves a residual of the stiff
+                // ones, which the next iteration takes off), so that the rate is that of the last two.
+                let rate = if before.is_finite() { (residual / before).sqrt() } else { contraction };
                 // Iterations still needed at this rate, against what a new factor costs.
-                let left = (self.settings.tolerance * reference / residual).ln() / contraction.min(0.999).ln();
+                let left = (self.settings.tolerance * reference / residual).ln() / rate.min(0.999).ln();
                 if left > self.settings.refresh_cost_iterations {
                     slow = 2;
                 }
@@ -380,29 +396,33 @@ impl<'a> Solver<'a> {
             } else if iteration == 1 && residual > FIRST_RESIDUAL * reference {
                 slow = 2;
             }
+            before = if fresh { f64::INFINITY } else { previous };
+            previous = residual;
             fresh = false;
             if !self.factor_is_set || slow >= 2 {
                 self.refresh(&at, last, plane, damping, stats)?;
                 slow = 0;
                 fresh = true;
             }
-            previous = residual;
 
-            let mut work = internal.clone();
+            // Only what is out of balance goes through the factor, whose precision then limits no result.
+            let mut work = total;
             self.factor.forward(&mut work);
             let mut y = work[first..].to_vec();
             self.factor.contact_backward(&mut y);
             for v in &mut y {
                 *v = -*v;
             }
-            if iteration == 0 {
-                displacement_scale = y.iter().map(|v| v * v).sum::<f64>().sqrt();
-            }
+            self.factor.add_compliance_times(&contact, &mut y);
             let base = self.surface_positions(&at);
             let mut x = vec![0.0; y.len()];
             let mut predict = false;
             if iteration == 0 && !guess_slides {
                 predict = self.predict(last, &base, plane, &mut x);
+            }
+            if iteration == 0 {
+                // Without contact forces the contact dofs would move by y.
+                displacement_scale = y.iter().map(|y| y * y).sum::<f64>().sqrt();
             }
             let inner = Inner {
                 surface: &self.surface,
@@ -424,6 +444,9 @@ impl<'a> Solver<'a> {
             unsolved = if solution.iterations < self.settings.max_contact_iterations { 0 } else { unsolved + 1 };
             displacement_scale = solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
             let mut force = solution.force;
+            for (force, at_start) in force.iter_mut().zip(&contact) {
+                *force -= at_start;
+            }
             self.factor.contact_forward(&mut force);
             for (w, f) in work[first..].iter_mut().zip(&force) {
                 *w += f;
@@ -439,7 +462,7 @@ impl<'a> Solver<'a> {
                     Ok(()) => {
                         let grows = iteration > 0
                             && scale < -0.2
-                            && self.residual_norm(&trial, &internal, last, moved, force_target).0
+                            && self.residual(&trial, &internal, last, moved, force_target).norm
                                 > self.settings.growth * residual;
                         if !grows {
                             plane = moved;
@@ -499,37 +522,38 @@ impl<'a> Solver<'a> {
         touching
     }
 
-    /// Norm of the whole residual and of its contact part, N.
-    fn residual_norm(
+    fn residual(
         &self,
         at: &Configuration,
         internal: &[f64],
         last: &ContactState,
         plane: Plane,
         force_target: [Option<f64>; 3],
-    ) -> (f64, f64) {
+    ) -> Residual {
         let first = self.body.dofs.first_contact_dof;
         let evaluation = self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
-        let mut sum: f64 = internal[..first].iter().map(|r| r * r).sum();
-        let mut contact = internal[first..].to_vec();
-        let mut contact_norm = 0.0;
+        let mut contact = vec![0.0; internal.len() - first];
         for (f, slot) in evaluation.residual.iter().zip(&self.slot) {
             if let Some(s) = slot {
                 for k in 0..3 {
                     if !self.held[s + k] {
                         contact[s + k] += f[k];
-                        contact_norm += f[k] * f[k];
                     }
                 }
             }
         }
-        sum += contact.iter().map(|r| r * r).sum::<f64>();
+        let mut total = internal.to_vec();
+        for (total, f) in total[first..].iter_mut().zip(&contact) {
+            *total += f;
+        }
+        let mut sum: f64 = total.iter().map(|r| r * r).sum();
         for k in 0..3 {
             if let Some(target) = force_target[k] {
                 sum += (evaluation.force[k] - target).powi(2);
             }
         }
-        (sum.sqrt(), f64::sqrt(contact_norm))
+        let contact_norm = contact.iter().map(|f| f * f).sum::<f64>().sqrt();
+        Residual { total, contact, norm: sum.sqrt(), contact_norm }
     }
 
     /// Factorises the tangent at `at`.
