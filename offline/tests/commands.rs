@@ -225,3 +225,27 @@ fn every_command_explains_itself_with_examples() {
         assert!(stdout.contains("Examples:") && stdout.contains(&format!("fingerpad {command}")), "{stdout}");
     }
 }
+
+/// `fingerpad ... | head -1`: what nobody reads is dropped, the work goes on.
+#[test]
+fn a_reader_that_goes_away_ends_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = fingerpad(&["mesh", "--mesh-preset", "coarse", "--out", "m.vtu"], folder.path()).spawn().unwrap();
+    drop(child.stdout.take());
+    drop(child.stderr.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(folder.path().join("m.vtu").exists());
+
+    // Settings are longer than a pipe's buffer need be: the reader leaves in the middle of a line.
+    let mut child = fingerpad(&["build", "--print-config"], folder.path()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+
+    #[cfg(target_os = "linux")]
+    {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = fingerpad(&["build", "--print-config"], folder.path()).stdout(full).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && said.contains("standard output"), "{said}");
+    }
+}

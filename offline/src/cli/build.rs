@@ -21,7 +21,7 @@ use fingerpad_offline::{
 use indicatif::MultiProgress;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::{Failure, Model, bar, go_on, march_failure, show};
+use super::{Failure, Model, bar, go_on, make_finger, march_failure, show};
 
 /// The main job: mesh, press and slide at the measured depths, report.
 #[derive(clap::Args)]
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let table = read_table(args.table.as_deref())?;
-    let (finger, touch) = config.finger()?;
+    let (finger, touch) = make_finger(&config)?;
     let quality = mesh::quality(&finger.mesh);
     config.check_depths(&config.experiment.depths_mm, &finger)?;
     let hash = config.hash()?;

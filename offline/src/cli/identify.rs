@@ -174,7 +174,7 @@ fn subject(args: &Args, config: &Config, name: &str, points: Vec<Point>, out: &P
         && let Some(outcome) = finished(out, &hash)
     {
         println!("{}: finished before", out.display());
-        summary(&outcome, out);
+        summary(&outcome);
         return Ok(outcome);
     }
     claim(out, config, &hash, args.full).map_err(Failure::Input)?;
@@ -205,7 +205,7 @@ fn subject(args: &Args, config: &Config, name: &str, points: Vec<Point>, out: &P
         other => other.into(),
     })?;
     write_results(config, &outcome, out)?;
-    summary(&outcome, out);
+    summary(&outcome);
     println!("{:.1} s; see {}", start.elapsed().as_secs_f64(), out.join("report.html").display());
     Ok(outcome)
 }
@@ -368,7 +368,7 @@ fn rows(title: &str, outcome: &Outcome, against: &identify::outcome::Against) {
 }
 
 /// What was found, as text.
-fn summary(outcome: &Outcome, out: &Path) {
+fn summary(outcome: &Outcome) {
     rows("published constants, finger as given", outcome, &outcome.published_before);
     if let Some(calibration) = &outcome.calibration {
         finger("calibration", calibration);
@@ -396,6 +396,12 @@ fn summary(outcome: &Outcome, out: &Path) {
             "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {:.4}; of ln strength with beta {:.3}",
             law.lambda, law.correlation_of_lambda, law.correlation
         );
+        let r = &law.regularisation;
+        println!(
+            "  regularised below {:.3} kPa; with half of that F/N changes by at most {} %",
+            1e3 * r.pressure_mpa,
+            optional(r.halved_percent, 2)
+        );
         for remark in &law.remarks {
             println!("  {remark}");
         }
@@ -418,12 +424,22 @@ fn summary(outcome: &Outcome, out: &Path) {
             println!("  first turned back: {reason}");
         }
     }
-    if let (Some(fast), Some([strength, beta])) = (&outcome.fast, outcome.routes_differ) {
+    if let Some(fast) = &outcome.fast {
         println!(
-            "fast route: {} space mappings, {} Gauss–Newton evaluations; best simplex less fast route: strength {:+.2e} relative, beta {beta:+.2e}",
+            "fast route: {} space mappings, {} Gauss–Newton evaluations; strength {:.5} kPa, beta {:.5}, sum of squares {:.4e}",
             fast.mappings.len(),
             fast.gauss_newton_evaluations,
-            strength
+            fast.law.tau_ref_kpa,
+            fast.law.beta,
+            fast.sum_of_squares
+        );
+    }
+    if let (Some(run), Some([strength, beta])) = (&outcome.refined, outcome.routes_differ) {
+        println!(
+            "simplex continued from the best end: {} evaluations, sum of squares {:.4e}; less fast route: strength \
+             {strength:+.2e} relative, beta {beta:+.2e}",
+            run.visits.len(),
+            run.sum_of_squares
         );
     }
     if let Some(joint) = &outcome.joint {
@@ -435,11 +451,11 @@ fn summary(outcome: &Outcome, out: &Path) {
             "\nleft out and predicted F/N: at its depth, at its force; F = c N^(2/3), F = c N^n fitted to the same"
         );
         for l in &outcome.left_out {
-            let d = l.differences_percent;
-            println!(
-                "  {:4.2} mm measured {:.3}: {:.3} ({:+.1} %), {:.3} ({:+.1} %); {:.3} ({:+.1} %), {:.3} ({:+.1} %)",
-                l.depth_mm, l.measured, l.at_depth, d[0], l.at_force, d[1], l.two_thirds, d[2], l.free_power, d[3]
-            );
+            let pairs = l.predicted.iter().zip(l.differences_percent);
+            let told: Vec<String> = pairs
+                .map(|(v, d)| v.zip(d).map_or("no slide".into(), |(v, d)| format!("{v:.3} ({d:+.1} %)")))
+                .collect();
+            println!("  {:4.2} mm measured {:.3}: {}", l.depth_mm, l.measured, told.join("; "));
         }
     }
     for check in &outcome.checks {
@@ -452,7 +468,6 @@ fn summary(outcome: &Outcome, out: &Path) {
             stage.name, stage.wall_s, stage.cpu_s, stage.states
         );
     }
-    let _ = out;
 }
 
 fn finger(title: &str, fit: &identify::outcome::FingerOutcome) {

@@ -1,5 +1,21 @@
 //! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
 
+/// Prints as the standard library's macro does, but a reader that has gone away (`| head`) does not end the work.
+macro_rules! print {
+    ($($what:tt)*) => { $crate::cli::say(&mut std::io::stdout(), format_args!($($what)*)) };
+}
+
+/// As `print`, with the line's end.
+macro_rules! println {
+    () => { print!("\n") };
+    ($($what:tt)*) => { print!("{}\n", format_args!($($what)*)) };
+}
+
+/// As `println`, to standard error.
+macro_rules! eprintln {
+    ($($what:tt)*) => { $crate::cli::say(&mut std::io::stderr(), format_args!("{}\n", format_args!($($what)*))) };
+}
+
 mod build;
 mod diagnose;
 mod eval;
@@ -12,6 +28,8 @@ mod reduce;
 mod simulate;
 
 use std::{
+    fmt,
+    io::{self, Write as _},
     ops::ControlFlow,
     path::PathBuf,
     process::ExitCode,
@@ -21,8 +39,8 @@ use std::{
 use clap::{Parser, Subcommand, ValueEnum};
 use fingerpad_offline::{
     experiment::{Config, ConfigError},
-    mesh::MeshPreset,
-    slide::{MarchError, Progress},
+    mesh::{FirstTouch, MeshPreset},
+    slide::{Finger, MarchError, Progress},
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -187,11 +205,31 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// Writes to a standard stream. What cannot be written because nobody reads it any more is dropped; anything else,
+/// such as a full disk behind a redirection, ends the program with exit code 2.
+fn say(stream: &mut dyn io::Write, text: fmt::Arguments) {
+    if let Err(error) = stream.write_fmt(text).and_then(|()| stream.flush())
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        // Standard error may be the stream that failed.
+        let _ = writeln!(io::stderr(), "error: standard output: {error}");
+        std::process::exit(2);
+    }
+}
+
 /// Spinner for a step of a few seconds whose length is not known.
 fn busy(what: &str) -> ProgressBar {
     let bar = ProgressBar::new_spinner().with_message(what.to_owned());
     bar.enable_steady_tick(std::time::Duration::from_millis(100));
     bar
+}
+
+/// Mesh and body of a configuration; a volume takes some seconds.
+fn make_finger(config: &Config) -> Result<(Finger, FirstTouch), ConfigError> {
+    let spinner = busy("mesh");
+    let made = config.finger();
+    spinner.finish_and_clear();
+    made
 }
 
 /// Bar that shows a run's share, increments, iterations, cutbacks and time left.

@@ -220,7 +220,7 @@ fn print_summary(reduced: &Reduced) {
 
 /// Runs the paths of the design that have no file yet, a thread per path.
 pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
-    let (finger, _) = config.finger()?;
+    let (finger, _) = super::make_finger(config)?;
     config.check_depths(&[reduce::DEPTH_MAX_MM], &finger)?;
     let hash = reduce::settings_hash(config)?;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;

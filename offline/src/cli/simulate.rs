@@ -8,7 +8,7 @@ use fingerpad_offline::{
     slide::{Drive, MarchError, Trajectory, march},
 };
 
-use super::{Failure, Model, bar, go_on, march_failure, show};
+use super::{Failure, Model, bar, go_on, make_finger, march_failure, show};
 
 /// Follow a path of the plane with the finite-element model.
 #[derive(clap::Args)]
@@ -69,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     config.numerics.march.friction_while_pressing &= !args.frictionless_press;
     let path = io::path_csv::read(&args.path)?;
-    let (finger, _) = config.finger()?;
+    let (finger, _) = make_finger(&config)?;
     if path.drives[0] == Drive::Displacement {
         let room = bone_height_mm(&finger);
         if let Some((row, point)) = path.waypoints.iter().enumerate().find(|(_, p)| !(p.normal < room)) {

@@ -145,7 +145,7 @@ impl<'a> Bench<'a> {
         }
         let finger = self.finger(shape)?;
         let problem = self.config.problem(&finger);
-        Rig { bench: self, problem: &problem, key, sliders: BTreeMap::new() }.steady(queries)
+        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new() }.steady(queries)
     }
 
     fn remembered(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
@@ -156,6 +156,7 @@ impl<'a> Bench<'a> {
 /// One finger with a slide per slot (a slot is a depth, or what stays near one).
 pub struct Rig<'a> {
     bench: &'a Bench<'a>,
+    shape: FingertipShape,
     problem: &'a Problem<'a>,
     key: Key,
     sliders: BTreeMap<usize, Slider<'a>>,
@@ -164,7 +165,12 @@ pub struct Rig<'a> {
 impl<'a> Rig<'a> {
     /// The finger of `problem`, whose shape is `shape`.
     pub fn new(bench: &'a Bench<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
-        Self { bench, problem, key: bench.key(shape), sliders: BTreeMap::new() }
+        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new() }
+    }
+
+    /// The finger's shape.
+    pub fn shape(&self) -> &FingertipShape {
+        &self.shape
     }
 
     /// Steady slides, slots side by side; the states of a slot follow one another.

@@ -1,10 +1,9 @@
 //! Calibration of the finger on normal force and area, and the joint fit of finger, depths and law.
 
 use super::{
-    Bench, FingerPoint, IdentifyError, KnobKind, LawPoint, Query, Steady, Table,
+    Bench, FingerPoint, IdentifyError, KnobKind, LawPoint, Query, Rig, Steady, Table,
     least_squares::{Model, Solution, Stop, Variable, minimise},
     settings::{Compared, Knob},
-    surrogate,
 };
 use crate::contact::RubberFriction;
 
@@ -22,9 +21,11 @@ pub struct Errors {
 }
 
 /// What is fitted, and from where.
-pub struct FingerFit<'a> {
+pub struct FingerFit<'a, 'r> {
     /// Fingers.
     pub bench: &'a Bench<'a>,
+    /// The finger of the start's shape; other shapes are made as they are asked for.
+    pub rig: &'a mut Rig<'r>,
     /// Measured.
     pub table: &'a Table,
     /// What of the finger varies.
@@ -45,6 +46,8 @@ pub struct FingerFit<'a> {
     pub evaluations: usize,
     stage: &'static str,
     count: usize,
+    /// Where derivatives were taken last, and their columns.
+    differentiated: Option<(Vec<f64>, Vec<Vec<f64>>)>,
 }
 
 /// A point of the fit's space.
@@ -58,12 +61,13 @@ pub struct Place {
     pub shifts_mm: Vec<f64>,
 }
 
-impl<'a> FingerFit<'a> {
+impl<'a, 'r> FingerFit<'a, 'r> {
     /// A fit under the name `stage`.
     #[expect(clippy::too_many_arguments, reason = "what it fits, to what, how")]
     pub fn new(
         stage: &'static str,
         bench: &'a Bench<'a>,
+        rig: &'a mut Rig<'r>,
         table: &'a Table,
         vary: &'a [Knob],
         compared: Compared,
@@ -75,7 +79,23 @@ impl<'a> FingerFit<'a> {
         let settings = &bench.config.identify;
         let base = bench.config.friction;
         let law_bounds = [settings.region.tau_ref_kpa.map(f64::ln), settings.region.beta];
-        Self { bench, table, vary, compared, errors, finger, law, base, law_bounds, evaluations, stage, count: 0 }
+        let (count, differentiated) = (0, None);
+        Self {
+            bench,
+            rig,
+            table,
+            vary,
+            compared,
+            errors,
+            finger,
+            law,
+            base,
+            law_bounds,
+            evaluations,
+            stage,
+            count,
+            differentiated,
+        }
     }
 
     fn with_law(&self) -> bool {
@@ -156,23 +176,25 @@ impl<'a> FingerFit<'a> {
     ///
     /// # Errors
     /// [`IdentifyError`].
-    pub fn states(&self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
-        self.run_all(place, &|slot| self.query(place, slot))
+    pub fn states(&mut self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
+        let slots = 0..self.table.depths_mm.len();
+        let queries = slots.map(|slot| (slot, vec![self.query(place, slot)])).collect::<Vec<_>>();
+        Ok(self.run_all(place, &queries)?.into_iter().flatten().collect())
     }
 
     /// Steady slides per slot.
     ///
     /// # Errors
     /// [`IdentifyError`].
-    pub fn slides(&self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
-        self.run_all(place, &|slot| self.sliding(place, slot))
+    pub fn slides(&mut self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
+        let slots = 0..self.table.depths_mm.len();
+        let queries = slots.map(|slot| (slot, vec![self.sliding(place, slot)])).collect::<Vec<_>>();
+        Ok(self.run_all(place, &queries)?.into_iter().flatten().collect())
     }
 
-    fn run_all(&self, place: &Place, query: &dyn Fn(usize) -> Query) -> Result<Vec<Steady>, IdentifyError> {
-        let slots = 0..self.table.depths_mm.len();
-        let queries: Vec<_> = slots.map(|slot| (slot, vec![query(slot)])).collect();
-        let states = self.bench.on_shape(&place.finger.shape, &queries)?;
-        Ok(states.into_iter().flatten().collect())
+    fn run_all(&mut self, place: &Place, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
+        let shape = &place.finger.shape;
+        if shape == self.rig.shape() { self.rig.steady(queries) } else { self.bench.on_shape(shape, queries) }
     }
 
     /// Quantities of one slot in the order of the residuals: ln N, ln A, ln(F/N).
@@ -218,7 +240,12 @@ impl<'a> FingerFit<'a> {
     }
 }
 
-impl Model for FingerFit<'_> {
+/// Sides of a difference.
+const BOTH: &[f64] = &[1.0, -1.0];
+/// Step of the law's coordinates.
+const LAW_STEP: f64 = 0.03;
+
+impl Model for FingerFit<'_, '_> {
     fn residuals(&mut self, x: &[f64]) -> Result<Vec<f64>, IdentifyError> {
         let place = self.place(x);
         let logs: Vec<_> = self.states(&place)?.iter().map(Self::logs).collect();
@@ -236,54 +263,87 @@ impl Model for FingerFit<'_> {
         Ok(out)
     }
 
+    /// Differences; what they are worth changes little over half a step, so that they are not taken again there.
     fn jacobian(&mut self, x: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
-        match self.differences(x, 1.0) {
-            Err(error) if error.is_local() => self.differences(x, -1.0),
-            other => other,
+        if let Some((at, columns)) = &self.differentiated
+            && at.iter().zip(x).zip(self.steps()).all(|((a, b), step)| (a - b).abs() <= 0.5 * step)
+        {
+            return Ok(columns.clone());
         }
+        let mut columns = self.differences(x, BOTH);
+        for side in BOTH {
+            match columns {
+                Err(error) if error.is_local() => columns = self.differences(x, &[*side]),
+                _ => break,
+            }
+        }
+        let columns = columns?;
+        self.differentiated = Some((x.to_vec(), columns.clone()));
+        Ok(columns)
     }
 }
 
-impl FingerFit<'_> {
-    /// Columns of the derivatives by differences to one side: `side` is 1 (up) or -1 (down).
-    fn differences(&self, x: &[f64], side: f64) -> Result<Vec<Vec<f64>>, IdentifyError> {
+impl FingerFit<'_, '_> {
+    /// Step of every variable's difference.
+    fn steps(&self) -> Vec<f64> {
+        let mut steps: Vec<f64> = self.vary.iter().map(|knob| knob.name.step()).collect();
+        if self.with_law() {
+            steps.extend([LAW_STEP; 2]);
+        }
+        if self.with_shifts() {
+            steps.extend(self.table.depths_mm.iter().map(|_| KnobKind::DepthOffsetMm.step()));
+        }
+        steps
+    }
+
+    /// Columns of the derivatives by differences to the `sides`: up (1), down (-1) or both.
+    ///
+    /// Numbers that change the shape are moved to one side only: each side is a finger of its own.
+    fn differences(&mut self, x: &[f64], sides: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
         let place = self.place(x);
         let slots = self.table.depths_mm.len();
-        let law_steps = [0.02 * side; 2];
         // Moves that keep the shape share one finger; a shift of its own slot is a move of the depth.
-        let by = side * KnobKind::DepthOffsetMm.step();
-        let depth = Place {
-            finger: place.finger.with(KnobKind::DepthOffsetMm, place.finger.depth_offset_mm + by),
-            ..place.clone()
-        };
-        let stiffer_by = side * place.finger.stiffness * KnobKind::Stiffness.step();
-        let stiffer = {
-            let step = stiffer_by;
-            Place { finger: place.finger.with(KnobKind::Stiffness, place.finger.stiffness + step), ..place.clone() }
-        };
-        let mut same: Vec<(Place, f64)> = vec![(place.clone(), 0.0), (depth, by), (stiffer, stiffer_by)];
-        if self.with_law() {
-            let coordinates = place.law.coordinates(false);
-            for (k, h) in law_steps.into_iter().enumerate() {
-                let mut moved = coordinates.clone();
-                moved[k] += h;
-                same.push((Place { law: place.law.at(&moved), ..place.clone() }, h));
+        let moved = |k: usize, h: f64| {
+            let mut moved = place.clone();
+            match k {
+                0 => moved.finger = place.finger.with(KnobKind::DepthOffsetMm, place.finger.depth_offset_mm + h),
+                1 => moved.finger = place.finger.with(KnobKind::Stiffness, place.finger.stiffness + h),
+                _ => {
+                    let mut coordinates = place.law.coordinates(false);
+                    coordinates[k - 2] += h;
+                    moved.law = place.law.at(&coordinates);
+                }
             }
-        }
+            moved
+        };
+        let steps =
+            [KnobKind::DepthOffsetMm.step(), KnobKind::Stiffness.step() * place.finger.stiffness, LAW_STEP, LAW_STEP];
+        let kept = if self.with_law() { 4 } else { 2 };
+        let mut same = vec![place.clone()];
+        same.extend(
+            (0..kept).flat_map(|k| sides.iter().map(move |side| (k, side * steps[k]))).map(|(k, h)| moved(k, h)),
+        );
         let queries: Vec<_> =
-            (0..slots).map(|slot| (slot, same.iter().map(|(p, _)| self.query(p, slot)).collect())).collect();
-        let states = self.bench.on_shape(&place.finger.shape, &queries)?;
+            (0..slots).map(|slot| (slot, same.iter().map(|p| self.query(p, slot)).collect())).collect();
+        let states = self.run_all(&place, &queries)?;
         let base: Vec<[f64; 3]> = states.iter().map(|list| Self::logs(&list[0])).collect();
         let slope = |k: usize| -> Vec<[f64; 3]> {
-            let logs = states.iter().map(|list| Self::logs(&list[k]));
-            logs.zip(&base).map(|(l, b)| [0, 1, 2].map(|q| (l[q] - b[q]) / same[k].1)).collect()
+            let side = |slot: usize, i: usize| Self::logs(&states[slot][1 + k * sides.len() + i]);
+            let from = |slot: usize| if sides.len() == 2 { (side(slot, 1), -sides[1]) } else { (base[slot], 0.0) };
+            (0..slots)
+                .map(|slot| {
+                    let (to, (from, back)) = (side(slot, 0), from(slot));
+                    [0, 1, 2].map(|q| (to[q] - from[q]) / ((sides[0] + back) * steps[k]))
+                })
+                .collect()
         };
-        let by_depth = slope(1);
+        let side = sides[0];
+        let by_depth = slope(0);
         let mut columns: Vec<Vec<[f64; 3]>> = Vec::new();
         for knob in self.vary {
             columns.push(match knob.name {
                 KnobKind::DepthOffsetMm => by_depth.clone(),
-                KnobKind::Stiffness => slope(2),
+                KnobKind::Stiffness => slope(1),
                 kind => {
                     let value = place.finger.get(kind);
                     let [low, high] = knob.bounds();
@@ -296,7 +356,7 @@ impl FingerFit<'_> {
             });
         }
         if self.with_law() {
-            columns.extend([slope(3), slope(4)]);
+            columns.extend([slope(2), slope(3)]);
         }
         if self.with_shifts() {
             columns.extend((0..slots).map(|own| {
@@ -317,39 +377,5 @@ impl FingerFit<'_> {
                 out
             })
             .collect())
-    }
-}
-
-/// Friction coefficients of finite elements on a finger that is held.
-pub struct OnRig<'r, 'a> {
-    /// The finger.
-    pub rig: &'r mut super::Rig<'a>,
-    /// Depth of every slot, offset included, mm.
-    pub depths_mm: Vec<f64>,
-    /// Factor on every stiffness.
-    pub stiffness: f64,
-    /// Elastic slip and regularisation.
-    pub base: RubberFriction,
-    /// Evaluations of all slots so far.
-    pub evaluations: usize,
-}
-
-impl OnRig<'_, '_> {
-    /// Steady states per slot.
-    ///
-    /// # Errors
-    /// [`IdentifyError`].
-    pub fn states(&mut self, law: &LawPoint) -> Result<Vec<Steady>, IdentifyError> {
-        self.evaluations += 1;
-        let law = law.friction(&self.base);
-        let query = |(slot, &depth_mm): (usize, &f64)| (slot, vec![Query { depth_mm, law, stiffness: self.stiffness }]);
-        let queries: Vec<_> = self.depths_mm.iter().enumerate().map(query).collect();
-        Ok(self.rig.steady(&queries)?.into_iter().flatten().collect())
-    }
-}
-
-impl surrogate::Friction for OnRig<'_, '_> {
-    fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
-        Ok(self.states(law)?.iter().map(Steady::friction_coefficient).collect())
     }
 }

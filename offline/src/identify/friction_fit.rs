@@ -3,7 +3,7 @@
 use super::{
     IdentifyError, LawPoint, Region, Steady, Table,
     least_squares::{Model, Solution, Stop, Variable, minimise},
-    surrogate::{Friction, OverPressure, log_slopes},
+    surrogate::{Aligned, Friction, OverPressure, log_slopes},
 };
 use crate::contact::RubberFriction;
 
@@ -86,7 +86,12 @@ pub struct LawModel<'a> {
     pub fixed: LawPoint,
     /// Value of every coordinate that is held.
     pub pinned: Vec<Option<f64>>,
+    /// Where derivatives were taken last, and their columns.
+    pub differentiated: Option<(Vec<f64>, Vec<Vec<f64>>)>,
 }
+
+/// Move over which derivatives are not taken again: their relative change is about as large.
+const SAME_SLOPE: f64 = 1e-3;
 
 impl LawModel<'_> {
     /// All coordinates from the free ones.
@@ -107,6 +112,11 @@ impl Model for LawModel<'_> {
     }
 
     fn jacobian(&mut self, x: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
+        if let Some((at, columns)) = &self.differentiated
+            && at.iter().zip(x).all(|(a, b)| (a - b).abs() <= SAME_SLOPE)
+        {
+            return Ok(columns.clone());
+        }
         let point = self.point(x);
         let value = self.friction.coefficients(&point)?;
         let slopes = log_slopes(self.friction, &point, self.target.free_tau0)?;
@@ -115,7 +125,9 @@ impl Model for LawModel<'_> {
             rows.map(|(&slot, w)| w * value[slot] * slope[slot]).collect()
         };
         let free = slopes.iter().zip(&self.pinned).filter(|(_, pinned)| pinned.is_none());
-        Ok(free.map(|(slope, _)| column(slope)).collect())
+        let columns: Vec<Vec<f64>> = free.map(|(slope, _)| column(slope)).collect();
+        self.differentiated = Some((x.to_vec(), columns.clone()));
+        Ok(columns)
     }
 }
 
@@ -136,7 +148,7 @@ pub fn fit(
     let bounds = target.bounds();
     let variables: Vec<Variable> =
         (0..x.len()).filter(|&k| pinned[k].is_none()).map(|k| Variable { value: x[k], bounds: bounds[k] }).collect();
-    let mut model = LawModel { friction, target, fixed: *start, pinned };
+    let mut model = LawModel { friction, target, fixed: *start, pinned, differentiated: None };
     if variables.is_empty() {
         let residuals = model.residuals(&[])?;
         let solution = Solution { values: vec![], residuals, jacobian: vec![], evaluations: 1, ended: "pinned".into() };
@@ -163,6 +175,9 @@ const LONGEST: f64 = 0.4;
 
 /// Space mapping: fits the law over the pressure of the last finite-element states until they are those of the law.
 ///
+/// What the pressure of one law says wrongly of the next one is learned on the way: the surrogate's slope is corrected
+/// so that it joins the last two finite-element states [Broyden 1965; Bandler et al. 1995, aggressive space mapping].
+///
 /// # Errors
 /// [`IdentifyError`] of the finite elements at the start, or of a fit.
 pub fn space_mapping(
@@ -176,15 +191,16 @@ pub fn space_mapping(
     let mut law = *start;
     let mut found = states(&law)?;
     let mut path = Vec::new();
+    let mut correction = vec![vec![0.0; found.len()]; target.constants()];
     loop {
         let coefficients: Vec<f64> = found.iter().map(Steady::friction_coefficient).collect();
         path.push(Mapping { law, sum_of_squares: target.sum_of_squares(&coefficients) });
         if path.len() > most {
             return Ok((path, found));
         }
-        let mut over = OverPressure { states: &found, base };
+        let mut mapped = Aligned::corrected(&found, base, law, correction.clone());
         let stop = Stop { tolerance: 1e-10, evaluations: 200 };
-        let (mut next, _) = fit("space mapping", &mut over, target, &law, &[], stop)?;
+        let (mut next, _) = fit("space mapping", &mut mapped, target, &law, &[], stop)?;
         let x = law.coordinates(target.free_tau0);
         let moved = |next: &LawPoint| {
             let y = next.coordinates(target.free_tau0);
@@ -203,6 +219,7 @@ pub fn space_mapping(
         loop {
             match states(&next) {
                 Ok(states) => {
+                    correct(&mut correction, base, (&law, &found), (&next, &states))?;
                     found = states;
                     law = next;
                     break;
@@ -215,6 +232,30 @@ pub fn space_mapping(
             }
         }
     }
+}
+
+/// Broyden's update of the slopes' correction, so that the surrogate over the states `to` has the value of `from`.
+fn correct(
+    correction: &mut [Vec<f64>],
+    base: RubberFriction,
+    from: (&LawPoint, &[Steady]),
+    to: (&LawPoint, &[Steady]),
+) -> Result<(), IdentifyError> {
+    let mut over = OverPressure { states: to.1, base };
+    let (own_from, own_to) = (over.coefficients(from.0)?, over.coefficients(to.0)?);
+    let free_tau0 = correction.len() > 2;
+    let (x, y) = (from.0.coordinates(free_tau0), to.0.coordinates(free_tau0));
+    let moved: Vec<f64> = x.iter().zip(&y).map(|(x, y)| y - x).collect();
+    let length: f64 = moved.iter().map(|d| d * d).sum();
+    for (depth, (a, b)) in from.1.iter().zip(to.1).enumerate() {
+        let exact = (b.friction_coefficient() / a.friction_coefficient()).ln();
+        let told = (own_to[depth] / own_from[depth]).ln();
+        let known: f64 = correction.iter().zip(&moved).map(|(c, d)| c[depth] * d).sum();
+        for (c, d) in correction.iter_mut().zip(&moved) {
+            c[depth] += (exact - told - known) * d / length;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

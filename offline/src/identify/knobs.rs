@@ -64,11 +64,13 @@ impl KnobKind {
         }
     }
 
-    /// Step of finite differences, in its unit: large enough that remeshing noise does not matter.
+    /// Step of finite differences, in its unit (of the value, for the stiffness): large enough that remeshing does
+    /// not matter, nor that the contact area grows by one contact point after the other (0.5 % on the default mesh;
+    /// 0.05 mm of depth to both sides change it by a tenth).
     pub fn step(self) -> f64 {
         match self {
-            Self::Stiffness => 0.02,
-            Self::DepthOffsetMm => 0.02,
+            Self::Stiffness => 0.05,
+            Self::DepthOffsetMm => 0.05,
             Self::TaperSlope => 0.01,
             Self::SectionExponent => 0.05,
             _ => 0.05,

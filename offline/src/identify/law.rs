@@ -8,6 +8,9 @@ use crate::contact::RubberFriction;
 /// Pressure at which strengths are compared, MPa: the middle of what a lightly pressed finger bears.
 pub const REFERENCE_MPA: f64 = 0.005;
 
+/// Steepest onset of a law, strength over pressure: that of the published constants, regularised below 0.1 kPa, is 19.
+pub const STEEPEST_ONSET: f64 = 20.0;
+
 /// Constants of a law: strength at 5 kPa, exponent, and how much of that strength does not depend on pressure.
 ///
 /// lambda's unit depends on beta, so the pair (lambda, beta) is strongly correlated; this one hardly is.
@@ -28,12 +31,29 @@ impl LawPoint {
         Self { tau_ref_kpa: 1e3 * tau_ref_mpa, beta: law.beta, tau0_share: law.tau0_mpa / tau_ref_mpa }
     }
 
-    /// The law with these constants; elastic slip and regularisation as in `base`.
+    /// The law with these constants; elastic slip as in `base`, regularisation by [`Self::regular_pressure_mpa`].
     pub fn friction(&self, base: &RubberFriction) -> RubberFriction {
         let tau_ref_mpa = 1e-3 * self.tau_ref_kpa;
         let tau0_mpa = tau_ref_mpa * self.tau0_share;
         let lambda = (tau_ref_mpa - tau0_mpa) / REFERENCE_MPA.powf(self.beta);
-        RubberFriction { lambda, beta: self.beta, tau0_mpa, ..*base }
+        let regular_pressure_mpa = self.regular_pressure_mpa(base.regular_pressure_mpa);
+        RubberFriction { lambda, beta: self.beta, tau0_mpa, regular_pressure_mpa, ..*base }
+    }
+
+    /// Pressure below which the power is regularised, MPa: `usual_mpa`, or more if the law would begin too steeply.
+    ///
+    /// A contact point that hardly touches and yet is dragged strongly along is lifted off the plane by its own
+    /// friction: where strength over pressure at the onset, `(2 - beta) lambda p^(beta - 1)`, is large, points of the
+    /// rim neither stay nor leave, and there is no steady slide. It is therefore at most [`STEEPEST_ONSET`], which
+    /// leaves the published constants as they are; with 7 kPa at 5 kPa the regular pressure is 0.4 kPa for beta = 0.2,
+    /// 0.7 kPa for 0 and 1.2 kPa for -0.3.
+    pub fn regular_pressure_mpa(&self, usual_mpa: f64) -> f64 {
+        let at_reference = 1e-3 * self.tau_ref_kpa * (1.0 - self.tau0_share) / REFERENCE_MPA;
+        let onset = |p: f64| (2.0 - self.beta) * at_reference * (p / REFERENCE_MPA).powf(self.beta - 1.0);
+        if !(onset(usual_mpa) > STEEPEST_ONSET) || self.beta >= 1.0 {
+            return usual_mpa;
+        }
+        REFERENCE_MPA * (STEEPEST_ONSET / ((2.0 - self.beta) * at_reference)).powf(1.0 / (self.beta - 1.0))
     }
 
     /// lambda, MPa^(1 - beta).
@@ -125,6 +145,22 @@ mod tests {
             let again = point.at(&point.coordinates(true));
             assert!((again.tau_ref_kpa / point.tau_ref_kpa - 1.0).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn no_law_begins_too_steeply_and_none_changes_at_the_reference_pressure() {
+        let base = RubberFriction::default();
+        let law = |beta| LawPoint { tau_ref_kpa: 7.0, beta, tau0_share: 0.0 }.friction(&base);
+        for beta in [1.2, 0.8, 0.46, 0.2, 0.0, -0.2, -0.5, -1.0] {
+            let onset = law(beta).strength(1e-12).1;
+            assert!(onset < 1.0001 * STEEPEST_ONSET, "{beta}: {onset}");
+            assert_eq!(law(beta).regular_pressure_mpa > base.regular_pressure_mpa, beta < 0.4, "{beta}");
+            assert!((law(beta).strength(REFERENCE_MPA).0 / 0.007 - 1.0).abs() < 1e-12, "{beta}");
+        }
+        let published = LawPoint::of(&base).friction(&base);
+        assert_eq!(published.regular_pressure_mpa, base.regular_pressure_mpa);
+        assert!((law(0.2).regular_pressure_mpa - 3.8e-4).abs() < 2e-5);
+        assert!((law(-0.3).regular_pressure_mpa - 1.23e-3).abs() < 3e-5);
     }
 
     #[test]

@@ -4,24 +4,32 @@
 //! of fingers, [`LawPoint`] and [`FingerPoint`] say what is searched for.
 //! May use: experiment, slide, solve, assembly, contact, material, element, mesh.
 
+mod against;
 mod bench;
+mod calibrate;
+pub mod certainty;
 mod error;
 pub mod finger_fit;
 pub mod friction_fit;
+mod history;
 mod knobs;
 mod law;
 pub mod least_squares;
 mod memo;
+pub mod on_rig;
 pub mod outcome;
 pub mod population;
 mod predict;
 mod procedure;
+mod published;
+mod search;
 mod sensitivity;
 mod settings;
 pub mod simplex;
 mod steady;
 pub mod surrogate;
 mod table;
+mod tau0;
 pub mod uncertainty;
 
 pub use bench::{Bench, Hooks, Query, Rig};

@@ -130,6 +130,8 @@ pub struct LawOutcome {
     pub correlation: f64,
     /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted.
     pub correlation_of_lambda: f64,
+    /// Where and how much the law is regularised.
+    pub regularisation: Regularisation,
     /// Standard error of a friction coefficient, as known or as the misfit says.
     pub coefficient_error: Option<f64>,
     /// Whether the errors of the coefficients were given.
@@ -145,6 +147,15 @@ pub struct LawOutcome {
     pub against: Against,
     /// What the numbers say, in sentences.
     pub remarks: Vec<String>,
+}
+
+/// The pressure below which the power of the law is replaced by a parabola through the origin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Regularisation {
+    /// That pressure, MPa.
+    pub pressure_mpa: f64,
+    /// Largest change of F/N, % of it, when it is halved; none if there is no slide then.
+    pub halved_percent: Option<f64>,
 }
 
 /// Whether the table can tell tau_0 from beta.
@@ -165,7 +176,7 @@ pub struct Tau0Outcome {
 }
 
 /// A depth that was left out and predicted.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Depth, mm.
     pub depth_mm: f64,
@@ -175,16 +186,11 @@ pub struct LeftOut {
     pub measured: f64,
     /// Law fitted to the other depths.
     pub law: LawPoint,
-    /// Finite elements at that depth.
-    pub at_depth: f64,
-    /// Finite elements at the measured normal force (between their depths).
-    pub at_force: f64,
-    /// F = c N^(2/3) fitted to the other depths.
-    pub two_thirds: f64,
-    /// F = c N^n fitted to the other depths.
-    pub free_power: f64,
-    /// Differences of these four from the measured, %: at depth, at force, two thirds, free power.
-    pub differences_percent: [f64; 4],
+    /// F/N predicted: by finite elements at that depth, by finite elements at the measured normal force (between
+    /// their depths), by F = c N^(2/3) and by F = c N^n fitted to the other depths; none where there is no slide.
+    pub predicted: [Option<f64>; 4],
+    /// Differences of these four from the measured, %.
+    pub differences_percent: [Option<f64>; 4],
 }
 
 /// A point of the curve F/N over N.
@@ -307,9 +313,11 @@ pub struct Outcome {
     pub calibration: Option<FingerOutcome>,
     /// Simplex runs.
     pub simplex: Vec<SimplexRun>,
+    /// The best of them continued in ln strength and beta, with finer tolerances.
+    pub refined: Option<SimplexRun>,
     /// Fast route; none with published constants alone.
     pub fast: Option<FastOutcome>,
-    /// Largest relative difference of simplex and fast route in strength and absolute one in beta, of the best run.
+    /// Difference of the continued simplex from the fast route: relative in strength, absolute in beta.
     pub routes_differ: Option<[f64; 2]>,
     /// The law found; none with published constants alone.
     pub law: Option<LawOutcome>,

@@ -2,9 +2,9 @@
 
 use super::{
     Bench, FingerPoint, IdentifyError, LawPoint, Query, Rig, Steady, Table,
-    finger_fit::OnRig,
     friction_fit::{Target, fit},
     least_squares::Stop,
+    on_rig::OnRig,
     outcome::{Curve, CurvePoint, LeftOut},
     settings::Prediction,
     surrogate::Friction,
@@ -34,31 +34,31 @@ pub fn leave_one_out(
         let others = Target { free_tau0: false, ..target.only(&rows) };
         let stop = Stop { tolerance: 1e-9, evaluations: 200 };
         let (law, _) = fit("leave one out", surrogate, &others, best, &[], stop)?;
-        let states = fe.states(&law)?;
+        let states = match fe.states(&law) {
+            Ok(states) => Some(states),
+            Err(error) if error.is_local() => None,
+            Err(error) => return Err(error),
+        };
         let points = |i: usize| [table.points[i].normal_force_n.ln(), table.points[i].friction_n().ln()];
         let logs: Vec<[f64; 2]> = rows.iter().map(|&i| points(i)).collect();
         let constant = logs.iter().map(|[n, f]| f - 2.0 / 3.0 * n).sum::<f64>() / logs.len() as f64;
         let power = line(&logs);
-        for (i, point) in table.points.iter().enumerate().filter(|(i, _)| table.slot[*i] == slot) {
-            let _ = i;
+        for point in table.points.iter().zip(&table.slot).filter(|(_, of)| **of == slot).map(|(point, _)| point) {
             let n = point.normal_force_n;
             let measured = point.friction_coefficient;
-            let values = [
-                states[slot].friction_coefficient(),
-                at_force(&states, n),
-                (constant + 2.0 / 3.0 * n.ln()).exp() / n,
-                power.map_or(f64::NAN, |(slope, c)| (c + slope * n.ln()).exp() / n),
+            let predicted = [
+                states.as_ref().map(|s| s[slot].friction_coefficient()),
+                states.as_ref().map(|s| at_force(s, n)),
+                Some((constant + 2.0 / 3.0 * n.ln()).exp() / n),
+                power.map(|(slope, c)| (c + slope * n.ln()).exp() / n),
             ];
             out.push(LeftOut {
                 depth_mm,
                 normal_force_n: n,
                 measured,
                 law,
-                at_depth: values[0],
-                at_force: values[1],
-                two_thirds: values[2],
-                free_power: values[3],
-                differences_percent: values.map(|v| 100.0 * (v / measured - 1.0)),
+                predicted,
+                differences_percent: predicted.map(|v| v.map(|v| 100.0 * (v / measured - 1.0))),
             });
         }
     }

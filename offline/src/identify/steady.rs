@@ -7,11 +7,14 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::IdentifyError;
+use super::{
+    IdentifyError,
+    history::{History, distance},
+};
 use crate::{
     assembly::{Body, Configuration},
     contact::{Friction, PenaltySettings, RubberFriction},
-    slide::{Problem, extrapolate},
+    slide::Problem,
     solve::{Axis, Settings, Solver, State, Stats, Target},
 };
 
@@ -20,7 +23,9 @@ const SATURATED_MM: f64 = 1e9;
 /// Share of a move below which a step is taken for one over a limit point.
 const SNAP_BELOW: f64 = 1.0 / 20.0;
 /// Viscous steps over a limit point before a move is given up.
-const SNAP_STEPS: usize = 20;
+const SNAP_STEPS: usize = 12;
+/// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
+const PATIENCE: u32 = 200;
 
 /// What a steady slide at one depth looks like.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -108,6 +113,7 @@ pub struct Slider<'a> {
     solver: Solver<'a>,
     state: State,
     at: Place,
+    history: History,
     max_depth_step_mm: f64,
     go_on: &'a (dyn Fn() -> bool + Sync),
     /// What it cost so far.
@@ -140,7 +146,14 @@ impl<'a> Slider<'a> {
     pub fn new(problem: &Problem<'a>, tolerance: f64, go_on: &'a (dyn Fn() -> bool + Sync)) -> Self {
         let law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..problem.friction.unwrap_or_default() };
         let penalty = PenaltySettings { augment: false, ..problem.penalty };
-        let settings = Settings { tolerance, ..problem.settings };
+        // A step that needs more than this is cheaper in two.
+        let settings = Settings {
+            tolerance,
+            max_iterations: 15,
+            max_contact_iterations: 25,
+            max_unsolved_contacts: 3,
+            ..problem.settings
+        };
         let solver = Solver::new(problem.body, problem.pad_faces, Friction::On(law), penalty, settings);
         let state = solver.initial_state([0.0; 3]);
         Self {
@@ -148,6 +161,7 @@ impl<'a> Slider<'a> {
             solver,
             state,
             at: Place { depth_mm: 0.0, law },
+            history: History::default(),
             max_depth_step_mm: problem.march.max_depth_step_mm,
             go_on,
             effort: Effort::default(),
@@ -179,14 +193,19 @@ impl<'a> Slider<'a> {
             rigid_rotation: start.rigid_rotation,
         };
         self.body.follow(&mut configuration);
-        let mut state = self.solver.initial_state([0.0, 0.0, start.at.depth_mm]);
+        self.stand(start.at, configuration);
+        true
+    }
+
+    /// Puts the finger into a configuration of a place.
+    fn stand(&mut self, at: Place, configuration: Configuration) {
+        let mut state = self.solver.initial_state([0.0, 0.0, at.depth_mm]);
         for (place, &node) in state.contact.position.iter_mut().zip(&self.solver.surface().nodes) {
             *place = configuration.x[node as usize];
         }
         state.configuration = configuration;
         self.state = state;
-        self.at = start.at;
-        true
+        self.at = at;
     }
 
     /// Takes the finger off the plane.
@@ -204,6 +223,14 @@ impl<'a> Slider<'a> {
     pub fn go(&mut self, to: Place, limits: Limits) -> Result<Steady, IdentifyError> {
         if to != self.at || self.state.totals.force.z == 0.0 {
             let start = self.start();
+            // From where the way is shortest, which need not be the last place.
+            let wanted = self.coordinates(&to);
+            if let Some((place, configuration, far)) = self.history.nearest(&wanted)
+                && limits == Limits::Stop
+                && far < 0.7 * distance(&self.coordinates(&self.at), &wanted)
+            {
+                self.stand(place, configuration);
+            }
             if let Err(error) = self.move_to(to, limits) {
                 self.restart(&start);
                 return Err(error);
@@ -214,10 +241,11 @@ impl<'a> Slider<'a> {
 
     fn move_to(&mut self, to: Place, limits: Limits) -> Result<(), IdentifyError> {
         let from = self.at;
-        let mut pace = first_share(&from, &to, self.max_depth_step_mm);
+        let mut pace = self.first_share(&from, &to);
         let mut done = 0.0f64;
-        let mut before: Option<(State, f64)> = None;
+        let mut spent = 0;
         let mut snaps = u32::from(limits == Limits::Stop);
+        let mut failed = false;
         while done < 1.0 {
             if !(self.go_on)() {
                 return Err(IdentifyError::Interrupted);
@@ -226,13 +254,9 @@ impl<'a> Slider<'a> {
             let size = if pace >= left { left } else { left / (left / pace - 1e-9).ceil() };
             let share = if size >= left { 1.0 } else { done + size };
             let place = if share == 1.0 { to } else { between(&from, &to, share) };
-            let (guess, extrapolated) = match &before {
-                Some((before, last)) if size <= 2.0 * last => {
-                    let ratio = size / last;
-                    (extrapolate(self.body, &before.configuration, &self.state.configuration, ratio), true)
-                }
-                _ => (self.state.configuration.clone(), place.depth_mm == self.at.depth_mm),
-            };
+            let prediction = self.history.predict(self.body, &self.coordinates(&place)).filter(|_| !failed);
+            let (guess, led) = prediction.unwrap_or_else(|| (self.state.configuration.clone(), false));
+            let extrapolated = led || place.depth_mm == self.at.depth_mm;
             let last = saturated(&self.state);
             self.solver.set_friction(Friction::On(place.law));
             let target = [Axis::Displacement(0.0), Axis::Displacement(0.0), Axis::Displacement(place.depth_mm)];
@@ -241,11 +265,14 @@ impl<'a> Slider<'a> {
             let result = self.solver.step(&last, target, guess, plane, extrapolated, &mut stats);
             self.effort.iterations += stats.iterations;
             self.effort.factorisations += stats.factorisations;
+            spent += stats.iterations;
             match result {
                 Ok(next) => {
                     self.effort.solves += 1;
-                    before = Some((std::mem::replace(&mut self.state, next), size));
+                    self.state = next;
                     self.at = place;
+                    self.history.keep(self.coordinates(&place), place, &self.state.configuration);
+                    failed = false;
                     done = share;
                     pace = match stats.iterations {
                         0..=7 => 1.5 * size,
@@ -255,14 +282,18 @@ impl<'a> Slider<'a> {
                 }
                 Err(error) => {
                     self.effort.cutbacks += 1;
-                    before = None;
+                    failed = true;
                     pace = 0.5 * size;
-                    if pace >= SNAP_BELOW {
+                    let given_up = spent > PATIENCE;
+                    if pace >= SNAP_BELOW && !given_up {
                         continue;
                     }
                     snaps += 1;
-                    if snaps <= 1 && self.snap(target)? {
+                    if !given_up && snaps <= 1 && self.snap(target)? {
                         self.at = place;
+                        // What was known before the snap belongs to another branch.
+                        self.history.clear();
+                        self.history.keep(self.coordinates(&place), place, &self.state.configuration);
                         done = share;
                         pace = 0.1;
                     } else {
@@ -272,6 +303,21 @@ impl<'a> Slider<'a> {
             }
         }
         Ok(())
+    }
+
+    /// A place in steps that are likely to converge.
+    fn coordinates(&self, place: &Place) -> [f64; 3] {
+        let strength = place.law.strength(MIDDLE_MPA).0;
+        // A strength step of 1.5 kPa shears the pulp by some tenths of a millimetre.
+        [place.depth_mm / self.max_depth_step_mm, strength / 0.0015, place.law.beta * strength / 0.003]
+    }
+
+    /// First share of a move that is likely to converge.
+    fn first_share(&self, from: &Place, to: &Place) -> f64 {
+        let [a, b] = [from, to].map(|place| self.coordinates(place));
+        let far: f64 = (0..3).map(|k| (b[k] - a[k]).abs()).sum();
+        // Between states that are known a prediction reaches farther than the last state.
+        1.0 / far.min(2.0 * self.history.distance(&b)).max(1.0)
     }
 
     /// Steps past a limit point: viscous steps at a fixed target until equilibrium holds without them.
@@ -338,16 +384,6 @@ fn saturated(state: &State) -> State {
 
 /// Pressure at which laws are compared, MPa.
 const MIDDLE_MPA: f64 = 0.004;
-
-/// First share of a move that is likely to converge.
-fn first_share(from: &Place, to: &Place, max_depth_step_mm: f64) -> f64 {
-    let depth = (to.depth_mm - from.depth_mm).abs() / max_depth_step_mm;
-    let (a, b) = (from.law.strength(MIDDLE_MPA).0, to.law.strength(MIDDLE_MPA).0);
-    // A strength step of 1.5 kPa shears the pulp by some tenths of a millimetre.
-    let strength = (b - a).abs() / 0.0015;
-    let shape = (to.law.beta - from.law.beta).abs() * b.max(a) / 0.003;
-    1.0 / (depth + strength + shape).max(1.0)
-}
 
 /// The place `share` of the way: depth and strengths at two pressures go straight, so that no law on the way is
 /// stronger than both ends.

@@ -486,7 +486,7 @@ fn interpolate(a: &Waypoint, b: &Waypoint, share: f64) -> Waypoint {
 }
 
 /// `to` continued by `ratio` times the motion from `from`.
-pub(crate) fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64) -> Configuration {
+fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64) -> Configuration {
     let mut next = to.clone();
     for (x, (a, b)) in next.x.iter_mut().zip(from.x.iter().zip(&to.x)) {
         *x += (b - a) * ratio;

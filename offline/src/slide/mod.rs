@@ -10,7 +10,6 @@ use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
-pub(crate) use march::extrapolate;
 pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, march_with_law, press_limits};
 
 /// How one axis of the plane is driven.

@@ -32,6 +32,10 @@ pub struct Settings {
     pub max_iterations: usize,
     /// Contact iterations per equilibrium iteration.
     pub max_contact_iterations: usize,
+    /// Contact problems one after the other that end without a solution before an increment is given up; set by
+    /// callers that have another way, not in a configuration.
+    #[serde(skip)]
+    pub max_unsolved_contacts: usize,
     /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
     #[serde(deserialize_with = "crate::units::positive")]
     pub refresh_cost_iterations: f64,
@@ -49,6 +53,7 @@ impl Default for Settings {
             force_floor_n: 1e-6,
             max_iterations: 30,
             max_contact_iterations: 40,
+            max_unsolved_contacts: 30,
             refresh_cost_iterations: 9.0,
             growth: 1.0,
             max_augmentations: 8,
@@ -352,6 +357,7 @@ impl<'a> Solver<'a> {
         let mut fresh = false;
         let mut iteration = 0;
         let mut displacement_scale = 0.0f64;
+        let mut unsolved = 0;
         loop {
             let Residual { total, contact, norm: residual, contact_norm } =
                 self.residual(&at, &internal, last, plane, force_target);
@@ -361,7 +367,9 @@ impl<'a> Solver<'a> {
                 let (contact, totals) = self.surface.commit(&self.friction, last, &self.surface_positions(&at), plane);
                 return Ok(State { configuration: at, contact, totals });
             }
-            if iteration as usize >= self.settings.max_iterations || !residual.is_finite() {
+            let gives_up =
+                iteration as usize >= self.settings.max_iterations || unsolved >= self.settings.max_unsolved_contacts;
+            if gives_up || !residual.is_finite() {
                 return Err(SolveError::Stalled {
                     iterations: iteration,
                     residual: residual / reference,
@@ -433,6 +441,7 @@ impl<'a> Solver<'a> {
             let solution = inner.solve(x, plane, predict);
             stats.iterations += 1;
             stats.contact_iterations += solution.iterations as u32;
+            unsolved = if solution.iterations < self.settings.max_contact_iterations { 0 } else { unsolved + 1 };
             displacement_scale = solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
             let mut force = solution.force;
             for (force, at_start) in force.iter_mut().zip(&contact) {

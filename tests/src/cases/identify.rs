@@ -7,12 +7,13 @@ use fingerpad_offline::{
     experiment::{Config, press_and_slide},
     identify::{
         Bench, FingerPoint, Hooks, LawPoint, Memo, Point, Region, Rig, Simplex, Steady, Table,
-        finger_fit::OnRig,
+        certainty::ring,
         friction_fit::{Target, fit, space_mapping},
         least_squares::Stop,
+        on_rig::OnRig,
         simplex,
         surrogate::{Aligned, Friction, log_slopes},
-        uncertainty::Growth,
+        uncertainty::{Growth, linear},
     },
     mesh::{FingertipShape, MeshPreset},
     slide::BoneKind,
@@ -162,8 +163,9 @@ fn normal(random: &mut Random) -> f64 {
 
 /// 1 % of noise on the coefficients: how often the planted pair lies in the 95 % region, out of 100.
 ///
-/// Every noisy table is fitted on the surrogate that has the finite elements' value and slope at the planted pair;
-/// how far that is from finite elements is checked at the fits that lie farthest out.
+/// In full every noisy table is fitted by finite elements; a test fits on the surrogate that is bent to them around the
+/// planted pair. F/N of a mesh is not smooth to a part in a thousand (contact points come and go), and that is what the
+/// surrogate is off by.
 pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
     let config = coarse("a", BoneKind::Fixed);
     let depths = [0.75, 1.0, 1.25, 1.5];
@@ -171,6 +173,13 @@ pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
         let states = fe.states(&planted())?;
         let slopes = log_slopes(fe, &planted(), false)?;
         let mut aligned = Aligned::new(&states, config.friction, planted(), &slopes);
+        let exact = Target::of(&table_of(&states)?, Some(1.0), Region::default(), false);
+        let stop = Stop { tolerance: 1e-10, evaluations: 200 };
+        let (_, at_planted) = fit("noise", &mut aligned, &exact, &planted(), &[], stop)?;
+        let around = ring(&planted(), &linear(&at_planted.jacobian, 1.0), 2.5, &Region::default());
+        let known =
+            around.into_iter().map(|law| Ok((law, fe.coefficients(&law)?))).collect::<Result<Vec<_>, Failure>>()?;
+        let bent = aligned.bend(&known);
         println!("noise: seed {SEED}");
         let mut random = Random::new(SEED);
         let (mut inside, mut inside_estimated) = (0, 0);
@@ -183,10 +192,15 @@ pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
             for known in [true, false] {
                 let target = Target::of(&table, known.then_some(1.0), Region::default(), false);
                 let stop = Stop { tolerance: 1e-10, evaluations: 200 };
-                let (law, solution) = fit("noise", &mut aligned, &target, &planted(), &[], stop)?;
+                let (law, mut solution) = fit("noise", &mut aligned, &target, &planted(), &[], stop)?;
+                let mut truth = target.sum_of_squares(&aligned.coefficients(&planted())?);
+                if known && effort == Effort::Full {
+                    let stop = Stop { tolerance: 1e-5, evaluations: 12 };
+                    (_, solution) = fit("noise", fe, &target, &law, &[], stop)?;
+                    truth = target.sum_of_squares(&fe.coefficients(&planted())?);
+                }
                 let least: f64 = solution.residuals.iter().map(|r| r * r).sum();
                 let growth = Growth::of(least, 4, 2, known, 0.95).ok_or("no degrees of freedom")?;
-                let truth = target.sum_of_squares(&aligned.coefficients(&planted())?);
                 let held = usize::from(truth - least <= growth.two);
                 if known {
                     inside += held;
@@ -210,8 +224,9 @@ pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
             Check::at_most("the same", f64::from(inside as u32), 99.0),
             Check::told("the same, noise estimated from the misfit", f64::from(inside_estimated as u32)),
             Check::told("beta that is farthest out", fits[0].beta),
-            // A tenth of the noise.
-            Check::at_most("surrogate less finite elements at the farthest fits, relative", worst, 1e-3),
+            Check::told("surrogate less finite elements on the ring that it was bent to, relative", bent),
+            // A fifth of the noise.
+            Check::at_most("surrogate less finite elements at the farthest fits, relative", worst, 2e-3),
         ])
     })
 }

@@ -89,5 +89,9 @@ pub const CASES: &[Case] = &[
         about: "shipped reduced model, retuned, against fresh fingers of other size, stiffness, lambda: coarse mesh",
         run: retuned::retuned,
     },
-    Case { name: "noise", about: "the same with 1 % noise: coverage of the 95 % region", run: identify::noise },
+    Case {
+        name: "noise",
+        about: "the same with 1 % noise: coverage of the 95 % region, by finite elements in full",
+        run: identify::noise,
+    },
 ];

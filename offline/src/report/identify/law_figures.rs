@@ -19,6 +19,7 @@ const PUBLISHED: [f64; 2] = [0.086, 0.46];
 pub struct SimplexPaths<'a> {
     pub surface: &'a Surface,
     pub runs: &'a [SimplexRun],
+    pub refined: Option<&'a SimplexRun>,
     pub law: &'a LawOutcome,
 }
 
@@ -55,8 +56,21 @@ impl Figure for SimplexPaths<'_> {
         plot.draw(canvas)?;
         for power in (low.ceil() as i32)..=2 {
             let level = 10f64.powi(power);
+            let mut lowest: Option<(f64, f64)> = None;
             for piece in contour(&s.ln_lambda, &s.beta, &s.sum_of_squares, level) {
-                canvas.line(&piece.map(|(x, y)| plot.at(x.exp(), y)), Line::solid(PAIR, 1.0))?;
+                let piece = piece.map(|(x, y)| plot.at(x.exp(), y));
+                canvas.line(&piece, Line::solid(PAIR, 1.0))?;
+                let end = piece[0];
+                // The side of stronger laws, where lines part.
+                if lowest.is_none_or(|(x, y)| end.0 + 1.2 * end.1 > x + 1.2 * y)
+                    && end.0 < plot.left + plot.width - 30.0
+                {
+                    lowest = Some(end);
+                }
+            }
+            if let Some((x, y)) = lowest {
+                let text = if power < 0 { fixed(level, (-power) as usize) } else { fixed(level, 0) };
+                canvas.text(&text, (x + 4.0, y - 7.0), Text { em: 10.5, colour: GREY, ..Text::BODY })?;
             }
         }
         let (x, mut y) = (plot.left + plot.width + 16.0, plot.top + 10.0);
@@ -81,13 +95,24 @@ impl Figure for SimplexPaths<'_> {
             )?;
             y += 54.0;
         }
+        for path in [self.refined].into_iter().flatten() {
+            plot.line(
+                canvas,
+                path.path.iter().map(|p| (p[0], p[1])),
+                Line { colour: INK, width: 1.2, dash: Some((5.0, 3.0)) },
+            )?;
+        }
         cross(canvas, plot.at(self.law.lambda, self.law.law.beta))?;
         cross(canvas, (x + 6.0, y))?;
         legend_text(canvas, (x + 18.0, y), "fast route")?;
-        y += 26.0;
+        y += 24.0;
+        if self.refined.is_some() {
+            canvas.line(&[(x, y), (x + 12.0, y)], Line { colour: INK, width: 1.2, dash: Some((5.0, 3.0)) })?;
+            legend_text(canvas, (x + 18.0, y), "best end continued")?;
+            y += 24.0;
+        }
         canvas.line(&[(x, y), (x + 12.0, y)], Line::solid(PAIR, 1.4))?;
-        legend_text(canvas, (x + 18.0, y), "sum of squares")?;
-        canvas.text("… 0.01, 0.1, 1, 10, 100", (x + 18.0, y + 16.0), Text { em: 11.0, colour: GREY, ..Text::BODY })
+        legend_text(canvas, (x + 18.0, y), "sum of squares")
     }
 }
 

@@ -67,10 +67,16 @@ pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
             gallery.add(
                 "simplex",
                 "The downhill simplex on its error surface",
-                "Best vertex after every iteration; every vertex was run by finite elements. Open: start, filled: stop. \
+                "Best vertex after every iteration; every vertex was run by finite elements. Open: start, filled: stop. The \
+                 dashed line goes on from the best end in ln strength and beta with finer tolerances. \
                  The surface is a surrogate's that agrees with finite elements at the cross; far from it, it only shows \
                  the valley.",
-                &law_figures::SimplexPaths { surface, runs: &outcome.simplex, law },
+                &law_figures::SimplexPaths {
+                    surface,
+                    runs: &outcome.simplex,
+                    refined: outcome.refined.as_ref(),
+                    law,
+                },
             )?;
         }
     }

@@ -226,12 +226,17 @@ fn law_tables(o: &Outcome) -> String {
     let _ = writeln!(
         out,
         "<p>λ = {} MPa<sup>1−β</sup> is derived; its correlation with β is {}, that of ln strength with β {}. Region and \
-         intervals are drawn by a surrogate that has the finite elements’ value and slope at the best law; at the \
-         intervals’ ends its F/N differs from finite elements by {} %.</p>",
+         intervals are drawn by a surrogate that is bent to the finite elements at and around the best law; at the \
+         intervals’ ends its F/N differs from finite elements by {} %. Below {} kPa the power is replaced by a \
+         parabola through the origin; with half of that F/N changes by {}.</p>",
         significant(law.lambda, 4),
         fixed(law.correlation_of_lambda, 4),
         fixed(law.correlation, 3),
-        checks.join(", ")
+        checks.join(", "),
+        significant(1e3 * law.regularisation.pressure_mpa, 2),
+        law.regularisation
+            .halved_percent
+            .map_or("an unknown share (no slide)".into(), |p| format!("at most {} %", fixed(p, 2)))
     );
     for remark in law.remarks.iter().map(String::as_str).chain(o.tau0.as_ref().map(|t| t.sentence.as_str())) {
         let _ = writeln!(out, "<p>{}</p>", prose(remark));
@@ -277,12 +282,15 @@ fn law_tables(o: &Outcome) -> String {
         ]);
         out += &table("The fast route", &["", "strength at 5 kPa, kPa", "β", "sum of squares"], body);
     }
-    if let Some([strength, beta]) = o.routes_differ {
+    if let (Some(run), Some([strength, beta])) = (&o.refined, o.routes_differ) {
         let _ = writeln!(
             out,
-            "<p>Best simplex run against the fast route: strength at 5 kPa {} relative, β {}.</p>",
+            "<p>Continued from its best end in ln strength and β to tolerances of 1e-6, the simplex differs from the fast \
+             route by {} of the strength at 5 kPa and by {} in β, after {} evaluations; its sum of squares is {}.</p>",
             significant(strength, 2),
-            significant(beta, 2)
+            significant(beta, 2),
+            run.visits.len(),
+            significant(run.sum_of_squares, 5)
         );
     }
     out
@@ -309,9 +317,8 @@ fn prediction_tables(o: &Outcome) -> String {
             .left_out
             .iter()
             .map(|l| {
-                let d = l.differences_percent;
-                let values = [l.at_depth, l.at_force, l.two_thirds, l.free_power];
-                let pairs = values.iter().zip(d).flat_map(|(v, d)| [num(*v, 3), cell(&percent(Some(d)))]);
+                let pairs = l.predicted.into_iter().zip(l.differences_percent);
+                let pairs = pairs.flat_map(|(v, d)| [optional(v, 3), cell(&percent(d))]);
                 row([num(l.depth_mm, 2), num(l.normal_force_n, 3), num(l.measured, 3)].into_iter().chain(pairs))
             })
             .collect();

@@ -104,16 +104,19 @@ impl Figure for LeftOutErrors<'_> {
             ("F = c N^n, n fitted", SERIES[3], Marker::Diamond),
         ];
         let rows = &self.outcome.left_out;
+        let depth = |pick: fn(f64, f64) -> f64| rows.iter().map(|r| r.depth_mm).reduce(pick).unwrap_or(1.0);
+        // Room for the markers beside and beyond their depth and value.
+        let x = Scale::between("Depth left out, mm", [depth(f64::min) - 0.12, depth(f64::max) + 0.12], 4);
         let plot = Plot {
             left: 60.0,
             top: 46.0,
             width: 420.0,
             height: 310.0,
-            x: Scale::linear("Depth left out, mm", [0.5, 1.0], rows.iter().map(|r| r.depth_mm), 4),
+            x,
             y: Scale::linear(
                 "Predicted F/N over measured less 1, %",
                 [-5.0, 5.0],
-                rows.iter().flat_map(|r| r.differences_percent),
+                rows.iter().flat_map(|r| r.differences_percent.into_iter().flatten()).map(|d| 1.08 * d),
                 6,
             ),
         };
@@ -123,7 +126,8 @@ impl Figure for LeftOutErrors<'_> {
         for (k, (name, colour, marker)) in LOOKS.into_iter().enumerate() {
             let dx = 6.0 * (k as f64 - 1.5);
             for r in rows {
-                let (x, y) = plot.at(r.depth_mm, r.differences_percent[k]);
+                let Some(difference) = r.differences_percent[k] else { continue };
+                let (x, y) = plot.at(r.depth_mm, difference);
                 canvas.line(&[(x + dx, zero[0]), (x + dx, y)], Line::solid(colour, 1.4))?;
                 canvas.marker(marker, (x + dx, y), 4.4, colour, true)?;
             }
@@ -212,7 +216,7 @@ pub struct Tornado<'a> {
 
 impl Figure for Tornado<'_> {
     fn size(&self) -> (u32, u32) {
-        (1180, 100 + 27 * self.rows().len() as u32)
+        (1180, 118 + 27 * self.rows().len() as u32)
     }
 
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
@@ -223,7 +227,7 @@ impl Figure for Tornado<'_> {
             ("Contact area, %", |s| s.contact_area_percent),
             ("F/N, %", |s| s.friction_coefficient_percent),
         ];
-        let (top, pitch) = (48.0, 27.0);
+        let (top, pitch) = (66.0, 27.0);
         let height = pitch * rows.len() as f64;
         for (k, row) in rows.iter().enumerate() {
             let y = top + pitch * (k as f64 + 0.5);
