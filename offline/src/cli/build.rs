@@ -143,7 +143,12 @@ fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failur
             100.0 * friction
         );
     }
-    super::reduce::fit(&runs, config.friction.beta, &args.out.join("model.fpm"))?;
+    super::reduce::fit(
+        &runs,
+        config.friction.beta,
+        &fingerpad_offline::reduce::Settings::default(),
+        &args.out.join("model.fpm"),
+    )?;
     Ok(())
 }
 

@@ -48,6 +48,9 @@ pub struct Args {
     /// Fit other numbers of elements and table nodes as well, for the report's curve of accuracy against cost
     #[arg(long, requires = "report")]
     curve: bool,
+    /// Fits from beside the best one so far; the best on the paths of the fit is kept
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    restarts: usize,
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
@@ -77,21 +80,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let hash = reduce::settings_hash(&config)?;
         runs.retain(|run| run.settings_hash == hash);
     }
-    let reduced = fit(&runs, config.friction.beta, out)?;
+    let settings = Settings { restarts: args.restarts, ..Settings::default() };
+    let reduced = fit(&runs, config.friction.beta, &settings, out)?;
     if let Some(folder) = &args.report {
-        write_report(folder, &runs, &reduced, config.friction.beta, args.curve)?;
+        write_report(folder, &runs, &reduced, config.friction.beta, args.curve.then_some(&settings))?;
     }
     Ok(())
 }
 
 /// Fits, prints the errors and writes the model file.
-pub(super) fn fit(runs: &[Run], exponent: f64, out: &Path) -> Result<Reduced, Failure> {
+pub(super) fn fit(runs: &[Run], exponent: f64, settings: &Settings, out: &Path) -> Result<Reduced, Failure> {
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     let hash = runs.first().map_or("", |r| &r.settings_hash);
     println!("{} runs of settings {hash}, {early} ended early", runs.len());
     let spinner = ProgressBar::new_spinner().with_message("fitting, every step through the core");
     spinner.enable_steady_tick(std::time::Duration::from_millis(120));
-    let reduced = reduce::reduce(runs, exponent, &Settings::default());
+    let reduced = reduce::reduce(runs, exponent, settings);
     spinner.finish_and_clear();
     let reduced = reduced?;
     let bytes = reduced.file(&[])?;
@@ -102,13 +106,19 @@ pub(super) fn fit(runs: &[Run], exponent: f64, out: &Path) -> Result<Reduced, Fa
     Ok(reduced)
 }
 
-/// Page, numbers and figures of the fit; with `curve` other sizes are fitted for it.
-fn write_report(folder: &Path, runs: &[Run], reduced: &Reduced, exponent: f64, curve: bool) -> Result<(), Failure> {
+/// Page, numbers and figures of the fit; with settings for a `curve` other sizes are fitted for it.
+fn write_report(
+    folder: &Path,
+    runs: &[Run],
+    reduced: &Reduced,
+    exponent: f64,
+    curve: Option<&Settings>,
+) -> Result<(), Failure> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
     let mut points = Vec::new();
-    if curve {
+    if let Some(settings) = curve {
         let bar = bar("other sizes".into());
-        points = reduce::curve(runs, exponent, &Settings::default(), |share| {
+        points = reduce::curve(runs, exponent, settings, |share| {
             bar.set_position((share * 1000.0) as u64);
             go_on().is_continue()
         })?;

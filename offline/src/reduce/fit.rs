@@ -35,6 +35,8 @@ pub struct Settings {
     pub prior: f64,
     /// Largest number of iterations.
     pub iterations: usize,
+    /// Fits from beside the best one so far, the best of which is kept: the sum of squares has many minima.
+    pub restarts: usize,
 }
 
 impl Default for Settings {
@@ -49,6 +51,7 @@ impl Default for Settings {
             area_share: 0.03,
             prior: 2.0,
             iterations: 40,
+            restarts: 0,
         }
     }
 }
@@ -104,27 +107,62 @@ pub fn fit<const M: usize, const N: usize>(
     problem.layout.params::<M, N>(problem.theta.as_slice()).try_build()?;
     let before = problem.residuals().ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
     let patience = settings.iterations;
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-6).with_gtol(0.0).with_patience(patience);
-    let (problem, report) = minimiser.minimize(problem);
-    let ended = report.termination;
-    if !(ended.was_successful() || matches!(ended, levenberg_marquardt::TerminationReason::LostPatience)) {
-        return Err(ReduceError::Fit(format!("{ended:?}")));
+    let minimise = |problem: Problem<'_, M, N>| {
+        let minimiser =
+            LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-6).with_gtol(0.0).with_patience(patience);
+        let (problem, report) = minimiser.minimize(problem);
+        let ended = &report.termination;
+        let good = ended.was_successful() || matches!(ended, levenberg_marquardt::TerminationReason::LostPatience);
+        (problem.theta, report, good)
+    };
+    let (mut theta, mut report, good) = minimise(problem.clone());
+    if !good {
+        return Err(ReduceError::Fit(format!("{:?}", report.termination)));
     }
-    let theta: Vec<f64> = problem.theta.iter().copied().collect();
+    let mut evaluations = report.number_of_evaluations;
+    let mut noise = Noise(1);
+    for _ in 0..settings.restarts {
+        let beside = theta.map(|v| v + RESTART_STEP * noise.number());
+        if problem.layout.params::<M, N>(beside.as_slice()).try_build().is_err() {
+            continue;
+        }
+        let (found, new, good) = minimise(Problem { theta: beside, ..problem.clone() });
+        evaluations += new.number_of_evaluations;
+        if good && new.objective_function < report.objective_function {
+            (theta, report) = (found, new);
+        }
+    }
+    let theta: Vec<f64> = theta.iter().copied().collect();
     Ok(Fitted {
         params: problem.layout.params(&theta),
         theta,
         cost: [0.5 * before.norm_squared(), report.objective_function],
-        evaluations: report.number_of_evaluations,
-        ended: format!("{ended:?}"),
+        evaluations,
+        ended: format!("{:?}", report.termination),
     })
 }
 
+/// Largest change of a number of the vector at a restart; they are of order 1.
+const RESTART_STEP: f64 = 0.1;
+
+/// Knuth's MMIX linear congruential generator: restarts are the same in every run.
+struct Noise(u64);
+
+impl Noise {
+    /// Uniform in −1 to 1.
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+#[derive(Clone)]
 struct Scales {
     normal_n: f64,
     area_mm2: f64,
 }
 
+#[derive(Clone)]
 struct Problem<'a, const M: usize, const N: usize> {
     runs: Vec<&'a Run>,
     scales: Vec<Scales>,

@@ -41,7 +41,7 @@ const SINGLE_RESIDUAL: f64 = 1e-2;
 ///
 /// Held in single precision: half the memory, little more than half the time, and equilibrium is judged by forces
 /// that are computed in double. Where single precision does not solve a load on the contact dofs well enough, the
-/// factor turns to double for good.
+/// factor turns to double for good; the solver asks for the same where a new factor brings it no nearer to equilibrium.
 pub struct Factor {
     symbolic: SymbolicCholesky<usize>,
     numeric: Precision,
@@ -84,6 +84,13 @@ impl Factor {
         matches!(self.numeric, Precision::Single { .. })
     }
 
+    /// Factors from the next one on are held in double precision.
+    pub fn use_double_precision(&mut self) {
+        if self.is_single() {
+            self.numeric = Precision::Double(Numeric::new(&self.symbolic, self.contact));
+        }
+    }
+
     /// Numeric factorisation of `values` on the pattern given to [`Self::analyse`].
     ///
     /// # Errors
@@ -97,7 +104,7 @@ impl Factor {
                     return Ok(());
                 }
             }
-            self.numeric = Precision::Double(Numeric::new(&self.symbolic, self.contact));
+            self.use_double_precision();
         }
         let Precision::Double(numeric) = &mut self.numeric else { unreachable!("just made double") };
         numeric.factorise(&self.symbolic, pattern, values)?;

@@ -18,6 +18,9 @@ use crate::{
 /// that the factor is bad.
 const FIRST_RESIDUAL: f64 = 10.0;
 
+/// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
+const SINGLE_CONTRACTION: f64 = 0.7;
+
 /// How equilibrium is sought.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -384,6 +387,10 @@ impl<'a> Solver<'a> {
                 // Iterations still needed at this rate, against what a new factor costs.
                 let left = (self.settings.tolerance * reference / residual).ln() / rate.min(0.999).ln();
                 if left > self.settings.refresh_cost_iterations {
+                    slow = 2;
+                }
+                if fresh && contraction > SINGLE_CONTRACTION && residual < 0.01 * reference {
+                    self.factor.use_double_precision();
                     slow = 2;
                 }
                 if contraction > 4.0 && fresh {
