@@ -192,7 +192,8 @@ fn a_killed_build_goes_on_where_it_was_and_refuses_other_settings() {
     assert!(stdout.contains(&format!("{kept} of 4 pieces were finished before")), "{stdout}");
     let resumed = numbers(at);
 
-    let (code, stdout, _) = run(&["build", "--config", "quick.toml", "--full"], at);
+    fs::remove_dir_all(at.join("out")).unwrap();
+    let (code, stdout, _) = run(&["build", "--config", "quick.toml"], at);
     assert_eq!(code, Some(0));
     assert!(!stdout.contains("finished before"), "{stdout}");
     assert_eq!(resumed, numbers(at));
