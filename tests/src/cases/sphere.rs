@@ -44,7 +44,7 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
 
 /// Cattaneo-Mindlin: tangential force, stick radius and compliance over displacement at constant approach.
 pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
-    let (per_radius, bound) = if effort == Effort::Quick { (8, 0.04) } else { (32, 0.02) };
+    let (per_radius, bound) = if effort == Effort::Quick { (8, 0.04) } else { (24, 0.02) };
     let layout = Layout { part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
     let sphere = Sphere::new(&layout, 0.499, CURVATURE_MM)?;
     let label = |what: String| format!("{what}, a/h {per_radius}");
