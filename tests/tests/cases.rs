@@ -84,8 +84,3 @@ fn direct_slip() {
 fn twin() {
     holds("twin");
 }
-
-#[test]
-fn noise() {
-    holds("noise");
-}
