@@ -1,11 +1,15 @@
 //! Residual and tangent of the body: elements of all materials, constraints condensed.
 
-use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3};
-use wide::f64x8;
+use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3};
 
-use super::{DofMap, Material, Supports, dofs::Role};
+use super::{
+    Configuration, DofMap, Material, Supports,
+    configuration::{inverse_left_jacobian_symmetric, rotation_vector},
+    dofs::Role,
+    group::{BlockPlace, Group, group},
+};
 use crate::{
-    element::{Batch, Forces, Hex8, Tangent, Tet4},
+    element::{Hex8, Tangent, Tet4},
     mesh::{Mesh, Region},
 };
 
@@ -28,17 +32,6 @@ impl Default for Joint {
     }
 }
 
-/// Positions of all nodes and the pose of the rigid body.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Configuration {
-    /// Current positions, mm.
-    pub x: Vec<Vector3<f64>>,
-    /// Current position of the rigid body's reference point, mm.
-    pub rigid_centre: Vector3<f64>,
-    /// Rotation of the rigid body.
-    pub rigid_rotation: Rotation3<f64>,
-}
-
 /// Why residual or body could not be made.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BodyError {
@@ -56,31 +49,6 @@ pub enum BodyError {
         /// Smallest det F met.
         det_f: f64,
     },
-}
-
-struct Group<const N: usize, const Q: usize> {
-    material: Material,
-    batch: Batch<N, Q>,
-    /// Dof of each node and lane (usize::MAX: none), for batches without constrained nodes.
-    plain: Option<Scatter<N>>,
-    /// Mesh element of each lane.
-    elements: Vec<u32>,
-}
-
-struct Scatter<const N: usize> {
-    dof: [[usize; 8]; N],
-    /// Per lane and pair (a, b <= a): place of the block's top entry in each of its three columns.
-    place: Vec<[BlockPlace; 8]>,
-}
-
-#[derive(Clone, Copy)]
-enum BlockPlace {
-    None,
-    /// Rows of a below columns of b.
-    Straight([u32; 3]),
-    /// Rows of b below columns of a.
-    Transposed([u32; 3]),
-    Diagonal([u32; 3]),
 }
 
 /// A deformable body with its supports.
@@ -343,10 +311,10 @@ impl Body {
     pub fn nodal_forces(&self, at: &Configuration) -> Vec<Vector3<f64>> {
         let mut out = vec![Vector3::zeros(); at.x.len()];
         for group in &self.hexes {
-            accumulate(group, &forces(group, at), &mut out);
+            group.accumulate(&group.forces(at), &mut out);
         }
         for group in &self.tets {
-            accumulate(group, &forces(group, at), &mut out);
+            group.accumulate(&group.forces(at), &mut out);
         }
         out
     }
@@ -357,7 +325,7 @@ impl Body {
         at: &Configuration,
         out: &mut [f64],
     ) -> f64 {
-        let forces = forces(group, at);
+        let forces = group.forces(at);
         let lanes: [[[f64; 8]; 3]; N] = forces.force.map(|node| node.map(|f| f.to_array()));
         match &group.plain {
             Some(scatter) => {
@@ -496,10 +464,10 @@ impl Body {
         let Some(dof) = self.dofs.rigid_dof else { return };
         let mut nodal = vec![Vector3::zeros(); at.x.len()];
         for group in self.hexes.iter().filter(|g| g.plain.is_none()) {
-            accumulate(group, &forces(group, at), &mut nodal);
+            group.accumulate(&group.forces(at), &mut nodal);
         }
         for group in self.tets.iter().filter(|g| g.plain.is_none()) {
-            accumulate(group, &forces(group, at), &mut nodal);
+            group.accumulate(&group.forces(at), &mut nodal);
         }
         let mut geometric = Matrix3::zeros();
         for (node, _) in &self.rigid_arms {
@@ -515,113 +483,6 @@ impl Body {
             for r in c..3 {
                 values[self.dofs.entry(dof + 3 + r, dof + 3 + c)] += geometric[(r, c)];
             }
-        }
-    }
-}
-
-/// Rotation vector of a rotation, exact to rounding also where the rotation is small (an arc cosine of its trace
-/// is not, and can be NaN).
-pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
-    UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
-}
-
-/// Symmetric part of the derivative of a rotation vector over a spatial rotation.
-fn inverse_left_jacobian_symmetric(theta: Vector3<f64>) -> Matrix3<f64> {
-    let angle = theta.norm();
-    let factor = if angle < 1e-4 { 1.0 / 12.0 } else { (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle) };
-    let cross = theta.cross_matrix();
-    Matrix3::identity() + cross * cross * factor
-}
-
-fn forces<const N: usize, const Q: usize>(group: &Group<N, Q>, at: &Configuration) -> Forces<N> {
-    match group.material {
-        Material::Ogden(law) => group.batch.forces(&law, &at.x),
-        Material::Linear(law) => group.batch.forces(&law, &at.x),
-    }
-}
-
-fn accumulate<const N: usize, const Q: usize>(group: &Group<N, Q>, forces: &Forces<N>, out: &mut [Vector3<f64>]) {
-    for a in 0..N {
-        let lanes = forces.force[a].map(f64x8::to_array);
-        for lane in 0..group.batch.len {
-            out[group.batch.nodes[a][lane] as usize] += Vector3::new(lanes[0][lane], lanes[1][lane], lanes[2][lane]);
-        }
-    }
-}
-
-fn group<const N: usize, const Q: usize>(
-    elements: &[(usize, Material)],
-    dofs: &DofMap,
-    nodes: impl Fn(usize) -> [u32; N],
-    batch: impl Fn(&[[u32; N]]) -> Option<Batch<N, Q>>,
-    inverted: impl Fn(usize) -> BodyError,
-) -> Result<Vec<Group<N, Q>>, BodyError> {
-    let mut open: Vec<(Material, bool, Vec<u32>)> = Vec::new();
-    let mut full = Vec::new();
-    for &(e, material) in elements {
-        let plain = nodes(e).iter().all(|&n| dofs.is_plain(n));
-        let slot = match open.iter().position(|(m, p, _)| *m == material && *p == plain) {
-            Some(slot) => slot,
-            None => {
-                open.push((material, plain, Vec::new()));
-                open.len() - 1
-            }
-        };
-        open[slot].2.push(e as u32);
-        if open[slot].2.len() == 8 {
-            full.push((material, plain, std::mem::take(&mut open[slot].2)));
-        }
-    }
-    full.extend(open.into_iter().filter(|(_, _, list)| !list.is_empty()));
-    full.into_iter()
-        .map(|(material, plain, list)| {
-            let connectivity: Vec<[u32; N]> = list.iter().map(|&e| nodes(e as usize)).collect();
-            let Some(made) = batch(&connectivity) else {
-                let culprit = list.iter().zip(&connectivity).find(|(_, c)| batch(&[**c]).is_none());
-                return Err(inverted(*culprit.expect("one of them").0 as usize));
-            };
-            let scatter = plain.then(|| scatter(&made, dofs));
-            Ok(Group { material, batch: made, plain: scatter, elements: list })
-        })
-        .collect()
-}
-
-fn scatter<const N: usize, const Q: usize>(batch: &Batch<N, Q>, dofs: &DofMap) -> Scatter<N> {
-    let dof: [[usize; 8]; N] =
-        std::array::from_fn(|a| std::array::from_fn(|lane| dofs.node_dof(batch.nodes[a][lane]).unwrap_or(usize::MAX)));
-    let mut place = Vec::new();
-    for a in 0..N {
-        for b in 0..=a {
-            place.push(std::array::from_fn(|lane| {
-                let (p, q) = (dof[a][lane], dof[b][lane]);
-                let columns = |row: usize, column: usize| {
-                    std::array::from_fn(|c| dofs.entry(row.max(column + c), column + c) as u32)
-                };
-                if p == usize::MAX || q == usize::MAX {
-                    BlockPlace::None
-                } else if p == q {
-                    BlockPlace::Diagonal(columns(p, p))
-                } else if p > q {
-                    BlockPlace::Straight(columns(p, q))
-                } else {
-                    BlockPlace::Transposed(columns(q, p))
-                }
-            }));
-        }
-    }
-    Scatter { dof, place }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rotation_vector_keeps_small_rotations() {
-        let axis = Vector3::new(0.6, -0.48, 0.64);
-        for angle in [0.0, 1e-14, 1e-10, 1e-7, 1e-3, 0.7, 2.0, 3.0] {
-            let error = rotation_vector(&Rotation3::new(axis * angle)) - axis * angle;
-            assert!(error.norm() <= 4e-16 + 1e-14 * angle, "{angle}: {error}");
         }
     }
 }

@@ -4,11 +4,14 @@
 //! May use: mesh, element, material.
 
 mod body;
+mod configuration;
 mod constitutive;
 mod dofs;
+mod group;
 mod pattern;
 
-pub use body::{Body, BodyError, Configuration, Joint, rotation_vector};
+pub use body::{Body, BodyError, Joint};
+pub use configuration::{Configuration, rotation_vector};
 pub use constitutive::Material;
 pub use dofs::{DofMap, Supports};
 pub use pattern::Pattern;

@@ -39,6 +39,8 @@ pub(super) struct Solution {
     /// Contact residual less the shift's force on the contact dofs, N.
     pub force: Vec<f64>,
     pub iterations: usize,
+    /// |h| that is left, mm.
+    pub norm: f64,
 }
 
 struct Trial {
@@ -118,7 +120,7 @@ impl Inner<'_> {
             };
             current = next;
         }
-        Solution { x: current.x, plane: current.plane, force: current.force, iterations }
+        Solution { x: current.x, plane: current.plane, force: current.force, iterations, norm: current.norm }
     }
 
     /// What turns an imbalance of driven forces into a displacement norm: the pad's compliance under an even load.

@@ -4,8 +4,11 @@
 //! Main types: [`Solver`], [`State`], [`Target`], [`Settings`], [`Stats`], [`SolveError`].
 //! May use: assembly, contact, element, material, mesh.
 
+mod increment;
 mod inner;
 pub mod linear;
 mod newton;
+mod stiffness;
 
-pub use newton::{Axis, Damping, Settings, SolveError, Solver, State, Stats, Target};
+pub use increment::{Axis, Damping, Settings, SolveError, State, Stats, Target};
+pub use newton::Solver;

@@ -3,8 +3,9 @@
 use nalgebra::Vector3;
 
 use super::{
+    increment::{Axis, Damping, Settings, SolveError, State, Stats, Target},
     inner::Inner,
-    linear::{Factor, NotPositiveDefinite},
+    linear::Factor,
 };
 use crate::{
     assembly::{Body, BodyError, Configuration},
@@ -21,121 +22,14 @@ const FIRST_RESIDUAL: f64 = 10.0;
 /// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
 const SINGLE_CONTRACTION: f64 = 0.7;
 
-/// How equilibrium is sought.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Settings {
-    /// Residual over contact force (norms over all dofs) at convergence.
-    #[serde(deserialize_with = "crate::units::positive")]
-    pub tolerance: f64,
-    /// Forces below this count as zero, N.
-    #[serde(deserialize_with = "crate::units::positive")]
-    pub force_floor_n: f64,
-    /// Equilibrium iterations before an increment is given up.
-    pub max_iterations: usize,
-    /// Contact iterations per equilibrium iteration.
-    pub max_contact_iterations: usize,
-    /// Contact problems one after the other that end without a solution before an increment is given up; set by
-    /// callers that have another way, not in a configuration.
-    #[serde(skip)]
-    pub max_unsolved_contacts: usize,
-    /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
-    #[serde(deserialize_with = "crate::units::positive")]
-    pub refresh_cost_iterations: f64,
-    /// Growth of the residual in one iteration above which the iteration's step is shortened.
-    #[serde(deserialize_with = "crate::units::positive")]
-    pub growth: f64,
-    /// Augmentations per increment.
-    pub max_augmentations: usize,
-}
+/// Error of the contact problem that is never asked to be smaller, norm over the contact dofs, mm.
+const LEAST_CONTACT_ERROR_MM: f64 = 1e-12;
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-5,
-            force_floor_n: 1e-6,
-            max_iterations: 30,
-            max_contact_iterations: 40,
-            max_unsolved_contacts: 30,
-            refresh_cost_iterations: 9.0,
-            growth: 1.0,
-            max_augmentations: 8,
-        }
-    }
-}
-
-/// How an axis of the plane is driven in an increment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Axis {
-    /// Place of the plane along the axis, mm.
-    Displacement(f64),
-    /// Force of the plane on the finger along the axis, N.
-    Force(f64),
-}
-
-/// Where an increment leads: axes x, y and z (depth, normal force) of the plane.
-pub type Target = [Axis; 3];
-
-/// What happened in an increment.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stats {
-    /// Equilibrium iterations.
-    pub iterations: u32,
-    /// Contact iterations.
-    pub contact_iterations: u32,
-    /// Factorisations of the bulk.
-    pub factorisations: u32,
-    /// Factorisations that had to be mixed with the undeformed stiffness.
-    pub mixed: u32,
-    /// Last residual over contact force.
-    pub residual: f64,
-}
-
-/// Why an increment failed.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum SolveError {
-    /// The residual did not fall.
-    #[error(
-        "no equilibrium after {iterations} iterations: residual {residual:.3e} of the contact force, tolerance {tolerance:.1e}"
-    )]
-    Stalled {
-        /// Iterations done.
-        iterations: u32,
-        /// Residual over contact force.
-        residual: f64,
-        /// What was asked for.
-        tolerance: f64,
-    },
-    /// The body failed.
-    #[error(transparent)]
-    Body(#[from] BodyError),
-    /// The bulk stiffness is not positive definite even when mixed with that of the undeformed body.
-    #[error(transparent)]
-    Stiffness(#[from] NotPositiveDefinite),
-}
-
-/// Viscous forces that hold the body back in one increment: `coefficient * stiffness diagonal * motion`.
+/// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
 ///
-/// A stand-in for the inertia and viscosity that a quasi-static model lacks where the structure snaps from one
-/// equilibrium to another.
-#[derive(Clone, Copy, Debug)]
-pub struct Damping<'a> {
-    /// Share of the undeformed stiffness' diagonal, > 0.
-    pub coefficient: f64,
-    /// Where the motion is counted from.
-    pub from: &'a Configuration,
-}
-
-/// A state in equilibrium.
-#[derive(Clone, Debug)]
-pub struct State {
-    /// Positions of all nodes.
-    pub configuration: Configuration,
-    /// Contact points.
-    pub contact: ContactState,
-    /// Sums over the contact.
-    pub totals: Totals,
-}
+/// Its error is a length, judged by the length of the motion; the penalty makes a force of it, and the stiffer the
+/// penalty is against the bulk, the larger a force.
+const CONTACT_CONTRACTION: f64 = 0.5;
 
 /// What is out of balance, N.
 struct Residual {
@@ -151,19 +45,19 @@ struct Residual {
 
 /// Body, surface, law and the factor that they share from increment to increment.
 pub struct Solver<'a> {
-    body: &'a Body,
-    surface: Surface,
-    friction: Friction,
-    penalty: PenaltySettings,
-    settings: Settings,
-    factor: Factor,
-    factor_is_set: bool,
-    slot: Vec<Option<usize>>,
-    held: Vec<bool>,
-    shift: Vec<f64>,
-    viscosity: Vec<f64>,
-    undeformed_stiffness: Vec<f64>,
-    values: Vec<f64>,
+    pub(super) body: &'a Body,
+    pub(super) surface: Surface,
+    pub(super) friction: Friction,
+    pub(super) penalty: PenaltySettings,
+    pub(super) settings: Settings,
+    pub(super) factor: Factor,
+    pub(super) factor_is_set: bool,
+    pub(super) slot: Vec<Option<usize>>,
+    pub(super) held: Vec<bool>,
+    pub(super) shift: Vec<f64>,
+    pub(super) viscosity: Vec<f64>,
+    pub(super) undeformed_stiffness: Vec<f64>,
+    pub(super) values: Vec<f64>,
 }
 
 impl<'a> Solver<'a> {
@@ -234,7 +128,7 @@ impl<'a> Solver<'a> {
         State { configuration, contact, totals: Totals::default() }
     }
 
-    fn surface_positions(&self, configuration: &Configuration) -> Vec<Vector3<f64>> {
+    pub(super) fn surface_positions(&self, configuration: &Configuration) -> Vec<Vector3<f64>> {
         self.surface.nodes.iter().map(|&n| configuration.x[n as usize]).collect()
     }
 
@@ -256,18 +150,6 @@ impl<'a> Solver<'a> {
         let result = self.equilibrium(&last.contact, target, guess, last.contact.plane, false, Some(damping), stats);
         self.factor_is_set = false;
         result
-    }
-
-    fn damping_diagonal(&mut self) {
-        if self.viscosity.is_empty() {
-            let mut values = Vec::new();
-            self.body.tangent(self.body.undeformed(), &mut values);
-            let start = &self.body.dofs.pattern.column_start;
-            self.viscosity = start[..start.len() - 1].iter().map(|&k| values[k]).collect();
-            for &dof in &self.body.dofs.held {
-                self.viscosity[dof] = 0.0;
-            }
-        }
     }
 
     /// Motion of the free nodes between two configurations, dof order; zero for the rigid body.
@@ -361,6 +243,8 @@ impl<'a> Solver<'a> {
         let mut iteration = 0;
         let mut displacement_scale = 0.0f64;
         let mut unsolved = 0;
+        // What the contact problem may leave and what it left last, mm.
+        let (mut contact_tolerance, mut contact_error) = (f64::INFINITY, 0.0);
         loop {
             let Residual { total, contact, norm: residual, contact_norm } =
                 self.residual(&at, &internal, last, plane, force_target);
@@ -380,6 +264,12 @@ impl<'a> Solver<'a> {
                 });
             }
             if iteration > 1 {
+                let contact_may_be_rough = residual > CONTACT_CONTRACTION * previous
+                    && unsolved == 0
+                    && contact_error > LEAST_CONTACT_ERROR_MM;
+                if contact_may_be_rough {
+                    contact_tolerance = 0.01 * contact_error;
+                }
                 let contraction = residual / previous;
                 // Good and bad iterations alternate (a displacement of the soft modes leaves a residual of the stiff
                 // ones, which the next iteration takes off), so that the rate is that of the last two.
@@ -389,7 +279,7 @@ impl<'a> Solver<'a> {
                 if left > self.settings.refresh_cost_iterations {
                     slow = 2;
                 }
-                if fresh && contraction > SINGLE_CONTRACTION && residual < 0.01 * reference {
+                if fresh && contraction > SINGLE_CONTRACTION && residual < 0.01 * reference && !contact_may_be_rough {
                     self.factor.use_double_precision();
                     slow = 2;
                 }
@@ -442,12 +332,15 @@ impl<'a> Solver<'a> {
                 shift: &self.shift,
                 y: &y,
                 force_target,
-                tolerance: (0.02 * self.settings.tolerance * displacement_scale).max(1e-12),
+                tolerance: (0.02 * self.settings.tolerance * displacement_scale)
+                    .min(contact_tolerance)
+                    .max(LEAST_CONTACT_ERROR_MM),
                 max_iterations: self.settings.max_contact_iterations,
             };
             let solution = inner.solve(x, plane, predict);
             stats.iterations += 1;
             stats.contact_iterations += solution.iterations as u32;
+            contact_error = solution.norm;
             unsolved = if solution.iterations < self.settings.max_contact_iterations { 0 } else { unsolved + 1 };
             displacement_scale = solution.x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
             let mut force = solution.force;
@@ -561,72 +454,5 @@ impl<'a> Solver<'a> {
         }
         let contact_norm = contact.iter().map(|f| f * f).sum::<f64>().sqrt();
         Residual { total, contact, norm: sum.sqrt(), contact_norm }
-    }
-
-    /// Factorises the tangent at `at`.
-    ///
-    /// Where the bulk alone is not stable (what holds it is the contact) the factor gets a spring on every
-    /// touching contact dof, which the contact problem takes off again; where even that is indefinite, the
-    /// stiffness is mixed with the undeformed body's.
-    fn refresh(
-        &mut self,
-        at: &Configuration,
-        last: &ContactState,
-        plane: Plane,
-        damping: Option<Damping>,
-        stats: &mut Stats,
-    ) -> Result<(), SolveError> {
-        let pattern = &self.body.dofs.pattern;
-        let first = self.body.dofs.first_contact_dof;
-        self.body.tangent(at, &mut self.values);
-        if let Some(damping) = damping {
-            for (dof, k) in self.viscosity.iter().enumerate() {
-                self.values[pattern.column_start[dof]] += damping.coefficient * k;
-            }
-        }
-        self.shift.fill(0.0);
-        let mut result = self.factor.factorise(pattern, &self.values);
-        stats.factorisations += 1;
-        if result.is_err() {
-            let evaluation =
-                self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
-            let touching: Vec<usize> = evaluation
-                .residual
-                .iter()
-                .zip(&self.slot)
-                .filter_map(|(force, slot)| slot.filter(|_| force.norm_squared() > 0.0))
-                .flat_map(|s| s..s + 3)
-                .filter(|&j| !self.held[j])
-                .collect();
-            let diagonal = |j: usize| pattern.column_start[first + j];
-            let mean =
-                touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>() / touching.len().max(1) as f64;
-            for factor in [1.0, 10.0, 100.0] {
-                for &j in &touching {
-                    self.values[diagonal(j)] += factor * mean - self.shift[j];
-                    self.shift[j] = factor * mean;
-                }
-                result = self.factor.factorise(pattern, &self.values);
-                stats.factorisations += 1;
-                if result.is_ok() {
-                    break;
-                }
-            }
-        }
-        for share in [0.1, 0.3, 1.0] {
-            if result.is_ok() {
-                break;
-            }
-            if self.undeformed_stiffness.is_empty() {
-                self.body.tangent(self.body.undeformed(), &mut self.undeformed_stiffness);
-            }
-            let mixed: Vec<f64> =
-                self.values.iter().zip(&self.undeformed_stiffness).map(|(k, k0)| k + share * k0).collect();
-            result = self.factor.factorise(pattern, &mixed);
-            stats.factorisations += 1;
-            stats.mixed += 1;
-        }
-        self.factor_is_set = result.is_ok();
-        Ok(result?)
     }
 }

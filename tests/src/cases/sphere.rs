@@ -48,11 +48,7 @@ pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
         return mindlin_on(effort, 8, 0.04);
     }
     let mut checks = mindlin_on(effort, 24, 0.02)?;
-    // A mesh that finds no equilibrium fails, but does not hide what the coarser one gave.
-    match mindlin_on(effort, 32, 0.02) {
-        Ok(finer) => checks.extend(finer),
-        Err(error) => checks.push(Check::at_most(format!("failures, a/h 32: {error}"), 1.0, 0.0)),
-    }
+    checks.extend(mindlin_on(effort, 32, 0.02)?);
     Ok(checks)
 }
 
