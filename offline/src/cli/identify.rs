@@ -397,11 +397,7 @@ fn summary(outcome: &Outcome) {
             law.lambda, law.correlation_of_lambda, law.correlation
         );
         let r = &law.regularisation;
-        println!(
-            "  regularised below {:.3} kPa; with half of that F/N changes by at most {} %",
-            1e3 * r.pressure_mpa,
-            optional(r.halved_percent, 2)
-        );
+        println!("  regularised below {:.3} kPa; with {}", 1e3 * r.pressure_mpa, r.effect());
         for remark in &law.remarks {
             println!("  {remark}");
         }

@@ -10,6 +10,7 @@ use super::{
     surrogate::{Aligned, Friction},
     uncertainty::{Growth, Interval, Linear, linear, map, profile},
 };
+use crate::contact::RubberFriction;
 
 /// A law that fits, with the fit.
 pub struct Fitted<'a> {
@@ -185,20 +186,25 @@ fn checked(aligned: &mut Aligned, fe: &mut OnRig, law: &LawPoint) -> Result<Opti
     Ok(Some(100.0 * largest_difference(&aligned.coefficients(law)?, &exact)))
 }
 
-/// What the law's regularisation is worth: half of it, by finite elements.
+/// What the law's regularisation is worth: less of it, by finite elements.
 fn regularisation(law: &LawPoint, fe: &mut OnRig, states: &[Steady]) -> Result<Regularisation, IdentifyError> {
-    let mut friction = law.friction(&fe.base);
+    let friction = law.friction(&fe.base);
     let pressure_mpa = friction.regular_pressure_mpa;
-    friction.regular_pressure_mpa *= 0.5;
-    let halved_percent = match fe.slides(friction) {
-        Ok(halved) => {
-            let [a, b] = [&halved[..], states].map(|s| s.iter().map(Steady::friction_coefficient).collect::<Vec<_>>());
-            Some(100.0 * largest_difference(&a, &b))
+    let mut probed = Regularisation { pressure_mpa, probed_share: 1.0, probed_percent: None };
+    for probed_share in [0.5, 0.7, 0.85] {
+        probed.probed_share = probed_share;
+        match fe.slides(RubberFriction { regular_pressure_mpa: probed_share * pressure_mpa, ..friction }) {
+            Ok(slides) => {
+                let [a, b] =
+                    [&slides[..], states].map(|s| s.iter().map(Steady::friction_coefficient).collect::<Vec<_>>());
+                probed.probed_percent = Some(100.0 * largest_difference(&a, &b));
+                break;
+            }
+            Err(error) if error.is_local() => {}
+            Err(error) => return Err(error),
         }
-        Err(error) if error.is_local() => None,
-        Err(error) => return Err(error),
-    };
-    Ok(Regularisation { pressure_mpa, halved_percent })
+    }
+    Ok(probed)
 }
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {

@@ -154,8 +154,21 @@ pub struct LawOutcome {
 pub struct Regularisation {
     /// That pressure, MPa.
     pub pressure_mpa: f64,
-    /// Largest change of F/N, % of it, when it is halved; none if there is no slide then.
-    pub halved_percent: Option<f64>,
+    /// Share of it with which the slides were made again: the smallest of 0.5, 0.7, 0.85 with which there is a slide.
+    pub probed_share: f64,
+    /// Largest change of F/N then, % of it; none if there is no slide with any of these.
+    pub probed_percent: Option<f64>,
+}
+
+impl Regularisation {
+    /// What less of it does, in words that follow "with".
+    pub fn effect(&self) -> String {
+        let share = 100.0 * self.probed_share;
+        match self.probed_percent {
+            Some(percent) => format!("{share:.0} % of that F/N changes by at most {percent:.2} %"),
+            None => format!("{share:.0} % of that no steady slide is found"),
+        }
+    }
 }
 
 /// Whether the table can tell tau_0 from beta.

@@ -228,15 +228,13 @@ fn law_tables(o: &Outcome) -> String {
         "<p>λ = {} MPa<sup>1−β</sup> is derived; its correlation with β is {}, that of ln strength with β {}. Region and \
          intervals are drawn by a surrogate that is bent to the finite elements at and around the best law; at the \
          intervals’ ends its F/N differs from finite elements by {} %. Below {} kPa the power is replaced by a \
-         parabola through the origin; with half of that F/N changes by {}.</p>",
+         parabola through the origin; with {}.</p>",
         significant(law.lambda, 4),
         fixed(law.correlation_of_lambda, 4),
         fixed(law.correlation, 3),
         checks.join(", "),
         significant(1e3 * law.regularisation.pressure_mpa, 2),
-        law.regularisation
-            .halved_percent
-            .map_or("an unknown share (no slide)".into(), |p| format!("at most {} %", fixed(p, 2)))
+        law.regularisation.effect()
     );
     for remark in law.remarks.iter().map(String::as_str).chain(o.tau0.as_ref().map(|t| t.sentence.as_str())) {
         let _ = writeln!(out, "<p>{}</p>", prose(remark));
