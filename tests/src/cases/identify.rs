@@ -224,7 +224,7 @@ pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
             Check::at_most("the same", f64::from(inside as u32), 99.0),
             Check::told("the same, noise estimated from the misfit", f64::from(inside_estimated as u32)),
             Check::told("beta that is farthest out", fits[0].beta),
-            Check::told("surrogate less finite elements on the ring that it was bent to, relative", bent),
+            Check::told("surrogate less finite elements on the ring before it was bent to them, relative", bent),
             // A tenth of the noise.
             Check::at_most("surrogate less finite elements at the farthest fits, relative", worst, 1e-3),
         ])
