@@ -12,9 +12,13 @@ pub struct SaintVenantKirchhoff {
     /// Young's modulus, MPa, > 0.
     #[serde(deserialize_with = "crate::units::positive")]
     pub young_mpa: f64,
-    /// Poisson's ratio, −1 to 0.5 exclusive.
-    #[serde(deserialize_with = "crate::units::poisson")]
+    /// Poisson's ratio, −1 to 0.5 exclusive; 0.3 where a file leaves it out.
+    #[serde(default = "usual_poisson", deserialize_with = "crate::units::poisson")]
     pub poisson: f64,
+}
+
+fn usual_poisson() -> f64 {
+    0.3
 }
 
 impl SaintVenantKirchhoff {

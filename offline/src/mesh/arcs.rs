@@ -160,15 +160,7 @@ mod tests {
 
     #[test]
     fn circle_and_meridian() {
-        let shape = FingertipShape {
-            half_width_mm: 8.0,
-            half_thickness_mm: 8.0,
-            cap_length_mm: 8.0,
-            section_exponent: 2.0,
-            profile_exponent: 2.0,
-            taper_slope: 0.0,
-            ..FingertipShape::default()
-        };
+        let shape = FingertipShape::round(8.0);
         let body = Body::outer(&shape);
         let section = SectionArc::new(&body);
         assert!((section.length() - 8.0 * PI).abs() < 1e-5);

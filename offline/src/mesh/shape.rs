@@ -243,6 +243,22 @@ fn need(holds: bool, field: &'static str, value: f64, rule: impl Fn() -> String)
 }
 
 #[cfg(test)]
+impl FingertipShape {
+    /// A round bar that ends in half a sphere.
+    pub(super) fn round(radius_mm: f64) -> Self {
+        Self {
+            half_width_mm: radius_mm,
+            half_thickness_mm: radius_mm,
+            cap_length_mm: radius_mm,
+            section_exponent: 2.0,
+            profile_exponent: 2.0,
+            taper_slope: 0.0,
+            ..Self::default()
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

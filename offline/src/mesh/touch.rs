@@ -117,15 +117,7 @@ mod tests {
 
     #[test]
     fn sphere() {
-        let shape = FingertipShape {
-            half_width_mm: 8.0,
-            half_thickness_mm: 8.0,
-            cap_length_mm: 8.0,
-            section_exponent: 2.0,
-            profile_exponent: 2.0,
-            taper_slope: 0.0,
-            ..FingertipShape::default()
-        };
+        let shape = FingertipShape::round(8.0);
         let touch = FirstTouch::of(&shape);
         let expected = Vector3::new(17.0 + 4.0, 0.0, -8.0 * 0.75f64.sqrt());
         assert!((touch.point_mm - expected).norm() < 1e-9);
