@@ -22,13 +22,14 @@ const FIRST_RESIDUAL: f64 = 10.0;
 /// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
 const SINGLE_CONTRACTION: f64 = 0.7;
 
-/// Error of the contact problem that is never asked to be smaller, norm over the contact dofs, mm.
-const LEAST_CONTACT_ERROR_MM: f64 = 1e-12;
+/// Error of the contact problem over the way that contact pushes its dofs, below which there is rounding.
+const CONTACT_ROUNDING: f64 = 2e-12;
+
+/// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the contact problem may
+/// leave. Its error is a length; the penalty makes a force of it.
+const CONTACT_ERROR: f64 = 0.1;
 
 /// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
-///
-/// Its error is a length, judged by the length of the motion; the penalty makes a force of it, and the stiffer the
-/// penalty is against the bulk, the larger a force.
 const CONTACT_CONTRACTION: f64 = 0.5;
 
 /// What is out of balance, N.
@@ -58,6 +59,8 @@ pub struct Solver<'a> {
     pub(super) viscosity: Vec<f64>,
     pub(super) undeformed_stiffness: Vec<f64>,
     pub(super) values: Vec<f64>,
+    /// Force on a node per penetration where it touches, N/mm.
+    pub(super) penalty_stiffness: f64,
 }
 
 impl<'a> Solver<'a> {
@@ -84,6 +87,8 @@ impl<'a> Solver<'a> {
             }
         }
         let factor = Factor::analyse(&body.dofs.pattern, contact);
+        let area: f64 = faces.iter().map(|face| face_area(face.map(|n| body.undeformed().x[n as usize]))).sum();
+        let penalty_stiffness = penalty.penalty_mpa_per_mm * area / surface.nodes.len() as f64;
         Self {
             body,
             surface,
@@ -98,6 +103,7 @@ impl<'a> Solver<'a> {
             viscosity: Vec::new(),
             undeformed_stiffness: Vec::new(),
             values: Vec::new(),
+            penalty_stiffness,
         }
     }
 
@@ -266,7 +272,7 @@ impl<'a> Solver<'a> {
             if iteration > 1 {
                 let contact_may_be_rough = residual > CONTACT_CONTRACTION * previous
                     && unsolved == 0
-                    && contact_error > LEAST_CONTACT_ERROR_MM;
+                    && contact_error > CONTACT_ROUNDING * displacement_scale;
                 if contact_may_be_rough {
                     contact_tolerance = 0.01 * contact_error;
                 }
@@ -293,7 +299,8 @@ impl<'a> Solver<'a> {
             } else if iteration == 1 && residual > FIRST_RESIDUAL * reference {
                 slow = 2;
             }
-            before = if fresh { f64::INFINITY } else { previous };
+            // The guess hardly strains the stiff modes: its residual says nothing of a rate.
+            before = if fresh || iteration <= 1 { f64::INFINITY } else { previous };
             previous = residual;
             fresh = false;
             if !self.factor_is_set || slow >= 2 {
@@ -333,8 +340,12 @@ impl<'a> Solver<'a> {
                 y: &y,
                 force_target,
                 tolerance: (0.02 * self.settings.tolerance * displacement_scale)
+                    .min(
+                        CONTACT_ERROR * (self.settings.tolerance * reference).max(1e-3 * residual)
+                            / self.penalty_stiffness,
+                    )
                     .min(contact_tolerance)
-                    .max(LEAST_CONTACT_ERROR_MM),
+                    .max(CONTACT_ROUNDING * displacement_scale),
                 max_iterations: self.settings.max_contact_iterations,
             };
             let solution = inner.solve(x, plane, predict);
@@ -455,4 +466,9 @@ impl<'a> Solver<'a> {
         let contact_norm = contact.iter().map(|f| f * f).sum::<f64>().sqrt();
         Residual { total, contact, norm: sum.sqrt(), contact_norm }
     }
+}
+
+/// Area of a quadrilateral, half the cross product of its diagonals.
+fn face_area(corners: [Vector3<f64>; 4]) -> f64 {
+    0.5 * (corners[2] - corners[0]).cross(&(corners[3] - corners[1])).norm()
 }
