@@ -38,7 +38,7 @@ pub static FREEDOM: [Freedom; FREEDOMS] = [
     freedom("tangential_depth_exponent", "", 0.4, 0.02),
     freedom("tangential_depth_curvature", "", 0.15, 0.01),
     freedom("ln_stiffness_ratio_y", "", 0.5, 0.03),
-    freedom("yield_spread", "", 0.4, 0.05),
+    freedom("ln_yield_spread", "", 0.7, 0.05),
     freedom("yield_tilt", "", 0.8, 0.10),
     freedom("yield_bow", "", 0.8, 0.10),
     freedom("press_coupling", "mm/mm", 0.05, 0.002),
@@ -63,6 +63,12 @@ pub const ELEMENTS: usize = 10;
 pub const MIDDLE_MM: f64 = 0.9;
 /// Share of the fourth power in the friction that is odd along x.
 pub const ODD_SHAPE: f64 = 0.5;
+
+/// Least and largest yield position.
+const YIELDS: [f64; 2] = [0.3, 3.6];
+/// Middle of the shares' bell over the yield positions, and its width in the logarithm.
+const YIELD_MIDDLE: f64 = 1.43;
+const YIELD_WIDTH: f64 = 0.55;
 
 /// Smooth curves over the logarithm of depth, taken from a model file.
 #[derive(Clone, Debug)]
@@ -105,13 +111,6 @@ impl Reference {
         // The term's effect in full slip along x is that of the core's shifted circle.
         mean[20] = -at(&row.tilt) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
         mean[21] = f64::from(data.pressure_exponent);
-        let mut yields = [[0.0; 2]; ELEMENTS];
-        let half = ELEMENTS / data.elements.len();
-        for (k, slot) in yields.iter_mut().enumerate() {
-            let element = &data.elements[(k / half).min(data.elements.len() - 1)];
-            let offset = 1.0 + 0.2 * (2.0 * (k % half) as f64 - (half - 1) as f64);
-            *slot = [offset / f64::from(element.inverse_yield), f64::from(element.strength) / half as f64];
-        }
         let area = if own_area {
             fit(|r| r.area.value)
         } else {
@@ -122,7 +121,7 @@ impl Reference {
             strength: fit(|r| r.limit.value),
             tangential: fit(|r| r.stiffness.value),
             area,
-            yields,
+            yields: yields(),
             mean,
         }
     }
@@ -131,7 +130,7 @@ impl Reference {
     pub fn with(&self, theta: &[f64]) -> Base {
         let add = |a: &[f64; 4], more: [f64; 4]| -> [f64; 4] { std::array::from_fn(|i| a[i] + more[i]) };
         let mut yields = self.yields;
-        let spread = (1.0 + theta[11]).clamp(0.2, 3.0);
+        let spread = theta[11].clamp(-4.0, 1.5).exp();
         let (mut strength, mut softness) = (0.0, 0.0);
         for (k, slot) in yields.iter_mut().enumerate() {
             let t = 2.0 * k as f64 / (ELEMENTS - 1) as f64 - 1.0;
@@ -161,6 +160,16 @@ impl Reference {
             first: [theta[26], theta[27]],
         }
     }
+}
+
+/// Yield positions, even in the logarithm, and shares of the strength, a bell over it: a start from which the freedoms
+/// reach other fingers. A file's few elements, made for its own finger, are no better one.
+fn yields() -> [[f64; 2]; ELEMENTS] {
+    let at = |k: usize| (YIELDS[0].ln() + (YIELDS[1] / YIELDS[0]).ln() * k as f64 / (ELEMENTS - 1) as f64).exp();
+    std::array::from_fn(|k| {
+        let z = (at(k) / YIELD_MIDDLE).ln() / YIELD_WIDTH;
+        [at(k), (-0.5 * z * z).exp()]
+    })
 }
 
 /// Least-squares cubic through points.

@@ -1,12 +1,12 @@
 //! Diagnoses without depth or without runs: forces alone, and a table of four points.
 
-use super::diagnosis::{
-    Baseline, BaselineParameter, CandidateLaw, Diagnosis, Disagreement, EffectFound, FittedParameter, LawTest,
-    NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
-};
 use super::force_only::{TareFit, TraceRow, fit_tare};
 use super::heldout::Gap;
 use super::laws::LAWS;
+use super::schema::{
+    Baseline, BaselineParameter, CandidateLaw, Diagnosis, Disagreement, EffectFound, FittedParameter, LawTest,
+    NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
+};
 use super::verdict::Verdict;
 use super::{NextExperiment, PlannedRun};
 
@@ -64,6 +64,7 @@ fn bare(verdict: Verdict, model: &str, rms: [[f64; 3]; 2], floor: [f64; 3], meth
         fe_confirmation: None,
         next_experiment: None,
         corrected_model: None,
+        corrected_rms_n: None,
         input: Vec::new(),
         seed: 0,
         version: env!("CARGO_PKG_VERSION").into(),

@@ -35,6 +35,12 @@ struct Args {
     /// Threads
     #[arg(long, default_value_t = 2)]
     threads: usize,
+    /// Factor on noise and scatter; 0 shows what the baseline's form leaves
+    #[arg(long, default_value_t = 1.0)]
+    noise: f64,
+    /// Only the first sets of the list, beside the calibrations
+    #[arg(long, default_value_t = HIDDEN.len())]
+    sets: usize,
 }
 
 /// Shapes of the fingers, none of them the shipped model's.
@@ -81,14 +87,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let fingers = SHAPES.map(|s| config(s).finger().expect("a shape of the program").0);
     let problems: Vec<Problem<'_>> = SHAPES.iter().zip(&fingers).map(|(s, f)| config(s).problem(f)).collect();
     let noise = Noise {
-        additive_n: 0.003,
-        multiplicative: 0.015,
-        gain: [0.015, 0.015],
-        depth_mm: 0.008,
-        offset_n: 0.002,
-        hydration_au: 2.0,
+        additive_n: 0.003 * args.noise,
+        multiplicative: 0.015 * args.noise,
+        gain: [0.015 * args.noise; 2],
+        depth_mm: 0.008 * args.noise,
+        offset_n: 0.002 * args.noise,
+        hydration_au: 2.0 * args.noise,
     };
-    let jobs = SHAPES.len() + HIDDEN.len();
+    let jobs = SHAPES.len() + args.sets.min(HIDDEN.len());
     let (next, cpu_s) = (AtomicUsize::new(0), Mutex::new(0.0));
     let truth = Mutex::new(vec![serde_json::Value::Null; HIDDEN.len()]);
     std::thread::scope(|scope| {

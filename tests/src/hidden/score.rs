@@ -1,12 +1,14 @@
 //! One case judged: what the diagnosis said against what was hidden.
 
 use std::convert::Infallible;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use fingerpad_offline::diagnose::{
     CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Options, PlannedRun, Reference, RunSet, Settings,
     Verdict, diagnose, laws::Column,
 };
+use fingerpad_offline::reduce::ModelFile;
 
 use super::Dice;
 use super::effects::LIBRARY;
@@ -51,13 +53,12 @@ pub struct Scored {
     pub half_widths: Option<f64>,
 }
 
-/// The curves that the diagnosis starts from: those of the core's example with the three elements for which its
-/// thresholds were set.
+/// The curves that the diagnosis starts from: those of the model that ships, as without `--model`.
 pub fn reference() -> Reference {
-    let slider = |[yield_position, strength_share]: [f32; 2]| fingerpad::Slider { yield_position, strength_share };
-    let sliders = [[0.55, 0.17], [1.30, 0.46], [2.50, 0.37]].map(slider);
-    let params = fingerpad::ParamsOf::<3, { fingerpad::NODES }>::example_with(sliders);
-    Reference::of(&params.try_build().expect("the example is valid"), false)
+    static BYTES: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
+    static REFERENCE: OnceLock<Reference> = OnceLock::new();
+    let make = || Reference::of(ModelFile::new(BYTES).expect("it ships").file().model.data(), false);
+    REFERENCE.get_or_init(make).clone()
 }
 
 enum Never {}
@@ -77,7 +78,7 @@ pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hy
     let options = Options {
         settings: Settings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
-        model: "example".into(),
+        model: "shipped".into(),
     };
     let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {

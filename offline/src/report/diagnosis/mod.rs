@@ -45,7 +45,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         canvas::png(&figure)?,
         canvas::svg(&figure)?,
     );
-    let figure = figures::HeldOut { gap: &report.holdout, claimed };
+    let figure = figures::GapBars::held_out(&report.holdout, claimed);
     add(
         "heldout",
         "The gap on runs that no fit saw, beside the noise floor".into(),
@@ -53,6 +53,16 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         canvas::png(&figure)?,
         canvas::svg(&figure)?,
     );
+    if let Some(fe) = &report.fe_confirmation {
+        let figure = figures::GapBars::confirmation(fe);
+        add(
+            "confirmation",
+            "The finite elements with the effect inside their law".into(),
+            words::confirmation_caption(fe),
+            canvas::png(&figure)?,
+            canvas::svg(&figure)?,
+        );
+    }
     let json = serde_json::to_string_pretty(report)? + "\n";
     Ok(Rendered { html: page::page(report, &pictures), json, figures: files })
 }
