@@ -19,8 +19,8 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `peer` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host) or
-    /// `diagnose` (score card on hidden sets)
+    /// A benchmark: `peer` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
+    /// `diagnose` (score card on hidden sets) or `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
         /// Which
         name: String,
@@ -62,7 +62,10 @@ fn main() -> anyhow::Result<()> {
             "diagnose" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_diagnose", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: peer, core, diagnose"),
+            "confirm" => {
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
+            }
+            other => bail!("no benchmark {other}; there are: peer, core, diagnose, confirm"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),

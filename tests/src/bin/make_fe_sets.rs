@@ -8,10 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Parser;
 use cpu_time::ThreadTime;
 use fingerpad_offline::diagnose::RunSet;
-use fingerpad_offline::experiment::{Config, Shape};
-use fingerpad_offline::mesh::MeshPreset;
 use fingerpad_offline::slide::Problem;
 use fingerpad_tests::hidden::effects::Effect;
+use fingerpad_tests::hidden::fe_sets::config;
 use fingerpad_tests::hidden::finger::Noise;
 use fingerpad_tests::hidden::protocol::{self, Plan};
 use fingerpad_tests::hidden::sets::record;
@@ -69,10 +68,6 @@ const HIDDEN: [(&str, f64, [f64; 2]); 20] = [
     ("temperature", -0.04, [0.0, 0.0]),
     ("periodic_texture", 0.25, [1.6, 1.0]),
 ];
-
-fn config(shape: &str) -> Config {
-    Config { shape: Shape(shape.into()), mesh_preset: MeshPreset::Coarse, ..Config::default() }
-}
 
 fn write(out: &Path, name: &str, set: &RunSet) -> Result<(), std::io::Error> {
     let file = std::fs::File::create(out.join(name))?;

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use fingerpad_offline::diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Options, PlannedRun, Reference, RunSet, Settings,
-    Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlannedRun, Reference, RunSet,
+    Settings, Verdict, diagnose, laws::Column,
 };
 use fingerpad_offline::reduce::ModelFile;
 
@@ -55,10 +55,13 @@ pub struct Scored {
 
 /// The curves that the diagnosis starts from: those of the model that ships, as without `--model`.
 pub fn reference() -> Reference {
-    static BYTES: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
     static REFERENCE: OnceLock<Reference> = OnceLock::new();
-    let make = || Reference::of(ModelFile::new(BYTES).expect("it ships").file().model.data(), false);
-    REFERENCE.get_or_init(make).clone()
+    REFERENCE.get_or_init(|| Reference::of(shipped().file().model.data(), false)).clone()
+}
+
+/// The model that ships.
+pub fn shipped() -> ModelFile {
+    ModelFile::new(include_bytes!("../../../data/models/fingertip.fpm")).expect("it ships")
 }
 
 enum Never {}
@@ -75,6 +78,16 @@ impl From<Infallible> for Never {
 
 /// Diagnoses sets in memory.
 pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hydration_sd: f64) -> Diagnosis {
+    run_with_evidence(calibration, measured, holdout, hydration_sd).0
+}
+
+/// The same with what figures and further runs need.
+pub fn run_with_evidence(
+    calibration: &RunSet,
+    measured: &RunSet,
+    holdout: Option<&RunSet>,
+    hydration_sd: f64,
+) -> (Diagnosis, Evidence) {
     let options = Options {
         settings: Settings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
@@ -82,7 +95,7 @@ pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hy
     };
     let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
-        Ok((report, _)) => report,
+        Ok(done) => done,
         Err(never) => match never {},
     }
 }
