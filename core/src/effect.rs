@@ -193,7 +193,12 @@ impl<'a> Effects<'a> {
                 15 => stiffness *= at_least(pow(surroundings.finger_width_mm * (1.0 / 16.0), a)),
                 16 if touches => stiffness *= at_least(exp(a * (motion.depth_mm - 0.8))),
                 17 => factor += a * (surroundings.temperature_c - 32.0),
-                DIRECTION => factor += a * double[0] + b * double[1] + c * cos + d * sin,
+                DIRECTION => {
+                    factor += a * double[0] + b * double[1] + c * cos + d * sin;
+                    if e != 0.0 && touches {
+                        factor += e * ln(motion.depth_mm * (1.0 / 0.9)).clamp(-1.6, 1.1) * double[0];
+                    }
+                }
                 SHEAR => shear = [a, b, c, d, e],
                 _ => {}
             }

@@ -7,7 +7,7 @@ use super::replay::replay;
 use super::runs::{Run, RunSet};
 use super::walk::{Nudge, walk};
 
-/// Number of the slot: strength × (1 + a cos 2θ + b sin 2θ + c cos θ + d sin θ).
+/// Number of the slot: strength × (1 + (a + e u) cos 2θ + b sin 2θ + c cos θ + d sin θ) with u = ln(depth/0.9 mm).
 const DIRECTION: u32 = 32;
 /// Number of the slot: normal × (1 + s_x m_x² + s_y m_y²) + (p + q d) F_x + r F_y with m = F/L; floats p, q, r, s_x, s_y.
 const SHEAR: u32 = 33;
@@ -41,7 +41,7 @@ pub fn bake(data: &Data, reference: &Reference, theta: &[f64], runs: &RunSet) ->
     let mut slots = Vec::new();
     let slot = |kind, v: [f64; 6]| EffectSlot { kind, reserved: 0, values: v.map(|x| x as f32) };
     let [even, first] = [base.even, base.first];
-    slots.push(slot(DIRECTION, [even[0], even[1], first[0], first[1], 0.0, 0.0]));
+    slots.push(slot(DIRECTION, [even[0], even[1], first[0], first[1], base.even_slope, 0.0]));
     let [p, r] = base.normal_per_friction;
     let [s_x, s_y] = base.normal_shear;
     slots.push(slot(SHEAR, [p - base.press[0], -base.press[1], r, s_x, s_y, 0.0]));
@@ -84,7 +84,7 @@ fn tables(data: &Data, base: &Base) -> Data {
         .zip(&limit)
         .map(|(k, l)| k.min((SLIP_LENGTHS * f64::from(*l) / longest) as f32))
         .collect();
-    let ratio = base.ratio.clamp(0.25, 4.0) as f32;
+    let ratio = |i: usize| base.at(cell * (i as f64).max(1.0)).ratio.clamp(0.25, 4.0) as f32;
     let tilt = |i: usize| ((-(1.0 - ODD_SHAPE) * base.odd * cell * i as f64).clamp(-0.25, 0.25)) as f32;
     let press = |i: usize| ((base.press[0] + base.press[1] * cell * i as f64).clamp(-1.0, 1.0)) as f32;
     let mut pressed = 0.0;
@@ -94,7 +94,7 @@ fn tables(data: &Data, base: &Base) -> Data {
         row.normal = line(normal[i], normal[next]);
         row.limit = line(limit[i], limit[next]);
         row.stiffness = line(stiffness[i], stiffness[next]);
-        row.ratio = line(ratio, ratio);
+        row.ratio = line(ratio(i), ratio(next));
         row.shear_x = line(0.0, 0.0);
         row.shear_y = line(0.0, 0.0);
         row.tilt = line(tilt(i), tilt(next));
@@ -102,6 +102,17 @@ fn tables(data: &Data, base: &Base) -> Data {
         row.pressed = pressed;
         pressed += press(i) + press(next);
     }
+    // A ratio that falls with depth is paid for by what a growing contact forgets.
+    let mut loss = out.growth_loss;
+    for row in &out.rows[..n - 1] {
+        for t in [0.0, 1.0] {
+            let k = row.stiffness.value + t * row.stiffness.change;
+            let rho = row.ratio.value + t * row.ratio.change;
+            let needed = -(row.ratio.change / rho) / (row.stiffness.change / k).max(1e-9);
+            loss = loss.max(1.001 * needed).min(1.0);
+        }
+    }
+    out.growth_loss = loss;
     out
 }
 

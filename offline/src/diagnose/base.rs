@@ -22,7 +22,7 @@ const fn freedom(name: &'static str, unit: &'static str, between: f64, drift: f6
 }
 
 /// Number of freedoms.
-pub const FREEDOMS: usize = 28;
+pub const FREEDOMS: usize = 30;
 
 /// The freedoms, in the order of the parameter vector; all are 0 for the finger of the model file, except where a
 /// mean is taken from it.
@@ -49,12 +49,14 @@ pub static FREEDOM: [Freedom; FREEDOMS] = [
     freedom("normal_shear_y", "", 0.1, 0.006),
     freedom("odd_x_per_mm", "1/mm", 0.03, 0.003),
     freedom("load_exponent_at_fixed_depth", "", 0.10, 0.02),
-    freedom("even_direction_cos", "", 0.010, 0.002),
+    freedom("even_direction_cos", "", 0.020, 0.002),
     freedom("even_direction_sin", "", 0.010, 0.002),
     freedom("strength_depth_cubic", "", 0.1, 0.005),
     freedom("yield_twist", "", 0.8, 0.10),
-    freedom("odd_direction_cos", "", 0.010, 0.002),
+    freedom("odd_direction_cos", "", 0.020, 0.002),
     freedom("odd_direction_sin", "", 0.010, 0.002),
+    freedom("even_direction_cos_slope", "", 0.030, 0.004),
+    freedom("stiffness_ratio_y_exponent", "", 0.15, 0.02),
 ];
 
 /// Elements of the baseline.
@@ -150,13 +152,14 @@ impl Reference {
             tangential: add(&self.tangential, [theta[7], theta[8], theta[9], 0.0]),
             area: self.area,
             elements,
-            ratio: theta[10].exp(),
+            ratio: [theta[10], theta[29]],
             press: [theta[14], theta[15]],
             normal_per_friction: [theta[16], theta[17]],
             normal_shear: [theta[18], theta[19]],
             odd: theta[20],
             load_exponent: theta[21],
             even: [theta[22], theta[23]],
+            even_slope: theta[28],
             first: [theta[26], theta[27]],
         }
     }
@@ -194,8 +197,8 @@ pub struct Base {
     pub area: [f64; 4],
     /// 1/yield position and share of the strength.
     pub elements: [[f64; 2]; ELEMENTS],
-    /// Tangential stiffness along y over x.
-    pub ratio: f64,
+    /// Logarithm of the tangential stiffness along y over that along x, and its slope over u.
+    pub ratio: [f64; 2],
     /// Slide per depth while pressing: constant and slope.
     pub press: [f64; 2],
     /// Normal force per friction along x, y.
@@ -208,6 +211,8 @@ pub struct Base {
     pub load_exponent: f64,
     /// Direction dependence of the strength, cos and sin of twice the angle.
     pub even: [f64; 2],
+    /// Slope of the first of them over u: a contact grows longer and wider by different shares.
+    pub even_slope: f64,
     /// The same over the angle itself.
     pub first: [f64; 2],
 }
@@ -223,6 +228,8 @@ pub struct AtDepth {
     pub tangential_n_mm: f64,
     /// mm².
     pub area_mm2: f64,
+    /// Tangential stiffness along y over that along x.
+    pub ratio: f64,
     /// Slide that pressing to this depth amounts to, mm.
     pub pressed_mm: f64,
 }
@@ -239,6 +246,15 @@ fn poly(c: &[f64; 4], u: f64, inside: f64) -> f64 {
 }
 
 impl Base {
+    /// What the strength at a depth gains in a direction of motion, share.
+    pub fn turned(&self, depth_mm: f64, double_angle: [f64; 2], along: [f64; 2]) -> f64 {
+        let u = (depth_mm / MIDDLE_MM).ln().clamp(U[0], U[1]);
+        (self.even[0] + self.even_slope * u) * double_angle[0]
+            + self.even[1] * double_angle[1]
+            + self.first[0] * along[0]
+            + self.first[1] * along[1]
+    }
+
     /// The curves at a depth > 0, mm.
     pub fn at(&self, depth_mm: f64) -> AtDepth {
         let u = (depth_mm / MIDDLE_MM).ln();
@@ -248,6 +264,7 @@ impl Base {
             strength_n: poly(&self.strength, u, inside).exp(),
             tangential_n_mm: poly(&self.tangential, u, inside).exp(),
             area_mm2: poly(&self.area, u, inside).exp(),
+            ratio: (self.ratio[0] + self.ratio[1] * inside).exp(),
             pressed_mm: depth_mm * (self.press[0] + 0.5 * self.press[1] * depth_mm),
         }
     }

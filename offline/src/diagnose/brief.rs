@@ -165,7 +165,7 @@ fn sentences(fit: &TareFit, verdict: Verdict, carries: bool, inseparable: bool) 
     }
     out.push(if inseparable {
         format!(
-            "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}): their correlation is {:.2}. A row in the air would.",
+            "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}; correlation {:.2}): it is not claimed. A row in the air would tell it.",
             value(0), fit.friction[1], 2.57 * fit.exponent_sd, fit.normal_exponent_correlation
         )
     } else {

@@ -64,33 +64,42 @@ fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize) -
                 covariance[(at + k, at + k)].max(0.0).sqrt().hypot(if is_log(active, k) { FORM_ERROR } else { 0.0 });
             let ci95 = if is_log(active, k) {
                 [reported[k] * (-1.96 * sd_own).exp(), reported[k] * (1.96 * sd_own).exp()]
+            } else if active.law.name == "anisotropy" {
+                polar(active, covariance, at, k, reported[k])
             } else {
-                // By the derivative of the reported value in the fitted ones.
-                let mut variance = 0.0;
-                let slope: Vec<f64> = (0..n)
-                    .map(|j| {
-                        let mut moved = active.values.clone();
-                        let h = 1e-5 * moved[j].abs().max(1e-3);
-                        moved[j] += h;
-                        let mut d = (active.law.report)(&moved)[k] - reported[k];
-                        if p.unit == "degree" {
-                            d = (d + 90.0).rem_euclid(180.0) - 90.0;
-                        }
-                        let scale = if is_log(active, j) { active.values[j] } else { 1.0 };
-                        d / h * scale
-                    })
-                    .collect();
-                for i in 0..n {
-                    for j in 0..n {
-                        variance += slope[i] * covariance[(at + i, at + j)] * slope[j];
-                    }
-                }
-                let half = 1.96 * variance.max(0.0).sqrt().hypot(FORM_ERROR * reported[k]);
+                let half = 1.96 * sd_own.hypot(FORM_ERROR * reported[k]);
                 [reported[k] - half, reported[k] + half]
             };
             FittedParameter { name: p.name.into(), value: reported[k], unit: p.unit.into(), ci95 }
         })
         .collect()
+}
+
+/// Interval of amplitude or axis from the normal distribution of their Cartesian pair: where the protocol sees one of
+/// the two only, the amplitude has a floor and no ceiling, which no derivative at the optimum tells.
+fn polar(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usize, reported: f64) -> [f64; 2] {
+    const DRAWS: usize = 1000;
+    let sd = |i: usize| covariance[(at + i, at + i)].max(0.0).sqrt();
+    let share = covariance[(at, at + 1)] / (sd(0) * sd(1)).max(1e-300);
+    let rest = (1.0 - share * share).max(0.0).sqrt();
+    let form = FORM_ERROR * (active.law.report)(&active.values)[0];
+    let mut draws: Vec<f64> = (0..DRAWS)
+        .map(|i| {
+            // A lattice of the golden ratio in place of chance [Box & Muller 1958].
+            let u = ((i as f64 + 0.5) / DRAWS as f64, (0.618_033_988_75 * i as f64).fract());
+            let radius = (-2.0 * u.0.ln()).sqrt();
+            let (s, c) = (std::f64::consts::TAU * u.1).sin_cos();
+            let (a, b) = (radius * c, radius * s);
+            let pair = [
+                active.values[0] + sd(0).hypot(form) * a,
+                active.values[1] + sd(1).hypot(form) * (share * a + rest * b),
+            ];
+            let d = (active.law.report)(&pair)[k] - reported;
+            if k == 1 { (d + 90.0).rem_euclid(180.0) - 90.0 } else { d }
+        })
+        .collect();
+    draws.sort_by(f64::total_cmp);
+    [reported + draws[DRAWS / 40].min(0.0), reported + draws[DRAWS - 1 - DRAWS / 40].max(0.0)]
 }
 
 /// The larger of the 90th percentiles of |ΔN|/N and |ΔF|/F over contact rows whose force stands above the noise.

@@ -54,7 +54,7 @@ pub fn guess(set: &RunSet, reference: &Reference) -> Vec<f64> {
             .map(|(_, (y, p))| (y - p).abs())
             .sum::<f64>()
     };
-    let best = (-8..=12).map(|k| 0.25 * f64::from(k)).min_by(|a, b| misfit(*a).total_cmp(&misfit(*b)));
-    theta[SCALES[2]] += best.unwrap_or(0.0);
+    let tried = (-8..=12).map(|k| 0.25 * f64::from(k)).map(|shift| (misfit(shift), shift));
+    theta[SCALES[2]] += tried.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |best| best.1);
     theta
 }

@@ -122,12 +122,7 @@ impl Refit {
     /// Factor on tau_crit at a depth and in a direction: strengths grow as strength stiffness^beta.
     pub fn strength(&self, depth_mm: f64, row: &Row) -> f64 {
         let d = depth_mm.max(1e-3);
-        let turn = |b: &Base| {
-            1.0 + b.even[0] * row.double_angle[0]
-                + b.even[1] * row.double_angle[1]
-                + b.first[0] * row.along[0]
-                + b.first[1] * row.along[1]
-        };
+        let turn = |b: &Base| 1.0 + b.turned(d, row.double_angle, row.along);
         self.to.at(d).strength_n / self.from.at(d).strength_n * turn(&self.to)
             / turn(&self.from)
             / self.stiffness(d).powf(self.beta)
