@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use fingerpad_offline::{
     diagnose::{
-        CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, Reference, RunSet, Settings,
-        Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
+        Brief, CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, Reference, RunSet,
+        Settings, Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
     },
     io::{self, runs_csv},
     report,
@@ -240,35 +240,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a diagnosis that has sentences instead of figures.
-fn brief(
-    args: &Args,
-    path: &Path,
-    out: &Path,
-    (mut report, sentences): (Diagnosis, Vec<String>),
-    rows: usize,
-) -> Result<(), Failure> {
+/// Writes a diagnosis of forces alone or of a table.
+fn brief(args: &Args, path: &Path, out: &Path, mut brief: Brief, rows: usize) -> Result<(), Failure> {
     use sha2::Digest;
     let bytes = std::fs::read(path).map_err(|source| io::Error::File { path: path.to_path_buf(), source })?;
-    report.input = vec![InputFile {
+    brief.report.input = vec![InputFile {
         role: "measured".into(),
         file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
         sha256: sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
         rows,
-        runs: report.holdout.runs,
-        notes: sentences.clone(),
+        runs: brief.report.holdout.runs,
+        notes: brief.sentences.clone(),
     }];
-    report.seed = args.seed;
-    let rendered = report::diagnosis::render_brief(&report, &sentences).map_err(|e| Failure::Numerics(e.into()))?;
+    brief.report.seed = args.seed;
+    let rendered = report::diagnosis::render_brief(&brief).map_err(|e| Failure::Numerics(e.into()))?;
     let json = args.report.clone().unwrap_or_else(|| out.join("report.json"));
     io::atomic_write(&json, |w| w.write_all(rendered.json.as_bytes()))?;
     io::atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
-    if let Some(plan) = &report.next_experiment {
+    for (name, png) in &rendered.figures {
+        io::atomic_write(&out.join(name), |w| w.write_all(png))?;
+    }
+    if let Some(plan) = &brief.report.next_experiment {
         let text = report::diagnosis::plan_csv(plan);
         io::atomic_write(&out.join("next_experiment.csv"), |w| w.write_all(text.as_bytes()))?;
     }
-    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&report));
-    sentences.iter().for_each(|s| println!("{s}"));
+    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&brief.report));
+    brief.sentences.iter().for_each(|s| println!("{s}"));
     Ok(())
 }
 

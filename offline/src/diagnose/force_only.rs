@@ -64,6 +64,18 @@ pub struct TareFit {
     pub friction_coefficient: [f64; 2],
     /// 5 and 95 % of the load of the sliding rows, N.
     pub load_n: [f64; 2],
+    /// Harmonics of the friction over the direction: first cos, sin, second cos, sin.
+    pub harmonics: [f64; 4],
+}
+
+impl TareFit {
+    /// Fitted friction at a load as read and a direction from the tare, N.
+    pub fn radius_n(&self, load_n: f64, angle: f64) -> f64 {
+        let (s, c) = angle.sin_cos();
+        let [a, b, d, e] = self.harmonics;
+        let round = 1.0 + a * c + b * s + d * (c * c - s * s) + e * 2.0 * s * c;
+        self.friction[0] * (load_n - self.tare_n[0]).max(0.02).powf(self.friction[1]) * round.max(0.1)
+    }
 }
 
 /// Rows in firm contact: a load well above the lightest one. The level of the tare does not enter.
@@ -254,6 +266,7 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
         noise_n,
         friction_coefficient: [coefficient(0.0, 0.0), coefficient(p[0], p[1])],
         load_n: [loads[loads.len() / 20], loads[loads.len() - 1 - loads.len() / 20]],
+        harmonics: std::array::from_fn(|k| p[5 + k]),
         rows,
     })
 }

@@ -37,7 +37,7 @@ mod verdict;
 mod walk;
 
 pub use base::{FREEDOM, Reference};
-pub use brief::{TableRow, force_only as diagnose_forces, table as diagnose_table};
+pub use brief::{Brief, Plot, TableRow, force_only as diagnose_forces, table as diagnose_table};
 pub use calibrate::{Calibration, calibrate};
 pub use check::check;
 pub use corrected::{Corrected, corrected};

@@ -170,7 +170,7 @@ pub fn priced(fit: &Fit) -> f64 {
 /// Least gain of a law that fades along the stroke: the onset of sliding is where a baseline's form is known least, and
 /// no more than this was seen from its errors on sets without an effect.
 fn onset(law: &Law) -> f64 {
-    if law.drivers.contains(&Column::Slide) { 45.0 } else { 0.0 }
+    if law.drivers.contains(&Column::Slide) { 25.0 } else { 0.0 }
 }
 
 /// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error.

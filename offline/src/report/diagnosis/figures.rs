@@ -2,7 +2,7 @@
 
 use plotters_backend::{BackendColor, DrawingBackend};
 
-use crate::diagnose::{Diagnosis, DriverPlot, FeConfirmation, Gap, Region};
+use crate::diagnose::{Diagnosis, DriverPlot, FeConfirmation, Gap, Plot, Region};
 use crate::report::axes::{Axis, Panel};
 use crate::report::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
 use crate::report::colour::{FAINT, GREY, INK, MODEL, SERIES, WHITE, mix, rgb};
@@ -287,6 +287,72 @@ impl Figure for GapBars<'_> {
             let y = 60.0 + 20.0 * k as f64;
             canvas.rect(722.0, y - 6.0, 14.0, 12.0, *colour)?;
             canvas.text(name, (744.0, y), Text::BODY)?;
+        }
+        Ok(())
+    }
+}
+
+/// Points and curves.
+pub struct Scatter<'a> {
+    /// What to show.
+    pub plot: &'a Plot,
+}
+
+impl Figure for Scatter<'_> {
+    fn size(&self) -> (u32, u32) {
+        if self.plot.square { (760, 600) } else { (900, 430) }
+    }
+
+    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+        let (width, height) = self.size();
+        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+        let all = || self.plot.points.iter().chain(&self.plot.curves).flat_map(|s| &s.1);
+        let range = |k: usize| {
+            let values = all().map(move |p| p[k]);
+            [values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max)]
+        };
+        let (mut x, mut y) = (range(0), range(1));
+        if self.plot.square {
+            // Zero belongs to the picture: it is where the readings would lie around.
+            let half = 0.52 * (x[1].max(0.0) - x[0].min(0.0)).max(y[1].max(0.0) - y[0].min(0.0));
+            let middle = |r: [f64; 2]| 0.5 * (r[1].max(0.0) + r[0].min(0.0));
+            (x, y) = ([middle(x) - half, middle(x) + half], [middle(y) - half, middle(y) + half]);
+        }
+        let (w, h) = if self.plot.square { (480.0, 480.0) } else { (600.0, 320.0) };
+        let panel = Panel {
+            left: 74.0,
+            top: 42.0,
+            width: w,
+            height: h,
+            x: Axis::covering(&self.plot.x, x, std::iter::empty(), 6),
+            y: Axis::covering(&self.plot.y, y, std::iter::empty(), 6),
+        };
+        panel.draw(canvas)?;
+        if self.plot.square {
+            let (low, high) = (panel.at(0.0, panel.y.min()), panel.at(0.0, panel.y.max()));
+            let (left, right) = (panel.at(panel.x.min(), 0.0), panel.at(panel.x.max(), 0.0));
+            canvas.line(&[low, high], Line::solid(GREY, 0.8))?;
+            canvas.line(&[left, right], Line::solid(GREY, 0.8))?;
+        }
+        let mut legend = 60.0;
+        for (i, (name, curve)) in self.plot.curves.iter().enumerate() {
+            let colour = SERIES[(i + 1) % SERIES.len()];
+            let points: Vec<(f64, f64)> = curve.iter().map(|p| panel.at(p[0], p[1])).collect();
+            canvas.line(&points, Line::solid(colour, 2.0))?;
+            let at = panel.left + w + 22.0;
+            canvas.line(&[(at, legend), (at + 20.0, legend)], Line::solid(colour, 2.0))?;
+            canvas.text(name, (at + 28.0, legend), Text::BODY)?;
+            legend += 20.0;
+        }
+        for (i, (name, points)) in self.plot.points.iter().enumerate() {
+            let colour = if i == 0 { INK } else { GREY };
+            for p in points {
+                canvas.marker(Marker::Circle, panel.at(p[0], p[1]), 3.0, colour, i == 0)?;
+            }
+            let at = panel.left + w + 32.0;
+            canvas.marker(Marker::Circle, (at, legend), 3.0, colour, i == 0)?;
+            canvas.text(name, (at + 18.0, legend), Text::BODY)?;
+            legend += 20.0;
         }
         Ok(())
     }
