@@ -8,6 +8,7 @@ pub mod count;
 pub mod golden;
 pub mod grip;
 pub mod rivals;
+pub mod strokes;
 
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_semihosting::debug;

@@ -1,10 +1,14 @@
 //! A quick subset of the hidden sets, and what a diagnosis must never do.
 
-use fingerpad_offline::diagnose::{CORNEOMETER_SD_AU, Verdict};
+use fingerpad::Effects;
+use fingerpad_offline::diagnose::{
+    CORNEOMETER_SD_AU, Correction, TableRow, Verdict, corrected, diagnose_table, replay_all,
+};
 use fingerpad_offline::io::runs_csv;
+use fingerpad_offline::reduce::ModelFile;
 use fingerpad_tests::hidden::csv;
 use fingerpad_tests::hidden::effects::LIBRARY;
-use fingerpad_tests::hidden::score::{Class, run, score};
+use fingerpad_tests::hidden::score::{Class, reference, run, run_with_evidence, score, shipped};
 use fingerpad_tests::hidden::sets::{Hide, case};
 
 fn law(name: &str) -> Hide {
@@ -21,6 +25,40 @@ fn clear_effects_are_named_and_shrink_the_gap() {
         assert_eq!(scored.class, Class::Exact, "seed {seed} {name}");
         let gap = &scored.report.holdout;
         assert!(gap.ratio_after < 1.35 && gap.ratio_after < gap.ratio_before, "seed {seed} {name}: {gap:?}");
+    }
+}
+
+/// The corrected file through the core leaves of the held-out runs what the report says: a law of each place.
+#[test]
+fn the_corrected_file_reproduces_the_gap_after() {
+    for (seed, name, size) in [
+        (50, "temperature", 0.3),
+        (52, "normal_relaxation", 0.3),
+        (54, "subject_size", 0.1),
+        (56, "stiffness_drift", 0.3),
+        (58, "tare_bias", 0.3),
+        (60, "viscous_drag", 0.1),
+        (62, "cross_talk", 0.3),
+    ] {
+        let case = case(seed, law(name), size, 0, 60, true);
+        let (report, evidence) =
+            run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
+        assert_eq!(report.verdict, Verdict::Named, "seed {seed} {name}");
+        let made = corrected(shipped().file().model.data(), &reference(), &evidence).unwrap();
+        // As `fingerpad eval --runs` reads it: the file alone, on the hold-out set as it was measured.
+        let file = ModelFile::new(&made.bytes).unwrap();
+        let file = file.file();
+        let effects = Effects::new(file.effects).unwrap();
+        let meta: serde_json::Value = serde_json::from_str(file.meta).unwrap();
+        let corrections: Vec<Correction> = serde_json::from_value(meta["column_corrections"].clone()).unwrap();
+        let mut holdout = case.holdout.clone();
+        corrections.iter().for_each(|c| c.apply(&mut holdout));
+        let (rms_n, _) = replay_all(&file.model, &effects, &holdout);
+        let told = report.holdout.rms_after_n;
+        println!("seed {seed} {name}: core {rms_n:.5?} N, report {told:.5?} N");
+        for k in 0..3 {
+            assert!((rms_n[k] / told[k] - 1.0).abs() < 0.06, "seed {seed} {name}: {rms_n:?} {told:?}");
+        }
     }
 }
 
@@ -117,4 +155,29 @@ fn unusable_files_name_line_and_column() {
         },
         &["normal_force_n"],
     );
+}
+
+/// Table 1 of Yoshida et al. 2011: the disagreement with N^(2/3) is seen, and what it cannot separate is said.
+#[test]
+fn the_published_table_names_what_it_cannot_separate() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/yoshida2011.csv");
+    let rows: Vec<TableRow> = fingerpad_offline::io::table_csv::read(&path)
+        .unwrap()
+        .iter()
+        .map(|r| [r.depth_mm, r.normal_force_n, r.friction_coefficient, r.contact_area_mm2.unwrap()])
+        .collect();
+    let brief = diagnose_table(&rows);
+    assert_eq!(brief.report.verdict, Verdict::Ambiguous);
+    let effect = &brief.report.effects[0];
+    // Least squares on the logarithms of the four points, by hand: F = 1.03 N^0.589.
+    assert!((effect.parameters[0].value - 0.589).abs() < 1e-3, "{effect:?}");
+    let candidates: Vec<&str> = effect.candidates.iter().map(|c| c.law.as_str()).collect();
+    for law in ["load_exponent", "tau_0", "geometry"] {
+        assert!(candidates.contains(&law), "{candidates:?}");
+    }
+    assert!(brief.sentences.iter().any(|s| s.contains("a depth at 1.25 mm")), "{:?}", brief.sentences);
+    assert_eq!(brief.report.next_experiment.unwrap().runs.len(), 15);
+    // A table that follows N^(2/3) disagrees with nothing.
+    let straight: Vec<TableRow> = rows.iter().map(|r| [r[0], r[1], 1.13 * r[1].powf(-1.0 / 3.0), r[3]]).collect();
+    assert_eq!(diagnose_table(&straight).report.verdict, Verdict::None);
 }

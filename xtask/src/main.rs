@@ -19,8 +19,8 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `peer` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host) or
-    /// `diagnose` (score card on hidden sets)
+    /// A benchmark: `peer` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
+    /// `diagnose` (score card on hidden sets) or `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
         /// Which
         name: String,
@@ -34,7 +34,8 @@ enum Chore {
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
-    /// Fit the shipped model to the stored runs again, and bring the documented vectors up to it
+    /// Fit the shipped model to the stored runs again, and bring the documented vectors and the firmware's corrected model
+    /// up to it
     Model,
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
@@ -62,7 +63,10 @@ fn main() -> anyhow::Result<()> {
             "diagnose" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_diagnose", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: peer, core, diagnose"),
+            "confirm" => {
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
+            }
+            other => bail!("no benchmark {other}; there are: peer, core, diagnose, confirm"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
@@ -96,6 +100,30 @@ fn model() -> anyhow::Result<()> {
     }
     std::fs::write(&document, text)?;
     println!("{size}, digest {digest}: in {}", document.display());
+    corrected(&root)
+}
+
+/// The corrected model of the firmware: what a diagnosis of a stored set (relaxation inside the finite elements) makes
+/// of the shipped one.
+fn corrected(root: &std::path::Path) -> anyhow::Result<()> {
+    let dir = root.join("target/corrected");
+    std::fs::create_dir_all(&dir)?;
+    for name in ["calibration_d.csv", "set_07.csv"] {
+        let packed = root.join("tests/data/fe_sets").join(format!("{name}.gz"));
+        let mut from = flate2::read::GzDecoder::new(std::fs::File::open(packed)?);
+        std::io::copy(&mut from, &mut std::fs::File::create(dir.join(name))?)?;
+    }
+    let diagnose = ["run", "--release", "--package", "fingerpad-offline", "--", "diagnose", "--calibration"];
+    run(Command::new(env!("CARGO"))
+        .current_dir(root)
+        .args(diagnose)
+        .arg(dir.join("calibration_d.csv"))
+        .arg("--measured")
+        .arg(dir.join("set_07.csv"))
+        .arg("--out")
+        .arg(&dir))?;
+    std::fs::copy(dir.join("corrected.fpm"), root.join("firmware-example/corrected.fpm"))?;
+    println!("firmware-example/corrected.fpm");
     Ok(())
 }
 

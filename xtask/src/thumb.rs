@@ -50,7 +50,7 @@ enum Action {
     Count,
     /// Symbols, stack and sizes of the core-only binary, with positive controls
     Check,
-    /// Host and target give the same bits over a million steps
+    /// Host and target give the same bits over a million steps, and over strokes of a corrected model with its effects
     Golden,
     /// The C library, its header and a C program that prints the documented vectors
     C,
@@ -58,6 +58,8 @@ enum Action {
     All,
 }
 
+/// What a diagnosis made of it, from its folder.
+const CORRECTED: &str = "corrected.fpm";
 /// A target without FPU and of another family.
 const RISCV: &str = "riscv32imc-unknown-none-elf";
 /// Firmware programs that must end with status 0.
@@ -189,24 +191,32 @@ impl Tools {
         Ok(())
     }
 
-    /// The digest of a million steps on the host and on the target.
+    /// The digests of a million steps, and of a million with effects, on the host and on the target.
     fn golden(&self) -> Result<()> {
-        self.build(TARGET, &["--bin", "golden"])?;
-        let (status, log) = self.emulate("golden", 3, Duration::from_secs(300))?;
-        ensure!(status.success(), "golden ended with {status}");
+        let plain = self.agrees("golden", "document", MODEL)?;
+        let digest = plain.trim_start_matches("golden: ");
+        let document = fs::read_to_string(self.firmware.join("../docs/fpm-format.md"))?;
+        ensure!(document.contains(digest), "docs/fpm-format.md has another digest than {digest}");
+        println!("{plain} on host and target, 1000000 steps, all outputs");
+        let corrected = self.agrees("corrected", "strokes", CORRECTED)?;
+        println!("{corrected} on host and target, 1000000 steps with the effects of {CORRECTED}, all readings");
+        Ok(())
+    }
+
+    /// The line that a program prints on the target, if an example of the core prints the same of a model on the host.
+    fn agrees(&self, bin: &str, example: &str, model: &str) -> Result<String> {
+        self.build(TARGET, &["--bin", bin])?;
+        let (status, log) = self.emulate(bin, 3, Duration::from_secs(300))?;
+        ensure!(status.success(), "{bin} ended with {status}");
         let host = cargo_command()
             .current_dir(self.firmware.join(".."))
-            .args(["run", "--quiet", "--release", "--package", "fingerpad", "--example", "document", "--"])
-            .arg(self.firmware.join(MODEL))
+            .args(["run", "--quiet", "--release", "--package", "fingerpad", "--example", example, "--"])
+            .arg(self.firmware.join(model))
             .output()?;
         ensure!(host.status.success(), "{}", String::from_utf8_lossy(&host.stderr));
         let host = String::from_utf8_lossy(&host.stdout).lines().last().unwrap_or_default().to_owned();
         ensure!(log.trim() == host, "host and target differ: {host} and {}", log.trim());
-        let digest = host.trim_start_matches("golden: ");
-        let document = fs::read_to_string(self.firmware.join("../docs/fpm-format.md"))?;
-        ensure!(document.contains(digest), "docs/fpm-format.md has another digest than {digest}");
-        println!("{host} on host and target, 1000000 steps, all outputs");
-        Ok(())
+        Ok(host)
     }
 
     /// Builds the C library and a C program on it, runs that, and compares with `docs/fpm-format.md`.

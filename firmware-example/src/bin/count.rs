@@ -93,19 +93,24 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
 }
 
 /// Slots of a model file, one law each: number, parameters.
-const LAWS: [(&str, u32, [f32; 3]); 12] = [
-    ("hydration_bell", 1, [0.3, 55.0, 15.0]),
-    ("speed_log", 2, [0.05, 0.0, 0.0]),
-    ("speed_stribeck", 3, [0.2, 10.0, 0.0]),
-    ("anisotropy", 5, [0.07, 0.13, 0.0]),
-    ("normal_relaxation", 6, [0.2, 1.4, 0.0]),
-    ("contact_ageing", 7, [0.05, 0.1, 0.5]),
-    ("static_peak", 8, [0.2, 0.3, 0.0]),
-    ("occlusion_growth", 9, [0.3, 10.0, 0.0]),
-    ("adhesion", 10, [0.015, 0.0, 0.0]),
-    ("depth_zero_offset", 11, [0.05, 0.0, 0.0]),
-    ("strain_stiffening", 16, [0.3, 0.0, 0.0]),
-    ("temperature", 17, [0.03, 0.0, 0.0]),
+const LAWS: [(&str, u32, [f32; 4]); 17] = [
+    ("hydration_bell", 1, [0.3, 55.0, 15.0, 0.0]),
+    ("speed_log", 2, [0.05, 0.0, 0.0, 0.0]),
+    ("speed_stribeck", 3, [0.2, 10.0, 0.0, 0.0]),
+    ("viscous_drag", 4, [0.002, 0.0, 0.0, 0.0]),
+    ("anisotropy", 5, [0.07, 0.13, 0.0, 0.0]),
+    ("normal_relaxation", 6, [0.2, 1.4, 0.0, 0.0]),
+    ("contact_ageing", 7, [0.05, 0.1, 0.5, 0.0]),
+    ("static_peak", 8, [0.2, 0.3, 0.0, 0.0]),
+    ("occlusion_growth", 9, [0.3, 10.0, 0.0, 0.0]),
+    ("adhesion", 10, [0.015, 0.0, 0.0, 0.0]),
+    ("depth_zero_offset", 11, [0.05, 0.0, 0.0, 0.0]),
+    ("stiffness_drift", 14, [-0.2, 0.0, 0.0, 0.0]),
+    ("subject_size", 15, [1.5, 0.0, 0.0, 0.0]),
+    ("strain_stiffening", 16, [0.3, 0.0, 0.0, 0.0]),
+    ("temperature", 17, [0.03, 0.0, 0.0, 0.0]),
+    ("refitted baseline: direction", 32, [0.01, -0.01, 0.005, 0.005]),
+    ("refitted baseline: shear", 33, [0.01, 0.0, 0.02, 0.03]),
 ];
 
 struct EffectBench<'a> {
@@ -117,7 +122,7 @@ struct EffectBench<'a> {
 
 extern "C" fn with_effects(b: &mut EffectBench<'_>, s: &[f32; 4]) {
     let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], dt_s: s[3] };
-    let around = Surroundings { hydration_au: 50.0, temperature_c: 30.0 };
+    let around = Surroundings { hydration_au: 50.0, temperature_c: 30.0, series_s: 600.0, ..Surroundings::default() };
     b.response = b.effects.step(&b.model, &mut b.contact, around, motion);
 }
 
@@ -128,7 +133,7 @@ fn effects(samples: &[[f32; 4]]) -> Result<(), Error> {
     let mut bench = TunedBench { model: tuned, state: StateOf::default(), response: Response::default() };
     print("step, retuned finger", count(ours_tuned, &mut bench, samples));
     black_box(&bench.response);
-    let slots = LAWS.map(|(_, kind, [a, b, c])| EffectSlot { kind, reserved: 0, values: [a, b, c, 0.0, 0.0, 0.0] });
+    let slots = LAWS.map(|(_, kind, [a, b, c, d])| EffectSlot { kind, reserved: 0, values: [a, b, c, d, 0.0, 0.0] });
     let run = |name: &str, slots: &[EffectSlot]| -> Result<(), Error> {
         let (contact, response) = (Contact::default(), Response::default());
         let mut bench = EffectBench { model, effects: Effects::new(slots)?, contact, response };
@@ -140,7 +145,7 @@ fn effects(samples: &[[f32; 4]]) -> Result<(), Error> {
     for (slot, (name, ..)) in slots.iter().zip(LAWS) {
         run(name, core::slice::from_ref(slot))?;
     }
-    run("effects, all twelve", &slots)
+    run("effects, all of them", &slots)
 }
 
 struct TunedBench<'a> {

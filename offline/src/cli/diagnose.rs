@@ -5,15 +5,15 @@ use std::time::Instant;
 
 use fingerpad_offline::{
     diagnose::{
-        CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, Reference, RunSet, Settings,
-        Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
+        Brief, CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, Reference, RunSet,
+        Settings, Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
     },
     io::{self, runs_csv},
     report,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Failure, INTERRUPTED};
+use super::{Failure, INTERRUPTED, Model};
 
 /// Find where simulation and measurement disagree, name the missing effect, add it.
 #[derive(clap::Args)]
@@ -21,13 +21,18 @@ use super::{Failure, INTERRUPTED};
 Examples:
   fingerpad diagnose --calibration calibration.csv --measured measured.csv --out diagnosis
   fingerpad diagnose --calibration c.csv --measured m.csv --holdout h.csv --covariate-sd hydration_au=2 --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --confirm-fe --shape d --out d
   fingerpad diagnose --force-only --measured trace.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
   fingerpad diagnose --table data/yoshida2011.csv --out d
 
 Measured runs are described in docs/diagnose.md. The verdict is one of none, named, ambiguous and
 unexplained_structure; report.json has all numbers, report.html the page, corrected.fpm the model with the effect,
 next_experiment.csv the strokes that would settle an ambiguous verdict. The hold-out file is opened after the verdict
-stands.")]
+stands.
+
+--confirm-fe fits the finite-element finger (--shape, --config, --mesh-preset) to some calibration strokes, switches the
+named effect on inside its law and re-runs some of the held-out strokes (of the measured ones without a hold-out file);
+its own gap before and after is in the report. Finished strokes are kept in DIR/fe, and Ctrl-C loses none of them.")]
 pub struct Args {
     /// Runs without an effect, under reference conditions (CSV)
     #[arg(long, value_name = "C.csv", required_unless_present_any = ["force_only", "table"])]
@@ -51,8 +56,14 @@ pub struct Args {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Switch the effect on inside the finite-element law and re-run a part of the strokes
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["force_only", "table"])]
     confirm_fe: bool,
+    /// With --confirm-fe: strokes that are run, as many again of the calibration
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
+    fe_strokes: u32,
+    /// Geometry, mesh, materials and law of the finite-element finger for --confirm-fe; the coarse mesh unless said
+    #[command(flatten, next_help_heading = "The finite-element finger of --confirm-fe (coarse mesh unless said)")]
+    finger: Model,
     /// Forces alone: a finger moved freely on a force plate
     #[arg(long, conflicts_with_all = ["calibration", "table", "holdout"])]
     force_only: bool,
@@ -92,7 +103,8 @@ impl From<DiagnoseError> for Failure {
     }
 }
 
-fn read(path: &Path) -> Result<RunSet, Failure> {
+/// Measured runs from a file, with a bar.
+pub fn read(path: &Path) -> Result<RunSet, Failure> {
     let style =
         ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {eta} left").expect("a valid template");
     let bar = ProgressBar::new(1000).with_style(style).with_prefix("reading");
@@ -158,11 +170,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         return Ok(());
     }
-    if args.confirm_fe {
-        return Err(Failure::Input(anyhow::anyhow!(
-            "--confirm-fe is not there yet: the finite-element law has no effects"
-        )));
-    }
     let [measured_path] = &args.measured[..] else {
         return Err(Failure::Input(anyhow::anyhow!("--measured takes one file here; several belong to --force-only")));
     };
@@ -171,7 +178,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let calibration = read(calibration_path)?;
     let measured = read(measured_path)?;
-    let (data, model) = super::model::load(args.model.as_deref())?;
+    let (file, model) = super::model::load(args.model.as_deref())?;
+    let data = *file.file().model.data();
     let reference = Reference::of(&data, args.model.is_some());
     let mut errors = args.covariate_sd.clone();
     if !errors.iter().any(|e| e.column == Column::Hydration) {
@@ -203,45 +211,61 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if report.effects.is_empty() || report.holdout.refused_after_n.is_some() {
         let _ = std::fs::remove_file(&model_file);
     } else {
-        let bytes = corrected(&data, &reference, &evidence)?;
-        io::atomic_write(&model_file, |w| w.write_all(&bytes))?;
-        report.corrected_model = Some("corrected.fpm".into());
+        match corrected(&data, &reference, &evidence) {
+            Ok(made) => {
+                io::atomic_write(&model_file, |w| w.write_all(&made.bytes))?;
+                report.corrected_model = Some("corrected.fpm".into());
+                report.corrected_rms_n = Some(made.rms_n);
+            }
+            Err(reason) => {
+                let _ = std::fs::remove_file(&model_file);
+                eprintln!("warning: corrected.fpm is not written: {reason}");
+            }
+        }
     }
     report.elapsed_s = started.elapsed().as_secs_f64();
+    // The finite elements take minutes: what stands is written before.
     write(args, &report, &evidence)?;
+    if args.confirm_fe && report.effects.is_empty() {
+        println!("--confirm-fe: nothing is claimed, so there is nothing to switch on");
+    } else if args.confirm_fe {
+        let folder = args.out.join("fe");
+        let strokes = args.fe_strokes as usize;
+        let confirmation = super::confirm::confirm(&args.finger, &reference, &evidence, strokes, &folder)?;
+        report.fe_confirmation = Some(confirmation.report);
+        report.elapsed_s = started.elapsed().as_secs_f64();
+        write(args, &report, &evidence)?;
+    }
     println!("{}", report::diagnosis::summary(&report));
     Ok(())
 }
 
-/// Writes a diagnosis that has sentences instead of figures.
-fn brief(
-    args: &Args,
-    path: &Path,
-    out: &Path,
-    (mut report, sentences): (Diagnosis, Vec<String>),
-    rows: usize,
-) -> Result<(), Failure> {
+/// Writes a diagnosis of forces alone or of a table.
+fn brief(args: &Args, path: &Path, out: &Path, mut brief: Brief, rows: usize) -> Result<(), Failure> {
     use sha2::Digest;
     let bytes = std::fs::read(path).map_err(|source| io::Error::File { path: path.to_path_buf(), source })?;
-    report.input = vec![InputFile {
+    brief.report.input = vec![InputFile {
         role: "measured".into(),
         file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
         sha256: sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
         rows,
-        runs: report.holdout.runs,
-        notes: sentences.clone(),
+        runs: brief.report.holdout.runs,
+        notes: brief.sentences.clone(),
     }];
-    report.seed = args.seed;
-    let rendered = report::diagnosis::render_brief(&report, &sentences).map_err(|e| Failure::Numerics(e.into()))?;
+    brief.report.seed = args.seed;
+    let rendered = report::diagnosis::render_brief(&brief).map_err(|e| Failure::Numerics(e.into()))?;
     let json = args.report.clone().unwrap_or_else(|| out.join("report.json"));
     io::atomic_write(&json, |w| w.write_all(rendered.json.as_bytes()))?;
     io::atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
-    if let Some(plan) = &report.next_experiment {
+    for (name, png) in &rendered.figures {
+        io::atomic_write(&out.join(name), |w| w.write_all(png))?;
+    }
+    if let Some(plan) = &brief.report.next_experiment {
         let text = report::diagnosis::plan_csv(plan);
         io::atomic_write(&out.join("next_experiment.csv"), |w| w.write_all(text.as_bytes()))?;
     }
-    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&report));
-    sentences.iter().for_each(|s| println!("{s}"));
+    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&brief.report));
+    brief.sentences.iter().for_each(|s| println!("{s}"));
     Ok(())
 }
 

@@ -17,6 +17,7 @@ macro_rules! eprintln {
 }
 
 mod build;
+mod confirm;
 mod diagnose;
 mod eval;
 mod export;

@@ -22,7 +22,7 @@ const fn freedom(name: &'static str, unit: &'static str, between: f64, drift: f6
 }
 
 /// Number of freedoms.
-pub const FREEDOMS: usize = 28;
+pub const FREEDOMS: usize = 30;
 
 /// The freedoms, in the order of the parameter vector; all are 0 for the finger of the model file, except where a
 /// mean is taken from it.
@@ -38,7 +38,7 @@ pub static FREEDOM: [Freedom; FREEDOMS] = [
     freedom("tangential_depth_exponent", "", 0.4, 0.02),
     freedom("tangential_depth_curvature", "", 0.15, 0.01),
     freedom("ln_stiffness_ratio_y", "", 0.5, 0.03),
-    freedom("yield_spread", "", 0.4, 0.05),
+    freedom("ln_yield_spread", "", 0.7, 0.05),
     freedom("yield_tilt", "", 0.8, 0.10),
     freedom("yield_bow", "", 0.8, 0.10),
     freedom("press_coupling", "mm/mm", 0.05, 0.002),
@@ -49,12 +49,14 @@ pub static FREEDOM: [Freedom; FREEDOMS] = [
     freedom("normal_shear_y", "", 0.1, 0.006),
     freedom("odd_x_per_mm", "1/mm", 0.03, 0.003),
     freedom("load_exponent_at_fixed_depth", "", 0.10, 0.02),
-    freedom("even_direction_cos", "", 0.010, 0.002),
+    freedom("even_direction_cos", "", 0.020, 0.002),
     freedom("even_direction_sin", "", 0.010, 0.002),
     freedom("strength_depth_cubic", "", 0.1, 0.005),
     freedom("yield_twist", "", 0.8, 0.10),
-    freedom("odd_direction_cos", "", 0.010, 0.002),
+    freedom("odd_direction_cos", "", 0.020, 0.002),
     freedom("odd_direction_sin", "", 0.010, 0.002),
+    freedom("even_direction_cos_slope", "", 0.030, 0.004),
+    freedom("stiffness_ratio_y_exponent", "", 0.15, 0.02),
 ];
 
 /// Elements of the baseline.
@@ -63,6 +65,12 @@ pub const ELEMENTS: usize = 10;
 pub const MIDDLE_MM: f64 = 0.9;
 /// Share of the fourth power in the friction that is odd along x.
 pub const ODD_SHAPE: f64 = 0.5;
+
+/// Least and largest yield position.
+const YIELDS: [f64; 2] = [0.3, 3.6];
+/// Middle of the shares' bell over the yield positions, and its width in the logarithm.
+const YIELD_MIDDLE: f64 = 1.43;
+const YIELD_WIDTH: f64 = 0.55;
 
 /// Smooth curves over the logarithm of depth, taken from a model file.
 #[derive(Clone, Debug)]
@@ -105,13 +113,6 @@ impl Reference {
         // The term's effect in full slip along x is that of the core's shifted circle.
         mean[20] = -at(&row.tilt) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
         mean[21] = f64::from(data.pressure_exponent);
-        let mut yields = [[0.0; 2]; ELEMENTS];
-        let half = ELEMENTS / data.elements.len();
-        for (k, slot) in yields.iter_mut().enumerate() {
-            let element = &data.elements[(k / half).min(data.elements.len() - 1)];
-            let offset = 1.0 + 0.2 * (2.0 * (k % half) as f64 - (half - 1) as f64);
-            *slot = [offset / f64::from(element.inverse_yield), f64::from(element.strength) / half as f64];
-        }
         let area = if own_area {
             fit(|r| r.area.value)
         } else {
@@ -122,7 +123,7 @@ impl Reference {
             strength: fit(|r| r.limit.value),
             tangential: fit(|r| r.stiffness.value),
             area,
-            yields,
+            yields: yields(),
             mean,
         }
     }
@@ -131,7 +132,7 @@ impl Reference {
     pub fn with(&self, theta: &[f64]) -> Base {
         let add = |a: &[f64; 4], more: [f64; 4]| -> [f64; 4] { std::array::from_fn(|i| a[i] + more[i]) };
         let mut yields = self.yields;
-        let spread = (1.0 + theta[11]).clamp(0.2, 3.0);
+        let spread = theta[11].clamp(-4.0, 1.5).exp();
         let (mut strength, mut softness) = (0.0, 0.0);
         for (k, slot) in yields.iter_mut().enumerate() {
             let t = 2.0 * k as f64 / (ELEMENTS - 1) as f64 - 1.0;
@@ -151,16 +152,27 @@ impl Reference {
             tangential: add(&self.tangential, [theta[7], theta[8], theta[9], 0.0]),
             area: self.area,
             elements,
-            ratio: theta[10].exp(),
+            ratio: [theta[10], theta[29]],
             press: [theta[14], theta[15]],
             normal_per_friction: [theta[16], theta[17]],
             normal_shear: [theta[18], theta[19]],
             odd: theta[20],
             load_exponent: theta[21],
             even: [theta[22], theta[23]],
+            even_slope: theta[28],
             first: [theta[26], theta[27]],
         }
     }
+}
+
+/// Yield positions, even in the logarithm, and shares of the strength, a bell over it: a start from which the freedoms
+/// reach other fingers. A file's few elements, made for its own finger, are no better one.
+fn yields() -> [[f64; 2]; ELEMENTS] {
+    let at = |k: usize| (YIELDS[0].ln() + (YIELDS[1] / YIELDS[0]).ln() * k as f64 / (ELEMENTS - 1) as f64).exp();
+    std::array::from_fn(|k| {
+        let z = (at(k) / YIELD_MIDDLE).ln() / YIELD_WIDTH;
+        [at(k), (-0.5 * z * z).exp()]
+    })
 }
 
 /// Least-squares cubic through points.
@@ -185,8 +197,8 @@ pub struct Base {
     pub area: [f64; 4],
     /// 1/yield position and share of the strength.
     pub elements: [[f64; 2]; ELEMENTS],
-    /// Tangential stiffness along y over x.
-    pub ratio: f64,
+    /// Logarithm of the tangential stiffness along y over that along x, and its slope over u.
+    pub ratio: [f64; 2],
     /// Slide per depth while pressing: constant and slope.
     pub press: [f64; 2],
     /// Normal force per friction along x, y.
@@ -199,6 +211,8 @@ pub struct Base {
     pub load_exponent: f64,
     /// Direction dependence of the strength, cos and sin of twice the angle.
     pub even: [f64; 2],
+    /// Slope of the first of them over u: a contact grows longer and wider by different shares.
+    pub even_slope: f64,
     /// The same over the angle itself.
     pub first: [f64; 2],
 }
@@ -214,6 +228,8 @@ pub struct AtDepth {
     pub tangential_n_mm: f64,
     /// mm².
     pub area_mm2: f64,
+    /// Tangential stiffness along y over that along x.
+    pub ratio: f64,
     /// Slide that pressing to this depth amounts to, mm.
     pub pressed_mm: f64,
 }
@@ -230,6 +246,15 @@ fn poly(c: &[f64; 4], u: f64, inside: f64) -> f64 {
 }
 
 impl Base {
+    /// What the strength at a depth gains in a direction of motion, share.
+    pub fn turned(&self, depth_mm: f64, double_angle: [f64; 2], along: [f64; 2]) -> f64 {
+        let u = (depth_mm / MIDDLE_MM).ln().clamp(U[0], U[1]);
+        (self.even[0] + self.even_slope * u) * double_angle[0]
+            + self.even[1] * double_angle[1]
+            + self.first[0] * along[0]
+            + self.first[1] * along[1]
+    }
+
     /// The curves at a depth > 0, mm.
     pub fn at(&self, depth_mm: f64) -> AtDepth {
         let u = (depth_mm / MIDDLE_MM).ln();
@@ -239,6 +264,7 @@ impl Base {
             strength_n: poly(&self.strength, u, inside).exp(),
             tangential_n_mm: poly(&self.tangential, u, inside).exp(),
             area_mm2: poly(&self.area, u, inside).exp(),
+            ratio: (self.ratio[0] + self.ratio[1] * inside).exp(),
             pressed_mm: depth_mm * (self.press[0] + 0.5 * self.press[1] * depth_mm),
         }
     }

@@ -1,14 +1,42 @@
 //! Diagnoses without depth or without runs: forces alone, and a table of four points.
 
-use super::diagnosis::{
-    Baseline, BaselineParameter, CandidateLaw, Diagnosis, Disagreement, EffectFound, FittedParameter, LawTest,
-    NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
-};
 use super::force_only::{TareFit, TraceRow, fit_tare};
 use super::heldout::Gap;
 use super::laws::LAWS;
+use super::schema::{
+    Baseline, BaselineParameter, CandidateLaw, Diagnosis, Disagreement, EffectFound, FittedParameter, LawTest,
+    NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
+};
 use super::verdict::Verdict;
 use super::{NextExperiment, PlannedRun};
+
+/// A diagnosis that has sentences and one figure.
+pub struct Brief {
+    /// The report.
+    pub report: Diagnosis,
+    /// The page's sentences.
+    pub sentences: Vec<String>,
+    /// The figure.
+    pub plot: Option<Plot>,
+}
+
+/// Points and curves of a figure.
+pub struct Plot {
+    /// Over the figure.
+    pub title: String,
+    /// Under it.
+    pub caption: String,
+    /// Name of the axis to the right.
+    pub x: String,
+    /// Name of the axis upwards.
+    pub y: String,
+    /// Whether both axes have one scale.
+    pub square: bool,
+    /// Names and places of points.
+    pub points: Vec<(String, Vec<[f64; 2]>)>,
+    /// Names and corners of curves.
+    pub curves: Vec<(String, Vec<[f64; 2]>)>,
+}
 
 /// A row of a table of kinetic states: depth mm, normal force N, friction coefficient, contact area mm².
 pub type TableRow = [f64; 4];
@@ -64,6 +92,7 @@ fn bare(verdict: Verdict, model: &str, rms: [[f64; 3]; 2], floor: [f64; 3], meth
         fe_confirmation: None,
         next_experiment: None,
         corrected_model: None,
+        corrected_rms_n: None,
         input: Vec::new(),
         seed: 0,
         version: env!("CARGO_PKG_VERSION").into(),
@@ -71,11 +100,12 @@ fn bare(verdict: Verdict, model: &str, rms: [[f64; 3]; 2], floor: [f64; 3], meth
     }
 }
 
-/// Diagnosis of a trace of forces; the second part is the page's sentences.
-pub fn force_only(trace: &[TraceRow], alpha: f64) -> (Diagnosis, Vec<String>) {
+/// Diagnosis of a trace of forces.
+pub fn force_only(trace: &[TraceRow], alpha: f64) -> Brief {
     let Some(fit) = fit_tare(trace) else {
         let report = bare(Verdict::None, "ring", [[0.0; 3]; 2], [0.0; 3], "none", 1);
-        return (report, vec!["Too few rows in firm contact to say anything about the tare.".into()]);
+        let sentences = vec!["Too few rows in firm contact to say anything about the tare.".into()];
+        return Brief { report, sentences, plot: None };
     };
     let carries = fit.half_n[1].max(fit.half_n[2]) < 0.5;
     let found = fit.p < alpha;
@@ -106,7 +136,49 @@ pub fn force_only(trace: &[TraceRow], alpha: f64) -> (Diagnosis, Vec<String>) {
     if verdict == Verdict::Named {
         report.effects.push(tare_effect(&fit));
     }
-    (report, sentences(&fit, verdict, carries, inseparable))
+    let sentences = sentences(&fit, verdict, carries, inseparable);
+    Brief { report, sentences, plot: Some(ring_plot(trace, &fit)) }
+}
+
+/// Friction of a trace in the sensor's plane, rings of the fit around the tare.
+fn ring_plot(trace: &[TraceRow], fit: &TareFit) -> Plot {
+    let place = |i: usize| [trace[i].force_n[1], trace[i].force_n[2]];
+    let (slides, rests): (Vec<usize>, Vec<usize>) = (0..trace.len()).partition(|i| fit.rows.contains(i));
+    let ring = |load: f64| -> Vec<[f64; 2]> {
+        let turn = |k: i32| std::f64::consts::TAU * f64::from(k) / 72.0;
+        (0..=72)
+            .map(|k| {
+                let radius = fit.radius_n(load, turn(k));
+                [fit.tare_n[1] + radius * turn(k).cos(), fit.tare_n[2] + radius * turn(k).sin()]
+            })
+            .collect()
+    };
+    let (w, h) = (fit.half_n[1], fit.half_n[2]);
+    let ellipse = (0..=48)
+        .map(|k| std::f64::consts::TAU * f64::from(k) / 48.0)
+        .map(|a| [fit.tare_n[1] + w * a.cos(), fit.tare_n[2] + h * a.sin()])
+        .collect();
+    Plot {
+        title: "Friction in the sensor's plane".into(),
+        caption: format!(
+            "Readings of the sensor along x and y. Rows in firm contact are fitted; the others (before touch, light \
+             contact) are not. Rings: fitted friction at the 5 and 95 % of the load as read ({:.2} and {:.2} N). Without a \
+             tare they would lie around zero.",
+            fit.load_n[0], fit.load_n[1]
+        ),
+        x: "Friction along x, N".into(),
+        y: "Friction along y, N".into(),
+        square: true,
+        points: vec![
+            ("in firm contact".into(), slides.into_iter().map(place).collect()),
+            ("other rows".into(), rests.into_iter().map(place).collect()),
+        ],
+        curves: vec![
+            ("ring, light".into(), ring(fit.load_n[0])),
+            ("ring, heavy".into(), ring(fit.load_n[1])),
+            ("tare, 95 %".into(), ellipse),
+        ],
+    }
 }
 
 fn parameter(name: &str, unit: &str, value: f64, sd: f64) -> BaselineParameter {
@@ -164,7 +236,7 @@ fn sentences(fit: &TareFit, verdict: Verdict, carries: bool, inseparable: bool) 
     }
     out.push(if inseparable {
         format!(
-            "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}): their correlation is {:.2}. A row in the air would.",
+            "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}; correlation {:.2}): it is not claimed. A row in the air would tell it.",
             value(0), fit.friction[1], 2.57 * fit.exponent_sd, fit.normal_exponent_correlation
         )
     } else {
@@ -196,7 +268,7 @@ fn constant_strength(points: &[[f64; 3]]) -> (f64, f64, Vec<f64>) {
 /// Diagnosis of a table of kinetic states against F proportional to N^(2/3).
 ///
 /// The table has no spread; 2 % of each force is taken as its error, and said so.
-pub fn table(rows: &[TableRow]) -> (Diagnosis, Vec<String>) {
+pub fn table(rows: &[TableRow]) -> Brief {
     const ERROR: f64 = 0.02;
     let n: Vec<f64> = rows.iter().map(|r| r[1].ln()).collect();
     let f: Vec<f64> = rows.iter().map(|r| (r[1] * r[2]).ln()).collect();
@@ -316,5 +388,34 @@ pub fn table(rows: &[TableRow]) -> (Diagnosis, Vec<String>) {
         format!("Normal force over depth has a kink; a depth at {} mm that is off by {:+.2} mm would remove it. It does not enter F over N.", rows[kink.1][0], kink.2),
         "Four means without their spread (2 % is assumed) do not separate exponent, constant strength, geometry and a depth error. Loads from 0.03 to 5 N with the area measured at each, and the same depth approached several times, would: a constant strength shows below 0.1 N, the exponent above 1 N, a depth error in the repeats.".to_owned(),
     ];
-    (report, sentences)
+    // Ratios show what forces over a decade would hide.
+    let over = |x: &dyn Fn(f64, f64) -> f64| -> Vec<[f64; 2]> {
+        let (low, high) = (n[0].min(n[n.len() - 1]), n[0].max(n[n.len() - 1]));
+        let area = |ln_n: f64| {
+            let m = slope(&n, &a);
+            let (c, _) = with_slope(&n, &a, m);
+            c + m * ln_n
+        };
+        (0..=60)
+            .map(|k| low - 0.3 + (high - low + 0.6) * f64::from(k) / 60.0)
+            .map(|ln_n| [ln_n.exp(), (x(ln_n, area(ln_n)) - ln_n).exp()])
+            .collect()
+    };
+    let (c_plain, _) = with_slope(&n, &f, 2.0 / 3.0);
+    let (c_shaped, _) = with_slope(&pressure, &stress, beta);
+    let plot = Plot {
+        title: "Friction coefficient over the normal force".into(),
+        caption: "The table's rows and what is fitted to them; the area between rows is a power of the load.".into(),
+        x: "Normal force, N".into(),
+        y: "Friction over normal force".into(),
+        square: false,
+        points: vec![("the table".into(), rows.iter().map(|r| [r[1], r[2]]).collect())],
+        curves: vec![
+            ("N^(2/3)".into(), over(&|ln_n, _| c_plain + 2.0 / 3.0 * ln_n)),
+            ("free exponent".into(), over(&|ln_n, _| k + exponent * ln_n)),
+            ("constant strength".into(), over(&|ln_n, ln_a| (tau0 * ln_a.exp() + slope_n * ln_n.exp()).max(1e-9).ln())),
+            ("measured area".into(), over(&|ln_n, ln_a| c_shaped + beta * (ln_n - ln_a) + ln_a)),
+        ],
+    };
+    Brief { report, sentences, plot: Some(plot) }
 }

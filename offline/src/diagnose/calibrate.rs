@@ -49,7 +49,7 @@ const START: PerRun = [4e-4, 4e-4, 1e-4, 4e-6, 4e-6, 4e-6];
 /// Fits the freedoms to effect-free runs, alternating with the noise.
 pub fn calibrate(set: &RunSet, reference: &Reference) -> Calibration {
     let mut noise = [RowNoise { additive_n: 0.004, multiplicative: 0.03 }; 3];
-    let mut theta = reference.mean.to_vec();
+    let mut theta = super::guess::guess(set, reference);
     let mut variances = START;
     let mut fit = None;
     let mut misfit = [1.0; 3];

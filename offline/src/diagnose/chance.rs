@@ -171,7 +171,7 @@ impl Score {
     }
 
     /// The linear estimate and its information.
-    fn estimate(&self) -> (DVector<f64>, &DMatrix<f64>) {
+    pub fn estimate(&self) -> (DVector<f64>, &DMatrix<f64>) {
         let k = self.columns();
         let mut sum = DVector::from_column_slice(&self.fixed);
         for g in self.per_run.chunks_exact(k) {

@@ -1,93 +1,75 @@
-//! The model file with the effect switched on: tables of the refitted baseline, effect slots, provenance.
+//! The model file with the effect switched on: the refitted baseline, effect slots, provenance.
 
-use fingerpad::{Data, EffectSlot, Effects, Line};
+use fingerpad::{Data, EffectSlot, Effects};
 
-use super::base::{AtDepth, Reference};
-use super::diagnosis::Evidence;
+use super::bake::{Baked, bake};
+use super::base::{MIDDLE_MM, Reference};
 use super::error::DiagnoseError;
+use super::evidence::Evidence;
+use super::replay::replay_all;
+use super::walk::Active;
 
-/// Bytes of `corrected.fpm`.
+/// A model file with what it leaves of the runs that the report's gap is about.
+pub struct Corrected {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// Root mean square residual of the core with this file along the held-out runs (the measured ones where there are
+    /// none), N: normal, x, y.
+    pub rms_n: [f64; 3],
+}
+
+/// `corrected.fpm`.
 ///
-/// Tables of normal force, strength and stiffness are those of `data` times what the refit changed. Where that would
-/// not be passive the tables stay as they were, and the file's JSON says so.
+/// The tables are those of the refitted baseline. Where the core refuses them (not passive, out of range) the file is
+/// not made.
 ///
-/// Errors: [`DiagnoseError::Model`] if the file cannot be made.
-pub fn corrected(data: &Data, reference: &Reference, evidence: &Evidence) -> Result<Vec<u8>, DiagnoseError> {
-    let refitted = rescaled(data, reference, evidence);
-    let (tables, adapted) = match refitted.check() {
-        Ok(()) => (refitted, true),
-        Err(_) => (*data, false),
-    };
-    let mut slots = Vec::new();
-    for active in &evidence.laws {
-        let mut slot = EffectSlot { kind: active.law.kind, reserved: 0, values: [0.0; 6] };
-        for (slot, value) in slot.values.iter_mut().zip(&active.values) {
-            *slot = *value as f32;
-        }
-        if Effects::new(std::slice::from_ref(&slot)).is_ok() {
-            slots.push(slot);
-        }
-    }
-    let effects: Vec<serde_json::Value> = evidence
+/// Errors: [`DiagnoseError::Model`] with the core's reason.
+pub fn corrected(data: &Data, reference: &Reference, evidence: &Evidence) -> Result<Corrected, DiagnoseError> {
+    let refuse = |e: fingerpad::Error| DiagnoseError::Model(e.to_string());
+    let Baked { data: tables, slots: freedoms } = bake(data, reference, &evidence.theta, &evidence.calibration_set);
+    let model = tables.model().map_err(refuse)?;
+    let mut slots: Vec<EffectSlot> = evidence.laws.iter().map(|a| slot(a, &tables, reference, evidence)).collect();
+    slots.extend(freedoms);
+    let effects = Effects::new(&slots).map_err(refuse)?;
+    let (rms_n, _) = replay_all(&model, &effects, &evidence.checked_set);
+    let laws: Vec<serde_json::Value> = evidence
         .laws
         .iter()
         .map(|a| {
-            let reported = (a.law.report)(&a.values);
             let names = a.law.parameters.iter().map(|p| p.name.to_owned());
-            let in_core = slots.iter().any(|s| s.kind == a.law.kind);
-            serde_json::json!({
-                "law": a.law.name,
-                "evaluated_by_core": in_core,
-                "parameters": names.zip(reported).map(|(n, v)| (n, v.into())).collect::<serde_json::Map<_, _>>(),
-            })
+            let values = names.zip((a.law.report)(&a.values)).map(|(n, v)| (n, v.into()));
+            serde_json::json!({ "law": a.law.name, "parameters": values.collect::<serde_json::Map<_, _>>() })
         })
         .collect();
     let meta = serde_json::json!({
         "name": "corrected by fingerpad diagnose",
         "version": env!("CARGO_PKG_VERSION"),
-        "effects": effects,
-        "tables_refitted": adapted,
+        "effects": laws,
         "depth_max_mm": tables.depth_max,
+        "column_corrections": evidence.corrections,
+        "checked_on": evidence.checked,
+        "rms_n": rms_n,
     })
     .to_string();
-    let mut out = vec![0; Data::file_length(&slots, &meta)];
-    tables.write_file(&slots, &meta, &mut out).map_err(|e| DiagnoseError::Model(e.to_string()))?;
-    Ok(out)
+    let mut bytes = vec![0; Data::file_length(&slots, &meta)];
+    tables.write_file(&slots, &meta, &mut bytes).map_err(refuse)?;
+    Ok(Corrected { bytes, rms_n })
 }
 
-fn rescaled(data: &Data, reference: &Reference, evidence: &Evidence) -> Data {
-    let (before, after) = (reference.with(&reference.mean), reference.with(&evidence.theta));
-    let n = data.rows.len();
-    let cell = f64::from(data.depth_max) / (n - 1) as f64;
-    let mut out = *data;
-    let factor = |i: usize, of: fn(&AtDepth) -> f64| {
-        let depth = cell * (i as f64).max(0.5);
-        of(&after.at(depth)) / of(&before.at(depth))
-    };
-    let node = |i: usize| {
-        let i = i.min(n - 1);
-        let row = &data.rows[i];
-        [
-            row.normal.value * factor(i, |a| a.normal_n) as f32,
-            row.limit.value * factor(i, |a| a.strength_n) as f32,
-            row.stiffness.value * factor(i, |a| a.tangential_n_mm) as f32,
-        ]
-    };
-    for i in 0..n {
-        let (here, next) = (node(i), node(i + 1));
-        let row = &mut out.rows[i];
-        row.normal = line(here[0], next[0]);
-        row.limit = line(here[1], next[1]);
-        row.stiffness = line(here[2], next[2]);
+/// A law's slot. Forces do not tell the area: what they say of adhesion and drag is kept at 0.9 mm, where the file's
+/// area is not the one under which the law was fitted.
+fn slot(active: &Active, data: &Data, reference: &Reference, evidence: &Evidence) -> EffectSlot {
+    let mut values = [0.0f32; 6];
+    for (slot, value) in values.iter_mut().zip(&active.values) {
+        *slot = *value as f32;
     }
-    out
-}
-
-/// A line that reaches its right end without overshooting it.
-fn line(value: f32, next: f32) -> Line {
-    let mut change = next - value;
-    while change > 0.0 && value + change > next {
-        change = change.next_down();
+    let node = (MIDDLE_MM * f64::from(data.cells_per_mm)).round() as usize;
+    let area = reference.with(&evidence.theta).at(node as f64 / f64::from(data.cells_per_mm)).area_mm2;
+    let share = area / f64::from(data.rows[node.min(data.rows.len() - 1)].area.value);
+    match active.law.name {
+        "adhesion" => values[0] *= share.sqrt() as f32,
+        "viscous_drag" => values[0] *= share as f32,
+        _ => {}
     }
-    Line { value, change }
+    EffectSlot { kind: active.law.kind, reserved: 0, values }
 }

@@ -22,7 +22,7 @@ pub struct CovariateError {
 pub const CORNEOMETER_SD_AU: f64 = 2.0;
 
 /// How a column is corrected; learned on one set, applied to others.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Correction {
     column: Column,
     others: Vec<Column>,

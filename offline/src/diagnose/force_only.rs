@@ -2,9 +2,10 @@
 //!
 //! While it slides, friction lies on a ring around the tare: |F − b| = k (N − b_n)^m (1 + harmonics of the direction).
 //! The harmonics (another friction towards one side) move a ring like a tare does, at each load in proportion; only
-//! the spread of loads tells the two apart, so they are fitted together, with a prior from published direction
-//! ratios (1.1 to 1.4). Weights are Student's, because presses and starts are among the rows; the covariance allows
-//! for residuals that follow each other (Newey & West 1987).
+//! the spread of loads tells the two apart, so they are fitted together, with a wide prior: no ratio between a
+//! fingertip's directions was found published. Weights are Student's, because presses and starts are among the rows.
+//! The covariance allows for residuals that follow each other (Newey & West 1987), parts of the trace are left out in
+//! turn, and what was chosen without evidence (priors, which rows count as sliding) is varied.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -24,8 +25,10 @@ const P: usize = 9;
 type Vector = SVector<f64, P>;
 type Matrix = SMatrix<f64, P, P>;
 
-/// Means and standard deviations of the priors: sensors drift by up to 1 N, m lies between 0.5 and 1.
-const PRIOR: [(f64, f64); P] =
+/// Mean and standard deviation of a parameter before the trace.
+type Prior = [(f64, f64); P];
+/// Sensors drift by up to 1 N, m lies between 0.5 and 1, a side may have up to twice the friction of the other.
+const PRIOR: Prior =
     [(0.0, 3.0), (0.0, 3.0), (0.0, 0.7), (0.0, 2.0), (0.8, 0.15), (0.0, 0.60), (0.0, 0.60), (0.0, 0.25), (0.0, 0.25)];
 /// Degrees of freedom of Student's weights.
 const NU: f64 = 4.0;
@@ -61,15 +64,32 @@ pub struct TareFit {
     pub friction_coefficient: [f64; 2],
     /// 5 and 95 % of the load of the sliding rows, N.
     pub load_n: [f64; 2],
+    /// Harmonics of the friction over the direction: first cos, sin, second cos, sin.
+    pub harmonics: [f64; 4],
+}
+
+impl TareFit {
+    /// Fitted friction at a load as read and a direction from the tare, N.
+    pub fn radius_n(&self, load_n: f64, angle: f64) -> f64 {
+        let (s, c) = angle.sin_cos();
+        let [a, b, d, e] = self.harmonics;
+        let round = 1.0 + a * c + b * s + d * (c * c - s * s) + e * 2.0 * s * c;
+        self.friction[0] * (load_n - self.tare_n[0]).max(0.02).powf(self.friction[1]) * round.max(0.1)
+    }
 }
 
 /// Rows in firm contact: a load well above the lightest one. The level of the tare does not enter.
 pub fn sliding_rows(rows: &[TraceRow]) -> Vec<usize> {
+    firm_rows(rows, 0.35)
+}
+
+/// Rows whose load lies above the lightest by a share of the way to the usual one.
+fn firm_rows(rows: &[TraceRow], share: f64) -> Vec<usize> {
     let mut loads: Vec<f64> = rows.iter().map(|r| r.force_n[0]).collect();
     loads.sort_by(f64::total_cmp);
     let at = |share: f64| loads[(share * (loads.len() - 1) as f64) as usize];
     let (low, high) = (at(0.02), at(0.6));
-    (0..rows.len()).filter(|i| rows[*i].force_n[0] > low + 0.35 * (high - low)).collect()
+    (0..rows.len()).filter(|i| rows[*i].force_n[0] > low + share * (high - low)).collect()
 }
 
 fn ring(p: &Vector, f: &[f64; 3]) -> (f64, f64) {
@@ -83,6 +103,7 @@ fn ring(p: &Vector, f: &[f64; 3]) -> (f64, f64) {
 struct Ring<'a> {
     rows: Vec<&'a [f64; 3]>,
     free: [bool; P],
+    prior: Prior,
 }
 
 impl Ring<'_> {
@@ -103,7 +124,7 @@ impl Ring<'_> {
             let s = sigma.hypot(0.12 * wanted);
             sum += (NU + 1.0) * (((radius - wanted) / s).powi(2) / NU).ln_1p() + 2.0 * s.ln();
         }
-        sum + (0..P).map(|k| ((p[k] - PRIOR[k].0) / PRIOR[k].1).powi(2)).sum::<f64>()
+        sum + (0..P).map(|k| ((p[k] - self.prior[k].0) / self.prior[k].1).powi(2)).sum::<f64>()
     }
 
     /// Minimum from a start; returns parameters and the information with Student's weights.
@@ -159,10 +180,10 @@ impl Ring<'_> {
             shares.push(share);
         }
         for k in 0..P {
-            let precision = PRIOR[k].1.powi(-2);
+            let precision = self.prior[k].1.powi(-2);
             if self.free[k] {
                 information[(k, k)] += precision;
-                gradient[k] -= (p[k] - PRIOR[k].0) * precision;
+                gradient[k] -= (p[k] - self.prior[k].0) * precision;
             } else {
                 information[(k, k)] = 1.0;
                 gradient[k] = 0.0;
@@ -181,7 +202,7 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
         return None;
     }
     let noise_n = noise(trace, &rows);
-    let ring_of = |free| Ring { rows: rows.iter().map(|i| &trace[*i].force_n).collect(), free };
+    let ring_of = |free| Ring { rows: rows.iter().map(|i| &trace[*i].force_n).collect(), free, prior: PRIOR };
     let all = ring_of([true; P]);
     let middle = |k: usize| median(rows.iter().map(|i| trace[*i].force_n[k]).collect());
     let lightest = trace.iter().map(|r| r.force_n[0]).fold(f64::INFINITY, f64::min);
@@ -202,8 +223,9 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
     let (plain, _, _) = without_tare.fit(Vector::from([0.0, 0.0, p[2], p[3], p[4], 0.0, 0.0, 0.0, 0.0]), noise_n);
     let without = without_tare.objective(&plain, noise_n);
     let scatter = between_parts(&rows, trace, &p, noise_n);
+    let form = between_forms(&rows, trace, &p, noise_n);
     // Friction and lean of a finger wander: the parts of a trace disagree by more than their rows do.
-    let sd = |k: usize| covariance[(k, k)].max(0.0).sqrt().max(scatter[k]);
+    let sd = |k: usize| covariance[(k, k)].max(0.0).sqrt().max(scatter[k]).hypot(form[k]);
     let block = covariance.fixed_view::<2, 2>(0, 0).into_owned();
     let b = p.fixed_rows::<2>(0).into_owned();
     let grown = SMatrix::<f64, 2, 2>::from_fn(|i, j| {
@@ -244,6 +266,7 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
         noise_n,
         friction_coefficient: [coefficient(0.0, 0.0), coefficient(p[0], p[1])],
         load_n: [loads[loads.len() / 20], loads[loads.len() - 1 - loads.len() / 20]],
+        harmonics: std::array::from_fn(|k| p[5 + k]),
         rows,
     })
 }
@@ -259,12 +282,38 @@ fn between_parts(rows: &[usize], trace: &[TraceRow], p: &Vector, noise_n: f64) -
         .map(|part| {
             let (from, to) = (part * rows.len() / PARTS, (part + 1) * rows.len() / PARTS);
             let kept = (0..rows.len()).filter(|i| *i < from || *i >= to).map(|i| &trace[rows[i]].force_n).collect();
-            Ring { rows: kept, free: [true; P] }.fit(*p, noise_n).0
+            Ring { rows: kept, free: [true; P], prior: PRIOR }.fit(*p, noise_n).0
         })
         .collect();
     let mean = fits.iter().sum::<Vector>() / PARTS as f64;
     let square: Vector = fits.iter().map(|f| (f - mean).map(|d| d * d)).sum();
     square.map(|s| (s * (PARTS - 1) as f64 / PARTS as f64).sqrt())
+}
+
+/// Root mean square changes under other choices that nothing in the trace decides between: harmonics half and twice as
+/// free, an exponent near 0.6 and near 1, fewer and more rows taken as sliding.
+fn between_forms(rows: &[usize], trace: &[TraceRow], p: &Vector, noise_n: f64) -> Vector {
+    let harmonics = |factor: f64| -> Prior {
+        std::array::from_fn(|k| (PRIOR[k].0, if k > 4 { PRIOR[k].1 * factor } else { PRIOR[k].1 }))
+    };
+    let exponent = |m: f64| -> Prior { std::array::from_fn(|k| if k == 4 { (m, 0.05) } else { PRIOR[k] }) };
+    let few = firm_rows(trace, 0.5);
+    let many = firm_rows(trace, 0.2);
+    let choices: [(&[usize], Prior); 6] = [
+        (rows, harmonics(0.5)),
+        (rows, harmonics(2.0)),
+        (rows, exponent(0.6)),
+        (rows, exponent(1.0)),
+        (&few, PRIOR),
+        (&many, PRIOR),
+    ];
+    let mut square = Vector::zeros();
+    for (rows, prior) in choices {
+        let kept = rows.iter().map(|i| &trace[*i].force_n).collect();
+        let other = Ring { rows: kept, free: [true; P], prior }.fit(*p, noise_n).0;
+        square += (other - p).map(|d| d * d) / choices.len() as f64;
+    }
+    square.map(f64::sqrt)
 }
 
 /// Covariance that allows for residuals that follow each other over `lags` rows; never below the one without.

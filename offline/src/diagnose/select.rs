@@ -115,6 +115,11 @@ pub fn refine(task: &Task<'_>, fit: &Fit, tangents: &Tangents, start: &Active, m
     task.fit(Start { laws, ..Start::from(fit) }, Some(tangents), false, most)
 }
 
+/// Whether the linear estimate of a law that acts one way only (a pull-off pulls, a bell is a bell) has the other sign.
+fn wrong_way(law: &Law, score: &super::chance::Score) -> bool {
+    law.linear == 1 && law.parameters[0].low >= 0.0 && score.estimate().0[0] < 0.0
+}
+
 /// A start with the size that the linear picture gives it.
 fn sized(candidate: &Candidate, scored: &Scored) -> Active {
     let mut start = candidate.start.clone();
@@ -130,8 +135,8 @@ fn sized(candidate: &Candidate, scored: &Scored) -> Active {
         for a in 0..k {
             let p = &start.law.parameters[a];
             let value: f64 = (0..k).map(|b| score.inverse[(a, b)] * sum[b]).sum();
-            let bound = p.high.abs().max(p.low.abs()).min(8.0 * p.typical.abs());
-            start.values[a] = value.clamp(-bound, bound);
+            let bound = 8.0 * p.typical.abs();
+            start.values[a] = value.clamp((-bound).max(p.low), bound.min(p.high));
         }
     }
     start
@@ -142,10 +147,13 @@ pub fn starts(grid: &[Candidate], scores: &[Scored], law: &Law, most: usize) -> 
     let mut list: Vec<(f64, Active)> = scores
         .iter()
         .filter(|s| grid[s.candidate].start.law == law)
-        .filter_map(|s| s.score.as_ref().map(|score| (score.gain(), sized(&grid[s.candidate], s))))
+        .filter_map(|s| s.score.as_ref().map(|score| (s, score)))
+        .filter(|(_, score)| !wrong_way(law, score))
+        .map(|(s, score)| (score.gain(), sized(&grid[s.candidate], s)))
         .collect();
     list.sort_by(|a, b| b.0.total_cmp(&a.0));
-    list.truncate(most);
+    // Two shape parameters make valleys that one start does not cross.
+    list.truncate(if law.parameters.len() - law.linear > 1 { most + 2 } else { most });
     list
 }
 
@@ -162,7 +170,7 @@ pub fn priced(fit: &Fit) -> f64 {
 /// Least gain of a law that fades along the stroke: the onset of sliding is where a baseline's form is known least, and
 /// no more than this was seen from its errors on sets without an effect.
 fn onset(law: &Law) -> f64 {
-    if law.drivers.contains(&Column::Slide) { 45.0 } else { 0.0 }
+    if law.drivers.contains(&Column::Slide) { 25.0 } else { 0.0 }
 }
 
 /// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error.
@@ -249,6 +257,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
                 .iter()
                 .filter(|s| grid[s.candidate].start.law == law)
                 .filter_map(|s| s.score.as_ref().map(|score| (score, form[s.candidate].as_ref())))
+                .filter(|(s, _)| !wrong_way(law, s))
                 .map(|(s, form)| {
                     let excess = s.excess(form);
                     (excess, surprise(excess, s.columns()), s)

@@ -65,10 +65,7 @@ pub fn walk(base: &Base, laws: &[Active], nudge: Nudge, run: &Run, out: &mut Vec
             out.extend([b_n, b_x, b_y]);
             continue;
         }
-        let even = base.even[0] * row.double_angle[0]
-            + base.even[1] * row.double_angle[1]
-            + base.first[0] * row.along[0]
-            + base.first[1] * row.along[1];
+        let even = base.turned(depth, row.double_angle, row.along);
         let strength = change.strength * (1.0 + even) * load_power(change.stiffness, base.load_exponent);
         let slide = run.increment(i);
         let steps = ((depth - state.depth).abs() / DEPTH_STEP_MM).ceil().clamp(1.0, 12.0);
@@ -117,9 +114,9 @@ fn step(base: &Base, state: &mut State, at: &super::base::AtDepth, slide: [f64; 
     }
     let per_slip = stiffness / limit;
     let x = (slide[0] + at.pressed_mm - state.pressed) * per_slip;
-    let y = slide[1] * per_slip * base.ratio;
+    let y = slide[1] * per_slip * at.ratio;
     (state.limit, state.stiffness, state.pressed) = (limit, stiffness, at.pressed_mm);
-    let rho = base.ratio;
+    let rho = at.ratio;
     let lack = 1.0 - rho;
     for (u, element) in state.force.iter_mut().zip(&base.elements) {
         let mut ux = u[0] * keep + x * element[0];

@@ -81,7 +81,8 @@ pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &
     })
 }
 
-/// The same with the effects of a model file, in surroundings that do not change along the path.
+/// The same with the effects of a model file, in surroundings that do not change along the path but for the clock of the
+/// series, which starts at theirs. Forces are the sensor's readings where the file has a tare or cross-talk.
 ///
 /// `None` for a path that is driven by force: effects know motions alone.
 pub fn follow_with_effects<const M: usize, const N: usize>(
@@ -94,11 +95,16 @@ pub fn follow_with_effects<const M: usize, const N: usize>(
         return None;
     }
     let mut contact = Contact::default();
+    let mut now = surroundings;
     Some(along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+        now.series_s += dt as f32;
         let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
         let motion = Motion { depth_mm: target[0] as f32, slide_increment_mm: slide, dt_s: dt.max(1e-6) as f32 };
         *at = target;
-        effects.step(model, &mut contact, surroundings, motion)
+        let mut response = effects.step(model, &mut contact, now, motion);
+        let [normal, x, y] = effects.reading(&response);
+        (response.normal_force_n, response.friction_n) = (normal, [x, y]);
+        response
     }))
 }
 

@@ -8,10 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Parser;
 use cpu_time::ThreadTime;
 use fingerpad_offline::diagnose::RunSet;
-use fingerpad_offline::experiment::{Config, Shape};
-use fingerpad_offline::mesh::MeshPreset;
 use fingerpad_offline::slide::Problem;
 use fingerpad_tests::hidden::effects::Effect;
+use fingerpad_tests::hidden::fe_sets::config;
 use fingerpad_tests::hidden::finger::Noise;
 use fingerpad_tests::hidden::protocol::{self, Plan};
 use fingerpad_tests::hidden::sets::record;
@@ -35,6 +34,12 @@ struct Args {
     /// Threads
     #[arg(long, default_value_t = 2)]
     threads: usize,
+    /// Factor on noise and scatter; 0 shows what the baseline's form leaves
+    #[arg(long, default_value_t = 1.0)]
+    noise: f64,
+    /// Only the first sets of the list, beside the calibrations
+    #[arg(long, default_value_t = HIDDEN.len())]
+    sets: usize,
 }
 
 /// Shapes of the fingers, none of them the shipped model's.
@@ -64,10 +69,6 @@ const HIDDEN: [(&str, f64, [f64; 2]); 20] = [
     ("periodic_texture", 0.25, [1.6, 1.0]),
 ];
 
-fn config(shape: &str) -> Config {
-    Config { shape: Shape(shape.into()), mesh_preset: MeshPreset::Coarse, ..Config::default() }
-}
-
 fn write(out: &Path, name: &str, set: &RunSet) -> Result<(), std::io::Error> {
     let file = std::fs::File::create(out.join(name))?;
     let mut encoder = flate2::write::GzEncoder::new(file, flate2::Compression::best());
@@ -81,14 +82,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let fingers = SHAPES.map(|s| config(s).finger().expect("a shape of the program").0);
     let problems: Vec<Problem<'_>> = SHAPES.iter().zip(&fingers).map(|(s, f)| config(s).problem(f)).collect();
     let noise = Noise {
-        additive_n: 0.003,
-        multiplicative: 0.015,
-        gain: [0.015, 0.015],
-        depth_mm: 0.008,
-        offset_n: 0.002,
-        hydration_au: 2.0,
+        additive_n: 0.003 * args.noise,
+        multiplicative: 0.015 * args.noise,
+        gain: [0.015 * args.noise; 2],
+        depth_mm: 0.008 * args.noise,
+        offset_n: 0.002 * args.noise,
+        hydration_au: 2.0 * args.noise,
     };
-    let jobs = SHAPES.len() + HIDDEN.len();
+    let jobs = SHAPES.len() + args.sets.min(HIDDEN.len());
     let (next, cpu_s) = (AtomicUsize::new(0), Mutex::new(0.0));
     let truth = Mutex::new(vec![serde_json::Value::Null; HIDDEN.len()]);
     std::thread::scope(|scope| {

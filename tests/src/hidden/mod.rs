@@ -6,6 +6,7 @@
 pub mod csv;
 pub mod effects;
 pub mod fe;
+pub mod fe_sets;
 pub mod finger;
 pub mod oracle;
 pub mod protocol;

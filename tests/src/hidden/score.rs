@@ -1,12 +1,14 @@
 //! One case judged: what the diagnosis said against what was hidden.
 
 use std::convert::Infallible;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use fingerpad_offline::diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Options, PlannedRun, Reference, RunSet, Settings,
-    Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlannedRun, Reference, RunSet,
+    Settings, Verdict, diagnose, laws::Column,
 };
+use fingerpad_offline::reduce::ModelFile;
 
 use super::Dice;
 use super::effects::LIBRARY;
@@ -51,13 +53,15 @@ pub struct Scored {
     pub half_widths: Option<f64>,
 }
 
-/// The curves that the diagnosis starts from: those of the core's example with the three elements for which its
-/// thresholds were set.
+/// The curves that the diagnosis starts from: those of the model that ships, as without `--model`.
 pub fn reference() -> Reference {
-    let slider = |[yield_position, strength_share]: [f32; 2]| fingerpad::Slider { yield_position, strength_share };
-    let sliders = [[0.55, 0.17], [1.30, 0.46], [2.50, 0.37]].map(slider);
-    let params = fingerpad::ParamsOf::<3, { fingerpad::NODES }>::example_with(sliders);
-    Reference::of(&params.try_build().expect("the example is valid"), false)
+    static REFERENCE: OnceLock<Reference> = OnceLock::new();
+    REFERENCE.get_or_init(|| Reference::of(shipped().file().model.data(), false)).clone()
+}
+
+/// The model that ships.
+pub fn shipped() -> ModelFile {
+    ModelFile::new(include_bytes!("../../../data/models/fingertip.fpm")).expect("it ships")
 }
 
 enum Never {}
@@ -74,14 +78,24 @@ impl From<Infallible> for Never {
 
 /// Diagnoses sets in memory.
 pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hydration_sd: f64) -> Diagnosis {
+    run_with_evidence(calibration, measured, holdout, hydration_sd).0
+}
+
+/// The same with what figures and further runs need.
+pub fn run_with_evidence(
+    calibration: &RunSet,
+    measured: &RunSet,
+    holdout: Option<&RunSet>,
+    hydration_sd: f64,
+) -> (Diagnosis, Evidence) {
     let options = Options {
         settings: Settings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
-        model: "example".into(),
+        model: "shipped".into(),
     };
     let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
-        Ok((report, _)) => report,
+        Ok(done) => done,
         Err(never) => match never {},
     }
 }

@@ -8,7 +8,7 @@ pub static LAW: Law = Law {
     family: "adhesion",
     kind: 10,
     place: Place::Rim,
-    parameters: &[Parameter { name: "pull_off_n", unit: "N", low: -0.5, high: 1.0, typical: 0.015 }],
+    parameters: &[Parameter { name: "pull_off_n", unit: "N", low: 0.0, high: 1.0, typical: 0.015 }],
     linear: 1,
     drivers: &[Column::Depth],
     confused_with: &["depth_zero_offset", "tare_bias", "strain_stiffening"],

@@ -17,7 +17,7 @@ pub static LAW: Law = Law {
     linear: 2,
     drivers: &[Column::Direction],
     confused_with: &["cross_talk", "tare_bias"],
-    source: "ratio between directions 1.1 to 1.4: Delhaye et al. 2014; the sliding direction studies of 2020 and 2023",
+    source: "a ratio between directions of 1.1 to 1.4 is assumed, none was found published; the skin's deformation differs by direction: Delhaye et al. 2014",
     shapes: &[&[]],
     apply,
     report: polar,

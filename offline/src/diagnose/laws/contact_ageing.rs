@@ -9,7 +9,7 @@ pub static LAW: Law = Law {
     kind: 7,
     place: Place::Strength,
     parameters: &[
-        Parameter { name: "amplitude_per_e_fold", unit: "", low: -0.6, high: 30.0, typical: 0.05 },
+        Parameter { name: "amplitude_per_e_fold", unit: "", low: 0.0, high: 30.0, typical: 0.05 },
         Parameter { name: "t0_s", unit: "s", low: 0.02, high: 20.0, typical: 0.3 },
         Parameter { name: "slip_mm", unit: "mm", low: 0.08, high: 6.0, typical: 0.8 },
     ],

@@ -9,14 +9,14 @@ pub static LAW: Law = Law {
     kind: 1,
     place: Place::Strength,
     parameters: &[
-        Parameter { name: "amplitude", unit: "", low: -0.95, high: 20.0, typical: 0.3 },
+        Parameter { name: "amplitude", unit: "", low: 0.0, high: 20.0, typical: 0.3 },
         Parameter { name: "peak_au", unit: "a.u.", low: 15.0, high: 95.0, typical: 55.0 },
         Parameter { name: "width_au", unit: "a.u.", low: 5.0, high: 60.0, typical: 15.0 },
     ],
     linear: 1,
     drivers: &[Column::Hydration],
     confused_with: &["temperature", "occlusion_growth", "stiffness_drift"],
-    source: "bell over skin moisture: Derler & Gerhardt 2012; Adams et al. 2013; friction of moist skin is twice that of dry",
+    source: "moist skin has at least twice the friction of dry skin: Derler & Gerhardt 2012; largest at intermediate moisture: Pasumarty et al. 2011, Tomlinson et al. 2011",
     shapes: &[
         &[25.0, 10.0],
         &[25.0, 18.0],

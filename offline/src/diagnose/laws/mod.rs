@@ -25,7 +25,8 @@ mod tests;
 mod viscous_drag;
 
 /// A column of the measured runs that can drive an effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Column {
     /// Clock of the series.
     Time,

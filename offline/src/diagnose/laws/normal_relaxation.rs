@@ -9,7 +9,7 @@ pub static LAW: Law = Law {
     kind: 6,
     place: Place::Stiffness,
     parameters: &[
-        Parameter { name: "fraction", unit: "", low: -2.0, high: 0.89, typical: 0.2 },
+        Parameter { name: "fraction", unit: "", low: 0.0, high: 0.89, typical: 0.2 },
         Parameter { name: "tau_s", unit: "s", low: 0.03, high: 80.0, typical: 1.4 },
     ],
     linear: 1,

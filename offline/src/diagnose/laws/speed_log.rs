@@ -12,7 +12,7 @@ pub static LAW: Law = Law {
     linear: 1,
     drivers: &[Column::Speed],
     confused_with: &["contact_ageing", "viscous_drag"],
-    source: "weak dependence on speed, exponent of order 0.1: Liao & Srinivasan 1999; Pasumarty et al. 2011",
+    source: "shear force and friction change with speed, the normal force does not: Liao & Srinivasan 1999; an exponent of order 0.1 is assumed",
     shapes: &[&[]],
     apply,
     report: as_fitted,

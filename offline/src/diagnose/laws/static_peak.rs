@@ -9,7 +9,7 @@ pub static LAW: Law = Law {
     kind: 8,
     place: Place::Strength,
     parameters: &[
-        Parameter { name: "amplitude", unit: "", low: -0.95, high: 60.0, typical: 0.2 },
+        Parameter { name: "amplitude", unit: "", low: 0.0, high: 60.0, typical: 0.2 },
         Parameter { name: "slip_mm", unit: "mm", low: 0.08, high: 6.0, typical: 0.8 },
     ],
     linear: 1,

@@ -12,7 +12,7 @@ pub static LAW: Law = Law {
     linear: 1,
     drivers: &[Column::Temperature],
     confused_with: &["hydration_bell", "stiffness_drift", "occlusion_growth"],
-    source: "a few per cent per degree through sweat and the keratin's compliance: reviewed by Derler & Gerhardt 2012",
+    source: "a few per cent per degree, through sweat and the keratin's compliance, are assumed; no size for a fingertip was found published",
     shapes: &[&[]],
     apply,
     report: as_fitted,

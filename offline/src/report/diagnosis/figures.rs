@@ -2,7 +2,7 @@
 
 use plotters_backend::{BackendColor, DrawingBackend};
 
-use crate::diagnose::{Diagnosis, DriverPlot, Gap, Region};
+use crate::diagnose::{Diagnosis, DriverPlot, FeConfirmation, Gap, Plot, Region};
 use crate::report::axes::{Axis, Panel};
 use crate::report::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
 use crate::report::colour::{FAINT, GREY, INK, MODEL, SERIES, WHITE, mix, rgb};
@@ -213,28 +213,44 @@ impl Figure for Bars<'_> {
     }
 }
 
-/// Held-out residuals beside the floor.
-pub struct HeldOut<'a> {
-    /// What to show.
-    pub gap: &'a Gap,
-    /// Whether an effect is claimed.
-    pub claimed: bool,
+/// Root mean square residuals per channel, beside each other.
+pub struct GapBars<'a> {
+    /// Name, values of normal, x and y in N, colour.
+    pub series: Vec<(&'a str, [f64; 3], BackendColor)>,
 }
 
-impl Figure for HeldOut<'_> {
+impl<'a> GapBars<'a> {
+    /// Held-out runs; without a claimed effect there is no after.
+    pub fn held_out(gap: &Gap, claimed: bool) -> Self {
+        let mut series = vec![("before", gap.rms_before_n, GREY)];
+        if claimed {
+            series.push(("after", gap.rms_after_n, SERIES[1]));
+        }
+        series.push(("noise floor", gap.floor_rms_n, MODEL));
+        Self { series }
+    }
+
+    /// The finite elements beside the reduced model.
+    pub fn confirmation(fe: &FeConfirmation) -> Self {
+        let series = vec![
+            ("finite elements before", fe.rms_before_n, GREY),
+            ("finite elements after", fe.rms_after_n, SERIES[1]),
+            ("reduced before", fe.reduced_before_n, mix(WHITE, GREY, 0.5)),
+            ("reduced after", fe.reduced_after_n, mix(WHITE, SERIES[1], 0.5)),
+            ("noise floor", fe.floor_rms_n, MODEL),
+        ];
+        Self { series }
+    }
+}
+
+impl Figure for GapBars<'_> {
     fn size(&self) -> (u32, u32) {
         (900, 290)
     }
 
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
         canvas.rect(0.0, 0.0, 900.0, 290.0, WHITE)?;
-        let g = self.gap;
-        let series = [
-            ("before", g.rms_before_n, GREY),
-            ("after", g.rms_after_n, SERIES[1]),
-            ("noise floor", g.floor_rms_n, MODEL),
-        ];
-        let values = series.iter().flat_map(|s| s.1).map(|v| 1000.0 * v);
+        let values = self.series.iter().flat_map(|s| s.1).map(|v| 1000.0 * v);
         let panel = Panel {
             left: 74.0,
             top: 42.0,
@@ -254,22 +270,89 @@ impl Figure for HeldOut<'_> {
             (panel.left - 34.0, panel.top - 18.0),
             Text { bold: true, em: 12.5, ..Text::BODY },
         )?;
+        let pitch = if self.series.len() > 3 { 37.0 } else { 42.0 };
         for (channel, name) in ["normal", "x", "y"].iter().enumerate() {
             let centre = panel.at(channel as f64 + 0.5, 0.0);
             canvas.text(name, (centre.0, centre.1 + 16.0), Text { h: HPos::Center, ..Text::BODY })?;
-            let shown: Vec<_> = series.iter().filter(|s| self.claimed || s.0 != "after").collect();
-            for (k, (_, rms, colour)) in shown.iter().enumerate() {
-                let x = centre.0 + 42.0 * (k as f64 - 0.5 * shown.len() as f64);
+            for (k, (_, rms, colour)) in self.series.iter().enumerate() {
+                let x = centre.0 + pitch * (k as f64 - 0.5 * self.series.len() as f64);
                 let top = panel.at(0.0, 1000.0 * rms[channel]).1;
-                canvas.rect(x, top, 36.0, centre.1 - top, *colour)?;
+                canvas.rect(x, top, pitch - 6.0, centre.1 - top, *colour)?;
                 let text = fixed(1000.0 * rms[channel], 1);
-                canvas.text(&text, (x + 18.0, top - 9.0), Text { em: 10.5, h: HPos::Center, ..Text::BODY })?;
+                let middle = x + 0.5 * (pitch - 6.0);
+                canvas.text(&text, (middle, top - 9.0), Text { em: 10.5, h: HPos::Center, ..Text::BODY })?;
             }
         }
-        for (k, (name, _, colour)) in series.iter().filter(|s| self.claimed || s.0 != "after").enumerate() {
+        for (k, (name, _, colour)) in self.series.iter().enumerate() {
             let y = 60.0 + 20.0 * k as f64;
             canvas.rect(722.0, y - 6.0, 14.0, 12.0, *colour)?;
             canvas.text(name, (744.0, y), Text::BODY)?;
+        }
+        Ok(())
+    }
+}
+
+/// Points and curves.
+pub struct Scatter<'a> {
+    /// What to show.
+    pub plot: &'a Plot,
+}
+
+impl Figure for Scatter<'_> {
+    fn size(&self) -> (u32, u32) {
+        if self.plot.square { (760, 600) } else { (900, 430) }
+    }
+
+    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+        let (width, height) = self.size();
+        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+        let all = || self.plot.points.iter().chain(&self.plot.curves).flat_map(|s| &s.1);
+        let range = |k: usize| {
+            let values = all().map(move |p| p[k]);
+            [values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max)]
+        };
+        let (mut x, mut y) = (range(0), range(1));
+        if self.plot.square {
+            // Zero belongs to the picture: it is where the readings would lie around.
+            let half = 0.52 * (x[1].max(0.0) - x[0].min(0.0)).max(y[1].max(0.0) - y[0].min(0.0));
+            let middle = |r: [f64; 2]| 0.5 * (r[1].max(0.0) + r[0].min(0.0));
+            (x, y) = ([middle(x) - half, middle(x) + half], [middle(y) - half, middle(y) + half]);
+        }
+        let (w, h) = if self.plot.square { (480.0, 480.0) } else { (600.0, 320.0) };
+        let panel = Panel {
+            left: 74.0,
+            top: 42.0,
+            width: w,
+            height: h,
+            x: Axis::covering(&self.plot.x, x, std::iter::empty(), 6),
+            y: Axis::covering(&self.plot.y, y, std::iter::empty(), 6),
+        };
+        panel.draw(canvas)?;
+        if self.plot.square {
+            let (low, high) = (panel.at(0.0, panel.y.min()), panel.at(0.0, panel.y.max()));
+            let (left, right) = (panel.at(panel.x.min(), 0.0), panel.at(panel.x.max(), 0.0));
+            canvas.line(&[low, high], Line::solid(GREY, 0.8))?;
+            canvas.line(&[left, right], Line::solid(GREY, 0.8))?;
+        }
+        let mut legend = 60.0;
+        for (i, (name, curve)) in self.plot.curves.iter().enumerate() {
+            let colour = SERIES[(i + 1) % SERIES.len()];
+            let points: Vec<(f64, f64)> = curve.iter().map(|p| panel.at(p[0], p[1])).collect();
+            canvas.line(&points, Line::solid(colour, 2.0))?;
+            let at = panel.left + w + 22.0;
+            canvas.line(&[(at, legend), (at + 20.0, legend)], Line::solid(colour, 2.0))?;
+            canvas.text(name, (at + 28.0, legend), Text::BODY)?;
+            legend += 20.0;
+        }
+        for (i, (name, points)) in self.plot.points.iter().enumerate() {
+            let colour = if i == 0 { INK } else { GREY };
+            for p in points {
+                canvas.marker(Marker::Circle, panel.at(p[0], p[1]), 3.0, colour, i == 0)?;
+            }
+            let at = panel.left + w + 32.0;
+            canvas.marker(Marker::Circle, (at, legend), 3.0, colour, i == 0)?;
+            canvas.text(name, (at + 18.0, legend), Text::BODY)?;
+            legend += 20.0;
         }
         Ok(())
     }

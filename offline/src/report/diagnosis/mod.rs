@@ -8,7 +8,7 @@ mod page;
 mod words;
 
 use super::{Rendered, ReportError, canvas, html::Picture};
-use crate::diagnose::{Diagnosis, Evidence, NextExperiment};
+use crate::diagnose::{Brief, Diagnosis, Evidence, NextExperiment};
 pub use words::{summary, word};
 
 /// Makes page, numbers and figures.
@@ -45,7 +45,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         canvas::png(&figure)?,
         canvas::svg(&figure)?,
     );
-    let figure = figures::HeldOut { gap: &report.holdout, claimed };
+    let figure = figures::GapBars::held_out(&report.holdout, claimed);
     add(
         "heldout",
         "The gap on runs that no fit saw, beside the noise floor".into(),
@@ -53,16 +53,35 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         canvas::png(&figure)?,
         canvas::svg(&figure)?,
     );
+    if let Some(fe) = &report.fe_confirmation {
+        let figure = figures::GapBars::confirmation(fe);
+        add(
+            "confirmation",
+            "The finite elements with the effect inside their law".into(),
+            words::confirmation_caption(fe),
+            canvas::png(&figure)?,
+            canvas::svg(&figure)?,
+        );
+    }
     let json = serde_json::to_string_pretty(report)? + "\n";
     Ok(Rendered { html: page::page(report, &pictures), json, figures: files })
 }
 
-/// Page and numbers of a diagnosis that has sentences instead of figures.
+/// Page, numbers and figure of a diagnosis of forces alone or of a table.
 ///
-/// Errors: [`ReportError::Json`].
-pub fn render_brief(report: &Diagnosis, sentences: &[String]) -> Result<Rendered, ReportError> {
-    let json = serde_json::to_string_pretty(report)? + "\n";
-    Ok(Rendered { html: page::brief(report, sentences), json, figures: Vec::new() })
+/// Errors: [`ReportError`] if the figure cannot be drawn.
+pub fn render_brief(brief: &Brief) -> Result<Rendered, ReportError> {
+    let json = serde_json::to_string_pretty(&brief.report)? + "\n";
+    let mut files = Vec::new();
+    let mut picture = None;
+    if let Some(plot) = &brief.plot {
+        let figure = figures::Scatter { plot };
+        let (png, svg) = (canvas::png(&figure)?, canvas::svg(&figure)?);
+        files.push(("forces.png".to_owned(), png.clone()));
+        let (title, caption) = (plot.title.clone(), plot.caption.clone());
+        picture = Some(Picture { name: "forces".into(), title, caption, png, svg: Some(svg) });
+    }
+    Ok(Rendered { html: page::brief(&brief.report, &brief.sentences, picture.as_ref()), json, figures: files })
 }
 
 /// The strokes of the next experiment as a CSV file; blank cells are the reference conditions.

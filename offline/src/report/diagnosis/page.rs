@@ -51,7 +51,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
 }
 
 /// The page of a diagnosis that has sentences instead of figures.
-pub fn brief(report: &Diagnosis, sentences: &[String]) -> String {
+pub fn brief(report: &Diagnosis, sentences: &[String], picture: Option<&Picture>) -> String {
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>fingerpad diagnose</title>\n<style>\n{STYLE}{}</style>\n\
          </head>\n<body>\n<main>\n<h1>Verdict: {}</h1>\n",
@@ -61,7 +61,11 @@ pub fn brief(report: &Diagnosis, sentences: &[String]) -> String {
     for sentence in sentences {
         let _ = writeln!(out, "<p>{}</p>", prose(sentence));
     }
-    out + &effects(report) + &next(report) + "</main>\n</body>\n</html>\n"
+    out += &effects(report);
+    if let Some(picture) = picture {
+        figure(&mut out, 1, picture);
+    }
+    out + &next(report) + "</main>\n</body>\n</html>\n"
 }
 
 fn effects(report: &Diagnosis) -> String {

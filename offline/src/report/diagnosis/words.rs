@@ -1,6 +1,6 @@
 //! The sentences of a diagnosis; every verdict has its own.
 
-use crate::diagnose::{Diagnosis, DriverPlot, EffectFound, Verdict};
+use crate::diagnose::{Diagnosis, DriverPlot, EffectFound, FeConfirmation, Verdict};
 use crate::report::numbers::{fixed, significant};
 
 /// A law's or a family's name in running text.
@@ -110,7 +110,51 @@ pub fn word(report: &Diagnosis) -> &'static str {
 
 /// The lines that the command prints.
 pub fn summary(report: &Diagnosis) -> String {
-    format!("verdict: {}\n{}", word(report), verdict(report))
+    let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
+    format!("verdict: {}\n{}{fe}", word(report), verdict(report))
+}
+
+/// What the finite elements say, in one or two sentences.
+pub fn confirmation(fe: &FeConfirmation) -> String {
+    let worst = |a: [f64; 3]| (0..3).map(|k| a[k] / fe.floor_rms_n[k].max(1e-12)).fold(0.0, f64::max);
+    let (before, after) = (worst(fe.rms_before_n), worst(fe.rms_after_n));
+    let says = if after < before {
+        if after <= 1.5 { "confirm it" } else { "come closer with it, and stay above the floor" }
+    } else {
+        "do not confirm it"
+    };
+    let lost = if fe.without_equilibrium.is_empty() {
+        String::new()
+    } else {
+        format!(" No equilibrium was found for {}.", fe.without_equilibrium.join(", "))
+    };
+    format!(
+        "The finite elements (shape {}, {} mesh) {says}: with the effect inside their law the worst channel goes from {} \
+         to {} times the noise floor on {} strokes of the {} set; the reduced model goes from {} to {} on the same.{lost}",
+        fe.shape,
+        fe.mesh,
+        fixed(before, 2),
+        fixed(after, 2),
+        fe.runs.len(),
+        fe.set,
+        fixed(worst(fe.reduced_before_n), 2),
+        fixed(worst(fe.reduced_after_n), 2)
+    )
+}
+
+/// Under the figure of the finite elements.
+pub fn confirmation_caption(fe: &FeConfirmation) -> String {
+    format!(
+        "{} Strokes: {}. The finger was first fitted to the calibration strokes {}: tissue {} times as stiff and tau_crit \
+         {} times as strong at 0.9 mm, both over depth, tau_crit over direction (ten freedoms); that leaves {} mN of them \
+         (normal, x, y). Before and after it gets what the diagnosis's own refit changed of both.",
+        confirmation(fe),
+        fe.runs.join(", "),
+        fe.calibration_runs.join(", "),
+        fixed(fe.stiffness, 3),
+        fixed(fe.strength, 3),
+        fe.calibration_rms_n.map(|v| fixed(1000.0 * v, 1)).join(", ")
+    )
 }
 
 /// Under a residual map.

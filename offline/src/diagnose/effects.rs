@@ -1,0 +1,130 @@
+//! The claimed effects as the report tells them: parameters with intervals, sizes, candidates.
+
+use super::base::FREEDOMS;
+use super::evidence::{DriverPlot, driver_plot};
+use super::fit::is_log;
+use super::runs::RunSet;
+use super::schema::{CandidateLaw, EffectFound, FittedParameter};
+use super::verdict::{Judged, families};
+use super::walk::Active;
+
+/// The claimed effects, strongest first, each with its plot.
+pub fn effects(judged: &Judged<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<DriverPlot>) {
+    let fit = &judged.selection.fit;
+    let with = judged.task.predict(&fit.theta, &fit.laws);
+    let mut at = FREEDOMS;
+    let mut out: Vec<(EffectFound, DriverPlot)> = Vec::new();
+    for (index, contest) in judged.contests.iter().enumerate() {
+        let active = &fit.laws[index];
+        let mut others = fit.laws.clone();
+        others.remove(index);
+        let without = judged.task.predict(&fit.theta, &others);
+        let e = &judged.selection.evidence[index];
+        let effect = EffectFound {
+            law: active.law.name.into(),
+            family: active.law.family.into(),
+            parameters: parameters(active, &fit.covariance, at),
+            size_p90_relative: size_p90(set, &without, &with),
+            gain_2ll: e.gain_2ll,
+            p_model: e.p_model,
+            p_runs: e.p_runs.p,
+            against_calibration: e.p_runs.by_calibration,
+            lambda_detect: contest.lambda_detect,
+            candidates: contest
+                .candidates
+                .iter()
+                .map(|c| CandidateLaw {
+                    law: c.active.law.name.into(),
+                    family: c.active.law.family.into(),
+                    delta_2ll: c.delta_2ll,
+                    lambda_rival: c.lambda_rival,
+                })
+                .collect(),
+        };
+        debug_assert_eq!(families(contest)[0], active.law.family);
+        at += active.values.len();
+        out.push((effect, driver_plot(set, active, &without, &with, &judged.task.readings_n)));
+    }
+    out.sort_by(|a, b| b.0.gain_2ll.total_cmp(&a.0.gain_2ll));
+    out.into_iter().unzip()
+}
+
+/// Error of a parameter, as a share of it, that the baseline's form leaves beside the noise: about what other fingers
+/// of known truth showed.
+const FORM_ERROR: f64 = 0.025;
+
+/// Values as they are reported with 95 % intervals; `at` is the place of the law's first parameter in the covariance.
+fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize) -> Vec<FittedParameter> {
+    let n = active.values.len();
+    let reported = (active.law.report)(&active.values);
+    (0..n)
+        .map(|k| {
+            let p = &active.law.parameters[k];
+            let sd_own =
+                covariance[(at + k, at + k)].max(0.0).sqrt().hypot(if is_log(active, k) { FORM_ERROR } else { 0.0 });
+            let ci95 = if is_log(active, k) {
+                [reported[k] * (-1.96 * sd_own).exp(), reported[k] * (1.96 * sd_own).exp()]
+            } else if active.law.name == "anisotropy" {
+                polar(active, covariance, at, k, reported[k])
+            } else {
+                let half = 1.96 * sd_own.hypot(FORM_ERROR * reported[k]);
+                [reported[k] - half, reported[k] + half]
+            };
+            FittedParameter { name: p.name.into(), value: reported[k], unit: p.unit.into(), ci95 }
+        })
+        .collect()
+}
+
+/// Interval of amplitude or axis from the normal distribution of their Cartesian pair: where the protocol sees one of
+/// the two only, the amplitude has a floor and no ceiling, which no derivative at the optimum tells.
+fn polar(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usize, reported: f64) -> [f64; 2] {
+    const DRAWS: usize = 1000;
+    let sd = |i: usize| covariance[(at + i, at + i)].max(0.0).sqrt();
+    let share = covariance[(at, at + 1)] / (sd(0) * sd(1)).max(1e-300);
+    let rest = (1.0 - share * share).max(0.0).sqrt();
+    let form = FORM_ERROR * (active.law.report)(&active.values)[0];
+    let mut draws: Vec<f64> = (0..DRAWS)
+        .map(|i| {
+            // A lattice of the golden ratio in place of chance [Box & Muller 1958].
+            let u = ((i as f64 + 0.5) / DRAWS as f64, (0.618_033_988_75 * i as f64).fract());
+            let radius = (-2.0 * u.0.ln()).sqrt();
+            let (s, c) = (std::f64::consts::TAU * u.1).sin_cos();
+            let (a, b) = (radius * c, radius * s);
+            let pair = [
+                active.values[0] + sd(0).hypot(form) * a,
+                active.values[1] + sd(1).hypot(form) * (share * a + rest * b),
+            ];
+            let d = (active.law.report)(&pair)[k] - reported;
+            if k == 1 { (d + 90.0).rem_euclid(180.0) - 90.0 } else { d }
+        })
+        .collect();
+    draws.sort_by(f64::total_cmp);
+    [reported + draws[DRAWS / 40].min(0.0), reported + draws[DRAWS - 1 - DRAWS / 40].max(0.0)]
+}
+
+/// The larger of the 90th percentiles of |ΔN|/N and |ΔF|/F over contact rows whose force stands above the noise.
+fn size_p90(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
+    let (mut normal, mut friction) = (Vec::new(), Vec::new());
+    let mut at = 0;
+    for run in &set.runs {
+        for row in &run.rows {
+            let (a, b) = (&without[at..at + 3], &with[at..at + 3]);
+            at += 3;
+            if !(row.depth_mm > 0.0) {
+                continue;
+            }
+            if a[0] > 0.01 {
+                normal.push((b[0] - a[0]).abs() / a[0]);
+            }
+            let f = a[1].hypot(a[2]);
+            if f > 0.02 {
+                friction.push((b[1] - a[1]).hypot(b[2] - a[2]) / f);
+            }
+        }
+    }
+    let p90 = |mut v: Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v.get((0.9 * v.len().saturating_sub(1) as f64) as usize).copied().unwrap_or(0.0)
+    };
+    p90(normal).max(p90(friction))
+}
