@@ -109,8 +109,8 @@ const LAWS: [(&str, u32, [f32; 4]); 17] = [
     ("subject_size", 15, [1.5, 0.0, 0.0, 0.0]),
     ("strain_stiffening", 16, [0.3, 0.0, 0.0, 0.0]),
     ("temperature", 17, [0.03, 0.0, 0.0, 0.0]),
-    ("refitted baseline: direction", 32, [0.01, -0.01, 0.005, 0.005]),
-    ("refitted baseline: shear", 33, [0.01, 0.0, 0.02, 0.03]),
+    ("refitted baseline, direction", 32, [0.01, -0.01, 0.005, 0.005]),
+    ("refitted baseline, shear", 33, [0.01, 0.0, 0.02, 0.03]),
 ];
 
 struct EffectBench<'a> {
