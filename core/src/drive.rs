@@ -1,8 +1,8 @@
 //! Steps driven by forces instead of displacements.
 //!
-//! Main types: [`Drive`], [`Driven`]. Uses model, gradient.
+//! Main types: [`Drive`], [`Driven`]. Uses step, gradient.
 
-use crate::model::step;
+use crate::step::step;
 use crate::tune::Scaling;
 use crate::{ModelOf, Motion, Response, StateOf, Status};
 
@@ -107,7 +107,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
                 error = error.max(size / response.friction_limit_n);
                 let further = self.slide_for(&trial, lack);
                 // Only so far as the contact holds together: one slip length a round.
-                let longest = trial.limit / trial.stiffness;
+                let longest = trial.limit * trial.compliance;
                 for (slide, more) in next.slide_increment_mm.iter_mut().zip(further) {
                     *slide += more.max(-longest).min(longest);
                 }
@@ -135,10 +135,10 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let [[_, a, b], [_, c, d]] = g.friction_n_mm;
         let det = a * d - b * c;
         // A contact in full slip has no stiffness left; then the sticking one's shows the way.
-        if det > 1e-3 * state.stiffness * state.stiffness {
+        if det * state.compliance * state.compliance > 1e-3 {
             [(d * lack[0] - b * lack[1]) / det, (a * lack[1] - c * lack[0]) / det]
         } else {
-            [4.0 * lack[0] / state.stiffness, 4.0 * lack[1] / state.stiffness]
+            [4.0 * lack[0] * state.compliance, 4.0 * lack[1] * state.compliance]
         }
     }
 }

@@ -96,7 +96,7 @@ impl Reference {
         let row = &data.rows[middle];
         let at = |line: &fingerpad::Line| f64::from(line.value);
         let mut mean = [0.0; FREEDOMS];
-        mean[10] = at(&row.ratio).ln();
+        mean[10] = 2.0 * at(&row.across).ln();
         mean[14] = at(&row.press);
         mean[16] = at(&row.press);
         let full_shear = at(&row.limit).powi(2) / at(&row.normal);
