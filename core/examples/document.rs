@@ -5,14 +5,13 @@ use fingerpad::{File, Motion, Regime, State, step};
 
 #[path = "../../firmware-example/src/golden.rs"]
 mod golden;
+#[path = "../tests/common/vectors.rs"]
+mod vectors;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).ok_or("usage: document FILE.fpm")?;
     let bytes = std::fs::read(path)?;
-    let words: Vec<u64> = bytes
-        .chunks(8)
-        .map(|chunk| u64::from_ne_bytes(std::array::from_fn(|i| chunk.get(i).copied().unwrap_or(0))))
-        .collect();
+    let words = vectors::aligned(&bytes);
     let model = File::from_bytes(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(|e| e.to_string())?.model;
     println!("{} bytes, M = {}, N = {}\n", bytes.len(), model.data().elements.len(), model.data().rows.len());
     for line in bytes[..64].chunks(32) {
@@ -33,18 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (0.0, 0.0, 0.0),
     ] {
         let r = step(&model, &mut state, Motion { depth_mm, slide_increment_mm: [x, y], dt_s: 1e-3 });
-        let words = [
-            r.normal_force_n,
-            r.friction_n[0],
-            r.friction_n[1],
-            r.stick_ratio,
-            r.friction_limit_n,
-            r.slip_margin,
-            r.contact_area_mm2,
-            r.band_normal_n,
-            r.band_friction_n,
-        ];
-        let bits: Vec<String> = words.iter().map(|w| format!("{:08x}", w.to_bits())).collect();
+        let bits = vectors::words(&r).map(|word| format!("{word:08x}"));
         let regime = [Regime::NoContact, Regime::Stick, Regime::PartialSlip, Regime::Slip]
             .iter()
             .position(|k| *k == r.regime)

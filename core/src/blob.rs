@@ -10,7 +10,7 @@ use crate::{DataOf, Error, ModelOf};
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;
@@ -247,19 +247,24 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 12] {
+    fn head(&self) -> [f32; 17] {
         [
             self.depth_max,
             self.cells_per_mm,
             self.half_cell,
             self.turn_slip,
+            self.slip_rate,
+            self.slip_start,
+            self.odd,
+            self.ease[0],
+            self.ease[1],
             self.area_tilt,
-            self.growth_loss,
-            self.fall_loss,
-            self.band_normal_top,
-            self.band_normal_slip,
-            self.band_friction_top,
-            self.band_friction_slip,
+            self.band_normal[0],
+            self.band_normal[1],
+            self.band_normal[2],
+            self.band_friction[0],
+            self.band_friction[1],
+            self.band_friction[2],
             self.pressure_exponent,
         ]
     }

@@ -15,41 +15,57 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     ///
     /// # Why what passes here is passive
     ///
-    /// Free energy E = (L²/R) ½ Σ w_j y_j (u_jx² + u_jy²/rho) with the reference stiffness R <= K of the part of the
-    /// contact that holds the forces, and Σ w/y = 1, so that Σ w y u² >= m² (Cauchy–Schwarz). In small steps:
+    /// Energy E = (P_x + P_y)/2K + H/2 with P_x = L² (Σ w y u_x² + odd m_x |m_x|), P_y = (s²L²/rho) Σ w y u_y² and H >= 0,
+    /// which is what the contact holds beyond its elements. E is 0 in the air and never negative, since Σ w y u² >= m² by
+    /// Cauchy–Schwarz (Σ w/y = 1) and |odd| < 1. In each step the plane's work is at least what E gains:
     ///
-    /// * slide: with P = Σ w y u² the elastic work is L² (P₁ − P₀)/2K, and dE is at most that because
-    ///   (1/R − 1/K) falls like m₀²/m₁² or faster while m grows, and stays while m shrinks. The plastic slip goes
-    ///   along u_j: its work is never negative. The same holds when the limits shrink or shift with depth.
-    /// * C: F_x C'(d) dd is the work of the slide dC in the first item.
-    /// * growth keeps forces, and R grows by `growth_loss` K' so that rho R grows: dE falls by at least
-    ///   (F_x²/2K) `growth_loss` K'/K per depth and (F_y²/(2 rho K)) (`growth_loss` K'/K + rho'/rho). G >= 0 adds work;
-    ///   G < 0 must not take more than that.
-    /// * fall keeps R while R < K, and forces but for the loss: dE falls by (F_x²/R) `fall_loss` K'/K per depth and by
-    ///   (F_y²/(rho R)) (`fall_loss` K'/K − ½ rho'/rho); G_x F_x² + G_y F_y² must not give back more, whatever the
-    ///   strength. At R = K it keeps displacements and E falls like K.
+    /// * change of stiffness at given forces: H takes what P/2K loses, so that E stays. Where H would fall below 0 it is
+    ///   0, and all forces are multiplied by f = K/K₀ + K H₀/P < 1, which makes of E = f P/2K no more than f² P/2K.
+    /// * N = ... + G P on a change of depth dd: forces times 1 + g, g = G K dd, add (2g + g²) P/2K to E. The work of that
+    ///   part of N at the step's end is (1 + g)² G P dd, more by (3/2 g² + g³) P/K, and |g| < 1/2 is checked.
+    /// * slide: elements that stick gain L² Σ w u du y = F · dx K/K, a quadratic, whose end value times the increment is
+    ///   more than its gain; with the odd part this holds across m_x = 0 as well. What is drawn back goes as
+    ///   slip along the friction and loses energy, with the odd part as long as |odd| m_x/y_j is less than what friction
+    ///   along u_j takes, which is checked. Limits that shrink or shift with depth draw back in the same way.
+    /// * C: F_x C'(d) dd is the work of the slide dC. In a finite step C' at its end is off by C'' dd, and N₀, which grows
+    ///   with depth, is checked to outweigh that.
     ///
-    /// In finite steps the work with the force at the end of the step only adds, since N0 grows with depth, and by more
-    /// than C' or a G < 0 with the step's friction in place of its start's can take.
+    /// Nothing of this asks how stiffness ratio, strength ratio or tilt go with depth: P_y is counted in what the
+    /// elements carry along y whatever the ratio, and their displacement along y follows.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         let cell = self.depth_max / (N - 1) as f32;
         in_range(Field::DepthMax, 1, self.cells_per_mm * cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::DepthMax, 2, 2.0 * self.half_cell / cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::TurnSlip, 0, self.turn_slip, 0.0, 1.0)?;
-        in_range(Field::DepthLoss, 0, self.growth_loss, 0.0, 1.0)?;
-        in_range(Field::DepthLoss, 1, self.fall_loss, 0.0, 0.5)?;
+        let span = 1.0 / self.slip_rate;
+        in_range(Field::SlipRange, 0, -self.slip_start * span, 0.0, 0.5)?;
+        in_range(Field::SlipRange, 1, (1.0 - self.slip_start) * span, 0.8, 0.9991)?;
+        in_range(Field::OddSoftness, 0, self.odd, -0.1, 0.1)?;
+        in_range(Field::OddSoftness, 1, self.ease[0] * (1.0 + self.odd), 1.0 - 1e-6, 1.0 + 1e-6)?;
+        in_range(Field::OddSoftness, 2, self.ease[1] * (1.0 - self.odd), 1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
-        in_range(Field::BandSlip, 0, self.band_normal_top, 0.0, 20.0)?;
-        in_range(Field::BandSlip, 1, self.band_normal_top - self.band_normal_slip, 1.0 - 1e-5, 1.0 + 1e-5)?;
-        in_range(Field::BandFriction, 0, self.band_friction_top, 0.0, 10.0)?;
-        in_range(Field::BandFriction, 1, self.band_friction_top - self.band_friction_slip, 0.0, 10.0)?;
+        for (what, [slip, rate, bend]) in
+            [(Field::BandSlip, self.band_normal), (Field::BandFriction, self.band_friction)]
+        {
+            in_range(what, 0, slip, 0.0, 20.0)?;
+            in_range(what, 1, slip + rate + bend, 0.0, 20.0)?;
+            in_range(what, 2, bend.abs(), 0.0, 200.0)?;
+            let lowest = (-0.5 * rate / bend).clamp(0.0, 1.0);
+            if bend != 0.0 {
+                in_range(what, 3, slip + lowest * (rate + lowest * bend), 0.0, 100.0)?;
+            }
+        }
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        let (mut strength, mut softness) = (0.0, 0.0);
+        let (mut strength, mut softness, mut energy) = (0.0, 0.0, 0.0);
         for (j, element) in self.elements.iter().enumerate() {
             in_range(Field::YieldPosition, j, element.inverse_yield, 0.1, 20.0)?;
             in_range(Field::StrengthShare, j, element.strength, 0.0, 1.0)?;
+            let odd = self.odd.abs() * 1.3 * element.inverse_yield;
+            in_range(Field::OddSoftness, 3 + j, odd, 0.0, 0.5)?;
+            in_range(Field::YieldPosition, j, element.energy * element.inverse_yield / element.strength, 0.999, 1.001)?;
             strength += element.strength;
+            energy += element.energy;
             softness += element.strength * element.inverse_yield;
         }
         // A little below 1: an element's yield function reaches YIELD, and no resultant may exceed its limit.
@@ -71,7 +87,8 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                 (Field::ContactArea, &row.area, &next.area),
                 (Field::FrictionLimit, &row.limit, &next.limit),
                 (Field::TangentialStiffness, &row.stiffness, &next.stiffness),
-                (Field::StiffnessRatio, &row.ratio, &next.ratio),
+                (Field::StiffnessRatio, &row.across, &next.across),
+                (Field::StrengthRatio, &row.round, &next.round),
                 (Field::NormalShearX, &row.shear_x, &next.shear_x),
                 (Field::NormalShearY, &row.shear_y, &next.shear_y),
                 (Field::TiltX, &row.tilt, &next.tilt),
@@ -89,10 +106,9 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                 return Err(Error::Range { what: Field::PressCoupling, index: i as u16, value: next.pressed });
             }
             if i + 1 < N {
-                row.check_shear(i, cell, self.growth_loss, self.fall_loss)?;
                 for t in [0.0, 1.0] {
                     if i > 0 || t > 0.0 {
-                        row.check_passive(i, t, cell, self.growth_loss)?;
+                        row.check_passive(i, t, cell, self.depth_max, energy)?;
                     }
                 }
             }
@@ -118,7 +134,8 @@ impl Row {
         in_range(Field::ContactArea, i, self.area.value, 1e-12, 1e4)?;
         in_range(Field::FrictionLimit, i, self.limit.value, 1e-9, 1e3)?;
         in_range(Field::TangentialStiffness, i, self.stiffness.value, 1e-9, 1e3)?;
-        in_range(Field::StiffnessRatio, i, self.ratio.value, 0.25, 4.0)?;
+        in_range(Field::StiffnessRatio, i, self.across.value, 0.5, 2.0)?;
+        in_range(Field::StrengthRatio, i, self.across.value / self.round.value, 0.5 - 1e-6, 2.0 + 1e-6)?;
         in_range(Field::PressCoupling, i, self.press.value, -1.0, 1.0)?;
         in_range(Field::PressCoupling, i, self.pressed, -4096.0, 4096.0)?;
         in_range(Field::NormalShearX, i, self.shear_x.value, -1e6, 1e6)?;
@@ -141,42 +158,24 @@ impl Row {
         Ok(())
     }
 
-    /// What shear may add to the normal force or take off it anywhere in a cell: that at its ends with the stiffness of
-    /// the deeper one.
-    fn check_shear(&self, i: usize, cell: f32, growth_loss: f32, fall_loss: f32) -> Result<(), Error> {
+    /// The inequalities of [`DataOf::check`] at one end of a cell; `energy` is Σ w y.
+    fn check_passive(&self, i: usize, t: f32, cell: f32, depth_max: f32, energy: f32) -> Result<(), Error> {
         let at = |what, value: f32, limit: f32| {
             if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
         };
-        let k = self.stiffness.value + self.stiffness.change;
-        let dk = self.stiffness.change / (k * cell);
-        let smallest = self.ratio.value.min(self.ratio.value + self.ratio.change);
-        let drho = (self.ratio.change / (smallest * cell)).max(0.0);
-        let fall = (-self.ratio.change / (smallest * cell)).max(0.0);
-        let softest = self.ratio.value.max(self.ratio.value + self.ratio.change);
-        for t in [0.0, 1.0] {
-            at(Field::NormalShearX, self.shear_x.at(t), fall_loss * dk / k)?;
-            at(Field::NormalShearY, self.shear_y.at(t), (fall_loss * dk - 0.5 * drho) / (softest * k))?;
-            at(Field::NormalShearX, -self.shear_x.at(t), 0.5 * growth_loss * dk / k)?;
-            at(Field::NormalShearY, -self.shear_y.at(t), 0.5 * (growth_loss * dk - fall) / (softest * k))?;
-            // Twice G times the largest friction, against the stiffnesses along the normal and the plane.
-            let least = self.shear_x.at(t).min(self.shear_y.at(t)).min(0.0);
-            let most = 2.6 * least * (self.limit.value + self.limit.change);
-            at(Field::NormalShearX, most * most * k * softest.max(1.0), self.normal.change / cell)?;
-        }
-        Ok(())
-    }
-
-    /// The other inequalities of [`DataOf::check`] at one end of a cell.
-    fn check_passive(&self, i: usize, t: f32, cell: f32, growth_loss: f32) -> Result<(), Error> {
-        let at = |what, value: f32, limit: f32| {
-            if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
-        };
-        let (k, l, rho) = (self.stiffness.at(t), self.limit.at(t), self.ratio.at(t));
-        let dk = self.stiffness.change / (k * cell);
-        let drho = self.ratio.change / (rho * cell);
-        at(Field::StiffnessRatio, -drho, growth_loss * dk)?;
-        // The normal force stays positive and its stiffness outweighs the coupling's error in a finite step.
-        at(Field::PressCoupling, self.press.at(t).abs() * l * 1.3, self.normal.at(t))?;
+        let (k, l, round) = (self.stiffness.at(t), self.limit.at(t), self.round.at(t));
+        let (shear_x, shear_y) = (self.shear_x.at(t), self.shear_y.at(t));
+        let most = 0.5 / (k * depth_max);
+        at(Field::NormalShearX, shear_x.abs(), most)?;
+        at(Field::NormalShearY, shear_y.abs(), most)?;
+        // The normal force stays positive, and its stiffness outweighs the coupling's error in a finite step. The
+        // largest element forces are 1.29 along x and 1.04 along y.
+        let coupled = self.press.at(t).abs() * l * 1.3;
+        let normal = self.normal.at(t);
+        at(Field::PressCoupling, coupled, normal)?;
+        let taken_x = (-shear_x).max(0.0) * l * l * 1.7 * (energy + 0.3);
+        let taken_y = (-shear_y).max(0.0) * l * l * 1.1 * energy / (round * round);
+        at(Field::NormalShearX, coupled + taken_x.max(taken_y), normal)?;
         let dpress = self.press.change.abs() / cell;
         at(Field::PressCoupling, dpress * l * 1.3, self.normal.change / cell)
     }

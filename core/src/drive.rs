@@ -1,8 +1,8 @@
 //! Steps driven by forces instead of displacements.
 //!
-//! Main types: [`Drive`], [`Driven`]. Uses model, gradient.
+//! Main types: [`Drive`], [`Driven`]. Uses step, gradient.
 
-use crate::model::step;
+use crate::step::step;
 use crate::tune::Scaling;
 use crate::{ModelOf, Motion, Response, StateOf, Status};
 
@@ -65,7 +65,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
     /// quotient but the flag below tells), slide by Newton's method. A force out of reach (a normal force above that of the largest depth, friction above the limit) gives the nearest state that
     /// the rounds found and [`Status::LOAD_NOT_REACHED`]. A normal force of 0 or less lifts off; NaN stands still.
     ///
-    /// Costs 1150 to 3050 instructions when driven by normal force (counted over 512 steps).
+    /// Costs 1800 to 7900 instructions when driven by normal force (counted over 512 steps).
     pub fn step_driven(&self, state: &mut StateOf<M>, drive: Drive) -> Driven {
         let mut motion = Motion { depth_mm: state.depth, slide_increment_mm: [0.0; 2], dt_s: drive.dt_s };
         let (mut want_normal, mut want_friction) = (None, None);
@@ -107,7 +107,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
                 error = error.max(size / response.friction_limit_n);
                 let further = self.slide_for(&trial, lack);
                 // Only so far as the contact holds together: one slip length a round.
-                let longest = trial.limit / trial.stiffness;
+                let longest = trial.limit * trial.compliance;
                 for (slide, more) in next.slide_increment_mm.iter_mut().zip(further) {
                     *slide += more.max(-longest).min(longest);
                 }
@@ -135,10 +135,10 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let [[_, a, b], [_, c, d]] = g.friction_n_mm;
         let det = a * d - b * c;
         // A contact in full slip has no stiffness left; then the sticking one's shows the way.
-        if det > 1e-3 * state.stiffness * state.stiffness {
+        if det * state.compliance * state.compliance > 1e-3 {
             [(d * lack[0] - b * lack[1]) / det, (a * lack[1] - c * lack[0]) / det]
         } else {
-            [4.0 * lack[0] / state.stiffness, 4.0 * lack[1] / state.stiffness]
+            [4.0 * lack[0] * state.compliance, 4.0 * lack[1] * state.compliance]
         }
     }
 }

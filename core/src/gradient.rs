@@ -1,6 +1,6 @@
 //! How the forces would change with a further motion.
 //!
-//! Main type: [`Gradient`]. Uses model.
+//! Main type: [`Gradient`]. Uses data, state.
 
 use crate::tune::Scaling;
 use crate::{ModelOf, StateOf};
@@ -26,7 +26,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
     /// growing contact keeps forces where a shrinking one may lose some. With a direction of zeros all
     /// elements stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.
     ///
-    /// Costs 300 to 450 instructions.
+    /// Costs 300 to 400 instructions.
     pub fn gradient(&self, state: &StateOf<M>, direction: [f32; 3]) -> Gradient {
         let (data, scale) = (self.data, &self.scale);
         if !state.in_contact() {
@@ -34,58 +34,70 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         }
         let direction = direction.map(|d| if d.is_finite() { d } else { 0.0 });
         let (row, t, per_mm) = self.cell(state.depth);
-        let k = state.stiffness;
+        let k = 1.0 / state.compliance;
         let l = state.limit;
         let dk = scale.stiffness(row.stiffness.change) * per_mm;
         let dl = scale.limit(row.limit.change, scale.area(row.area.change)) * per_mm * state.strength_factor;
-        let ratio = row.ratio.at(t);
+        let (across, round) = (row.across.at(t), row.round.at(t));
         let press = row.press.at(t);
         let per_slip = k / l;
         let tilt = row.tilt.at(t);
-        let keep = if direction[0] < 0.0 {
-            let retraces = k > state.reference;
-            dk / k * (data.fall_loss + if retraces { 0.0 } else { 1.0 }) - dl / l
-        } else {
-            -dl / l
-        };
+        let [energy_x, energy_y] = state.energy;
+        let [shear_x, shear_y] = [&row.shear_x, &row.shear_y].map(|line| scale.per_newton(line.at(t)));
+        // A contact that holds nothing keeps its displacement when it shrinks.
+        let shrinks = direction[0] < 0.0 && !(state.held > energy_x * f32::EPSILON / k);
+        let keep = if shrinks { dk / k - dl / l } else { -dl / l };
+        let keep = [keep + shear_x * k, keep + shear_y * k];
+        let ease = data.ease[usize::from(state.mean[0].is_sign_negative())];
 
         let mut mean = [0.0f32; 2];
         let mut slope = [[0.0f32; 3]; 2];
+        let mut energy = [[0.0f32; 3]; 2];
         for (u, element) in state.force.iter().zip(&data.elements) {
             let [x, y] = *u;
             mean[0] += element.strength * x;
             mean[1] += element.strength * y;
             let slide = per_slip * element.inverse_yield;
-            let mut rate = [[keep * x + press * slide, slide, 0.0], [keep * y, 0.0, ratio * slide]];
-            let mut outward: [f32; 3] = core::array::from_fn(|i| (x - tilt) * rate[0][i] + y * rate[1][i]);
-            outward[0] -= row.tilt.change * per_mm * x;
+            let along = ease * slide;
+            let mut rate = [[keep[0] * x + press * along, along, 0.0], [keep[1] * y, 0.0, across * slide]];
+            let outward: [f32; 3] = {
+                let by = |i: usize| (x - tilt) * rate[0][i] + round * round * y * rate[1][i];
+                [by(0) - row.tilt.change * per_mm * x + round * row.round.change * per_mm * y * y, by(1), by(2)]
+            };
             let total: f32 = (0..3).map(|i| outward[i] * direction[i]).sum();
-            if x * x + y * y - 2.0 * tilt * x >= ON_LIMIT && total > 0.0 {
-                let flow = (x - tilt) * x + ratio * y * y;
+            let level = x * x + round * round * y * y - 2.0 * tilt * x;
+            if level >= ON_LIMIT && total > 0.0 {
+                let ratio = across * across;
+                let flow = (x - tilt) * x + round * round * ratio * y * y;
                 for i in 0..3 {
                     rate[0][i] -= outward[i] / flow * x;
                     rate[1][i] -= outward[i] / flow * ratio * y;
                 }
             }
-            for (sum, part) in slope.iter_mut().zip(&rate) {
-                for (s, r) in sum.iter_mut().zip(part) {
+            for (((sum, energy), part), force) in slope.iter_mut().zip(&mut energy).zip(&rate).zip(u) {
+                for ((s, e), r) in sum.iter_mut().zip(energy).zip(part) {
                     *s += element.strength * r;
+                    *e += 2.0 * element.energy * force * r;
                 }
             }
         }
-
-        let [x, y] = mean.map(|m| l * m);
-        let mut friction = slope.map(|row| row.map(|s| l * s));
+        for (e, s) in energy[0].iter_mut().zip(&slope[0]) {
+            *e += 2.0 * data.odd * mean[0].abs() * s;
+        }
+        // From forces over the strength to forces; the energies' sums to N².
+        let x = l * mean[0];
+        let mut friction = [slope[0].map(|s| l * s), slope[1].map(|s| l * across * s)];
         friction[0][0] += dl * mean[0];
-        friction[1][0] += dl * mean[1];
+        friction[1][0] += (dl * across + l * row.across.change * per_mm) * mean[1];
+        let mut energy = energy.map(|row| row.map(|e| l * l * e));
+        energy[0][0] += 2.0 * dl / l * energy_x;
+        energy[1][0] += 2.0 * dl / l * energy_y;
 
-        let (bx, by) = (scale.per_newton(row.shear_x.at(t)), scale.per_newton(row.shear_y.at(t)));
-        let mut normal: [f32; 3] = core::array::from_fn(|i| {
-            press * friction[0][i] + 2.0 * (bx * x * friction[0][i] + by * y * friction[1][i])
-        });
+        let mut normal: [f32; 3] =
+            core::array::from_fn(|i| press * friction[0][i] + shear_x * energy[0][i] + shear_y * energy[1][i]);
         normal[0] += (scale.normal(row.normal.change)
             + row.press.change * x
-            + scale.per_newton(row.shear_x.change * x * x + row.shear_y.change * y * y))
+            + scale.per_newton(row.shear_x.change * energy_x + row.shear_y.change * energy_y))
             * per_mm;
         Gradient { normal_n_mm: normal, friction_n_mm: friction }
     }

@@ -1,11 +1,11 @@
 //! The inverse that a grip controller needs: how hard to press so that a load does not slip.
 //!
-//! Main type: [`Grip`]. Uses model.
+//! Main type: [`Grip`]. Uses data, yielding.
 
 use crate::math::sqrt;
-use crate::model::limit_share;
 use crate::table::Row;
 use crate::tune::Scaling;
+use crate::yielding::limit_share;
 use crate::{ModelOf, Status};
 
 /// The least grip that holds a load.
@@ -61,29 +61,30 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
     /// * `margin`: share of the limit kept in reserve, 0 to 0.95 (moved into that range)
     /// * `strength_factor`: as in [`crate::StateOf::set_strength_factor`]
     ///
-    /// By bisection to 1 part in 2^24 of the depth range, rounded up. Costs about 1080 instructions.
+    /// By bisection to 1 part in 2^24 of the depth range, rounded up. Costs about 1410 instructions.
     pub fn least_grip(&self, load_n: [f32; 2], margin: f32, strength_factor: f32) -> Grip {
         let [x, y] = load_n;
         let load = sqrt(x * x + y * y);
         if !(load <= f32::MAX && margin.is_finite() && strength_factor.is_finite()) {
-            return Grip { status: Status::BAD_INPUT, ..self.grip_at(self.depth_max_mm(), [0.0; 2]) };
+            return Grip { status: Status::BAD_INPUT, ..self.grip_at(self.depth_max_mm(), [0.0; 2], 0.0) };
         }
         if load == 0.0 {
             return Grip::default();
         }
-        let cosine = x / load;
+        let [cosine, sine] = [x / load, y / load];
         let need = load / (1.0 - margin.clamp(0.0, 0.95));
         let factor = strength_factor.clamp(0.2, 5.0);
         let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);
             let plain = self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t)));
-            (plain * factor, row.tilt.at(t))
+            let [tilt, round, across] = [&row.tilt, &row.round, &row.across].map(|line| line.at(t));
+            // The load's direction where the limit is round.
+            let sine = sine * round / across;
+            let length = sqrt(cosine * cosine + sine * sine);
+            plain * factor / length * limit_share(tilt * cosine / length)
         };
-        let holds = |depth: f32| {
-            let (strength, tilt) = strength(depth);
-            strength * limit_share(tilt * cosine) >= need
-        };
-        let at = |depth: f32| self.grip_at(depth, load_n);
+        let holds = |depth: f32| strength(depth) >= need;
+        let at = |depth: f32| self.grip_at(depth, load_n, (load / strength(depth)).min(1.0));
         let deepest = self.depth_max_mm();
         if !holds(deepest) {
             return Grip { status: Status::LOAD_NOT_REACHED, ..at(deepest) };
@@ -100,12 +101,33 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
         at(high)
     }
 
-    /// Depth and normal force under friction `load_n`.
-    fn grip_at(&self, depth: f32, load_n: [f32; 2]) -> Grip {
+    /// Depth and normal force under friction `load_n` that came without turning back and uses `share` of the limit.
+    fn grip_at(&self, depth: f32, load_n: [f32; 2], share: f32) -> Grip {
         let (row, t, _) = self.cell(depth);
         let [x, y] = load_n;
-        let shear = self.scale.per_newton(row.shear_x.at(t) * x * x + row.shear_y.at(t) * y * y);
+        let across = row.across.at(t);
+        let energy = self.energy_at(share);
+        let along_x = row.shear_x.at(t) * x * (energy * x + self.data.odd * x.abs());
+        let along_y = row.shear_y.at(t) * energy * (y / across) * (y / across);
+        let shear = self.scale.per_newton(along_x + along_y);
         let normal = self.scale.normal(row.normal.at(t)) + row.press.at(t) * x + shear;
         Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
+    }
+
+    /// Energy of the elements, loaded from rest to that share of the strength, over that of one that only sticks.
+    fn energy_at(&self, share: f32) -> f32 {
+        // Elements yield one after the other: what they carry then, their energy, the stiffness of the rest.
+        let (mut carried, mut energy, mut stiffness) = (0.0, 0.0, 1.0);
+        for e in &self.data.elements {
+            let slide = (share - carried) / stiffness;
+            if slide * e.inverse_yield <= 1.0 {
+                break;
+            }
+            carried += e.strength;
+            energy += e.energy;
+            stiffness = (stiffness - e.strength * e.inverse_yield).max(1e-3);
+        }
+        let rest = (share - carried).max(0.0);
+        (energy + rest * rest / stiffness) / (share * share).max(1e-12)
     }
 }

@@ -1,9 +1,10 @@
 //! The physical parameters of a model, public and checked.
 //!
-//! Main types: [`ParamsOf`], [`Node`], [`Slider`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses model, table.
+//! Main types: [`ParamsOf`], [`Node`], [`Slider`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses data, table.
 
+use crate::data::{ELEMENTS, Element, NODES};
 use crate::error::Field;
-use crate::model::{ELEMENTS, Element, NODES};
+use crate::math::sqrt;
 use crate::table::{Line, Row};
 use crate::{DataOf, Error};
 
@@ -34,9 +35,11 @@ pub struct Node {
     pub tangential_stiffness_n_mm: f32,
     /// Stiffness along y over that along x, 0.25 to 4.
     pub stiffness_ratio: f32,
+    /// Friction in full slip along y over the mean of that along ±x, 0.5 to 2.
+    pub strength_ratio: f32,
     /// Slide along x that a depth increment amounts to, mm/mm, −1 to 1.
     pub press_coupling: f32,
-    /// Normal force that full shear along x adds or, if negative, takes off, N. Bounded by passivity.
+    /// Normal force that full slip along x adds or, if negative, takes off, N.
     pub normal_shear_x_n: f32,
     /// The same along y, N.
     pub normal_shear_y_n: f32,
@@ -60,18 +63,23 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     pub nodes: [Node; N],
     /// Share of the contact area that slips right after the slide turns back from full slip, 0 to 1.
     pub turn_slip: f32,
-    /// What a growing contact forgets of its shear's history, 0 to 1: 0 returns to the same force when the depth
-    /// comes back, 1 forgets that it was ever smaller. Pays for a stiffness ratio that falls with depth.
-    pub growth_loss: f32,
-    /// Friction that a shrinking contact loses where it could retrace, share per share of stiffness, 0 to 0.5. Pays
-    /// for normal force that comes from shear.
-    pub fall_loss: f32,
+    /// Share of the way to the limit at which the first slip shows, 0 to 0.5.
+    pub first_slip: f32,
+    /// Share of the way to the limit at which nothing sticks any more, 0.8 to 0.999.
+    pub full_slip: f32,
+    /// How much softer than the mean the contact is while friction along x is positive, and stiffer while it is negative,
+    /// share, −0.1 to 0.1.
+    pub odd_softness: f32,
     /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
     pub area_tilt: f32,
-    /// Half-width of the 95 % band of the normal force in full slip over that in full stick, 0 to 20.
+    /// Half-width of the 95 % band of the normal force at a stick ratio of 0.5 over that in full stick, 0 to 20.
+    pub band_normal_middle: f32,
+    /// The same in full slip; a parabola through the three goes between them and must stay positive.
     pub band_normal_slip: f32,
     /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
     pub band_friction_stick: f32,
+    /// The same at a stick ratio of 0.5.
+    pub band_friction_middle: f32,
     /// The same in full slip.
     pub band_friction_slip: f32,
     /// beta of the local friction law tau = lambda sigma^beta, for retuning, −1 to 2.
@@ -93,23 +101,24 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
     /// Normalises the yield positions so that `tangential_stiffness_n_mm` is the stiffness of the sticking contact.
     pub fn try_build(&self) -> Result<DataOf<M, N>, Error> {
         const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
+        let along = 1.0 / (self.full_slip - self.first_slip);
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
             cells_per_mm: (N - 1) as f32 / self.depth_max_mm,
             half_cell: 0.5 * self.depth_max_mm / (N - 1) as f32,
             turn_slip: self.turn_slip,
+            slip_rate: along,
+            slip_start: -self.first_slip * along,
+            odd: self.odd_softness,
+            ease: [1.0 / (1.0 + self.odd_softness), 1.0 / (1.0 - self.odd_softness)],
             area_tilt: self.area_tilt,
-            growth_loss: self.growth_loss,
-            fall_loss: self.fall_loss,
-            band_normal_top: self.band_normal_slip,
-            band_normal_slip: self.band_normal_slip - 1.0,
-            band_friction_top: self.band_friction_slip,
-            band_friction_slip: self.band_friction_slip - self.band_friction_stick,
+            band_normal: parabola(self.band_normal_slip, self.band_normal_middle, 1.0),
+            band_friction: parabola(self.band_friction_slip, self.band_friction_middle, self.band_friction_stick),
             pressure_exponent: self.pressure_exponent,
             elements: [Element::default(); M],
             rows: [Row::default(); N],
         };
-        let (mut strength, mut softness) = (0.0, 0.0);
+        let (mut strength, mut softness, mut energy) = (0.0, 0.0, 0.0);
         for slider in &self.sliders {
             strength += slider.strength_share;
             softness += slider.strength_share / slider.yield_position;
@@ -122,8 +131,15 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 inverse_yield: strength / (slider.yield_position * softness),
                 // A little below 1 in all, so that the resultant never exceeds the limit by rounding.
                 strength: slider.strength_share / strength * (1.0 - 8e-6),
+                energy: slider.strength_share / strength * (slider.yield_position * softness / strength),
             };
+            energy += element.energy;
         }
+        // Elastic energy in full slip over that of one element of the same stiffness and strength.
+        let full = |along_y: bool, node: &Node| {
+            let ratio = if along_y { node.strength_ratio * node.strength_ratio / node.stiffness_ratio } else { 1.0 };
+            energy * ratio * node.friction_limit_n * node.friction_limit_n
+        };
         let node = |index: usize| -> Node {
             let mut node = self.nodes.get(index).copied().unwrap_or_default();
             if index == 0 {
@@ -138,7 +154,11 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             }
             node
         };
-        let per_newton = |added: f32, limit: f32| if added == 0.0 { 0.0 } else { added / limit / limit };
+        let per_newton = |added: f32, full: f32| if added == 0.0 { 0.0 } else { added / full };
+        let shear_x = |node: &Node| per_newton(node.normal_shear_x_n, full(false, node));
+        let shear_y = |node: &Node| per_newton(node.normal_shear_y_n, full(true, node));
+        let across = |node: &Node| sqrt(node.stiffness_ratio.max(0.0));
+        let round = |node: &Node| across(node) / node.strength_ratio;
         let mut pressed = 0.0;
         for (index, row) in data.rows.iter_mut().enumerate() {
             let (a, b) = (node(index), node((index + 1).min(N - 1)));
@@ -147,15 +167,10 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 area: Line::between(a.contact_area_mm2, b.contact_area_mm2),
                 limit: Line::between(a.friction_limit_n, b.friction_limit_n),
                 stiffness: Line::between(a.tangential_stiffness_n_mm, b.tangential_stiffness_n_mm),
-                ratio: Line::between(a.stiffness_ratio, b.stiffness_ratio),
-                shear_x: Line::between(
-                    per_newton(a.normal_shear_x_n, a.friction_limit_n),
-                    per_newton(b.normal_shear_x_n, b.friction_limit_n),
-                ),
-                shear_y: Line::between(
-                    per_newton(a.normal_shear_y_n, a.friction_limit_n),
-                    per_newton(b.normal_shear_y_n, b.friction_limit_n),
-                ),
+                across: Line::between(across(&a), across(&b)),
+                round: Line::between(round(&a), round(&b)),
+                shear_x: Line::between(shear_x(&a), shear_x(&b)),
+                shear_y: Line::between(shear_y(&a), shear_y(&b)),
                 tilt: Line::between(a.tilt_x, b.tilt_x),
                 band_normal: Line::between(a.band_normal_n, b.band_normal_n),
                 press: Line::between(a.press_coupling, b.press_coupling),
@@ -166,4 +181,9 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
         data.check()?;
         Ok(data)
     }
+}
+
+/// The parabola over 0 to 1 through values at 0, 1/2 and 1: value at 0, factors of the variable and its square.
+fn parabola(start: f32, middle: f32, end: f32) -> [f32; 3] {
+    [start, 4.0 * middle - 3.0 * start - end, 2.0 * (start + end) - 4.0 * middle]
 }

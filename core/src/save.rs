@@ -1,28 +1,30 @@
 //! Saving and restoring the state of a contact.
 //!
-//! Uses model, blob, error.
+//! Uses state, blob, error.
 
 use crate::Error;
 use crate::blob::crc32;
+use crate::data::ELEMENTS;
 use crate::error::Field;
-use crate::model::{ELEMENTS, FRESH, State, StateOf, TOUCH_MM};
+use crate::step::TOUCH_MM;
+use crate::{State, StateOf};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 13);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 14);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, mean, its way since the last turn, then what that wore, depth, limit, stiffness, its
-    /// reference, square of the friction, press, strength factor.
+    /// Words of a state: elements, mean, its way since the last turn, energies, then what the turn wore, depth, limit,
+    /// compliance, energy held, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
-        let vectors = self.force.iter().chain([&self.mean, &self.way]).flatten().copied();
-        let Self { worn, depth, limit, stiffness, reference, square, pressed, strength_factor, .. } = *self;
-        vectors.chain([worn, depth, limit, stiffness, reference, square, pressed, strength_factor])
+        let vectors = self.force.iter().chain([&self.mean, &self.way, &self.energy]).flatten().copied();
+        let Self { worn, depth, limit, compliance, held, pressed, strength_factor, .. } = *self;
+        vectors.chain([worn, depth, limit, compliance, held, pressed, strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 13)`.
+    /// `4 (2 M + 14)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 13);
+        let needed = 4 * (2 * M + 14);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -39,7 +41,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 13);
+        let expected = 4 * (2 * M + 14);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -58,12 +60,12 @@ impl<const M: usize> StateOf<M> {
         }
         state.mean = [next(), next()];
         state.way = [next(), next()];
+        state.energy = [next(), next()];
         state.worn = next();
         state.depth = next();
         state.limit = next();
-        state.stiffness = next();
-        state.reference = next();
-        state.square = next();
+        state.compliance = next();
+        state.held = next();
         state.pressed = next();
         state.strength_factor = next();
         state.check()
@@ -74,8 +76,8 @@ impl<const M: usize> StateOf<M> {
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
         for (j, [x, y]) in self.force.iter().enumerate() {
             let square = x * x + y * y;
-            // Tilted limits reach to 1.29.
-            if !(square <= 1.7) {
+            // Tilted limits reach to 1.29; along y the root of the stiffness ratio may stretch them.
+            if !(square <= 30.0) {
                 return Err(bad(j, square));
             }
         }
@@ -89,30 +91,33 @@ impl<const M: usize> StateOf<M> {
         if !(self.worn >= 0.0 && self.worn <= 1.0) {
             return Err(bad(M, self.worn));
         }
-        let positive = |x: f32| x > 0.0 && x <= 1e9;
+        let positive = |x: f32| x > 0.0 && x <= 1e12;
         let in_contact = self.depth >= TOUCH_MM;
-        let plain = self.limit == 0.0 && self.stiffness == FRESH && self.reference == FRESH && self.pressed == 0.0;
+        let plain = self.limit == 0.0 && self.compliance == 0.0 && self.depth == 0.0 && self.pressed == 0.0;
         let still = self
             .force
             .as_flattened()
             .iter()
             .chain(&self.mean)
             .chain(&self.way)
-            .chain([&self.worn, &self.square])
+            .chain(&self.energy)
+            .chain([&self.worn, &self.held])
             .all(|x| *x == 0.0);
         let air = plain && still;
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
         }
-        let pressed = positive(self.limit) && positive(self.stiffness);
+        let pressed = positive(self.limit) && positive(self.compliance);
         if !(if in_contact { pressed } else { air }) {
             return Err(bad(M + 1, self.limit));
         }
-        if in_contact && !(self.reference >= 0.0 && self.reference <= self.stiffness * (1.0 + 1e-5)) {
-            return Err(bad(M + 2, self.reference));
+        for energy in self.energy {
+            if !(energy >= 0.0 && energy <= 1e9) {
+                return Err(bad(M + 2, energy));
+            }
         }
-        if in_contact && !(self.square >= 0.0 && self.square <= 1.7 * self.limit * self.limit) {
-            return Err(bad(M + 5, self.square));
+        if !(self.held >= 0.0 && self.held <= 1e9) {
+            return Err(bad(M + 5, self.held));
         }
         if !(self.pressed.abs() <= 4096.0) {
             return Err(bad(M + 3, self.pressed));
@@ -154,9 +159,9 @@ mod with_serde {
         worn: f32,
         depth_mm: f32,
         limit_n: f32,
-        stiffness_n_mm: f32,
-        reference_n_mm: f32,
-        friction_squared_n2: f32,
+        compliance_mm_n: f32,
+        energy_n2: [f32; 2],
+        held_mj: f32,
         pressed_half_cells: f32,
         strength_factor: f32,
     }
@@ -170,9 +175,9 @@ mod with_serde {
                 worn: self.worn,
                 depth_mm: self.depth,
                 limit_n: self.limit,
-                stiffness_n_mm: self.stiffness,
-                reference_n_mm: self.reference,
-                friction_squared_n2: self.square,
+                compliance_mm_n: self.compliance,
+                energy_n2: self.energy,
+                held_mj: self.held,
                 pressed_half_cells: self.pressed,
                 strength_factor: self.strength_factor,
             };
@@ -190,9 +195,9 @@ mod with_serde {
                 worn: plain.worn,
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
-                stiffness: plain.stiffness_n_mm,
-                reference: plain.reference_n_mm,
-                square: plain.friction_squared_n2,
+                compliance: plain.compliance_mm_n,
+                energy: plain.energy_n2,
+                held: plain.held_mj,
                 pressed: plain.pressed_half_cells,
                 strength_factor: plain.strength_factor,
             };

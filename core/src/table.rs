@@ -49,9 +49,11 @@ pub struct Row {
     pub limit: Line,
     /// Tangential stiffness of the sticking contact along x, N/mm.
     pub stiffness: Line,
-    /// Tangential stiffness along y over that along x.
-    pub ratio: Line,
-    /// Normal force added per square of friction along x, 1/N.
+    /// Square root of the tangential stiffness along y over that along x.
+    pub across: Line,
+    /// The same over the strength along y over that along x.
+    pub round: Line,
+    /// Normal force added per elastic energy of shear along x times the stiffness twice, 1/N.
     pub shear_x: Line,
     /// The same along y, 1/N.
     pub shear_y: Line,

@@ -1,34 +1,18 @@
 //! The model file as documented: the document's vectors are run.
 
-use fingerpad::{Data, Error, File, Motion, Params, Response, State, step};
+#[path = "common/vectors.rs"]
+mod vectors;
+
+use fingerpad::{Data, Error, File, Motion, Params, State, step};
+use vectors::{aligned, words};
 
 const DOCUMENT: &str = include_str!("../../docs/fpm-format.md");
 const SHIPPED: &[u8] = include_bytes!("../../data/models/fingertip.fpm");
-
-/// The bytes at an aligned address.
-fn aligned(bytes: &[u8]) -> Vec<u64> {
-    bytes.chunks(8).map(|c| u64::from_le_bytes(core::array::from_fn(|i| c.get(i).copied().unwrap_or(0)))).collect()
-}
 
 /// The text of the document's block of that kind.
 fn block(kind: &str) -> &'static str {
     let start = DOCUMENT.find(&format!("```{kind}\n")).unwrap() + kind.len() + 4;
     &DOCUMENT[start..start + DOCUMENT[start..].find("```").unwrap()]
-}
-
-fn words(r: &Response) -> [u32; 9] {
-    [
-        r.normal_force_n,
-        r.friction_n[0],
-        r.friction_n[1],
-        r.stick_ratio,
-        r.friction_limit_n,
-        r.slip_margin,
-        r.contact_area_mm2,
-        r.band_normal_n,
-        r.band_friction_n,
-    ]
-    .map(f32::to_bits)
 }
 
 #[test]

@@ -126,10 +126,12 @@ proptest! {
     #[test]
     fn rotation(path in closed_path(), angle in 0.0f64..6.3) {
         let mut params = Params::example();
+        params.odd_softness = 0.0;
         for node in &mut params.nodes {
             node.stiffness_ratio = 1.0;
             node.press_coupling = 0.0;
             node.tilt_x = 0.0;
+            node.strength_ratio = 1.0;
             node.normal_shear_y_n = node.normal_shear_x_n;
         }
         let data = params.try_build().unwrap();
@@ -235,6 +237,7 @@ fn steady_slip_opposes_the_motion() {
     for node in &mut params.nodes {
         node.tilt_x = 0.0;
     }
+    params.odd_softness = 0.0;
     let data = params.try_build().unwrap();
     let model = data.model().unwrap();
     for degrees in (0..360).step_by(5) {

@@ -13,7 +13,7 @@ typedef struct {
 
 // All that a contact remembers. Plain memory: copy it to save it.
 typedef struct {
-  uint32_t opaque[16];
+  uint32_t opaque[17];
 } fingerpad_state;
 
 // Forces that the plane exerts on the finger.

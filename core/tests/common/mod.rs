@@ -84,21 +84,24 @@ pub fn run_with(data: &Data, strength: f32, path: &[[f64; 3]], mut each: impl Fn
     state
 }
 
-/// Models of all kinds that pass the check: the example with its freedoms drawn up to the limits.
+/// Models of all kinds that pass the check: the example with its freedoms drawn up to the limits, tables wavy over depth.
 pub fn any_model() -> impl Strategy<Value = AnyModel> {
-    let freedoms =
-        (0.3f32..1.5, -0.04f32..0.04, -0.15f32..0.15, -0.15f32..0.15, -0.1f32..0.1, 0.0f32..=1.0, 0.0f32..0.8);
+    let tables = (0.3f32..1.5, 0.6f32..1.5, -0.04f32..0.04, -0.15f32..0.15, -0.15f32..0.15, -0.1f32..0.1);
+    let shape = (0.0f32..=1.0, -0.1f32..0.1, 0.0f32..0.5, 0.8f32..0.999, 0.0f32..0.3, 0.0f32..6.0);
     let sliders = prop::array::uniform2((0.3f32..1.0, 0.1f32..1.0));
-    (freedoms, sliders).prop_filter_map("passive", |((ratio, press, bx, by, odd, shape, growth_loss), sliders)| {
+    (tables, shape, sliders).prop_filter_map("passive", |((ratio, strength, press, bx, by, tilt), shape, sliders)| {
         let mut params = Params::example();
-        params.turn_slip = shape;
-        params.growth_loss = growth_loss;
-        for node in &mut params.nodes {
-            node.stiffness_ratio = ratio;
+        let (wave, phase) = (shape.4, shape.5);
+        (params.turn_slip, params.odd_softness, params.first_slip, params.full_slip) =
+            (shape.0, shape.1, shape.2, shape.3);
+        for (i, node) in params.nodes.iter_mut().enumerate() {
+            let up = |by: f32| 1.0 + wave * (phase + by + 0.4 * i as f32).sin();
+            node.stiffness_ratio = ratio * up(0.0);
+            node.strength_ratio = strength * up(1.0);
             node.press_coupling = press;
-            node.normal_shear_x_n = bx * node.normal_force_n;
-            node.normal_shear_y_n = by * node.normal_force_n;
-            node.tilt_x *= odd / 0.08;
+            node.normal_shear_x_n = bx * node.normal_force_n * up(2.0);
+            node.normal_shear_y_n = by * node.normal_force_n * up(3.0);
+            node.tilt_x *= tilt / 0.08;
         }
         let total: f32 = sliders.iter().map(|s| s.1).sum();
         let mut position = 0.1;

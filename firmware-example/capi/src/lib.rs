@@ -16,7 +16,7 @@ pub struct fingerpad_model {
 /// All that a contact remembers. Plain memory: copy it to save it.
 #[repr(C)]
 pub struct fingerpad_state {
-    opaque: [u32; 16],
+    opaque: [u32; 17],
 }
 
 /// What the plane does in one step.
@@ -170,6 +170,8 @@ pub unsafe extern "C" fn fingerpad_step(
     // SAFETY: the caller's promise.
     let (model, state) = unsafe { (&*model.cast::<Tuned<'static>>(), &mut *state.cast::<State>()) };
     let fingerpad_motion { depth_mm, slide_x_mm, slide_y_mm, dt_s } = motion;
+    #[cfg(feature = "panics")]
+    core::hint::black_box([0u8; 4][core::hint::black_box(depth_mm as usize)]);
     let r = fingerpad::step(model, state, Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], dt_s });
     fingerpad_response {
         normal_force_n: r.normal_force_n,

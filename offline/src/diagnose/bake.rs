@@ -54,6 +54,8 @@ fn tables(data: &Data, base: &Base) -> Data {
     let cell = f64::from(data.depth_max) / (n - 1) as f64;
     let mut out = *data;
     out.pressure_exponent = base.load_exponent.clamp(-1.0, 2.0) as f32;
+    // The baseline knows no odd softness; its direction dependence is in a slot.
+    (out.odd, out.ease) = (0.0, [1.0; 2]);
     // A chord lies above a convex curve by up to h² f''/8; half of that is taken off at the nodes.
     let node = |i: usize, of: &dyn Fn(f64) -> f64| -> f64 {
         let d = cell * i as f64;
@@ -84,7 +86,7 @@ fn tables(data: &Data, base: &Base) -> Data {
         .zip(&limit)
         .map(|(k, l)| k.min((SLIP_LENGTHS * f64::from(*l) / longest) as f32))
         .collect();
-    let ratio = |i: usize| base.at(cell * (i as f64).max(1.0)).ratio.clamp(0.25, 4.0) as f32;
+    let across = |i: usize| base.at(cell * (i as f64).max(1.0)).ratio.clamp(0.25, 4.0).sqrt() as f32;
     let tilt = |i: usize| ((-(1.0 - ODD_SHAPE) * base.odd * cell * i as f64).clamp(-0.25, 0.25)) as f32;
     let press = |i: usize| ((base.press[0] + base.press[1] * cell * i as f64).clamp(-1.0, 1.0)) as f32;
     let mut pressed = 0.0;
@@ -94,7 +96,8 @@ fn tables(data: &Data, base: &Base) -> Data {
         row.normal = line(normal[i], normal[next]);
         row.limit = line(limit[i], limit[next]);
         row.stiffness = line(stiffness[i], stiffness[next]);
-        row.ratio = line(ratio(i), ratio(next));
+        row.across = line(across(i), across(next));
+        row.round = row.across;
         row.shear_x = line(0.0, 0.0);
         row.shear_y = line(0.0, 0.0);
         row.tilt = line(tilt(i), tilt(next));
@@ -102,17 +105,6 @@ fn tables(data: &Data, base: &Base) -> Data {
         row.pressed = pressed;
         pressed += press(i) + press(next);
     }
-    // A ratio that falls with depth is paid for by what a growing contact forgets.
-    let mut loss = out.growth_loss;
-    for row in &out.rows[..n - 1] {
-        for t in [0.0, 1.0] {
-            let k = row.stiffness.value + t * row.stiffness.change;
-            let rho = row.ratio.value + t * row.ratio.change;
-            let needed = -(row.ratio.change / rho) / (row.stiffness.change / k).max(1e-9);
-            loss = loss.max(1.001 * needed).min(1.0);
-        }
-    }
-    out.growth_loss = loss;
     out
 }
 
@@ -124,9 +116,12 @@ fn elements(p: &[f64], out: &mut Data) {
     let sum: f64 = shares.iter().sum();
     let softness: f64 = (0..m).map(|j| shares[j] / sum * (-yields[j]).exp()).sum();
     for j in 0..m {
+        let inverse_yield = ((-yields[j]).exp() / softness).clamp(0.1, 20.0);
+        let share = shares[j] / sum;
         out.elements[j] = Element {
-            inverse_yield: ((-yields[j]).exp() / softness).clamp(0.1, 20.0) as f32,
-            strength: (shares[j] / sum * (1.0 - 8e-6)) as f32,
+            inverse_yield: inverse_yield as f32,
+            strength: (share * (1.0 - 8e-6)) as f32,
+            energy: (share / inverse_yield) as f32,
         };
     }
 }

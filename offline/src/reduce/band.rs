@@ -1,8 +1,7 @@
 //! The error band: how wide it must be for 95 % of what the fit did not see to lie within.
 //!
-//! Main types: [`Band`], [`Coverage`]. The normal force's half-width is a table over depth times a straight line in
-//! the stick ratio; that of each friction component a straight line in the stick ratio times the limit. Uses replay,
-//! runs.
+//! Main types: [`Band`], [`Coverage`]. The normal force's half-width is a table over depth times a parabola in the stick
+//! ratio; that of each friction component a parabola in the stick ratio times the limit. Uses replay, runs.
 
 use fingerpad::{ModelOf, ParamsOf, Regime, Response};
 use serde::{Deserialize, Serialize};
@@ -33,10 +32,10 @@ pub struct Coverage {
 pub struct Band {
     /// Depths of the bins' middles, mm, and half-widths of the normal force in full stick there, N.
     pub normal: Vec<(f64, f64)>,
-    /// Half-width of the normal force in full slip over that in full stick.
-    pub normal_slip: f64,
-    /// Half-width of friction in full stick and full slip, share of the limit.
-    pub friction: [f64; 2],
+    /// Half-width of the normal force at stick ratios of 0.5 and 0 over that in full stick.
+    pub normal_shape: [f64; 2],
+    /// Half-width of friction at stick ratios of 1, 0.5 and 0, share of the limit.
+    pub friction: [f64; 3],
 }
 
 /// One row in contact: what the model says of it and how wrong it is.
@@ -77,8 +76,10 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.get((share * last as f64).round() as usize).copied().unwrap_or(0.0)
 }
 
-fn line(stick: f64, at_slip: f64) -> f64 {
-    1.0 + (at_slip - 1.0) * (1.0 - stick)
+/// The parabola in the stick ratio that is 1 at 1 and takes the values of `shape` at 0.5 and 0.
+fn bow(stick: f64, [middle, slip]: [f64; 2]) -> f64 {
+    let [rate, bend] = [4.0 * middle - 3.0 * slip - 1.0, 2.0 * slip + 2.0 - 4.0 * middle];
+    slip + stick * (rate + stick * bend)
 }
 
 const REGIMES: [Regime; 3] = [Regime::Stick, Regime::PartialSlip, Regime::Slip];
@@ -95,9 +96,11 @@ fn unevenness(rows: &[Row], within: impl Fn(&Row) -> (usize, usize)) -> f64 {
         .sum()
 }
 
-/// Slopes that are tried for the dependence on the stick ratio, evenly in their logarithm.
-fn slopes() -> impl Iterator<Item = f64> {
-    (-24..=24).map(|i| 1.15f64.powi(i)).filter(|s| *s <= 19.0)
+/// Values at stick ratios of 0.5 and 0 that are tried, evenly in their logarithm; those whose parabola stays well above 0.
+fn shapes() -> impl Iterator<Item = [f64; 2]> {
+    let values = || (-16..=16).map(|i| 1.2f64.powi(i));
+    let high = |shape: &[f64; 2]| (0..=20).all(|i| bow(0.05 * f64::from(i), *shape) > 0.2 * shape[1].min(1.0));
+    values().flat_map(move |middle| values().map(move |slip| [middle, slip])).filter(high)
 }
 
 impl Band {
@@ -107,29 +110,30 @@ impl Band {
         let mut order: Vec<&Row> = rows.iter().collect();
         order.sort_by(|a, b| a.depth.total_cmp(&b.depth));
         let bins: Vec<&[&Row]> = order.chunks(order.len().div_ceil(BINS).max(1)).collect();
-        let table = |slip: f64| -> Vec<(f64, f64)> {
+        let table = |shape: [f64; 2]| -> Vec<(f64, f64)> {
             bins.iter()
                 .map(|bin| {
-                    let width = quantile(bin.iter().map(|r| r.normal / line(r.stick, slip)).collect(), TARGET);
+                    let width = quantile(bin.iter().map(|r| r.normal / bow(r.stick, shape)).collect(), TARGET);
                     (bin.iter().map(|r| r.depth).sum::<f64>() / bin.len() as f64, width.max(NORMAL_FLOOR_N))
                 })
                 .collect()
         };
-        let best = |cost: &dyn Fn(f64) -> f64| slopes().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(1.0);
-        let normal_slip = best(&|slip| {
-            let table = table(slip);
-            unevenness(&rows, |r| (1, usize::from(r.normal <= interpolate(&table, r.depth) * line(r.stick, slip))))
+        let best =
+            |cost: &dyn Fn([f64; 2]) -> f64| shapes().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or([1.0; 2]);
+        let normal_shape = best(&|shape| {
+            let table = table(shape);
+            unevenness(&rows, |r| (1, usize::from(r.normal <= interpolate(&table, r.depth) * bow(r.stick, shape))))
         });
-        let stick_width = |slip: f64| {
-            let scaled = rows.iter().flat_map(|r| r.friction.map(|e| e / line(r.stick, slip))).collect();
+        let stick_width = |shape: [f64; 2]| {
+            let scaled = rows.iter().flat_map(|r| r.friction.map(|e| e / bow(r.stick, shape))).collect();
             quantile(scaled, TARGET)
         };
-        let slip = best(&|slip| {
-            let width = stick_width(slip);
-            unevenness(&rows, |r| (2, r.friction.iter().filter(|e| **e <= width * line(r.stick, slip)).count()))
+        let shape = best(&|shape| {
+            let width = stick_width(shape);
+            unevenness(&rows, |r| (2, r.friction.iter().filter(|e| **e <= width * bow(r.stick, shape)).count()))
         });
-        let width = stick_width(slip);
-        Self { normal: table(normal_slip), normal_slip, friction: [width, width * slip] }
+        let width = stick_width(shape);
+        Self { normal: table(normal_shape), normal_shape, friction: [width, width * shape[0], width * shape[1]] }
     }
 
     /// Puts the band into parameters.
@@ -138,8 +142,9 @@ impl Band {
         for (i, node) in params.nodes.iter_mut().enumerate() {
             node.band_normal_n = interpolate(&self.normal, cell * i as f64) as f32;
         }
-        params.band_normal_slip = self.normal_slip as f32;
-        [params.band_friction_stick, params.band_friction_slip] = self.friction.map(|f| f as f32);
+        [params.band_normal_middle, params.band_normal_slip] = self.normal_shape.map(|f| f as f32);
+        [params.band_friction_stick, params.band_friction_middle, params.band_friction_slip] =
+            self.friction.map(|f| f as f32);
     }
 }
 
@@ -192,6 +197,13 @@ impl Coverage {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_parabola_takes_its_values_and_none_of_those_tried_touches_0() {
+        assert_eq!([1.0, 0.5, 0.0].map(|s| bow(s, [3.0, 2.0])), [1.0, 3.0, 2.0]);
+        assert!(shapes().count() > 300);
+        assert!(shapes().all(|shape| (0..=1000).all(|i| bow(1e-3 * f64::from(i), shape) > 0.0)));
+    }
 
     #[test]
     fn quantiles_and_tables() {

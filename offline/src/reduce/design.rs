@@ -70,7 +70,7 @@ fn slip_slide(depth_mm: f64) -> f64 {
 }
 
 /// The `index`-th number of Halton's sequence of that base, 0 to 1.
-fn halton(mut index: usize, base: usize) -> f64 {
+pub fn halton(mut index: usize, base: usize) -> f64 {
     let (mut value, mut digit) = (0.0, 1.0);
     while index > 0 {
         digit /= base as f64;

@@ -45,13 +45,17 @@ fn rust(file: &ModelFile) -> String {
     let _ = writeln!(out, "\nuse fingerpad::{{DataOf, Element, Line, Row}};\n");
     let _ = writeln!(out, "/// Turn it into a model with `MODEL.model()`, which checks it.");
     let _ = writeln!(out, "pub static MODEL: DataOf<{m}, {n}> = DataOf {{");
-    for (name, value) in head(data) {
-        let _ = writeln!(out, "    {name}: {},", literal(value));
+    for (name, values) in head(data) {
+        let text = values.iter().map(|v| literal(*v)).collect::<Vec<_>>().join(", ");
+        let _ = match values.len() {
+            1 => writeln!(out, "    {name}: {text},"),
+            _ => writeln!(out, "    {name}: [{text}],"),
+        };
     }
     let _ = writeln!(out, "    elements: [");
     for e in &data.elements {
-        let [y, w] = [e.inverse_yield, e.strength].map(literal);
-        let _ = writeln!(out, "        Element {{ inverse_yield: {y}, strength: {w} }},");
+        let [y, w, e] = [e.inverse_yield, e.strength, e.energy].map(literal);
+        let _ = writeln!(out, "        Element {{ inverse_yield: {y}, strength: {w}, energy: {e} }},");
     }
     let _ = writeln!(out, "    ],\n    rows: [");
     for row in &data.rows {
@@ -66,30 +70,32 @@ fn rust(file: &ModelFile) -> String {
     out
 }
 
-fn head(data: &Data) -> [(&'static str, f32); 12] {
+fn head(data: &Data) -> [(&'static str, &[f32]); 12] {
+    let one = std::slice::from_ref;
     [
-        ("depth_max", data.depth_max),
-        ("cells_per_mm", data.cells_per_mm),
-        ("half_cell", data.half_cell),
-        ("turn_slip", data.turn_slip),
-        ("area_tilt", data.area_tilt),
-        ("growth_loss", data.growth_loss),
-        ("fall_loss", data.fall_loss),
-        ("band_normal_top", data.band_normal_top),
-        ("band_normal_slip", data.band_normal_slip),
-        ("band_friction_top", data.band_friction_top),
-        ("band_friction_slip", data.band_friction_slip),
-        ("pressure_exponent", data.pressure_exponent),
+        ("depth_max", one(&data.depth_max)),
+        ("cells_per_mm", one(&data.cells_per_mm)),
+        ("half_cell", one(&data.half_cell)),
+        ("turn_slip", one(&data.turn_slip)),
+        ("slip_rate", one(&data.slip_rate)),
+        ("slip_start", one(&data.slip_start)),
+        ("odd", one(&data.odd)),
+        ("ease", &data.ease),
+        ("area_tilt", one(&data.area_tilt)),
+        ("band_normal", &data.band_normal),
+        ("band_friction", &data.band_friction),
+        ("pressure_exponent", one(&data.pressure_exponent)),
     ]
 }
 
-fn lines(row: &fingerpad::Row) -> [(&'static str, Line); 10] {
+fn lines(row: &fingerpad::Row) -> [(&'static str, Line); 11] {
     [
         ("normal", row.normal),
         ("area", row.area),
         ("limit", row.limit),
         ("stiffness", row.stiffness),
-        ("ratio", row.ratio),
+        ("across", row.across),
+        ("round", row.round),
         ("shear_x", row.shear_x),
         ("shear_y", row.shear_y),
         ("tilt", row.tilt),
@@ -142,7 +148,7 @@ fn json(file: &ModelFile) -> String {
     let elements: Vec<_> = data
         .elements
         .iter()
-        .map(|e| serde_json::json!({"inverse_yield": e.inverse_yield, "strength": e.strength}))
+        .map(|e| serde_json::json!({"inverse_yield": e.inverse_yield, "strength": e.strength, "energy": e.energy}))
         .collect();
     let tables: serde_json::Map<_, _> = lines(&data.rows[0])
         .iter()
@@ -154,7 +160,8 @@ fn json(file: &ModelFile) -> String {
         .collect();
     let effects: Vec<_> =
         model.effects.iter().map(|e| serde_json::json!({"kind": e.kind, "values": e.values})).collect();
-    let numbers: serde_json::Map<_, _> = head(data).iter().map(|(name, v)| ((*name).to_owned(), (*v).into())).collect();
+    let number = |v: &[f32]| if let [one] = v { (*one).into() } else { v.into() };
+    let numbers: serde_json::Map<_, _> = head(data).iter().map(|(name, v)| ((*name).to_owned(), number(v))).collect();
     let cell = data.depth_max / (data.rows.len() - 1) as f32;
     let depth_mm: Vec<f32> = (0..data.rows.len()).map(|i| cell * i as f32).collect();
     let whole = serde_json::json!({
@@ -200,9 +207,9 @@ mod tests {
             .collect();
         let model = file.file();
         let data = model.model.data();
-        let mut expected: Vec<f32> = head(data).iter().map(|(_, v)| *v).collect();
+        let mut expected: Vec<f32> = head(data).iter().flat_map(|(_, v)| v.iter().copied()).collect();
         for e in &data.elements {
-            expected.extend([e.inverse_yield, e.strength]);
+            expected.extend([e.inverse_yield, e.strength, e.energy]);
         }
         for row in &data.rows {
             expected.extend(lines(row).iter().flat_map(|(_, l)| [l.value, l.change]));

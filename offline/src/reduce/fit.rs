@@ -42,8 +42,8 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            rising_knots: 9,
-            gentle_knots: 5,
+            rising_knots: 12,
+            gentle_knots: 6,
             normal_share: 0.005,
             friction_share: 0.006,
             stick: 0.1,

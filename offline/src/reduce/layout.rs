@@ -37,6 +37,8 @@ pub struct Start {
 
 /// Share of what passivity allows that the fit may use; the rest is for rounding.
 const ALLOWED: f64 = 0.97;
+/// Largest odd softness.
+const ODD_MAX: f64 = 0.099;
 /// Largest share of the normal force that full shear may add or take off.
 const SHEAR_MAX: f64 = 0.5;
 /// Largest tilt of the limit.
@@ -86,7 +88,7 @@ impl Layout {
 
     /// Length of the vector for `elements` elements.
     pub fn len(&self, elements: usize) -> usize {
-        4 * self.rising.0.len() + 5 * self.gentle.0.len() + 2 + 2 * elements + 4
+        4 * self.rising.0.len() + 6 * self.gentle.0.len() + 2 + 2 * elements + 5
     }
 
     /// The vector that makes `start`.
@@ -102,6 +104,8 @@ impl Layout {
         }
         let gentle = self.gentle.0.len();
         theta.extend(vec![start.ratio.ln(); gentle]);
+        // Strength ratio.
+        theta.extend(vec![0.0; gentle]);
         // Press coupling and tilt, each with its value at depth 0.
         theta.extend(vec![0.0; 2 * (gentle + 1)]);
         // Normal force on shear: small.
@@ -109,7 +113,7 @@ impl Layout {
         // Yield positions from near 0 to twice the mean, even shares.
         theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
         theta.extend(vec![0.0; elements]);
-        theta.extend([-2.0, -1.0, -1.0, 0.0]);
+        theta.extend([-2.0, -2.0, 3.0, 0.0, 0.0]);
         theta
     }
 
@@ -119,6 +123,7 @@ impl Layout {
         let tables: [Vec<f64>; 4] = std::array::from_fn(|_| rising(cursor.take(self.rising.0.len())));
         let gentle = self.gentle.0.len();
         let ratio: Vec<f64> = cursor.take(gentle).iter().map(|t| t.exp().clamp(0.26, 3.9)).collect();
+        let strength_ratio: Vec<f64> = cursor.take(gentle).iter().map(|t| t.exp().clamp(0.51, 1.95)).collect();
         let signed = |cursor: &mut Cursor, bound: f64| {
             let start = bound * cursor.one().tanh();
             (start, cursor.take(gentle).iter().map(|t| bound * t.tanh()).collect::<Vec<f64>>())
@@ -129,10 +134,17 @@ impl Layout {
             std::array::from_fn(|_| cursor.take(gentle).iter().map(|t| SHEAR_MAX * t.tanh()).collect());
         let positions = rising(cursor.take(M));
         let strength = shares(cursor.take(M));
-        let turn_slip = 1.0 / (1.0 + (-cursor.one()).exp());
-        let growth_loss = 1.0 / (1.0 + (-cursor.one()).exp());
-        let fall_loss = 0.5 / (1.0 + (-cursor.one()).exp());
+        let between = |t: f64| 1.0 / (1.0 + (-t).exp());
+        let turn_slip = between(cursor.one());
+        let first_slip = 0.5 * between(cursor.one());
+        let full_slip = 0.8 + 0.198 * between(cursor.one());
+        let odd_softness = cursor.one();
         let area_tilt = 0.5 * cursor.one().tanh();
+        // Positions and shares as the core normalises them.
+        let softness: f64 = (0..M).map(|j| strength[j] / positions[j]).sum();
+        let least = positions[0] * softness;
+        let odd_softness = ODD_MAX.min(0.37 * least) * odd_softness.tanh();
+        let energy: f64 = (0..M).map(|j| strength[j] * positions[j] * softness).sum();
 
         let mut nodes = [Node::default(); N];
         let cell = self.depth_max_mm / (N - 1) as f64;
@@ -146,6 +158,7 @@ impl Layout {
                 friction_limit_n: limit as f32,
                 tangential_stiffness_n_mm: stiffness as f32,
                 stiffness_ratio: self.gentle.value(ratio[0], &ratio, d) as f32,
+                strength_ratio: self.gentle.value(strength_ratio[0], &strength_ratio, d) as f32,
                 press_coupling: self.gentle.value(press.0, &press.1, d) as f32,
                 normal_shear_x_n: (normal * self.gentle.value(shear[0][0], &shear[0], d)) as f32,
                 normal_shear_y_n: (normal * self.gentle.value(shear[1][0], &shear[1], d)) as f32,
@@ -153,7 +166,7 @@ impl Layout {
                 band_normal_n: 0.0,
             };
         }
-        make_passive(&mut nodes, cell, growth_loss, fall_loss);
+        make_passive(&mut nodes, cell, energy);
         ParamsOf {
             depth_max_mm: self.depth_max_mm as f32,
             sliders: std::array::from_fn(|j| Slider {
@@ -162,41 +175,32 @@ impl Layout {
             }),
             nodes,
             turn_slip: turn_slip as f32,
-            growth_loss: growth_loss as f32,
-            fall_loss: fall_loss as f32,
+            first_slip: first_slip as f32,
+            full_slip: full_slip as f32,
+            odd_softness: odd_softness as f32,
             area_tilt: area_tilt as f32,
+            band_normal_middle: 1.0,
             band_normal_slip: 1.0,
             band_friction_stick: 0.0,
+            band_friction_middle: 0.0,
             band_friction_slip: 0.0,
             pressure_exponent: self.pressure_exponent as f32,
         }
     }
 }
 
-/// Cuts off what `DataOf::check` would refuse; its inequalities, node by node.
-fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, growth_loss: f64, fall_loss: f64) {
-    let at = |n: &Node| {
-        [n.normal_force_n, n.friction_limit_n, n.tangential_stiffness_n_mm, n.stiffness_ratio].map(f64::from)
-    };
-    for i in 2..N {
-        let [_, _, k0, rho0] = at(&nodes[i - 1]);
-        let [_, _, k1, rho1] = at(&nodes[i]);
-        // Relative to the smaller ratio and the larger stiffness of the two ends, where the bound is tightest.
-        let share = ALLOWED * (k1 - k0) / k1;
-        let (fall, rise) = (growth_loss * share * rho0 / (1.0 + growth_loss * share), 1.5 * fall_loss * share * rho0);
-        nodes[i].stiffness_ratio = (rho0 + (rho1 - rho0).clamp(-fall, rise)) as f32;
-    }
-    // Below the first node stiffness and limit are straight from 0, and the ratio is constant.
-    nodes[0].stiffness_ratio = nodes[1].stiffness_ratio;
+/// Cuts off what `DataOf::check` would refuse; its inequalities, node by node. `energy` is Σ w y.
+fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, energy: f64) {
+    let at = |n: &Node| [n.normal_force_n, n.friction_limit_n, n.tangential_stiffness_n_mm].map(f64::from);
     // Press coupling: |C'| within `most`, its change from node to node within `change`; `most` is lowered from the deep
     // end so that the next node's can be reached.
     let change = |nodes: &[Node; N], i: usize| {
-        let ([n0, ..], [n1, limit, ..]) = (at(&nodes[i - 1]), at(&nodes[i]));
+        let ([n0, ..], [n1, limit, _]) = (at(&nodes[i - 1]), at(&nodes[i]));
         ALLOWED * (n1 - n0) / (1.3 * limit)
     };
     let mut most = [f64::INFINITY; N];
     for i in (1..N).rev() {
-        let [normal, limit, ..] = at(&nodes[i]);
+        let [normal, limit, _] = at(&nodes[i]);
         most[i] = ALLOWED * normal / (1.3 * limit);
         if i + 1 < N {
             most[i] = most[i].min(most[i + 1] + change(nodes, i + 1));
@@ -210,35 +214,17 @@ fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, growth_loss: f
         nodes[i].press_coupling = reached as f32;
     }
     nodes[0].press_coupling = nodes[1].press_coupling;
-    // What the cell from node i to i + 1 allows of the force that full shear takes off or adds at one of its ends, along x
-    // and y.
-    let allowed = |nodes: &[Node; N], i: usize, end: usize| -> [[f64; 2]; 2] {
-        let [n0, _, k0, rho0] = at(&nodes[i]);
-        let [n1, l1, k1, rho1] = at(&nodes[i + 1]);
-        let [_, limit, ..] = at(&nodes[i + end]);
-        let dk = (k1 - k0) / (k1 * cell);
-        let [rise, fall] = [rho1 - rho0, rho0 - rho1].map(|by| by.max(0.0) / (rho0.min(rho1) * cell));
-        let softest = rho0.max(rho1);
-        let energy = ALLOWED * limit * limit / k1;
-        let step = ALLOWED * limit * limit * ((n1 - n0) / (cell * k1 * softest.max(1.0))).max(0.0).sqrt() / (2.6 * l1);
-        [
-            [-(0.5 * energy * growth_loss * dk).min(step), energy * fall_loss * dk],
-            [
-                -(0.5 * energy / softest * (growth_loss * dk - fall)).min(step).max(0.0),
-                (energy / softest * (fall_loss * dk - 0.5 * rise)).max(0.0),
-            ],
-        ]
-    };
-    let whole = *nodes;
-    for i in 1..N {
-        let mut most = allowed(&whole, i - 1, 1);
-        if i + 1 < N {
-            let right = allowed(&whole, i, 0);
-            most = std::array::from_fn(|k| [most[k][0].max(right[k][0]), most[k][1].min(right[k][1])]);
-        }
-        let node = &mut nodes[i];
-        node.normal_shear_x_n = f64::from(node.normal_shear_x_n).clamp(most[0][0], most[0][1]) as f32;
-        node.normal_shear_y_n = f64::from(node.normal_shear_y_n).clamp(most[1][0], most[1][1]) as f32;
+    // Normal force from shear: little against the stiffness, and never more taken off than there is.
+    let depth_max = cell * (N - 1) as f64;
+    for node in nodes.iter_mut().skip(1) {
+        let [normal, limit, stiffness] = at(node);
+        let round = f64::from(node.stiffness_ratio).sqrt() / f64::from(node.strength_ratio);
+        let bound = ALLOWED * 0.5 / (stiffness * depth_max) * limit * limit * energy;
+        let left = ALLOWED * normal - 1.3 * limit * f64::from(node.press_coupling).abs();
+        let taken_x = bound.min(left.max(0.0) / 1.7 * energy / (energy + 0.3));
+        let taken_y = (bound / (round * round)).min(left.max(0.0) / 1.1);
+        node.normal_shear_x_n = f64::from(node.normal_shear_x_n).clamp(-taken_x, bound) as f32;
+        node.normal_shear_y_n = f64::from(node.normal_shear_y_n).clamp(-taken_y, bound / (round * round)) as f32;
     }
 }
 
@@ -249,7 +235,7 @@ mod tests {
     /// Every vector is a model that the core accepts: the fit cannot leave the passive ones.
     #[test]
     fn any_vector_is_a_passive_model() {
-        let layout = Layout::new(9, 5, 2.5, 0.46);
+        let layout = Layout::new(12, 6, 2.5, 0.46);
         let start =
             Start { normal: [0.33, 1.6], area: [65.0, 1.0], limit: [0.5, 1.3], stiffness: [0.3, 0.5], ratio: 0.65 };
         let mut seed = 7u64;

@@ -21,7 +21,7 @@ mod tables;
 
 pub use band::{Band, Coverage};
 pub use curve::{CurvePoint, curve};
-pub use design::{DEPTH_MAX_MM, Experiment, Kind, design};
+pub use design::{DEPTH_MAX_MM, Experiment, Kind, design, halton};
 pub use error::ReduceError;
 pub use export::{Format, export};
 pub use file::ModelFile;

@@ -5,7 +5,7 @@ use fingerpad_offline::{
     experiment::Config,
     identify::FingerPoint,
     mesh::{FingertipShape, MeshPreset, fingertip},
-    reduce::{ModelFile, STEP_MM, settings_hash},
+    reduce::{ModelFile, STEP_MM, halton, settings_hash},
     slide::{Finger, Trajectory},
 };
 
@@ -23,15 +23,6 @@ const STRENGTH_MOST: f64 = 1.5;
 
 /// Size, stiffness and lambda by Halton's sequence, those left out where the skin would be stronger than the tissue.
 fn fingers(config: &Config, count: usize) -> Vec<[f64; 3]> {
-    let halton = |mut index: usize, base: usize| {
-        let (mut value, mut digit) = (0.0, 1.0);
-        while index > 0 {
-            digit /= base as f64;
-            value += digit * (index % base) as f64;
-            index /= base;
-        }
-        value
-    };
     let law = config.friction;
     (1..)
         .map(|i| {

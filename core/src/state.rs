@@ -1,0 +1,80 @@
+//! All that a contact remembers.
+//!
+//! Main type: [`StateOf`]. Uses data.
+
+use crate::data::ELEMENTS;
+
+/// The memory of the default model; see [`StateOf`].
+pub type State = StateOf<ELEMENTS>;
+
+/// All that a contact remembers. `Default` is a finger in the air.
+///
+/// Plain data of `2 M + 13` words: copy it to save it, or use [`StateOf::write_bytes`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateOf<const M: usize> {
+    /// Force of each element over its strength; along y over the root of the stiffness ratio as well.
+    pub(crate) force: [[f32; 2]; M],
+    /// Their resultant over the strength; along y over the strength there.
+    pub(crate) mean: [f32; 2],
+    /// The way that it has gone since the motion last turned back, or from 0 in a fresh contact and after full slip.
+    pub(crate) way: [f32; 2],
+    /// Square of the yield function where it turned; growth makes it less.
+    pub(crate) worn: f32,
+    pub(crate) depth: f32,
+    pub(crate) limit: f32,
+    /// 1 over the tangential stiffness, mm/N.
+    pub(crate) compliance: f32,
+    /// Twice the elements' elastic energy along x and y times the stiffness, N².
+    pub(crate) energy: [f32; 2],
+    /// Twice the energy that the contact holds beyond that of its elements, mJ.
+    pub(crate) held: f32,
+    /// Slide that pressing amounts to, half cells.
+    pub(crate) pressed: f32,
+    pub(crate) strength_factor: f32,
+}
+
+impl<const M: usize> Default for StateOf<M> {
+    fn default() -> Self {
+        Self {
+            force: [[0.0; 2]; M],
+            mean: [0.0; 2],
+            way: [0.0; 2],
+            worn: 0.0,
+            depth: 0.0,
+            limit: 0.0,
+            compliance: 0.0,
+            energy: [0.0; 2],
+            held: 0.0,
+            pressed: 0.0,
+            strength_factor: 1.0,
+        }
+    }
+}
+
+impl<const M: usize> StateOf<M> {
+    /// Whether the last step left the finger in contact.
+    pub(crate) fn in_contact(&self) -> bool {
+        self.limit > 0.0
+    }
+
+    /// The depth of the last step, mm.
+    pub fn depth_mm(&self) -> f32 {
+        self.depth
+    }
+
+    /// The factor on the strength; 1 unless set.
+    pub fn strength_factor(&self) -> f32 {
+        self.strength_factor
+    }
+
+    /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,
+    /// speed, dwell or another finger make of the friction. Elements keep their force while it fits.
+    ///
+    /// Range 0.2 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
+    pub fn set_strength_factor(&mut self, factor: f32) -> f32 {
+        if !factor.is_nan() {
+            self.strength_factor = factor.clamp(0.2, 5.0);
+        }
+        self.strength_factor
+    }
+}

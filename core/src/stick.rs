@@ -1,0 +1,101 @@
+//! How much of a contact sticks: from where friction last turned back.
+//!
+//! Main type: [`Turn`]. Uses state and math.
+//!
+//! The stick ratio is (1 − q²) (1 − e v²). p is the way that the resultant m = F/L has gone from where it last turned
+//! back, m0, as a share of the way from there to the limit; q goes from 0 at the share where slip begins to 1 where
+//! nothing sticks; v is the yield function at m0, which is 1 on the limit, so that e is the slip right after a turn back
+//! from full slip. A turn forgets that part of the way which it goes back. Growth of the contact draws m0 to m and v to
+//! 0: what is pressed anew sticks.
+
+use crate::math::{at_most_one, not_negative, sqrt};
+use crate::step::NOTHING;
+use crate::{DataOf, Regime, StateOf};
+
+/// Where the resultant last turned back, seen from the present step.
+pub(crate) struct Turn {
+    from: [f32; 2],
+    /// 1 less the yield function there, at least 0.
+    room: f32,
+}
+
+/// Follows the turning point through a step, before the elements move.
+///
+/// * `toward`: where the elements would take the resultant if none yielded, less where it was
+/// * `scarcer`: limit before over limit now
+#[inline(always)]
+pub(crate) fn follow<const M: usize>(
+    state: &mut StateOf<M>,
+    [toward_x, toward_y]: [f32; 2],
+    scarcer: f32,
+    tilt_twice: f32,
+) -> Turn {
+    let grown = at_most_one(scarcer);
+    let [mean_x, mean_y] = state.mean;
+    let [mut way_x, mut way_y] = state.way;
+    let ahead = toward_x * way_x + toward_y * way_y;
+    let turns = ahead < 0.0;
+    if turns {
+        let back = ahead / (toward_x * toward_x + toward_y * toward_y + NOTHING);
+        way_x -= back * toward_x;
+        way_y -= back * toward_y;
+    }
+    let forgets = grown * grown * grown;
+    let from_x = grown * mean_x - forgets * way_x;
+    let from_y = grown * mean_y - forgets * way_y;
+    let level = from_y * from_y + from_x * (from_x - tilt_twice);
+    let room = not_negative(1.0 - level);
+    // A square, since inside the limit the yield function may be a little below 0.
+    state.worn = if turns { at_most_one(level * level) } else { state.worn * forgets };
+    Turn { from: [from_x, from_y], room }
+}
+
+impl Turn {
+    /// The stick ratio with the resultant at `mean`; remembers the way there.
+    #[inline(always)]
+    pub(crate) fn stick_ratio<const M: usize, const N: usize>(
+        self,
+        state: &mut StateOf<M>,
+        mean: [f32; 2],
+        tilt: f32,
+        data: &DataOf<M, N>,
+    ) -> f32 {
+        let [from_x, from_y] = self.from;
+        let way = [mean[0] - from_x, mean[1] - from_y];
+        let used = used_up(way, [from_x - tilt, from_y], self.room);
+        let slip = not_negative(data.slip_start + data.slip_rate * used);
+        state.way = way;
+        // In whole numbers, which order like the floats.
+        if slip.to_bits() >= 1.0f32.to_bits() {
+            state.way = mean;
+            return 0.0;
+        }
+        (1.0 - slip * slip) * (1.0 - data.turn_slip * state.worn)
+    }
+}
+
+/// How much of the way to the limit a resultant has gone, 0 to 1; at the limit it may be a little off 1.
+///
+/// p solves |from + way/p| = limit, a circle around the tilt. `from` is counted from there, `room` is 1 less the yield
+/// function there.
+#[inline(always)]
+fn used_up(way: [f32; 2], from: [f32; 2], room: f32) -> f32 {
+    let [x, y] = way;
+    let square = x * x + y * y;
+    let ahead = x * from[0] + y * from[1];
+    let root = sqrt(ahead * ahead + square * room);
+    square / (root - ahead + NOTHING)
+}
+
+/// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1.
+#[inline(always)]
+pub(crate) fn regime_of(stick_ratio: f32) -> Regime {
+    let bits = stick_ratio.to_bits();
+    if bits >= 0.99f32.to_bits() {
+        Regime::Stick
+    } else if bits <= 0.01f32.to_bits() {
+        Regime::Slip
+    } else {
+        Regime::PartialSlip
+    }
+}
