@@ -61,10 +61,10 @@ fn the_finite_elements_confirm_what_was_named() {
     let set = sets().into_iter().find(|s| s.law == "strain_stiffening").unwrap();
     let (report, evidence) = run_with_evidence(&set.calibration(), &set.measured(), None, CORNEOMETER_SD_AU);
     assert_eq!(report.effects.len(), 1);
-    let fe = confirm(&evidence, &set.shape, 3, 2);
+    let fe = confirm(&evidence, &set.shape, 8, 2);
     println!("{fe:?}");
     let worst = |rms: [f64; 3]| (0..3).map(|k| rms[k] / fe.floor_rms_n[k]).fold(0.0, f64::max);
     let (before, after) = (worst(fe.rms_before_n), worst(fe.rms_after_n));
-    assert!(fe.without_equilibrium.is_empty() && fe.runs.len() == 3, "{fe:?}");
+    assert!(fe.without_equilibrium.is_empty() && fe.runs.len() == 8, "{fe:?}");
     assert!(after <= 1.5 && after < before, "{before} -> {after}");
 }
