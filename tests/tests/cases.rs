@@ -84,3 +84,8 @@ fn direct_slip() {
 fn twin() {
     holds("twin");
 }
+
+#[test]
+fn noise() {
+    holds("noise");
+}
