@@ -31,23 +31,27 @@ pub(crate) fn follow<const M: usize>(
     tilt_twice: f32,
 ) -> Turn {
     let grown = at_most_one(scarcer);
+    let square = grown * grown;
     let [mean_x, mean_y] = state.mean;
     let [mut way_x, mut way_y] = state.way;
+    let turned = |way_x: f32, way_y: f32| {
+        let (x, y) = (grown * (mean_x - square * way_x), grown * (mean_y - square * way_y));
+        Turn { from: [x, y], room: not_negative(1.0 - (y * y + x * (x - tilt_twice))) }
+    };
     let ahead = toward_x * way_x + toward_y * way_y;
-    let turns = ahead < 0.0;
-    if turns {
-        let back = ahead / (toward_x * toward_x + toward_y * toward_y + NOTHING);
+    if ahead < 0.0 {
+        let back = ahead / (NOTHING + toward_x * toward_x + toward_y * toward_y);
         way_x -= back * toward_x;
         way_y -= back * toward_y;
+        let turn = turned(way_x, way_y);
+        let level = 1.0 - turn.room;
+        // A square, since inside the limit the yield function may be a little below 0.
+        state.worn = level * level;
+        turn
+    } else {
+        state.worn *= square * grown;
+        turned(way_x, way_y)
     }
-    let forgets = grown * grown * grown;
-    let from_x = grown * mean_x - forgets * way_x;
-    let from_y = grown * mean_y - forgets * way_y;
-    let level = from_y * from_y + from_x * (from_x - tilt_twice);
-    let room = not_negative(1.0 - level);
-    // A square, since inside the limit the yield function may be a little below 0.
-    state.worn = if turns { at_most_one(level * level) } else { state.worn * forgets };
-    Turn { from: [from_x, from_y], room }
 }
 
 impl Turn {
@@ -70,7 +74,8 @@ impl Turn {
             state.way = mean;
             return 0.0;
         }
-        (1.0 - slip * slip) * (1.0 - data.turn_slip * state.worn)
+        let stuck = 1.0 - slip * slip;
+        stuck - stuck * (data.turn_slip * state.worn)
     }
 }
 
@@ -90,12 +95,8 @@ fn used_up(way: [f32; 2], from: [f32; 2], room: f32) -> f32 {
 /// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1.
 #[inline(always)]
 pub(crate) fn regime_of(stick_ratio: f32) -> Regime {
-    let bits = stick_ratio.to_bits();
-    if bits >= 0.99f32.to_bits() {
-        Regime::Stick
-    } else if bits <= 0.01f32.to_bits() {
-        Regime::Slip
-    } else {
-        Regime::PartialSlip
-    }
+    // Whole numbers, which order like the floats; a difference below 0 has the highest bit.
+    let below = |threshold: f32| stick_ratio.to_bits().wrapping_sub(threshold.to_bits()) >> 31;
+    let number = 1 + below(0.99) + below(0.01f32.next_up());
+    bytemuck::checked::try_cast(number as u8).unwrap_or(Regime::NoContact)
 }
