@@ -17,6 +17,7 @@ pub(crate) struct Turn {
     from: [f32; 2],
     /// 1 less the yield function there, at least 0.
     room: f32,
+    worn: f32,
 }
 
 /// Follows the turning point through a step, before the elements move.
@@ -25,7 +26,7 @@ pub(crate) struct Turn {
 /// * `scarcer`: limit before over limit now
 #[inline(always)]
 pub(crate) fn follow<const M: usize>(
-    state: &mut StateOf<M>,
+    state: &StateOf<M>,
     [toward_x, toward_y]: [f32; 2],
     scarcer: f32,
     tilt_twice: f32,
@@ -34,23 +35,22 @@ pub(crate) fn follow<const M: usize>(
     let square = grown * grown;
     let [mean_x, mean_y] = state.mean;
     let [mut way_x, mut way_y] = state.way;
-    let turned = |way_x: f32, way_y: f32| {
+    let from = |way_x: f32, way_y: f32| {
         let (x, y) = (grown * (mean_x - square * way_x), grown * (mean_y - square * way_y));
-        Turn { from: [x, y], room: not_negative(1.0 - (y * y + x * (x - tilt_twice))) }
+        ([x, y], not_negative(1.0 - (y * y + x * (x - tilt_twice))))
     };
     let ahead = toward_x * way_x + toward_y * way_y;
     if ahead < 0.0 {
         let back = ahead / (NOTHING + toward_x * toward_x + toward_y * toward_y);
         way_x -= back * toward_x;
         way_y -= back * toward_y;
-        let turn = turned(way_x, way_y);
-        let level = 1.0 - turn.room;
+        let (from, room) = from(way_x, way_y);
+        let level = 1.0 - room;
         // A square, since inside the limit the yield function may be a little below 0.
-        state.worn = level * level;
-        turn
+        Turn { from, room, worn: level * level }
     } else {
-        state.worn *= square * grown;
-        turned(way_x, way_y)
+        let (from, room) = from(way_x, way_y);
+        Turn { from, room, worn: state.worn * (square * grown) }
     }
 }
 
@@ -69,13 +69,14 @@ impl Turn {
         let used = used_up(way, [from_x - tilt, from_y], self.room);
         let slip = not_negative(data.slip_start + data.slip_rate * used);
         state.way = way;
+        state.worn = self.worn;
         // In whole numbers, which order like the floats.
         if slip.to_bits() >= 1.0f32.to_bits() {
             state.way = mean;
             return 0.0;
         }
         let stuck = 1.0 - slip * slip;
-        stuck - stuck * (data.turn_slip * state.worn)
+        stuck - stuck * (data.turn_slip * self.worn)
     }
 }
 
