@@ -55,6 +55,8 @@ pub struct Driven {
 /// Force error at which a driven step is content, share of the target.
 const CONTENT: f32 = 4e-6;
 const ROUNDS: usize = 12;
+/// Forces beyond are out of reach like this one; their squares are numbers.
+const LARGEST_N: f32 = 1e6;
 /// Rounds in a row that do not halve the error after which the force counts as out of reach.
 const STALE: u32 = 5;
 /// Force error below which depth and slide go by Newton's method together. Farther off, where full slip comes between,
@@ -106,12 +108,14 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
                 if !state.in_contact() {
                     motion.depth_mm = self.depth_for_normal(force);
                 }
-                want_normal = Some(force);
+                want_normal = Some(force.min(LARGEST_N));
             }
         }
         match drive.tangential {
             Tangential::SlideIncrementMm(slide) => motion.slide_increment_mm = slide,
-            Tangential::FrictionN([x, y]) if x.is_finite() && y.is_finite() => want_friction = Some([x, y]),
+            Tangential::FrictionN([x, y]) if x.is_finite() && y.is_finite() => {
+                want_friction = Some([x, y].map(|f| f.clamp(-LARGEST_N, LARGEST_N)));
+            }
             Tangential::FrictionN(_) => bad = Status::BAD_INPUT,
         }
 
@@ -120,7 +124,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let mut stale = 0;
         for _ in 0..ROUNDS {
             let mut trial = *state;
-            let response = step(self, &mut trial, motion);
+            let mut response = step(self, &mut trial, motion);
             let mut error = 0.0f32;
             let mut lack = [0.0f32; 3];
             if let Some(target) = want_normal {
@@ -134,10 +138,15 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
             }
             let halves = error < 0.5 * best.0;
             stale = if halves { 0 } else { stale + 1 };
+            if error <= CONTENT {
+                *state = trial;
+                response.status = response.status.with(bad);
+                return Driven { response, motion };
+            }
             if error < best.0 {
                 best = (error, trial, response, motion);
             }
-            if !(error > CONTENT) || stale > STALE {
+            if stale > STALE {
                 break;
             }
             let mut deeper = 0.0;
