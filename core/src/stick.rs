@@ -8,7 +8,7 @@
 //! from full slip. A turn forgets that part of the way which it goes back. Growth of the contact draws m0 to m and v to
 //! 0: what is pressed anew sticks.
 
-use crate::math::{at_most_one, not_negative, sqrt};
+use crate::math::{not_negative, sqrt};
 use crate::step::NOTHING;
 use crate::{DataOf, Regime, StateOf};
 
@@ -31,12 +31,15 @@ pub(crate) fn follow<const M: usize>(
     scarcer: f32,
     tilt_twice: f32,
 ) -> Turn {
-    let grown = at_most_one(scarcer);
-    let square = grown * grown;
     let [mean_x, mean_y] = state.mean;
     let [mut way_x, mut way_y] = state.way;
     let from = |way_x: f32, way_y: f32| {
-        let (x, y) = (grown * (mean_x - square * way_x), grown * (mean_y - square * way_y));
+        let (x, y) = if scarcer < 1.0 {
+            let square = scarcer * scarcer;
+            (scarcer * (mean_x - square * way_x), scarcer * (mean_y - square * way_y))
+        } else {
+            (mean_x - way_x, mean_y - way_y)
+        };
         ([x, y], not_negative(1.0 - (y * y + x * (x - tilt_twice))))
     };
     let ahead = toward_x * way_x + toward_y * way_y;
@@ -50,7 +53,8 @@ pub(crate) fn follow<const M: usize>(
         Turn { from, room, worn: level * level }
     } else {
         let (from, room) = from(way_x, way_y);
-        Turn { from, room, worn: state.worn * (square * grown) }
+        let worn = if scarcer < 1.0 { state.worn * (scarcer * scarcer * scarcer) } else { state.worn };
+        Turn { from, room, worn }
     }
 }
 
