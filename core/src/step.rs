@@ -2,6 +2,8 @@
 //!
 //! Main function: [`step()`]. Uses data, state, yielding, stick and math.
 
+use core::hint::select_unpredictable;
+
 use crate::math::{not_negative, sqrt};
 use crate::stick::{follow, regime_of};
 use crate::tune::Scaling;
@@ -144,10 +146,9 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         let y_round = y * round;
         let level = y_round * y_round + x * (x - tilt_twice);
         // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
-        let back = drawn_back([x, y], round, level, tilt, lack, rest);
-        if level > YIELD {
-            [x, y] = back;
-        }
+        let [back_x, back_y] = drawn_back([x, y], round, level, tilt, lack, rest);
+        x = select_unpredictable(level > YIELD, back_x, x);
+        y = select_unpredictable(level > YIELD, back_y, y);
         *u = [x, y];
         mean_x += element.strength * x;
         mean_y += element.strength * y;
