@@ -97,11 +97,31 @@ fn used_up(way: [f32; 2], from: [f32; 2], room: f32) -> f32 {
     square / (root - ahead + NOTHING)
 }
 
-/// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1.
+/// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1. Without a branch.
 #[inline(always)]
 pub(crate) fn regime_of(stick_ratio: f32) -> Regime {
     // Whole numbers, which order like the floats; a difference below 0 has the highest bit.
     let below = |threshold: f32| stick_ratio.to_bits().wrapping_sub(threshold.to_bits()) >> 31;
     let number = 1 + below(0.99) + below(0.01f32.next_up());
     bytemuck::checked::try_cast(number as u8).unwrap_or(Regime::NoContact)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regime_is_that_of_the_ratio() {
+        for (low, high) in
+            [(0.0f32, 1e-30f32), (0.009_999, 0.010_001), (0.4, 0.400_1), (0.989_99, 0.990_01), (0.999_9, 1.0)]
+        {
+            for bits in low.to_bits()..=high.to_bits().min(low.to_bits() + 100_000) {
+                let ratio = f32::from_bits(bits);
+                assert_eq!(regime_of(ratio), Regime::classify(true, ratio), "{ratio}");
+            }
+        }
+        for ratio in [0.01, 0.99, 1.0f32] {
+            assert_eq!(regime_of(ratio), Regime::classify(true, ratio), "{ratio}");
+        }
+    }
 }
