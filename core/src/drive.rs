@@ -78,7 +78,7 @@ impl Search {
         self.ends[usize::from(lack < 0.0)] = plain;
         let slope = (self.last[1] - lack) / (plain - self.last[0]);
         self.last = [plain, lack];
-        let next = if slope > 0.2 && slope < 5.0 { plain + lack / slope } else { plain + lack };
+        let next = if (0.2..5.0).contains(&slope) { plain + lack / slope } else { plain + lack };
         let [low, high] = self.ends;
         if high < f32::INFINITY && !(next > low && next < high) { 0.5 * (low + high) } else { next }
     }
