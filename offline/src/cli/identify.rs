@@ -422,9 +422,12 @@ fn summary(outcome: &Outcome) {
     }
     if let Some(fast) = &outcome.fast {
         println!(
-            "fast route: {} space mappings, {} Gauss–Newton evaluations; strength {:.5} kPa, beta {:.5}, sum of squares {:.4e}",
+            "fast route: {} space mappings, {} Gauss–Newton evaluations (sum of squares {:.4e}), {} of a direct search; strength \
+             {:.5} kPa, beta {:.5}, sum of squares {:.4e}",
             fast.mappings.len(),
             fast.gauss_newton_evaluations,
+            fast.gauss_newton.sum_of_squares,
+            fast.direct_evaluations,
             fast.law.tau_ref_kpa,
             fast.law.beta,
             fast.sum_of_squares

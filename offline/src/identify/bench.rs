@@ -145,7 +145,8 @@ impl<'a> Bench<'a> {
         }
         let finger = self.finger(shape)?;
         let problem = self.config.problem(&finger);
-        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new() }.steady(queries)
+        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), leads: true }
+            .steady(queries)
     }
 
     fn remembered(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
@@ -160,12 +161,19 @@ pub struct Rig<'a> {
     problem: &'a Problem<'a>,
     key: Key,
     sliders: BTreeMap<usize, Slider<'a>>,
+    /// Whether other fingers may start from where this one stands.
+    leads: bool,
 }
 
 impl<'a> Rig<'a> {
     /// The finger of `problem`, whose shape is `shape`.
     pub fn new(bench: &'a Bench<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
-        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new() }
+        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new(), leads: true }
+    }
+
+    /// Another finger like this one for a search beside others: what order they come in changes no finger's start.
+    pub fn beside(&self) -> Self {
+        Self { shape: self.shape.clone(), sliders: BTreeMap::new(), leads: false, ..*self }
     }
 
     /// The finger's shape.
@@ -182,7 +190,7 @@ impl<'a> Rig<'a> {
             return Ok(known);
         }
         self.put_on_the_plane(queries)?;
-        let (bench, key) = (self.bench, self.key);
+        let (bench, key, leads) = (self.bench, self.key, self.leads);
         let mut work: Vec<(&(usize, Vec<Query>), Slider<'a>, Vec<Steady>)> = queries
             .iter()
             .map(|item| (item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
@@ -206,7 +214,9 @@ impl<'a> Rig<'a> {
                     Ok(())
                 });
                 bench.effort.lock().expect("no panic while locked").add(&slider.effort.since(&before));
-                bench.starts.lock().expect("no panic while locked").insert(*slot, slider.start());
+                if leads {
+                    bench.starts.lock().expect("no panic while locked").insert(*slot, slider.start());
+                }
                 result
             })
         });

@@ -65,7 +65,9 @@ pub fn certainty(
     let errors = linear(&solution.jacobian, growth.map_or(f64::NAN, |g| g.variance));
     if let Some(growth) = growth {
         let mut known = Vec::new();
-        for around in ring(&law, &errors, (growth.two / growth.variance).sqrt(), &settings.region) {
+        let ring = ring(&law, &errors, (growth.two / growth.variance).sqrt(), &settings.region);
+        fe.prepare(&ring);
+        for around in ring {
             if let Some(coefficients) = found(fe, &around)? {
                 known.push((around, coefficients));
             }

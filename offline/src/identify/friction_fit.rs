@@ -158,6 +158,24 @@ pub fn fit(
     Ok((model.point(&solution.values), solution))
 }
 
+/// What a fit that ended at `law` would have told: residuals and derivatives there.
+///
+/// # Errors
+/// [`IdentifyError`] of the model.
+pub fn solution_at(
+    friction: &mut dyn Friction,
+    target: &Target,
+    law: &LawPoint,
+    ended: String,
+    evaluations: usize,
+) -> Result<Solution, IdentifyError> {
+    let values = law.coordinates(target.free_tau0);
+    let pinned = vec![None; values.len()];
+    let mut model = LawModel { friction, target, fixed: *law, pinned, differentiated: None };
+    let (residuals, jacobian) = (model.residuals(&values)?, model.jacobian(&values)?);
+    Ok(Solution { values, residuals, jacobian, evaluations, ended })
+}
+
 /// One step of the space mapping.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mapping {

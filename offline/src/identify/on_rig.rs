@@ -17,7 +17,12 @@ pub struct OnRig<'r, 'a> {
     pub evaluations: usize,
 }
 
-impl OnRig<'_, '_> {
+impl<'a> OnRig<'_, 'a> {
+    /// Another finger like this one, which may slide beside it in another thread.
+    pub fn beside<'r>(&self, rig: &'r mut Rig<'a>) -> OnRig<'r, 'a> {
+        OnRig { rig, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
+    }
+
     /// Steady states per slot.
     ///
     /// # Errors
@@ -41,5 +46,16 @@ impl OnRig<'_, '_> {
 impl surrogate::Friction for OnRig<'_, '_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         Ok(self.states(law)?.iter().map(Steady::friction_coefficient).collect())
+    }
+
+    /// No depth waits for another one between two laws.
+    fn prepare(&mut self, laws: &[LawPoint]) {
+        let query =
+            |depth_mm, law: &LawPoint| Query { depth_mm, law: law.friction(&self.base), stiffness: self.stiffness };
+        let queries: Vec<_> = (self.depths_mm.iter().enumerate())
+            .map(|(slot, &depth_mm)| (slot, laws.iter().map(|law| query(depth_mm, law)).collect()))
+            .collect();
+        // What is found is remembered; what failed fails again when it is asked for, and is told then.
+        let _ = self.rig.steady(&queries);
     }
 }

@@ -94,7 +94,11 @@ pub struct FastOutcome {
     pub mappings: Vec<Mapping>,
     /// Evaluations of all depths by Gauss–Newton, derivatives included.
     pub gauss_newton_evaluations: usize,
-    /// Law by Gauss–Newton from there.
+    /// Where Gauss–Newton ended.
+    pub gauss_newton: Mapping,
+    /// Evaluations of the direct search from there; 0 if there was none, as when tau_0 is searched for as well.
+    pub direct_evaluations: usize,
+    /// Law at the end.
     pub law: LawPoint,
     /// Its sum of squares.
     pub sum_of_squares: f64,

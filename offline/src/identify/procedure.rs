@@ -6,11 +6,11 @@ use cpu_time::ProcessTime;
 use sha2::{Digest, Sha256};
 
 use super::{
-    Bench, FingerPoint, Hooks, IdentifyError, LawPoint, Memo, Outcome, Point, Rig, Steady, Table,
+    Bench, FingerPoint, Hooks, IdentifyError, LawPoint, Memo, Outcome, Point, Rig, Table,
     against::against,
     calibrate::{calibrate, finger_fit, joint},
     certainty::{Fitted, certainty},
-    friction_fit::{Target, fit, space_mapping},
+    friction_fit::{Mapping, Target, fit, solution_at, space_mapping},
     least_squares::Stop,
     on_rig::OnRig,
     outcome::*,
@@ -178,33 +178,50 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
         )
     })?;
     let mapped = fast.0.last().expect("at least the start").law;
-    let (law, solution, states, slopes) = clock.time("fast route: Gauss–Newton", || {
-        let before = fe.evaluations;
+    let (fitted, solution) = clock.time("fast route: Gauss–Newton", || {
         let stop = Stop { tolerance: settings.fast.gauss_newton_tolerance, evaluations: 40 };
+        let before = fe.evaluations;
         let (law, solution) = fit("Gauss–Newton", &mut fe, &target, &mapped, &[], stop)?;
-        let states = fe.states(&law)?;
-        let slopes = log_slopes(&mut fe, &law, settings.free_tau0)?;
-        let coefficients: Vec<f64> = states.iter().map(Steady::friction_coefficient).collect();
+        let sum_of_squares = solution.residuals.iter().map(|r| r * r).sum();
         outcome.fast = Some(FastOutcome {
             mappings: fast.0.clone(),
             gauss_newton_evaluations: fe.evaluations - before,
+            gauss_newton: Mapping { law, sum_of_squares },
+            direct_evaluations: 0,
             law,
-            sum_of_squares: target.sum_of_squares(&coefficients),
+            sum_of_squares,
         });
-        Ok((law, solution, states, slopes))
+        Ok((law, solution))
     })?;
+    // Derivatives across a kink of the mesh lead Gauss–Newton a little astray.
+    let (law, solution) = if settings.free_tau0 {
+        (fitted, solution)
+    } else {
+        let name = "fast route: direct search";
+        clock.time(name, || {
+            let run = search::continued(name, settings, &target, &fitted, search::FROM_A_FIT, &mut fe, hooks)?;
+            let law = LawPoint { tau0_share: fitted.tau0_share, ..search::end(&run) };
+            if let Some(fast) = &mut outcome.fast {
+                fast.direct_evaluations = run.visits.len();
+                (fast.law, fast.sum_of_squares) = (law, run.sum_of_squares);
+            }
+            let evaluations = solution.evaluations + run.visits.len();
+            Ok((law, solution_at(&mut fe, &target, &law, run.stopped, evaluations)?))
+        })?
+    };
+    let states = fe.states(&law)?;
+    let slopes = log_slopes(&mut fe, &law, settings.free_tau0)?;
     outcome.penetration_mm = states.iter().map(|s| s.penetration_mm).fold(outcome.penetration_mm, f64::max);
 
     if settings.simplex.enabled {
-        for start in &settings.simplex.starts {
-            let name = format!("simplex from lambda {}, beta {}", start[0], start[1]);
-            let run = clock
-                .time(&name, || search::search(&name, settings, &table, &config.friction, *start, &mut fe, hooks))?;
-            outcome.simplex.push(run);
+        outcome.simplex = clock.time("simplex", || search::searches(settings, &table, &fe, hooks))?;
+        if let Some(best) = search::best(&outcome.simplex) {
+            let name = "simplex continued from the best end";
+            let plain = Target::of(&table, None, settings.region, false);
+            let side = search::FROM_A_STOP;
+            outcome.refined =
+                Some(clock.time(name, || search::continued(name, settings, &plain, &best, side, &mut fe, hooks))?);
         }
-        let name = "simplex continued from the best end";
-        outcome.refined =
-            clock.time(name, || search::refined(name, settings, &table, &outcome.simplex, &mut fe, hooks))?;
         outcome.routes_differ = outcome.refined.as_ref().map(|run| search::routes_differ(run, &law));
     }
 

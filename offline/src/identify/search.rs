@@ -1,7 +1,9 @@
 //! The paper's search run on finite elements, and the error surface that it walks on.
 
+use std::{collections::BTreeMap, sync::Mutex};
+
 use super::{
-    Hooks, IdentifyError, LawPoint, Region, Settings, Table,
+    Hooks, IdentifyError, LawPoint, Region, Rig, Settings, Table,
     friction_fit::Target,
     on_rig::OnRig,
     outcome::Surface,
@@ -11,70 +13,92 @@ use super::{
 };
 use crate::contact::RubberFriction;
 
-/// The paper's procedure from one start.
-pub fn search(
-    name: &str,
+/// The paper's procedure from every start of the settings, side by side: each on a finger of its own.
+///
+/// # Errors
+/// The first [`IdentifyError`] of a start.
+pub fn searches(
     settings: &Settings,
     table: &Table,
-    base: &RubberFriction,
+    fe: &OnRig,
+    hooks: &Hooks,
+) -> Result<Vec<simplex::SimplexRun>, IdentifyError> {
+    let told = Mutex::new(BTreeMap::new());
+    let tell = |start: usize, text: &str| {
+        let mut told = told.lock().expect("no panic while locked");
+        told.insert(start, text.to_owned());
+        let all: Vec<&str> = told.values().map(String::as_str).collect();
+        (hooks.tell)("simplex", &all.join(" | "));
+    };
+    let mut rigs: Vec<Rig> = settings.simplex.starts.iter().map(|_| fe.rig.beside()).collect();
+    let mut fingers: Vec<OnRig> = rigs.iter_mut().map(|rig| fe.beside(rig)).collect();
+    std::thread::scope(|scope| {
+        let tell = &tell;
+        let threads: Vec<_> = (settings.simplex.starts.iter().zip(&mut fingers).enumerate())
+            .map(|(k, (start, fe))| scope.spawn(move || paper(settings, table, *start, fe, &|text| tell(k, text))))
+            .collect();
+        threads.into_iter().map(|t| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    })
+}
+
+/// The paper's procedure from one start.
+fn paper(
+    settings: &Settings,
+    table: &Table,
     start: [f64; 2],
     fe: &mut OnRig,
-    hooks: &Hooks,
+    tell: &dyn Fn(&str),
 ) -> Result<simplex::SimplexRun, IdentifyError> {
     let plain = Target::of(table, None, settings.region, false);
+    let base = fe.base;
     let mut count = 0;
     simplex::search(&settings.simplex, start, &mut |[lambda, beta]| {
-        let law = RubberFriction { lambda, beta, ..*base };
+        let law = RubberFriction { lambda, beta, ..base };
         if let Some(reason) = settings.region.leaves(&law) {
             return Ok(Err(reason));
         }
         count += 1;
         let law = LawPoint::of(&law);
-        match fe.coefficients(&law) {
-            Ok(coefficients) => {
-                let value = plain.sum_of_squares(&coefficients);
-                (hooks.tell)(name, &told(count, &law, value));
-                Ok(Ok(value))
-            }
-            Err(error) if error.is_local() => Ok(Err(error.to_string())),
-            Err(error) => Err(error),
+        let found = turned_back(fe.coefficients(&law).map(|c| plain.sum_of_squares(&c)))?;
+        if let Ok(value) = found {
+            tell(&format!("{count}: beta {beta:.4}, {value:.3e}"));
         }
+        Ok(found)
     })
 }
 
-/// The best of `runs` continued in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere: how far
-/// the paper's stop was from the minimum. None if no run is there or its end has no slide.
-pub fn refined(
+/// A search from `start` in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere.
+///
+/// * `side`: of the first simplex, as a share of the start's values
+///
+/// # Errors
+/// [`IdentifyError`] that is not local to a law, or [`IdentifyError::Fit`] if there is no slide at the start.
+pub fn continued(
     name: &str,
     settings: &Settings,
-    table: &Table,
-    runs: &[simplex::SimplexRun],
+    target: &Target,
+    start: &LawPoint,
+    side: f64,
     fe: &mut OnRig,
     hooks: &Hooks,
-) -> Result<Option<simplex::SimplexRun>, IdentifyError> {
-    let Some(best) = runs.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares)) else { return Ok(None) };
+) -> Result<simplex::SimplexRun, IdentifyError> {
     let base = fe.base;
-    let law = |x: [f64; 2]| LawPoint { tau_ref_kpa: x[0].exp(), beta: x[1], tau0_share: 0.0 };
-    let [lambda, beta] = best.end;
-    let start = LawPoint::of(&RubberFriction { lambda, beta, ..base });
-    let plain = Target::of(table, None, settings.region, false);
-    let tight = Simplex { tolx: REFINED, tolf: REFINED, first_side: 0.1, ..settings.simplex.clone() };
+    let law = |x: [f64; 2]| LawPoint { tau_ref_kpa: x[0].exp(), beta: x[1], ..*start };
+    let tight = Simplex { tolx: CONTINUED, tolf: CONTINUED, first_side: side, ..settings.simplex.clone() };
     let mut count = 0;
-    let run = simplex::search(&tight, [start.tau_ref_kpa.ln(), beta], &mut |x| {
+    let run = simplex::search(&tight, [start.tau_ref_kpa.ln(), start.beta], &mut |x| {
         let law = law(x);
-        if let Some(reason) = settings.region.leaves(&law.friction(&base)) {
+        if let Some(reason) = target.region.leaves(&law.friction(&base)) {
             return Ok(Err(reason));
         }
         count += 1;
-        match fe.coefficients(&law) {
-            Ok(coefficients) => {
-                let value = plain.sum_of_squares(&coefficients);
-                (hooks.tell)(name, &told(count, &law, value));
-                Ok(Ok(value))
-            }
-            Err(error) if error.is_local() => Ok(Err(error.to_string())),
-            Err(error) => Err(error),
+        let found = turned_back(fe.coefficients(&law).map(|c| target.sum_of_squares(&c)))?;
+        if let Ok(value) = found {
+            let (strength, beta) = (law.tau_ref_kpa, law.beta);
+            let text = format!("{count} evaluations, strength {strength:.4} kPa, beta {beta:.4}, {value:.3e}");
+            (hooks.tell)(name, &text);
         }
+        Ok(found)
     })?;
     let pair = |x: [f64; 2]| [law(x).lambda(), x[1]];
     let mut run = run;
@@ -83,21 +107,40 @@ pub fn refined(
     }
     run.path.iter_mut().for_each(|x| *x = pair(*x));
     (run.start, run.end) = (pair(run.start), pair(run.end));
-    Ok(Some(run))
+    Ok(run)
 }
 
-/// Tolerances of the continued search: ln strength, beta, sum of squares.
-const REFINED: f64 = 1e-6;
-
-fn told(count: i32, law: &LawPoint, value: f64) -> String {
-    let (strength, beta) = (law.tau_ref_kpa, law.beta);
-    format!("{count} evaluations, strength {strength:.4} kPa, beta {beta:.4}, sum of squares {value:.3e}")
+/// Law at the end of the best of `runs`.
+pub fn best(runs: &[simplex::SimplexRun]) -> Option<LawPoint> {
+    let best = runs.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))?;
+    Some(end(best))
 }
+
+/// Law at the end of a run.
+pub fn end(run: &simplex::SimplexRun) -> LawPoint {
+    let [lambda, beta] = run.end;
+    LawPoint::of(&RubberFriction { lambda, beta, tau0_mpa: 0.0, ..Default::default() })
+}
+
+/// A law at which no slide was found is one that the search is turned back from.
+fn turned_back(found: Result<f64, IdentifyError>) -> Result<Result<f64, String>, IdentifyError> {
+    match found {
+        Ok(value) => Ok(Ok(value)),
+        Err(error) if error.is_local() => Ok(Err(error.to_string())),
+        Err(error) => Err(error),
+    }
+}
+
+/// Tolerances of a continued search: ln strength, beta, sum of squares.
+const CONTINUED: f64 = 1e-6;
+/// Side of the first simplex from the paper's stop, which may lie far up the valley.
+pub const FROM_A_STOP: f64 = 0.1;
+/// The same from the end of Gauss–Newton: more than the kinks of a mesh are wide.
+pub const FROM_A_FIT: f64 = 0.02;
 
 /// Difference of a simplex run from the fast route: relative in strength at 5 kPa, absolute in beta.
 pub fn routes_differ(run: &simplex::SimplexRun, law: &LawPoint) -> [f64; 2] {
-    let [lambda, beta] = run.end;
-    let end = LawPoint::of(&RubberFriction { lambda, beta, ..Default::default() });
+    let end = end(run);
     [end.tau_ref_kpa / law.tau_ref_kpa - 1.0, end.beta - law.beta]
 }
 

@@ -12,6 +12,9 @@ pub trait Friction {
     /// # Errors
     /// [`IdentifyError`]; a surrogate has none.
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError>;
+
+    /// Told which laws will be asked for, in any order: finite elements use their threads better on many at once.
+    fn prepare(&mut self, _laws: &[LawPoint]) {}
 }
 
 /// The law over the pressure of states at one law, normal forces taken as unchanged.
@@ -52,9 +55,20 @@ pub struct Aligned<'a> {
 /// [`IdentifyError`] of the first evaluation that fails.
 pub fn log_slopes(model: &mut dyn Friction, at: &LawPoint, free_tau0: bool) -> Result<Vec<Vec<f64>>, IdentifyError> {
     let x = at.coordinates(free_tau0);
+    let width = |k: usize| if k == 2 { 0.02 } else { 0.01 };
+    let sides =
+        (0..x.len()).flat_map(|k| [(k, 1.0), (k, -1.0)]).filter(|&(k, sign)| x[k] + sign * width(k) >= 0.0 || k < 2);
+    let sides: Vec<LawPoint> = sides
+        .map(|(k, sign)| {
+            let mut moved = x.clone();
+            moved[k] += sign * width(k);
+            at.at(&moved)
+        })
+        .collect();
+    model.prepare(&sides);
     (0..x.len())
         .map(|k| {
-            let h = if k == 2 { 0.02 } else { 0.01 };
+            let h = width(k);
             let mut side = |sign: f64| {
                 let mut moved = x.clone();
                 moved[k] += sign * h;

@@ -86,7 +86,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "retuned",
-        about: "shipped reduced model, retuned, against fresh fingers of other size, stiffness, lambda: coarse mesh",
+        about: "shipped reduced model, retuned, against fresh fingers of other size, stiffness, lambda: mesh of its runs",
         run: retuned::retuned,
     },
     Case {

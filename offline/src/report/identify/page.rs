@@ -274,10 +274,18 @@ fn law_tables(o: &Outcome) -> String {
             .collect();
         body += &row([
             name(&format!("Gauss–Newton, {} evaluations", fast.gauss_newton_evaluations)),
-            num(fast.law.tau_ref_kpa, 5),
-            num(fast.law.beta, 5),
-            cell(&significant(fast.sum_of_squares, 5)),
+            num(fast.gauss_newton.law.tau_ref_kpa, 5),
+            num(fast.gauss_newton.law.beta, 5),
+            cell(&significant(fast.gauss_newton.sum_of_squares, 5)),
         ]);
+        if fast.direct_evaluations > 0 {
+            body += &row([
+                name(&format!("direct search, {} evaluations", fast.direct_evaluations)),
+                num(fast.law.tau_ref_kpa, 5),
+                num(fast.law.beta, 5),
+                cell(&significant(fast.sum_of_squares, 5)),
+            ]);
+        }
         out += &table("The fast route", &["", "strength at 5 kPa, kPa", "β", "sum of squares"], body);
     }
     if let (Some(run), Some([strength, beta])) = (&o.refined, o.routes_differ) {
