@@ -17,12 +17,6 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     unsafe { sqrtf(x) }
 }
 
-/// `x`, or 1 if it is above; `x` is not negative. In whole numbers, which order like the floats.
-#[inline(always)]
-pub(crate) fn at_most_one(x: f32) -> f32 {
-    f32::from_bits(x.to_bits().min(1.0f32.to_bits()))
-}
-
 /// `x`, or 0 if it is negative.
 #[inline(always)]
 pub(crate) fn not_negative(x: f32) -> f32 {

@@ -1,12 +1,15 @@
 //! The words that host and target share for what a contact does.
 
+use bytemuck::CheckedBitPattern;
+
 /// What the contact as a whole is doing.
 ///
 /// The spellings of [`Regime::as_str`] are those of every CSV column and JSON key of the project.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, CheckedBitPattern)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[repr(u8)]
 pub enum Regime {
     /// No point of the pad touches the plane.
     #[default]

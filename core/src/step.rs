@@ -2,6 +2,8 @@
 //!
 //! Main function: [`step()`]. Uses data, state, yielding, stick and math.
 
+use core::hint::select_unpredictable;
+
 use crate::math::{not_negative, sqrt};
 use crate::stick::{follow, regime_of};
 use crate::tune::Scaling;
@@ -48,7 +50,9 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let scale = &model.scale;
     let mut depth = motion.depth_mm;
     let mut status = Status::OK;
-    if !(is_contact(depth) && is_time(motion.dt_s.to_bits())) {
+    // Both in one comparison: one of the highest two bits tells that either is out of the ordinary.
+    if (above_least(depth) | above_least(motion.dt_s)) >> 30 != 0 {
+        rare();
         status = doubt(depth, motion.dt_s.to_bits());
         if status.contains(Status::BAD_INPUT) {
             depth = state.depth;
@@ -91,11 +95,14 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let compliance = 1.0 / stiffness;
     let [energy_x, energy_y] = state.energy;
     let energy = energy_x + energy_y;
-    let held = state.held + energy * (state.compliance - compliance);
-    let shrunk = (state.compliance + state.held / (energy + NOTHING)) * stiffness;
+    let mut held = state.held + energy * (state.compliance - compliance);
     // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
     let scarcer = state.limit / limit;
-    let (held, mut keep) = if held < 0.0 { (0.0, shrunk * scarcer) } else { (held, scarcer) };
+    let mut keep = scarcer;
+    if held < 0.0 {
+        keep *= (state.compliance * energy + state.held) * stiffness / energy;
+        held = 0.0;
+    }
     let deeper = stiffness * (depth - state.depth);
     let keep_y = keep + keep * (shear_y * deeper);
     keep += keep * (shear_x * deeper);
@@ -104,7 +111,8 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let per_slip = stiffness / limit;
     let [way_x, way_y] = motion.slide_increment_mm;
     let coupled = (pressed - state.pressed) * scale.length(data.half_cell);
-    let mut slide_x = (way_x + coupled) * per_slip;
+    let way_x = way_x + coupled;
+    let mut slide_x = way_x * per_slip;
     let mut slide_y = way_y * per_slip;
     // Numbers that are not negative order like their bits, and what is no number lies above them.
     if (slide_x * slide_x + slide_y * slide_y).to_bits() > (SLIDE_MAX * SLIDE_MAX).to_bits() {
@@ -138,10 +146,9 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         let y_round = y * round;
         let level = y_round * y_round + x * (x - tilt_twice);
         // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
-        let back = drawn_back([x, y], round, level, tilt, lack, rest);
-        if level > YIELD {
-            [x, y] = back;
-        }
+        let [back_x, back_y] = drawn_back([x, y], round, level, tilt, lack, rest);
+        x = select_unpredictable(level > YIELD, back_x, x);
+        y = select_unpredictable(level > YIELD, back_y, y);
         *u = [x, y];
         mean_x += element.strength * x;
         mean_y += element.strength * y;
@@ -188,16 +195,20 @@ fn is_time(dt: u32) -> bool {
     dt.wrapping_sub(LEAST) < f32::INFINITY.to_bits() - LEAST
 }
 
-/// Whether a depth is a number deep enough for contact.
+/// How far the bits of a number are above those of 2^-20; for 2^-20 to 2^108 the highest two are not set. A time step
+/// below 1 µs is as good as another, it only takes a few instructions more.
 #[inline(always)]
-fn is_contact(depth: f32) -> bool {
-    const LEAST: u32 = TOUCH_MM.to_bits();
-    depth.to_bits().wrapping_sub(LEAST) < f32::INFINITY.to_bits() - LEAST
+fn above_least(x: f32) -> u32 {
+    x.to_bits().wrapping_sub(TOUCH_MM.to_bits())
 }
 
-/// What is to be remarked about a depth and a time step that are not both positive numbers.
+/// Tells the compiler that what comes with it is rare.
+#[inline]
 #[cold]
-#[inline(never)]
+fn rare() {}
+
+/// What is to be remarked about a depth and a time step that are out of the ordinary, which they may be rightly.
+#[inline(always)]
 fn doubt(depth: f32, dt: u32) -> Status {
     let time = if is_time(dt) { Status::OK } else { Status::BAD_TIME_STEP };
     if depth.abs() <= f32::MAX { time } else { time.with(Status::BAD_INPUT) }
@@ -210,14 +221,14 @@ fn lift_off<const M: usize>(state: &mut StateOf<M>) {
     *state = StateOf { strength_factor: state.strength_factor, ..StateOf::default() };
 }
 
-/// A slide that is no number or too long, made harmless: components that are no numbers become 0, the rest is cut
-/// in proportion. Returns the whole in slip lengths.
-#[cold]
-#[inline(never)]
+/// A slide that is no number or too long, made harmless: components that are no numbers become 0, or what pressing
+/// amounts to along x, the rest is cut in proportion. Returns the whole in slip lengths.
+///
+/// Part of the step and no call: a call would want registers and stack of every step.
+#[inline(always)]
 fn tame(way_x: f32, way_y: f32, coupled: f32, per_slip: f32) -> [f32; 2] {
-    let number = |s: f32| if s.abs() <= f32::MAX { s.clamp(-1e6, 1e6) } else { 0.0 };
-    let (way_x, way_y) = (number(way_x), number(way_y));
-    let (x, y) = ((way_x + coupled) * per_slip, way_y * per_slip);
+    let number = |s: f32, none: f32| if s.abs() <= f32::MAX { s.clamp(-1e6, 1e6) } else { none };
+    let (x, y) = (number(way_x, coupled) * per_slip, number(way_y, 0.0) * per_slip);
     let length = x.abs() + y.abs();
     let cut = if length > SLIDE_MAX { SLIDE_MAX / length } else { 1.0 };
     [x * cut, y * cut]

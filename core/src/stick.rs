@@ -8,7 +8,7 @@
 //! from full slip. A turn forgets that part of the way which it goes back. Growth of the contact draws m0 to m and v to
 //! 0: what is pressed anew sticks.
 
-use crate::math::{at_most_one, not_negative, sqrt};
+use crate::math::{not_negative, sqrt};
 use crate::step::NOTHING;
 use crate::{DataOf, Regime, StateOf};
 
@@ -17,6 +17,7 @@ pub(crate) struct Turn {
     from: [f32; 2],
     /// 1 less the yield function there, at least 0.
     room: f32,
+    worn: f32,
 }
 
 /// Follows the turning point through a step, before the elements move.
@@ -25,29 +26,36 @@ pub(crate) struct Turn {
 /// * `scarcer`: limit before over limit now
 #[inline(always)]
 pub(crate) fn follow<const M: usize>(
-    state: &mut StateOf<M>,
+    state: &StateOf<M>,
     [toward_x, toward_y]: [f32; 2],
     scarcer: f32,
     tilt_twice: f32,
 ) -> Turn {
-    let grown = at_most_one(scarcer);
     let [mean_x, mean_y] = state.mean;
     let [mut way_x, mut way_y] = state.way;
+    let from = |way_x: f32, way_y: f32| {
+        let (x, y) = if scarcer < 1.0 {
+            let square = scarcer * scarcer;
+            (scarcer * (mean_x - square * way_x), scarcer * (mean_y - square * way_y))
+        } else {
+            (mean_x - way_x, mean_y - way_y)
+        };
+        ([x, y], not_negative(1.0 - (y * y + x * (x - tilt_twice))))
+    };
     let ahead = toward_x * way_x + toward_y * way_y;
-    let turns = ahead < 0.0;
-    if turns {
-        let back = ahead / (toward_x * toward_x + toward_y * toward_y + NOTHING);
+    if ahead < 0.0 {
+        let back = ahead / (NOTHING + toward_x * toward_x + toward_y * toward_y);
         way_x -= back * toward_x;
         way_y -= back * toward_y;
+        let (from, room) = from(way_x, way_y);
+        let level = 1.0 - room;
+        // A square, since inside the limit the yield function may be a little below 0.
+        Turn { from, room, worn: level * level }
+    } else {
+        let (from, room) = from(way_x, way_y);
+        let worn = if scarcer < 1.0 { state.worn * (scarcer * scarcer * scarcer) } else { state.worn };
+        Turn { from, room, worn }
     }
-    let forgets = grown * grown * grown;
-    let from_x = grown * mean_x - forgets * way_x;
-    let from_y = grown * mean_y - forgets * way_y;
-    let level = from_y * from_y + from_x * (from_x - tilt_twice);
-    let room = not_negative(1.0 - level);
-    // A square, since inside the limit the yield function may be a little below 0.
-    state.worn = if turns { at_most_one(level * level) } else { state.worn * forgets };
-    Turn { from: [from_x, from_y], room }
 }
 
 impl Turn {
@@ -65,12 +73,14 @@ impl Turn {
         let used = used_up(way, [from_x - tilt, from_y], self.room);
         let slip = not_negative(data.slip_start + data.slip_rate * used);
         state.way = way;
+        state.worn = self.worn;
         // In whole numbers, which order like the floats.
         if slip.to_bits() >= 1.0f32.to_bits() {
             state.way = mean;
             return 0.0;
         }
-        (1.0 - slip * slip) * (1.0 - data.turn_slip * state.worn)
+        let stuck = 1.0 - slip * slip;
+        stuck - stuck * (data.turn_slip * self.worn)
     }
 }
 
@@ -87,15 +97,31 @@ fn used_up(way: [f32; 2], from: [f32; 2], room: f32) -> f32 {
     square / (root - ahead + NOTHING)
 }
 
-/// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1.
+/// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1. Without a branch.
 #[inline(always)]
 pub(crate) fn regime_of(stick_ratio: f32) -> Regime {
-    let bits = stick_ratio.to_bits();
-    if bits >= 0.99f32.to_bits() {
-        Regime::Stick
-    } else if bits <= 0.01f32.to_bits() {
-        Regime::Slip
-    } else {
-        Regime::PartialSlip
+    // Whole numbers, which order like the floats; a difference below 0 has the highest bit.
+    let below = |threshold: f32| stick_ratio.to_bits().wrapping_sub(threshold.to_bits()) >> 31;
+    let number = 1 + below(0.99) + below(0.01f32.next_up());
+    bytemuck::checked::try_cast(number as u8).unwrap_or(Regime::NoContact)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regime_is_that_of_the_ratio() {
+        for (low, high) in
+            [(0.0f32, 1e-30f32), (0.009_999, 0.010_001), (0.4, 0.400_1), (0.989_99, 0.990_01), (0.999_9, 1.0)]
+        {
+            for bits in low.to_bits()..=high.to_bits().min(low.to_bits() + 100_000) {
+                let ratio = f32::from_bits(bits);
+                assert_eq!(regime_of(ratio), Regime::classify(true, ratio), "{ratio}");
+            }
+        }
+        for ratio in [0.01, 0.99, 1.0f32] {
+            assert_eq!(regime_of(ratio), Regime::classify(true, ratio), "{ratio}");
+        }
     }
 }

@@ -149,6 +149,12 @@ fn bad_drives_are_flagged() {
     assert!(r.status.contains(Status::LOAD_NOT_REACHED), "{r:?}");
     let r = model.step_driven(&mut state, drive(Normal::ForceN(1.0), Tangential::FrictionN([50.0, 0.0]))).response;
     assert!(r.status.contains(Status::LOAD_NOT_REACHED), "{r:?}");
+    // Without end is out of reach like any other: the largest depth, the limit.
+    let r = model.step_driven(&mut state, drive(Normal::ForceN(f32::INFINITY), still));
+    assert!(r.response.status.contains(Status::LOAD_NOT_REACHED), "{r:?}");
+    assert!(r.motion.depth_mm > 0.999 * model.depth_max_mm(), "{r:?}");
+    let r = model.step_driven(&mut state, drive(Normal::ForceN(1.0), Tangential::FrictionN([3e38, 0.0]))).response;
+    assert!(r.status.contains(Status::LOAD_NOT_REACHED) && r.normal_force_n > 0.5, "{r:?}");
     let before = state;
     let r = model.step_driven(&mut state, drive(Normal::ForceN(f32::NAN), Tangential::FrictionN([f32::NAN, 0.0])));
     assert!(r.response.status.contains(Status::BAD_INPUT));
