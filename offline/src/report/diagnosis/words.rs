@@ -45,12 +45,21 @@ fn size(effect: &EffectFound) -> String {
 /// The verdict as one paragraph.
 pub fn verdict(report: &Diagnosis) -> String {
     let gap = &report.holdout;
-    let closing = format!(
-        "On {} runs that no fit saw, the worst channel's residual goes from {} to {} times the noise floor.",
-        gap.runs,
-        fixed(gap.ratio_before, 2),
-        fixed(gap.ratio_after, 2)
-    );
+    let closing = if gap.refused_after_n.is_some() {
+        format!(
+            "No correction is made and no corrected.fpm written: on {} runs that no fit saw, the worst channel's residual \
+             is {} times the noise floor without the effect and no less with it.",
+            gap.runs,
+            fixed(gap.ratio_before, 2)
+        )
+    } else {
+        format!(
+            "On {} runs that no fit saw, the worst channel's residual goes from {} to {} times the noise floor.",
+            gap.runs,
+            fixed(gap.ratio_before, 2),
+            fixed(gap.ratio_after, 2)
+        )
+    };
     match report.verdict {
         Verdict::None => format!(
             "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times \
