@@ -6,7 +6,7 @@ use super::calibrate::Calibration;
 use super::covariates::Correction;
 use super::laws::{Column, Place};
 use super::mixed::PerRun;
-use super::regions::{COLUMNS, Region};
+use super::regions::Region;
 use super::runs::RunSet;
 use super::walk::Active;
 
@@ -45,7 +45,7 @@ pub struct Evidence {
 pub struct DriverPlot {
     /// The law.
     pub law: String,
-    /// Column and unit.
+    /// Column.
     pub column: String,
     /// Channel of the residual.
     pub channel: String,
@@ -93,10 +93,7 @@ pub fn driver_plot(set: &RunSet, active: &Active, without: &[f64], with: &[f64],
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     DriverPlot {
         law: active.law.name.into(),
-        column: COLUMNS
-            .iter()
-            .find(|(c, _)| *c == column)
-            .map_or_else(|| column.name().to_owned(), |(c, unit)| format!("{}, {unit}", c.name())),
+        column: column.name().into(),
         channel: if normal { "normal force" } else { "friction along the motion" }.into(),
         points,
     }

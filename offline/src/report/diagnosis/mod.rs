@@ -34,10 +34,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
     for (i, plot) in evidence.drivers.iter().enumerate() {
         let figure = figures::Driver { plot };
         let name = format!("driver_{}", i + 1);
-        let title = format!(
-            "What {} asks for, and the law through it",
-            words::column(plot.column.split(',').next().unwrap_or_default())
-        );
+        let title = format!("What {} asks for, and the law through it", words::column(&plot.column));
         add(&name, title, words::driver_caption(plot), canvas::png(&figure)?, canvas::svg(&figure)?);
     }
     let figure = figures::Bars { report };

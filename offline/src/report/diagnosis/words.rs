@@ -1,6 +1,6 @@
 //! The sentences of a diagnosis; every verdict has its own.
 
-use crate::diagnose::{Diagnosis, DriverPlot, EffectFound, FeConfirmation, Verdict};
+use crate::diagnose::{COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, Verdict};
 use crate::report::numbers::{fixed, significant};
 
 /// A law's or a family's name in running text.
@@ -40,6 +40,20 @@ fn size(effect: &EffectFound) -> String {
         significant(p.ci95[1], 3),
         fixed(100.0 * effect.size_p90_relative, 0)
     )
+}
+
+/// A column as an axis names it: in words, with its unit.
+pub fn axis(name: &str) -> String {
+    let plain = match name {
+        "t_s" => "clock",
+        "speed_mm_s" => "speed",
+        "direction_deg" => "direction",
+        "hydration_au" => "hydration",
+        "temperature_c" => "temperature",
+        other => other.trim_end_matches("_mm").trim_end_matches("_s"),
+    };
+    let unit = COLUMNS.iter().find(|(c, _)| c.name() == name).map_or("", |(_, unit)| *unit);
+    format!("{}, {unit}", plain.replace('_', " "))
 }
 
 /// The verdict as one paragraph.
