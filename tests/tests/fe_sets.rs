@@ -51,8 +51,8 @@ fn effects_inside_the_finite_element_law_are_named() {
     }
     println!("{right} of {laws} laws named alone and right, {wrong} wrong, {alarms} lone names without a law");
     assert!(wrong == 0 && alarms == 0, "{wrong} wrong, {alarms} without a law");
-    // What 18 strokes gave when this was written; the aim is nine of ten.
-    assert!(right >= 10, "{right} of {laws}");
+    // One less than 18 strokes gave when this was written; the aim is nine of ten.
+    assert!(right >= 13, "{right} of {laws}");
 }
 
 /// The finite elements' own gap closes down to the floor. `cargo xtask bench confirm` does it for all sets.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::base::{FREEDOM, FREEDOMS, Reference};
+use super::base::{FREEDOM, FREEDOMS, Reference, drift};
 use super::fit::{Fit, Prior, Start, Task};
 use super::mixed::PerRun;
 use super::runs::RunSet;
@@ -84,11 +84,8 @@ impl Calibration {
 
     /// What the calibration says of the freedoms of the measured set: its covariance plus drift.
     pub fn prior(&self) -> Prior {
-        let mut covariance = self.fit.covariance.view((0, 0), (FREEDOMS, FREEDOMS)).into_owned();
-        for k in 0..FREEDOMS {
-            covariance[(k, k)] += FREEDOM[k].drift.powi(2);
-        }
-        Prior::new(self.fit.theta.clone(), &covariance)
+        let covariance = self.fit.covariance.view((0, 0), (FREEDOMS, FREEDOMS)).into_owned();
+        Prior::new(self.fit.theta.clone(), &(covariance + drift()))
     }
 }
 

@@ -1,5 +1,7 @@
 //! The claimed effects as the report tells them: parameters with intervals, sizes, candidates.
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
 use super::base::FREEDOMS;
 use super::evidence::{DriverPlot, driver_plot};
 use super::fit::is_log;
@@ -12,6 +14,7 @@ use super::walk::Active;
 pub fn effects(judged: &Judged<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<DriverPlot>) {
     let fit = &judged.selection.fit;
     let with = judged.task.predict(&fit.theta, &fit.laws);
+    let quantile = quantile(set.runs.len(), fit.laws.iter().map(|a| a.values.len()).sum());
     let mut at = FREEDOMS;
     let mut out: Vec<(EffectFound, DriverPlot)> = Vec::new();
     for (index, contest) in judged.contests.iter().enumerate() {
@@ -23,7 +26,7 @@ pub fn effects(judged: &Judged<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<Driv
         let effect = EffectFound {
             law: active.law.name.into(),
             family: active.law.family.into(),
-            parameters: parameters(active, &fit.covariance, at),
+            parameters: parameters(active, &fit.covariance, at, quantile),
             size_p90_relative: size_p90(set, &without, &with),
             gain_2ll: e.gain_2ll,
             p_model: e.p_model,
@@ -53,8 +56,14 @@ pub fn effects(judged: &Judged<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<Driv
 /// of known truth showed.
 const FORM_ERROR: f64 = 0.025;
 
+/// Standard deviations to the end of a 95 % interval: Student's t, with runs as the units from which the scatter is known.
+fn quantile(runs: usize, parameters: usize) -> f64 {
+    let freedom = runs.saturating_sub(parameters + 3).max(2) as f64;
+    StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975))
+}
+
 /// Values as they are reported with 95 % intervals; `at` is the place of the law's first parameter in the covariance.
-fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize) -> Vec<FittedParameter> {
+fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, quantile: f64) -> Vec<FittedParameter> {
     let n = active.values.len();
     let reported = (active.law.report)(&active.values);
     (0..n)
@@ -63,11 +72,11 @@ fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize) -
             let sd_own =
                 covariance[(at + k, at + k)].max(0.0).sqrt().hypot(if is_log(active, k) { FORM_ERROR } else { 0.0 });
             let ci95 = if is_log(active, k) {
-                [reported[k] * (-1.96 * sd_own).exp(), reported[k] * (1.96 * sd_own).exp()]
+                [reported[k] * (-quantile * sd_own).exp(), reported[k] * (quantile * sd_own).exp()]
             } else if active.law.name == "anisotropy" {
                 polar(active, covariance, at, k, reported[k])
             } else {
-                let half = 1.96 * sd_own.hypot(FORM_ERROR * reported[k]);
+                let half = quantile * sd_own.hypot(FORM_ERROR * reported[k]);
                 [reported[k] - half, reported[k] + half]
             };
             FittedParameter { name: p.name.into(), value: reported[k], unit: p.unit.into(), ci95 }

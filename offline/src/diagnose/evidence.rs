@@ -45,7 +45,7 @@ pub struct Evidence {
 pub struct DriverPlot {
     /// The law.
     pub law: String,
-    /// Column and unit.
+    /// Column.
     pub column: String,
     /// Channel of the residual.
     pub channel: String,

@@ -65,6 +65,8 @@ pub struct Selection {
     pub tests: Vec<Test>,
     /// The grid.
     pub grid: Vec<Candidate>,
+    /// How many places were searched.
+    pub cells: Cells,
 }
 
 /// A law at its best shape of the grid.
@@ -93,12 +95,41 @@ pub const ROUNDS: usize = 20;
 fn significant(settings: &Settings, gain: f64, parameters: usize, runs: usize, p_model: f64, p_runs: RunsP) -> bool {
     let penalised = gain - (runs as f64).ln() * parameters as f64 > 0.0;
     if p_runs.by_calibration {
-        return penalised && p_model <= 1e-2 * settings.alpha;
+        return penalised && p_model <= 0.1 * settings.alpha;
     }
     penalised
-        && ((p_runs.p <= settings.alpha && p_model <= 0.3 * settings.alpha)
+        && ((p_runs.p <= settings.alpha && p_model <= loosest(settings))
             || (p_model <= 1e-2 * settings.alpha && p_runs.p <= 0.25)
             || (p_model <= 1e-9 && p_runs.p <= 0.5))
+}
+
+/// Share of a gain that comes from the calibration's prior from which on the evidence is called the calibration's.
+const BY_CALIBRATION: f64 = 0.3;
+
+/// Bonferroni over a grid: the scores of a law's own kind, those of laws that show against the calibration or those of
+/// laws that show between the measured runs.
+#[derive(Clone, Copy, Debug)]
+pub struct Cells {
+    calibration: f64,
+    runs: f64,
+}
+
+impl Cells {
+    fn of(scores: &[super::chance::Score]) -> Self {
+        let calibration = scores.iter().filter(|s| s.prior_share() > BY_CALIBRATION && s.surprise() > 1.0).count();
+        Self { calibration: calibration.max(1) as f64, runs: scores.len().max(1) as f64 }
+    }
+
+    /// Model-based p of a gain.
+    pub fn p(&self, gain: f64, parameters: usize, by_calibration: bool) -> f64 {
+        let cells = if by_calibration { self.calibration } else { self.runs };
+        (cells * (-surprise(gain.max(0.0), parameters)).exp()).min(1.0)
+    }
+}
+
+/// The loosest model-based p at which any law stands: what a law that came in by a swap must reach, too.
+pub fn loosest(settings: &Settings) -> f64 {
+    0.3 * settings.alpha
 }
 
 /// Fits a law beside those in force, from a shape of the grid and the linear estimate of its size.
@@ -245,12 +276,13 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
     let mut evidence: Vec<Evidence> = Vec::new();
     let mut tests: Vec<Test> = Vec::new();
 
+    let mut searched = Cells { calibration: 1.0, runs: grid.len().max(1) as f64 };
     for round in 0..MOST {
         let space = space_at(task, &fit, &tangents);
         let scores = scored(&space, &grid);
         let all: Vec<_> = scores.iter().filter_map(|s| s.score.clone()).collect();
         let flips = Flips::of(&all, runs, settings.seed + round as u64);
-        let cells = all.len().max(1) as f64;
+        let cells = Cells::of(&all);
         let mut ranking: Vec<Ranked> = Vec::new();
         for (i, law) in LAWS.iter().copied().enumerate() {
             let best = scores
@@ -269,12 +301,12 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
                 .map_or((0.0, 0.0, RunsP { p: 1.0, by_calibration: false }), |(gain, surprise, score)| {
                     // Where the evidence lies in the calibration, flips of the measured runs cannot speak for or
                     // against it.
-                    let by_calibration = score.prior_share() > 0.3;
+                    let by_calibration = score.prior_share() > BY_CALIBRATION;
                     (gain, surprise, RunsP { p: flips.p(score), by_calibration })
                 });
             if round == 0 {
-                let p_model = (cells * (-best.1).exp()).min(1.0);
                 let p_runs = best.2;
+                let p_model = cells.p(best.0, law.linear, p_runs.by_calibration);
                 tests.push(Test {
                     law,
                     gain_2ll: best.0,
@@ -342,11 +374,29 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
         let mut passed: Vec<(Fit, Evidence)> = Vec::new();
         for (refit, p_runs, share) in found {
             let new = &refit.laws[refit.laws.len() - 1];
-            let gain = share * (fit.minus_2ll - refit.minus_2ll);
-            let p_model = (cells * (-surprise(gain.max(0.0), new.law.parameters.len())).exp()).min(1.0);
+            let parameters = new.law.parameters.len();
+            let stands = |gain: f64| {
+                let p_model = cells.p(gain, parameters, p_runs.by_calibration);
+                (significant(settings, gain, parameters, runs, p_model, p_runs), p_model)
+            };
+            let mut gain = share * (fit.minus_2ll - refit.minus_2ll);
+            if stands(gain).0 {
+                // A refit may have found a better optimum of the baseline, which is no evidence for its law.
+                let mut laws = refit.laws.clone();
+                laws.pop();
+                let nested = task.fit(Start { laws, ..Start::from(&refit) }, Some(&tangents), false, 9);
+                gain = share * (nested.minus_2ll.min(fit.minus_2ll) - refit.minus_2ll);
+            }
+            let (stands, p_model) = stands(gain);
             let least = fit.laws.iter().zip(&evidence).filter(|(a, _)| same_axis(a.law, new.law));
             let least = least.map(|(_, e)| 0.10 * e.gain_2ll).fold(onset(new.law), f64::max);
-            if gain >= least && significant(settings, gain, new.law.parameters.len(), runs, p_model, p_runs) {
+            if gain >= least && stands {
+                if round == 0
+                    && let Some(test) = tests.iter_mut().find(|t| t.law == new.law)
+                {
+                    // The refit knows more than the scan.
+                    (test.gain_2ll, test.p_model, test.significant) = (gain, p_model, true);
+                }
                 passed.push((refit, Evidence { gain_2ll: gain, p_model, p_runs }));
             }
         }
@@ -358,8 +408,9 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
         eliminate(task, &mut fit, &mut tangents, &mut evidence, runs);
         grid = candidates(task, &fit, &testable);
         debug_assert_eq!(grid.len(), form.len());
+        searched = cells;
     }
-    Selection { null, fit, tangents, evidence, tests, grid }
+    Selection { null, fit, tangents, evidence, tests, grid, cells: searched }
 }
 
 /// Renews the evidence of each law by leaving it out, and drops those that are no longer needed.

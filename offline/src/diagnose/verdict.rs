@@ -10,7 +10,7 @@ use super::omnibus::{Unexplained, look};
 use super::rivals::{Contest, contest};
 use super::runs::RunSet;
 use super::scan::obstacle;
-use super::select::{Evidence, Plain, Selection, Settings, select};
+use super::select::{Evidence, Plain, Selection, Settings, loosest, select};
 use super::walk::Active;
 
 /// The answer.
@@ -110,8 +110,20 @@ pub fn judge<'a>(
         selection.fit = task.fit(Start::from(&better), None, true, super::select::ROUNDS);
         selection.tangents = task.tangents_of(&selection.fit);
     }
-    for (e, c) in selection.evidence.iter_mut().zip(&contests) {
+    while let Some(i) = weakest(&selection, &contests, settings) {
+        // It came in by a swap, or beside a law that has gone.
+        let mut laws = selection.fit.laws.clone();
+        laws.remove(i);
+        selection.evidence.remove(i);
+        selection.fit = task.fit(Start { laws, ..Start::from(&selection.fit) }, None, true, super::select::ROUNDS);
+        selection.tangents = task.tangents_of(&selection.fit);
+        contests = (0..selection.fit.laws.len())
+            .map(|i| contest(&task, &selection.fit, &selection.tangents, i, &selection.grid, &testable))
+            .collect();
+    }
+    for ((e, c), law) in selection.evidence.iter_mut().zip(&contests).zip(&selection.fit.laws) {
         e.gain_2ll = c.gain_2ll;
+        e.p_model = selection.cells.p(c.gain_2ll, law.law.parameters.len(), e.p_runs.by_calibration);
     }
     let explained = selection.null.minus_2ll - selection.fit.minus_2ll;
     let mut expected = calibration.fit.variances;
@@ -139,6 +151,15 @@ pub fn judge<'a>(
         Verdict::Named
     };
     Judged { task, selection, contests, unexplained, verdict, expected }
+}
+
+/// The law with the least gain, where that would not have been accepted.
+fn weakest(selection: &Selection, contests: &[Contest], settings: &Settings) -> Option<usize> {
+    let p = |i: usize| {
+        let parameters = selection.fit.laws[i].law.parameters.len();
+        selection.cells.p(contests[i].gain_2ll, parameters, selection.evidence[i].p_runs.by_calibration)
+    };
+    (0..contests.len()).filter(|&i| p(i) > loosest(settings)).max_by(|&a, &b| p(a).total_cmp(&p(b)))
 }
 
 /// Variance of stiffness and strength between runs that the errors of the state's columns cause through the laws.

@@ -2,6 +2,7 @@
 
 use plotters_backend::{BackendColor, DrawingBackend};
 
+use super::words::axis;
 use crate::diagnose::{Diagnosis, DriverPlot, FeConfirmation, Gap, Plot, Region};
 use crate::report::axes::{Axis, Panel};
 use crate::report::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
@@ -25,11 +26,11 @@ pub struct ResidualMap<'a> {
 }
 
 impl ResidualMap<'_> {
-    fn columns(&self) -> Vec<(&str, &str)> {
-        let mut list: Vec<(&str, &str)> = Vec::new();
+    fn columns(&self) -> Vec<&str> {
+        let mut list: Vec<&str> = Vec::new();
         for r in self.map {
-            if !list.iter().any(|c| c.0 == r.column) {
-                list.push((&r.column, &r.unit));
+            if !list.contains(&r.column.as_str()) {
+                list.push(&r.column);
             }
         }
         list
@@ -51,11 +52,10 @@ impl Figure for ResidualMap<'_> {
         for (channel, left) in [("normal", 190.0), ("friction", 572.0)] {
             let title = if channel == "normal" { "normal force" } else { "friction along the motion" };
             canvas.text(title, (left, 18.0), Text { bold: true, em: 12.5, ..Text::BODY })?;
-            for (row, (column, unit)) in self.columns().into_iter().enumerate() {
+            for (row, column) in self.columns().into_iter().enumerate() {
                 let y = 36.0 + ROW * row as f64;
                 if channel == "normal" {
-                    let name = format!("{column}, {unit}");
-                    canvas.text(&name, (178.0, y + 11.0), Text { h: HPos::Right, ..Text::BODY })?;
+                    canvas.text(&axis(column), (178.0, y + 11.0), Text { h: HPos::Right, ..Text::BODY })?;
                 }
                 let bins: Vec<&Region> =
                     self.map.iter().filter(|r| r.column == column && r.channel == channel).collect();
@@ -65,11 +65,13 @@ impl Figure for ResidualMap<'_> {
                     let full = if bin.mean_relative > 0.0 { MORE } else { LESS };
                     canvas.rect(x, y, CELL - 2.0, 20.0, mix(rgb(0xf7f7f7), full, s))?;
                     let ink = if s > 0.55 { WHITE } else { INK };
-                    let text = format!(
-                        "{}{} %",
-                        if bin.mean_relative > 0.0 { "+" } else { "−" },
-                        fixed(100.0 * bin.mean_relative.abs(), 1)
-                    );
+                    let size = fixed(100.0 * bin.mean_relative.abs(), 1);
+                    let sign = match bin.mean_relative {
+                        _ if size == "0.0" => "",
+                        m if m > 0.0 => "+",
+                        _ => "−",
+                    };
+                    let text = format!("{sign}{size} %");
                     canvas.text(
                         &text,
                         (x + 0.5 * CELL - 4.0, y + 10.0),
@@ -138,7 +140,7 @@ impl Figure for Driver<'_> {
             top: 42.0,
             width: 620.0,
             height: 290.0,
-            x: Axis::covering(&self.plot.column, [first, last], std::iter::empty(), 7),
+            x: Axis::covering(&axis(&self.plot.column), [first, last], std::iter::empty(), 7),
             y: Axis::covering("Relative residual, %", [bottom, top], std::iter::empty(), 6),
         };
         panel.draw(canvas)?;

@@ -1,6 +1,6 @@
 //! The sentences of a diagnosis; every verdict has its own.
 
-use crate::diagnose::{Diagnosis, DriverPlot, EffectFound, FeConfirmation, Verdict};
+use crate::diagnose::{COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, Verdict};
 use crate::report::numbers::{fixed, significant};
 
 /// A law's or a family's name in running text.
@@ -42,15 +42,38 @@ fn size(effect: &EffectFound) -> String {
     )
 }
 
+/// A column as an axis names it: in words, with its unit.
+pub fn axis(name: &str) -> String {
+    let plain = match name {
+        "t_s" => "clock",
+        "speed_mm_s" => "speed",
+        "direction_deg" => "direction",
+        "hydration_au" => "hydration",
+        "temperature_c" => "temperature",
+        other => other.trim_end_matches("_mm").trim_end_matches("_s"),
+    };
+    let unit = COLUMNS.iter().find(|(c, _)| c.name() == name).map_or("", |(_, unit)| *unit);
+    format!("{}, {unit}", plain.replace('_', " "))
+}
+
 /// The verdict as one paragraph.
 pub fn verdict(report: &Diagnosis) -> String {
     let gap = &report.holdout;
-    let closing = format!(
-        "On {} runs that no fit saw, the worst channel's residual goes from {} to {} times the noise floor.",
-        gap.runs,
-        fixed(gap.ratio_before, 2),
-        fixed(gap.ratio_after, 2)
-    );
+    let closing = if gap.refused_after_n.is_some() {
+        format!(
+            "No correction is made and no corrected.fpm written: on {} runs that no fit saw, the worst channel's residual \
+             is {} times the noise floor without the effect and no less with it.",
+            gap.runs,
+            fixed(gap.ratio_before, 2)
+        )
+    } else {
+        format!(
+            "On {} runs that no fit saw, the worst channel's residual goes from {} to {} times the noise floor.",
+            gap.runs,
+            fixed(gap.ratio_before, 2),
+            fixed(gap.ratio_after, 2)
+        )
+    };
     match report.verdict {
         Verdict::None => format!(
             "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times \
