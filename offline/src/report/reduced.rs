@@ -260,7 +260,7 @@ impl Figure for Sizes<'_> {
     }
 
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
-        let x = Axis::covering("Most instructions of a step, Cortex-M4F", [300.0, 650.0], std::iter::empty(), 7);
+        let x = Axis::covering("Most instructions of a step, Cortex-M4F", [300.0, 700.0], std::iter::empty(), 8);
         let values = self.0.iter().flat_map(|p| [p.friction_percent, p.normal_percent, p.stick_percent]);
         let y = Axis::covering("RMS error on held-out paths, %", [0.0, 0.0], values, 6);
         let panel = Panel { left: 60.0, top: 50.0, width: 520.0, height: 300.0, x, y };
