@@ -78,11 +78,20 @@ pub fn certainty(
     let mut constants = Vec::new();
     let mut region_check_percent = Vec::new();
     let mut beta_ends = None;
+    let mut profiles = Vec::new();
     for k in 0..target.constants() {
         let error = Some(errors.standard_errors[k]).filter(|e| e.is_finite());
-        let interval = match growth {
-            Some(growth) => {
-                let (interval, ends) = profile(aligned, target, &law, k, error.unwrap_or(0.1), growth.one)?;
+        let profiled = match growth {
+            Some(growth) => Some(profile(aligned, target, &law, k, error.unwrap_or(0.1), growth.one)?),
+            None => None,
+        };
+        profiles.push((error, profiled));
+    }
+    let ends: Vec<LawPoint> = profiles.iter().flat_map(|(_, p)| p.iter().flat_map(|(_, ends)| *ends)).collect();
+    fe.prepare(&ends);
+    for (k, (error, profiled)) in profiles.into_iter().enumerate() {
+        let interval = match profiled {
+            Some((interval, ends)) => {
                 for end in &ends {
                     region_check_percent.push(checked(aligned, fe, end)?);
                 }
