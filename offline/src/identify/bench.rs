@@ -145,7 +145,7 @@ impl<'a> Bench<'a> {
         }
         let finger = self.finger(shape)?;
         let problem = self.config.problem(&finger);
-        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), leads: true }
+        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
             .steady(queries)
     }
 
@@ -161,19 +161,21 @@ pub struct Rig<'a> {
     problem: &'a Problem<'a>,
     key: Key,
     sliders: BTreeMap<usize, Slider<'a>>,
-    /// Whether other fingers may start from where this one stands.
-    leads: bool,
+    /// Where a finger beside others starts from; others start from where the last one stood, and say where they stand.
+    from: Option<BTreeMap<usize, Start>>,
 }
 
 impl<'a> Rig<'a> {
     /// The finger of `problem`, whose shape is `shape`.
     pub fn new(bench: &'a Bench<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
-        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new(), leads: true }
+        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new(), from: None }
     }
 
-    /// Another finger like this one for a search beside others: what order they come in changes no finger's start.
+    /// Another finger like this one for a search beside others. It starts from where slides stand now, whatever others
+    /// do until then, and what it does changes no other one's start.
     pub fn beside(&self) -> Self {
-        Self { shape: self.shape.clone(), sliders: BTreeMap::new(), leads: false, ..*self }
+        let from = Some(self.bench.starts.lock().expect("no panic while locked").clone());
+        Self { shape: self.shape.clone(), sliders: BTreeMap::new(), from, ..*self }
     }
 
     /// The finger's shape.
@@ -190,7 +192,7 @@ impl<'a> Rig<'a> {
             return Ok(known);
         }
         self.put_on_the_plane(queries)?;
-        let (bench, key, leads) = (self.bench, self.key, self.leads);
+        let (bench, key, leads) = (self.bench, self.key, self.from.is_none());
         let mut work: Vec<(&(usize, Vec<Query>), Slider<'a>, Vec<Steady>)> = queries
             .iter()
             .map(|item| (item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
@@ -239,7 +241,10 @@ impl<'a> Rig<'a> {
                 continue;
             }
             let mut slider = Slider::new(self.problem, bench.tolerance, bench.hooks.go_on);
-            let start = bench.starts.lock().expect("no panic while locked").get(slot).cloned();
+            let start = match &self.from {
+                Some(from) => from.get(slot).cloned(),
+                None => bench.starts.lock().expect("no panic while locked").get(slot).cloned(),
+            };
             if !start.is_some_and(|start| slider.restart(&start)) {
                 let mut place = list[0].unscaled();
                 place.law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..place.law };

@@ -17,9 +17,9 @@ pub struct OnRig<'r, 'a> {
     pub evaluations: usize,
 }
 
-impl<'a> OnRig<'_, 'a> {
-    /// Another finger like this one, which may slide beside it in another thread.
-    pub fn beside<'r>(&self, rig: &'r mut Rig<'a>) -> OnRig<'r, 'a> {
+impl OnRig<'_, '_> {
+    /// The same on another finger, which may slide beside this one in another thread.
+    pub fn beside<'r, 'b>(&self, rig: &'r mut Rig<'b>) -> OnRig<'r, 'b> {
         OnRig { rig, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
     }
 

@@ -166,6 +166,11 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
         return Ok(outcome);
     }
 
+    // The searches start near the published constants, where the finger stands now.
+    let mut beside: Vec<Rig> = match settings.simplex.enabled {
+        true => settings.simplex.starts.iter().map(|_| fe.rig.beside()).collect(),
+        false => Vec::new(),
+    };
     let first = LawPoint { tau0_share: published_law.tau0_share, ..first_law };
     let fast = clock.time("fast route: space mapping", || {
         space_mapping(
@@ -199,7 +204,7 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
     } else {
         let name = "fast route: direct search";
         clock.time(name, || {
-            let run = search::continued(name, settings, &target, &fitted, search::FROM_A_FIT, &mut fe, hooks)?;
+            let run = search::continued(name, settings, &target, &fitted, &fe, hooks)?;
             let law = LawPoint { tau0_share: fitted.tau0_share, ..search::end(&run) };
             if let Some(fast) = &mut outcome.fast {
                 fast.direct_evaluations = run.visits.len();
@@ -214,13 +219,11 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
     outcome.penetration_mm = states.iter().map(|s| s.penetration_mm).fold(outcome.penetration_mm, f64::max);
 
     if settings.simplex.enabled {
-        outcome.simplex = clock.time("simplex", || search::searches(settings, &table, &fe, hooks))?;
+        outcome.simplex = clock.time("simplex", || search::searches(settings, &table, &fe, &mut beside, hooks))?;
         if let Some(best) = search::best(&outcome.simplex) {
             let name = "simplex continued from the best end";
             let plain = Target::of(&table, None, settings.region, false);
-            let side = search::FROM_A_STOP;
-            outcome.refined =
-                Some(clock.time(name, || search::continued(name, settings, &plain, &best, side, &mut fe, hooks))?);
+            outcome.refined = Some(clock.time(name, || search::continued(name, settings, &plain, &best, &fe, hooks))?);
         }
         outcome.routes_differ = outcome.refined.as_ref().map(|run| search::routes_differ(run, &law));
     }

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::contact::RubberFriction;
 
-/// The paper's procedure from every start of the settings, side by side: each on a finger of its own.
+/// The paper's procedure from every start of the settings, side by side: each on one of `rigs`, fingers like that of `fe`.
 ///
 /// # Errors
 /// The first [`IdentifyError`] of a start.
@@ -21,6 +21,7 @@ pub fn searches(
     settings: &Settings,
     table: &Table,
     fe: &OnRig,
+    rigs: &mut [Rig<'_>],
     hooks: &Hooks,
 ) -> Result<Vec<simplex::SimplexRun>, IdentifyError> {
     let told = Mutex::new(BTreeMap::new());
@@ -30,7 +31,6 @@ pub fn searches(
         let all: Vec<&str> = told.values().map(String::as_str).collect();
         (hooks.tell)("simplex", &all.join(" | "));
     };
-    let mut rigs: Vec<Rig> = settings.simplex.starts.iter().map(|_| fe.rig.beside()).collect();
     let mut fingers: Vec<OnRig> = rigs.iter_mut().map(|rig| fe.beside(rig)).collect();
     std::thread::scope(|scope| {
         let tell = &tell;
@@ -67,9 +67,8 @@ fn paper(
     })
 }
 
-/// A search from `start` in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere.
-///
-/// * `side`: of the first simplex, as a share of the start's values
+/// A search from `start` in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere, on a finger
+/// beside that of `fe`: the many states near its end would be all that `fe` knows afterwards.
 ///
 /// # Errors
 /// [`IdentifyError`] that is not local to a law, or [`IdentifyError::Fit`] if there is no slide at the start.
@@ -78,13 +77,14 @@ pub fn continued(
     settings: &Settings,
     target: &Target,
     start: &LawPoint,
-    side: f64,
-    fe: &mut OnRig,
+    fe: &OnRig,
     hooks: &Hooks,
 ) -> Result<simplex::SimplexRun, IdentifyError> {
+    let mut rig = fe.rig.beside();
+    let mut fe = fe.beside(&mut rig);
     let base = fe.base;
     let law = |x: [f64; 2]| LawPoint { tau_ref_kpa: x[0].exp(), beta: x[1], ..*start };
-    let tight = Simplex { tolx: CONTINUED, tolf: CONTINUED, first_side: side, ..settings.simplex.clone() };
+    let tight = Simplex { tolx: CONTINUED, tolf: CONTINUED, first_side: FIRST_SIDE, ..settings.simplex.clone() };
     let mut count = 0;
     let run = simplex::search(&tight, [start.tau_ref_kpa.ln(), start.beta], &mut |x| {
         let law = law(x);
@@ -133,10 +133,8 @@ fn turned_back(found: Result<f64, IdentifyError>) -> Result<Result<f64, String>,
 
 /// Tolerances of a continued search: ln strength, beta, sum of squares.
 const CONTINUED: f64 = 1e-6;
-/// Side of the first simplex from the paper's stop, which may lie far up the valley.
-pub const FROM_A_STOP: f64 = 0.1;
-/// The same from the end of Gauss–Newton: more than the kinks of a mesh are wide.
-pub const FROM_A_FIT: f64 = 0.02;
+/// Side of its first simplex, as a share of the start's values: more than the kinks of a mesh are wide.
+const FIRST_SIDE: f64 = 0.02;
 
 /// Difference of a simplex run from the fast route: relative in strength at 5 kPa, absolute in beta.
 pub fn routes_differ(run: &simplex::SimplexRun, law: &LawPoint) -> [f64; 2] {
