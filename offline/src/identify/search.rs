@@ -13,7 +13,9 @@ use super::{
 };
 use crate::contact::RubberFriction;
 
-/// The paper's procedure from every start of the settings, side by side: each on one of `rigs`, fingers like that of `fe`.
+/// The paper's procedure from every start of the settings, side by side.
+///
+/// * `rigs`: fingers like that of `fe`, one for each start
 ///
 /// # Errors
 /// The first [`IdentifyError`] of a start.
@@ -68,7 +70,7 @@ fn paper(
 }
 
 /// A search from `start` in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere, on a finger
-/// beside that of `fe`: the many states near its end would be all that `fe` knows afterwards.
+/// beside that of `fe`, whose own states stay as they are.
 ///
 /// # Errors
 /// [`IdentifyError`] that is not local to a law, or [`IdentifyError::Fit`] if there is no slide at the start.
