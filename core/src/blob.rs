@@ -10,7 +10,7 @@ use crate::{DataOf, Error, ModelOf};
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;
@@ -247,7 +247,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 17] {
+    fn head(&self) -> [f32; 15] {
         [
             self.depth_max,
             self.cells_per_mm,
@@ -255,9 +255,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.turn_slip,
             self.slip_rate,
             self.slip_start,
-            self.odd,
-            self.ease[0],
-            self.ease[1],
+            self.twice_odd,
             self.area_tilt,
             self.band_normal[0],
             self.band_normal[1],
@@ -284,14 +282,15 @@ macro_rules! include_fpm {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::NODES;
     use crate::{Data, Params};
 
     #[repr(C, align(8))]
-    struct Aligned([u8; 4096]);
+    struct Aligned([u8; 8192]);
 
     fn example() -> (Aligned, usize) {
         let data = Params::example().try_build().unwrap();
-        let mut buffer = Aligned([0; 4096]);
+        let mut buffer = Aligned([0; 8192]);
         let effects = [EffectSlot { kind: 1, reserved: 0, values: [0.5; 6] }];
         let n = data.write_file(&effects, "{\"example\":true}", &mut buffer.0).unwrap();
         assert_eq!(n, Data::file_length(&effects, "{\"example\":true}"));
@@ -332,7 +331,7 @@ mod tests {
     #[test]
     fn another_shape_is_named() {
         let (buffer, n) = example();
-        let error = FileOf::<7, 25>::from_bytes(&buffer.0[..n]).unwrap_err();
-        assert_eq!(error, Error::Shape { elements: 2, nodes: 25 });
+        let error = FileOf::<7, NODES>::from_bytes(&buffer.0[..n]).unwrap_err();
+        assert_eq!(error, Error::Shape { elements: 2, nodes: NODES as u32 });
     }
 }

@@ -11,7 +11,7 @@ use crate::{Motion, Response, StateOf, step};
 /// Elements of the default model.
 pub const ELEMENTS: usize = 2;
 /// Depths at which the tables of the default model are given.
-pub const NODES: usize = 25;
+pub const NODES: usize = 37;
 
 /// The default model; see [`ModelOf`].
 pub type Model<'a> = ModelOf<'a, ELEMENTS, NODES>;
@@ -50,10 +50,8 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub slip_rate: f32,
     /// What that makes of the share at the first slip, negative.
     pub slip_start: f32,
-    /// See [`crate::ParamsOf::odd_softness`].
-    pub odd: f32,
-    /// 1/(1 + odd) and 1/(1 − odd): what the slide along x counts while friction along x is positive, and negative.
-    pub ease: [f32; 2],
+    /// Twice [`crate::ParamsOf::odd_compliance_mm_n2`].
+    pub twice_odd: f32,
     /// Growth of the area at full shear along +x, share; the same is lost along −x.
     pub area_tilt: f32,
     /// Half-width of the normal force's band over that of the table, a parabola in the stick ratio: in full slip,
@@ -95,6 +93,11 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
 }
 
 impl<const M: usize, const N: usize> DataOf<M, N> {
+    /// Strength over contact area at the largest depth, MPa.
+    pub(crate) fn deepest_shear_mpa(&self) -> f32 {
+        self.rows.last().map_or(1.0, |row| row.limit.value / row.area.value)
+    }
+
     /// A model on these numbers, after [`DataOf::check`].
     pub fn model(&self) -> Result<ModelOf<'_, M, N>, crate::Error> {
         self.check()?;

@@ -161,7 +161,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
                 let (further, slide) = self.way_for(&trial, lack, deeper, together);
                 deeper = further;
                 // Only so far as the contact holds together: one slip length a round.
-                let longest = trial.limit * trial.compliance;
+                let longest = trial.limit / trial.stiffness;
                 for (way, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
                     *way += more.max(-longest).min(longest);
                 }
@@ -186,8 +186,8 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
         let det = a * d - b * c;
         // A contact in full slip has no stiffness left; then the sticking one's shows the way.
-        if !(det * state.compliance * state.compliance > 1e-3) {
-            return (deeper, [4.0 * lack[1] * state.compliance, 4.0 * lack[2] * state.compliance]);
+        if !(det > 1e-3 * state.stiffness * state.stiffness) {
+            return (deeper, [4.0 * lack[1] / state.stiffness, 4.0 * lack[2] / state.stiffness]);
         }
         let slide = |x: f32, y: f32| [(d * x - b * y) / det, (a * y - c * x) / det];
         let alone = slide(lack[1], lack[2]);

@@ -87,7 +87,7 @@ pub enum Field {
     TiltX,
     TurnSlip,
     SlipRange,
-    OddSoftness,
+    OddCompliance,
     StrengthRatio,
     AreaTilt,
     BandNormal,

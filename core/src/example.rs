@@ -46,7 +46,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             turn_slip: 0.1,
             first_slip: 0.05,
             full_slip: 0.99,
-            odd_softness: 0.03,
+            odd_compliance_mm_n2: 0.2,
             area_tilt: 0.1,
             band_normal_middle: 1.25,
             band_normal_slip: 1.5,

@@ -34,7 +34,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         }
         let direction = direction.map(|d| if d.is_finite() { d } else { 0.0 });
         let (row, t, per_mm) = self.cell(state.depth);
-        let k = 1.0 / state.compliance;
+        let k = state.stiffness;
         let l = state.limit;
         let dk = scale.stiffness(row.stiffness.change) * per_mm;
         let dl = scale.limit(row.limit.change, scale.area(row.area.change)) * per_mm * state.strength_factor;
@@ -42,13 +42,14 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let press = row.press.at(t);
         let per_slip = k / l;
         let tilt = row.tilt.at(t);
-        let [energy_x, energy_y] = state.energy;
+        let mut energies = [0.0f32; 2];
         let [shear_x, shear_y] = [&row.shear_x, &row.shear_y].map(|line| scale.per_newton(line.at(t)));
-        // A contact that holds nothing keeps its displacement when it shrinks.
-        let shrinks = direction[0] < 0.0 && !(state.held > energy_x * f32::EPSILON / k);
+        // A contact that shrinks loses what its rim carries.
+        let shrinks = direction[0] < 0.0;
         let keep = if shrinks { dk / k - dl / l } else { -dl / l };
         let keep = [keep + shear_x * k, keep + shear_y * k];
-        let ease = data.ease[usize::from(state.mean[0].is_sign_negative())];
+        let returned = if shrinks && state.held > 0.0 { state.lag.map(|lag| -lag * dk / k) } else { [0.0; 2] };
+        let ease = 1.0 / (1.0 + scale.odd(data.twice_odd) * k * l / state.strength_factor * state.mean[0]);
 
         let mut mean = [0.0f32; 2];
         let mut slope = [[0.0f32; 3]; 2];
@@ -57,9 +58,14 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
             let [x, y] = *u;
             mean[0] += element.strength * x;
             mean[1] += element.strength * y;
+            energies[0] += l * l * element.energy * x * x;
+            energies[1] += l * l * element.energy * y * y;
             let slide = per_slip * element.inverse_yield;
             let along = ease * slide;
-            let mut rate = [[keep[0] * x + press * along, along, 0.0], [keep[1] * y, 0.0, across * slide]];
+            let mut rate = [
+                [keep[0] * x + press * along + returned[0] * slide, along, 0.0],
+                [keep[1] * y + returned[1] * slide, 0.0, across * slide],
+            ];
             let outward: [f32; 3] = {
                 let by = |i: usize| (x - tilt) * rate[0][i] + round * round * y * rate[1][i];
                 [by(0) - row.tilt.change * per_mm * x + round * row.round.change * per_mm * y * y, by(1), by(2)]
@@ -67,7 +73,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
             let total: f32 = (0..3).map(|i| outward[i] * direction[i]).sum();
             let level = x * x + round * round * y * y - 2.0 * tilt * x;
             if level >= ON_LIMIT && total > 0.0 {
-                let ratio = across * across;
+                let ratio = across * across / ease;
                 let flow = (x - tilt) * x + round * round * ratio * y * y;
                 for i in 0..3 {
                     rate[0][i] -= outward[i] / flow * x;
@@ -81,9 +87,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
                 }
             }
         }
-        for (e, s) in energy[0].iter_mut().zip(&slope[0]) {
-            *e += 2.0 * data.odd * mean[0].abs() * s;
-        }
+        let [energy_x, energy_y] = energies;
         // From forces over the strength to forces; the energies' sums to N².
         let x = l * mean[0];
         let mut friction = [slope[0].map(|s| l * s), slope[1].map(|s| l * across * s)];

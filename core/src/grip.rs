@@ -107,7 +107,7 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
         let [x, y] = load_n;
         let across = row.across.at(t);
         let energy = self.energy_at(share);
-        let along_x = row.shear_x.at(t) * x * (energy * x + self.data.odd * x.abs());
+        let along_x = row.shear_x.at(t) * energy * x * x;
         let along_y = row.shear_y.at(t) * energy * (y / across) * (y / across);
         let shear = self.scale.per_newton(along_x + along_y);
         let normal = self.scale.normal(row.normal.at(t)) + row.press.at(t) * x + shear;

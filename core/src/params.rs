@@ -67,9 +67,10 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     pub first_slip: f32,
     /// Share of the way to the limit at which nothing sticks any more, 0.8 to 0.999.
     pub full_slip: f32,
-    /// How much softer than the mean the contact is while friction along x is positive, and stiffer while it is negative,
-    /// share, −0.1 to 0.1.
-    pub odd_softness: f32,
+    /// Elastic displacement along x beyond the linear one, per square of friction along x, mm/N²: positive where the finger
+    /// is softer while friction along x is positive, and stiffer while it is negative. At most 0.25 slip lengths at the
+    /// friction limit.
+    pub odd_compliance_mm_n2: f32,
     /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
     pub area_tilt: f32,
     /// Half-width of the 95 % band of the normal force at a stick ratio of 0.5 over that in full stick, 0 to 20.
@@ -109,8 +110,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             turn_slip: self.turn_slip,
             slip_rate: along,
             slip_start: -self.first_slip * along,
-            odd: self.odd_softness,
-            ease: [1.0 / (1.0 + self.odd_softness), 1.0 / (1.0 - self.odd_softness)],
+            twice_odd: 2.0 * self.odd_compliance_mm_n2,
             area_tilt: self.area_tilt,
             band_normal: parabola(self.band_normal_slip, self.band_normal_middle, 1.0),
             band_friction: parabola(self.band_friction_slip, self.band_friction_middle, self.band_friction_stick),

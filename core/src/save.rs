@@ -10,21 +10,21 @@ use crate::step::TOUCH_MM;
 use crate::{State, StateOf};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 14);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 16);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, mean, its way since the last turn, energies, then what the turn wore, depth, limit,
-    /// compliance, energy held, press, strength factor.
+    /// Words of a state: elements, mean, its way since the last turn, the rim's lag, then what the turn wore, depth, limit,
+    /// stiffness, slip length, energy, energy held, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
-        let vectors = self.force.iter().chain([&self.mean, &self.way, &self.energy]).flatten().copied();
-        let Self { worn, depth, limit, compliance, held, pressed, strength_factor, .. } = *self;
-        vectors.chain([worn, depth, limit, compliance, held, pressed, strength_factor])
+        let vectors = self.force.iter().chain([&self.mean, &self.way, &self.lag]).flatten().copied();
+        let Self { worn, depth, limit, stiffness, slip_length, energy, held, pressed, strength_factor, .. } = *self;
+        vectors.chain([worn, depth, limit, stiffness, slip_length, energy, held, pressed, strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 14)`.
+    /// `4 (2 M + 16)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 14);
+        let needed = 4 * (2 * M + 16);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -41,7 +41,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 14);
+        let expected = 4 * (2 * M + 16);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -60,11 +60,13 @@ impl<const M: usize> StateOf<M> {
         }
         state.mean = [next(), next()];
         state.way = [next(), next()];
-        state.energy = [next(), next()];
+        state.lag = [next(), next()];
         state.worn = next();
         state.depth = next();
         state.limit = next();
-        state.compliance = next();
+        state.stiffness = next();
+        state.slip_length = next();
+        state.energy = next();
         state.held = next();
         state.pressed = next();
         state.strength_factor = next();
@@ -93,27 +95,32 @@ impl<const M: usize> StateOf<M> {
         }
         let positive = |x: f32| x > 0.0 && x <= 1e12;
         let in_contact = self.depth >= TOUCH_MM;
-        let plain = self.limit == 0.0 && self.compliance == 0.0 && self.depth == 0.0 && self.pressed == 0.0;
+        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.depth == 0.0 && self.pressed == 0.0;
         let still = self
             .force
             .as_flattened()
             .iter()
             .chain(&self.mean)
             .chain(&self.way)
-            .chain(&self.energy)
-            .chain([&self.worn, &self.held])
+            .chain(&self.lag)
+            .chain([&self.worn, &self.held, &self.energy, &self.slip_length])
             .all(|x| *x == 0.0);
         let air = plain && still;
         if !self.depth.is_finite() {
             return Err(bad(M, self.depth));
         }
-        let pressed = positive(self.limit) && positive(self.compliance);
+        let pressed = positive(self.limit) && positive(self.stiffness);
         if !(if in_contact { pressed } else { air }) {
             return Err(bad(M + 1, self.limit));
         }
-        for energy in self.energy {
+        for energy in [self.energy, self.slip_length] {
             if !(energy >= 0.0 && energy <= 1e9) {
                 return Err(bad(M + 2, energy));
+            }
+        }
+        for lag in self.lag {
+            if !(lag.abs() <= 1e6) {
+                return Err(bad(M + 6, lag));
             }
         }
         if !(self.held >= 0.0 && self.held <= 1e9) {
@@ -159,9 +166,11 @@ mod with_serde {
         worn: f32,
         depth_mm: f32,
         limit_n: f32,
-        compliance_mm_n: f32,
-        energy_n2: [f32; 2],
+        stiffness_n_mm: f32,
+        slip_length_mm: f32,
+        energy_mj: f32,
         held_mj: f32,
+        lag_mm: [f32; 2],
         pressed_half_cells: f32,
         strength_factor: f32,
     }
@@ -175,9 +184,11 @@ mod with_serde {
                 worn: self.worn,
                 depth_mm: self.depth,
                 limit_n: self.limit,
-                compliance_mm_n: self.compliance,
-                energy_n2: self.energy,
+                stiffness_n_mm: self.stiffness,
+                slip_length_mm: self.slip_length,
+                energy_mj: self.energy,
                 held_mj: self.held,
+                lag_mm: self.lag,
                 pressed_half_cells: self.pressed,
                 strength_factor: self.strength_factor,
             };
@@ -195,9 +206,11 @@ mod with_serde {
                 worn: plain.worn,
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
-                compliance: plain.compliance_mm_n,
-                energy: plain.energy_n2,
+                stiffness: plain.stiffness_n_mm,
+                slip_length: plain.slip_length_mm,
+                energy: plain.energy_mj,
                 held: plain.held_mj,
+                lag: plain.lag_mm,
                 pressed: plain.pressed_half_cells,
                 strength_factor: plain.strength_factor,
             };

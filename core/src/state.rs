@@ -9,12 +9,12 @@ pub type State = StateOf<ELEMENTS>;
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 13` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// Plain data of `2 M + 15` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
     /// Force of each element over its strength; along y over the root of the stiffness ratio as well.
     pub(crate) force: [[f32; 2]; M],
-    /// Their resultant over the strength; along y over the strength there.
+    /// Their resultant over the strength; along y likewise.
     pub(crate) mean: [f32; 2],
     /// The way that it has gone since the motion last turned back, or from 0 in a fresh contact and after full slip.
     pub(crate) way: [f32; 2],
@@ -22,12 +22,17 @@ pub struct StateOf<const M: usize> {
     pub(crate) worn: f32,
     pub(crate) depth: f32,
     pub(crate) limit: f32,
-    /// 1 over the tangential stiffness, mm/N.
-    pub(crate) compliance: f32,
-    /// Twice the elements' elastic energy along x and y times the stiffness, N².
-    pub(crate) energy: [f32; 2],
+    /// Tangential stiffness, N/mm.
+    pub(crate) stiffness: f32,
+    /// The limit over the stiffness, mm.
+    pub(crate) slip_length: f32,
+    /// Twice the elements' elastic energy, mJ.
+    pub(crate) energy: f32,
     /// Twice the energy that the contact holds beyond that of its elements, mJ.
     pub(crate) held: f32,
+    /// Elastic displacement of the contact as a whole less that of its rim, which came later, mm; along y times the root
+    /// of the stiffness ratio.
+    pub(crate) lag: [f32; 2],
     /// Slide that pressing amounts to, half cells.
     pub(crate) pressed: f32,
     pub(crate) strength_factor: f32,
@@ -42,9 +47,11 @@ impl<const M: usize> Default for StateOf<M> {
             worn: 0.0,
             depth: 0.0,
             limit: 0.0,
-            compliance: 0.0,
-            energy: [0.0; 2],
+            stiffness: 0.0,
+            slip_length: 0.0,
+            energy: 0.0,
             held: 0.0,
+            lag: [0.0; 2],
             pressed: 0.0,
             strength_factor: 1.0,
         }

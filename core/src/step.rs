@@ -15,6 +15,8 @@ use crate::{ModelOf, Motion, Response, StateOf, Status};
 const SLIDE_MAX: f32 = 32.0;
 /// Depth below which there is no contact, mm: quotients of forces of shallower ones leave the range of the floats.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
+/// How much faster than its stiffness a growing contact renews what its rim remembers.
+const RENEWAL: f32 = 10.0;
 /// A square that is added to others, so that quotients of the two are numbers.
 pub(crate) const NOTHING: f32 = 1e-26;
 
@@ -80,7 +82,8 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
 
     // Tables
     let area = scale.area(row.area.at(t));
-    let limit = scale.limit(row.limit.at(t), area) * state.strength_factor;
+    let plain_limit = scale.limit(row.limit.at(t), area);
+    let limit = plain_limit * state.strength_factor;
     let stiffness = scale.stiffness(row.stiffness.at(t));
     let across = row.across.at(t);
     let round = row.round.at(t);
@@ -93,17 +96,36 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
 
     // Depth
     let compliance = 1.0 / stiffness;
-    let [energy_x, energy_y] = state.energy;
-    let energy = energy_x + energy_y;
-    let mut held = state.held + energy * (state.compliance - compliance);
+    let grown = stiffness - state.stiffness;
+    let deeper = stiffness * (depth - state.depth);
     // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
     let scarcer = state.limit / limit;
+    let mut held = state.held;
     let mut keep = scarcer;
-    if held < 0.0 {
-        keep *= (state.compliance * energy + state.held) * stiffness / energy;
-        held = 0.0;
+    let [mut lag_x, mut lag_y] = state.lag;
+    let [mut back_x, mut back_y] = [0.0, 0.0];
+    if grown >= 0.0 {
+        let share = grown * compliance;
+        held += share * state.energy;
+        let renewed = RENEWAL * share / (1.0 + (RENEWAL - 1.0) * share);
+        lag_x += renewed * (state.mean[0] * state.slip_length - lag_x);
+        lag_y += renewed * (state.mean[1] * state.slip_length - lag_y);
+    } else {
+        let mut share = -grown * compliance;
+        let before = 1.0 + share;
+        let taken = -grown * before * (lag_x * lag_x + lag_y * lag_y);
+        keep /= before;
+        if taken > held {
+            share *= held / taken;
+            held = 0.0;
+        } else {
+            held -= taken;
+        }
+        back_x = share * lag_x;
+        back_y = share * lag_y;
+        lag_x += back_x;
+        lag_y += back_y;
     }
-    let deeper = stiffness * (depth - state.depth);
     let keep_y = keep + keep * (shear_y * deeper);
     keep += keep * (shear_x * deeper);
 
@@ -120,22 +142,33 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         status = status.with(if whole { Status::LARGE_INCREMENT } else { Status::BAD_INPUT });
         [slide_x, slide_y] = tame(way_x, way_y, coupled, per_slip);
     }
-    // The softness is that of the side of 0 on which friction will be.
-    let heads = state.mean[0] * keep + slide_x;
-    slide_x *= data.ease[(heads.to_bits() >> 31) as usize];
-    slide_y *= across;
+    slide_x += back_x * per_slip;
+    slide_y = slide_y * across + back_y * per_slip;
+    // The finger is softer along +x the more it carries there: the slide's square root law, solved for its end.
+    let twice_odd = scale.odd(data.twice_odd) * (stiffness * plain_limit);
+    let was = state.mean[0] * scarcer;
+    let kept = state.mean[0] * keep - was;
+    slide_x += kept;
+    slide_x += slide_x;
+    let begin = 1.0 + twice_odd * was;
+    let end = sqrt((begin * begin + twice_odd * slide_x).abs());
+    slide_x /= begin + end;
+    let heads = was + slide_x;
+    slide_x -= kept;
     state.depth = depth;
     state.limit = limit;
-    state.compliance = compliance;
+    state.stiffness = stiffness;
+    state.slip_length = limit * compliance;
+    state.lag = [lag_x, lag_y];
     state.held = held;
     state.pressed = pressed;
 
-    let [from_x, from_y] = state.mean;
-    let toward = [heads - from_x, from_y * keep + slide_y * round - from_y];
-    let turn = follow(state, toward, scarcer, tilt_twice);
+    let mean = [state.mean[0], round * state.mean[1]];
+    let toward = [heads - mean[0], mean[1] * keep + slide_y * round - mean[1]];
+    let turn = follow(state, mean, toward, scarcer, tilt_twice);
 
     // Elements
-    let ratio = across * across;
+    let ratio = across * across * end;
     let lack = 1.0 - ratio;
     let rest = ratio - lack;
     // Adding to −0 is nothing, to 0 an instruction.
@@ -155,24 +188,22 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         energy_x += element.energy * x * x;
         energy_y += element.energy * y * y;
     }
+    state.mean = [mean_x, mean_y];
     let across_y = across * mean_y;
     mean_y *= round;
-
     let stick_ratio = turn.stick_ratio(state, [mean_x, mean_y], tilt, data);
-    state.mean = [mean_x, mean_y];
 
     // Resultants
     let friction_x = limit * mean_x;
     let square = limit * limit;
-    energy_x = square * (energy_x + data.odd * mean_x * mean_x.abs());
-    energy_y *= square;
-    state.energy = [energy_x, energy_y];
+    state.energy = square * compliance * (energy_x + energy_y);
+    let sheared = square * (shear_x * energy_x + shear_y * energy_y);
     let xx = mean_x * mean_x + NOTHING;
     let ahead = tilt * mean_x;
     // Share of the limit in use.
     let used = sqrt(xx + mean_y * mean_y + ahead * ahead) - ahead;
     let friction_limit = limit * (sqrt(xx + across_y * across_y) / used);
-    let normal = scale.normal(row.normal.at(t)) + press * friction_x + shear_x * energy_x + shear_y * energy_y;
+    let normal = scale.normal(row.normal.at(t)) + press * friction_x + sheared;
     let band = |b: &[f32; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     Response {
         normal_force_n: not_negative(normal),

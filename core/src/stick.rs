@@ -22,16 +22,17 @@ pub(crate) struct Turn {
 
 /// Follows the turning point through a step, before the elements move.
 ///
+/// * `mean`: the resultant after the step before over the limit now
 /// * `toward`: where the elements would take the resultant if none yielded, less where it was
 /// * `scarcer`: limit before over limit now
 #[inline(always)]
 pub(crate) fn follow<const M: usize>(
     state: &StateOf<M>,
+    [mean_x, mean_y]: [f32; 2],
     [toward_x, toward_y]: [f32; 2],
     scarcer: f32,
     tilt_twice: f32,
 ) -> Turn {
-    let [mean_x, mean_y] = state.mean;
     let [mut way_x, mut way_y] = state.way;
     let from = |way_x: f32, way_y: f32| {
         let (x, y) = if scarcer < 1.0 {

@@ -61,8 +61,11 @@ pub trait Scaling: Copy + sealed::Sealed {
     fn limit(&self, n: f32, area_mm2: f32) -> f32;
     /// One over a force, 1/N.
     fn per_newton(&self, x: f32) -> f32;
-    /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law.
-    fn stiffened(&self, factor: f32, beta: f32) -> Scaled;
+    /// The odd compliance, mm/N²: what it makes of the slip length at the largest depth stays as it is.
+    fn odd(&self, mm_n2: f32) -> f32;
+    /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law, `shear_mpa`
+    /// the strength over the area at the largest depth.
+    fn stiffened(&self, factor: f32, beta: f32, shear_mpa: f32) -> Scaled;
 }
 
 /// The finger that the model was fitted to.
@@ -98,8 +101,12 @@ impl Scaling for Fitted {
     fn per_newton(&self, x: f32) -> f32 {
         x
     }
-    fn stiffened(&self, factor: f32, beta: f32) -> Scaled {
-        Scaled::new(&Tuning { stiffness: factor, ..Tuning::default() }, beta)
+    #[inline(always)]
+    fn odd(&self, mm_n2: f32) -> f32 {
+        mm_n2
+    }
+    fn stiffened(&self, factor: f32, beta: f32, shear_mpa: f32) -> Scaled {
+        Scaled::new(&Tuning { stiffness: factor, ..Tuning::default() }, beta, shear_mpa)
     }
 }
 
@@ -114,10 +121,12 @@ pub struct Scaled {
     limit: f32,
     tau0: f32,
     per_newton: f32,
+    odd: f32,
 }
 
 impl Scaled {
-    fn new(tuning: &Tuning, beta: f32) -> Self {
+    /// `shear_mpa` is the strength over the contact area at the largest depth.
+    fn new(tuning: &Tuning, beta: f32, shear_mpa: f32) -> Self {
         let Tuning { size, stiffness, lambda, tau0_mpa } = *tuning;
         let area = size * size;
         let strength = if stiffness == 1.0 { lambda } else { lambda * pow(stiffness, beta) };
@@ -130,6 +139,7 @@ impl Scaled {
             limit: strength * area,
             tau0: tau0_mpa,
             per_newton: 1.0 / (stiffness * area),
+            odd: 1.0 / (stiffness * size * area * (strength + tau0_mpa / shear_mpa)),
         }
     }
 }
@@ -163,15 +173,21 @@ impl Scaling for Scaled {
     fn per_newton(&self, x: f32) -> f32 {
         x * self.per_newton
     }
-    fn stiffened(&self, factor: f32, beta: f32) -> Scaled {
+    #[inline(always)]
+    fn odd(&self, mm_n2: f32) -> f32 {
+        mm_n2 * self.odd
+    }
+    fn stiffened(&self, factor: f32, beta: f32, _: f32) -> Scaled {
         if factor == 1.0 {
             return *self;
         }
+        let strength = pow(factor, beta);
         Scaled {
             normal: self.normal * factor,
             stiffness: self.stiffness * factor,
-            limit: self.limit * pow(factor, beta),
+            limit: self.limit * strength,
             per_newton: self.per_newton / factor,
+            odd: self.odd / (factor * strength),
             ..*self
         }
     }
@@ -200,12 +216,14 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
                 return Err(Error::Range { what, index: 0, value });
             }
         }
-        Ok(ModelOf { data: self.data, scale: Scaled::new(&tuning, self.data.pressure_exponent) })
+        let scale = Scaled::new(&tuning, self.data.pressure_exponent, self.data.deepest_shear_mpa());
+        Ok(ModelOf { data: self.data, scale })
     }
 
     /// The same finger with the tissue's stiffness times `factor`, which is held between 0.2 and 5.
     pub(crate) fn stiffened(&self, factor: f32) -> ModelOf<'a, M, N, Scaled> {
-        let scale = self.scale.stiffened(factor.clamp(0.2, 5.0), self.data.pressure_exponent);
+        let (beta, shear) = (self.data.pressure_exponent, self.data.deepest_shear_mpa());
+        let scale = self.scale.stiffened(factor.clamp(0.2, 5.0), beta, shear);
         ModelOf { data: self.data, scale }
     }
 }

@@ -100,8 +100,8 @@ proptest! {
         prop_assert!(State::from_bytes(&broken).is_err());
     }
 
-    /// One step against a hundred. Along an axis it is the same up to rounding; oblique slides turn while elements
-    /// yield, which one step only approximates.
+    /// One step against a hundred. Along y it is the same up to rounding; along x the odd compliance takes a step as if
+    /// everything stuck; oblique slides turn while elements yield, which one step only approximates.
     #[test]
     fn step_size_does_not_matter_on_straight_slides(depth in 0.2f32..2.4, length in 0.05f32..6.0, direction in 0u32..24) {
         let data = example();
@@ -118,7 +118,11 @@ proptest! {
             b = step(&model, &mut many, motion(depth, length * c / 100.0, length * s / 100.0));
         }
         let error = (a.friction_n[0] - b.friction_n[0]).hypot(a.friction_n[1] - b.friction_n[1]);
-        let allowed = if direction % 12 == 0 { 0.001 } else { 0.05 };
+        let allowed = match direction {
+            6 | 18 => 0.001,
+            0 | 12 => 0.02,
+            _ => 0.05,
+        };
         prop_assert!(error <= allowed * a.friction_limit_n, "{} {a:?} {b:?}", error / a.friction_limit_n);
     }
 
@@ -126,7 +130,7 @@ proptest! {
     #[test]
     fn rotation(path in closed_path(), angle in 0.0f64..6.3) {
         let mut params = Params::example();
-        params.odd_softness = 0.0;
+        params.odd_compliance_mm_n2 = 0.0;
         for node in &mut params.nodes {
             node.stiffness_ratio = 1.0;
             node.press_coupling = 0.0;
@@ -237,7 +241,7 @@ fn steady_slip_opposes_the_motion() {
     for node in &mut params.nodes {
         node.tilt_x = 0.0;
     }
-    params.odd_softness = 0.0;
+    params.odd_compliance_mm_n2 = 0.0;
     let data = params.try_build().unwrap();
     let model = data.model().unwrap();
     for degrees in (0..360).step_by(5) {

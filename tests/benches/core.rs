@@ -22,7 +22,7 @@ fn motions() -> impl Iterator<Item = Motion> {
 
 fn steps<const M: usize>(bencher: Bencher) {
     let slider = |j: usize| Slider { yield_position: 0.4 + j as f32, strength_share: 1.0 / M as f32 };
-    let data = ParamsOf::<M, 25>::example_with(std::array::from_fn(slider)).try_build().expect("the example is valid");
+    let data = ParamsOf::<M, 37>::example_with(std::array::from_fn(slider)).try_build().expect("the example is valid");
     let model = data.model().expect("the example is valid");
     let mut state = StateOf::default();
     let mut motions = motions();

@@ -54,8 +54,8 @@ fn tables(data: &Data, base: &Base) -> Data {
     let cell = f64::from(data.depth_max) / (n - 1) as f64;
     let mut out = *data;
     out.pressure_exponent = base.load_exponent.clamp(-1.0, 2.0) as f32;
-    // The baseline knows no odd softness; its direction dependence is in a slot.
-    (out.odd, out.ease) = (0.0, [1.0; 2]);
+    // The baseline knows no odd compliance; its direction dependence is in a slot.
+    out.twice_odd = 0.0;
     // A chord lies above a convex curve by up to h² f''/8; half of that is taken off at the nodes.
     let node = |i: usize, of: &dyn Fn(f64) -> f64| -> f64 {
         let d = cell * i as f64;

@@ -57,13 +57,13 @@ pub fn curve(
 ) -> Result<Vec<CurvePoint>, ReduceError> {
     type Fit = fn(&[Run], f64, &Settings) -> Result<CurvePoint, ReduceError>;
     let sizes: [Fit; 8] = [
-        point::<2, 25>,
-        point::<3, 25>,
-        point::<4, 25>,
-        point::<5, 25>,
-        point::<8, 25>,
-        point::<2, 9>,
+        point::<2, 37>,
+        point::<3, 37>,
+        point::<4, 37>,
+        point::<5, 37>,
+        point::<8, 37>,
         point::<2, 13>,
+        point::<2, 25>,
         point::<2, 49>,
     ];
     let mut points = Vec::with_capacity(sizes.len());

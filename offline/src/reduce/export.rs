@@ -70,7 +70,7 @@ fn rust(file: &ModelFile) -> String {
     out
 }
 
-fn head(data: &Data) -> [(&'static str, &[f32]); 12] {
+fn head(data: &Data) -> [(&'static str, &[f32]); 11] {
     let one = std::slice::from_ref;
     [
         ("depth_max", one(&data.depth_max)),
@@ -79,8 +79,7 @@ fn head(data: &Data) -> [(&'static str, &[f32]); 12] {
         ("turn_slip", one(&data.turn_slip)),
         ("slip_rate", one(&data.slip_rate)),
         ("slip_start", one(&data.slip_start)),
-        ("odd", one(&data.odd)),
-        ("ease", &data.ease),
+        ("twice_odd", one(&data.twice_odd)),
         ("area_tilt", one(&data.area_tilt)),
         ("band_normal", &data.band_normal),
         ("band_friction", &data.band_friction),

@@ -45,7 +45,7 @@ impl Default for Settings {
             rising_knots: 12,
             gentle_knots: 6,
             normal_share: 0.005,
-            friction_share: 0.006,
+            friction_share: 0.004,
             stick: 0.03,
             stick_end: 0.02,
             area_share: 0.03,

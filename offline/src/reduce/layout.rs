@@ -37,8 +37,8 @@ pub struct Start {
 
 /// Share of what passivity allows that the fit may use; the rest is for rounding.
 const ALLOWED: f64 = 0.97;
-/// Largest odd softness.
-const ODD_MAX: f64 = 0.099;
+/// Largest odd part of the elastic displacement at the limit, slip lengths.
+const ODD_MAX: f64 = 0.249;
 /// Largest share of the normal force that full shear may add or take off.
 const SHEAR_MAX: f64 = 0.5;
 /// Largest tilt of the limit.
@@ -138,12 +138,10 @@ impl Layout {
         let turn_slip = between(cursor.one());
         let first_slip = 0.5 * between(cursor.one());
         let full_slip = 0.8 + 0.198 * between(cursor.one());
-        let odd_softness = cursor.one();
+        let odd = ODD_MAX * cursor.one().tanh();
         let area_tilt = 0.5 * cursor.one().tanh();
         // Positions and shares as the core normalises them.
         let softness: f64 = (0..M).map(|j| strength[j] / positions[j]).sum();
-        let least = positions[0] * softness;
-        let odd_softness = ODD_MAX.min(0.37 * least) * odd_softness.tanh();
         let energy: f64 = (0..M).map(|j| strength[j] * positions[j] * softness).sum();
 
         let mut nodes = [Node::default(); N];
@@ -167,6 +165,7 @@ impl Layout {
             };
         }
         make_passive(&mut nodes, cell, energy);
+        let deepest = f64::from(nodes[N - 1].friction_limit_n) * f64::from(nodes[N - 1].tangential_stiffness_n_mm);
         ParamsOf {
             depth_max_mm: self.depth_max_mm as f32,
             sliders: std::array::from_fn(|j| Slider {
@@ -177,7 +176,7 @@ impl Layout {
             turn_slip: turn_slip as f32,
             first_slip: first_slip as f32,
             full_slip: full_slip as f32,
-            odd_softness: odd_softness as f32,
+            odd_compliance_mm_n2: (odd / deepest) as f32,
             area_tilt: area_tilt as f32,
             band_normal_middle: 1.0,
             band_normal_slip: 1.0,
@@ -221,7 +220,7 @@ fn make_passive<const N: usize>(nodes: &mut [Node; N], cell: f64, energy: f64) {
         let round = f64::from(node.stiffness_ratio).sqrt() / f64::from(node.strength_ratio);
         let bound = ALLOWED * 0.5 / (stiffness * depth_max) * limit * limit * energy;
         let left = ALLOWED * normal - 1.3 * limit * f64::from(node.press_coupling).abs();
-        let taken_x = bound.min(left.max(0.0) / 1.7 * energy / (energy + 0.3));
+        let taken_x = bound.min(left.max(0.0) / 1.7);
         let taken_y = (bound / (round * round)).min(left.max(0.0) / 1.1);
         node.normal_shear_x_n = f64::from(node.normal_shear_x_n).clamp(-taken_x, bound) as f32;
         node.normal_shear_y_n = f64::from(node.normal_shear_y_n).clamp(-taken_y, bound / (round * round)) as f32;
@@ -249,7 +248,7 @@ mod tests {
             for t in &mut theta {
                 *t += 1.5 * next();
             }
-            match layout.params::<3, 25>(&theta).try_build() {
+            match layout.params::<3, 37>(&theta).try_build() {
                 Ok(_) => accepted += 1,
                 // Yield positions may leave their range; nothing else may be refused.
                 Err(fingerpad::Error::Range { .. }) => {}
