@@ -10,21 +10,21 @@ use crate::step::TOUCH_MM;
 use crate::{State, StateOf};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 16);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 15);
 
 impl<const M: usize> StateOf<M> {
     /// Words of a state: elements, mean, its way since the last turn, the rim's lag, then what the turn wore, depth, limit,
-    /// stiffness, slip length, energy, energy held, press, strength factor.
+    /// stiffness, energy, energy held, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
         let vectors = self.force.iter().chain([&self.mean, &self.way, &self.lag]).flatten().copied();
-        let Self { worn, depth, limit, stiffness, slip_length, energy, held, pressed, strength_factor, .. } = *self;
-        vectors.chain([worn, depth, limit, stiffness, slip_length, energy, held, pressed, strength_factor])
+        let Self { worn, depth, limit, stiffness, energy, held, pressed, strength_factor, .. } = *self;
+        vectors.chain([worn, depth, limit, stiffness, energy, held, pressed, strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 16)`.
+    /// `4 (2 M + 15)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 16);
+        let needed = 4 * (2 * M + 15);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -41,7 +41,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 16);
+        let expected = 4 * (2 * M + 15);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -65,7 +65,6 @@ impl<const M: usize> StateOf<M> {
         state.depth = next();
         state.limit = next();
         state.stiffness = next();
-        state.slip_length = next();
         state.energy = next();
         state.held = next();
         state.pressed = next();
@@ -103,7 +102,7 @@ impl<const M: usize> StateOf<M> {
             .chain(&self.mean)
             .chain(&self.way)
             .chain(&self.lag)
-            .chain([&self.worn, &self.held, &self.energy, &self.slip_length])
+            .chain([&self.worn, &self.held, &self.energy])
             .all(|x| *x == 0.0);
         let air = plain && still;
         if !self.depth.is_finite() {
@@ -113,10 +112,8 @@ impl<const M: usize> StateOf<M> {
         if !(if in_contact { pressed } else { air }) {
             return Err(bad(M + 1, self.limit));
         }
-        for energy in [self.energy, self.slip_length] {
-            if !(energy >= 0.0 && energy <= 1e9) {
-                return Err(bad(M + 2, energy));
-            }
+        if !(self.energy >= 0.0 && self.energy <= 1e9) {
+            return Err(bad(M + 2, self.energy));
         }
         for lag in self.lag {
             if !(lag.abs() <= 1e6) {
@@ -167,7 +164,6 @@ mod with_serde {
         depth_mm: f32,
         limit_n: f32,
         stiffness_n_mm: f32,
-        slip_length_mm: f32,
         energy_mj: f32,
         held_mj: f32,
         lag_mm: [f32; 2],
@@ -185,7 +181,6 @@ mod with_serde {
                 depth_mm: self.depth,
                 limit_n: self.limit,
                 stiffness_n_mm: self.stiffness,
-                slip_length_mm: self.slip_length,
                 energy_mj: self.energy,
                 held_mj: self.held,
                 lag_mm: self.lag,
@@ -207,7 +202,6 @@ mod with_serde {
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
                 stiffness: plain.stiffness_n_mm,
-                slip_length: plain.slip_length_mm,
                 energy: plain.energy_mj,
                 held: plain.held_mj,
                 lag: plain.lag_mm,

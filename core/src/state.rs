@@ -9,7 +9,7 @@ pub type State = StateOf<ELEMENTS>;
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 15` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// Plain data of `2 M + 14` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
     /// Force of each element over its strength; along y over the root of the stiffness ratio as well.
@@ -24,8 +24,6 @@ pub struct StateOf<const M: usize> {
     pub(crate) limit: f32,
     /// Tangential stiffness, N/mm.
     pub(crate) stiffness: f32,
-    /// The limit over the stiffness, mm.
-    pub(crate) slip_length: f32,
     /// Twice the elements' elastic energy, mJ.
     pub(crate) energy: f32,
     /// Twice the energy that the contact holds beyond that of its elements, mJ.
@@ -48,7 +46,6 @@ impl<const M: usize> Default for StateOf<M> {
             depth: 0.0,
             limit: 0.0,
             stiffness: 0.0,
-            slip_length: 0.0,
             energy: 0.0,
             held: 0.0,
             lag: [0.0; 2],

@@ -15,8 +15,8 @@ use crate::{ModelOf, Motion, Response, StateOf, Status};
 const SLIDE_MAX: f32 = 32.0;
 /// Depth below which there is no contact, mm: quotients of forces of shallower ones leave the range of the floats.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
-/// How much faster than its stiffness a growing contact renews what its rim remembers.
-const RENEWAL: f32 = 10.0;
+/// Share of its stiffness by which a contact grows until most of its rim is new.
+const RENEWAL: f32 = 0.1;
 /// A square that is added to others, so that quotients of the two are numbers.
 pub(crate) const NOTHING: f32 = 1e-26;
 
@@ -95,7 +95,6 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let pressed = row.pressed + t * (row.press.value + press);
 
     // Depth
-    let compliance = 1.0 / stiffness;
     let grown = stiffness - state.stiffness;
     let deeper = stiffness * (depth - state.depth);
     // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
@@ -105,13 +104,14 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let [mut lag_x, mut lag_y] = state.lag;
     let [mut back_x, mut back_y] = [0.0, 0.0];
     if grown >= 0.0 {
-        let share = grown * compliance;
+        let share = grown / stiffness;
         held += share * state.energy;
-        let renewed = RENEWAL * share / (1.0 + (RENEWAL - 1.0) * share);
-        lag_x += renewed * (state.mean[0] * state.slip_length - lag_x);
-        lag_y += renewed * (state.mean[1] * state.slip_length - lag_y);
+        let renewed = share / (RENEWAL + (1.0 - RENEWAL) * share);
+        let slip_length = state.limit / stiffness;
+        lag_x += renewed * (state.mean[0] * slip_length - lag_x);
+        lag_y += renewed * (state.mean[1] * slip_length - lag_y);
     } else {
-        let mut share = -grown * compliance;
+        let mut share = -grown / stiffness;
         let before = 1.0 + share;
         let taken = -grown * before * (lag_x * lag_x + lag_y * lag_y);
         keep /= before;
@@ -158,7 +158,6 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     state.depth = depth;
     state.limit = limit;
     state.stiffness = stiffness;
-    state.slip_length = limit * compliance;
     state.lag = [lag_x, lag_y];
     state.held = held;
     state.pressed = pressed;
@@ -196,7 +195,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     // Resultants
     let friction_x = limit * mean_x;
     let square = limit * limit;
-    state.energy = square * compliance * (energy_x + energy_y);
+    state.energy = square / stiffness * (energy_x + energy_y);
     let sheared = square * (shear_x * energy_x + shear_y * energy_y);
     let xx = mean_x * mean_x + NOTHING;
     let ahead = tilt * mean_x;

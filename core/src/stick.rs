@@ -41,7 +41,7 @@ pub(crate) fn follow<const M: usize>(
         } else {
             (mean_x - way_x, mean_y - way_y)
         };
-        ([x, y], not_negative(1.0 - (y * y + x * (x - tilt_twice))))
+        ([x, y], (1.0 - (y * y + x * (x - tilt_twice))).abs())
     };
     let ahead = toward_x * way_x + toward_y * way_y;
     if ahead < 0.0 {
