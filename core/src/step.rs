@@ -126,8 +126,9 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         lag_x += back_x;
         lag_y += back_y;
     }
-    let keep_y = keep + keep * (shear_y * deeper);
-    keep += keep * (shear_x * deeper);
+    let sheared = keep * deeper;
+    let keep_y = keep + sheared * shear_y;
+    keep += sheared * shear_x;
 
     // Slide, in slip lengths
     let per_slip = stiffness / limit;
