@@ -19,18 +19,22 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     ///
     /// # Why what passes here is passive
     ///
-    /// Energy E = (P_x + P_y)/2K + H/2 with P_x = L² (Σ w y u_x² + odd m_x |m_x|), P_y = (s²L²/rho) Σ w y u_y² and H >= 0,
-    /// which is what the contact holds beyond its elements. E is 0 in the air and never negative, since Σ w y u² >= m² by
-    /// Cauchy–Schwarz (Σ w/y = 1) and |odd| < 1. In each step the plane's work is at least what E gains:
+    /// Energy E = (P_x + P_y)/2K + 2/3 q F_x³ + H/2 with P_x = L² Σ w y u_x², P_y = (s²L²/rho) Σ w y u_y² and H >= 0, which is
+    /// what the contact holds beyond its elements. E is 0 in the air and never negative, since Σ w y u² >= m² by
+    /// Cauchy–Schwarz (Σ w/y = 1) and |q| K F_x <= 0.33, which is checked. In each step the plane's work is at least what E
+    /// gains:
     ///
-    /// * change of stiffness at given forces: H takes what P/2K loses, so that E stays. Where H would fall below 0 it is
-    ///   0, and all forces are multiplied by f = K/K₀ + K H₀/P < 1, which makes of E = f P/2K no more than f² P/2K.
+    /// * growth at given forces: H takes what P/K loses, so that E stays; q is one number for all depths.
+    /// * shrinking by dK < 0 to K' = r K: elements keep their displacement, which takes (1 − r) P/2K off, and move on by a
+    ///   slide b = lag |dK|/K' without the plane, which adds r F·b + K' b²/2 at most. With P >= F² what is missing is at most
+    ///   |dK| lag²/2r; that is taken from H/2, and where H is less, the slide is less in proportion, so that its square
+    ///   suffices.
     /// * N = ... + G P on a change of depth dd: forces times 1 + g, g = G K dd, add (2g + g²) P/2K to E. The work of that
     ///   part of N at the step's end is (1 + g)² G P dd, more by (3/2 g² + g³) P/K, and |g| < 1/2 is checked.
     /// * slide: elements that stick gain L² Σ w u du y = F · dx K/K, a quadratic, whose end value times the increment is
-    ///   more than its gain; with the odd part this holds across m_x = 0 as well. What is drawn back goes as
-    ///   slip along the friction and loses energy, with the odd part as long as |odd| m_x/y_j is less than what friction
-    ///   along u_j takes, which is checked. Limits that shrink or shift with depth draw back in the same way.
+    ///   more than its gain; what else moves the elements in the same step adds at most what it would alone. The odd
+    ///   compliance lies in series with all of this and is solved for its end. What is drawn back goes as slip along the
+    ///   friction and loses energy. Limits that shrink or shift with depth draw back in the same way.
     /// * C: F_x C'(d) dd is the work of the slide dC. In a finite step C' at its end is off by C'' dd, and N₀, which grows
     ///   with depth, is checked to outweigh that.
     ///

@@ -25,20 +25,28 @@ pub(crate) const NOTHING: f32 = 1e-26;
 /// Elements j carry forces (w_j L u_jx, w_j L s u_jy), u_j within a circle that is shifted by alpha along x:
 ///
 /// ```text
-/// u_j += (K/L) ((dx + dC(d))/(1 ± odd), dy rho/s) / y_j      then back to |u_j|² − 2 alpha u_jx = 1
+/// u_j += (K/L) (dx + dC(d) − q dF_x², dy rho/s) / y_j      then back to |u_j|² − 2 alpha u_jx = 1
 /// F    = L Σ w_j (u_jx, s u_jy)
 /// N    = N0(d) + C'(d) F_x + G_x(d) P_x + G_y(d) P_y
-/// P_x  = L² Σ w_j y_j u_jx² ± odd F_x²         P_y = (s² L²/rho) Σ w_j y_j u_jy²
+/// P_x  = L² Σ w_j y_j u_jx²         P_y = (s² L²/rho) Σ w_j y_j u_jy²
 /// ```
 ///
-/// with K, L, s, rho, C, alpha, N0, G from tables over depth and ± the sign of F_x. What is drawn back goes as slip along
-/// the friction. The limit is (1 + alpha²)^½ + alpha of L along +x, (1 + alpha²)^½ − alpha along −x and s along y: a finger
-/// that is pushed back carries more than one that is pulled. (P_x + P_y)/2K is the elements' elastic energy.
+/// with K, L, s, rho, C, alpha, N0, G from tables over depth. What is drawn back goes as slip along the friction. The limit
+/// is (1 + alpha²)^½ + alpha of L along +x, (1 + alpha²)^½ − alpha along −x and s along y: a finger that is pushed back
+/// carries more than one that is pulled, and with q > 0 it is stiffer as well. (P_x + P_y)/2K is the elements' elastic
+/// energy, 2/3 q F_x³ that of the odd compliance.
 ///
-/// A change of depth keeps that energy but for the work that G takes: growth keeps the forces and holds the energy that
-/// the stiffer elements would lack; a shrinking contact retraces from what is held, and keeps its displacement when
-/// nothing is left. Bad input is flagged and leaves the axis where it was; see [`Status`]. The stick ratio is in
-/// `stick.rs`.
+/// # Depth
+///
+/// A contact is like springs side by side, of which those at the rim came last and go first (the method of dimensionality
+/// reduction: Popov & Heß 2015). What comes carries nothing: growth keeps the forces, and the energy that the stiffer
+/// elements lack, since what came moved less than what was there, is held. What goes takes its force along: a loss dK of
+/// stiffness changes F by −e dK, e the rim's elastic displacement. The state knows by how much e lags behind F/K; growth
+/// renews the rim, e goes to 0, and slides move rim and middle alike. So the way back over a depth that was gained in a
+/// slide takes off what that slide brought, in its direction. The lag is paid for from what is held: when nothing is left
+/// the displacement is the same everywhere.
+///
+/// Bad input is flagged and leaves the axis where it was; see [`Status`]. The stick ratio is in `stick.rs`.
 ///
 /// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
 /// through [`StateOf::set_strength_factor`].
