@@ -241,7 +241,8 @@ fn steady_slip_opposes_the_motion() {
     for node in &mut params.nodes {
         node.tilt_x = 0.0;
     }
-    params.odd_compliance_mm_n2 = 0.0;
+    let deepest = params.nodes.last().unwrap();
+    params.odd_compliance_mm_n2 = 0.24 / (deepest.friction_limit_n * deepest.tangential_stiffness_n_mm);
     let data = params.try_build().unwrap();
     let model = data.model().unwrap();
     for degrees in (0..360).step_by(5) {
@@ -253,7 +254,7 @@ fn steady_slip_opposes_the_motion() {
                 r = step(&model, &mut state, motion(1.0, slide * c, slide * s));
             }
             let across = (r.friction_n[1] * c - r.friction_n[0] * s) / r.friction_limit_n;
-            assert!(across.abs() < 0.01, "{degrees} {slide}: {across}");
+            assert!(across.abs() < 0.02, "{degrees} {slide}: {across}");
         }
     }
 }
