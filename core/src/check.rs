@@ -40,7 +40,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         in_range(Field::TurnSlip, 0, self.turn_slip, 0.0, 1.0)?;
         let span = 1.0 / self.slip_rate;
         in_range(Field::SlipRange, 0, -self.slip_start * span, 0.0, 0.5)?;
-        in_range(Field::SlipRange, 1, (1.0 - self.slip_start) * span, 0.8, 0.9991)?;
+        in_range(Field::SlipRange, 1, (1.0 - self.slip_start) * span, 0.8, 1.2)?;
         in_range(Field::OddSoftness, 0, self.odd, -0.1, 0.1)?;
         in_range(Field::OddSoftness, 1, self.ease[0] * (1.0 + self.odd), 1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::OddSoftness, 2, self.ease[1] * (1.0 - self.odd), 1.0 - 1e-6, 1.0 + 1e-6)?;

@@ -65,7 +65,7 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     pub turn_slip: f32,
     /// Share of the way to the limit at which the first slip shows, 0 to 0.5.
     pub first_slip: f32,
-    /// Share of the way to the limit at which nothing sticks any more, 0.8 to 0.999.
+    /// Share of the way to the limit at which nothing would stick any more, 0.8 to 1.2; on the limit nothing does anyway.
     pub full_slip: f32,
     /// How much softer than the mean the contact is while friction along x is positive, and stiffer while it is negative,
     /// share, −0.1 to 0.1.

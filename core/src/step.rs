@@ -130,9 +130,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     state.held = held;
     state.pressed = pressed;
 
-    let [from_x, from_y] = state.mean;
-    let toward = [heads - from_x, from_y * keep + slide_y * round - from_y];
-    let turn = follow(state, toward, scarcer, tilt_twice);
+    let mut turn = follow(state, [slide_x, slide_y * round], keep, scarcer, tilt_twice);
 
     // Elements
     let ratio = across * across;
@@ -145,6 +143,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         let mut y = u[1] * keep_y + slide_y * element.inverse_yield;
         let y_round = y * round;
         let level = y_round * y_round + x * (x - tilt_twice);
+        turn.note(level);
         // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
         let [back_x, back_y] = drawn_back([x, y], round, level, tilt, lack, rest);
         x = select_unpredictable(level > YIELD, back_x, x);
