@@ -55,7 +55,7 @@ pub struct Node {
 pub struct ParamsOf<const M: usize, const N: usize> {
     /// Depth of the last node, mm, 0.1 to 20.
     pub depth_max_mm: f32,
-    /// The elements.
+    /// The elements, in the order in which they yield: the last one tells full slip.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub sliders: [Slider; M],
     /// The tables; node 0 is depth 0, where all forces are taken as 0.
