@@ -252,7 +252,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.depth_max,
             self.cells_per_mm,
             self.half_cell,
-            self.turn_slip,
+            self.half_turn_slip,
             self.slip_rate,
             self.slip_start,
             self.twice_odd,

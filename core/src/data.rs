@@ -44,8 +44,8 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub cells_per_mm: f32,
     /// Half of a cell, mm.
     pub half_cell: f32,
-    /// See [`crate::ParamsOf::turn_slip`].
-    pub turn_slip: f32,
+    /// Half of [`crate::ParamsOf::turn_slip`].
+    pub half_turn_slip: f32,
     /// 1 over the share of the way to the limit between the first slip and full slip.
     pub slip_rate: f32,
     /// What that makes of the share at the first slip, negative.

@@ -55,7 +55,7 @@ pub struct Node {
 pub struct ParamsOf<const M: usize, const N: usize> {
     /// Depth of the last node, mm, 0.1 to 20.
     pub depth_max_mm: f32,
-    /// The elements.
+    /// The elements, in the order in which they yield: the last one tells full slip.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub sliders: [Slider; M],
     /// The tables; node 0 is depth 0, where all forces are taken as 0.
@@ -65,7 +65,7 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     pub turn_slip: f32,
     /// Share of the way to the limit at which the first slip shows, 0 to 0.5.
     pub first_slip: f32,
-    /// Share of the way to the limit at which nothing sticks any more, 0.8 to 0.999.
+    /// Share of the way to the limit at which nothing would stick any more, 0.8 to 1.2; on the limit nothing does anyway.
     pub full_slip: f32,
     /// Elastic displacement along x beyond the linear one, per square of friction along x, mm/N²: positive where the finger
     /// is softer while friction along x is positive, and stiffer while it is negative. At most 0.25 slip lengths at the
@@ -107,7 +107,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             depth_max: self.depth_max_mm,
             cells_per_mm: (N - 1) as f32 / self.depth_max_mm,
             half_cell: 0.5 * self.depth_max_mm / (N - 1) as f32,
-            turn_slip: self.turn_slip,
+            half_turn_slip: 0.5 * self.turn_slip,
             slip_rate: along,
             slip_start: -self.first_slip * along,
             twice_odd: 2.0 * self.odd_compliance_mm_n2,

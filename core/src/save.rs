@@ -10,21 +10,21 @@ use crate::step::TOUCH_MM;
 use crate::{State, StateOf};
 
 /// Bytes of a saved state of the default model.
-pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 15);
+pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 14);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, mean, its way since the last turn, the rim's lag, then what the turn wore, depth, limit,
+    /// Words of a state: elements, mean, its way since the last turn, the rim's lag, then depth, limit,
     /// stiffness, energy, energy held, press, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
         let vectors = self.force.iter().chain([&self.mean, &self.way, &self.lag]).flatten().copied();
-        let Self { worn, depth, limit, stiffness, energy, held, pressed, strength_factor, .. } = *self;
-        vectors.chain([worn, depth, limit, stiffness, energy, held, pressed, strength_factor])
+        let Self { depth, limit, stiffness, energy, held, pressed, strength_factor, .. } = *self;
+        vectors.chain([depth, limit, stiffness, energy, held, pressed, strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
-    /// `4 (2 M + 15)`.
+    /// `4 (2 M + 14)`.
     pub fn write_bytes(&self, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = 4 * (2 * M + 15);
+        let needed = 4 * (2 * M + 14);
         let out_length = out.len();
         let Some((body, rest)) = out.split_at_mut_checked(needed - 4) else {
             return Err(Error::Buffer { needed: needed as u32 });
@@ -41,7 +41,7 @@ impl<const M: usize> StateOf<M> {
 
     /// A state from what [`StateOf::write_bytes`] wrote. Refuses damage and values that no step leaves behind.
     pub fn read_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let expected = 4 * (2 * M + 15);
+        let expected = 4 * (2 * M + 14);
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
@@ -61,7 +61,6 @@ impl<const M: usize> StateOf<M> {
         state.mean = [next(), next()];
         state.way = [next(), next()];
         state.lag = [next(), next()];
-        state.worn = next();
         state.depth = next();
         state.limit = next();
         state.stiffness = next();
@@ -89,9 +88,6 @@ impl<const M: usize> StateOf<M> {
                 return Err(bad(M, square));
             }
         }
-        if !(self.worn >= 0.0 && self.worn <= 1.0) {
-            return Err(bad(M, self.worn));
-        }
         let positive = |x: f32| x > 0.0 && x <= 1e12;
         let in_contact = self.depth >= TOUCH_MM;
         let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.depth == 0.0 && self.pressed == 0.0;
@@ -102,7 +98,7 @@ impl<const M: usize> StateOf<M> {
             .chain(&self.mean)
             .chain(&self.way)
             .chain(&self.lag)
-            .chain([&self.worn, &self.held, &self.energy])
+            .chain([&self.held, &self.energy])
             .all(|x| *x == 0.0);
         let air = plain && still;
         if !self.depth.is_finite() {
@@ -160,7 +156,6 @@ mod with_serde {
         force: [[f32; 2]; M],
         mean: [f32; 2],
         way: [f32; 2],
-        worn: f32,
         depth_mm: f32,
         limit_n: f32,
         stiffness_n_mm: f32,
@@ -177,7 +172,6 @@ mod with_serde {
                 force: self.force,
                 mean: self.mean,
                 way: self.way,
-                worn: self.worn,
                 depth_mm: self.depth,
                 limit_n: self.limit,
                 stiffness_n_mm: self.stiffness,
@@ -198,7 +192,6 @@ mod with_serde {
                 force: plain.force,
                 mean: plain.mean,
                 way: plain.way,
-                worn: plain.worn,
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
                 stiffness: plain.stiffness_n_mm,

@@ -9,7 +9,7 @@ pub type State = StateOf<ELEMENTS>;
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 14` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// Plain data of `2 M + 13` words: copy it to save it, or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateOf<const M: usize> {
     /// Force of each element over its strength; along y over the root of the stiffness ratio as well.
@@ -18,8 +18,6 @@ pub struct StateOf<const M: usize> {
     pub(crate) mean: [f32; 2],
     /// The way that it has gone since the motion last turned back, or from 0 in a fresh contact and after full slip.
     pub(crate) way: [f32; 2],
-    /// Square of the yield function where it turned; growth makes it less.
-    pub(crate) worn: f32,
     pub(crate) depth: f32,
     pub(crate) limit: f32,
     /// Tangential stiffness, N/mm.
@@ -42,7 +40,6 @@ impl<const M: usize> Default for StateOf<M> {
             force: [[0.0; 2]; M],
             mean: [0.0; 2],
             way: [0.0; 2],
-            worn: 0.0,
             depth: 0.0,
             limit: 0.0,
             stiffness: 0.0,

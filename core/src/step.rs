@@ -162,7 +162,6 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let begin = 1.0 + twice_odd * was;
     let end = sqrt((begin * begin + twice_odd * slide_x).abs());
     slide_x /= begin + end;
-    let heads = was + slide_x;
     slide_x -= kept;
     state.depth = depth;
     state.limit = limit;
@@ -172,8 +171,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     state.pressed = pressed;
 
     let mean = [state.mean[0], round * state.mean[1]];
-    let toward = [heads - mean[0], mean[1] * keep + slide_y * round - mean[1]];
-    let turn = follow(state, mean, toward, scarcer, tilt_twice);
+    let mut turn = follow(state, mean, [slide_x, slide_y * round], keep, scarcer, tilt_twice);
 
     // Elements
     let ratio = across * across * end;
@@ -186,6 +184,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         let mut y = u[1] * keep_y + slide_y * element.inverse_yield;
         let y_round = y * round;
         let level = y_round * y_round + x * (x - tilt_twice);
+        turn.note(level);
         // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
         let [back_x, back_y] = drawn_back([x, y], round, level, tilt, lack, rest);
         x = select_unpredictable(level > YIELD, back_x, x);

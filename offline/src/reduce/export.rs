@@ -76,7 +76,7 @@ fn head(data: &Data) -> [(&'static str, &[f32]); 11] {
         ("depth_max", one(&data.depth_max)),
         ("cells_per_mm", one(&data.cells_per_mm)),
         ("half_cell", one(&data.half_cell)),
-        ("turn_slip", one(&data.turn_slip)),
+        ("half_turn_slip", one(&data.half_turn_slip)),
         ("slip_rate", one(&data.slip_rate)),
         ("slip_start", one(&data.slip_start)),
         ("twice_odd", one(&data.twice_odd)),

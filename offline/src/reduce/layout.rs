@@ -113,7 +113,7 @@ impl Layout {
         // Yield positions from near 0 to twice the mean, even shares.
         theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
         theta.extend(vec![0.0; elements]);
-        theta.extend([-2.0, -2.0, 3.0, 0.0, 0.0]);
+        theta.extend([-2.0, -4.0, 0.0, 0.0, 0.0]);
         theta
     }
 
@@ -137,7 +137,7 @@ impl Layout {
         let between = |t: f64| 1.0 / (1.0 + (-t).exp());
         let turn_slip = between(cursor.one());
         let first_slip = 0.5 * between(cursor.one());
-        let full_slip = 0.8 + 0.198 * between(cursor.one());
+        let full_slip = 0.8 + 0.399 * between(cursor.one());
         let odd = ODD_MAX * cursor.one().tanh();
         let area_tilt = 0.5 * cursor.one().tanh();
         // Positions and shares as the core normalises them.
