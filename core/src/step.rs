@@ -102,42 +102,6 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let press = row.press.at(t);
     let pressed = row.pressed + t * (row.press.value + press);
 
-    // Depth
-    let grown = stiffness - state.stiffness;
-    let deeper = stiffness * (depth - state.depth);
-    // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
-    let scarcer = state.limit / limit;
-    let mut held = state.held;
-    let mut keep = scarcer;
-    let [mut lag_x, mut lag_y] = state.lag;
-    let [mut back_x, mut back_y] = [0.0, 0.0];
-    if grown >= 0.0 {
-        let share = grown / stiffness;
-        held += share * state.energy;
-        let renewed = share / (RENEWAL + (1.0 - RENEWAL) * share);
-        let slip_length = state.limit / stiffness;
-        lag_x += renewed * (state.mean[0] * slip_length - lag_x);
-        lag_y += renewed * (state.mean[1] * slip_length - lag_y);
-    } else {
-        let mut share = -grown / stiffness;
-        let before = 1.0 + share;
-        let taken = -grown * before * (lag_x * lag_x + lag_y * lag_y);
-        keep /= before;
-        if taken > held {
-            share *= held / taken;
-            held = 0.0;
-        } else {
-            held -= taken;
-        }
-        back_x = share * lag_x;
-        back_y = share * lag_y;
-        lag_x += back_x;
-        lag_y += back_y;
-    }
-    let sheared = keep * deeper;
-    let keep_y = keep + sheared * shear_y;
-    keep += sheared * shear_x;
-
     // Slide, in slip lengths
     let per_slip = stiffness / limit;
     let [way_x, way_y] = motion.slide_increment_mm;
@@ -151,8 +115,42 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         status = status.with(if whole { Status::LARGE_INCREMENT } else { Status::BAD_INPUT });
         [slide_x, slide_y] = tame(way_x, way_y, coupled, per_slip);
     }
-    slide_x += back_x * per_slip;
-    slide_y = slide_y * across + back_y * per_slip;
+    slide_y *= across;
+
+    // Depth
+    let grown = stiffness - state.stiffness;
+    let deeper = stiffness * (depth - state.depth);
+    // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
+    let scarcer = state.limit / limit;
+    let mut keep = scarcer;
+    let [lag_x, lag_y] = state.lag;
+    if grown >= 0.0 {
+        let share = grown / stiffness;
+        state.held += share * state.energy;
+        let renewed = share / (RENEWAL + (1.0 - RENEWAL) * share);
+        let slip_length = state.limit / stiffness;
+        let renew = |lag: f32, mean: f32| lag + renewed * (mean * slip_length - lag);
+        state.lag = [renew(lag_x, state.mean[0]), renew(lag_y, state.mean[1])];
+    } else {
+        let mut share = -grown / stiffness;
+        let before = 1.0 + share;
+        let taken = -grown * before * (lag_x * lag_x + lag_y * lag_y);
+        keep /= before;
+        if taken > state.held {
+            share *= state.held / taken;
+            state.held = 0.0;
+        } else {
+            state.held -= taken;
+        }
+        let back = [share * lag_x, share * lag_y];
+        state.lag = [lag_x + back[0], lag_y + back[1]];
+        slide_x += back[0] * per_slip;
+        slide_y += back[1] * per_slip;
+    }
+    let sheared = keep * deeper;
+    let keep_y = keep + sheared * shear_y;
+    keep += sheared * shear_x;
+
     // The finger is softer along +x the more it carries there: the slide's square root law, solved for its end.
     let twice_odd = scale.odd(data.twice_odd) * (stiffness * plain_limit);
     let was = state.mean[0] * scarcer;
@@ -166,8 +164,6 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     state.depth = depth;
     state.limit = limit;
     state.stiffness = stiffness;
-    state.lag = [lag_x, lag_y];
-    state.held = held;
     state.pressed = pressed;
 
     let mean = [state.mean[0], round * state.mean[1]];

@@ -51,10 +51,11 @@ pub(crate) fn follow<const M: usize>(
 ) -> Turn {
     let [mut way_x, mut way_y] = state.way;
     let (mut to_x, mut to_y) = (slide_x, slide_y);
+    let square;
     if scarcer < 1.0 {
         let grown = GROWTH - GROWTH * scarcer;
-        let sticks = slide_x * slide_x + slide_y * slide_y < grown * grown;
-        let kept = if sticks { 0.0 } else { scarcer * scarcer };
+        square = NOTHING + to_x * to_x + to_y * to_y;
+        let kept = if square < grown * grown { 0.0 } else { scarcer * scarcer };
         from_x *= scarcer;
         from_y *= scarcer;
         way_x *= kept;
@@ -64,10 +65,11 @@ pub(crate) fn follow<const M: usize>(
         let nearer = keep - 1.0;
         to_x += nearer * from_x;
         to_y += nearer * from_y;
+        square = NOTHING + to_x * to_x + to_y * to_y;
     }
     let ahead = to_x * way_x + to_y * way_y;
     if ahead < 0.0 {
-        let back = ahead / (NOTHING + to_x * to_x + to_y * to_y);
+        let back = ahead / square;
         way_x -= back * to_x;
         way_y -= back * to_y;
     }
