@@ -247,14 +247,13 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     }
 
     /// The numbers before the elements, in the file's order.
-    fn head(&self) -> [f32; 15] {
+    fn head(&self) -> [f32; 14] {
         [
             self.depth_max,
             self.cells_per_mm,
             self.half_cell,
             self.half_turn_slip,
             self.slip_rate,
-            self.slip_start,
             self.twice_odd,
             self.area_tilt,
             self.band_normal[0],

@@ -45,10 +45,8 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         let cell = self.depth_max / (N - 1) as f32;
         in_range(Field::DepthMax, 1, self.cells_per_mm * cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::DepthMax, 2, 2.0 * self.half_cell / cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
-        in_range(Field::TurnSlip, 0, self.half_turn_slip, 0.0, 0.5)?;
-        let span = 1.0 / self.slip_rate;
-        in_range(Field::SlipRange, 0, -self.slip_start * span, 0.0, 0.5)?;
-        in_range(Field::SlipRange, 1, (1.0 - self.slip_start) * span, 0.8, 1.2)?;
+        in_range(Field::TurnSlip, 0, self.half_turn_slip, 0.0, 0.25)?;
+        in_range(Field::SlipRange, 0, 1.0 / self.slip_rate, 0.8, 1.2)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
         for (what, [slip, rate, bend]) in
             [(Field::BandSlip, self.band_normal), (Field::BandFriction, self.band_friction)]

@@ -46,10 +46,8 @@ pub struct DataOf<const M: usize, const N: usize> {
     pub half_cell: f32,
     /// Half of [`crate::ParamsOf::turn_slip`].
     pub half_turn_slip: f32,
-    /// 1 over the share of the way to the limit between the first slip and full slip.
+    /// 1 over [`crate::ParamsOf::full_slip`].
     pub slip_rate: f32,
-    /// What that makes of the share at the first slip, negative.
-    pub slip_start: f32,
     /// Twice [`crate::ParamsOf::odd_compliance_mm_n2`].
     pub twice_odd: f32,
     /// Growth of the area at full shear along +x, share; the same is lost along −x.

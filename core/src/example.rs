@@ -44,7 +44,6 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             sliders,
             nodes,
             turn_slip: 0.1,
-            first_slip: 0.05,
             full_slip: 0.99,
             odd_compliance_mm_n2: 0.2,
             area_tilt: 0.1,

@@ -61,10 +61,8 @@ pub struct ParamsOf<const M: usize, const N: usize> {
     /// The tables; node 0 is depth 0, where all forces are taken as 0.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub nodes: [Node; N],
-    /// Share of the contact area that slips right after the slide turns back from full slip, 0 to 1.
+    /// Share of the contact area that slips right after the slide turns back from full slip, 0 to 0.5.
     pub turn_slip: f32,
-    /// Share of the way to the limit at which the first slip shows, 0 to 0.5.
-    pub first_slip: f32,
     /// Share of the way to the limit at which nothing would stick any more, 0.8 to 1.2; on the limit nothing does anyway.
     pub full_slip: f32,
     /// Elastic displacement along x beyond the linear one, per square of friction along x, mm/N²: positive where the finger
@@ -102,14 +100,12 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
     /// Normalises the yield positions so that `tangential_stiffness_n_mm` is the stiffness of the sticking contact.
     pub fn try_build(&self) -> Result<DataOf<M, N>, Error> {
         const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
-        let along = 1.0 / (self.full_slip - self.first_slip);
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
             cells_per_mm: (N - 1) as f32 / self.depth_max_mm,
             half_cell: 0.5 * self.depth_max_mm / (N - 1) as f32,
             half_turn_slip: 0.5 * self.turn_slip,
-            slip_rate: along,
-            slip_start: -self.first_slip * along,
+            slip_rate: 1.0 / self.full_slip,
             twice_odd: 2.0 * self.odd_compliance_mm_n2,
             area_tilt: self.area_tilt,
             band_normal: parabola(self.band_normal_slip, self.band_normal_middle, 1.0),

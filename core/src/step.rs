@@ -129,7 +129,8 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         state.held += share * state.energy;
         let renewed = share / (RENEWAL + (1.0 - RENEWAL) * share);
         let slip_length = state.limit / stiffness;
-        let renew = |lag: f32, mean: f32| lag + renewed * (mean * slip_length - lag);
+        let (old, new) = (1.0 - renewed, slip_length * renewed);
+        let renew = |lag: f32, mean: f32| old * lag + new * mean;
         state.lag = [renew(lag_x, state.mean[0]), renew(lag_y, state.mean[1])];
     } else {
         let mut share = -grown / stiffness;

@@ -20,10 +20,11 @@ use crate::{DataOf, Regime, StateOf};
 /// k: growth of friction over that of the limit up to which a growing contact sticks. Of the finite-element rows of the
 /// design (beta 0.46) 4 in 5 or more stick below 0.4, a third to a half from 0.45 to 0.6, hardly any above.
 const GROWTH: f32 = 0.5;
-/// Yield function from which on the last element counts as one that yields.
-const AT_LIMIT: f32 = 0.99;
-/// Share of the way to full slip that must have been gone for that; a turn may leave the last element at its limit.
+/// Share of the way to full slip beyond which nothing sticks once the last element is on its limit; a turn may leave it
+/// there.
 const MOST: f32 = 0.8;
+/// How much more of the way it takes for each bit by which that element's yield function is less than 1.
+const SHARPNESS: f32 = 16.0;
 
 /// Where the resultant last turned back, seen from the present step.
 pub(crate) struct Turn {
@@ -98,18 +99,16 @@ impl Turn {
         let [from_x, from_y] = self.from;
         let way = [mean[0] - from_x, mean[1] - from_y];
         let used = used_up(way, [from_x - tilt, from_y], (1.0 - self.worn).abs());
-        let slip = not_negative(data.slip_start + data.slip_rate * used);
+        let slip = data.slip_rate * used;
         state.way = way;
-        // In whole numbers, which order like the floats.
-        let most: f32 = if self.level > AT_LIMIT { MOST } else { 1.0 };
-        if slip.to_bits() >= most.to_bits() {
+        if slip + SHARPNESS * self.level >= MOST + SHARPNESS {
             state.way = mean;
             return 0.0;
         }
         let stuck = 1.0 - slip * slip;
         // Inside the limit the yield function may be a little below 0.
         let worn = self.worn.abs();
-        stuck - stuck * (data.half_turn_slip * (worn + worn * worn))
+        not_negative(stuck - stuck * (data.half_turn_slip * (worn + worn * worn)))
     }
 }
 

@@ -70,7 +70,7 @@ fn rust(file: &ModelFile) -> String {
     out
 }
 
-fn head(data: &Data) -> [(&'static str, &[f32]); 11] {
+fn head(data: &Data) -> [(&'static str, &[f32]); 10] {
     let one = std::slice::from_ref;
     [
         ("depth_max", one(&data.depth_max)),
@@ -78,7 +78,6 @@ fn head(data: &Data) -> [(&'static str, &[f32]); 11] {
         ("half_cell", one(&data.half_cell)),
         ("half_turn_slip", one(&data.half_turn_slip)),
         ("slip_rate", one(&data.slip_rate)),
-        ("slip_start", one(&data.slip_start)),
         ("twice_odd", one(&data.twice_odd)),
         ("area_tilt", one(&data.area_tilt)),
         ("band_normal", &data.band_normal),

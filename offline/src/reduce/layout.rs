@@ -88,7 +88,7 @@ impl Layout {
 
     /// Length of the vector for `elements` elements.
     pub fn len(&self, elements: usize) -> usize {
-        4 * self.rising.0.len() + 6 * self.gentle.0.len() + 2 + 2 * elements + 5
+        4 * self.rising.0.len() + 6 * self.gentle.0.len() + 2 + 2 * elements + 4
     }
 
     /// The vector that makes `start`.
@@ -113,7 +113,7 @@ impl Layout {
         // Yield positions from near 0 to twice the mean, even shares.
         theta.extend((0..elements).map(|_| (2.2 / elements as f64).ln()));
         theta.extend(vec![0.0; elements]);
-        theta.extend([-2.0, -4.0, 0.0, 0.0, 0.0]);
+        theta.extend([-1.0, 0.0, 0.0, 0.0]);
         theta
     }
 
@@ -135,8 +135,7 @@ impl Layout {
         let positions = rising(cursor.take(M));
         let strength = shares(cursor.take(M));
         let between = |t: f64| 1.0 / (1.0 + (-t).exp());
-        let turn_slip = between(cursor.one());
-        let first_slip = 0.5 * between(cursor.one());
+        let turn_slip = 0.5 * between(cursor.one());
         let full_slip = 0.8 + 0.399 * between(cursor.one());
         let odd = ODD_MAX * cursor.one().tanh();
         let area_tilt = 0.5 * cursor.one().tanh();
@@ -174,7 +173,6 @@ impl Layout {
             }),
             nodes,
             turn_slip: turn_slip as f32,
-            first_slip: first_slip as f32,
             full_slip: full_slip as f32,
             odd_compliance_mm_n2: (odd / deepest) as f32,
             area_tilt: area_tilt as f32,
