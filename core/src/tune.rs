@@ -203,7 +203,8 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
     /// The same model for another finger, counted from the fitted one. A state may be carried over: elements keep their
     /// force.
     ///
-    /// Costs about 80 instructions, 190 with a stiffness other than 1; a step of the retuned model costs about 16 more than one of the fitted.
+    /// Costs about 90 instructions, 200 with a stiffness other than 1; a step of the retuned model costs about 13 more than
+    /// one of the fitted.
     pub fn tuned(&self, tuning: Tuning) -> Result<ModelOf<'a, M, N, Scaled>, Error> {
         let ranges = [
             (Field::Size, tuning.size, 0.5, 2.0),
