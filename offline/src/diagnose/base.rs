@@ -59,43 +59,6 @@ pub static FREEDOM: [Freedom; FREEDOMS] = [
     freedom("stiffness_ratio_y_exponent", "", 0.15, 0.02),
 ];
 
-/// Freedoms that are the cubics of a curve over u: normal force, strength.
-const CURVES: [[usize; 4]; 2] = [[0, 1, 2, 3], [4, 5, 6, 24]];
-/// Drift of a curve's slope and half its curvature over depth, 1/mm and 1/mm²: as large as that of its exponent.
-const DRIFT_OVER_DEPTH: f64 = 0.02;
-/// Share of a cubic's own drifts that is independent of each other.
-const LOOSE: f64 = 0.2;
-
-/// Covariance of what changes between the calibration and the measured set of one finger.
-///
-/// A finger's curve drifts by a scale, an exponent and something smooth over depth. A polynomial over ln depth with
-/// independent coefficients would also drift as 1/depth near touch, where an error of the touch point and a pull-off
-/// show, and would hide them.
-pub fn drift() -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(FREEDOMS, FREEDOMS);
-    for k in 0..FREEDOMS {
-        out[(k, k)] = FREEDOM[k].drift.powi(2);
-    }
-    for curve in CURVES {
-        for &k in &curve[2..] {
-            out[(k, k)] *= LOOSE * LOOSE;
-        }
-        for power in [1, 2] {
-            let points: Vec<(f64, f64)> = (0..=22)
-                .map(|i| U[0] + 0.1 * f64::from(i))
-                .map(|u| (u, (MIDDLE_MM * u.exp() - MIDDLE_MM).powi(power)))
-                .collect();
-            let shape = cubic(&points);
-            for (a, &i) in curve.iter().enumerate() {
-                for (b, &j) in curve.iter().enumerate() {
-                    out[(i, j)] += DRIFT_OVER_DEPTH.powi(2) * shape[a] * shape[b];
-                }
-            }
-        }
-    }
-    out
-}
-
 /// Elements of the baseline.
 pub const ELEMENTS: usize = 10;
 /// Depth at which the scales are taken, mm.
@@ -215,7 +178,7 @@ fn yields() -> [[f64; 2]; ELEMENTS] {
 }
 
 /// Least-squares cubic through points.
-fn cubic(points: &[(f64, f64)]) -> [f64; 4] {
+pub fn cubic(points: &[(f64, f64)]) -> [f64; 4] {
     let a = DMatrix::from_fn(points.len(), 4, |i, j| points[i].0.powi(j as i32));
     let b = DVector::from_iterator(points.len(), points.iter().map(|p| p.1));
     let normal = a.transpose() * &a + DMatrix::identity(4, 4) * 1e-9;
@@ -274,7 +237,7 @@ pub struct AtDepth {
 }
 
 /// Bounds of u between which the cubics hold; beyond them a straight line goes on.
-const U: [f64; 2] = [-1.6, 1.1];
+pub const U: [f64; 2] = [-1.6, 1.1];
 
 fn poly(c: &[f64; 4], u: f64, inside: f64) -> f64 {
     let value = c[0] + inside * (c[1] + inside * (c[2] + inside * c[3]));

@@ -1,10 +1,9 @@
 //! Calibration: the baseline's freedoms, the row noise and the run-level scatter from runs without an effect.
 
-use nalgebra::DMatrix;
-
-use super::base::{FREEDOM, FREEDOMS, Reference, drift};
+use super::base::{FREEDOMS, Reference};
 use super::fit::{Fit, Prior, Start, Task};
 use super::mixed::PerRun;
+use super::prior::{Drift, between, drift};
 use super::runs::RunSet;
 
 /// Row noise of a channel: variance = additive² + (multiplicative × force)².
@@ -35,7 +34,12 @@ pub struct Calibration {
     pub misfit: [f64; 3],
     /// Number of runs.
     pub runs: usize,
+    /// How much the shape of the curves has changed since.
+    pub drift: Drift,
 }
+
+/// Place of the load's exponent among the freedoms.
+const LOAD_EXPONENT: usize = 21;
 
 /// Row noise per observation at a prediction, N.
 pub fn sigma_of(noise: &[RowNoise; 3], prediction: &[f64]) -> Vec<f64> {
@@ -71,21 +75,25 @@ pub fn calibrate(set: &RunSet, reference: &Reference) -> Calibration {
         (noise, misfit) = row_noise(&task, &result);
         fit = Some(result);
     }
-    Calibration { fit: fit.expect("three rounds"), noise, misfit, runs: set.runs.len() }
+    Calibration { fit: fit.expect("three rounds"), noise, misfit, runs: set.runs.len(), drift: Drift::Small }
 }
 
 impl Calibration {
     /// What is known of the freedoms before the calibration.
     pub fn before(reference: &Reference) -> Prior {
-        let covariance =
-            DMatrix::from_fn(FREEDOMS, FREEDOMS, |i, j| if i == j { FREEDOM[i].between.powi(2) } else { 0.0 });
-        Prior::new(reference.mean.to_vec(), &covariance)
+        Prior::new(reference.mean.to_vec(), &between())
     }
 
     /// What the calibration says of the freedoms of the measured set: its covariance plus drift.
     pub fn prior(&self) -> Prior {
         let covariance = self.fit.covariance.view((0, 0), (FREEDOMS, FREEDOMS)).into_owned();
-        Prior::new(self.fit.theta.clone(), &(covariance + drift()))
+        let load_exponent = self.fit.theta[LOAD_EXPONENT];
+        Prior::new(self.fit.theta.clone(), &(covariance + drift(self.drift, load_exponent)))
+    }
+
+    /// The same with another drift of the curves' shape.
+    pub fn drifting(&self, drift: Drift) -> Self {
+        Self { drift, ..self.clone() }
     }
 }
 

@@ -197,6 +197,17 @@ impl Score {
         (here_inverse + there_inverse * share).cholesky().map_or(gain, |c| d.dot(&c.solve(&d)).min(gain))
     }
 
+    /// The same evidence for an estimate that is `share` of this one; `None` for no share.
+    pub fn carried(mut self, share: f64) -> Option<Self> {
+        if share.abs() < 1e-6 {
+            return None;
+        }
+        self.per_run.iter_mut().chain(&mut self.fixed).for_each(|g| *g /= share);
+        self.inverse *= share * share;
+        self.own *= share * share;
+        Some(self)
+    }
+
     /// Share of the gain that comes from the calibration's prior instead of from single runs: there the sign flips,
     /// which leave the prior alone, say little.
     pub fn prior_share(&self) -> f64 {

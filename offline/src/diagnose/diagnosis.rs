@@ -57,6 +57,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
     fixes.iter().for_each(|f| f.apply(&mut corrected));
     stage("comparing laws");
     let judged = judge(&corrected, calibration_set, reference, &calibration, &fixes, &options.settings);
+    let calibration = calibration.drifting(judged.drift);
     let claimed = matches!(judged.verdict, Verdict::Named | Verdict::Ambiguous);
     let null = &judged.selection.null;
     let full = if claimed { &judged.selection.fit } else { null };

@@ -208,6 +208,14 @@ impl<'a> Task<'a> {
         Scatter::new(self.layout.clone(), columns)
     }
 
+    /// Information of the runs on the freedoms.
+    pub fn information(&self, tangents: &Tangents, v: &PerRun) -> DMatrix<f64> {
+        let whitener = tangents.scatter.whitener(v);
+        let mut columns = tangents.freedoms.clone();
+        columns.iter_mut().for_each(|c| whitener.apply(c));
+        gram(&columns)
+    }
+
     /// Columns of the laws' parameters at a fit.
     pub fn law_columns_of(&self, fit: &Fit) -> Vec<Vec<f64>> {
         let prediction = self.predict_at(&fit.theta, &fit.laws, &fit.modes);

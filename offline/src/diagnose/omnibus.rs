@@ -7,10 +7,11 @@ use std::f64::consts::TAU;
 
 use super::chance::{Flips, Score, f_tail, surprise};
 use super::fit::{Fit, Tangents, Task};
+use super::form::Plain;
 use super::laws::{Column, Row};
 use super::mixed::{PerRun, dot};
 use super::runs::{Run, RunSet};
-use super::select::{Plain, space_at};
+use super::select::space_at;
 use super::space::Clean;
 
 /// What is left after the accepted effects.

@@ -7,6 +7,7 @@ use super::scan::{Candidate, columns_of, scored};
 use super::select::{priced, refine, space_at, starts};
 use super::space::{Clean, Space};
 use super::walk::Active;
+use super::wider::Wider;
 
 /// A law that may stand in the place of an accepted one.
 #[derive(Clone, Debug)]
@@ -40,13 +41,16 @@ pub fn contest(
     index: usize,
     grid: &[Candidate],
     testable: &dyn Fn(&Law) -> bool,
+    wider: Option<&Wider<'_>>,
 ) -> Contest {
     let own = fit.laws[index].clone();
     let mut others = fit.laws.clone();
     others.remove(index);
     let start = Start { laws: others.clone(), ..Start::from(fit) };
     let without = task.fit(start, Some(tangents), false, 9);
-    let gain_2ll = without.minus_2ll - fit.minus_2ll;
+    let wider = wider.filter(|_| Wider::concerns(own.law));
+    let drifted = wider.map_or(f64::INFINITY, |w| w.minus_2ll(Start::from(&without), tangents));
+    let gain_2ll = without.minus_2ll.min(drifted) - fit.minus_2ll;
 
     // The protocol's view: what the law does to the readings, against what others could do instead. The scatter is
     // that of the full model.
@@ -87,7 +91,9 @@ pub fn contest(
             continue;
         };
         let active = refit.laws[refit.laws.len() - 1].clone();
-        let delta_2ll = refit.minus_2ll - fit.minus_2ll;
+        let wider = wider.filter(|_| Wider::concerns(law));
+        let drifted = wider.map_or(f64::INFINITY, |w| w.minus_2ll(Start::from(&refit), tangents));
+        let delta_2ll = refit.minus_2ll.min(drifted) - fit.minus_2ll;
         // The grid's shapes may miss the rival's best one; its refit knows it.
         let prediction = task.predict_at(&bare.theta, &bare.laws, &bare.modes);
         let near = columns_of(task, &bare, &prediction, &zero_size(&active));

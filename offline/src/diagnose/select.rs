@@ -2,8 +2,9 @@
 
 use super::chance::{Flips, surprise};
 use super::fit::{Fit, Start, Tangents, Task};
+use super::form::Plain;
 use super::laws::{Column, LAWS, Law};
-use super::runs::{Run, RunSet};
+use super::runs::RunSet;
 use super::scan::{Candidate, Scored, candidates, obstacle, scored};
 use super::space::Space;
 use super::walk::Active;
@@ -57,6 +58,8 @@ pub struct Selection {
     pub null: Fit,
     /// The model with the accepted laws.
     pub fit: Fit,
+    /// Tangents at the baseline alone.
+    pub null_tangents: Tangents,
     /// Tangents there.
     pub tangents: Tangents,
     /// Evidence for each law of `fit`.
@@ -95,7 +98,7 @@ pub const ROUNDS: usize = 20;
 fn significant(settings: &Settings, gain: f64, parameters: usize, runs: usize, p_model: f64, p_runs: RunsP) -> bool {
     let penalised = gain - (runs as f64).ln() * parameters as f64 > 0.0;
     if p_runs.by_calibration {
-        return penalised && p_model <= 0.1 * settings.alpha;
+        return penalised && p_model <= against_calibration(settings);
     }
     penalised
         && ((p_runs.p <= settings.alpha && p_model <= loosest(settings))
@@ -125,6 +128,11 @@ impl Cells {
         let cells = if by_calibration { self.calibration } else { self.runs };
         (cells * (-surprise(gain.max(0.0), parameters)).exp()).min(1.0)
     }
+}
+
+/// The model-based p at which a law stands whose evidence lies against the calibration.
+pub fn against_calibration(settings: &Settings) -> f64 {
+    0.1 * settings.alpha
 }
 
 /// The loosest model-based p at which any law stands: what a law that came in by a swap must reach, too.
@@ -216,49 +224,6 @@ fn same_axis(a: &Law, b: &Law) -> bool {
     AXES.iter().any(|axis| axis.contains(&a.name) && axis.contains(&b.name))
 }
 
-/// The effect-free runs at their own optimum: where the baseline's form is wrong, they show it too.
-pub struct Plain<'a> {
-    /// The calibration's task.
-    pub task: Task<'a>,
-    /// Its fit.
-    pub fit: Fit,
-    /// Tangents there.
-    pub tangents: Tangents,
-}
-
-impl Plain<'_> {
-    /// Scores of candidates on the effect-free runs, where their drivers move as they do in the measured set: contrasts
-    /// between runs that the calibration does not have say nothing of the baseline's form.
-    fn scores(&self, grid: &[Candidate], measured: &[Run]) -> Vec<Option<super::chance::Score>> {
-        let spread = |runs: &[Run], column: Column| {
-            let values: Vec<f64> = runs.iter().map(|r| r.value(column).max(1e-3).ln()).collect();
-            let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-            (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()
-        };
-        let alike = |column: Column| {
-            // Drag by speed looks like a strength that depends on area, which the baseline's form can have wrong.
-            column == Column::Speed
-                || (column == Column::Dwell && spread(measured, column) < 2.0 * spread(self.task.runs, column) + 0.05)
-        };
-        let space = space_at(&self.task, &self.fit, &self.tangents);
-        let prediction = self.task.predict_at(&self.fit.theta, &self.fit.laws, &self.fit.modes);
-        grid.iter()
-            .map(|candidate| {
-                if !candidate.start.law.drivers.iter().all(|d| STROKE.contains(d) || alike(*d)) {
-                    return None;
-                }
-                let columns = super::scan::columns_of(&self.task, &self.fit, &prediction, &candidate.start);
-                let raw: f64 = columns.iter().map(|c| super::mixed::dot(c, c)).fold(0.0, f64::max);
-                let clean: Vec<_> = columns.iter().map(|c| space.clean(c)).collect();
-                space.score(&clean.iter().collect::<Vec<_>>(), raw * 1e-3)
-            })
-            .collect()
-    }
-}
-
-/// Columns along which the baseline's form itself can be wrong.
-const STROKE: [Column; 4] = [Column::Depth, Column::ContactTime, Column::Slide, Column::Direction];
-
 /// Runs the selection.
 pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Settings) -> Selection {
     let runs = task.layout.runs();
@@ -270,7 +235,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
     let null = task.fit(start, None, true, ROUNDS);
     let null_tangents = task.tangents_of(&null);
     let mut grid = candidates(task, &null, &testable);
-    let form = plain.scores(&grid, task.runs);
+    let form = plain.scores(&grid, task, &null, &null_tangents);
     let mut fit = null.clone();
     let mut tangents = null_tangents.clone();
     let mut evidence: Vec<Evidence> = Vec::new();
@@ -410,7 +375,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
         debug_assert_eq!(grid.len(), form.len());
         searched = cells;
     }
-    Selection { null, fit, tangents, evidence, tests, grid, cells: searched }
+    Selection { null, fit, null_tangents, tangents, evidence, tests, grid, cells: searched }
 }
 
 /// Renews the evidence of each law by leaving it out, and drops those that are no longer needed.

@@ -4,14 +4,17 @@ use super::base::Reference;
 use super::calibrate::{Calibration, sigma_of};
 use super::covariates::{Correction, CovariateError};
 use super::fit::{Start, Task};
+use super::form::Plain;
 use super::laws::{Change, Law, Place};
 use super::mixed::PerRun;
 use super::omnibus::{Unexplained, look};
+use super::prior::Drift;
 use super::rivals::{Contest, contest};
 use super::runs::RunSet;
 use super::scan::obstacle;
-use super::select::{Evidence, Plain, Selection, Settings, loosest, select};
+use super::select::{Evidence, Selection, Settings, against_calibration, loosest, select};
 use super::walk::Active;
+use super::wider::Wider;
 
 /// The answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -41,6 +44,8 @@ pub struct Judged<'a> {
     pub verdict: Verdict,
     /// Variances between runs that calibration and reading errors explain.
     pub expected: PerRun,
+    /// How much the shape of the curves has changed since the calibration.
+    pub drift: Drift,
 }
 
 /// Families among the candidates of a contest.
@@ -93,14 +98,25 @@ pub fn judge<'a>(
     corrections: &[Correction],
     settings: &Settings,
 ) -> Judged<'a> {
-    let task = task_of(set, reference, calibration);
+    let mut task = task_of(set, reference, calibration);
     let plain = plain_of(effect_free, reference, calibration);
     let mut selection = select(&task, set, &plain, settings);
+    let wider = Wider::new(set, reference, calibration, &task, &selection.null, &selection.null_tangents);
+    let drifted = [&selection.null, &selection.fit]
+        .map(|fit| wider.minus_2ll(Start::from(fit), &selection.tangents))
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let drift = if drifted < selection.fit.minus_2ll { Drift::Allowed } else { Drift::Small };
+    let wider = (drift == Drift::Small).then_some(wider);
+    if drift == Drift::Allowed {
+        task = task_of(set, reference, &calibration.drifting(drift));
+        selection = select(&task, set, &plain, settings);
+    }
     let testable = |law: &Law| obstacle(law, set).is_none();
     let mut contests: Vec<Contest> = Vec::new();
     for _ in 0..3 {
         contests = (0..selection.fit.laws.len())
-            .map(|i| contest(&task, &selection.fit, &selection.tangents, i, &selection.grid, &testable))
+            .map(|i| contest(&task, &selection.fit, &selection.tangents, i, &selection.grid, &testable, wider.as_ref()))
             .collect();
         let Some(i) = contests.iter().position(|c| c.better.is_some()) else { break };
         // Another law does better in this place, now that the others are there.
@@ -118,7 +134,7 @@ pub fn judge<'a>(
         selection.fit = task.fit(Start { laws, ..Start::from(&selection.fit) }, None, true, super::select::ROUNDS);
         selection.tangents = task.tangents_of(&selection.fit);
         contests = (0..selection.fit.laws.len())
-            .map(|i| contest(&task, &selection.fit, &selection.tangents, i, &selection.grid, &testable))
+            .map(|i| contest(&task, &selection.fit, &selection.tangents, i, &selection.grid, &testable, wider.as_ref()))
             .collect();
     }
     for ((e, c), law) in selection.evidence.iter_mut().zip(&contests).zip(&selection.fit.laws) {
@@ -150,7 +166,7 @@ pub fn judge<'a>(
     } else {
         Verdict::Named
     };
-    Judged { task, selection, contests, unexplained, verdict, expected }
+    Judged { task, selection, contests, unexplained, verdict, expected, drift }
 }
 
 /// The law with the least gain, where that would not have been accepted.
@@ -159,7 +175,10 @@ fn weakest(selection: &Selection, contests: &[Contest], settings: &Settings) -> 
         let parameters = selection.fit.laws[i].law.parameters.len();
         selection.cells.p(contests[i].gain_2ll, parameters, selection.evidence[i].p_runs.by_calibration)
     };
-    (0..contests.len()).filter(|&i| p(i) > loosest(settings)).max_by(|&a, &b| p(a).total_cmp(&p(b)))
+    let level = |i: usize| {
+        if selection.evidence[i].p_runs.by_calibration { against_calibration(settings) } else { loosest(settings) }
+    };
+    (0..contests.len()).filter(|&i| p(i) > level(i)).max_by(|&a, &b| p(a).total_cmp(&p(b)))
 }
 
 /// Variance of stiffness and strength between runs that the errors of the state's columns cause through the laws.
