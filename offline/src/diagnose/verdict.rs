@@ -102,9 +102,11 @@ pub fn judge<'a>(
     let plain = plain_of(effect_free, reference, calibration);
     let mut selection = select(&task, set, &plain, settings);
     let wider = Wider::new(set, reference, calibration, &task, &selection.null, &selection.null_tangents);
-    let drifted = [&selection.null, &selection.fit]
-        .map(|fit| wider.minus_2ll(Start::from(fit), &selection.tangents))
-        .into_iter()
+    // Without a law both are the same fit.
+    let starts = [&selection.null, &selection.fit];
+    let drifted = starts[..1 + usize::from(!selection.fit.laws.is_empty())]
+        .iter()
+        .map(|fit| wider.minus_2ll(Start::from(*fit), &selection.tangents))
         .fold(f64::INFINITY, f64::min);
     let drift = if drifted < selection.fit.minus_2ll { Drift::Allowed } else { Drift::Small };
     let wider = (drift == Drift::Small).then_some(wider);
