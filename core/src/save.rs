@@ -74,19 +74,17 @@ impl<const M: usize> StateOf<M> {
     /// The state itself if a step could have left it behind.
     pub(crate) fn check(self) -> Result<Self, Error> {
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
-        for (j, [x, y]) in self.force.iter().enumerate() {
+        for (j, [x, y]) in self.force.iter().chain([&self.mean]).enumerate() {
             let square = x * x + y * y;
             // Tilted limits reach to 1.29; along y the root of the stiffness ratio may stretch them.
             if !(square <= 30.0) {
                 return Err(bad(j, square));
             }
         }
-        for [x, y] in [self.mean, self.way] {
-            let square = x * x + y * y;
-            // A way may lead across the circle.
-            if !(square <= 6.8) {
-                return Err(bad(M, square));
-            }
+        let [x, y] = self.way;
+        // A way may lead across the circle.
+        if !(x * x + y * y <= 6.8) {
+            return Err(bad(M, x * x + y * y));
         }
         let positive = |x: f32| x > 0.0 && x <= 1e12;
         let in_contact = self.depth >= TOUCH_MM;

@@ -62,6 +62,21 @@ proptest! {
         run(&data, &path, |_, r| assert_sane(&model, r));
     }
 
+    /// Jumps of depth over six decades in one step, with slides: sane answers, and a state that can be restored.
+    #[test]
+    fn jumps_of_depth_are_answered(
+        data in any_model(),
+        jumps in prop::collection::vec((-6.0f32..0.4, -3.0f32..3.0, -3.0f32..3.0), 2..30),
+    ) {
+        let model = data.model().unwrap();
+        let mut state = State::default();
+        for (decades, x, y) in jumps {
+            let r = step(&model, &mut state, motion(10f32.powf(decades), x, y));
+            assert_sane(&model, &r);
+            prop_assert_eq!(State::from_bytes(&state.to_bytes()), Ok(state));
+        }
+    }
+
     /// Any bit pattern, alone or in the middle of a path.
     #[test]
     fn any_bits_are_answered(words in prop::collection::vec(any::<[u32; 4]>(), 1..20), depth in -0.1f32..2.6) {
