@@ -2,11 +2,10 @@
 //!
 //! Main type: [`Turn`]. Uses state and math.
 //!
-//! The stick ratio is (1 − q²) (1 − e v (1 + v)/2). p is the way that the resultant m = F/L has gone from where it last
-//! turned back, m0, as a share of the way from there to the limit; q goes from 0 at the share where slip begins to 1
-//! where nothing sticks; v is the yield function at m0, which is 1 on the limit, so that e is the slip right after a turn
-//! back from full slip. A turn forgets that part of the way which it goes back. Nothing sticks either once most of the
-//! way has been gone and the last element yields.
+//! The stick ratio is (1 − p²/p1²) (1 − e v (1 + v)/2). p is the way that the resultant m = F/L has gone from where it last
+//! turned back, m0, as a share of the way from there to the limit; at p1 nothing would stick; v is the yield function at
+//! m0, which is 1 on the limit, so that e is the slip right after a turn back from full slip. A turn forgets that part of
+//! the way which it goes back. Nothing sticks either once most of the way has been gone and the last element yields.
 //!
 //! A contact that grows adds strength everywhere, and all of it sticks as long as friction grows less than k times as
 //! fast as the limit: then the way is forgotten. (With Coulomb's law between half-spaces k is 1: Mindlin and Deresiewicz
