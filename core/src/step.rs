@@ -125,6 +125,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
     let mut keep = scarcer;
     let [lag_x, lag_y] = state.lag;
     if grown >= 0.0 {
+        // What comes carries nothing, so that the rim lags by the whole displacement once most of it is new.
         let share = grown / stiffness;
         state.held += share * state.energy;
         let renewed = share / (RENEWAL + (1.0 - RENEWAL) * share);
@@ -133,6 +134,7 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         let renew = |lag: f32, mean: f32| old * lag + new * mean;
         state.lag = [renew(lag_x, state.mean[0]), renew(lag_y, state.mean[1])];
     } else {
+        // What goes takes the rim's force along: displacement kept, and the lag slid back as far as the energy held pays.
         let mut share = -grown / stiffness;
         let before = 1.0 + share;
         let taken = -grown * before * (lag_x * lag_x + lag_y * lag_y);
@@ -148,9 +150,10 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
         slide_x += back[0] * per_slip;
         slide_y += back[1] * per_slip;
     }
-    let sheared = keep * deeper;
-    let keep_y = keep + sheared * shear_y;
-    keep += sheared * shear_x;
+    // The work of G.
+    let kept_deeper = keep * deeper;
+    let keep_y = keep + kept_deeper * shear_y;
+    keep += kept_deeper * shear_x;
 
     // The finger is softer along +x the more it carries there: the slide's square root law, solved for its end.
     let twice_odd = scale.odd(data.twice_odd) * (stiffness * plain_limit);

@@ -119,7 +119,9 @@ proptest! {
     /// everything stuck; oblique slides turn while elements yield, which one step only approximates.
     #[test]
     fn step_size_does_not_matter_on_straight_slides(depth in 0.2f32..2.4, length in 0.05f32..6.0, direction in 0u32..24) {
-        let data = example();
+        let mut plain = Params::example();
+        plain.odd_compliance_mm_n2 = 0.0;
+        for (data, along_x) in [(plain.try_build().unwrap(), 0.001), (example(), 0.02)] {
         let model = data.model().unwrap();
         let angle = direction as f32 * core::f32::consts::TAU / 24.0;
         let (s, c) = angle.sin_cos();
@@ -135,10 +137,11 @@ proptest! {
         let error = (a.friction_n[0] - b.friction_n[0]).hypot(a.friction_n[1] - b.friction_n[1]);
         let allowed = match direction {
             6 | 18 => 0.001,
-            0 | 12 => 0.02,
+            0 | 12 => along_x,
             _ => 0.05,
         };
         prop_assert!(error <= allowed * a.friction_limit_n, "{} {a:?} {b:?}", error / a.friction_limit_n);
+        }
     }
 
     /// Where the model is isotropic, a turned path gives a turned force.
@@ -257,19 +260,22 @@ fn steady_slip_opposes_the_motion() {
         node.tilt_x = 0.0;
     }
     let deepest = params.nodes.last().unwrap();
-    params.odd_compliance_mm_n2 = 0.24 / (deepest.friction_limit_n * deepest.tangential_stiffness_n_mm);
-    let data = params.try_build().unwrap();
-    let model = data.model().unwrap();
-    for degrees in (0..360).step_by(5) {
-        let (s, c) = (degrees as f32).to_radians().sin_cos();
-        for slide in [0.003, 0.03, 0.3] {
-            let mut state = State::default();
-            let mut r = Response::default();
-            for _ in 0..(150.0 / slide) as u32 {
-                r = step(&model, &mut state, motion(1.0, slide * c, slide * s));
+    let largest = 0.24 / (deepest.friction_limit_n * deepest.tangential_stiffness_n_mm);
+    for (odd, allowed) in [(0.0, 0.01), (largest, 0.02)] {
+        params.odd_compliance_mm_n2 = odd;
+        let data = params.try_build().unwrap();
+        let model = data.model().unwrap();
+        for degrees in (0..360).step_by(5) {
+            let (s, c) = (degrees as f32).to_radians().sin_cos();
+            for slide in [0.003, 0.03, 0.3] {
+                let mut state = State::default();
+                let mut r = Response::default();
+                for _ in 0..(150.0 / slide) as u32 {
+                    r = step(&model, &mut state, motion(1.0, slide * c, slide * s));
+                }
+                let across = (r.friction_n[1] * c - r.friction_n[0] * s) / r.friction_limit_n;
+                assert!(across.abs() < allowed, "{odd} {degrees} {slide}: {across}");
             }
-            let across = (r.friction_n[1] * c - r.friction_n[0] * s) / r.friction_limit_n;
-            assert!(across.abs() < 0.02, "{degrees} {slide}: {across}");
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The baseline with its laws along a run: elasto-slip elements in f64, the same steps as `fingerpad`'s.
+//! The baseline with its laws along a run: elasto-slip elements in f64, simpler than `fingerpad`'s, which also remember what
+//! a change of depth holds and by how much the rim lags.
 
 use super::base::{Base, ELEMENTS};
 use super::laws::{Change, Law, REFERENCE_AREA_MM2};
