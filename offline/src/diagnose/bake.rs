@@ -5,7 +5,7 @@ use fingerpad::{Data, EffectSlot, Effects, Element, Line};
 use super::base::{Base, ODD_SHAPE, Reference};
 use super::replay::replay;
 use super::runs::{Run, RunSet};
-use super::walk::{Nudge, walk};
+use super::walk::{Modes, Nudge, walk_all};
 
 /// Number of the slot: strength × (1 + (a + e u) cos 2θ + b sin 2θ + c cos θ + d sin θ) with u = ln(depth/0.9 mm).
 const DIRECTION: u32 = 32;
@@ -132,11 +132,8 @@ const MOST_RUNS: usize = 16;
 /// Fits the elements so that the core follows the baseline's friction along some runs.
 fn fit_elements(data: &mut Data, slots: &[EffectSlot], base: &Base, set: &RunSet) {
     let stride = set.runs.len().div_ceil(MOST_RUNS).max(1);
-    let runs: Vec<&Run> = set.runs.iter().step_by(stride).collect();
-    let mut wanted = Vec::new();
-    for run in &runs {
-        walk(base, &[], Nudge::default(), run, &mut wanted);
-    }
+    let runs: Vec<Run> = set.runs.iter().step_by(stride).cloned().collect();
+    let wanted = walk_all(base, &[], &Modes::new(), Nudge::default(), &runs);
     let Ok(effects) = Effects::new(slots) else { return };
     let misfit = |p: &[f64]| -> f64 {
         let mut trial = *data;

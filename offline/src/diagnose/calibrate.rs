@@ -1,6 +1,6 @@
 //! Calibration: the baseline's freedoms, the row noise and the run-level scatter from runs without an effect.
 
-use super::base::{FREEDOMS, Reference};
+use super::base::{FREEDOMS, LOAD_EXPONENT, Reference};
 use super::fit::{Fit, Prior, Start, Task};
 use super::mixed::PerRun;
 use super::prior::{Drift, between, drift};
@@ -37,9 +37,6 @@ pub struct Calibration {
     /// How much the shape of the curves has changed since.
     pub drift: Drift,
 }
-
-/// Place of the load's exponent among the freedoms.
-const LOAD_EXPONENT: usize = 21;
 
 /// Row noise per observation at a prediction, N.
 pub fn sigma_of(noise: &[RowNoise; 3], prediction: &[f64]) -> Vec<f64> {

@@ -6,9 +6,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::base::{FREEDOMS, Reference};
+use super::course::Course;
 use super::mixed::{Layout, PerRun, Scatter, dot};
 use super::runs::Run;
-use super::walk::{Active, Modes, Nudge, walk_all};
+use super::walk::{Active, Modes, Nudge, Plan};
 
 /// A normal distribution of the freedoms.
 #[derive(Clone, Debug)]
@@ -48,6 +49,7 @@ pub struct Task<'a> {
     pub layout: Layout,
     /// Readings, three per row, N.
     pub readings_n: Vec<f64>,
+    course: Course,
 }
 
 /// Columns of the baseline's freedoms and of the random effects, divided by the row noise.
@@ -137,7 +139,13 @@ impl<'a> Task<'a> {
     pub fn new(runs: &'a [Run], reference: &'a Reference, prior: Prior, sigma_n: Vec<f64>, variances: PerRun) -> Self {
         let layout = Layout::of(runs.iter().map(|r| r.rows.len()));
         let readings_n = runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect();
-        Self { runs, reference, prior, sigma_n, variances, variance_weight: 0.0, lost: 3.0, layout, readings_n }
+        let course = Course::of(runs);
+        Self { runs, reference, prior, sigma_n, variances, variance_weight: 0.0, lost: 3.0, layout, readings_n, course }
+    }
+
+    /// The runs with laws and draws.
+    fn plan(&self, laws: &[Active], modes: &Modes, nudge: Nudge) -> Plan<'_> {
+        Plan::new(&self.course, laws, modes, nudge, self.runs)
     }
 
     /// Predicted readings of runs that drew nothing, N.
@@ -147,7 +155,7 @@ impl<'a> Task<'a> {
 
     /// Predicted readings with what the runs drew, N.
     pub fn predict_at(&self, theta: &[f64], laws: &[Active], modes: &Modes) -> Vec<f64> {
-        walk_all(&self.reference.with(theta), laws, modes, Nudge::default(), self.runs)
+        self.plan(laws, modes, Nudge::default()).predict(&self.reference.with(theta))
     }
 
     /// Readings less the prediction of runs that drew nothing, N.
@@ -178,13 +186,16 @@ impl<'a> Task<'a> {
     /// Columns at a point; `prediction` is that of the point.
     pub fn tangents(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Tangents {
         let mut t = theta.to_vec();
+        let plan = self.plan(laws, modes, Nudge::default());
+        let path = plan.path(&self.reference.with(theta));
         let freedoms = (0..FREEDOMS)
             .map(|k| {
                 let step = 2e-4;
                 t[k] += step;
-                let column = self.column(&self.predict_at(&t, laws, modes), prediction, step);
+                let base = self.reference.with(&t);
                 t[k] = theta[k];
-                column
+                let after = if plan.path_depends_on(k) { plan.predict(&base) } else { plan.readings(&base, &path) };
+                self.column(&after, prediction, step)
             })
             .collect();
         Tangents { freedoms, scatter: self.run_columns(theta, laws, modes, prediction) }
@@ -194,7 +205,7 @@ impl<'a> Task<'a> {
     pub fn run_columns(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Scatter {
         let base = self.reference.with(theta);
         let nudged =
-            |nudge: Nudge, step: f64| self.column(&walk_all(&base, laws, modes, nudge, self.runs), prediction, step);
+            |nudge: Nudge, step: f64| self.column(&self.plan(laws, modes, nudge).predict(&base), prediction, step);
         let mut columns = vec![
             nudged(Nudge { stiffness: 1.001, ..Nudge::default() }, 1e-3),
             nudged(Nudge { strength: 1.001, ..Nudge::default() }, 1e-3),

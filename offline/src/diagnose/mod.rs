@@ -12,6 +12,7 @@ mod chance;
 mod check;
 pub mod confirm;
 mod corrected;
+mod course;
 mod covariates;
 mod design;
 mod diagnosis;
