@@ -6,13 +6,15 @@
 use std::f64::consts::TAU;
 
 use super::chance::{Flips, Score, f_tail, surprise};
-use super::fit::{Fit, Tangents, Task};
+use super::fit::{Fit, Task};
 use super::form::Plain;
 use super::laws::{Column, Row};
-use super::mixed::{PerRun, dot};
+use super::mixed::PerRun;
+use super::products::dot;
 use super::runs::{Run, RunSet};
 use super::select::space_at;
 use super::space::Clean;
+use super::tangents::Tangents;
 
 /// What is left after the accepted effects.
 #[derive(Clone, Debug, Default)]

@@ -121,7 +121,7 @@ pub fn scored(space: &Space<'_>, candidates: &[Candidate]) -> Vec<Scored> {
         .iter()
         .enumerate()
         .map(|(i, candidate)| {
-            let raw: f64 = candidate.columns.iter().map(|c| super::mixed::dot(c, c)).fold(0.0, f64::max);
+            let raw: f64 = candidate.columns.iter().map(|c| super::products::dot(c, c)).fold(0.0, f64::max);
             let clean: Vec<Clean> = candidate.columns.iter().map(|c| space.clean(c)).collect();
             let score = space.score(&clean.iter().collect::<Vec<_>>(), raw * 1e-3);
             Scored { candidate: i, clean, score }
