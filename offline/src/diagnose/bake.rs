@@ -135,14 +135,22 @@ fn fit_elements(data: &mut Data, slots: &[EffectSlot], base: &Base, set: &RunSet
     let runs: Vec<Run> = set.runs.iter().step_by(stride).cloned().collect();
     let wanted = walk_all(base, &[], &Modes::new(), Nudge::default(), &runs);
     let Ok(effects) = Effects::new(slots) else { return };
-    let misfit = |p: &[f64]| -> f64 {
+    // A sum of squares that has reached `least` is not the least one, whatever the runs to come.
+    let misfit = |p: &[f64], least: f64| -> f64 {
         let mut trial = *data;
         elements(p, &mut trial);
         let Ok(model) = trial.model() else { return f64::INFINITY };
-        let mut found = Vec::with_capacity(wanted.len());
-        runs.iter().for_each(|run| replay(&model, &effects, run, &mut found));
-        let off = wanted.iter().zip(&found).enumerate().filter(|(i, _)| i % 3 != 0);
-        off.map(|(_, (w, f))| (w - f).powi(2)).sum()
+        let (mut found, mut sum) = (Vec::with_capacity(wanted.len()), 0.0);
+        for run in &runs {
+            let from = found.len();
+            replay(&model, &effects, run, &mut found);
+            let off = wanted[from..].iter().zip(&found[from..]).enumerate().filter(|(i, _)| i % 3 != 0);
+            sum = off.fold(sum, |sum, (_, (w, f))| sum + (w - f).powi(2));
+            if sum >= least {
+                break;
+            }
+        }
+        sum
     };
     let start: Vec<f64> = data
         .elements
@@ -151,15 +159,17 @@ fn fit_elements(data: &mut Data, slots: &[EffectSlot], base: &Base, set: &RunSet
         .chain(data.elements.iter().map(|e| f64::from(e.strength.max(1e-3)).ln()))
         .collect();
     let best = pattern_search(&start, &misfit);
-    if misfit(&best).is_finite() {
+    if misfit(&best, f64::INFINITY).is_finite() {
         elements(&best, data);
     }
 }
 
 /// Hooke & Jeeves 1961: coordinate steps that halve, and a stride along what the last round gained.
-fn pattern_search(start: &[f64], f: &dyn Fn(&[f64]) -> f64) -> Vec<f64> {
+///
+/// * `f`: point and the value below which it counts; what is not below may be any value that is not
+fn pattern_search(start: &[f64], f: &dyn Fn(&[f64], f64) -> f64) -> Vec<f64> {
     let mut best = start.to_vec();
-    let mut value = f(&best);
+    let mut value = f(&best, f64::INFINITY);
     let mut step = 0.3;
     while step > 4e-3 {
         let from = best.clone();
@@ -167,7 +177,7 @@ fn pattern_search(start: &[f64], f: &dyn Fn(&[f64]) -> f64) -> Vec<f64> {
             for sign in [1.0, -1.0] {
                 let mut trial = best.clone();
                 trial[k] += sign * step;
-                let there = f(&trial);
+                let there = f(&trial, value);
                 if there < value {
                     (best, value) = (trial, there);
                     break;
@@ -178,7 +188,7 @@ fn pattern_search(start: &[f64], f: &dyn Fn(&[f64]) -> f64) -> Vec<f64> {
             step *= 0.5;
         } else {
             let far: Vec<f64> = best.iter().zip(&from).map(|(b, a)| 2.0 * b - a).collect();
-            let there = f(&far);
+            let there = f(&far, value);
             if there < value {
                 (best, value) = (far, there);
             }

@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::base::{FREEDOMS, Reference};
 use super::course::Course;
-use super::mixed::{Block, Column, Layout, Metric, PerRun, Scatter, Weighed};
+use super::metric::{Block, Metric, Weighed};
+use super::mixed::{Column, Layout, PerRun, Scatter};
 use super::products::dot;
 use super::runs::Run;
 use super::tangents::Tangents;

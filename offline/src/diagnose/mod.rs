@@ -25,6 +25,7 @@ mod form;
 mod guess;
 mod heldout;
 pub mod laws;
+mod metric;
 mod mixed;
 mod omnibus;
 mod prior;

@@ -207,9 +207,10 @@ fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool
 /// Scores of the groups that say something beyond the nuisance.
 fn group_scores(space: &super::space::Space<'_>, groups: &[Group]) -> Vec<(usize, Score)> {
     let mut scores: Vec<(usize, Score)> = Vec::new();
+    let mut cleaned = space.clean_all(groups.iter().flat_map(|g| &g.columns)).into_iter();
     for (i, group) in groups.iter().enumerate() {
         let raw = group.columns.iter().map(|c| dot(c, c)).fold(0.0, f64::max);
-        let clean: Vec<Clean> = group.columns.iter().map(|c| space.clean(c)).collect();
+        let clean: Vec<Clean> = cleaned.by_ref().take(group.columns.len()).collect();
         if let Some(score) = space.score(&clean.iter().collect::<Vec<_>>(), 0.02 * raw) {
             scores.push((i, score));
         }

@@ -21,6 +21,31 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]).reduce_add() + rest
 }
 
+/// Products of one column with some others of its length; for short ones.
+pub fn against<const K: usize>(column: &[f64], others: [&[f64]; K]) -> [f64; K] {
+    let n = column.len();
+    let others = others.map(|c| &c[..n]);
+    let mut sums = [f64x8::ZERO; K];
+    for at in (0..n & !7).step_by(8) {
+        let x = eight(&column[at..at + 8]);
+        for (sum, other) in sums.iter_mut().zip(others) {
+            *sum = x.mul_add(eight(&other[at..at + 8]), *sum);
+        }
+    }
+    if !n.is_multiple_of(8) {
+        let rest = |c: &[f64]| {
+            let mut last = [0.0; 8];
+            last[..n % 8].copy_from_slice(&c[n & !7..]);
+            f64x8::new(last)
+        };
+        let x = rest(column);
+        for (sum, other) in sums.iter_mut().zip(others) {
+            *sum = x.mul_add(rest(other), *sum);
+        }
+    }
+    sums.map(|sum| sum.reduce_add())
+}
+
 /// Products of each of four columns with each of four others, all of one length.
 fn tile(a: [&[f64]; TILE], b: [&[f64]; TILE]) -> [[f64; TILE]; TILE] {
     let n = a[0].len();
@@ -118,6 +143,7 @@ mod tests {
             assert_eq!(products(a, b), DMatrix::from_fn(n, m, |i, j| plain(a[i], b[j])));
             assert_eq!(gram(a), DMatrix::from_fn(n, n, |i, j| plain(a[i], a[j])));
             assert_eq!(dot(a[0], b[0]), plain(a[0], b[0]));
+            assert_eq!(against(a[0], [b[0], a[0]]), [plain(a[0], b[0]), plain(a[0], a[0])]);
             let x: Vec<f64> = (0..n).map(|k| 3.0 - k as f64).collect();
             let mut left = b[0].to_vec();
             take_off(a, &x, &mut left);

@@ -8,8 +8,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::base::FREEDOMS;
 use super::chance::Score;
 use super::fit::{Fit, Task};
-use super::mixed::{Block, Column, Metric};
-use super::products::{dot, take_off};
+use super::metric::{Block, Metric};
+use super::mixed::Column;
+use super::products::{dot, products, take_off};
 use super::tangents::Tangents;
 
 /// Residual and nuisance at a fit.
@@ -70,9 +71,7 @@ impl<'a> Space<'a> {
     fn without_nuisance(&self, mut column: Clean) -> Clean {
         let products = DVector::from_iterator(self.nuisance.len(), self.nuisance.iter().map(|n| n.product(&column)));
         let x = self.solver.solve(&products);
-        let list = |of: fn(&Clean) -> &[f64]| self.nuisance.iter().map(of).collect::<Vec<_>>();
-        take_off(&list(|n| &n.values), x.as_slice(), &mut column.values);
-        take_off(&list(|n| &n.taken), x.as_slice(), &mut column.taken);
+        self.take_off(x.as_slice(), &mut column);
         column
     }
 
@@ -83,6 +82,20 @@ impl<'a> Space<'a> {
     /// Takes the nuisance off a column (over the row noise).
     pub fn clean(&self, column: &[f64]) -> Clean {
         self.without_nuisance(self.with_prior_rows(column))
+    }
+
+    /// Takes the nuisance off each of some columns.
+    pub fn clean_all<'c>(&self, columns: impl Iterator<Item = &'c Vec<f64>>) -> Vec<Clean> {
+        let mut list: Vec<Clean> = columns.map(|c| self.with_prior_rows(c)).collect();
+        let of = |list: &[Clean], of: fn(&Clean) -> &[f64]| products(&slices(&self.nuisance, of), &slices(list, of));
+        let x = self.solver.solve(&(of(&list, |c| &c.values) - of(&list, |c| &c.taken)));
+        list.iter_mut().zip(x.column_iter()).for_each(|(column, x)| self.take_off(x.as_slice(), column));
+        list
+    }
+
+    fn take_off(&self, x: &[f64], column: &mut Clean) {
+        take_off(&slices(&self.nuisance, |n| &n.values), x, &mut column.values);
+        take_off(&slices(&self.nuisance, |n| &n.taken), x, &mut column.taken);
     }
 
     /// Information of clean columns.
@@ -99,8 +112,7 @@ impl<'a> Space<'a> {
     /// The score of a group of clean columns; `None` if they carry nothing beyond the nuisance.
     pub fn score(&self, columns: &[&Clean], raw_size: f64) -> Option<Score> {
         // Columns that the protocol cannot see (one axis of an anisotropy, say) leave the rest of the group testable.
-        let columns: Vec<&Clean> =
-            columns.iter().copied().filter(|c| Self::size(c) > 1e-5 * raw_size + 1e-9).collect();
+        let columns: Vec<&Clean> = columns.iter().copied().filter(|c| Self::size(c) > 1e-5 * raw_size + 1e-9).collect();
         let k = columns.len();
         if k == 0 {
             return None;
@@ -150,6 +162,10 @@ impl<'a> Space<'a> {
         let products = DVector::from_iterator(by.len(), by.iter().map(|b| b.product(column)));
         information.cholesky().map_or(0.0, |c| products.dot(&c.solve(&products)))
     }
+}
+
+fn slices(columns: &[Clean], of: fn(&Clean) -> &[f64]) -> Vec<&[f64]> {
+    columns.iter().map(of).collect()
 }
 
 /// Products of the nuisance columns, of freedoms (with their prior's rows) and laws, with a slight ridge.

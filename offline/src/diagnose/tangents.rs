@@ -6,7 +6,8 @@ use nalgebra::DMatrix;
 
 use super::base::FREEDOMS;
 use super::fit::{Fit, Task, is_log, set_fitted, to_fitted};
-use super::mixed::{Block, PerRun, Scatter};
+use super::metric::Block;
+use super::mixed::{PerRun, Scatter};
 use super::walk::{Active, Modes, Nudge};
 
 /// Columns of the baseline's freedoms and of the random effects, divided by the row noise.

@@ -7,10 +7,11 @@
 
 use std::borrow::Cow;
 
+use bytemuck::cast;
 use wide::f64x8;
 
 use super::base::{Base, ELEMENTS, LOAD_EXPONENT, ODD_SHAPE, READ_ONLY};
-use super::course::{Course, Depths, LANES, Leg};
+use super::course::{Course, Depths, LANES, Leg, Stop};
 use super::laws::{Change, Law, REFERENCE_AREA_MM2};
 use super::runs::Run;
 
@@ -48,6 +49,10 @@ pub type Modes = Vec<[f64; 3]>;
 pub struct Plan<'a> {
     course: Cow<'a, Course>,
     changes: Vec<Change>,
+    /// Factors on strength and stiffness at each stop.
+    factors: Vec<[f64x8; 2]>,
+    /// Whether anything acts on the readings alone.
+    reads: bool,
 }
 
 /// What the elements carry at each stop: mean force along x and y over the strength, and the strength, N.
@@ -82,7 +87,14 @@ impl<'a> Plan<'a> {
                 rows.map(|(r, c)| if r.depth_mm > 0.0 { r.depth_mm + c.depth_mm } else { r.depth_mm }).collect();
             Cow::Owned(Course::new(runs, &depth_mm))
         };
-        Self { course, changes }
+        let at = |row: Option<u32>| row.map_or((1.0, 1.0), |row| changes[row as usize].factors());
+        let lanes = |stop: &Stop| {
+            let pairs = stop.row.map(at);
+            [f64x8::new(pairs.map(|p| p.0)), f64x8::new(pairs.map(|p| p.1))]
+        };
+        let factors = course.stops.iter().map(lanes).collect();
+        let reads = changes.iter().any(Change::reads);
+        Self { course, changes, factors, reads }
     }
 
     /// Whether a freedom, by its place among them, moves the elements; the others act on the readings alone.
@@ -93,25 +105,20 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// What laws and draws do to eight rows.
-    fn changes_of(&self, rows: &[Option<u32>; LANES], of: impl Fn(&Change) -> f64) -> f64x8 {
-        f64x8::new(rows.map(|row| row.map_or(1.0, |row| of(&self.changes[row as usize]))))
-    }
-
     /// The elements along the plan.
     pub fn path(&self, base: &Base) -> Path {
         let mut out = Vec::with_capacity(self.course.stops.len());
         let elements = base.elements.map(|e| e.map(f64x8::splat));
         for group in self.course.groups.windows(2) {
             let mut state = State::AIR;
-            for stop in &self.course.stops[group[0]..group[1]] {
+            let stops = group[0]..group[1];
+            for (stop, factors) in self.course.stops[stops.clone()].iter().zip(&self.factors[stops]) {
                 let legs = &self.course.legs[stop.legs.clone()];
                 let Some(last) = legs.last() else {
                     out.push([f64x8::ZERO; 3]);
                     continue;
                 };
-                let stiffness = self.changes_of(&stop.row, |c| c.stiffness);
-                let mut strength = self.changes_of(&stop.row, |c| c.strength);
+                let [mut strength, stiffness] = *factors;
                 strength *= turned(base, &last.depth, &stop.heading);
                 if stiffness != f64x8::ONE {
                     strength *= (stiffness.ln() * f64x8::splat(base.load_exponent)).exp();
@@ -136,21 +143,27 @@ impl<'a> Plan<'a> {
         let mut out = vec![0.0; 3 * self.course.rows];
         let splat = |v: [f64; 2]| v.map(f64x8::splat);
         let (shear, per_friction) = (splat(base.normal_shear), splat(base.normal_per_friction));
-        for (stop, [mx, my, limit]) in self.course.stops.iter().zip(&path.0) {
+        for ((stop, [mx, my, limit]), factors) in self.course.stops.iter().zip(&path.0).zip(&self.factors) {
             let (mut elastic, mut force, mut depth_mm) = ([0.0; LANES], [[0.0; LANES]; 2], [0.0; LANES]);
             if let Some(Leg { depth, .. }) = self.course.legs[stop.legs.clone()].last() {
                 let xx = *mx * *mx;
                 let odd = f64x8::splat(base.odd) * depth.mm * (xx - f64x8::splat(ODD_SHAPE) * xx * xx);
                 let (fx, fy) = (*limit * (*mx - odd), *limit * *my);
-                let normal = depth.cubic(&base.normal).exp() * self.changes_of(&stop.row, |c| c.stiffness);
+                let normal = depth.cubic(&base.normal).exp() * factors[1];
                 let sheared = f64x8::ONE + shear[0] * xx + shear[1] * *my * *my;
                 elastic = (normal * sheared + per_friction[0] * fx + per_friction[1] * fy).to_array();
                 (force, depth_mm) = ([fx.to_array(), fy.to_array()], depth.mm.to_array());
             }
             for (l, row) in stop.row.iter().enumerate() {
                 let Some(row) = row.map(|r| r as usize) else { continue };
-                let change = &self.changes[row];
                 let reading = &mut out[3 * row..3 * row + 3];
+                if !self.reads {
+                    if stop.contact[l] {
+                        reading.copy_from_slice(&[elastic[l], force[0][l], force[1][l]]);
+                    }
+                    continue;
+                }
+                let change = &self.changes[row];
                 reading.copy_from_slice(&change.reading_n);
                 if stop.contact[l] {
                     let (mut normal, mut drag) = (elastic[l], 0.0);
@@ -184,6 +197,18 @@ fn turned(base: &Base, depth: &Depths, heading: &[f64x8; 4]) -> f64x8 {
     f64x8::ONE + (even + f64x8::splat(base.first[0]) * *c + f64x8::splat(base.first[1]) * *s)
 }
 
+/// 1/√x of normal numbers, within 5e-16: half the exponent for a start [Lomont 2003, "Fast inverse square root"], then
+/// Newton's steps. Root and quotient would take most of a walk's time.
+fn inverse_root(x: f64x8) -> f64x8 {
+    let bits: [u64; LANES] = cast(x);
+    let mut y: f64x8 = cast(bits.map(|b| 0x5FE6_EB50_C7B5_37A9u64.wrapping_sub(b >> 1)));
+    let half = x * f64x8::HALF;
+    for _ in 0..4 {
+        y *= (half * y).mul_neg_add(y, f64x8::splat(1.5));
+    }
+    y
+}
+
 struct State {
     force: [[f64x8; 2]; ELEMENTS],
     limit: f64x8,
@@ -213,7 +238,8 @@ impl State {
         let stiffness = depth.cubic(&base.tangential).exp() * changes.1;
         let ratio = f64x8::splat(base.ratio[1]).mul_add(depth.inside, f64x8::splat(base.ratio[0])).exp();
         let pressed = depth.mm * f64x8::splat(0.5 * base.press[1]).mul_add(depth.mm, f64x8::splat(base.press[0]));
-        let softer = stiffness.simd_lt(self.stiffness).select(stiffness / self.stiffness, f64x8::ONE);
+        let softer = stiffness.simd_lt(self.stiffness);
+        let softer = if softer.any() { softer.select(stiffness / self.stiffness, f64x8::ONE) } else { f64x8::ONE };
         let keep = self.limit / limit * softer * held;
         let per_slip = stiffness / limit;
         let x = (slide_mm[0] * leg.share + pressed - self.pressed * held) * per_slip;
@@ -232,7 +258,7 @@ impl State {
                 let along_y = fourth + square - (lack + lack) * uy * uy;
                 let along_x = along_y - lack * (fourth - square);
                 let (sx, sy) = (ux * along_x, uy * along_y);
-                let back = f64x8::ONE / sx.mul_add(sx, sy * sy).sqrt();
+                let back = inverse_root(sx.mul_add(sx, sy * sy));
                 *u = [slips.select(sx * back, ux), slips.select(sy * back, uy)];
             }
         }

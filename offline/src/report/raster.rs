@@ -31,7 +31,8 @@ impl Raster {
     /// The image as a PNG file. On its white ground nothing is transparent.
     pub fn into_png(self) -> Result<Vec<u8>, String> {
         let (pixels, _) = self.pixmap.data().as_chunks::<4>();
-        let colours: Vec<u8> = pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
+        let mut colours = Vec::with_capacity(3 * pixels.len());
+        pixels.iter().for_each(|[r, g, b, _]| colours.extend_from_slice(&[*r, *g, *b]));
         let mut out = Vec::new();
         let mut encoder = png::Encoder::new(&mut out, self.pixmap.width(), self.pixmap.height());
         encoder.set_color(png::ColorType::Rgb);

@@ -196,14 +196,16 @@ fn freedoms_that_only_read_leave_the_path_as_it_is() {
 #[test]
 fn curves() {
     let mut next = draws(5);
-    let (mut exp, mut ln) = (0.0f64, 0.0f64);
+    let (mut exp, mut ln, mut root) = (0.0f64, 0.0f64, 0.0f64);
     for _ in 0..100_000 {
-        let (x, d) = (20.0 * (next() - 0.5), 1e-3 + 3.0 * next());
+        let (x, d) = (60.0 * (next() - 0.5), 1e-3 + 3.0 * next());
         let found = f64x8::splat(x).exp().to_array()[0];
         exp = exp.max((found / x.exp() - 1.0).abs());
+        let found = inverse_root(f64x8::splat(x.exp())).to_array()[0];
+        root = root.max((found * (0.5 * x).exp() - 1.0).abs());
         let found = f64x8::splat(d).ln().to_array()[0];
         ln = ln.max((found - d.ln()).abs() / d.ln().abs().max(1e-3));
     }
-    println!("exp {exp:e}, ln {ln:e}");
-    assert!(exp < 1e-15 && ln < 1e-15, "{exp:e} {ln:e}");
+    println!("exp {exp:e}, ln {ln:e}, inverse root {root:e}");
+    assert!(exp < 1e-15 && ln < 1e-15 && root < 1e-15, "{exp:e} {ln:e} {root:e}");
 }
