@@ -71,13 +71,13 @@ impl<'a> Plan<'a> {
                 depth_mm: nudge.depth_mm + drew[2],
                 ..Change::default()
             };
-            changes.extend(run.rows.iter().map(|row| {
-                let mut change = own;
-                for active in laws {
-                    (active.law.apply)(&active.values, row, &mut change);
+            let first = changes.len();
+            changes.resize(first + run.rows.len(), own);
+            for active in laws {
+                for (row, change) in run.rows.iter().zip(&mut changes[first..]) {
+                    (active.law.apply)(&active.values, row, change);
                 }
-                change
-            }));
+            }
         }
         let course = if changes.iter().all(|c| c.depth_mm == 0.0) {
             Cow::Borrowed(course)

@@ -31,8 +31,9 @@ impl Raster {
     /// The image as a PNG file. On its white ground nothing is transparent.
     pub fn into_png(self) -> Result<Vec<u8>, String> {
         let (pixels, _) = self.pixmap.data().as_chunks::<4>();
-        let mut colours = Vec::with_capacity(3 * pixels.len());
-        pixels.iter().for_each(|[r, g, b, _]| colours.extend_from_slice(&[*r, *g, *b]));
+        let mut colours = vec![0; 3 * pixels.len()];
+        let places = colours.as_chunks_mut::<3>().0;
+        places.iter_mut().zip(pixels).for_each(|(to, &[r, g, b, _])| *to = [r, g, b]);
         let mut out = Vec::new();
         let mut encoder = png::Encoder::new(&mut out, self.pixmap.width(), self.pixmap.height());
         encoder.set_color(png::ColorType::Rgb);
