@@ -87,10 +87,15 @@ pub struct Reference {
     yields: [[f64; 2]; ELEMENTS],
     /// Mean of the freedoms for this file.
     pub mean: [f64; FREEDOMS],
+    /// Standard deviation of the logarithm of the area, which forces do not tell.
+    pub area_sd: f64,
 }
 
 /// Area over depth of the finger in Table 1 of Yoshida et al. 2011, A = 65.0 d^1.007 mm²: the fit of its four points.
 const TABLE_AREA: [f64; 2] = [65.0, 1.007];
+/// How far the area of another finger at the same depth lies from it: the area goes with the radius of the pad, and
+/// that with the finger's width, of which grown-ups' scatter by about so much.
+const OTHER_AREA_SD: f64 = 0.08;
 
 impl Reference {
     /// The curves of a model. `own_area`: take the model's area, otherwise that of a measured finger: forces do not
@@ -132,6 +137,7 @@ impl Reference {
             area,
             yields: yields(),
             mean,
+            area_sd: if own_area { 0.0 } else { OTHER_AREA_SD },
         }
     }
 

@@ -1,10 +1,12 @@
 //! The claimed effects as the report tells them: parameters with intervals, sizes, candidates.
 
+use nalgebra::{Matrix2, Vector2};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::base::FREEDOMS;
 use super::evidence::{DriverPlot, driver_plot};
 use super::fit::is_log;
+use super::laws::Place;
 use super::runs::RunSet;
 use super::schema::{CandidateLaw, EffectFound, FittedParameter};
 use super::verdict::{Judged, families};
@@ -26,7 +28,7 @@ pub fn effects(judged: &Judged<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<Driv
         let effect = EffectFound {
             law: active.law.name.into(),
             family: active.law.family.into(),
-            parameters: parameters(active, &fit.covariance, at, quantile),
+            parameters: parameters(active, &fit.covariance, at, quantile, judged.task.reference.area_sd),
             size_p90_relative: size_p90(set, &without, &with),
             gain_2ll: e.gain_2ll,
             p_model: e.p_model,
@@ -63,8 +65,19 @@ fn quantile(runs: usize, parameters: usize) -> f64 {
 }
 
 /// Values as they are reported with 95 % intervals; `at` is the place of the law's first parameter in the covariance.
-fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, quantile: f64) -> Vec<FittedParameter> {
+fn parameters(
+    active: &Active,
+    covariance: &nalgebra::DMatrix<f64>,
+    at: usize,
+    quantile: f64,
+    area_sd: f64,
+) -> Vec<FittedParameter> {
     let n = active.values.len();
+    let form = FORM_ERROR.hypot(match active.law.place {
+        Place::Drag => area_sd,
+        Place::Rim => 0.5 * area_sd,
+        _ => 0.0,
+    });
     let reported = (active.law.report)(&active.values);
     (0..n)
         .map(|k| {
@@ -74,9 +87,9 @@ fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, q
             let ci95 = if is_log(active, k) {
                 [reported[k] * (-quantile * sd_own).exp(), reported[k] * (quantile * sd_own).exp()]
             } else if active.law.name == "anisotropy" {
-                polar(active, covariance, at, k, reported[k])
+                polar(active, covariance, at, k, quantile)
             } else {
-                let half = quantile * sd_own.hypot(FORM_ERROR * reported[k]);
+                let half = quantile * sd_own.hypot(form * reported[k]);
                 [reported[k] - half, reported[k] + half]
             };
             FittedParameter { name: p.name.into(), value: reported[k], unit: p.unit.into(), ci95 }
@@ -84,31 +97,29 @@ fn parameters(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, q
         .collect()
 }
 
-/// Interval of amplitude or axis from the normal distribution of their Cartesian pair: where the protocol sees one of
-/// the two only, the amplitude has a floor and no ceiling, which no derivative at the optimum tells.
-fn polar(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usize, reported: f64) -> [f64; 2] {
-    const DRAWS: usize = 1000;
-    let sd = |i: usize| covariance[(at + i, at + i)].max(0.0).sqrt();
-    let share = covariance[(at, at + 1)] / (sd(0) * sd(1)).max(1e-300);
-    let rest = (1.0 - share * share).max(0.0).sqrt();
-    let form = FORM_ERROR * (active.law.report)(&active.values)[0];
-    let mut draws: Vec<f64> = (0..DRAWS)
-        .map(|i| {
-            // A lattice of the golden ratio in place of chance [Box & Muller 1958].
-            let u = ((i as f64 + 0.5) / DRAWS as f64, (0.618_033_988_75 * i as f64).fract());
-            let radius = (-2.0 * u.0.ln()).sqrt();
-            let (s, c) = (std::f64::consts::TAU * u.1).sin_cos();
-            let (a, b) = (radius * c, radius * s);
-            let pair = [
-                active.values[0] + sd(0).hypot(form) * a,
-                active.values[1] + sd(1).hypot(form) * (share * a + rest * b),
-            ];
-            let d = (active.law.report)(&pair)[k] - reported;
-            if k == 1 { (d + 90.0).rem_euclid(180.0) - 90.0 } else { d }
-        })
-        .collect();
-    draws.sort_by(f64::total_cmp);
-    [reported + draws[DRAWS / 40].min(0.0), reported + draws[DRAWS - 1 - DRAWS / 40].max(0.0)]
+/// Range of the amplitude or the axis over the ellipse of confidence of their Cartesian pair, which is their profile
+/// likelihood's interval: where the protocol sees one of the two only, the amplitude has a floor and no ceiling, which
+/// no derivative at the optimum tells.
+fn polar(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usize, quantile: f64) -> [f64; 2] {
+    const POINTS: usize = 720;
+    let reported = (active.law.report)(&active.values);
+    let form = (FORM_ERROR * reported[0]).powi(2);
+    let pair = Matrix2::from_fn(|i, j| covariance[(at + i, at + j)] + if i == j { form } else { 0.0 });
+    let Some(root) = pair.cholesky().map(|c| c.l()) else { return [f64::NEG_INFINITY, f64::INFINITY] };
+    let mean = Vector2::new(active.values[0], active.values[1]);
+    let origin_within = root.solve_lower_triangular(&mean).is_none_or(|z| z.norm() <= quantile);
+    let (mut low, mut high) = (0.0f64, 0.0f64);
+    for i in 0..POINTS {
+        let (s, c) = (std::f64::consts::TAU * i as f64 / POINTS as f64).sin_cos();
+        let edge = mean + root * Vector2::new(c, s) * quantile;
+        let d = (active.law.report)(edge.as_slice())[k] - reported[k];
+        let d = if k == 1 { (d + 90.0).rem_euclid(180.0) - 90.0 } else { d };
+        (low, high) = (low.min(d), high.max(d));
+    }
+    if origin_within {
+        (low, high) = if k == 1 { (-90.0, 90.0) } else { (-reported[0], high) };
+    }
+    [reported[k] + low, reported[k] + high]
 }
 
 /// The larger of the 90th percentiles of |ΔN|/N and |ΔF|/F over contact rows whose force stands above the noise.

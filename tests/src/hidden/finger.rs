@@ -239,47 +239,45 @@ impl Finger {
         // The balance is the minimum of a convex energy (springs and Huber's function), so Newton's steps that lower it
         // arrive.
         let evaluate = |bulk: [f64; 2]| {
-            let mut energy = 0.5 * (bulk_k[0] * bulk[0] * bulk[0] + bulk_k[1] * bulk[1] * bulk[1]);
-            let (mut force, mut ceiling, mut stuck) = ([0.0; 2], 0.0, 0.0);
+            let mut balance = Balance {
+                energy: 0.5 * (bulk_k[0] * bulk[0] * bulk[0] + bulk_k[1] * bulk[1] * bulk[1]),
+                force: [0.0; 2],
+                ceiling: 0.0,
+                stiffness: [bulk_k[0], 0.0, bulk_k[1]],
+            };
             for &(i, cover, tau) in &inside {
                 // stretch holds the plate position at which the bristle is slack.
                 let s = bristles[i].stretch;
                 let q = [k * (plate[0] - bulk[0] - s[0]), k * (plate[1] - bulk[1] - s[1])];
-                let size = q[0].hypot(q[1]);
                 let a = cover * cell;
-                let back = if size > tau {
-                    energy += a * tau * (size - 0.5 * tau) / k;
-                    tau / size
-                } else {
-                    energy += 0.5 * a * size * size / k;
-                    stuck += a * k;
-                    1.0
-                };
-                force[0] += a * q[0] * back;
-                force[1] += a * q[1] * back;
-                ceiling += a * tau;
+                balance.add(q, a, tau, k);
             }
-            (energy, force, ceiling, stuck)
+            balance
         };
-        let (mut energy, mut force, mut ceiling, mut stuck) = evaluate(*bulk);
-        for _ in 0..60 {
-            let lack = [force[0] - bulk_k[0] * bulk[0], force[1] - bulk_k[1] * bulk[1]];
-            if lack[0].abs() + lack[1].abs() < 2e-5 {
+        let mut here = evaluate(*bulk);
+        for _ in 0..100 {
+            let lack = [here.force[0] - bulk_k[0] * bulk[0], here.force[1] - bulk_k[1] * bulk[1]];
+            if lack[0].abs() + lack[1].abs() < 1e-9 {
                 break;
             }
+            let [xx, xy, yy] = here.stiffness;
+            let det = xx * yy - xy * xy;
+            let by = [(yy * lack[0] - xy * lack[1]) / det, (xx * lack[1] - xy * lack[0]) / det];
+            let slope = by[0] * lack[0] + by[1] * lack[1];
             let mut share = 1.0;
             loop {
-                let next =
-                    [bulk[0] + share * lack[0] / (bulk_k[0] + stuck), bulk[1] + share * lack[1] / (bulk_k[1] + stuck)];
+                let next = [bulk[0] + share * by[0], bulk[1] + share * by[1]];
                 let there = evaluate(next);
-                if there.0 <= energy || share < 1e-3 {
+                // The last digits of the energy tell nothing near the minimum.
+                if there.energy <= here.energy - 1e-4 * share * slope + 1e-15 || share < 1e-9 {
                     *bulk = next;
-                    (energy, force, ceiling, stuck) = there;
+                    here = there;
                     break;
                 }
                 share *= 0.5;
             }
         }
+        let (force, ceiling) = (here.force, here.ceiling);
         for &(i, _, tau) in &inside {
             let s = bristles[i].stretch;
             let q = [k * (plate[0] - bulk[0] - s[0]), k * (plate[1] - bulk[1] - s[1])];
@@ -296,6 +294,38 @@ impl Finger {
 struct Bristle {
     at: [f64; 2],
     stretch: [f64; 2],
+}
+
+/// Bristles and bulk at a position of the bulk.
+struct Balance {
+    energy: f64,
+    force: [f64; 2],
+    ceiling: f64,
+    /// Second derivative of the energy: xx, xy, yy.
+    stiffness: [f64; 3],
+}
+
+impl Balance {
+    /// A patch of area `a` whose bristles would carry the traction `q` if they stuck.
+    fn add(&mut self, q: [f64; 2], a: f64, tau: f64, k: f64) {
+        let size = q[0].hypot(q[1]);
+        let (mut back, mut across) = (1.0, 0.0);
+        if size > tau {
+            self.energy += a * tau * (size - 0.5 * tau) / k;
+            back = tau / size;
+            across = back;
+        } else {
+            self.energy += 0.5 * a * size * size / k;
+        }
+        // Along the traction a slipping patch yields, across it is held by its own tension.
+        let n = if across > 0.0 { [q[0] / size, q[1] / size] } else { [0.0; 2] };
+        self.stiffness[0] += a * k * (back - across * n[0] * n[0]);
+        self.stiffness[1] -= a * k * across * n[0] * n[1];
+        self.stiffness[2] += a * k * (back - across * n[1] * n[1]);
+        self.force[0] += a * q[0] * back;
+        self.force[1] += a * q[1] * back;
+        self.ceiling += a * tau;
+    }
 }
 
 /// What a run draws once.
