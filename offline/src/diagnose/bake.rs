@@ -1,11 +1,12 @@
 //! The refitted baseline as the core's numbers: tables over depth, elements, and two slots for what tables cannot hold.
 
 use fingerpad::{Data, EffectSlot, Effects, Element, Line};
+use nalgebra::{DMatrix, DVector};
 
 use super::base::{Base, ODD_SHAPE, Reference};
 use super::replay::replay;
 use super::runs::{Run, RunSet};
-use super::walk::{Nudge, walk};
+use super::walk::{Modes, Nudge, walk_all};
 
 /// Number of the slot: strength × (1 + (a + e u) cos 2θ + b sin 2θ + c cos θ + d sin θ) with u = ln(depth/0.9 mm).
 const DIRECTION: u32 = 32;
@@ -132,20 +133,17 @@ const MOST_RUNS: usize = 16;
 /// Fits the elements so that the core follows the baseline's friction along some runs.
 fn fit_elements(data: &mut Data, slots: &[EffectSlot], base: &Base, set: &RunSet) {
     let stride = set.runs.len().div_ceil(MOST_RUNS).max(1);
-    let runs: Vec<&Run> = set.runs.iter().step_by(stride).collect();
-    let mut wanted = Vec::new();
-    for run in &runs {
-        walk(base, &[], Nudge::default(), run, &mut wanted);
-    }
+    let runs: Vec<Run> = set.runs.iter().step_by(stride).cloned().collect();
+    let wanted = walk_all(base, &[], &Modes::new(), Nudge::default(), &runs);
     let Ok(effects) = Effects::new(slots) else { return };
-    let misfit = |p: &[f64]| -> f64 {
+    let misfit = |p: &[f64]| -> Option<DVector<f64>> {
         let mut trial = *data;
         elements(p, &mut trial);
-        let Ok(model) = trial.model() else { return f64::INFINITY };
+        let model = trial.model().ok()?;
         let mut found = Vec::with_capacity(wanted.len());
         runs.iter().for_each(|run| replay(&model, &effects, run, &mut found));
-        let off = wanted.iter().zip(&found).enumerate().filter(|(i, _)| i % 3 != 0);
-        off.map(|(_, (w, f))| (w - f).powi(2)).sum()
+        let off = wanted.iter().zip(&found).enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, (w, f))| w - f);
+        Some(DVector::from_iterator(2 * wanted.len() / 3, off))
     };
     let start: Vec<f64> = data
         .elements
@@ -153,39 +151,48 @@ fn fit_elements(data: &mut Data, slots: &[EffectSlot], base: &Base, set: &RunSet
         .map(|e| -f64::from(e.inverse_yield).ln())
         .chain(data.elements.iter().map(|e| f64::from(e.strength.max(1e-3)).ln()))
         .collect();
-    let best = pattern_search(&start, &misfit);
-    if misfit(&best).is_finite() {
+    if let Some(best) = least_squares(start, &misfit) {
         elements(&best, data);
     }
 }
 
-/// Hooke & Jeeves 1961: coordinate steps that halve, and a stride along what the last round gained.
-fn pattern_search(start: &[f64], f: &dyn Fn(&[f64]) -> f64) -> Vec<f64> {
-    let mut best = start.to_vec();
-    let mut value = f(&best);
-    let mut step = 0.3;
-    while step > 4e-3 {
-        let from = best.clone();
+/// Least squares by damped Gauss–Newton steps [Marquardt 1963] with a Jacobian by differences.
+///
+/// * `f`: misfits at a point; `None` where it has none
+///
+/// Returns the best point; `None` where the start has no misfits.
+fn least_squares(start: Vec<f64>, f: &dyn Fn(&[f64]) -> Option<DVector<f64>>) -> Option<Vec<f64>> {
+    // Wide enough for readings in single precision.
+    const STEP: f64 = 0.01;
+    const ENOUGH: f64 = 1e-3;
+    let mut best = start;
+    let mut here = f(&best)?;
+    let mut damping = 1e-3;
+    for _ in 0..20 {
+        let mut columns = Vec::with_capacity(best.len());
         for k in 0..best.len() {
-            for sign in [1.0, -1.0] {
-                let mut trial = best.clone();
-                trial[k] += sign * step;
-                let there = f(&trial);
-                if there < value {
-                    (best, value) = (trial, there);
-                    break;
-                }
-            }
+            let mut moved = best.clone();
+            moved[k] += STEP;
+            columns.push((f(&moved)? - &here) / STEP);
         }
-        if best == from {
-            step *= 0.5;
-        } else {
-            let far: Vec<f64> = best.iter().zip(&from).map(|(b, a)| 2.0 * b - a).collect();
-            let there = f(&far);
-            if there < value {
-                (best, value) = (far, there);
+        let jacobian = DMatrix::from_columns(&columns);
+        let (products, slope) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&here));
+        let before = here.norm_squared();
+        while damping < 1e6 {
+            let mut damped = products.clone();
+            (0..best.len()).for_each(|k| damped[(k, k)] += damping * products[(k, k)] + f64::MIN_POSITIVE);
+            let step = damped.cholesky()?.solve(&slope);
+            let trial: Vec<f64> = best.iter().zip(step.iter()).map(|(b, s)| b - s.clamp(-1.0, 1.0)).collect();
+            if let Some(there) = f(&trial).filter(|there| there.norm_squared() < before) {
+                (best, here) = (trial, there);
+                damping *= 0.1;
+                break;
             }
+            damping *= 10.0;
+        }
+        if here.norm_squared() > before * (1.0 - ENOUGH) {
+            break;
         }
     }
-    best
+    Some(best)
 }

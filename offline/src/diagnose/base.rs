@@ -59,6 +59,11 @@ pub static FREEDOM: [Freedom; FREEDOMS] = [
     freedom("stiffness_ratio_y_exponent", "", 0.15, 0.02),
 ];
 
+/// Freedoms that the elements do not feel: the normal force's curve and what friction adds to the readings.
+pub const READ_ONLY: [usize; 9] = [0, 1, 2, 3, 16, 17, 18, 19, 20];
+/// Place of the load's exponent among the freedoms.
+pub const LOAD_EXPONENT: usize = 21;
+
 /// Elements of the baseline.
 pub const ELEMENTS: usize = 10;
 /// Depth at which the scales are taken, mm.

@@ -1,6 +1,6 @@
 //! Calibration: the baseline's freedoms, the row noise and the run-level scatter from runs without an effect.
 
-use super::base::{FREEDOMS, Reference};
+use super::base::{FREEDOMS, LOAD_EXPONENT, Reference};
 use super::fit::{Fit, Prior, Start, Task};
 use super::mixed::PerRun;
 use super::prior::{Drift, between, drift};
@@ -37,9 +37,6 @@ pub struct Calibration {
     /// How much the shape of the curves has changed since.
     pub drift: Drift,
 }
-
-/// Place of the load's exponent among the freedoms.
-const LOAD_EXPONENT: usize = 21;
 
 /// Row noise per observation at a prediction, N.
 pub fn sigma_of(noise: &[RowNoise; 3], prediction: &[f64]) -> Vec<f64> {
@@ -100,8 +97,7 @@ impl Calibration {
 /// Row noise from what is left after freedoms and random effects, and its ratio to that between neighbouring rows.
 fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
     let prediction = task.predict(&fit.theta, &fit.laws);
-    let tangents = task.tangents_of(fit);
-    let left = within_runs(task, fit, &tangents);
+    let left = within_runs(task, fit);
     let mut noise = [RowNoise { additive_n: 0.003, multiplicative: 0.02 }; 3];
     let mut misfit = [1.0; 3];
     for channel in 0..3 {
@@ -129,14 +125,15 @@ fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
 }
 
 /// Residual less the run's own random effects, N.
-pub fn within_runs(task: &Task<'_>, fit: &Fit, tangents: &super::fit::Tangents) -> Vec<f64> {
-    let scaled: Vec<f64> = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
-    let whitener = tangents.scatter.whitener(&fit.variances);
-    let mut white = scaled.clone();
-    whitener.apply(&mut white);
-    whitener.apply(&mut white);
-    // S⁻¹ r is the residual less the best guess of the random effects.
-    white.iter().zip(&task.sigma_n).map(|(w, s)| w * s).collect()
+fn within_runs(task: &Task<'_>, fit: &Fit) -> Vec<f64> {
+    let prediction = task.predict_at(&fit.theta, &fit.laws, &fit.modes);
+    let scatter = task.run_columns(&fit.theta, &fit.laws, &fit.modes, &prediction);
+    let scaled = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
+    let residual = scatter.seen(scaled);
+    let draws = scatter.draws(&fit.variances, &residual).iter().map(|u| u.map(|u| -u)).collect::<Vec<_>>();
+    let mut left = residual.values;
+    scatter.add(&draws, &mut left);
+    left.iter().zip(&task.sigma_n).map(|(l, s)| l * s).collect()
 }
 
 /// Variance = a² + m² x by iterated weighted least squares over (x, squared residual), both >= 0.

@@ -1,14 +1,17 @@
 //! Fit of baseline and laws together: Gauss–Newton inside the model, runs as the unit, variances re-estimated.
 //!
-//! Main types: [`Task`] (what is fitted to what), [`Fit`] (the optimum), [`Tangents`] (columns of the baseline and
-//! of the random effects, reused between fits that start nearby).
+//! Main types: [`Task`] (what is fitted to what), [`Fit`] (the optimum).
 
 use nalgebra::{DMatrix, DVector};
 
 use super::base::{FREEDOMS, Reference};
-use super::mixed::{Layout, PerRun, Scatter, dot};
+use super::course::Course;
+use super::metric::{Block, Metric, Weighed};
+use super::mixed::{Column, Layout, PerRun, Scatter};
+use super::products::dot;
 use super::runs::Run;
-use super::walk::{Active, Modes, Nudge, walk_all};
+use super::tangents::Tangents;
+use super::walk::{Active, Modes, Nudge, Plan};
 
 /// A normal distribution of the freedoms.
 #[derive(Clone, Debug)]
@@ -48,15 +51,7 @@ pub struct Task<'a> {
     pub layout: Layout,
     /// Readings, three per row, N.
     pub readings_n: Vec<f64>,
-}
-
-/// Columns of the baseline's freedoms and of the random effects, divided by the row noise.
-#[derive(Clone)]
-pub struct Tangents {
-    /// One column per freedom.
-    pub freedoms: Vec<Vec<f64>>,
-    /// The random effects.
-    pub scatter: Scatter,
+    course: Course,
 }
 
 /// An optimum.
@@ -119,11 +114,13 @@ fn weak_prior(active: &Active, index: usize) -> (f64, f64) {
     }
 }
 
-fn to_fitted(active: &Active, index: usize) -> f64 {
+/// A parameter of a law as it is fitted.
+pub fn to_fitted(active: &Active, index: usize) -> f64 {
     if is_log(active, index) { active.values[index].ln() } else { active.values[index] }
 }
 
-fn set_fitted(active: &mut Active, index: usize, q: f64) {
+/// Sets it, within its bounds.
+pub fn set_fitted(active: &mut Active, index: usize, q: f64) {
     let p = &active.law.parameters[index];
     // The second parameter of a polar pair has the bounds of the first.
     let bounds = &active.law.parameters[if active.law.name == "anisotropy" { 0 } else { index }];
@@ -137,7 +134,13 @@ impl<'a> Task<'a> {
     pub fn new(runs: &'a [Run], reference: &'a Reference, prior: Prior, sigma_n: Vec<f64>, variances: PerRun) -> Self {
         let layout = Layout::of(runs.iter().map(|r| r.rows.len()));
         let readings_n = runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect();
-        Self { runs, reference, prior, sigma_n, variances, variance_weight: 0.0, lost: 3.0, layout, readings_n }
+        let course = Course::of(runs);
+        Self { runs, reference, prior, sigma_n, variances, variance_weight: 0.0, lost: 3.0, layout, readings_n, course }
+    }
+
+    /// The runs with laws and draws.
+    pub fn plan(&self, laws: &[Active], modes: &Modes, nudge: Nudge) -> Plan<'_> {
+        Plan::new(&self.course, laws, modes, nudge, self.runs)
     }
 
     /// Predicted readings of runs that drew nothing, N.
@@ -147,7 +150,7 @@ impl<'a> Task<'a> {
 
     /// Predicted readings with what the runs drew, N.
     pub fn predict_at(&self, theta: &[f64], laws: &[Active], modes: &Modes) -> Vec<f64> {
-        walk_all(&self.reference.with(theta), laws, modes, Nudge::default(), self.runs)
+        self.plan(laws, modes, Nudge::default()).predict(&self.reference.with(theta))
     }
 
     /// Readings less the prediction of runs that drew nothing, N.
@@ -157,92 +160,11 @@ impl<'a> Task<'a> {
     }
 
     /// Readings less prediction over row noise, the draws about their modes to first order.
-    fn scaled_residual(&self, prediction: &[f64], modes: &Modes, scatter: &Scatter) -> Vec<f64> {
+    fn scaled_residual(&self, prediction: &[f64], modes: &Modes, scatter: &Scatter) -> Column {
         let mut out: Vec<f64> =
             self.readings_n.iter().zip(prediction).zip(&self.sigma_n).map(|((y, p), s)| (y - p) / s).collect();
         scatter.add(modes, &mut out);
-        out
-    }
-
-    /// Difference of two predictions over row noise and step.
-    pub fn column(&self, after: &[f64], before: &[f64], step: f64) -> Vec<f64> {
-        after.iter().zip(before).zip(&self.sigma_n).map(|((a, b), s)| (a - b) / (s * step)).collect()
-    }
-
-    /// Columns at a fit.
-    pub fn tangents_of(&self, fit: &Fit) -> Tangents {
-        let prediction = self.predict_at(&fit.theta, &fit.laws, &fit.modes);
-        self.tangents(&fit.theta, &fit.laws, &fit.modes, &prediction)
-    }
-
-    /// Columns at a point; `prediction` is that of the point.
-    pub fn tangents(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Tangents {
-        let mut t = theta.to_vec();
-        let freedoms = (0..FREEDOMS)
-            .map(|k| {
-                let step = 2e-4;
-                t[k] += step;
-                let column = self.column(&self.predict_at(&t, laws, modes), prediction, step);
-                t[k] = theta[k];
-                column
-            })
-            .collect();
-        Tangents { freedoms, scatter: self.run_columns(theta, laws, modes, prediction) }
-    }
-
-    /// Columns of the random effects at a point.
-    pub fn run_columns(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Scatter {
-        let base = self.reference.with(theta);
-        let nudged =
-            |nudge: Nudge, step: f64| self.column(&walk_all(&base, laws, modes, nudge, self.runs), prediction, step);
-        let mut columns = vec![
-            nudged(Nudge { stiffness: 1.001, ..Nudge::default() }, 1e-3),
-            nudged(Nudge { strength: 1.001, ..Nudge::default() }, 1e-3),
-            nudged(Nudge { depth_mm: 2e-4, ..Nudge::default() }, 2e-4),
-        ];
-        for channel in 0..3 {
-            columns.push(
-                self.sigma_n.iter().enumerate().map(|(i, s)| if i % 3 == channel { 1.0 / s } else { 0.0 }).collect(),
-            );
-        }
-        Scatter::new(self.layout.clone(), columns)
-    }
-
-    /// Information of the runs on the freedoms.
-    pub fn information(&self, tangents: &Tangents, v: &PerRun) -> DMatrix<f64> {
-        let whitener = tangents.scatter.whitener(v);
-        let mut columns = tangents.freedoms.clone();
-        columns.iter_mut().for_each(|c| whitener.apply(c));
-        gram(&columns)
-    }
-
-    /// Columns of the laws' parameters at a fit.
-    pub fn law_columns_of(&self, fit: &Fit) -> Vec<Vec<f64>> {
-        let prediction = self.predict_at(&fit.theta, &fit.laws, &fit.modes);
-        self.law_columns(&fit.theta, &fit.laws, &fit.modes, &prediction)
-    }
-
-    /// Columns of the laws' parameters at a point.
-    fn law_columns(&self, theta: &[f64], laws: &[Active], modes: &Modes, prediction: &[f64]) -> Vec<Vec<f64>> {
-        let mut columns = Vec::new();
-        let mut moved = laws.to_vec();
-        for (i, active) in laws.iter().enumerate() {
-            for k in 0..active.values.len() {
-                let q = to_fitted(active, k);
-                let mut step = if k < active.law.linear { 2e-3 * active.law.parameters[k].typical.abs() } else { 2e-3 };
-                if !is_log(active, k) && k >= active.law.linear {
-                    step = 0.02;
-                }
-                set_fitted(&mut moved[i], k, q + step);
-                if to_fitted(&moved[i], k) == q {
-                    step = -step;
-                    set_fitted(&mut moved[i], k, q + step);
-                }
-                columns.push(self.column(&self.predict_at(theta, &moved, modes), prediction, step));
-                moved[i] = active.clone();
-            }
-        }
-        columns
+        scatter.seen(out)
     }
 
     fn prior_residual(&self, theta: &[f64], laws: &[Active]) -> Vec<f64> {
@@ -263,11 +185,8 @@ impl<'a> Task<'a> {
         dot(&rows, &rows)
     }
 
-    fn objective(&self, tangents: &Tangents, v: &PerRun, scaled: &[f64], prior: &[f64]) -> f64 {
-        let whitener = tangents.scatter.whitener(v);
-        let mut white = scaled.to_vec();
-        whitener.apply(&mut white);
-        dot(&white, &white) + whitener.log_det + dot(prior, prior) + self.variance_2ll(v)
+    fn objective(&self, metric: &Metric, v: &PerRun, scaled: &Column, prior: &[f64]) -> f64 {
+        metric.square(scaled) + metric.log_det + dot(prior, prior) + self.variance_2ll(v)
     }
 
     fn variance_2ll(&self, v: &PerRun) -> f64 {
@@ -281,8 +200,9 @@ impl<'a> Task<'a> {
         let mut prediction = self.predict_at(&theta, &laws, &modes);
         let mut own: Option<Tangents> = tangents.is_none().then(|| self.tangents(&theta, &laws, &modes, &prediction));
         let mut last = f64::INFINITY;
-        let mut covariance = DMatrix::zeros(0, 0);
-        let mut cache: Option<(PerRun, Vec<Vec<f64>>, DMatrix<f64>)> = None;
+        let known = self.prior.root.transpose() * &self.prior.root;
+        let mut hessian = DMatrix::zeros(0, 0);
+        let mut cache: Option<(PerRun, Weighed)> = None;
         for round in 0..most {
             let current = own.as_ref().or(tangents).expect("one of them is there");
             let scaled = self.scaled_residual(&prediction, &modes, &current.scatter);
@@ -290,25 +210,18 @@ impl<'a> Task<'a> {
                 let rounds = if round == 0 { 6 } else { 4 };
                 v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, rounds);
             }
-            let whitener = current.scatter.whitener(&v);
-            let mut white = scaled.clone();
-            whitener.apply(&mut white);
+            let metric = current.scatter.metric(&v);
             let prior = self.prior_residual(&theta, &laws);
-            let here = dot(&white, &white) + whitener.log_det + dot(&prior, &prior) + self.variance_2ll(&v);
+            let here = self.objective(&metric, &v, &scaled, &prior);
             if cache.as_ref().is_none_or(|c| renew || c.0 != v) {
-                let mut columns = current.freedoms.clone();
-                columns.iter_mut().for_each(|c| whitener.apply(c));
-                let gram = gram(&columns);
-                cache = Some((v, columns, gram));
+                cache = Some((v, current.freedoms.weighed(&metric)));
             }
-            let (_, freedoms, gram) = cache.as_ref().expect("just filled");
-            let mut more = self.law_columns(&theta, &laws, &modes, &prediction);
-            more.iter_mut().for_each(|c| whitener.apply(c));
-            let (hessian, gradient) = self.normal_equations(freedoms, gram, &more, &white, &prior, &laws);
-            covariance = hessian
-                .clone()
-                .cholesky()
-                .map_or_else(|| DMatrix::identity(hessian.nrows(), hessian.nrows()) * f64::NAN, |c| c.inverse());
+            let (_, weighed) = cache.as_ref().expect("just filled");
+            let more = self.law_columns(&theta, &laws, &modes, &prediction);
+            let more = Block::new(more.into_iter().map(|c| current.scatter.seen(c)).collect());
+            let (plain, gradient) = normal_equations(&current.freedoms, weighed, &more, &metric, &scaled);
+            let gradient = gradient + self.prior_gradient(&prior, &laws);
+            hessian = self.with_prior(plain, &known, &laws);
             let mut damping = 0.0;
             let mut moved = false;
             for _ in 0..5 {
@@ -338,7 +251,7 @@ impl<'a> Task<'a> {
                 }
                 let p = self.predict_at(&t, &l, &modes);
                 let scaled = self.scaled_residual(&p, &modes, &current.scatter);
-                let there = self.objective(current, &v, &scaled, &self.prior_residual(&t, &l));
+                let there = self.objective(&metric, &v, &scaled, &self.prior_residual(&t, &l));
                 if there < here {
                     (theta, laws, prediction) = (t, l, p);
                     moved = true;
@@ -362,8 +275,11 @@ impl<'a> Task<'a> {
         let current = own.as_ref().or(tangents).expect("one of them is there");
         let scaled = self.scaled_residual(&prediction, &modes, &current.scatter);
         v = current.scatter.variances(v, &scaled, &self.variances, self.variance_weight, self.lost, 6);
-        let minus_2ll = self.objective(current, &v, &scaled, &self.prior_residual(&theta, &laws));
-        let residual_n = scaled.iter().zip(&self.sigma_n).map(|(r, s)| r * s).collect();
+        let metric = current.scatter.metric(&v);
+        let minus_2ll = self.objective(&metric, &v, &scaled, &self.prior_residual(&theta, &laws));
+        let n = hessian.nrows();
+        let covariance = hessian.cholesky().map_or_else(|| DMatrix::identity(n, n) * f64::NAN, |c| c.inverse());
+        let residual_n = scaled.values.iter().zip(&self.sigma_n).map(|(r, s)| r * s).collect();
         Fit { theta, laws, variances: v, minus_2ll, modes, residual_n, covariance }
     }
 
@@ -394,61 +310,46 @@ impl<'a> Task<'a> {
         most
     }
 
-    fn normal_equations(
-        &self,
-        freedoms: &[Vec<f64>],
-        gram: &DMatrix<f64>,
-        more: &[Vec<f64>],
-        white: &[f64],
-        prior: &[f64],
-        laws: &[Active],
-    ) -> (DMatrix<f64>, DVector<f64>) {
-        let columns: Vec<&Vec<f64>> = freedoms.iter().chain(more).collect();
-        let n = columns.len();
-        let mut hessian = DMatrix::zeros(n, n);
-        let mut gradient = DVector::zeros(n);
-        hessian.view_mut((0, 0), (FREEDOMS, FREEDOMS)).copy_from(gram);
-        for a in FREEDOMS..n {
-            for b in 0..=a {
-                let s = dot(columns[a], columns[b]);
-                hessian[(a, b)] = s;
-                hessian[(b, a)] = s;
-            }
+    /// Adds what the priors say: of the freedoms, RᵀR, and of each parameter of the laws.
+    fn with_prior(&self, mut hessian: DMatrix<f64>, known: &DMatrix<f64>, laws: &[Active]) -> DMatrix<f64> {
+        let mut freedoms = hessian.view_mut((0, 0), (FREEDOMS, FREEDOMS));
+        freedoms += known;
+        let sds = laws.iter().flat_map(|a| (0..a.values.len()).map(|k| weak_prior(a, k).1));
+        for (i, sd) in sds.enumerate() {
+            hessian[(FREEDOMS + i, FREEDOMS + i)] += 1.0 / (sd * sd);
         }
-        for a in 0..n {
-            gradient[a] = dot(columns[a], white);
-        }
-        let block = self.prior.root.transpose() * &self.prior.root;
+        hessian
+    }
+
+    /// The priors' part of the gradient.
+    fn prior_gradient(&self, prior: &[f64], laws: &[Active]) -> DVector<f64> {
         let pull = self.prior.root.transpose() * DVector::from_column_slice(&prior[..FREEDOMS]);
-        for a in 0..FREEDOMS {
-            gradient[a] += pull[a];
-            for b in 0..FREEDOMS {
-                hessian[(a, b)] += block[(a, b)];
-            }
-        }
-        let mut at = FREEDOMS;
-        for active in laws {
-            for k in 0..active.values.len() {
-                let (_, sd) = weak_prior(active, k);
-                hessian[(at, at)] += 1.0 / (sd * sd);
-                gradient[at] += prior[at] / sd;
-                at += 1;
-            }
-        }
-        (hessian, gradient)
+        let sds = laws.iter().flat_map(|a| (0..a.values.len()).map(|k| weak_prior(a, k).1));
+        let laws = prior[FREEDOMS..].iter().zip(sds).map(|(p, sd)| p / sd);
+        DVector::from_iterator(prior.len(), pull.iter().copied().chain(laws))
     }
 }
 
-/// Products of columns.
-fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
-    let n = columns.len();
-    let mut out = DMatrix::zeros(n, n);
-    for a in 0..n {
-        for b in a..n {
-            let s = dot(&columns[a], &columns[b]);
-            out[(a, b)] = s;
-            out[(b, a)] = s;
-        }
+/// Products of all columns, those of the freedoms first, and with the residual.
+fn normal_equations(
+    freedoms: &Block,
+    weighed: &Weighed,
+    more: &Block,
+    metric: &Metric,
+    residual: &Column,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let (n, m) = (freedoms.columns.len(), more.columns.len());
+    let right: Vec<&Column> = std::iter::once(residual).chain(&more.columns).collect();
+    let across = freedoms.times(weighed, metric, &right);
+    let (mut hessian, mut gradient) = (DMatrix::zeros(n + m, n + m), DVector::zeros(n + m));
+    hessian.view_mut((0, 0), (n, n)).copy_from(&weighed.gram);
+    gradient.rows_mut(0, n).copy_from(&across.column(0));
+    if m > 0 {
+        let own = more.weighed(metric);
+        gradient.rows_mut(n, m).copy_from(&more.times(&own, metric, &[residual]).column(0));
+        hessian.view_mut((0, n), (n, m)).copy_from(&across.columns(1, m));
+        hessian.view_mut((n, 0), (m, n)).copy_from(&across.columns(1, m).transpose());
+        hessian.view_mut((n, n), (m, m)).copy_from(&own.gram);
     }
-    out
+    (hessian, gradient)
 }

@@ -3,12 +3,14 @@
 //! Main type: [`Plain`].
 
 use super::chance::Score;
-use super::fit::{Fit, Tangents, Task};
+use super::fit::{Fit, Task};
 use super::laws::{Column, Place};
-use super::mixed::dot;
+use super::products::dot;
 use super::runs::Run;
 use super::scan::{Candidate, columns_of};
 use super::select::space_at;
+use super::space::Space;
+use super::tangents::Tangents;
 
 /// The effect-free runs at their own optimum: where the baseline's form is wrong, they show it too.
 pub struct Plain<'a> {
@@ -73,7 +75,7 @@ impl Plain<'_> {
         let space = space_at(task, null, tangents);
         let error = space.clean(&columns_of(&slow, null, &prediction, &candidate.start)[0]);
         let drag = space.clean(&candidate.columns[0]);
-        dot(&drag, &error) / dot(&drag, &drag).max(1e-300)
+        drag.product(&error) / Space::size(&drag).max(1e-300)
     }
 }
 

@@ -1,15 +1,25 @@
-//! Runs as the statistical unit: whitening by row noise and run-level scatter.
+//! Runs as the statistical unit: products of columns under row noise and run-level scatter.
 //!
-//! A run's residual is r = J dθ + Z u + e with u ~ N(0, diag V) drawn once per run. [`Whitener`] applies S^(−1/2),
-//! S = I + Z V Zᵀ (columns already divided by the row noise), so that everything after it is least squares.
+//! A run's residual is r = J dθ + Z u + e with u ~ N(0, diag V) drawn once per run (columns already divided by the row
+//! noise). Everything is least squares under S⁻¹, S = I + Z V Zᵀ, and S⁻¹ = I − Z M Zᵀ with M = (V⁻¹ + Zᵀ Z)⁻¹: a product
+//! of columns is their plain one less the product of what the draws take of them.
+//!
+//! Main types: [`Scatter`] (Z of all runs), [`Column`] (with what the random effects see of it); S⁻¹ is [`Metric`].
 
-use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use wide::f64x8;
+
+use super::course::LANES;
+use super::metric::{Metric, Root};
+use super::products::against;
 
 /// Random effects of a run: stiffness gain, strength gain, depth zero, offsets of normal, x and y.
 pub const EFFECTS: usize = 6;
 /// A vector of random effects or their variances.
 pub type PerRun = [f64; EFFECTS];
-type Square = SMatrix<f64, EFFECTS, EFFECTS>;
+/// The same for eight runs, a run to a lane.
+pub type Six = [f64x8; EFFECTS];
+/// A matrix for eight runs.
+pub type Square = [Six; EFFECTS];
 
 /// Where each run's observations lie: run i has `starts[i] .. starts[i + 1]`.
 #[derive(Clone, Debug)]
@@ -44,6 +54,15 @@ impl Layout {
     }
 }
 
+/// A column, over the row noise, with Zᵀ times it for each run.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Its values.
+    pub values: Vec<f64>,
+    /// Zᵀ times it, eight runs at a time.
+    pub seen: Vec<Six>,
+}
+
 /// Columns of the random effects, each divided by the row noise, with their products per run.
 #[derive(Clone, Debug)]
 pub struct Scatter {
@@ -55,26 +74,28 @@ pub struct Scatter {
 impl Scatter {
     /// From the six columns, each of the layout's length.
     pub fn new(layout: Layout, columns: Vec<Vec<f64>>) -> Self {
-        let gram = (0..layout.runs())
-            .map(|i| {
-                let range = layout.range(i);
-                let mut g = Square::zeros();
-                for a in 0..EFFECTS {
-                    for b in a..EFFECTS {
-                        let s = dot(&columns[a][range.clone()], &columns[b][range.clone()]);
-                        g[(a, b)] = s;
-                        g[(b, a)] = s;
-                    }
-                }
-                g
-            })
-            .collect();
-        Self { layout, columns, gram }
+        let mut scatter = Self { layout, columns, gram: Vec::new() };
+        let rows: Vec<Vec<Six>> = scatter.columns.iter().map(|c| scatter.see(c)).collect();
+        scatter.gram = (0..rows[0].len()).map(|group| std::array::from_fn(|k| rows[k][group])).collect();
+        scatter
     }
 
-    fn products(&self, run: usize, column: &[f64]) -> SVector<f64, EFFECTS> {
-        let range = self.layout.range(run);
-        SVector::from_fn(|k, _| dot(&self.columns[k][range.clone()], &column[range.clone()]))
+    /// Zᵀ times a column, per run.
+    fn see(&self, column: &[f64]) -> Vec<Six> {
+        let mut out = vec![[f64x8::ZERO; EFFECTS]; self.layout.runs().div_ceil(LANES)];
+        for run in 0..self.layout.runs() {
+            let range = self.layout.range(run);
+            let z: [&[f64]; EFFECTS] = std::array::from_fn(|k| &self.columns[k][range.clone()]);
+            for (seen, product) in out[run / LANES].iter_mut().zip(against(&column[range], z)) {
+                seen.as_mut_array()[run % LANES] = product;
+            }
+        }
+        out
+    }
+
+    /// A column with what the random effects see of it.
+    pub fn seen(&self, values: Vec<f64>) -> Column {
+        Column { seen: self.see(&values), values }
     }
 
     /// The column of a random effect, over the row noise.
@@ -94,34 +115,36 @@ impl Scatter {
     pub fn variances(
         &self,
         v: PerRun,
-        residual: &[f64],
+        residual: &Column,
         prior: &PerRun,
         weight: f64,
         lost: f64,
         rounds: usize,
     ) -> PerRun {
-        let n = self.layout.runs() as f64;
-        let products: Vec<_> = (0..self.layout.runs()).map(|i| self.products(i, residual)).collect();
+        let runs = self.layout.runs();
         let mut v = v;
         for _ in 0..rounds {
-            let mut sum = [0.0; EFFECTS];
-            for (gram, product) in self.gram.iter().zip(&products) {
-                let m = posterior_covariance(gram, &v);
-                let u = m * product;
+            let mut sum = [f64x8::ZERO; EFFECTS];
+            for (group, (gram, seen)) in self.gram.iter().zip(&residual.seen).enumerate() {
+                let root = Root::new(gram, &v);
+                let draws = root.draws(seen);
+                let there = f64x8::new(std::array::from_fn(|l| f64::from(u8::from(LANES * group + l < runs))));
                 for k in 0..EFFECTS {
-                    sum[k] += u[k] * u[k] + m[(k, k)];
+                    let variance = (k..EFFECTS).map(|i| root.k[i][k] * root.k[i][k]).fold(f64x8::ZERO, |a, b| a + b);
+                    sum[k] += (draws[k] * draws[k] + variance) * there;
                 }
             }
-            v = std::array::from_fn(|k| ((sum[k] + weight * prior[k]) / ((n - lost).max(1.0) + weight)).max(1e-12));
+            let n = (runs as f64 - lost).max(1.0);
+            v = std::array::from_fn(|k| ((sum[k].reduce_add() + weight * prior[k]) / (n + weight)).max(1e-12));
         }
         v
     }
 
     /// What each run most likely drew, given the residual with all draws in it.
-    pub fn draws(&self, v: &PerRun, residual: &[f64]) -> Vec<PerRun> {
-        (0..self.layout.runs())
-            .map(|i| (posterior_covariance(&self.gram[i], v) * self.products(i, residual)).into())
-            .collect()
+    pub fn draws(&self, v: &PerRun, residual: &Column) -> Vec<PerRun> {
+        let groups = self.gram.iter().zip(&residual.seen);
+        let draws: Vec<Six> = groups.map(|(gram, seen)| Root::new(gram, v).draws(seen)).collect();
+        (0..self.layout.runs()).map(|run| draws[run / LANES].map(|u| u.as_array()[run % LANES])).collect()
     }
 
     /// Adds the first effects of each run, times their columns, to a residual.
@@ -138,108 +161,8 @@ impl Scatter {
         (0..EFFECTS).map(|k| weight * ((v[k] / prior[k]).ln() + prior[k] / v[k] - 1.0)).sum()
     }
 
-    /// The whitener for these variances.
-    pub fn whitener(&self, v: &PerRun) -> Whitener<'_> {
-        let root: PerRun = std::array::from_fn(|k| v[k].max(0.0).sqrt());
-        let mut log_det = 0.0;
-        let back = self
-            .gram
-            .iter()
-            .map(|g| {
-                let scaled = Square::from_fn(|a, b| root[a] * g[(a, b)] * root[b]);
-                let eigen = SymmetricEigen::new(scaled);
-                let middle = SVector::<f64, EFFECTS>::from_fn(|k, _| {
-                    let g = eigen.eigenvalues[k].max(0.0);
-                    log_det += g.ln_1p();
-                    if g < 1e-9 { -0.5 } else { (1.0 / (1.0 + g).sqrt() - 1.0) / g }
-                });
-                let q = eigen.eigenvectors * Square::from_diagonal(&middle) * eigen.eigenvectors.transpose();
-                Square::from_fn(|a, b| root[a] * q[(a, b)] * root[b])
-            })
-            .collect();
-        Whitener { scatter: self, back, log_det }
-    }
-}
-
-/// (V⁻¹ + ZᵀZ)⁻¹, also where V is 0.
-fn posterior_covariance(gram: &Square, v: &PerRun) -> Square {
-    let root: PerRun = std::array::from_fn(|k| v[k].max(0.0).sqrt());
-    let inner = Square::from_fn(|a, b| root[a] * gram[(a, b)] * root[b] + f64::from(u8::from(a == b)));
-    let inverse = inner.cholesky().map_or_else(Square::identity, |c| c.inverse());
-    Square::from_fn(|a, b| root[a] * inverse[(a, b)] * root[b])
-}
-
-/// S^(−1/2) of all runs.
-pub struct Whitener<'a> {
-    scatter: &'a Scatter,
-    back: Vec<Square>,
-    /// Sum of ln |S| over runs.
-    pub log_det: f64,
-}
-
-impl Whitener<'_> {
-    /// Whitens a column (already divided by the row noise) in place; what lies beyond the observations stays.
-    pub fn apply(&self, column: &mut [f64]) {
-        for (run, back) in self.back.iter().enumerate() {
-            let t = back * self.scatter.products(run, column);
-            let range = self.scatter.layout.range(run);
-            for (k, z) in self.scatter.columns.iter().enumerate() {
-                if t[k] != 0.0 {
-                    for (c, z) in column[range.clone()].iter_mut().zip(&z[range.clone()]) {
-                        *c += z * t[k];
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Sum of products.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let mut chunks = a.chunks_exact(4).zip(b.chunks_exact(4));
-    for (x, y) in &mut chunks {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    let tail = a.len() & !3;
-    let rest: f64 = a[tail..].iter().zip(&b[tail..]).map(|(x, y)| x * y).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::{DMatrix, DVector};
-
-    #[test]
-    fn whitening_is_the_inverse_root_of_the_covariance() {
-        let layout = Layout::of([3usize, 2].into_iter());
-        let mut seed = 7u64;
-        let mut next = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5
-        };
-        let columns: Vec<Vec<f64>> = (0..EFFECTS).map(|_| (0..layout.len()).map(|_| next()).collect()).collect();
-        let v = [0.5, 2.0, 0.0, 0.1, 3.0, 1.0];
-        let scatter = Scatter::new(layout.clone(), columns.clone());
-        let whitener = scatter.whitener(&v);
-        let mut log_det = 0.0;
-        for run in 0..2 {
-            let range = layout.range(run);
-            let n = range.len();
-            let z = DMatrix::from_fn(n, EFFECTS, |i, k| columns[k][range.start + i]);
-            let s = DMatrix::identity(n, n) + &z * DMatrix::from_diagonal(&DVector::from_row_slice(&v)) * z.transpose();
-            log_det += s.determinant().ln();
-            let column: Vec<f64> = (0..layout.len()).map(|_| next()).collect();
-            let mut white = column.clone();
-            whitener.apply(&mut white);
-            let c = DVector::from_row_slice(&column[range.clone()]);
-            let expected = c.dot(&s.clone().cholesky().unwrap().solve(&c));
-            let found = dot(&white[range.clone()], &white[range]);
-            assert!((found - expected).abs() < 1e-9 * expected, "{found} {expected}");
-        }
-        assert!((whitener.log_det - log_det).abs() < 1e-9);
+    /// S⁻¹ for these variances.
+    pub fn metric(&self, v: &PerRun) -> Metric {
+        Metric::new(self.gram.iter().map(|gram| Root::new(gram, v)).collect())
     }
 }

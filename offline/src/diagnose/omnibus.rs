@@ -6,13 +6,15 @@
 use std::f64::consts::TAU;
 
 use super::chance::{Flips, Score, f_tail, surprise};
-use super::fit::{Fit, Tangents, Task};
+use super::fit::{Fit, Task};
 use super::form::Plain;
 use super::laws::{Column, Row};
-use super::mixed::{PerRun, dot};
+use super::mixed::PerRun;
+use super::products::dot;
 use super::runs::{Run, RunSet};
 use super::select::space_at;
 use super::space::Clean;
+use super::tangents::Tangents;
 
 /// What is left after the accepted effects.
 #[derive(Clone, Debug, Default)]
@@ -205,9 +207,10 @@ fn groups(task: &Task<'_>, set: &RunSet, tangents: &Tangents, only_strokes: bool
 /// Scores of the groups that say something beyond the nuisance.
 fn group_scores(space: &super::space::Space<'_>, groups: &[Group]) -> Vec<(usize, Score)> {
     let mut scores: Vec<(usize, Score)> = Vec::new();
+    let mut cleaned = space.clean_all(groups.iter().flat_map(|g| &g.columns)).into_iter();
     for (i, group) in groups.iter().enumerate() {
         let raw = group.columns.iter().map(|c| dot(c, c)).fold(0.0, f64::max);
-        let clean: Vec<Clean> = group.columns.iter().map(|c| space.clean(c)).collect();
+        let clean: Vec<Clean> = cleaned.by_ref().take(group.columns.len()).collect();
         if let Some(score) = space.score(&clean.iter().collect::<Vec<_>>(), 0.02 * raw) {
             scores.push((i, score));
         }

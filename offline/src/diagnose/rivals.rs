@@ -1,11 +1,11 @@
 //! Which other law could stand in an accepted law's place: by the data, and by what the protocol can separate.
 
-use super::fit::{Fit, Start, Tangents, Task};
+use super::fit::{Fit, Start, Task};
 use super::laws::{LAWS, Law};
-use super::mixed::dot;
 use super::scan::{Candidate, columns_of, scored};
 use super::select::{priced, refine, space_at, starts};
 use super::space::{Clean, Space};
+use super::tangents::Tangents;
 use super::walk::Active;
 use super::wider::Wider;
 
@@ -61,7 +61,7 @@ pub fn contest(
     let space = space_at(task, &bare, tangents);
     let with = task.predict_at(&fit.theta, &fit.laws, &fit.modes);
     let effect = space.clean(&task.column(&with, &task.predict_at(&fit.theta, &others, &fit.modes), 1.0));
-    let lambda_detect = dot(&effect, &effect);
+    let lambda_detect = Space::size(&effect);
     let seen = scored(&space, grid);
 
     // The data's view starts where the law was left out.

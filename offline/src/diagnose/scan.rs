@@ -117,12 +117,13 @@ pub fn columns_of(task: &Task<'_>, fit: &Fit, prediction: &[f64], start: &Active
 
 /// Scores of all candidates.
 pub fn scored(space: &Space<'_>, candidates: &[Candidate]) -> Vec<Scored> {
+    let mut cleaned = space.clean_all(candidates.iter().flat_map(|c| &c.columns)).into_iter();
     candidates
         .iter()
         .enumerate()
         .map(|(i, candidate)| {
-            let raw: f64 = candidate.columns.iter().map(|c| super::mixed::dot(c, c)).fold(0.0, f64::max);
-            let clean: Vec<Clean> = candidate.columns.iter().map(|c| space.clean(c)).collect();
+            let raw: f64 = candidate.columns.iter().map(|c| super::products::dot(c, c)).fold(0.0, f64::max);
+            let clean: Vec<Clean> = cleaned.by_ref().take(candidate.columns.len()).collect();
             let score = space.score(&clean.iter().collect::<Vec<_>>(), raw * 1e-3);
             Scored { candidate: i, clean, score }
         })

@@ -1,12 +1,13 @@
 //! Which laws are missing: forward selection with refits inside the model, backward elimination, swaps.
 
 use super::chance::{Flips, surprise};
-use super::fit::{Fit, Start, Tangents, Task};
+use super::fit::{Fit, Start, Task};
 use super::form::Plain;
 use super::laws::{Column, LAWS, Law};
 use super::runs::RunSet;
 use super::scan::{Candidate, Scored, candidates, obstacle, scored};
 use super::space::Space;
+use super::tangents::Tangents;
 use super::walk::Active;
 
 /// What decides.

@@ -1,94 +1,118 @@
-//! The linear picture at a fit: whitened residual, nuisance directions, and scores of further columns.
+//! The linear picture at a fit: residual, nuisance directions, and scores of further columns.
 //!
-//! Main type: [`Space`]. Everything that the selection asks of a candidate (gain, sign flips, separation from a
-//! rival) is a product of columns here.
+//! Main types: [`Space`], [`Clean`]. Everything that the selection asks of a candidate (gain, sign flips, separation
+//! from a rival) is a product of columns here.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::base::FREEDOMS;
 use super::chance::Score;
-use super::fit::{Fit, Tangents, Task};
-use super::mixed::{Whitener, dot};
+use super::fit::{Fit, Task};
+use super::metric::{Block, Metric};
+use super::mixed::Column;
+use super::products::{dot, products, take_off};
+use super::tangents::Tangents;
 
-/// Whitened residual and nuisance at a fit.
+/// Residual and nuisance at a fit.
 pub struct Space<'a> {
     task: &'a Task<'a>,
-    whitener: Whitener<'a>,
-    /// Whitened residual followed by the prior's.
-    residual: Vec<f64>,
-    nuisance: Vec<Vec<f64>>,
+    tangents: &'a Tangents,
+    metric: Metric,
+    residual: Clean,
+    nuisance: Vec<Clean>,
     solver: Cholesky<f64, Dyn>,
 }
 
-/// A whitened column with the nuisance taken out, prior rows last.
-pub type Clean = Vec<f64>;
+/// A column of which the nuisance is taken off.
+#[derive(Clone, Debug)]
+pub struct Clean {
+    /// Observations, then the prior's rows.
+    values: Vec<f64>,
+    /// What the draws take of it.
+    taken: Vec<f64>,
+}
+
+impl Clean {
+    fn new(column: Column, prior: &[f64], metric: &Metric) -> Self {
+        let taken = metric.taken(&column);
+        let mut values = column.values;
+        values.extend_from_slice(prior);
+        Self { values, taken }
+    }
+
+    /// Product of two columns under the scatter's metric.
+    pub fn product(&self, other: &Self) -> f64 {
+        dot(&self.values, &other.values) - dot(&self.taken, &other.taken)
+    }
+}
 
 impl<'a> Space<'a> {
     /// At a fit. `law_columns`: columns of the laws in force, over the row noise.
     pub fn new(task: &'a Task<'a>, fit: &Fit, tangents: &'a Tangents, law_columns: Vec<Vec<f64>>) -> Self {
-        let whitener = tangents.scatter.whitener(&fit.variances);
-        let extend = |mut column: Vec<f64>, prior: &[f64]| {
-            whitener.apply(&mut column);
-            column.extend_from_slice(prior);
-            column
-        };
+        let scatter = &tangents.scatter;
+        let metric = scatter.metric(&fit.variances);
         let scaled: Vec<f64> = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
-        let pull = &task.prior.root
-            * DVector::from_iterator(FREEDOMS, (0..FREEDOMS).map(|k| task.prior.mean[k] - fit.theta[k]));
-        let residual = extend(scaled, pull.as_slice());
-        let mut nuisance = Vec::with_capacity(FREEDOMS + law_columns.len());
-        for (k, column) in tangents.freedoms.iter().enumerate() {
-            nuisance.push(extend(column.clone(), task.prior.root.column(k).as_slice()));
-        }
-        for column in law_columns {
-            nuisance.push(extend(column, &[0.0; FREEDOMS]));
-        }
-        let n = nuisance.len();
-        let mut gram = DMatrix::zeros(n, n);
-        for a in 0..n {
-            for b in a..n {
-                let s = dot(&nuisance[a], &nuisance[b]);
-                gram[(a, b)] = s;
-                gram[(b, a)] = s;
-            }
-        }
-        for k in 0..n {
-            gram[(k, k)] = gram[(k, k)] * (1.0 + 1e-9) + 1e-12;
-        }
+        let root = &task.prior.root;
+        let pull = root * DVector::from_iterator(FREEDOMS, (0..FREEDOMS).map(|k| task.prior.mean[k] - fit.theta[k]));
+        let residual = Clean::new(scatter.seen(scaled), pull.as_slice(), &metric);
+        let laws = Block::new(law_columns.into_iter().map(|c| scatter.seen(c)).collect());
+        let gram = nuisance_gram(tangents, &laws, &metric, root);
+        let freedoms = tangents.freedoms.columns.iter().cloned().enumerate();
+        let nuisance = freedoms
+            .map(|(k, column)| Clean::new(column, root.column(k).as_slice(), &metric))
+            .chain(laws.columns.into_iter().map(|column| Clean::new(column, &[0.0; FREEDOMS], &metric)))
+            .collect();
         let solver = gram.cholesky().expect("ridged");
-        let mut space = Self { task, whitener, residual: Vec::new(), nuisance, solver };
-        space.residual = space.without_nuisance(residual);
+        let mut space = Self { task, tangents, metric, residual, nuisance, solver };
+        space.residual = space.without_nuisance(space.residual.clone());
         space
     }
 
-    fn without_nuisance(&self, mut column: Vec<f64>) -> Vec<f64> {
-        let products = DVector::from_iterator(self.nuisance.len(), self.nuisance.iter().map(|n| dot(n, &column)));
+    fn without_nuisance(&self, mut column: Clean) -> Clean {
+        let products = DVector::from_iterator(self.nuisance.len(), self.nuisance.iter().map(|n| n.product(&column)));
         let x = self.solver.solve(&products);
-        for (n, x) in self.nuisance.iter().zip(x.iter()) {
-            for (c, n) in column.iter_mut().zip(n) {
-                *c -= n * x;
-            }
-        }
+        self.take_off(x.as_slice(), &mut column);
         column
     }
 
-    /// Whitens a column (over the row noise) and takes the nuisance out.
+    fn with_prior_rows(&self, column: &[f64]) -> Clean {
+        Clean::new(self.tangents.scatter.seen(column.to_vec()), &[0.0; FREEDOMS], &self.metric)
+    }
+
+    /// Takes the nuisance off a column (over the row noise).
     pub fn clean(&self, column: &[f64]) -> Clean {
-        let mut c = column.to_vec();
-        self.whitener.apply(&mut c);
-        c.resize(self.residual.len(), 0.0);
-        self.without_nuisance(c)
+        self.without_nuisance(self.with_prior_rows(column))
+    }
+
+    /// Takes the nuisance off each of some columns.
+    pub fn clean_all<'c>(&self, columns: impl Iterator<Item = &'c Vec<f64>>) -> Vec<Clean> {
+        let mut list: Vec<Clean> = columns.map(|c| self.with_prior_rows(c)).collect();
+        let of = |list: &[Clean], of: fn(&Clean) -> &[f64]| products(&slices(&self.nuisance, of), &slices(list, of));
+        let x = self.solver.solve(&(of(&list, |c| &c.values) - of(&list, |c| &c.taken)));
+        list.iter_mut().zip(x.column_iter()).for_each(|(column, x)| self.take_off(x.as_slice(), column));
+        list
+    }
+
+    fn take_off(&self, x: &[f64], column: &mut Clean) {
+        take_off(&slices(&self.nuisance, |n| &n.values), x, &mut column.values);
+        take_off(&slices(&self.nuisance, |n| &n.taken), x, &mut column.taken);
     }
 
     /// Information of clean columns.
     fn information(columns: &[&Clean]) -> DMatrix<f64> {
-        DMatrix::from_fn(columns.len(), columns.len(), |a, b| dot(columns[a], columns[b]))
+        DMatrix::from_fn(columns.len(), columns.len(), |a, b| columns[a].product(columns[b]))
+    }
+
+    /// Product of the observations of one run.
+    fn of_run(&self, run: usize, a: &Clean, b: &Clean) -> f64 {
+        let range = self.task.layout.range(run);
+        dot(&a.values[range.clone()], &b.values[range]) - Metric::taken_of(run, &a.taken, &b.taken)
     }
 
     /// The score of a group of clean columns; `None` if they carry nothing beyond the nuisance.
     pub fn score(&self, columns: &[&Clean], raw_size: f64) -> Option<Score> {
         // Columns that the protocol cannot see (one axis of an anisotropy, say) leave the rest of the group testable.
-        let columns: Vec<&Clean> = columns.iter().copied().filter(|c| dot(c, c) > 1e-5 * raw_size + 1e-9).collect();
+        let columns: Vec<&Clean> = columns.iter().copied().filter(|c| Self::size(c) > 1e-5 * raw_size + 1e-9).collect();
         let k = columns.len();
         if k == 0 {
             return None;
@@ -98,30 +122,23 @@ impl<'a> Space<'a> {
             ridged[(i, i)] *= 1.0 + 1e-6;
         }
         let inverse = ridged.cholesky()?.inverse();
-        let layout = &self.task.layout;
-        let mut per_run = Vec::with_capacity(k * layout.runs());
-        for run in 0..layout.runs() {
-            let range = layout.range(run);
-            for c in &columns {
-                per_run.push(dot(&c[range.clone()], &self.residual[range.clone()]));
-            }
-        }
-        let end = layout.len();
-        let fixed = columns.iter().map(|c| dot(&c[end..], &self.residual[end..])).collect();
+        let runs = self.task.layout.runs();
+        let per_run =
+            (0..runs).flat_map(|run| columns.iter().map(move |c| self.of_run(run, c, &self.residual))).collect();
+        let end = self.task.layout.len();
+        let fixed = columns.iter().map(|c| dot(&c.values[end..], &self.residual.values[end..])).collect();
         Some(Score::new(per_run, fixed, inverse))
     }
 
     /// How far the runs disagree on the size of a column that was fitted for all: the variance between runs of its
     /// coefficient and how surprising that is, in standard deviations.
     pub fn dispersion(&self, column: &[f64]) -> (f64, f64) {
-        let mut c = column.to_vec();
-        self.whitener.apply(&mut c);
+        let c = self.with_prior_rows(column);
         let (mut q, mut excess, mut squares, mut runs) = (0.0, 0.0, 0.0, 0.0);
         for run in 0..self.task.layout.runs() {
-            let range = self.task.layout.range(run);
-            let information = dot(&c[range.clone()], &c[range.clone()]);
+            let information = self.of_run(run, &c, &c);
             if information > 0.0 {
-                let g = dot(&c[range.clone()], &self.residual[range]);
+                let g = self.of_run(run, &c, &self.residual);
                 q += g * g / information;
                 excess += g * g - information;
                 squares += information * information;
@@ -133,7 +150,7 @@ impl<'a> Space<'a> {
 
     /// Squared size of a clean column.
     pub fn size(column: &Clean) -> f64 {
-        dot(column, column)
+        column.product(column)
     }
 
     /// How much of a clean column a group of clean columns explains.
@@ -142,7 +159,29 @@ impl<'a> Space<'a> {
         for i in 0..by.len() {
             information[(i, i)] = information[(i, i)] * (1.0 + 1e-9) + 1e-12;
         }
-        let products = DVector::from_iterator(by.len(), by.iter().map(|b| dot(b, column)));
+        let products = DVector::from_iterator(by.len(), by.iter().map(|b| b.product(column)));
         information.cholesky().map_or(0.0, |c| products.dot(&c.solve(&products)))
     }
+}
+
+fn slices(columns: &[Clean], of: fn(&Clean) -> &[f64]) -> Vec<&[f64]> {
+    columns.iter().map(of).collect()
+}
+
+/// Products of the nuisance columns, of freedoms (with their prior's rows) and laws, with a slight ridge.
+fn nuisance_gram(tangents: &Tangents, laws: &Block, metric: &Metric, root: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, m) = (FREEDOMS, laws.columns.len());
+    let own = tangents.freedoms.weighed(metric);
+    let mut gram = DMatrix::zeros(n + m, n + m);
+    gram.view_mut((0, 0), (n, n)).copy_from(&(&own.gram + root.transpose() * root));
+    if m > 0 {
+        let across = tangents.freedoms.times(&own, metric, &laws.columns.iter().collect::<Vec<_>>());
+        gram.view_mut((0, n), (n, m)).copy_from(&across);
+        gram.view_mut((n, 0), (m, n)).copy_from(&across.transpose());
+        gram.view_mut((n, n), (m, m)).copy_from(&laws.weighed(metric).gram);
+    }
+    for k in 0..n + m {
+        gram[(k, k)] = gram[(k, k)] * (1.0 + 1e-9) + 1e-12;
+    }
+    gram
 }

@@ -8,10 +8,11 @@ use nalgebra::DMatrix;
 
 use super::base::Reference;
 use super::calibrate::Calibration;
-use super::fit::{Fit, Prior, Start, Tangents, Task};
+use super::fit::{Fit, Prior, Start, Task};
 use super::laws::{Column, Law};
 use super::prior::Drift;
 use super::runs::RunSet;
+use super::tangents::Tangents;
 use super::verdict::task_of;
 
 /// The alternative with the allowed drift.

@@ -28,9 +28,20 @@ impl Raster {
         Some(Self { pixmap, units, pixels_per_unit })
     }
 
-    /// The image as a PNG file.
+    /// The image as a PNG file. On its white ground nothing is transparent.
     pub fn into_png(self) -> Result<Vec<u8>, String> {
-        self.pixmap.encode_png().map_err(|e| e.to_string())
+        let (pixels, _) = self.pixmap.data().as_chunks::<4>();
+        let mut colours = vec![0; 3 * pixels.len()];
+        let places = colours.as_chunks_mut::<3>().0;
+        places.iter_mut().zip(pixels).for_each(|(to, &[r, g, b, _])| *to = [r, g, b]);
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, self.pixmap.width(), self.pixmap.height());
+        encoder.set_color(png::ColorType::Rgb);
+        // A quarter to a third larger than the usual level's, in a fifth of the time.
+        encoder.set_deflate_compression(png::DeflateCompression::Level(1));
+        encoder.set_filter(png::Filter::Up);
+        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&colours));
+        written.map(|()| out).map_err(|e| e.to_string())
     }
 
     fn point(&self, (x, y): BackendCoord) -> (f32, f32) {

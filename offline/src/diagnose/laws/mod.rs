@@ -136,6 +136,17 @@ impl Default for Change {
 }
 
 impl Change {
+    /// Factors on strength and stiffness.
+    pub fn factors(&self) -> (f64, f64) {
+        (self.strength, self.stiffness)
+    }
+
+    /// Whether it acts on the readings beside the model.
+    pub fn reads(&self) -> bool {
+        let forces = [self.cross[0], self.cross[1], self.drag_n, self.adhesion_n];
+        self.reading_n.iter().chain(&forces).any(|f| *f != 0.0)
+    }
+
     fn strengthen(&mut self, factor: f64) {
         self.strength *= factor.max(LEAST_FACTOR);
     }
