@@ -5,13 +5,15 @@
 
 use std::path::PathBuf;
 
-use super::fit::{Fit, Prior, Tangents, Task};
+use super::fit::{Fit, Prior, Task};
 use super::laws::Column;
+use super::metric::Block;
 use super::mixed::{EFFECTS, Scatter};
 use super::plans::{Habits, PlannedRun, plans, rows_of};
 use super::runs::{Run, RunSet};
 use super::scan::{columns_of, start_of};
-use super::space::{Clean, Space};
+use super::space::Space;
+use super::tangents::Tangents;
 use super::walk::Active;
 
 /// A proposal.
@@ -134,7 +136,7 @@ impl View {
             effect: task.column(&with, &prediction, 1.0),
             rival: shapes.iter().map(|s| columns_of(task, &bare, &prediction, &start_of(law, s))).collect(),
             scatter: (0..EFFECTS).map(|k| tangents.scatter.column(k).to_vec()).collect(),
-            freedoms: tangents.freedoms,
+            freedoms: tangents.freedoms.columns.into_iter().map(|c| c.values).collect(),
             others: task.law_columns_of(&bare),
             sigma_n: task.sigma_n.clone(),
             with,
@@ -159,7 +161,9 @@ impl View {
     fn separation(self, task: &Task<'_>, runs: &[Run], fit: &Fit) -> f64 {
         let prior = Prior { mean: fit.theta.clone(), root: task.prior.root.clone() };
         let joint = Task::new(runs, task.reference, prior, self.sigma_n, fit.variances);
-        let tangents = Tangents { freedoms: self.freedoms, scatter: Scatter::new(joint.layout.clone(), self.scatter) };
+        let scatter = Scatter::new(joint.layout.clone(), self.scatter);
+        let freedoms = Block::new(self.freedoms.into_iter().map(|c| scatter.seen(c)).collect());
+        let tangents = Tangents { freedoms, scatter };
         let mut here = fit.clone();
         here.residual_n = vec![0.0; self.with.len()];
         let space = Space::new(&joint, &here, &tangents, self.others);
@@ -168,7 +172,7 @@ impl View {
             .rival
             .iter()
             .map(|columns| {
-                let clean: Vec<Clean> = columns.iter().map(|c| space.clean(c)).collect();
+                let clean = space.clean_all(columns.iter());
                 Space::explained(&effect, &clean.iter().collect::<Vec<_>>())
             })
             .fold(0.0, f64::max);
