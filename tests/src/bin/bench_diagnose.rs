@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Parser;
 use fingerpad_tests::hidden::csv;
 use fingerpad_tests::hidden::effects::{LIBRARY, OUTSIDE};
+use fingerpad_tests::hidden::finger::Noise;
 use fingerpad_tests::hidden::oracle::{Separation, separation};
 use fingerpad_tests::hidden::score::{Class, Scored, score, settle};
 use fingerpad_tests::hidden::sets::{Case, Hide, case};
@@ -55,6 +56,7 @@ struct Done {
     settled: Option<Class>,
     exact_form: bool,
     truth: Vec<String>,
+    noise: Noise,
 }
 
 const PAIRS: [(usize, usize); 16] = [
@@ -154,7 +156,7 @@ fn main() {
                     let mut list = done.lock().expect("no thread panics with it");
                     let truth =
                         made.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
-                    list.push((i, Done { job, scored, oracle, settled, exact_form, truth }));
+                    list.push((i, Done { job, scored, oracle, settled, exact_form, truth, noise: made.noise }));
                     if list.len().is_multiple_of(20) {
                         eprintln!("{} of {}", list.len(), jobs.len());
                     }
@@ -355,6 +357,7 @@ fn card(done: &[Done], args: &Args) {
             }
         }
         println!("{seen:?}");
+        noise(done);
         for d in exact.iter().filter(|d| d.scored.covered == Some(false)) {
             println!(
                 "not covered: {} {} {:.0} % level {}: {:.2} half-widths, error {:.1} %",
@@ -391,5 +394,23 @@ fn card(done: &[Done], args: &Args) {
                 h.floor_rms_n
             );
         }
+    }
+}
+
+/// The noise that the calibrations found over that of the laboratories.
+fn noise(done: &[Done]) {
+    type Pair = fn(&Done) -> [f64; 2];
+    let pairs: [(&str, Pair); 6] = [
+        ("stiffness", |d| [d.scored.report.noise.run_gain_normal, d.noise.gain[0]]),
+        ("strength", |d| [d.scored.report.noise.run_gain_friction, d.noise.gain[1]]),
+        ("touch point", |d| [d.scored.report.noise.depth_zero_mm, d.noise.depth_mm]),
+        ("offsets", |d| [d.scored.report.noise.run_offset_n, d.noise.offset_n]),
+        ("rows, additive", |d| [d.scored.report.noise.additive_n, d.noise.additive_n]),
+        ("rows, multiplicative", |d| [d.scored.report.noise.multiplicative, d.noise.multiplicative]),
+    ];
+    for (what, pair) in pairs {
+        let mut ratios: Vec<f64> = done.iter().map(pair).map(|[found, hidden]| (found / hidden).powi(2)).collect();
+        let [low, middle, high] = [0.25, 0.5, 0.75].map(|share| quantile(&mut ratios, share));
+        println!("variance of {what} found over hidden: quartiles {low:.2}, {middle:.2}, {high:.2}");
     }
 }
