@@ -111,7 +111,12 @@ pub struct Score {
     pub inverse: DMatrix<f64>,
     /// Inverse of the contributions' own products: the yardstick that one wild run does not bend.
     pub own: DMatrix<f64>,
+    /// How surprising it must be in effect-free runs to be taken off there.
+    pub taken_off_from: f64,
 }
+
+/// How surprising an error of the baseline's form is in the effect-free runs before it counts as one.
+const ERROR_OF_FORM: f64 = 3.0;
 
 /// By what a sum of contributions is measured.
 #[derive(Clone, Copy, PartialEq)]
@@ -141,7 +146,7 @@ impl Score {
             own[(a, a)] = own[(a, a)] * 1.001 + 1e-12;
         }
         let own = own.cholesky().map_or_else(|| DMatrix::zeros(k, k), |c| c.inverse());
-        Self { per_run, fixed, inverse, own }
+        Self { per_run, fixed, inverse, own, taken_off_from: ERROR_OF_FORM }
     }
 
     fn statistic(&self, by: Yardstick) -> f64 {
@@ -208,9 +213,10 @@ impl Score {
     /// how far its gain g exceeds what chance gives, is taken off, and its uncertainty added.
     pub fn excess(&self, without_effect: Option<&Score>) -> f64 {
         let gain = self.gain();
-        let Some(other) = without_effect.filter(|o| o.columns() == self.columns() && o.surprise() > 3.0) else {
-            return gain;
+        let counts = |o: &&Score| {
+            o.columns() == self.columns() && o.surprise() > o.taken_off_from && o.gain() > o.columns() as f64
         };
+        let Some(other) = without_effect.filter(counts) else { return gain };
         let share = 1.0 - other.columns() as f64 / other.gain();
         let ((here, here_inverse), (there, there_inverse)) = (self.estimate(), other.estimate());
         let d = here - there * share;
@@ -218,6 +224,9 @@ impl Score {
     }
 
     /// The same evidence for an estimate that is `share` of this one; `None` for no share.
+    ///
+    /// What is carried to runs that weigh it by a number of one sign (a drag, by speed) adds up there: it counts as soon
+    /// as it exceeds what chance gives.
     pub fn carried(mut self, share: f64) -> Option<Self> {
         if share.abs() < 1e-6 {
             return None;
@@ -225,6 +234,7 @@ impl Score {
         self.per_run.iter_mut().chain(&mut self.fixed).for_each(|g| *g /= share);
         self.inverse *= share * share;
         self.own *= share * share;
+        self.taken_off_from = 0.0;
         Some(self)
     }
 
