@@ -1,7 +1,8 @@
 //! The refitted baseline as the core's numbers: tables over depth, elements, and two slots for what tables cannot hold.
 
 use fingerpad::{Data, EffectSlot, Effects, Element, Line};
-use nalgebra::{DMatrix, DVector};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra_lm::{DMatrix, DVector, Dyn, storage::Owned};
 
 use super::base::{Base, ODD_SHAPE, Reference};
 use super::replay::replay;
@@ -136,14 +137,14 @@ fn fit_elements(data: &mut Data, slots: &[EffectSlot], base: &Base, set: &RunSet
     let runs: Vec<Run> = set.runs.iter().step_by(stride).cloned().collect();
     let wanted = walk_all(base, &[], &Modes::new(), Nudge::default(), &runs);
     let Ok(effects) = Effects::new(slots) else { return };
-    let misfit = |p: &[f64]| -> Option<DVector<f64>> {
+    let misfit = |p: &[f64]| -> Option<Vec<f64>> {
         let mut trial = *data;
         elements(p, &mut trial);
         let model = trial.model().ok()?;
         let mut found = Vec::with_capacity(wanted.len());
         runs.iter().for_each(|run| replay(&model, &effects, run, &mut found));
-        let off = wanted.iter().zip(&found).enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, (w, f))| w - f);
-        Some(DVector::from_iterator(2 * wanted.len() / 3, off))
+        let friction = wanted.iter().zip(&found).enumerate().filter(|(i, _)| i % 3 != 0);
+        Some(friction.map(|(_, (w, f))| w - f).collect())
     };
     let start: Vec<f64> = data
         .elements
@@ -156,43 +157,56 @@ fn fit_elements(data: &mut Data, slots: &[EffectSlot], base: &Base, set: &RunSet
     }
 }
 
-/// Least squares by damped Gauss–Newton steps [Marquardt 1963] with a Jacobian by differences.
-///
-/// * `f`: misfits at a point; `None` where it has none
-///
-/// Returns the best point; `None` where the start has no misfits.
-fn least_squares(start: Vec<f64>, f: &dyn Fn(&[f64]) -> Option<DVector<f64>>) -> Option<Vec<f64>> {
-    // Wide enough for readings in single precision.
-    const STEP: f64 = 0.01;
-    const ENOUGH: f64 = 1e-3;
-    let mut best = start;
-    let mut here = f(&best)?;
-    let mut damping = 1e-3;
-    for _ in 0..20 {
-        let mut columns = Vec::with_capacity(best.len());
-        for k in 0..best.len() {
-            let mut moved = best.clone();
-            moved[k] += STEP;
-            columns.push((f(&moved)? - &here) / STEP);
-        }
-        let jacobian = DMatrix::from_columns(&columns);
-        let (products, slope) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&here));
-        let before = here.norm_squared();
-        while damping < 1e6 {
-            let mut damped = products.clone();
-            (0..best.len()).for_each(|k| damped[(k, k)] += damping * products[(k, k)] + f64::MIN_POSITIVE);
-            let step = damped.cholesky()?.solve(&slope);
-            let trial: Vec<f64> = best.iter().zip(step.iter()).map(|(b, s)| b - s.clamp(-1.0, 1.0)).collect();
-            if let Some(there) = f(&trial).filter(|there| there.norm_squared() < before) {
-                (best, here) = (trial, there);
-                damping *= 0.1;
-                break;
-            }
-            damping *= 10.0;
-        }
-        if here.norm_squared() > before * (1.0 - ENOUGH) {
-            break;
-        }
+/// Misfits as a problem of the crate `levenberg-marquardt`; a point where the core refuses its numbers turns it back.
+struct Misfits<'a> {
+    point: DVector<f64>,
+    of: &'a dyn Fn(&[f64]) -> Option<Vec<f64>>,
+    number: usize,
+}
+
+impl Misfits<'_> {
+    fn at(&self, point: &DVector<f64>) -> DVector<f64> {
+        const TURNED_BACK_N: f64 = 1e3;
+        (self.of)(point.as_slice()).map_or_else(|| DVector::from_element(self.number, TURNED_BACK_N), DVector::from_vec)
     }
-    Some(best)
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Misfits<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, point: &DVector<f64>) {
+        self.point.copy_from(point);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.point.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.at(&self.point))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        // Wide enough for readings in single precision.
+        const STEP: f64 = 0.01;
+        let here = self.at(&self.point);
+        let columns: Vec<DVector<f64>> = (0..self.point.len())
+            .map(|k| {
+                let mut moved = self.point.clone();
+                moved[k] += STEP;
+                (self.at(&moved) - &here) / STEP
+            })
+            .collect();
+        Some(DMatrix::from_columns(&columns))
+    }
+}
+
+/// The point of least squares of some misfits; `None` where the start has none.
+fn least_squares(start: Vec<f64>, of: &dyn Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
+    let number = of(&start)?.len();
+    let problem = Misfits { point: DVector::from_vec(start), of, number };
+    let (ended, _) = LevenbergMarquardt::new().with_ftol(1e-3).with_xtol(1e-4).with_patience(20).minimize(problem);
+    Some(ended.point.as_slice().to_vec())
 }
