@@ -18,6 +18,8 @@ mod frame;
 mod gradient;
 mod grip;
 mod math;
+#[cfg(feature = "std")]
+mod owned;
 mod params;
 mod regime;
 mod response;
@@ -37,6 +39,8 @@ pub use error::{Error, Field};
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
+#[cfg(feature = "std")]
+pub use owned::ModelFile;
 pub use params::{Node, Params, ParamsOf, Slider};
 pub use regime::{Regime, Status};
 pub use response::{Motion, Response};

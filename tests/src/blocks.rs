@@ -1,11 +1,9 @@
 //! Blocks with their bodies.
 
-use fingerpad_offline::{
-    assembly::{Body, Joint, Material, Supports},
-    mesh::{
-        Mesh, Region, Tie,
-        block::{block, coordinates, distort, into_tets},
-    },
+use fingerpad_fe::assembly::{Body, Joint, Material, Supports};
+use fingerpad_fe::mesh::{
+    Mesh, Region, Tie,
+    block::{block, coordinates, distort, into_tets},
 };
 use nalgebra::Vector3;
 

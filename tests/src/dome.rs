@@ -1,12 +1,10 @@
 //! A soft paraboloid under a fixed top, half of it by symmetry (y >= 0): what is small enough for long histories.
 
-use fingerpad_offline::{
-    assembly::{Body, BodyError, Joint, Material, Supports},
-    material::Ogden,
-    mesh::{
-        Mesh,
-        block::{coordinates, curved_block},
-    },
+use fingerpad_fe::assembly::{Body, BodyError, Joint, Material, Supports};
+use fingerpad_fe::material::Ogden;
+use fingerpad_fe::mesh::{
+    Mesh,
+    block::{coordinates, curved_block},
 };
 use nalgebra::Vector3;
 

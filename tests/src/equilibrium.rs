@@ -1,9 +1,7 @@
 //! Equilibrium of a body without contact, by Newton's method with the exact tangent.
 
-use fingerpad_offline::{
-    assembly::{Body, Configuration, Pattern},
-    solve::linear::Factor,
-};
+use fingerpad_fe::assembly::{Body, Configuration, Pattern};
+use fingerpad_fe::solve::linear::Factor;
 
 /// Solution with what it took.
 pub struct Equilibrium {
@@ -30,7 +28,7 @@ pub fn equilibrium(body: &Body, start: Configuration, load: &[f64], tolerance: f
         body.residual(at, residual)?;
         residual.iter_mut().zip(load).for_each(|(r, l)| *r -= l);
         body.dofs.held.iter().for_each(|&dof| residual[dof] = 0.0);
-        Ok::<f64, fingerpad_offline::assembly::BodyError>(residual.iter().map(|r| r * r).sum::<f64>().sqrt())
+        Ok::<f64, fingerpad_fe::assembly::BodyError>(residual.iter().map(|r| r * r).sum::<f64>().sqrt())
     };
     let mut norm = unbalanced(&at, &mut residual).expect("a start without inverted elements");
     let mut last = false;

@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use fingerpad_offline::{
-    assembly::Body,
-    contact::{PenaltySettings, RubberFriction},
-    mesh::{FingertipShape, MeshPreset, fingertip},
-    slide::{BoneKind, Drive, Finger, MarchError, MarchSettings, Path, Problem, Tissue, Trajectory, Waypoint, march},
-    solve::Settings,
+use fingerpad_fe::assembly::Body;
+use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
+use fingerpad_fe::load_path::{
+    BoneKind, Drive, Finger, MarchError, MarchSettings, Path, Problem, Tissue, Trajectory, Waypoint, march,
 };
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
+use fingerpad_fe::solve::Settings;
 
 use crate::Failure;
 
@@ -60,7 +60,7 @@ pub fn follow(problem: &Problem, path: &Path) -> Result<Trajectory, MarchError> 
 }
 
 /// The response at whole second `t`, that is at corner `t`.
-pub fn at_corner(trajectory: &Trajectory, corner: usize) -> &fingerpad_offline::slide::Response {
+pub fn at_corner(trajectory: &Trajectory, corner: usize) -> &fingerpad_fe::load_path::Response {
     let t = corner as f64;
     trajectory.responses.iter().rfind(|r| r.t_s <= t).expect("the start is recorded")
 }

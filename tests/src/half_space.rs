@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use fingerpad_offline::element::gauss_legendre;
+use fingerpad_fe::element::gauss_legendre;
 use nalgebra::Vector3;
 
 /// Isotropic half-space z >= 0.

@@ -12,15 +12,15 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
-use fingerpad_offline::assembly::{self, Body, Supports};
-use fingerpad_offline::contact::{PenaltySettings, RubberFriction};
-use fingerpad_offline::element::Hex8;
-use fingerpad_offline::mesh::{FingertipShape, MeshPreset, Nail, Region, fingertip, set};
-use fingerpad_offline::peer::{Contact, Deck, Error as PeerError, Friction, Material, Point, Run, Runner, Step};
-use fingerpad_offline::slide::{
+use fingerpad_fe::assembly::{self, Body, Supports};
+use fingerpad_fe::compare_ccx::{Contact, Deck, Error as PeerError, Friction, Material, Point, Run, Runner, Step};
+use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
+use fingerpad_fe::element::Hex8;
+use fingerpad_fe::load_path::{
     Bone, BoneKind, Drive, Finger, MarchSettings, Path, Problem, Tissue, Trajectory, Waypoint, march,
 };
-use fingerpad_offline::solve::Settings;
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Nail, Region, fingertip, set};
+use fingerpad_fe::solve::Settings;
 use nalgebra::Vector3;
 
 /// Penalty of both programs, MPa/mm.
@@ -155,7 +155,7 @@ impl Case {
     /// The same problem for the peer.
     pub fn deck<'a>(&self, finger: &'a Finger, friction: Option<Friction>, steps: Vec<Step>) -> Deck<'a> {
         let tissue = Self::tissue();
-        let ogden = |law: fingerpad_offline::material::Ogden| Material::Ogden {
+        let ogden = |law: fingerpad_fe::material::Ogden| Material::Ogden {
             mu_mpa: law.mu_mpa,
             alpha: law.alpha,
             d_per_mpa: law.d_per_mpa,

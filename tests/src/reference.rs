@@ -1,9 +1,7 @@
 //! Laws written once more, plainly, on 3x3 matrices: what the fast ones are compared with.
 
-use fingerpad_offline::{
-    assembly::Material,
-    material::{Ogden, SaintVenantKirchhoff, lame_from_young},
-};
+use fingerpad_fe::assembly::Material;
+use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff, lame_from_young};
 use nalgebra::{Matrix3, SymmetricEigen};
 
 /// Energy per undeformed volume, MPa, at a homogeneous deformation gradient.

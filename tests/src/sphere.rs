@@ -3,16 +3,14 @@
 //! The contact radius is 1 mm, the curvature hundreds of them, so that everything stays linear; symmetry planes
 //! leave a quarter (normal load) or a half (tangential load along x).
 
-use fingerpad_offline::{
-    assembly::{Body, BodyError, Configuration, Joint, Material, Supports},
-    contact::{Friction, PenaltySettings},
-    material::Ogden,
-    mesh::{
-        Mesh,
-        block::{coordinates, curved_block},
-    },
-    solve::{Axis, Settings, SolveError, Solver, State, Stats},
+use fingerpad_fe::assembly::{Body, BodyError, Configuration, Joint, Material, Supports};
+use fingerpad_fe::contact::{Friction, PenaltySettings};
+use fingerpad_fe::material::Ogden;
+use fingerpad_fe::mesh::{
+    Mesh,
+    block::{coordinates, curved_block},
 };
+use fingerpad_fe::solve::{Axis, Settings, SolveError, Solver, State, Stats};
 use nalgebra::Vector3;
 
 use crate::half_space::{HalfSpace, Hertz, PointLoads};
@@ -75,7 +73,7 @@ impl Sphere {
         let up = outward(0.0, layout.extent, h, layout.growth);
         let xs = if layout.part == Part::Quarter { &arm } else { &whole };
         let height = layout.extent;
-        let flat = fingerpad_offline::mesh::block::block(xs, &arm, &up);
+        let flat = fingerpad_fe::mesh::block::block(xs, &arm, &up);
         let mesh = curved_block(xs, &arm, &up, |p| {
             p + Vector3::z() * ((p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height))
         });

@@ -1,11 +1,9 @@
 //! A quick subset of the hidden sets, and what a diagnosis must never do.
 
 use fingerpad::Effects;
-use fingerpad_offline::diagnose::{
-    CORNEOMETER_SD_AU, Correction, TableRow, Verdict, corrected, diagnose_table, replay_all,
-};
-use fingerpad_offline::io::runs_csv;
-use fingerpad_offline::reduce::ModelFile;
+use fingerpad::ModelFile;
+use fingerpad_diagnose::runs_csv;
+use fingerpad_diagnose::{CORNEOMETER_SD_AU, Correction, TableRow, Verdict, corrected, diagnose_table, replay_all};
 use fingerpad_tests::hidden::csv;
 use fingerpad_tests::hidden::effects::LIBRARY;
 use fingerpad_tests::hidden::score::{Class, reference, run, run_with_evidence, score, shipped};
@@ -118,7 +116,7 @@ fn unusable_files_name_line_and_column() {
     let refuse = |change: &dyn Fn(&str) -> String, wanted: &[&str]| {
         std::fs::write(&path, change(&text)).unwrap();
         let message = match runs_csv::read(&path, &mut |_| true) {
-            Ok(set) => fingerpad_offline::diagnose::check(&set).unwrap_err().to_string(),
+            Ok(set) => fingerpad_diagnose::check(&set).unwrap_err().to_string(),
             Err(e) => e.to_string(),
         };
         for word in wanted {
@@ -161,7 +159,7 @@ fn unusable_files_name_line_and_column() {
 #[test]
 fn the_published_table_names_what_it_cannot_separate() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/yoshida2011.csv");
-    let rows: Vec<TableRow> = fingerpad_offline::io::table_csv::read(&path)
+    let rows: Vec<TableRow> = fingerpad_identify::table_csv::read(&path)
         .unwrap()
         .iter()
         .map(|r| [r.depth_mm, r.normal_force_n, r.friction_coefficient, r.contact_area_mm2.unwrap()])

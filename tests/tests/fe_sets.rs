@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad_offline::diagnose::{CORNEOMETER_SD_AU, RunSet, Verdict};
+use fingerpad_diagnose::{CORNEOMETER_SD_AU, RunSet, Verdict};
 use fingerpad_tests::hidden::effects::LIBRARY;
 use fingerpad_tests::hidden::fe_sets::{confirm, sets};
 use fingerpad_tests::hidden::score::{run, run_with_evidence};

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use fingerpad_offline::reduce::{Coverage, Meta, ModelFile, Run, Scores, design, score};
+use fingerpad::ModelFile;
+use fingerpad_reduce::{Coverage, Meta, Run, Scores, design, score};
 
 fn data(below: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(below)

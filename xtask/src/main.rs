@@ -78,7 +78,7 @@ fn main() -> anyhow::Result<()> {
 fn model() -> anyhow::Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = "data/models/fingertip.fpm";
-    let fit = ["--package", "fingerpad-offline", "--", "reduce", "--runs", "data/runs", "--out", file];
+    let fit = ["--package", "fingerpad-cli", "--", "reduce", "--runs", "data/runs", "--out", file];
     // Restarts gain hundredths of a percent with this form and take ten times as long.
     let once = ["--restarts", "0"];
     run(Command::new(env!("CARGO")).current_dir(&root).args(["run", "--release"]).args(fit).args(once))?;
@@ -115,7 +115,7 @@ fn corrected(root: &std::path::Path) -> anyhow::Result<()> {
         let mut from = flate2::read::GzDecoder::new(std::fs::File::open(packed)?);
         std::io::copy(&mut from, &mut std::fs::File::create(dir.join(name))?)?;
     }
-    let diagnose = ["run", "--release", "--package", "fingerpad-offline", "--", "diagnose", "--calibration"];
+    let diagnose = ["run", "--release", "--package", "fingerpad-cli", "--", "diagnose", "--calibration"];
     run(Command::new(env!("CARGO"))
         .current_dir(root)
         .args(diagnose)

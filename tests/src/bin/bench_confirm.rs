@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use clap::Parser;
-use fingerpad_offline::diagnose::CORNEOMETER_SD_AU;
+use fingerpad_diagnose::CORNEOMETER_SD_AU;
 use fingerpad_tests::hidden::fe_sets::{confirm, sets};
 use fingerpad_tests::hidden::score::run_with_evidence;
 

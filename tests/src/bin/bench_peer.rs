@@ -8,10 +8,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use fingerpad_offline::contact::PenaltySettings;
-use fingerpad_offline::mesh::MeshPreset;
-use fingerpad_offline::peer::{Friction, Run, Runner, Step};
-use fingerpad_offline::slide::{Problem, Trajectory};
+use fingerpad_fe::compare_ccx::{Friction, Run, Runner, Step};
+use fingerpad_fe::contact::PenaltySettings;
+use fingerpad_fe::load_path::{Problem, Trajectory};
+use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_tests::peer_cases::*;
 
 /// Depth of both benchmarks, mm.

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use cpu_time::ThreadTime;
-use fingerpad_offline::diagnose::RunSet;
-use fingerpad_offline::slide::Problem;
+use fingerpad_diagnose::RunSet;
+use fingerpad_fe::load_path::Problem;
 use fingerpad_tests::hidden::effects::Effect;
 use fingerpad_tests::hidden::fe_sets::config;
 use fingerpad_tests::hidden::finger::Noise;

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use fingerpad_offline::mesh::MeshPreset;
-use fingerpad_offline::peer::Runner;
+use fingerpad_fe::compare_ccx::Runner;
+use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_tests::peer_cases::*;
 
 /// Elastic slip of our Coulomb run, mm.

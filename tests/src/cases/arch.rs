@@ -2,14 +2,12 @@
 //!
 //! Here the snap is the whole event, so that its work is a large share; that of the fingers is held under 1 % by `deep`.
 
-use fingerpad_offline::{
-    assembly::{Body, BodyError, Joint, Material, Supports},
-    material::Ogden,
-    mesh::{
-        Mesh,
-        block::{coordinates, curved_block},
-    },
-    slide::{Drive, Problem, Response, march},
+use fingerpad_fe::assembly::{Body, BodyError, Joint, Material, Supports};
+use fingerpad_fe::load_path::{Drive, Problem, Response, march};
+use fingerpad_fe::material::Ogden;
+use fingerpad_fe::mesh::{
+    Mesh,
+    block::{coordinates, curved_block},
 };
 use std::ops::ControlFlow;
 

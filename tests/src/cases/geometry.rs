@@ -2,17 +2,15 @@
 
 use std::{fs, ops::ControlFlow, path::Path};
 
-use fingerpad_offline::{
-    experiment::{Config, frictionless},
-    io,
-    mesh::{
-        FingertipShape, MeshPreset,
-        imported::ImportedGeometry,
-        quality, set,
-        volume::{PhantomSettings, VolumeGeometry, phantom},
-    },
-    slide::PressLimit,
+use fingerpad_fe::experiment::{Config, frictionless};
+use fingerpad_fe::load_path::PressLimit;
+use fingerpad_fe::mesh::{
+    FingertipShape, MeshPreset,
+    imported::ImportedGeometry,
+    quality, set,
+    volume::{PhantomSettings, VolumeGeometry, phantom},
 };
+use fingerpad_formats as formats;
 
 use super::{Effort, Failure};
 use crate::Check;
@@ -58,7 +56,7 @@ pub fn volume(effort: Effort) -> Result<Vec<Check>, Failure> {
         config.shape.0 = name.into();
         let reference = press(&config)?;
         let file = folder.path().join(file);
-        io::volume::write(&file, &phantom(&FingertipShape::named(name)?, &settings)?)?;
+        formats::volume::write(&file, &phantom(&FingertipShape::named(name)?, &settings)?)?;
         config.volume = Some(VolumeGeometry {
             file,
             skin_thickness_mm: FingertipShape::named(name)?.skin_thickness_mm,
@@ -82,8 +80,8 @@ pub fn imported(_: Effort) -> Result<Vec<Check>, Failure> {
     let (finger, _) = config.finger()?;
     let reference = press(&config)?;
     let (inp, msh) = (folder.path().join("finger.inp"), folder.path().join("finger.msh"));
-    io::inp::write(&inp, &finger.mesh, &Default::default())?;
-    io::msh::write(&msh, &finger.mesh)?;
+    formats::inp::write(&inp, &finger.mesh, &Default::default())?;
+    formats::msh::write(&msh, &finger.mesh)?;
     let mut checks = Vec::new();
     for (name, file) in [("finger.inp", inp), ("finger.msh", msh)] {
         config.imported = Some(ImportedGeometry { file, ..ImportedGeometry::default() });

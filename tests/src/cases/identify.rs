@@ -2,21 +2,19 @@
 
 use std::ops::ControlFlow;
 
-use fingerpad_offline::{
-    contact::RubberFriction,
-    experiment::{Config, press_and_slide},
-    identify::{
-        Bench, FingerPoint, Hooks, LawPoint, Memo, Point, Region, Rig, Simplex, Steady, Table,
-        certainty::ring,
-        friction_fit::{Target, fit, space_mapping},
-        least_squares::Stop,
-        on_rig::OnRig,
-        simplex,
-        surrogate::{Aligned, Friction, log_slopes},
-        uncertainty::{Growth, linear},
-    },
-    mesh::{FingertipShape, MeshPreset},
-    slide::BoneKind,
+use fingerpad_fe::contact::RubberFriction;
+use fingerpad_fe::experiment::{Config, press_and_slide};
+use fingerpad_fe::load_path::BoneKind;
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset};
+use fingerpad_identify::{
+    Bench, FingerPoint, Hooks, LawPoint, Memo, Point, Region, Rig, Settings, Simplex, Steady, Table,
+    certainty::ring,
+    friction_fit::{Target, fit, space_mapping},
+    least_squares::Stop,
+    on_rig::OnRig,
+    simplex,
+    surrogate::{Aligned, Friction, log_slopes},
+    uncertainty::{Growth, linear},
 };
 
 use super::{Effort, Failure};
@@ -28,8 +26,6 @@ fn coarse(shape: &str, bone: BoneKind) -> Config {
     let mut config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     config.shape.0 = shape.into();
     config.tissue.bone.kind = bone;
-    // Rounding at the contact's penalty leaves residuals of some 1e-9.
-    config.identify.tolerance = 1e-8;
     config
 }
 
@@ -39,7 +35,9 @@ fn with_rig<T>(
     work: impl FnOnce(&mut OnRig) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     let hooks = Hooks { go_on: &|| true, tell: &|_, _| {} };
-    let bench = Bench::new(config, Memo::default(), &hooks, 2);
+    // Rounding at the contact's penalty leaves residuals of some 1e-9.
+    let settings = Settings { tolerance: 1e-8, ..Settings::default() };
+    let bench = Bench::new(config, &settings, Memo::default(), &hooks, 2);
     let shape = FingertipShape::named(&config.shape.0)?;
     let finger = bench.finger(&shape)?;
     let problem = config.problem(&finger);

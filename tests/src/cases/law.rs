@@ -1,10 +1,8 @@
 //! What the friction law does in time: no creep under a held load, elastic slip as a length of the law.
 
-use fingerpad_offline::{
-    contact::{Friction, PenaltySettings, RubberFriction},
-    slide::{Drive, MarchSettings, Problem},
-    solve::{Axis, Settings, Solver, State, Stats},
-};
+use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction};
+use fingerpad_fe::load_path::{Drive, MarchSettings, Problem};
+use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats};
 
 use super::{Effort, Failure};
 use crate::{

@@ -1,10 +1,8 @@
 //! What the mesh, the bones and the nail make of the answer: convergence, growth of cost, variants side by side.
 
-use fingerpad_offline::{
-    assembly::Joint,
-    mesh::{FingertipShape, MeshPreset, Nail, fingertip},
-    slide::{Bone, BoneKind, Finger, Problem, Tissue, Trajectory},
-};
+use fingerpad_fe::assembly::Joint;
+use fingerpad_fe::load_path::{Bone, BoneKind, Finger, Problem, Tissue, Trajectory};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Nail, fingertip};
 
 use super::{Effort, Failure};
 use crate::{

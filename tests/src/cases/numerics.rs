@@ -1,9 +1,7 @@
 //! What must not depend on numerics, and the energy balance, on the coarse shape A with fixed bone.
 
-use fingerpad_offline::{
-    mesh::MeshPreset,
-    slide::{BoneKind, Finger, MarchSettings, Problem, Trajectory},
-};
+use fingerpad_fe::load_path::{BoneKind, Finger, MarchSettings, Problem, Trajectory};
+use fingerpad_fe::mesh::MeshPreset;
 
 use super::{Effort, Failure};
 use crate::{

@@ -1,9 +1,7 @@
 //! Paths that stall a naive Newton, and deep ones.
 
-use fingerpad_offline::{
-    mesh::MeshPreset,
-    slide::{BoneKind, Drive, Finger, Path, Trajectory},
-};
+use fingerpad_fe::load_path::{BoneKind, Drive, Finger, Path, Trajectory};
+use fingerpad_fe::mesh::MeshPreset;
 
 use super::{Effort, Failure};
 use crate::{

@@ -1,13 +1,12 @@
 //! The shipped reduced model, retuned at run time, against finite-element fingers that it was not fitted to.
 
+use fingerpad::ModelFile;
 use fingerpad::{Model, Motion, State, Tuned, Tuning};
-use fingerpad_offline::{
-    experiment::Config,
-    identify::FingerPoint,
-    mesh::{FingertipShape, MeshPreset, fingertip},
-    reduce::{ModelFile, STEP_MM, halton, settings_hash},
-    slide::{Finger, Trajectory},
-};
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{Finger, Trajectory};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
+use fingerpad_identify::FingerPoint;
+use fingerpad_reduce::{STEP_MM, halton, settings_hash};
 use rayon::prelude::*;
 
 use super::{Effort, Failure};
@@ -70,7 +69,7 @@ fn errors(model: &Tuned<'_>, trajectory: &Trajectory) -> [f64; 2] {
     let mut state = State::default();
     let (mut normal, mut friction, mut rows, mut most) = (0.0, 0.0, 0, 0.0f64);
     for pair in trajectory.responses.windows(2) {
-        let at = |r: &fingerpad_offline::slide::Response| [r.depth_mm, r.slide_x_mm, r.slide_y_mm];
+        let at = |r: &fingerpad_fe::load_path::Response| [r.depth_mm, r.slide_x_mm, r.slide_y_mm];
         let (from, to) = (at(&pair[0]), at(&pair[1]));
         let by: [f64; 3] = std::array::from_fn(|i| to[i] - from[i]);
         let steps = (by[1].hypot(by[2]).max(by[0].abs()) / f64::from(STEP_MM)).ceil().max(1.0);

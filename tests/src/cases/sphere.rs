@@ -1,6 +1,6 @@
 //! Cases with a closed form: Hertz, Cattaneo-Mindlin, full slip.
 
-use fingerpad_offline::contact::{Friction, RubberFriction};
+use fingerpad_fe::contact::{Friction, RubberFriction};
 
 use super::{Effort, Failure};
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use fingerpad_offline::diagnose::{RunSet, laws::Column};
+use fingerpad_diagnose::{RunSet, laws::Column};
 
 /// A set as a measured-runs CSV file.
 pub fn text(set: &RunSet) -> String {

@@ -5,8 +5,8 @@
 
 use std::ops::ControlFlow;
 
-use fingerpad_offline::contact::RubberFriction;
-use fingerpad_offline::slide::{Drive, MarchError, Path, Problem, Waypoint, march_with_law};
+use fingerpad_fe::contact::RubberFriction;
+use fingerpad_fe::load_path::{Drive, MarchError, Path, Problem, Waypoint, march_with_law};
 
 use super::effects::{At, Effect, Influence};
 use super::finger::Scatter;

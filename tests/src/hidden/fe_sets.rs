@@ -8,12 +8,12 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fingerpad_offline::diagnose::confirm::{FeStroke, Prepared, Ran};
-use fingerpad_offline::diagnose::{Evidence, FeConfirmation, RunSet};
-use fingerpad_offline::experiment::{Config, Shape};
-use fingerpad_offline::io::runs_csv;
-use fingerpad_offline::mesh::MeshPreset;
-use fingerpad_offline::slide::MarchError;
+use fingerpad_confirm::{FeStroke, Prepared, Ran};
+use fingerpad_diagnose::runs_csv;
+use fingerpad_diagnose::{Evidence, FeConfirmation, RunSet};
+use fingerpad_fe::experiment::{Config, Shape};
+use fingerpad_fe::load_path::MarchError;
+use fingerpad_fe::mesh::MeshPreset;
 
 /// A stored set.
 pub struct FeSet {

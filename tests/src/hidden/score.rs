@@ -4,11 +4,11 @@ use std::convert::Infallible;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use fingerpad_offline::diagnose::{
+use fingerpad::ModelFile;
+use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlannedRun, Reference, RunSet,
     Settings, Verdict, diagnose, laws::Column,
 };
-use fingerpad_offline::reduce::ModelFile;
 
 use super::Dice;
 use super::effects::LIBRARY;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fingerpad_offline::diagnose::{Labels, RawRow, RunSet, laws::Column};
+use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
 
 use super::Dice;
 use super::effects::{Effect, LIBRARY, OUTSIDE};

@@ -4,14 +4,12 @@
 //! (alpha = 2) with mu = 80.1938 MPa and bulk modulus 400 889.8 MPa, nu = 0.4999 [data of Simo & Armero 1992].
 //! The reference is our own: Richardson's extrapolation from 16, 32 and 64 elements along an edge.
 
-use fingerpad_offline::{
-    assembly::{Material, Supports},
-    element::{Constitutive, Hex8, Tangent},
-    material::Ogden,
-    mesh::{
-        Mesh,
-        block::{coordinates, curved_block},
-    },
+use fingerpad_fe::assembly::{Material, Supports};
+use fingerpad_fe::element::{Constitutive, Hex8, Tangent};
+use fingerpad_fe::material::Ogden;
+use fingerpad_fe::mesh::{
+    Mesh,
+    block::{coordinates, curved_block},
 };
 use fingerpad_tests::{blocks::body_of, equilibrium::equilibrium, verify};
 use nalgebra::{DMatrix, DVector, Vector3};

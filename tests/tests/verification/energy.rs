@@ -1,10 +1,8 @@
 //! The residual of a body is the derivative of its energy, rigid body, joint and ties included.
 
-use fingerpad_offline::{
-    assembly::{Body, Configuration},
-    mesh::{FingertipShape, MeshPreset, fingertip},
-    slide::{BoneKind, Finger, Tissue},
-};
+use fingerpad_fe::assembly::{Body, Configuration};
+use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
 use fingerpad_tests::{
     differences::{unit_directions, worst_error},
     random::Random,

@@ -1,6 +1,6 @@
 //! Every named shape at every preset that tests can afford is a mesh that can be computed with.
 
-use fingerpad_offline::mesh::{FingertipShape, MeshPreset, check, fingertip, quality};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, check, fingertip, quality};
 use fingerpad_tests::verify;
 
 #[test]

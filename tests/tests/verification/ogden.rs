@@ -1,10 +1,8 @@
 //! Ogden's law against closed forms: directly, and through the equilibrium of one hexahedron.
 
-use fingerpad_offline::{
-    assembly::{Body, Configuration, Material, Supports},
-    material::{Ogden, SaintVenantKirchhoff, Sym},
-    mesh::{Mesh, block::block},
-};
+use fingerpad_fe::assembly::{Body, Configuration, Material, Supports};
+use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff, Sym};
+use fingerpad_fe::mesh::{Mesh, block::block};
 use fingerpad_tests::{
     blocks::{all_held, body_of},
     differences::relative_error,

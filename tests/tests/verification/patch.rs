@@ -1,10 +1,8 @@
 //! Patch test: a linear field prescribed on the boundary of a distorted block is found exactly inside.
 
-use fingerpad_offline::{
-    assembly::{Material, Supports},
-    material::{Ogden, SaintVenantKirchhoff},
-    mesh::{Mesh, block::into_tets, check},
-};
+use fingerpad_fe::assembly::{Material, Supports};
+use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
+use fingerpad_fe::mesh::{Mesh, block::into_tets, check};
 use fingerpad_tests::{
     blocks::{body_of, distorted_block, outside},
     differences::relative_error,

@@ -1,10 +1,8 @@
 //! A deformed body turned as a whole: forces turn along, energy stays, forces have no moment.
 
-use fingerpad_offline::{
-    assembly::{Body, Joint, Material},
-    material::{Ogden, SaintVenantKirchhoff},
-    mesh::{Region, block::coordinates},
-};
+use fingerpad_fe::assembly::{Body, Joint, Material};
+use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
+use fingerpad_fe::mesh::{Region, block::coordinates};
 use fingerpad_tests::{
     blocks::{all_held, tied_block},
     random::Random,

@@ -1,18 +1,16 @@
 //! Every tangent against finite differences: materials, elements, whole bodies, contact in stick and slip.
 
-use fingerpad_offline::{
-    assembly::{Body, Configuration, Joint, Material, Supports},
-    contact::{Friction, PenaltySettings, Quadrature, RubberFriction},
-    element::{Batch, Constitutive, Hex8, Tangent, Tet4},
-    material::{Ogden, SaintVenantKirchhoff},
-    mesh::{
-        FingertipShape, MeshPreset, Region,
-        block::{coordinates, curved_block},
-        fingertip,
-    },
-    slide::{BoneKind, Finger, Tissue},
-    solve::{Axis, Settings, Solver, State, Stats},
+use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
+use fingerpad_fe::contact::{Friction, PenaltySettings, Quadrature, RubberFriction};
+use fingerpad_fe::element::{Batch, Constitutive, Hex8, Tangent, Tet4};
+use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
+use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
+use fingerpad_fe::mesh::{
+    FingertipShape, MeshPreset, Region,
+    block::{coordinates, curved_block},
+    fingertip,
 };
+use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats};
 use fingerpad_tests::{
     blocks::{body_of, tied_block},
     differences::{unit_directions, worst_error},

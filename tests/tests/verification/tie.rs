@@ -5,13 +5,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fingerpad_offline::{
-    assembly::{Body, Configuration, Joint, Material, Supports},
-    element::hex8_gradient,
-    material::{Ogden, SaintVenantKirchhoff},
-    mesh::{
-        Divisions, FingertipShape, HEX_FACES, Mesh, MeshPreset, Region, TET_FACES, block::coordinates, fingertip, set,
-    },
+use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
+use fingerpad_fe::element::hex8_gradient;
+use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
+use fingerpad_fe::mesh::{
+    Divisions, FingertipShape, HEX_FACES, Mesh, MeshPreset, Region, TET_FACES, block::coordinates, fingertip, set,
 };
 use fingerpad_tests::{blocks::tied_block, equilibrium::equilibrium, reference, verify};
 use nalgebra::{Matrix3, RowVector3, Vector3};

@@ -1,0 +1,535 @@
+//! `fingerpad build`: the main job.
+
+use std::{
+    collections::VecDeque,
+    fs,
+    path::{Path, PathBuf},
+    sync::Mutex,
+    time::Instant,
+};
+
+use anyhow::Context;
+use fingerpad_fe::experiment::{self, Config};
+use fingerpad_fe::load_path::{BoneKind, Finger, MarchError, PressLimit, Trajectory, march};
+use fingerpad_fe::mesh;
+use fingerpad_formats::atomic_write;
+use fingerpad_reduce as reduce;
+use fingerpad_report::{
+    self as report, BuildReport, Check, DepthResult, FrictionConstants, MeshCounts, Provenance, Quantity, Stage, Steady,
+};
+use indicatif::MultiProgress;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use super::config::ConfigFile;
+use super::{Failure, Model, bar, go_on, make_finger, march_failure, show};
+
+/// The main job: mesh, press and slide at the measured depths, report.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad build                                   everything with its defaults, into out/
+  fingerpad build --mesh-preset coarse --out quick  seconds instead of minutes
+  fingerpad build --shape a --config fixed.toml --out a_fixed
+  fingerpad build --print-config > my.toml          all settings with their defaults
+
+A build that was killed goes on where it was: finished depths are not run again. A folder that holds another run's
+settings is refused.")]
+pub struct Args {
+    #[command(flatten)]
+    model: Model,
+    /// Folder of the results
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (160
+    /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
+    #[arg(long)]
+    full: bool,
+    /// Folder of the stored runs behind the reduced model; used where the settings are theirs
+    #[arg(long, value_name = "DIR", default_value = "data/runs")]
+    runs: PathBuf,
+    /// Threads; each depth runs on one [default: the machine's]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+    /// Measured table to compare with (CSV) [default: Table 1 of Yoshida et al. 2011]
+    #[arg(long, value_name = "TABLE.csv")]
+    table: Option<PathBuf>,
+    /// Print the configuration in force as TOML and stop
+    #[arg(long)]
+    print_config: bool,
+}
+
+/// What `out/run.json` says of a folder.
+#[derive(Serialize, Deserialize)]
+struct Identity {
+    settings_hash: String,
+    program_version: String,
+    config: serde_json::Value,
+}
+
+/// A finished piece, with the settings that made it.
+#[derive(Serialize, Deserialize)]
+struct Stored<T> {
+    settings_hash: String,
+    wall_s: f64,
+    result: T,
+}
+
+const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let (config, identify) = args.model.settings()?;
+    if args.print_config {
+        let text = toml::to_string(&ConfigFile::of(&config, &identify)).map_err(|e| Failure::Input(e.into()))?;
+        print!("{text}");
+        return Ok(());
+    }
+    let start = Instant::now();
+    let table = read_table(args.table.as_deref())?;
+    let (finger, touch) = make_finger(&config)?;
+    let quality = mesh::quality(&finger.mesh);
+    config.check_depths(&config.experiment.depths_mm, &finger)?;
+    let hash = config.hash()?;
+    let folder = claim(&args.out, &config, &hash, args.full)?;
+    let mesh_s = start.elapsed().as_secs_f64();
+    println!(
+        "shape {}, {} bones, {} nodes, {} hexes, {} free dofs; settings {hash}",
+        config.geometry_name(),
+        bones(&config),
+        finger.mesh.nodes.len(),
+        finger.mesh.hexes.len(),
+        finger.body.dofs.count
+    );
+
+    let runs = all_runs(args, &config, &finger, &hash, &folder)?;
+
+    let report = assemble(&config, &finger, &quality, touch.curvature_radius_mm, &hash, &table, &runs, mesh_s);
+    write_results(&args.out, &finger, &report)?;
+    print_summary(&args.out, &report, start.elapsed().as_secs_f64());
+    reduction(args, &config, &finger)?;
+    Ok(())
+}
+
+/// The path of the design that is run again and compared with what is stored.
+const AGAIN: &str = "straight-00";
+
+/// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
+fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failure> {
+    let hash = reduce::settings_hash(config)?;
+    let folder = if args.full { args.out.join("design") } else { args.runs.clone() };
+    if args.full {
+        super::reduce::run_design(config, &folder, args.jobs)?;
+    }
+    let mut runs = if folder.is_dir() { super::reduce::read_runs(&folder)? } else { Vec::new() };
+    runs.retain(|run| run.settings_hash == hash);
+    if runs.is_empty() {
+        println!("no reduced model: {} has no runs of settings {hash}; --full makes them", folder.display());
+        return Ok(());
+    }
+    if !args.full
+        && let Some(stored) = runs.iter().find(|run| run.name == AGAIN)
+    {
+        let bar = bar(AGAIN.into());
+        let again = march(&config.problem(finger), &stored.path, &[], &mut |progress| {
+            show(&bar, &progress);
+            go_on()
+        });
+        bar.finish_and_clear();
+        let again = again.map_err(|e| march_failure(e, AGAIN, "the results so far are kept".into()))?;
+        let [normal, friction] = stored.difference(&again.responses);
+        println!(
+            "stored run {AGAIN} made again: normal force within {:.2} %, friction within {:.2} % of their largest",
+            100.0 * normal,
+            100.0 * friction
+        );
+    }
+    super::reduce::fit(
+        &runs,
+        config.friction.beta,
+        &fingerpad_reduce::Settings::default(),
+        &args.out.join("model.fpm"),
+    )?;
+    Ok(())
+}
+
+fn bones(config: &Config) -> &'static str {
+    match config.tissue.bone.kind {
+        BoneKind::Fixed => "fixed",
+        BoneKind::Floating => "floating",
+        BoneKind::Deformable => "deformable",
+    }
+}
+
+fn read_table(path: Option<&Path>) -> Result<Vec<fingerpad_identify::table_csv::Row>, Failure> {
+    match path {
+        Some(path) => Ok(fingerpad_identify::table_csv::read(path)?),
+        None => {
+            let file = tempfile::NamedTempFile::new().map_err(|e| Failure::Input(e.into()))?;
+            fs::write(file.path(), TABLE_1).map_err(|e| Failure::Input(e.into()))?;
+            Ok(fingerpad_identify::table_csv::read(file.path())?)
+        }
+    }
+}
+
+/// Takes the folder for these settings; returns the folder of the finished pieces.
+fn claim(out: &Path, config: &Config, hash: &str, full: bool) -> Result<PathBuf, Failure> {
+    let runs = out.join("runs");
+    let claimed = || -> anyhow::Result<()> {
+        fs::create_dir_all(&runs).with_context(|| format!("{}", runs.display()))?;
+        let identity_file = out.join("run.json");
+        if identity_file.exists() {
+            let text = fs::read_to_string(&identity_file).with_context(|| format!("{}", identity_file.display()))?;
+            let found: Identity =
+                serde_json::from_str(&text).with_context(|| format!("{}", identity_file.display()))?;
+            if found.settings_hash != hash {
+                anyhow::bail!(
+                    "{} holds the results of other settings ({}, these are {hash}): give another --out, or remove it",
+                    out.display(),
+                    found.settings_hash
+                );
+            }
+        } else if fs::read_dir(out).with_context(|| format!("{}", out.display()))?.count() > 1 {
+            anyhow::bail!("{} is not empty and not a folder of this program: give another --out", out.display());
+        }
+        let identity = Identity {
+            settings_hash: hash.to_owned(),
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            config: serde_json::to_value(config)?,
+        };
+        let text = serde_json::to_string_pretty(&identity)? + "\n";
+        atomic_write(&identity_file, |w| w.write_all(text.as_bytes()))?;
+        if full {
+            for entry in fs::read_dir(&runs)? {
+                fs::remove_file(entry?.path())?;
+            }
+        }
+        Ok(())
+    };
+    claimed().map_err(Failure::Input)?;
+    Ok(runs)
+}
+
+/// All pieces of the experiment.
+struct Runs {
+    frictionless: Stored<Vec<PressLimit>>,
+    depths: Vec<Stored<Trajectory>>,
+}
+
+enum Piece {
+    Frictionless(Stored<Vec<PressLimit>>),
+    Depth(usize, Stored<Trajectory>),
+}
+
+/// Runs what is not finished yet, a thread per piece.
+fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &Path) -> Result<Runs, Failure> {
+    let depths = &config.experiment.depths_mm;
+    let file = |depth: f64| folder.join(format!("depth_{depth:.4}mm.bin"));
+    let frictionless_file = folder.join("frictionless.bin");
+    let mut frictionless = read_stored(&frictionless_file, hash);
+    let mut done: Vec<Option<Stored<Trajectory>>> = depths.iter().map(|&d| read_stored(&file(d), hash)).collect();
+
+    let finished = done.iter().flatten().count() + usize::from(frictionless.is_some());
+    if finished > 0 {
+        println!("{finished} of {} pieces were finished before", depths.len() + 1);
+    }
+    // Deepest first: it takes longest. None stands for the frictionless press.
+    let mut queue: VecDeque<Option<usize>> = (0..depths.len()).rev().filter(|&k| done[k].is_none()).map(Some).collect();
+    if frictionless.is_none() {
+        queue.push_back(None);
+    }
+    let threads = args
+        .jobs
+        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+        .clamp(1, queue.len().max(1));
+    let bars = MultiProgress::new();
+    let queue = Mutex::new(queue);
+    let results: Mutex<Vec<Result<Piece, Failure>>> = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let Some(next) = queue.lock().expect("no panic while locked").pop_front() else { return };
+                    if go_on().is_break() {
+                        return;
+                    }
+                    let result = match next {
+                        Some(k) => run_depth(config, finger, depths[k], hash, &file(depths[k]), &bars)
+                            .map(|stored| Piece::Depth(k, stored)),
+                        None => {
+                            run_frictionless(config, finger, hash, &frictionless_file, &bars).map(Piece::Frictionless)
+                        }
+                    };
+                    results.lock().expect("no panic while locked").push(result);
+                }
+            });
+        }
+    });
+    let mut failure = None;
+    for result in results.into_inner().expect("threads have ended") {
+        match result {
+            Ok(Piece::Depth(k, stored)) => done[k] = Some(stored),
+            Ok(Piece::Frictionless(stored)) => frictionless = Some(stored),
+            // Numerics before interruption: it is the one to be told.
+            Err(error) if failure.is_none() || matches!(error, Failure::Numerics(_)) => failure = Some(error),
+            Err(_) => {}
+        }
+    }
+    if let Some(failure) = failure {
+        return Err(failure);
+    }
+    match (frictionless, done.into_iter().collect::<Option<Vec<_>>>()) {
+        (Some(frictionless), Some(depths)) => Ok(Runs { frictionless, depths }),
+        _ => Err(Failure::Interrupted(format!("finished depths are kept in {}", folder.display()))),
+    }
+}
+
+fn run_depth(
+    config: &Config,
+    finger: &Finger,
+    depth_mm: f64,
+    hash: &str,
+    file: &Path,
+    bars: &MultiProgress,
+) -> Result<Stored<Trajectory>, Failure> {
+    let start = Instant::now();
+    let bar = bars.add(bar(format!("depth {depth_mm:.2} mm")));
+    let result = experiment::press_and_slide(config, finger, depth_mm, &mut |progress| {
+        show(&bar, &progress);
+        go_on()
+    });
+    bar.finish_and_clear();
+    let result = result.map_err(|error| piece_failure(error, &format!("depth {depth_mm} mm"), file))?;
+    println!(
+        "depth {depth_mm:.2} mm: {} increments, {} iterations, {} cut back, {:.1} s CPU",
+        result.cost.increments, result.cost.iterations, result.cost.cutbacks, result.cost.cpu_s
+    );
+    store(file, Stored { settings_hash: hash.to_owned(), wall_s: start.elapsed().as_secs_f64(), result })
+}
+
+fn run_frictionless(
+    config: &Config,
+    finger: &Finger,
+    hash: &str,
+    file: &Path,
+    bars: &MultiProgress,
+) -> Result<Stored<Vec<PressLimit>>, Failure> {
+    let start = Instant::now();
+    let bar = bars.add(bar("frictionless".into()));
+    let result = experiment::frictionless(config, finger, &mut |progress| {
+        show(&bar, &progress);
+        go_on()
+    });
+    bar.finish_and_clear();
+    let result = result.map_err(|error| piece_failure(error, "frictionless press", file))?;
+    store(file, Stored { settings_hash: hash.to_owned(), wall_s: start.elapsed().as_secs_f64(), result })
+}
+
+fn piece_failure(error: MarchError, what: &str, file: &Path) -> Failure {
+    let folder = file.parent().unwrap_or(Path::new("."));
+    march_failure(error, what, format!("finished depths are kept in {}", folder.display()))
+}
+
+fn store<T: Serialize>(file: &Path, stored: Stored<T>) -> Result<Stored<T>, Failure> {
+    let bytes = postcard::to_stdvec(&stored).map_err(|e| Failure::Input(e.into()))?;
+    atomic_write(file, |w| w.write_all(&bytes))?;
+    Ok(stored)
+}
+
+/// A finished piece of the same settings; anything else counts as not there.
+fn read_stored<T: DeserializeOwned>(file: &Path, hash: &str) -> Option<Stored<T>> {
+    let stored: Stored<T> = postcard::from_bytes(&fs::read(file).ok()?).ok()?;
+    (stored.settings_hash == hash).then_some(stored)
+}
+
+#[expect(clippy::too_many_arguments, reason = "each is a finished result")]
+fn assemble(
+    config: &Config,
+    finger: &Finger,
+    quality: &mesh::QualityReport,
+    curvature_radius_mm: f64,
+    hash: &str,
+    table: &[fingerpad_identify::table_csv::Row],
+    runs: &Runs,
+    mesh_s: f64,
+) -> BuildReport {
+    let quantity = |name: &str, value: f64, unit: &str| Quantity { name: name.into(), value, unit: unit.into() };
+    let mut stages = vec![Stage { name: "mesh".into(), wall_s: mesh_s, cpu_s: mesh_s }];
+    let mut depths = Vec::new();
+    for ((stored, &depth_mm), limit) in
+        runs.depths.iter().zip(&config.experiment.depths_mm).zip(&runs.frictionless.result)
+    {
+        let trajectory = &stored.result;
+        stages.push(Stage {
+            name: format!("depth {depth_mm:.2} mm"),
+            wall_s: stored.wall_s,
+            cpu_s: trajectory.cost.cpu_s,
+        });
+        let measured = table.iter().find(|row| (row.depth_mm - depth_mm).abs() < 1e-6).map(|row| Steady {
+            normal_force_n: row.normal_force_n,
+            friction_coefficient: row.friction_coefficient,
+            contact_area_mm2: row.contact_area_mm2.unwrap_or(f64::NAN),
+        });
+        depths.push(DepthResult {
+            depth_mm,
+            kinetic: kinetic(trajectory),
+            trajectory: trajectory.clone(),
+            frictionless_friction_coefficient: Some(limit.friction_limit_n / limit.normal_force_n),
+            measured,
+        });
+    }
+    let law = &config.friction;
+    BuildReport {
+        provenance: Provenance {
+            shape: config.geometry_name(),
+            bones: bones(config).into(),
+            mesh_preset: format!("{:?}", config.mesh_preset).to_lowercase(),
+            settings_hash: hash.into(),
+            program_version: env!("CARGO_PKG_VERSION").into(),
+            mesh: MeshCounts {
+                nodes: finger.mesh.nodes.len(),
+                hexes: finger.mesh.hexes.len(),
+                tets: finger.mesh.tets.len(),
+                pad_faces: finger.mesh.pad_faces.len(),
+                free_dofs: finger.body.dofs.count,
+            },
+            quality: vec![
+                quantity("worst scaled Jacobian, hexahedra", quality.worst_hex_scaled_jacobian, ""),
+                quantity("worst scaled Jacobian, nail tetrahedra", quality.worst_tet_scaled_jacobian, ""),
+                quantity("volume", quality.volume_mm3(), "mm³"),
+                quantity("shortest edge", quality.min_edge_mm, "mm"),
+                quantity("longest edge", quality.max_edge_mm, "mm"),
+                quantity("pad radius along the finger at first touch", curvature_radius_mm, "mm"),
+            ],
+            friction: FrictionConstants {
+                lambda: law.lambda,
+                beta: law.beta,
+                tau0_mpa: law.tau0_mpa,
+                gamma_crit_mm: law.gamma_crit_mm,
+            },
+            stages,
+        },
+        checks: checks(config, runs, &depths),
+        depths,
+        continuous: Vec::new(),
+        left_out: Vec::new(),
+    }
+}
+
+/// The state at the end of the slide if the whole contact slips there; NaN if not.
+fn kinetic(trajectory: &Trajectory) -> Steady {
+    match trajectory.responses.last() {
+        Some(end) if end.stick_ratio <= 0.01 && end.normal_force_n > 0.0 => Steady {
+            normal_force_n: end.normal_force_n,
+            friction_coefficient: end.friction_x_n / end.normal_force_n,
+            contact_area_mm2: end.contact_area_mm2,
+        },
+        _ => Steady { normal_force_n: f64::NAN, friction_coefficient: f64::NAN, contact_area_mm2: f64::NAN },
+    }
+}
+
+fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
+    let costs = || runs.depths.iter().map(|stored| stored.result.cost);
+    let check = |name: &str, value: f64, unit: &str, bound: f64, passed: bool| Check {
+        name: name.into(),
+        value,
+        unit: unit.into(),
+        bound,
+        passed,
+    };
+    let penetration = costs().map(|c| c.max_penetration_mm).fold(0.0, f64::max);
+    let tolerance = config.numerics.contact.penetration_tolerance_mm;
+    let residual = costs().map(|c| c.max_residual).fold(0.0, f64::max);
+    let dissipation = costs().map(|c| c.min_dissipation_mpa_mm).fold(0.0, f64::min);
+    let stabilised = runs
+        .depths
+        .iter()
+        .map(|stored| stored.result.work.stabilisation_mj.abs() / stored.result.work.plane_mj.abs())
+        .fold(0.0, f64::max);
+    // How much friction still changes over the last tenth of the slide.
+    let drift = depths
+        .iter()
+        .filter_map(|depth| {
+            let rows = &depth.trajectory.responses;
+            let end = rows.last()?;
+            let before = rows.iter().rfind(|r| r.slide_x_mm <= 0.9 * end.slide_x_mm)?;
+            Some((before.friction_x_n / end.friction_x_n - 1.0).abs() * 100.0)
+        })
+        .fold(0.0, f64::max);
+    vec![
+        check("largest penetration", penetration * 1e3, "µm", tolerance * 1e3, penetration <= tolerance),
+        check(
+            "largest residual over contact force",
+            residual,
+            "",
+            config.numerics.solver.tolerance,
+            residual <= config.numerics.solver.tolerance,
+        ),
+        check("least dissipation at any contact point", dissipation, "mJ/mm²", 0.0, dissipation >= 0.0),
+        check("work of stabilisation", stabilised * 100.0, "%", 1.0, stabilised <= 0.01),
+        check("friction's change over the last tenth of the slide", drift, "%", 1.0, drift <= 1.0),
+    ]
+}
+
+/// Writes everything, the page last.
+fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<(), Failure> {
+    let rendered = report::render(report, &finger.mesh).map_err(|e| Failure::Input(e.into()))?;
+    for folder in ["figures", "responses", "fields"] {
+        let folder = out.join(folder);
+        fs::create_dir_all(&folder).with_context(|| format!("{}", folder.display())).map_err(Failure::Input)?;
+    }
+    fingerpad_fe::load_path::vtu::write_mesh(&out.join("mesh.vtu"), &finger.mesh)?;
+    for depth in &report.depths {
+        let name = format!("depth_{:.2}mm", depth.depth_mm);
+        fingerpad_fe::load_path::response_csv::write(
+            &out.join("responses").join(format!("{name}.csv")),
+            &depth.trajectory.responses,
+        )?;
+        fingerpad_fe::load_path::vtu::write_series(
+            &out.join("fields"),
+            &name,
+            &finger.mesh,
+            &depth.trajectory.snapshots,
+        )?;
+    }
+    for (name, bytes) in &rendered.figures {
+        atomic_write(&out.join("figures").join(name), |w| w.write_all(bytes))?;
+    }
+    atomic_write(&out.join("report.json"), |w| w.write_all(rendered.json.as_bytes()))?;
+    atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
+    Ok(())
+}
+
+fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {
+    println!("\n          normal force, N        contact area, mm²       friction coefficient F/N");
+    println!(
+        "depth   measured  model  diff    measured  model  diff    measured  model  diff   law over frictionless p"
+    );
+    for depth in &report.depths {
+        let model = &depth.kinetic;
+        let nan = Steady { normal_force_n: f64::NAN, friction_coefficient: f64::NAN, contact_area_mm2: f64::NAN };
+        let measured = depth.measured.as_ref().unwrap_or(&nan);
+        let percent = |a: f64, b: f64| 100.0 * (a / b - 1.0);
+        println!(
+            "{:4.2} mm {:8.3} {:7.3} {:+5.0} % {:8.1} {:7.1} {:+5.0} % {:8.2} {:7.3} {:+5.0} % {:10.3} ({:+.1} %)",
+            depth.depth_mm,
+            measured.normal_force_n,
+            model.normal_force_n,
+            percent(model.normal_force_n, measured.normal_force_n),
+            measured.contact_area_mm2,
+            model.contact_area_mm2,
+            percent(model.contact_area_mm2, measured.contact_area_mm2),
+            measured.friction_coefficient,
+            model.friction_coefficient,
+            percent(model.friction_coefficient, measured.friction_coefficient),
+            depth.frictionless_friction_coefficient.unwrap_or(f64::NAN),
+            percent(depth.frictionless_friction_coefficient.unwrap_or(f64::NAN), model.friction_coefficient),
+        );
+    }
+    for check in report.checks.iter().filter(|c| !c.passed) {
+        println!(
+            "check failed: {}: {:.3} {} (bound {} {})",
+            check.name, check.value, check.unit, check.bound, check.unit
+        );
+    }
+    println!("{wall_s:.1} s; see {}", out.join("report.html").display());
+}

@@ -1,0 +1,59 @@
+//! The configuration file: one section for each library that a command calls.
+
+use std::path::Path;
+
+use fingerpad_fe::contact::RubberFriction;
+use fingerpad_fe::experiment::{Config, ConfigError, Experiment, Shape, read_toml};
+use fingerpad_fe::load_path::{Numerics, Tissue};
+use fingerpad_fe::mesh::{MeshPreset, imported::ImportedGeometry, volume::VolumeGeometry};
+use serde::{Deserialize, Serialize};
+
+/// What a configuration file may say; what it leaves out has its default.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ConfigFile {
+    shape: Shape,
+    mesh_preset: MeshPreset,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    volume: Option<VolumeGeometry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    imported: Option<ImportedGeometry>,
+    tissue: Tissue,
+    friction: RubberFriction,
+    numerics: Numerics,
+    experiment: Experiment,
+    identify: fingerpad_identify::Settings,
+}
+
+impl ConfigFile {
+    /// The settings of the finite elements and of the identification in one file.
+    pub fn of(fe: &Config, identify: &fingerpad_identify::Settings) -> Self {
+        let Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment } = fe.clone();
+        Self {
+            shape,
+            mesh_preset,
+            volume,
+            imported,
+            tissue,
+            friction,
+            numerics,
+            experiment,
+            identify: identify.clone(),
+        }
+    }
+
+    /// Reads a file; the files that it names are looked for beside it.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with file, line and value.
+    pub fn read(path: &Path) -> Result<(Config, fingerpad_identify::Settings), ConfigError> {
+        let (mut config, identify) = read_toml::<Self>(path)?.parts();
+        config.relative_to(path.parent().unwrap_or(Path::new("")));
+        Ok((config, identify))
+    }
+
+    fn parts(self) -> (Config, fingerpad_identify::Settings) {
+        let Self { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment, identify } = self;
+        (Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment }, identify)
+    }
+}

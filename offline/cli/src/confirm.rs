@@ -1,0 +1,146 @@
+//! `fingerpad diagnose --confirm-fe`: strokes re-run by the finite elements; each finished one is a file of its own.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use fingerpad_confirm::{Confirmation, FeRow, FeStroke, Prepared, Ran};
+use fingerpad_diagnose::{Evidence, Reference};
+use fingerpad_fe::experiment::bone_height_mm;
+use fingerpad_fe::load_path::{MarchError, Problem};
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_formats as formats;
+use indicatif::{ProgressBar, ProgressStyle};
+use sha2::{Digest, Sha256};
+
+use super::{Failure, INTERRUPTED, Model, go_on, make_finger};
+
+/// Strokes of the finite elements with their folder.
+struct Runner<'a> {
+    problem: Problem<'a>,
+    settings: String,
+    folder: PathBuf,
+    bar: ProgressBar,
+    threads: usize,
+}
+
+/// Runs the strokes of a diagnosis that claims an effect.
+///
+/// * `folder`: where finished strokes are kept; those of an earlier, interrupted run are taken from there
+pub fn confirm(
+    model: &Model,
+    reference: &Reference,
+    evidence: &Evidence,
+    strokes: usize,
+    folder: &Path,
+) -> Result<Confirmation, Failure> {
+    let mut config = model.config()?;
+    if model.mesh_preset.is_none() && model.config.is_none() {
+        config.mesh_preset = MeshPreset::Coarse;
+    }
+    let prepared = Prepared::new(reference, evidence, config.friction, strokes);
+    let (finger, _) = make_finger(&config)?;
+    let (room, depth) = (bone_height_mm(&finger), prepared.depth_mm());
+    if !(depth < room) {
+        return Err(Failure::Input(anyhow::anyhow!(
+            "--confirm-fe: a stroke goes {depth:.2} mm deep, and the bone of shape {} lies {room:.2} mm above first \
+             touch: give the finger's own geometry by --shape or --config",
+            config.geometry_name()
+        )));
+    }
+    std::fs::create_dir_all(folder).map_err(|source| formats::Error::File { path: folder.to_path_buf(), source })?;
+    let style = ProgressStyle::with_template("{prefix:>16} {bar:30} {pos}/{len} strokes  {msg}  {eta} left")
+        .expect("a valid template");
+    let [least, _] = prepared.strokes();
+    let runner = Runner {
+        problem: config.problem(&finger),
+        settings: config.hash()?,
+        folder: folder.to_path_buf(),
+        bar: ProgressBar::new(least as u64).with_style(style).with_prefix("finite elements"),
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+    };
+    let mesh = serde_json::to_value(config.mesh_preset).ok().and_then(|v| v.as_str().map(str::to_owned));
+    let done = prepared.confirm(&mesh.unwrap_or_default(), &config.geometry_name(), &mut |what, list| {
+        runner.bar.set_message(what.to_owned());
+        runner.run(list)
+    });
+    runner.bar.finish_and_clear();
+    done
+}
+
+impl Runner<'_> {
+    fn run(&self, strokes: &[FeStroke<'_>]) -> Result<Ran, Failure> {
+        let ahead = self.bar.length().unwrap_or(0).max(self.bar.position() + strokes.len() as u64);
+        self.bar.set_length(ahead);
+        let out = Mutex::new(vec![None; strokes.len()]);
+        let failure: Mutex<Option<Failure>> = Mutex::new(None);
+        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+        std::thread::scope(|scope| {
+            for _ in 0..self.threads.min(strokes.len()) {
+                scope.spawn(|| {
+                    while !stop.load(Ordering::Relaxed) {
+                        let i = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(stroke) = strokes.get(i) else { break };
+                        match self.one(stroke) {
+                            Ok(rows) => out.lock().expect("no thread panics with it")[i] = rows,
+                            Err(e) => {
+                                stop.store(true, Ordering::Relaxed);
+                                *failure.lock().expect("no thread panics with it") = Some(e);
+                            }
+                        }
+                        self.bar.inc(1);
+                    }
+                });
+            }
+        });
+        match failure.into_inner().expect("threads have ended") {
+            Some(failure) => Err(failure),
+            None => Ok(out.into_inner().expect("threads have ended")),
+        }
+    }
+
+    /// A stroke from its file or from the finite elements; `None` where they find no equilibrium.
+    fn one(&self, stroke: &FeStroke<'_>) -> Result<Option<Vec<FeRow>>, Failure> {
+        let file = self.folder.join(format!("{}.json", self.key(stroke)));
+        if let Some(rows) = std::fs::read(&file).ok().and_then(|b| serde_json::from_slice(&b).ok()) {
+            return Ok(rows);
+        }
+        let rows = stroke.march(&self.problem, &mut |_| go_on()).map_err(|error| match error {
+            MarchError::Interrupted { .. } => self.interrupted(),
+            error => Failure::Input(error.into()),
+        })?;
+        let text = serde_json::to_vec(&rows).map_err(|e| Failure::Numerics(e.into()))?;
+        formats::atomic_write(&file, |w| w.write_all(&text))?;
+        if INTERRUPTED.load(Ordering::Relaxed) {
+            return Err(self.interrupted());
+        }
+        // The numbers as a later run reads them, to the last bit: the next round's strokes depend on them.
+        serde_json::from_slice(&text).map_err(|e| Failure::Numerics(e.into()))
+    }
+
+    fn interrupted(&self) -> Failure {
+        Failure::Interrupted(format!(
+            "the report stands without it; finished strokes are kept in {}",
+            self.folder.display()
+        ))
+    }
+
+    /// Digest of everything that decides a stroke: settings, path, and the law of friction along it.
+    fn key(&self, stroke: &FeStroke<'_>) -> String {
+        let mut digest = Sha256::new();
+        digest.update(self.settings.as_bytes());
+        let mut last = None;
+        for w in &stroke.path.waypoints {
+            for v in [w.t_s, w.normal, w.x, w.y] {
+                digest.update(v.to_le_bytes());
+            }
+            for t_s in last.map(|t: f64| 0.5 * (t + w.t_s)).into_iter().chain([w.t_s]) {
+                let law = stroke.law_at(t_s);
+                digest.update(law.lambda.to_le_bytes());
+                digest.update(law.tau0_mpa.to_le_bytes());
+            }
+            last = Some(w.t_s);
+        }
+        digest.finalize().iter().take(12).map(|b| format!("{b:02x}")).collect()
+    }
+}

@@ -1,0 +1,492 @@
+//! `fingerpad identify`: from a measured table to the finger and the friction law.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, anyhow, bail};
+use fingerpad_fe::experiment::Config;
+use fingerpad_formats::atomic_write;
+use fingerpad_identify::{self as identify, Hooks, IdentifyError, Input, Memo, Outcome, Point, Settings, population};
+use fingerpad_report as report;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::{Deserialize, Serialize};
+
+use super::config::ConfigFile;
+use super::{Failure, Model, go_on};
+
+/// Calibrate the finger on a measured table and identify lambda and beta of its friction.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad identify                                       Table 1 of Yoshida et al. 2011, into identify_out/
+  fingerpad identify --mesh-preset coarse --out quick      seconds instead of minutes
+  fingerpad identify --data my.csv --joint --out mine      finger, depths and law fitted at once as well
+  fingerpad identify --published --out published           no search: the published constants beside the table
+  fingerpad identify --data subjects/ --out study          a folder of tables: one fit each, then the population
+  fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares (for a cluster)
+  fingerpad identify --data subjects/ --out study --collect    merges what the shares left
+  fingerpad identify --print-config                        all settings; the section [identify] is this command's
+
+A table has the columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2.
+What was computed is kept in OUT/states.bin: a run that was killed, or is run again with more options, goes on there.")]
+pub struct Args {
+    #[command(flatten)]
+    model: Model,
+    /// Measured table, or a folder of tables [default: Table 1 of Yoshida et al. 2011]
+    #[arg(long, value_name = "TABLE.csv|DIR")]
+    data: Option<PathBuf>,
+    /// Folder of the results
+    #[arg(long, value_name = "DIR", default_value = "identify_out")]
+    out: PathBuf,
+    /// Run the published constants only, before and after the calibration of the finger; search for nothing
+    #[arg(long)]
+    published: bool,
+    /// Also fit finger, depths (within their error) and law at once
+    #[arg(long)]
+    joint: bool,
+    /// Search for tau_0 as well
+    #[arg(long)]
+    free_tau0: bool,
+    /// Leave out the paper's simplex; the fast route remains
+    #[arg(long)]
+    fast: bool,
+    /// Leave out the F/N curve, the published checks and the sensitivities
+    #[arg(long)]
+    no_prediction: bool,
+    /// With a folder: do the K-th of N shares of its tables, and do not collect
+    #[arg(long, value_name = "K/N", conflicts_with = "collect")]
+    task: Option<population::Share>,
+    /// With a folder: run nothing, merge what is there
+    #[arg(long)]
+    collect: bool,
+    /// Run everything again, also what is finished
+    #[arg(long)]
+    full: bool,
+    /// Threads [default: the machine's]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+    /// Print the configuration in force as TOML and stop
+    #[arg(long)]
+    print_config: bool,
+}
+
+const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
+
+impl From<IdentifyError> for Failure {
+    fn from(error: IdentifyError) -> Self {
+        match error {
+            IdentifyError::Interrupted => Self::Interrupted("finished states are kept".into()),
+            IdentifyError::Steady { .. } | IdentifyError::Fit { .. } => Self::Numerics(error.into()),
+            other => Self::Input(other.into()),
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let (config, mut settings) = args.model.settings()?;
+    settings.joint.enabled |= args.joint;
+    settings.free_tau0 |= args.free_tau0;
+    settings.simplex.enabled &= !args.fast;
+    settings.prediction.curve &= !args.no_prediction;
+    settings.prediction.sensitivities &= !args.no_prediction;
+    if args.print_config {
+        let text = toml::to_string(&ConfigFile::of(&config, &settings)).map_err(|e| Failure::Input(e.into()))?;
+        print!("{text}");
+        return Ok(());
+    }
+    if args.jobs == Some(0) {
+        return Err(Failure::Input(anyhow!("--jobs 0: at least one thread is needed")));
+    }
+    match &args.data {
+        Some(folder) if folder.is_dir() => study(args, (&config, &settings), folder),
+        _ if args.collect || args.task.is_some() => {
+            Err(Failure::Input(anyhow!("--task and --collect need --data with a folder of tables")))
+        }
+        data => {
+            let (name, points) = table(data.as_deref())?;
+            subject(args, (&config, &settings), &name, points, &args.out).map(|_| ())
+        }
+    }
+}
+
+/// Rows of a table and its name.
+fn table(path: Option<&Path>) -> Result<(String, Vec<Point>), Failure> {
+    let rows = match path {
+        Some(path) => fingerpad_identify::table_csv::read(path)?,
+        None => fingerpad_identify::table_csv::parse(Path::new("Table 1 of Yoshida et al. 2011"), TABLE_1)?,
+    };
+    let point = |row: &fingerpad_identify::table_csv::Row| Point {
+        depth_mm: row.depth_mm,
+        normal_force_n: row.normal_force_n,
+        friction_coefficient: row.friction_coefficient,
+        contact_area_mm2: row.contact_area_mm2,
+    };
+    let name = path.map_or("Table 1 of Yoshida et al. 2011".into(), |p| p.display().to_string());
+    Ok((name, rows.iter().map(point).collect()))
+}
+
+/// What `OUT/run.json` says of a folder.
+#[derive(Serialize, Deserialize)]
+struct Identity {
+    settings_hash: String,
+    program_version: String,
+    config: serde_json::Value,
+}
+
+/// Takes the folder; a folder that this command did not make is refused.
+fn claim(out: &Path, config: &ConfigFile, hash: &str, full: bool) -> anyhow::Result<()> {
+    fs::create_dir_all(out).with_context(|| format!("{}", out.display()))?;
+    let identity_file = out.join("run.json");
+    if !identity_file.exists() && fs::read_dir(out)?.next().is_some() {
+        bail!("{} is not empty and not a folder of this command: give another --out", out.display());
+    }
+    if full && out.join("states.bin").exists() {
+        fs::remove_file(out.join("states.bin"))?;
+    }
+    let identity = Identity {
+        settings_hash: hash.to_owned(),
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        config: serde_json::to_value(config)?,
+    };
+    let text = serde_json::to_string_pretty(&identity)? + "\n";
+    Ok(atomic_write(&identity_file, |w| w.write_all(text.as_bytes()))?)
+}
+
+/// A finished outcome of these settings, if the folder has one.
+fn finished(out: &Path, hash: &str) -> Option<Outcome> {
+    let outcome: Outcome = serde_json::from_str(&fs::read_to_string(out.join("report.json")).ok()?).ok()?;
+    (outcome.provenance.settings_hash == hash).then_some(outcome)
+}
+
+/// One table into one folder.
+fn subject(
+    args: &Args,
+    (config, settings): (&Config, &Settings),
+    name: &str,
+    points: Vec<Point>,
+    out: &Path,
+) -> Result<Outcome, Failure> {
+    let start = Instant::now();
+    let jobs = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let input = Input { config, settings, table_name: name.to_owned(), points, published: args.published, jobs };
+    let hash = identify::settings_hash(&input)?;
+    if !args.full
+        && let Some(outcome) = finished(out, &hash)
+    {
+        println!("{}: finished before", out.display());
+        summary(&outcome);
+        return Ok(outcome);
+    }
+    claim(out, &ConfigFile::of(config, settings), &hash, args.full).map_err(Failure::Input)?;
+    let memo = Memo::open(&out.join("states.bin"))?;
+    if !memo.is_empty() {
+        println!("{} steady states were found before", memo.len());
+    }
+    let style = ProgressStyle::with_template("{spinner} {prefix}: {msg} [{elapsed}]").expect("a valid template");
+    let bar = ProgressBar::new_spinner().with_style(style);
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let hooks = Hooks {
+        go_on: &|| go_on().is_continue(),
+        tell: &|stage, line| {
+            // Without a terminal the bar is silent; a log still wants to know.
+            if bar.is_hidden() {
+                eprintln!("{:8.1} s  {stage} {line}", start.elapsed().as_secs_f64());
+            }
+            bar.set_prefix(stage.to_owned());
+            bar.set_message(line.to_owned());
+        },
+    };
+    let result = identify::identify(&input, memo, &hooks);
+    bar.finish_and_clear();
+    let outcome = result.map_err(|error| match error {
+        IdentifyError::Interrupted => {
+            Failure::Interrupted(format!("finished states are kept in {}", out.join("states.bin").display()))
+        }
+        other => other.into(),
+    })?;
+    write_results((config, settings), &outcome, out)?;
+    summary(&outcome);
+    println!("{:.1} s; see {}", start.elapsed().as_secs_f64(), out.join("report.html").display());
+    Ok(outcome)
+}
+
+/// Writes everything, the page last.
+fn write_results((config, settings): (&Config, &Settings), outcome: &Outcome, out: &Path) -> Result<(), Failure> {
+    let rendered = report::identify::render(outcome).map_err(|e| Failure::Input(e.into()))?;
+    let figures = out.join("figures");
+    fs::create_dir_all(&figures).with_context(|| format!("{}", figures.display())).map_err(Failure::Input)?;
+    for (name, bytes) in &rendered.figures {
+        atomic_write(&figures.join(name), |w| w.write_all(bytes))?;
+    }
+    if let Some(calibration) = &outcome.calibration {
+        let text = toml::to_string(&calibration.finger.shape).map_err(|e| Failure::Input(e.into()))?;
+        let text = format!("# Shape found by the calibration on {}.\n{text}", outcome.provenance.table);
+        atomic_write(&out.join("finger.toml"), |w| w.write_all(text.as_bytes()))?;
+        let mut config = config.clone();
+        calibration.finger.apply(&mut config);
+        config.shape.0 = "finger.toml".into();
+        if let Some(law) = &outcome.law {
+            config.friction = law.law.friction(&config.friction);
+        }
+        config.experiment.depths_mm = outcome.calibrated_depths_mm();
+        let text = toml::to_string(&ConfigFile::of(&config, settings)).map_err(|e| Failure::Input(e.into()))?;
+        let text = format!(
+            "# Finger and law identified from {}; depths with the calibration's offset.\n{text}",
+            outcome.provenance.table
+        );
+        atomic_write(&out.join("calibrated.toml"), |w| w.write_all(text.as_bytes()))?;
+    }
+    atomic_write(&out.join("report.json"), |w| w.write_all(rendered.json.as_bytes()))?;
+    atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
+    Ok(())
+}
+
+/// Tables of a folder, by name.
+fn tables(folder: &Path) -> anyhow::Result<Vec<(String, PathBuf)>> {
+    let mut tables = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| format!("{}", folder.display()))? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+            let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+            tables.push((stem, path));
+        }
+    }
+    if tables.is_empty() {
+        bail!("{}: no table (*.csv) in this folder", folder.display());
+    }
+    tables.sort();
+    Ok(tables)
+}
+
+/// A folder of tables.
+fn study(args: &Args, config: (&Config, &Settings), folder: &Path) -> Result<(), Failure> {
+    let tables = tables(folder).map_err(Failure::Input)?;
+    let share = args.task.unwrap_or(population::Share::ALL);
+    if !args.collect {
+        fs::create_dir_all(&args.out).with_context(|| format!("{}", args.out.display())).map_err(Failure::Input)?;
+        let mut failed: Option<Failure> = None;
+        for (i, (stem, path)) in tables.iter().enumerate() {
+            if !share.has(i) {
+                continue;
+            }
+            println!("{stem} ({} of {})", i + 1, tables.len());
+            let result =
+                table(Some(path)).and_then(|(name, points)| subject(args, config, &name, points, &args.out.join(stem)));
+            match result {
+                Ok(_) => {}
+                Err(interrupted @ Failure::Interrupted(_)) => return Err(interrupted),
+                // The others are independent of this one.
+                Err(error) => {
+                    let (Failure::Input(inner) | Failure::Numerics(inner)) = &error else { continue };
+                    eprintln!("error: {stem}: {inner:#}");
+                    failed = Some(error);
+                }
+            }
+        }
+        if let Some(failed) = failed {
+            return Err(failed);
+        }
+        if args.task.is_some() {
+            return Ok(());
+        }
+    }
+    collect(args, &tables)
+}
+
+/// Merges what stands in the folder.
+fn collect(args: &Args, tables: &[(String, PathBuf)]) -> Result<(), Failure> {
+    let (mut subjects, mut missing) = (Vec::new(), Vec::new());
+    for (stem, _) in tables {
+        let file = args.out.join(stem).join("report.json");
+        let outcome = fs::read_to_string(&file).ok().map(|text| {
+            serde_json::from_str::<Outcome>(&text)
+                .with_context(|| format!("{}", file.display()))
+                .map_err(Failure::Input)
+        });
+        match outcome.transpose()?.and_then(|o| population::Subject::of(stem, &o)) {
+            Some(subject) => subjects.push(subject),
+            None => missing.push(stem.clone()),
+        }
+    }
+    if subjects.is_empty() {
+        return Err(Failure::Input(anyhow!("{}: no finished subject to collect", args.out.display())));
+    }
+    let population = population::Population::of(subjects, missing);
+    let rendered = report::identify::render_population(&population).map_err(|e| Failure::Input(e.into()))?;
+    let figures = args.out.join("figures");
+    fs::create_dir_all(&figures).with_context(|| format!("{}", figures.display())).map_err(Failure::Input)?;
+    for (name, bytes) in &rendered.figures {
+        atomic_write(&figures.join(name), |w| w.write_all(bytes))?;
+    }
+    atomic_write(&args.out.join("population.json"), |w| w.write_all(rendered.json.as_bytes()))?;
+    atomic_write(&args.out.join("population.html"), |w| w.write_all(rendered.html.as_bytes()))?;
+    println!("\n{} subjects, {} without a result", population.subjects.len(), population.missing.len());
+    for spread in &population.spreads {
+        println!(
+            "{:<34} mean {:>9.4}  standard deviation {:>8}  between subjects {:>8}  {:.4} to {:.4}",
+            spread.name,
+            spread.mean,
+            optional(spread.deviation, 4),
+            optional(spread.between_subjects, 4),
+            spread.least,
+            spread.most
+        );
+    }
+    if let Some(r) = population.correlation {
+        println!("correlation of ln strength and beta over subjects: {r:.2}");
+    }
+    println!("see {}", args.out.join("population.html").display());
+    if population.missing.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Input(anyhow!("without a result: {}", population.missing.join(", "))))
+}
+
+fn optional(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".into(), |v| format!("{v:.decimals$}"))
+}
+
+fn rows(title: &str, outcome: &Outcome, against: &identify::outcome::Against) {
+    println!("\n{title}: lambda {:.4e}, beta {:.4}, tau_0 {:.2e} MPa", against.lambda, against.beta, against.tau0_mpa);
+    println!("  depth        normal force, N         contact area, mm²        friction coefficient F/N");
+    println!("              measured model  diff    measured model  diff    measured  model   diff");
+    for (row, point) in against.rows.iter().zip(&outcome.table) {
+        println!(
+            "  {:4.2} mm {:10.3} {:7.3} {:+5.1} % {:8.1} {:7.1} {:>5} % {:8.3} {:8.4} {:+6.1} %",
+            point.depth_mm,
+            point.normal_force_n,
+            row.normal_force_n,
+            row.normal_force_difference_percent,
+            point.contact_area_mm2.unwrap_or(f64::NAN),
+            row.contact_area_mm2,
+            row.contact_area_difference_percent.map_or("-".into(), |d| format!("{d:+.1}")),
+            point.friction_coefficient,
+            row.friction_coefficient,
+            row.friction_coefficient_difference_percent
+        );
+    }
+}
+
+/// What was found, as text.
+fn summary(outcome: &Outcome) {
+    rows("published constants, finger as given", outcome, &outcome.published_before);
+    if let Some(calibration) = &outcome.calibration {
+        finger("calibration", calibration);
+        rows("published constants, finger calibrated", outcome, &outcome.published);
+    }
+    if let Some(law) = &outcome.law {
+        rows("identified law", outcome, &law.against);
+        println!("\n{:.0} % intervals by profile likelihood:", 100.0 * law.confidence);
+        for c in &law.constants {
+            let interval = c.interval.as_ref().map_or("no interval".into(), |i| {
+                let end = |v: f64, bounded: bool| {
+                    if bounded { format!("{v:.4}") } else { format!("({v:.4}: the search's bound)") }
+                };
+                format!("{} to {}", end(i.low, i.bounded[0]), end(i.high, i.bounded[1]))
+            });
+            println!(
+                "  {:<18} {:>9.4} {:<4} standard error {:>8}, {interval}",
+                c.name,
+                c.value,
+                c.unit,
+                optional(c.standard_error, 4)
+            );
+        }
+        println!(
+            "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {:.4}; of ln strength with beta {:.3}",
+            law.lambda, law.correlation_of_lambda, law.correlation
+        );
+        let r = &law.regularisation;
+        println!("  regularised below {:.3} kPa; with {}", 1e3 * r.pressure_mpa, r.effect());
+        for remark in &law.remarks {
+            println!("  {remark}");
+        }
+    }
+    if let Some(tau0) = &outcome.tau0 {
+        println!("  {}", tau0.sentence);
+    }
+    for run in &outcome.simplex {
+        println!(
+            "simplex from lambda {}, beta {}: stops at lambda {:.5e}, beta {:.5}, sum of squares {:.4e}; {} evaluations, {} turned back",
+            run.start[0],
+            run.start[1],
+            run.end[0],
+            run.end[1],
+            run.sum_of_squares,
+            run.visits.len(),
+            run.turned_back
+        );
+        if let Some(reason) = run.visits.iter().find_map(|v| v.turned_back.as_ref()) {
+            println!("  first turned back: {reason}");
+        }
+    }
+    if let Some(fast) = &outcome.fast {
+        println!(
+            "fast route: {} space mappings, {} Gauss–Newton evaluations (sum of squares {:.4e}), {} of a direct search; strength \
+             {:.5} kPa, beta {:.5}, sum of squares {:.4e}",
+            fast.mappings.len(),
+            fast.gauss_newton_evaluations,
+            fast.gauss_newton.sum_of_squares,
+            fast.direct_evaluations,
+            fast.law.tau_ref_kpa,
+            fast.law.beta,
+            fast.sum_of_squares
+        );
+    }
+    if let (Some(run), Some([strength, beta])) = (&outcome.refined, outcome.routes_differ) {
+        println!(
+            "simplex continued from the best end: {} evaluations, sum of squares {:.4e}; less fast route: strength \
+             {strength:+.2e} relative, beta {beta:+.2e}",
+            run.visits.len(),
+            run.sum_of_squares
+        );
+    }
+    if let Some(joint) = &outcome.joint {
+        finger("joint fit", joint);
+        rows("joint fit", outcome, &joint.against);
+    }
+    if !outcome.left_out.is_empty() {
+        println!(
+            "\nleft out and predicted F/N: at its depth, at its force; F = c N^(2/3), F = c N^n fitted to the same"
+        );
+        for l in &outcome.left_out {
+            let pairs = l.predicted.iter().zip(l.differences_percent);
+            let told: Vec<String> = pairs
+                .map(|(v, d)| v.zip(d).map_or("no slide".into(), |(v, d)| format!("{v:.3} ({d:+.1} %)")))
+                .collect();
+            println!("  {:4.2} mm measured {:.3}: {}", l.depth_mm, l.measured, told.join("; "));
+        }
+    }
+    for check in &outcome.checks {
+        println!("{}: {:.3}; {} ({:.3})", check.finding, check.ours, check.source, check.published);
+    }
+    println!();
+    for stage in &outcome.stages {
+        println!(
+            "  {:<42} {:>6.1} s wall {:>6.1} s CPU, {} states",
+            stage.name, stage.wall_s, stage.cpu_s, stage.states
+        );
+    }
+}
+
+fn finger(title: &str, fit: &identify::outcome::FingerOutcome) {
+    println!(
+        "\n{title}: root mean square of the weighted residuals {:.2} (before {:.2}), {} evaluations, {}",
+        fit.rms, fit.rms_before, fit.evaluations, fit.ended
+    );
+    for f in &fit.fitted {
+        println!(
+            "  {:<34} {:>9.4} {:<3} from {:.4}; standard error {}{}",
+            f.name,
+            f.value,
+            f.unit,
+            f.start,
+            optional(f.standard_error, 4),
+            if f.at_bound { "; stands at its bound" } else { "" }
+        );
+    }
+}

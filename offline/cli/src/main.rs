@@ -1,0 +1,266 @@
+//! Parse, call one library function, print. The only home of anyhow; exit codes are set here.
+
+/// Prints as the standard library's macro does, but a reader that has gone away (`| head`) does not end the work.
+macro_rules! print {
+    ($($what:tt)*) => { $crate::say(&mut std::io::stdout(), format_args!($($what)*)) };
+}
+
+/// As `print`, with the line's end.
+macro_rules! println {
+    () => { print!("\n") };
+    ($($what:tt)*) => { print!("{}\n", format_args!($($what)*)) };
+}
+
+/// As `println`, to standard error.
+macro_rules! eprintln {
+    ($($what:tt)*) => { $crate::say(&mut std::io::stderr(), format_args!("{}\n", format_args!($($what)*))) };
+}
+
+mod build;
+mod config;
+mod confirm;
+mod diagnose;
+mod eval;
+mod export;
+mod identify;
+mod mesh;
+mod model;
+mod phantom;
+mod reduce;
+mod simulate;
+
+use std::{
+    fmt,
+    io::{self, Write as _},
+    ops::ControlFlow,
+    path::PathBuf,
+    process::ExitCode,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use clap::{Parser, Subcommand, ValueEnum};
+use config::ConfigFile;
+use fingerpad_fe::experiment::{Config, ConfigError};
+use fingerpad_fe::load_path::{Finger, MarchError, Progress};
+use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Fingertip friction: finite-element contact of a soft finger on a rigid plane, with the rubber friction law
+/// tau_crit = tau_0 + lambda sigma^beta. Units: mm, N, s, MPa.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 110)]
+#[command(after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 130 interrupted.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// The main job: mesh, press and slide at the measured depths, report
+    Build(build::Args),
+    /// Calibrate the finger on a measured table and identify the friction law
+    Identify(identify::Args),
+    /// Follow a path of the plane with the finite-element model
+    Simulate(simulate::Args),
+    /// Name the effect that measured runs show and the model lacks
+    Diagnose(diagnose::Args),
+    /// Write the fingertip's mesh, or the whole problem for another program
+    Mesh(mesh::Args),
+    /// Fit the reduced model to finite-element runs, or make these runs
+    Reduce(reduce::Args),
+    /// Follow a path of the plane with the reduced model
+    Eval(eval::Args),
+    /// Write a model as a Rust constant, a C array or JSON
+    Export(export::Args),
+    /// Write the parametric fingertip as a labelled volume, to test the way from a scan to a mesh
+    Phantom(phantom::Args),
+}
+
+/// Settings that every command with a finite-element model takes.
+#[derive(clap::Args)]
+struct Model {
+    /// Configuration file (TOML); what it leaves out has its default
+    #[arg(long, value_name = "F.toml")]
+    config: Option<PathBuf>,
+    /// Shape: a, b, d, e, base, or a geometry file
+    #[arg(long, value_name = "NAME|F.toml")]
+    shape: Option<String>,
+    /// Labelled volume (.nrrd, .nii, .nii.gz) in place of a shape; its settings stand under [volume] in --config
+    #[arg(long, value_name = "FILE", conflicts_with = "shape")]
+    volume: Option<PathBuf>,
+    /// Mesh of another program (.inp, .msh) in place of a shape; its settings stand under [imported] in --config
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "volume"])]
+    imported: Option<PathBuf>,
+    /// Resolution of the mesh
+    #[arg(long, value_name = "PRESET")]
+    mesh_preset: Option<Preset>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Preset {
+    /// About 2 300 nodes
+    Coarse,
+    /// About 11 000 nodes
+    Default,
+    /// About 58 000 nodes
+    Fine,
+}
+
+impl Model {
+    /// What the finite elements are given.
+    fn config(&self) -> Result<Config, Failure> {
+        Ok(self.settings()?.0)
+    }
+
+    /// What the finite elements and the identification are given.
+    fn settings(&self) -> Result<(Config, fingerpad_identify::Settings), Failure> {
+        let (mut config, identify) = match &self.config {
+            Some(path) => ConfigFile::read(path)?,
+            None => Default::default(),
+        };
+        if let Some(shape) = &self.shape {
+            config.shape.0 = shape.clone();
+            (config.volume, config.imported) = (None, None);
+        }
+        if let Some(file) = &self.volume {
+            config.volume.get_or_insert_default().file = file.clone();
+            config.imported = None;
+        }
+        if let Some(file) = &self.imported {
+            config.imported.get_or_insert_default().file = file.clone();
+            config.volume = None;
+        }
+        match self.mesh_preset {
+            Some(Preset::Coarse) => config.mesh_preset = MeshPreset::Coarse,
+            Some(Preset::Default) => config.mesh_preset = MeshPreset::Default,
+            Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
+            None => {}
+        }
+        Ok((config, identify))
+    }
+}
+
+/// Why a command ended, as an exit code.
+#[derive(Debug)]
+enum Failure {
+    /// Bad usage or input: 2.
+    Input(anyhow::Error),
+    /// The numerics failed: 3.
+    Numerics(anyhow::Error),
+    /// Ctrl-C: 130.
+    Interrupted(String),
+}
+
+impl From<ConfigError> for Failure {
+    fn from(error: ConfigError) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+impl From<fingerpad_formats::Error> for Failure {
+    fn from(error: fingerpad_formats::Error) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the run may go on; to be returned by progress callbacks.
+fn go_on() -> ControlFlow<()> {
+    if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Runs the program.
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    // A second Ctrl-C ends at once.
+    let handler = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("interrupted: finishing the increment, keeping what is done (again to stop at once)");
+    });
+    if let Err(error) = handler {
+        eprintln!("warning: Ctrl-C will not keep unfinished work: {error}");
+    }
+    let result = match cli.command {
+        Command::Build(args) => build::run(&args),
+        Command::Identify(args) => identify::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
+        Command::Mesh(args) => mesh::run(&args),
+        Command::Reduce(args) => reduce::run(&args),
+        Command::Eval(args) => eval::run(&args),
+        Command::Export(args) => export::run(&args),
+        Command::Phantom(args) => phantom::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(error)) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+        Err(Failure::Numerics(error)) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(3)
+        }
+        Err(Failure::Interrupted(kept)) => {
+            eprintln!("interrupted: {kept}");
+            ExitCode::from(130)
+        }
+    }
+}
+
+/// Writes to a standard stream. What cannot be written because nobody reads it any more is dropped; anything else,
+/// such as a full disk behind a redirection, ends the program with exit code 2.
+fn say(stream: &mut dyn io::Write, text: fmt::Arguments) {
+    if let Err(error) = stream.write_fmt(text).and_then(|()| stream.flush())
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        // Standard error may be the stream that failed.
+        let _ = writeln!(io::stderr(), "error: standard output: {error}");
+        std::process::exit(2);
+    }
+}
+
+/// Spinner for a step of a few seconds whose length is not known.
+fn busy(what: &str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner().with_message(what.to_owned());
+    bar.enable_steady_tick(std::time::Duration::from_millis(100));
+    bar
+}
+
+/// Mesh and body of a configuration; a volume takes some seconds.
+fn make_finger(config: &Config) -> Result<(Finger, FirstTouch), ConfigError> {
+    let spinner = busy("mesh");
+    let made = config.finger();
+    spinner.finish_and_clear();
+    made
+}
+
+/// Bar that shows a run's share, increments, iterations, cutbacks and time left.
+fn bar(name: String) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {msg}  {eta} left")
+        .expect("a valid template");
+    ProgressBar::new(1000).with_style(style).with_prefix(name)
+}
+
+/// Shows progress on a bar.
+fn show(bar: &ProgressBar, progress: &Progress) {
+    bar.set_position((progress.share * 1000.0) as u64);
+    let cost = &progress.cost;
+    bar.set_message(format!(
+        "increment {}, {} iterations, {} cut back",
+        cost.increments, cost.iterations, cost.cutbacks
+    ));
+}
+
+/// A failed march as a failure; `kept` says what was saved.
+fn march_failure(error: MarchError, what: &str, kept: String) -> Failure {
+    match error {
+        MarchError::Interrupted { .. } => Failure::Interrupted(kept),
+        MarchError::Path(_) => Failure::Input(anyhow::Error::new(error).context(what.to_owned())),
+        MarchError::Stuck { .. } => Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})"))),
+    }
+}

@@ -1,0 +1,190 @@
+//! `fingerpad mesh`: the fingertip's mesh for other programs.
+
+use std::path::PathBuf;
+
+use fingerpad_fe::experiment::{ConfigError, Origin};
+use fingerpad_fe::load_path::Finger;
+use fingerpad_fe::mesh;
+use fingerpad_fe::mesh::{Region, imported::ImportReport, volume::VolumeReport};
+use fingerpad_formats as formats;
+use fingerpad_report as report;
+
+use super::{Failure, Model, busy};
+
+/// Write the fingertip's mesh, or the whole problem for another program.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad mesh --out finger.vtu                       ParaView
+  fingerpad mesh --shape a --out finger.msh             Gmsh 4.1
+  fingerpad mesh --mesh-preset coarse --out finger.inp  Abaqus, CalculiX: mesh and sets
+  fingerpad mesh --out press.inp --deck                 CalculiX: the frictionless press with fixed bones, whole
+  fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume, with a report of how well it was followed
+  fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh, checked
+  fingerpad mesh --out finger.vtu --picture finger.png  and a picture")]
+pub struct Args {
+    #[command(flatten)]
+    model: Model,
+    /// File to write; its ending decides the format: .vtu, .msh or .inp
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// With .inp: materials, supports, contact and steps as well
+    #[arg(long)]
+    deck: bool,
+    /// Picture to write as well (PNG): cut open at y = 0, and from below
+    #[arg(long, value_name = "F.png")]
+    picture: Option<PathBuf>,
+    /// Print the quality report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let config = args.model.config()?;
+    let spinner = busy("mesh");
+    let made = config.fingertip();
+    spinner.finish_and_clear();
+    let (fingertip, origin) = made?;
+    let touch = fingertip.touch;
+    let finger = Finger::new(fingertip, &config.tissue).map_err(ConfigError::from)?;
+    let ending = args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    match ending.as_str() {
+        "vtu" => fingerpad_fe::load_path::vtu::write_mesh(&args.out, &finger.mesh)?,
+        "msh" => formats::msh::write(&args.out, &finger.mesh)?,
+        "inp" if args.deck => {
+            let text = deck(&config, &finger.mesh)?;
+            formats::atomic_write(&args.out, |w| w.write_all(text.as_bytes()))?;
+        }
+        "inp" => formats::inp::write(&args.out, &finger.mesh, &Default::default())?,
+        _ => {
+            return Err(Failure::Input(anyhow::anyhow!(
+                "--out {}: the ending must be .vtu, .msh or .inp",
+                args.out.display()
+            )));
+        }
+    }
+    if let Some(path) = &args.picture {
+        let png = report::mesh_picture(&finger.mesh).map_err(|e| Failure::Numerics(e.into()))?;
+        formats::atomic_write(path, |w| w.write_all(&png))?;
+    }
+    let quality = mesh::quality(&finger.mesh);
+    if args.json {
+        let regions: serde_json::Map<String, serde_json::Value> = quality
+            .regions
+            .iter()
+            .map(|(region, q)| {
+                let value = serde_json::json!({
+                    "hexes": q.hexes, "tets": q.tets, "volume_mm3": q.volume_mm3,
+                    "worst_scaled_jacobian": q.worst_scaled_jacobian,
+                });
+                (format!("{region:?}"), value)
+            })
+            .collect();
+        let origin = match &origin {
+            Origin::Shape(shape) => serde_json::json!({ "shape": shape }),
+            Origin::Volume(template, report) => serde_json::json!({ "volume": report, "template": template }),
+            Origin::Imported(report) => serde_json::json!({ "imported": report }),
+        };
+        let value = serde_json::json!({
+            "geometry": origin,
+            "nodes": quality.nodes, "hexes": quality.hexes, "tets": quality.tets,
+            "pad_faces": finger.mesh.pad_faces.len(), "free_dofs": finger.body.dofs.count,
+            "worst_hex_scaled_jacobian": quality.worst_hex_scaled_jacobian,
+            "worst_tet_scaled_jacobian": quality.worst_tet_scaled_jacobian,
+            "min_edge_mm": quality.min_edge_mm, "max_edge_mm": quality.max_edge_mm,
+            "curvature_radius_mm": touch.curvature_radius_mm,
+            "regions": regions,
+        });
+        println!("{value:#}");
+        return Ok(());
+    }
+    println!(
+        "{}: {} nodes, {} hexes, {} tets, {} pad faces, {} free dofs",
+        args.out.display(),
+        quality.nodes,
+        quality.hexes,
+        quality.tets,
+        finger.mesh.pad_faces.len(),
+        finger.body.dofs.count
+    );
+    println!(
+        "worst scaled Jacobian: hexes {:.3}, nail tets {:.3}; edges {:.2} to {:.2} mm; pad radius along the finger {:.1} mm",
+        quality.worst_hex_scaled_jacobian,
+        quality.worst_tet_scaled_jacobian,
+        quality.min_edge_mm,
+        quality.max_edge_mm,
+        touch.curvature_radius_mm
+    );
+    for (region, q) in &quality.regions {
+        let name = match region {
+            Region::Skin => "skin",
+            Region::Subcutaneous => "subcutaneous",
+            Region::DistalBone => "distal bone",
+            Region::ProximalBone => "proximal bone",
+            Region::Nail => "nail",
+        };
+        println!("{name:>14}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
+    }
+    match &origin {
+        Origin::Shape(_) => {}
+        Origin::Volume(_, report) => print_volume(report),
+        Origin::Imported(report) => print_import(report),
+    }
+    Ok(())
+}
+
+fn print_volume(report: &VolumeReport) {
+    let [x, y, z] = report.voxel_mm;
+    println!("voxels {x:.4} x {y:.4} x {z:.4} mm; the finger stands {:.2}° about its dorsal axis", report.yaw_deg);
+    for (name, s) in [("skin", &report.skin), ("bone", &report.bone)] {
+        let [low, high] = s.offset_mm;
+        println!(
+            "{name:>14}: surface {low:+.3} to {high:+.3} mm off the parametric template (labels {:.3} mm rms off it); \
+             labels' border {:.3} mm rms off the surface, {:.3} mm at most beyond the voxels' own room",
+            s.template_rms_mm, s.border_rms_mm, s.beyond_voxels_mm
+        );
+    }
+    if report.filled_voxels + report.dropped_voxels > 0 {
+        println!("{} voxels filled, {} dropped", report.filled_voxels, report.dropped_voxels);
+    }
+    if !report.nail_measured {
+        println!("no nail in the labels: it is where the settings say");
+    }
+}
+
+fn print_import(report: &ImportReport) {
+    println!(
+        "mended: {} elements turned, {} nodes merged, {} unused nodes dropped, {} nodes tied (moved {:.1e} mm at most), \
+         {} attached to bone",
+        report.turned_elements,
+        report.merged_nodes,
+        report.unused_nodes,
+        report.tied_nodes,
+        report.tie_moved_mm,
+        report.attached_nodes
+    );
+    if !report.ignored.is_empty() {
+        println!("not read: {}", report.ignored.join(", "));
+    }
+}
+
+#[cfg(unix)]
+fn deck(config: &fingerpad_fe::experiment::Config, mesh: &mesh::Mesh) -> Result<String, Failure> {
+    use fingerpad_fe::compare_ccx::{Contact, Deck, Material, Step};
+    let ogden = |law: fingerpad_fe::material::Ogden| Material::Ogden {
+        mu_mpa: law.mu_mpa,
+        alpha: law.alpha,
+        d_per_mpa: law.d_per_mpa,
+    };
+    let nail = Material::Elastic { young_mpa: config.tissue.nail.young_mpa, poisson: config.tissue.nail.poisson };
+    let contact = Contact { penalty_mpa_mm: config.numerics.contact.penalty_mpa_per_mm, friction: None };
+    let steps = vec![Step::press(&config.experiment.depths_mm)];
+    let deck = Deck::finger(mesh, ogden(config.tissue.skin), ogden(config.tissue.subcutaneous), nail, contact, steps);
+    deck.to_text().map_err(|e| Failure::Input(e.into()))
+}
+
+#[cfg(not(unix))]
+fn deck(_: &fingerpad_fe::experiment::Config, _: &mesh::Mesh) -> Result<String, Failure> {
+    Err(Failure::Input(anyhow::anyhow!("--deck needs a Unix system")))
+}

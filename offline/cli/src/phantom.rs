@@ -1,0 +1,74 @@
+//! `fingerpad phantom`: the parametric fingertip as a labelled volume.
+
+use std::path::PathBuf;
+
+use fingerpad_fe::experiment::ConfigError;
+use fingerpad_fe::mesh::volume::{PhantomSettings, label, phantom};
+use fingerpad_formats as formats;
+
+use super::{Failure, Model, busy};
+
+/// Write the parametric fingertip as a labelled volume (outside 0, soft tissue 1, bone 2, nail 3).
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad phantom --out finger.nrrd                          512 x 128 x 128 voxels over 120 x 30 x 30 mm
+  fingerpad phantom --shape a --out finger.nii.gz              NIfTI
+  fingerpad phantom --voxels 200 100 60 --out flat.nrrd        voxels of 0.6 x 0.3 x 0.5 mm
+  fingerpad mesh --volume finger.nrrd --out finger.vtu         and back to a mesh")]
+pub struct Args {
+    #[command(flatten)]
+    model: Model,
+    /// Volume to write; its ending decides the format: .nrrd (gzip), .nii or .nii.gz
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Voxels along the finger, across it and up
+    #[arg(long, num_args = 3, value_names = ["NX", "NY", "NZ"])]
+    voxels: Option<Vec<usize>>,
+    /// Size of the volume, mm
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"])]
+    extent_mm: Option<Vec<f64>>,
+    /// Air before the tip, mm
+    #[arg(long, value_name = "MM")]
+    margin_mm: Option<f64>,
+    /// Leave the nail out of the labels
+    #[arg(long)]
+    no_nail: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let config = args.model.config()?;
+    if config.volume.is_some() || config.imported.is_some() {
+        return Err(Failure::Input(anyhow::anyhow!("a phantom is made of a parametric shape: give --shape")));
+    }
+    let mut settings = PhantomSettings { nail: !args.no_nail, ..Default::default() };
+    if let Some(&[x, y, z]) = args.voxels.as_deref() {
+        settings.voxels = [x, y, z];
+    }
+    if let Some(&[x, y, z]) = args.extent_mm.as_deref() {
+        settings.extent_mm = [x, y, z];
+    }
+    settings.margin_mm = args.margin_mm.unwrap_or(settings.margin_mm);
+    if !(settings.margin_mm.is_finite() && settings.margin_mm >= 0.0) {
+        return Err(Failure::Input(anyhow::anyhow!("--margin-mm {}: must be a number from 0", settings.margin_mm)));
+    }
+    let shape = config.fingertip_shape()?;
+    formats::volume::check_name(&args.out)?;
+    let spinner = busy("voxels");
+    let made = phantom(&shape, &settings).map_err(ConfigError::from);
+    spinner.finish_and_clear();
+    let volume = made?;
+    formats::volume::write(&args.out, &volume)?;
+    let [i, j, k] = settings.voxels;
+    let [hx, hy, hz] = settings.spacing_mm();
+    println!("{}: {i} x {j} x {k} voxels of {hx:.4} x {hy:.4} x {hz:.4} mm", args.out.display());
+    let names =
+        [(label::OUTSIDE, "outside"), (label::SOFT, "soft tissue"), (label::BONE, "bone"), (label::NAIL, "nail")];
+    let counts = volume.counts();
+    for (label, name) in names.into_iter().filter(|(label, _)| counts.contains_key(label)) {
+        let voxels = counts[&label];
+        println!("label {label} {name:>12}: {voxels:>9} voxels, {:>9.1} mm³", voxels as f64 * hx * hy * hz);
+    }
+    Ok(())
+}

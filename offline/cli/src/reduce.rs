@@ -1,0 +1,325 @@
+//! `fingerpad reduce`: the design of experiments and the fit of the reduced model to it.
+
+use std::{
+    collections::VecDeque,
+    fs,
+    path::{Path, PathBuf},
+    sync::Mutex,
+};
+
+use anyhow::Context;
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{Finger, MarchError, Trajectory, march};
+use fingerpad_formats::atomic_write;
+use fingerpad_reduce::{self as reduce, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings};
+use fingerpad_report as report;
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+use super::{Failure, Model, bar, go_on, show};
+
+/// Fit the reduced model to finite-element runs, or make these runs
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad reduce --design --mesh-preset coarse --runs runs   run what is missing of the design of experiments
+  fingerpad reduce --runs runs --out model.fpm                 fit, replay through the core, write the model file
+  fingerpad reduce --design --runs runs --out model.fpm        both
+  fingerpad reduce --runs runs --out model.fpm --report report --curve
+                                                               with pictures, and what accuracy costs
+
+The design has about 150 paths in seven kinds, half of them held out: the fit never sees them. Each finished path is a
+file of its own in the folder; a killed design goes on where it was. Runs of other settings are kept apart by the hash
+in their names.")]
+pub struct Args {
+    /// Folder of the runs
+    #[arg(long, value_name = "DIR")]
+    runs: PathBuf,
+    /// Model file to write
+    #[arg(long, value_name = "MODEL.fpm", required_unless_present = "design")]
+    out: Option<PathBuf>,
+    /// Run what the folder lacks of the design of experiments first
+    #[arg(long)]
+    design: bool,
+    /// Folder for pictures and numbers of the fit
+    #[arg(long, value_name = "DIR", requires = "out")]
+    report: Option<PathBuf>,
+    /// Fit other numbers of elements and table nodes as well, for the report's curve of accuracy against cost
+    #[arg(long, requires = "report")]
+    curve: bool,
+    /// Fits from beside the best one so far; the best on the paths of the fit is kept
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    restarts: usize,
+    #[command(flatten)]
+    model: Model,
+    /// Threads; each path runs on one [default: the machine's]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+}
+
+impl From<ReduceError> for Failure {
+    fn from(error: ReduceError) -> Self {
+        match error {
+            ReduceError::Fit(_) | ReduceError::Model(_) => Self::Numerics(error.into()),
+            ReduceError::Run { .. } | ReduceError::Runs(_) => Self::Input(error.into()),
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.design {
+        run_design(&args.model.config()?, &args.runs, args.jobs)?;
+    }
+    let Some(out) = &args.out else { return Ok(()) };
+    let mut runs = read_runs(&args.runs)?;
+    let config = args.model.config()?;
+    if args.design {
+        // The folder may hold the design of other settings as well.
+        let hash = reduce::settings_hash(&config)?;
+        runs.retain(|run| run.settings_hash == hash);
+    }
+    let settings = Settings { restarts: args.restarts, ..Settings::default() };
+    let reduced = fit(&runs, config.friction.beta, &settings, out)?;
+    if let Some(folder) = &args.report {
+        write_report(folder, &runs, &reduced, config.friction.beta, args.curve.then_some(&settings))?;
+    }
+    Ok(())
+}
+
+/// Fits, prints the errors and writes the model file.
+pub(super) fn fit(runs: &[Run], exponent: f64, settings: &Settings, out: &Path) -> Result<Reduced, Failure> {
+    let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
+    let hash = runs.first().map_or("", |r| &r.settings_hash);
+    println!("{} runs of settings {hash}, {early} ended early", runs.len());
+    let spinner = ProgressBar::new_spinner().with_message("fitting, every step through the core");
+    spinner.enable_steady_tick(std::time::Duration::from_millis(120));
+    let reduced = reduce::reduce(runs, exponent, settings);
+    spinner.finish_and_clear();
+    let reduced = reduced?;
+    let bytes = reduced.file(&[])?;
+    atomic_write(out, |w| w.write_all(&bytes))?;
+    print_summary(&reduced);
+    println!("{}: {} bytes", out.display(), bytes.len());
+    print_speed(runs, &reduced)?;
+    Ok(reduced)
+}
+
+/// Page, numbers and figures of the fit; with settings for a `curve` other sizes are fitted for it.
+fn write_report(
+    folder: &Path,
+    runs: &[Run],
+    reduced: &Reduced,
+    exponent: f64,
+    curve: Option<&Settings>,
+) -> Result<(), Failure> {
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
+    let mut points = Vec::new();
+    if let Some(settings) = curve {
+        let bar = bar("other sizes".into());
+        points = reduce::curve(runs, exponent, settings, |share| {
+            bar.set_position((share * 1000.0) as u64);
+            go_on().is_continue()
+        })?;
+        bar.finish_and_clear();
+    }
+    let numbers = |e: anyhow::Error| Failure::Numerics(e);
+    let report = report::reduced_report(runs, reduced, &points).map_err(|e| numbers(e.into()))?;
+    let rendered = report::render_reduced(&report).map_err(|e| numbers(e.into()))?;
+    atomic_write(&folder.join("reduced.html"), |w| w.write_all(rendered.html.as_bytes()))?;
+    atomic_write(&folder.join("reduced.json"), |w| w.write_all(rendered.json.as_bytes()))?;
+    for (name, png) in &rendered.figures {
+        atomic_write(&folder.join(name), |w| w.write_all(png))?;
+    }
+    println!("{}: {} figures", folder.join("reduced.html").display(), rendered.figures.len());
+    if go_on().is_break() {
+        return Err(Failure::Interrupted("the model and a report without the whole curve are kept".into()));
+    }
+    Ok(())
+}
+
+/// All runs of the folder, which must be of one kind of settings.
+pub(super) fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
+    let place = || folder.display().to_string();
+    let entries = fs::read_dir(folder).with_context(place).map_err(Failure::Input)?;
+    let mut files = Vec::new();
+    for entry in entries {
+        let path = entry.with_context(place).map_err(Failure::Input)?.path();
+        if path.extension().is_some_and(|e| e == "fprun") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    let mut runs = Vec::with_capacity(files.len());
+    for path in &files {
+        let bytes = fs::read(path).with_context(|| path.display().to_string()).map_err(Failure::Input)?;
+        runs.push(Run::from_bytes(&bytes, path)?);
+    }
+    if runs.is_empty() {
+        return Err(Failure::Input(anyhow::anyhow!("{}: no runs (*.fprun); make them with --design", place())));
+    }
+    Ok(runs)
+}
+
+/// What the same paths cost both models.
+fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
+    let model = reduced.data.model().map_err(ReduceError::from)?;
+    println!(
+        "                         finite elements, s a path   reduced, us a path   steps   ns a step        ratio"
+    );
+    for kind in Kind::ALL {
+        let of_kind: Vec<&Run> = runs.iter().filter(|r| r.kind == kind).collect();
+        let count = of_kind.len() as f64;
+        if of_kind.is_empty() {
+            continue;
+        }
+        let steps: usize = of_kind.iter().map(|run| reduce::replay_steps(run)).sum();
+        // The best of a few: other work on the machine only ever adds.
+        let once = || {
+            let start = std::time::Instant::now();
+            for run in &of_kind {
+                std::hint::black_box(reduce::replay(&model, run));
+            }
+            start.elapsed().as_secs_f64()
+        };
+        let taken_s = (0..9).map(|_| once()).fold(f64::INFINITY, f64::min);
+        let cpu_s: f64 = of_kind.iter().map(|r| r.cpu_s).sum();
+        println!(
+            "  {:20} {:>27.2} {:>20.1} {:>7.0} {:>11.1} {:>12.2e}",
+            kind.as_str(),
+            cpu_s / count,
+            1e6 * taken_s / count,
+            steps as f64 / count,
+            1e9 * taken_s / steps as f64,
+            cpu_s / taken_s
+        );
+    }
+    Ok(())
+}
+
+fn print_summary(reduced: &Reduced) {
+    println!("cost {:.4e} -> {:.4e}; {}", reduced.cost[0], reduced.cost[1], reduced.ended);
+    println!("                         N, of range   F, of limit   stick straight   turned   regime right   paths");
+    let line = |name: &str, s: &Scores| {
+        println!(
+            "{name:22} {:>12.2} % {:>11.2} % {:>16.3} {:>8.3} {:>12.1} % {:>7}",
+            100.0 * s.normal_of_range,
+            100.0 * s.friction_of_limit,
+            s.stick_straight,
+            s.stick_turned,
+            100.0 * s.regime_right,
+            s.paths
+        );
+    };
+    line("fit", &Scores::of(&reduced.scores, |s| !s.held_out));
+    line("held out", &reduced.meta.held_out);
+    for kind in Kind::ALL {
+        let of_kind = Scores::of(&reduced.scores, |s| s.held_out && s.kind == kind);
+        if of_kind.paths > 0 {
+            line(&format!("  {}", kind.as_str()), &of_kind);
+        }
+    }
+    for (name, c) in ["all", "stick", "partial slip", "slip"].iter().zip(&reduced.meta.coverage) {
+        let (normal, friction) = (100.0 * c.normal, 100.0 * c.friction);
+        println!("band of 95 %, {name}: normal force {normal:.1} %, friction {friction:.1} % of {} rows", c.rows);
+    }
+    let (share, name) = &reduced.meta.held_out.worst_friction;
+    println!("worst path held out: {name}, friction {:.1} % of the limit", 100.0 * share);
+}
+
+/// Runs the paths of the design that have no file yet, a thread per path.
+pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
+    let (finger, _) = super::make_finger(config)?;
+    config.check_depths(&[reduce::DEPTH_MAX_MM], &finger)?;
+    let hash = reduce::settings_hash(config)?;
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
+    let design = reduce::design();
+    let file = |e: &Experiment| folder.join(Run::file_name(e, &hash));
+    let mut queue: VecDeque<&Experiment> = design.iter().filter(|e| !file(e).exists()).collect();
+    // All kinds in turn, so that an interrupted design is a small one.
+    queue.make_contiguous().sort_by_key(|e| e.name.split_once('-').map(|(_, number)| number.to_owned()));
+    let missing = queue.len();
+    println!(
+        "{} of {} paths are there; settings {hash}, folder {}",
+        design.len() - missing,
+        design.len(),
+        folder.display()
+    );
+    if missing == 0 {
+        return Ok(());
+    }
+    let threads = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, missing);
+    let bars = MultiProgress::new();
+    let style =
+        ProgressStyle::with_template("{prefix:>16} {bar:30} {pos}/{len} paths  {eta} left").expect("a valid template");
+    let total = bars.add(ProgressBar::new(missing as u64).with_style(style).with_prefix("design"));
+    let queue = Mutex::new(queue);
+    let failures: Mutex<Vec<Failure>> = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let Some(next) = queue.lock().expect("no panic while locked").pop_front() else { return };
+                    if go_on().is_break() {
+                        return;
+                    }
+                    if let Err(failure) = run_one(config, &finger, next, &hash, &file(next), &bars) {
+                        failures.lock().expect("no panic while locked").push(failure);
+                        return;
+                    }
+                    total.inc(1);
+                }
+            });
+        }
+    });
+    total.finish_and_clear();
+    if let Some(failure) = failures.into_inner().expect("threads have ended").into_iter().next() {
+        return Err(failure);
+    }
+    if go_on().is_break() {
+        return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
+    }
+    Ok(())
+}
+
+fn run_one(
+    config: &Config,
+    finger: &Finger,
+    experiment: &Experiment,
+    hash: &str,
+    file: &Path,
+    bars: &MultiProgress,
+) -> Result<(), Failure> {
+    let bar = bars.add(bar(experiment.name.clone()));
+    let result = march(&config.problem(finger), &experiment.path, &[], &mut |progress| {
+        show(&bar, &progress);
+        go_on()
+    });
+    bar.finish_and_clear();
+    let (trajectory, ended_early): (Trajectory, _) = match result {
+        Ok(trajectory) => (trajectory, None),
+        // A path that got stuck is kept as far as it came, and says so.
+        Err(MarchError::Stuck { reached, source, t_s, .. }) => (*reached, Some(format!("t = {t_s} s: {source}"))),
+        Err(MarchError::Interrupted { .. }) => {
+            return Err(Failure::Interrupted("finished paths are kept".to_owned()));
+        }
+        Err(error @ MarchError::Path(_)) => {
+            return Err(Failure::Input(anyhow::Error::new(error).context(experiment.name.clone())));
+        }
+    };
+    if let Some(problem) = &ended_early {
+        bars.println(format!("{}: ended early, {problem}", experiment.name)).ok();
+    }
+    let run = Run {
+        name: experiment.name.clone(),
+        kind: experiment.kind,
+        held_out: experiment.held_out,
+        settings_hash: hash.to_owned(),
+        path: experiment.path.clone(),
+        samples: trajectory.responses.iter().map(Sample::from).collect(),
+        ended_early,
+        cpu_s: trajectory.cost.cpu_s,
+    };
+    let bytes = run.to_bytes();
+    atomic_write(file, |w| w.write_all(&bytes))?;
+    Ok(())
+}

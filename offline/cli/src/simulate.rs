@@ -1,0 +1,125 @@
+//! `fingerpad simulate`: the finite-element model along a path.
+
+use std::path::{Path, PathBuf};
+
+use fingerpad_fe::experiment::bone_height_mm;
+use fingerpad_fe::load_path::{Drive, MarchError, Trajectory, march};
+
+use super::{Failure, Model, bar, go_on, make_finger, march_failure, show};
+
+/// Follow a path of the plane with the finite-element model.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
+  fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv
+  fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
+
+The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, straight between rows; normal_force_n in place of
+depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. The response has a row at least at
+every row of the path.")]
+pub struct Args {
+    /// Path of the plane (CSV)
+    #[arg(long, value_name = "PATH.csv")]
+    path: PathBuf,
+    /// Response to write (CSV)
+    #[arg(long, value_name = "RESPONSE.csv")]
+    out: PathBuf,
+    #[command(flatten)]
+    model: Model,
+    /// Factor of the friction law, MPa^(1-beta)
+    #[arg(long, value_name = "L")]
+    lambda: Option<f64>,
+    /// Exponent of the friction law
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    beta: Option<f64>,
+    /// Pressure-independent strength, MPa
+    #[arg(long, value_name = "T")]
+    tau0_mpa: Option<f64>,
+    /// Elastic slip at the strength, mm
+    #[arg(long, value_name = "G")]
+    gamma_crit_mm: Option<f64>,
+    /// Folder for ParaView files, one per row of the path, with a .pvd
+    #[arg(long, value_name = "DIR")]
+    vtu: Option<PathBuf>,
+    /// Press without friction until the first row that slides
+    #[arg(long)]
+    frictionless_press: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut config = args.model.config()?;
+    let law = &mut config.friction;
+    for (flag, value, target, least) in [
+        ("lambda", args.lambda, &mut law.lambda, 0.0),
+        ("beta", args.beta, &mut law.beta, f64::NEG_INFINITY),
+        ("tau0-mpa", args.tau0_mpa, &mut law.tau0_mpa, 0.0),
+        ("gamma-crit-mm", args.gamma_crit_mm, &mut law.gamma_crit_mm, f64::MIN_POSITIVE),
+    ] {
+        if let Some(value) = value {
+            if !(value.is_finite() && value >= least) {
+                return Err(Failure::Input(anyhow::anyhow!("--{flag} {value}: not a valid value")));
+            }
+            *target = value;
+        }
+    }
+    config.numerics.march.friction_while_pressing &= !args.frictionless_press;
+    let path = fingerpad_fe::load_path::path_csv::read(&args.path)?;
+    let (finger, _) = make_finger(&config)?;
+    if path.drives[0] == Drive::Displacement {
+        let room = bone_height_mm(&finger);
+        if let Some((row, point)) = path.waypoints.iter().enumerate().find(|(_, p)| !(p.normal < room)) {
+            return Err(Failure::Input(anyhow::anyhow!(
+                "{}: data row {}: depth_mm {} reaches the bone, whose lowest point is {room:.2} mm above first touch",
+                args.path.display(),
+                row + 1,
+                point.normal
+            )));
+        }
+    }
+    let snapshots: Vec<usize> = if args.vtu.is_some() { (0..path.waypoints.len()).collect() } else { Vec::new() };
+    let bar = bar("simulate".into());
+    let result = march(&config.problem(&finger), &path, &snapshots, &mut |progress| {
+        show(&bar, &progress);
+        go_on()
+    });
+    bar.finish_and_clear();
+    let save = |trajectory: &Trajectory, out: &Path| -> Result<(), Failure> {
+        fingerpad_fe::load_path::response_csv::write(out, &trajectory.responses)?;
+        if let Some(folder) = &args.vtu {
+            let name = out.file_stem().map_or("fields".into(), |s| s.to_string_lossy());
+            fingerpad_fe::load_path::vtu::write_series(folder, &name, &finger.mesh, &trajectory.snapshots)?;
+        }
+        Ok(())
+    };
+    match result {
+        Ok(trajectory) => {
+            save(&trajectory, &args.out)?;
+            let cost = &trajectory.cost;
+            println!(
+                "{}: {} rows; {} increments, {} iterations, {} cut back, {:.1} s CPU",
+                args.out.display(),
+                trajectory.responses.len(),
+                cost.increments,
+                cost.iterations,
+                cost.cutbacks,
+                cost.cpu_s
+            );
+            Ok(())
+        }
+        Err(mut error) => {
+            // What was reached goes beside the output, under a name that nobody takes for the whole.
+            let partial = args.out.with_extension("partial.csv");
+            let mut kept = "nothing was kept".to_owned();
+            if let MarchError::Stuck { reached, .. } | MarchError::Interrupted { reached } = &mut error
+                && !reached.responses.is_empty()
+            {
+                let reached = std::mem::take(reached);
+                save(&reached, &partial)?;
+                kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
+            }
+            Err(march_failure(error, &args.path.display().to_string(), kept))
+        }
+    }
+}

@@ -1,0 +1,486 @@
+//! Residual and tangent of the body: elements of all materials, constraints condensed.
+
+use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3};
+
+use super::{
+    Configuration, DofMap, Material, Supports,
+    configuration::{inverse_left_jacobian_symmetric, rotation_vector},
+    dofs::Role,
+    group::{BlockPlace, Group, group},
+};
+use crate::element::{Hex8, Tangent, Tet4};
+use crate::mesh::{Mesh, Region};
+
+/// Spring between the rigid bone and the ground, at the bone's reference point.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    /// Stiffness against translation of the reference point, N/mm, >= 0.
+    #[serde(deserialize_with = "fingerpad_formats::units::non_negative")]
+    pub translation_n_per_mm: f64,
+    /// Stiffness against rotation, N mm/rad, >= 0.
+    #[serde(deserialize_with = "fingerpad_formats::units::non_negative")]
+    pub rotation_nmm_per_rad: f64,
+}
+
+impl Default for Joint {
+    /// 1 N/mm and 50 N mm/rad: soft beside the bone, stiff enough that the phalanx does not drift; an assumption.
+    fn default() -> Self {
+        Self { translation_n_per_mm: 1.0, rotation_nmm_per_rad: 50.0 }
+    }
+}
+
+/// Why residual or body could not be made.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum BodyError {
+    /// An element is inverted in the undeformed mesh.
+    #[error("element {element} of {region:?} is inverted or has no volume in the undeformed mesh")]
+    InvertedMesh {
+        /// Index in the mesh (tetrahedra count on after the hexahedra).
+        element: usize,
+        /// Its region.
+        region: Region,
+    },
+    /// An element turned inside out under load.
+    #[error("an element turned inside out (det F = {det_f:.3e})")]
+    Inverted {
+        /// Smallest det F met.
+        det_f: f64,
+    },
+}
+
+/// A deformable body with its supports.
+pub struct Body {
+    undeformed: Configuration,
+    hexes: Vec<Group<8, 8>>,
+    tets: Vec<Group<4, 1>>,
+    hex_count: usize,
+    rigid_arms: Vec<(u32, Vector3<f64>)>,
+    tied: Vec<(u32, usize)>,
+    joint: Joint,
+    /// Degrees of freedom.
+    pub dofs: DofMap,
+}
+
+impl Body {
+    /// [`Self::with_hexes`] of mean-dilatation elements.
+    ///
+    /// # Errors
+    /// [`BodyError::InvertedMesh`] names the first element whose Jacobian is not positive.
+    pub fn new(
+        mesh: &Mesh,
+        material: impl Fn(Region) -> Option<Material>,
+        supports: &Supports,
+        rigid_reference: Vector3<f64>,
+        joint: Joint,
+    ) -> Result<Self, BodyError> {
+        Self::with_hexes(Hex8::new, mesh, material, supports, rigid_reference, joint)
+    }
+
+    /// Assembles a body of hexahedra that `hex` makes, [`Hex8::new`] or, to compare with CalculiX,
+    /// [`Hex8::uniform_strain`]; `material` gives the law of a region, or None to leave its elements out (rigid).
+    ///
+    /// `rigid_reference` is the point about which the rigid body turns and where `joint` acts, mm; both are
+    /// unused without rigid nodes. Elements all of whose nodes are fixed, or all rigid, are left out; one between a
+    /// fixed bone and a rigid one stays.
+    ///
+    /// # Errors
+    /// [`BodyError::InvertedMesh`] names the first element whose Jacobian is not positive.
+    pub fn with_hexes(
+        hex: impl Fn(&[[u32; 8]], &[Vector3<f64>]) -> Option<Hex8>,
+        mesh: &Mesh,
+        material: impl Fn(Region) -> Option<Material>,
+        supports: &Supports,
+        rigid_reference: Vector3<f64>,
+        joint: Joint,
+    ) -> Result<Self, BodyError> {
+        let among = |set: &[u32]| {
+            let mut inside = vec![false; mesh.nodes.len()];
+            for &node in set {
+                inside[node as usize] = true;
+            }
+            inside
+        };
+        let (fixed, rigid) = (among(&supports.fixed), among(&supports.rigid));
+        let active = |nodes: &[u32], region: Region| {
+            let all = |inside: &[bool]| nodes.iter().all(|&n| inside[n as usize]);
+            material(region).filter(|_| !all(&fixed) && !all(&rigid))
+        };
+        let hexes: Vec<(usize, Material)> = (0..mesh.hexes.len())
+            .filter_map(|e| active(&mesh.hexes[e].nodes, mesh.hexes[e].region).map(|m| (e, m)))
+            .collect();
+        let tets: Vec<(usize, Material)> = (0..mesh.tets.len())
+            .filter_map(|e| active(&mesh.tets[e].nodes, mesh.tets[e].region).map(|m| (e, m)))
+            .collect();
+        let mut elements: Vec<Vec<u32>> = hexes.iter().map(|&(e, _)| mesh.hexes[e].nodes.to_vec()).collect();
+        elements.extend(tets.iter().map(|&(e, _)| mesh.tets[e].nodes.to_vec()));
+        let dofs = DofMap::new(mesh, supports, &elements);
+
+        let hexes = group(
+            &hexes,
+            &dofs,
+            |e| mesh.hexes[e].nodes,
+            |nodes| hex(nodes, &mesh.nodes),
+            |e| BodyError::InvertedMesh { element: e, region: mesh.hexes[e].region },
+        )?;
+        let tets = group(
+            &tets,
+            &dofs,
+            |e| mesh.tets[e].nodes,
+            |nodes| Tet4::new(nodes, &mesh.nodes),
+            |e| BodyError::InvertedMesh { element: mesh.hexes.len() + e, region: mesh.tets[e].region },
+        )?;
+        let nodes_with = |wanted: fn(&Role) -> bool| {
+            (0..mesh.nodes.len() as u32).filter(|&n| wanted(&dofs.role[n as usize])).collect::<Vec<_>>()
+        };
+        let rigid_arms = nodes_with(|r| *r == Role::Rigid)
+            .into_iter()
+            .map(|n| (n, mesh.nodes[n as usize] - rigid_reference))
+            .collect();
+        let tied = nodes_with(|r| matches!(r, Role::Tied { .. }))
+            .into_iter()
+            .map(|n| match dofs.role[n as usize] {
+                Role::Tied { tie } => (n, tie),
+                _ => unreachable!(),
+            })
+            .collect();
+        Ok(Self {
+            undeformed: Configuration {
+                x: mesh.nodes.clone(),
+                rigid_centre: rigid_reference,
+                rigid_rotation: Rotation3::identity(),
+            },
+            hexes,
+            tets,
+            hex_count: mesh.hexes.len(),
+            rigid_arms,
+            tied,
+            joint,
+            dofs,
+        })
+    }
+
+    /// The undeformed configuration.
+    pub fn undeformed(&self) -> &Configuration {
+        &self.undeformed
+    }
+
+    /// `configuration` moved by `scale * step` (dof order; rotations are spatial rotation vectors).
+    pub fn advance(&self, configuration: &Configuration, step: &[f64], scale: f64) -> Configuration {
+        let mut next = configuration.clone();
+        let part = |dof: usize| Vector3::new(step[dof], step[dof + 1], step[dof + 2]) * scale;
+        for (node, role) in self.dofs.role.iter().enumerate() {
+            if let Role::Free { dof } = role {
+                next.x[node] += part(*dof);
+            }
+        }
+        if let Some(dof) = self.dofs.rigid_dof {
+            next.rigid_centre += part(dof);
+            next.rigid_rotation = Rotation3::new(part(dof + 3)) * configuration.rigid_rotation;
+        }
+        self.follow(&mut next);
+        next
+    }
+
+    /// Moves rigid and tied nodes to where the pose and their masters say.
+    pub fn follow(&self, configuration: &mut Configuration) {
+        for (node, arm) in &self.rigid_arms {
+            configuration.x[*node as usize] = configuration.rigid_centre + configuration.rigid_rotation * arm;
+        }
+        for &(node, tie) in &self.tied {
+            let undeformed = &self.undeformed.x;
+            let moved = self.dofs.masters(tie).iter().fold(Vector3::zeros(), |sum, &(master, weight)| {
+                sum + (configuration.x[master as usize] - undeformed[master as usize]) * weight
+            });
+            configuration.x[node as usize] = undeformed[node as usize] + moved;
+        }
+    }
+
+    /// Internal forces in dof order, N (N mm for rotations): what the body needs from outside to stay there.
+    /// Held dofs are zero.
+    ///
+    /// # Errors
+    /// [`BodyError::Inverted`] if det F <= 0 at any quadrature point.
+    pub fn residual(&self, at: &Configuration, out: &mut Vec<f64>) -> Result<(), BodyError> {
+        out.clear();
+        out.resize(self.dofs.count, 0.0);
+        let mut min_j = f64::INFINITY;
+        for group in &self.hexes {
+            min_j = min_j.min(self.add_forces(group, at, out));
+        }
+        for group in &self.tets {
+            min_j = min_j.min(self.add_forces(group, at, out));
+        }
+        if !(min_j > 0.0) {
+            return Err(BodyError::Inverted { det_f: min_j });
+        }
+        if let Some(dof) = self.dofs.rigid_dof {
+            let moved = (at.rigid_centre - self.undeformed.rigid_centre) * self.joint.translation_n_per_mm;
+            let turned = rotation_vector(&at.rigid_rotation) * self.joint.rotation_nmm_per_rad;
+            for i in 0..3 {
+                out[dof + i] += moved[i];
+                out[dof + 3 + i] += turned[i];
+            }
+        }
+        for &dof in &self.dofs.held {
+            out[dof] = 0.0;
+        }
+        Ok(())
+    }
+
+    /// Tangent of [`Self::residual`] on the pattern of the dofs, symmetric; held dofs are identity rows.
+    ///
+    /// With a rigid body it is the Hessian of the energy along rotation vectors, that is the symmetric part of
+    /// the residual's derivative; the skew part vanishes at equilibrium of the moments.
+    pub fn tangent(&self, at: &Configuration, values: &mut Vec<f64>) {
+        values.clear();
+        values.resize(self.dofs.pattern.row.len(), 0.0);
+        let mut hex = Tangent::new();
+        for group in &self.hexes {
+            match group.material {
+                Material::Ogden(law) => group.batch.tangent(&law, &at.x, &mut hex),
+                Material::Linear(law) => group.batch.tangent(&law, &at.x, &mut hex),
+            }
+            self.add_tangent(group, at, &hex, values);
+        }
+        let mut tet = Tangent::new();
+        for group in &self.tets {
+            match group.material {
+                Material::Ogden(law) => group.batch.tangent(&law, &at.x, &mut tet),
+                Material::Linear(law) => group.batch.tangent(&law, &at.x, &mut tet),
+            }
+            self.add_tangent(group, at, &tet, values);
+        }
+        if self.dofs.rigid_dof.is_some() {
+            self.add_rigid_geometry(at, values);
+        }
+        for &dof in &self.dofs.held {
+            let (start, end) = (self.dofs.pattern.column_start[dof], self.dofs.pattern.column_start[dof + 1]);
+            values[start..end].fill(0.0);
+            values[start] = 1.0;
+        }
+        if !self.dofs.held.is_empty() {
+            let mut held = vec![false; self.dofs.count];
+            for &dof in &self.dofs.held {
+                held[dof] = true;
+            }
+            for column in 0..self.dofs.count {
+                for k in self.dofs.pattern.column_start[column] + 1..self.dofs.pattern.column_start[column + 1] {
+                    if held[self.dofs.pattern.row[k]] {
+                        values[k] = 0.0;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Total strain energy, mJ (the joint's included), and the mean energy density of each hexahedron, MPa
+    /// (0 for elements left out).
+    pub fn energy(&self, at: &Configuration) -> (f64, Vec<f64>) {
+        let mut density = vec![0.0; self.hex_count];
+        let mut total = 0.0;
+        for group in &self.hexes {
+            let energies = match group.material {
+                Material::Ogden(law) => group.batch.energies(&law, &at.x),
+                Material::Linear(law) => group.batch.energies(&law, &at.x),
+            };
+            let volumes = group.batch.volumes();
+            for (lane, &e) in group.elements.iter().enumerate() {
+                total += energies[lane];
+                density[e as usize] = energies[lane] / volumes[lane];
+            }
+        }
+        for group in &self.tets {
+            let energies = match group.material {
+                Material::Ogden(law) => group.batch.energies(&law, &at.x),
+                Material::Linear(law) => group.batch.energies(&law, &at.x),
+            };
+            total += energies[..group.elements.len()].iter().sum::<f64>();
+        }
+        if self.dofs.rigid_dof.is_some() {
+            let moved = (at.rigid_centre - self.undeformed.rigid_centre).norm_squared();
+            total += 0.5 * self.joint.translation_n_per_mm * moved;
+            total += 0.5 * self.joint.rotation_nmm_per_rad * rotation_vector(&at.rigid_rotation).norm_squared();
+        }
+        (total, density)
+    }
+
+    /// Forces that supports must exert on every node, N: the internal force before constraints are applied.
+    pub fn nodal_forces(&self, at: &Configuration) -> Vec<Vector3<f64>> {
+        let mut out = vec![Vector3::zeros(); at.x.len()];
+        for group in &self.hexes {
+            group.accumulate(&group.forces(at), &mut out);
+        }
+        for group in &self.tets {
+            group.accumulate(&group.forces(at), &mut out);
+        }
+        out
+    }
+
+    fn add_forces<const N: usize, const Q: usize>(
+        &self,
+        group: &Group<N, Q>,
+        at: &Configuration,
+        out: &mut [f64],
+    ) -> f64 {
+        let forces = group.forces(at);
+        let lanes: [[[f64; 8]; 3]; N] = forces.force.map(|node| node.map(|f| f.to_array()));
+        match &group.plain {
+            Some(scatter) => {
+                for a in 0..N {
+                    for lane in 0..group.batch.len {
+                        let dof = scatter.dof[a][lane];
+                        if dof != usize::MAX {
+                            for i in 0..3 {
+                                out[dof + i] += lanes[a][i][lane];
+                            }
+                        }
+                    }
+                }
+            }
+            None => {
+                for (a, lanes) in lanes.iter().enumerate() {
+                    for lane in 0..group.batch.len {
+                        let node = group.batch.nodes[a][lane];
+                        let force = Vector3::new(lanes[0][lane], lanes[1][lane], lanes[2][lane]);
+                        for part in self.dofs.parts(node, at.x[node as usize] - at.rigid_centre) {
+                            let contribution = part.matrix.transpose() * force;
+                            for i in 0..part.width {
+                                out[part.dof + i] += contribution[i];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let min_j = forces.min_j.to_array();
+        min_j[..group.batch.len].iter().fold(f64::INFINITY, |m, &j| if j < m || j.is_nan() { j } else { m })
+    }
+
+    fn add_tangent<const N: usize, const Q: usize>(
+        &self,
+        group: &Group<N, Q>,
+        at: &Configuration,
+        tangent: &Tangent<N>,
+        values: &mut [f64],
+    ) {
+        match &group.plain {
+            Some(scatter) => {
+                let mut pair = 0;
+                for a in 0..N {
+                    for b in 0..=a {
+                        let block: [[[f64; 8]; 3]; 3] = tangent.block[a][b].map(|row| row.map(|v| v.to_array()));
+                        for lane in 0..group.batch.len {
+                            match scatter.place[pair][lane] {
+                                BlockPlace::None => {}
+                                BlockPlace::Straight(place) => {
+                                    for c in 0..3 {
+                                        for i in 0..3 {
+                                            values[place[c] as usize + i] += block[i][c][lane];
+                                        }
+                                    }
+                                }
+                                BlockPlace::Transposed(place) => {
+                                    for c in 0..3 {
+                                        for i in 0..3 {
+                                            values[place[c] as usize + i] += block[c][i][lane];
+                                        }
+                                    }
+                                }
+                                BlockPlace::Diagonal(place) => {
+                                    for c in 0..3 {
+                                        for i in c..3 {
+                                            values[place[c] as usize + i - c] += block[i][c][lane];
+                                        }
+                                    }
+                                }
+                            }
+                        }
+                        pair += 1;
+                    }
+                }
+            }
+            None => {
+                for lane in 0..group.batch.len {
+                    self.add_constrained(group, at, tangent, lane, values);
+                }
+            }
+        }
+    }
+
+    /// Adds `T^T K T` of one element whose nodes follow others.
+    fn add_constrained<const N: usize, const Q: usize>(
+        &self,
+        group: &Group<N, Q>,
+        at: &Configuration,
+        tangent: &Tangent<N>,
+        lane: usize,
+        values: &mut [f64],
+    ) {
+        let mut dofs: Vec<usize> = Vec::new();
+        let mut parts = Vec::new();
+        for a in 0..N {
+            let node = group.batch.nodes[a][lane];
+            for part in self.dofs.parts(node, at.x[node as usize] - at.rigid_centre) {
+                dofs.extend(part.dof..part.dof + part.width);
+                parts.push((a, part));
+            }
+        }
+        dofs.sort_unstable();
+        dofs.dedup();
+        let mut follow: DMatrix<f64> = DMatrix::zeros(3 * N, dofs.len());
+        for (a, part) in &parts {
+            let first = dofs.binary_search(&part.dof).expect("listed above");
+            for i in 0..3 {
+                for k in 0..part.width {
+                    follow[(3 * a + i, first + k)] += part.matrix[(i, k)];
+                }
+            }
+        }
+        let mut k: DMatrix<f64> = DMatrix::zeros(3 * N, 3 * N);
+        for a in 0..N {
+            for b in 0..=a {
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let value = tangent.block[a][b][i][j].to_array()[lane];
+                        k[(3 * a + i, 3 * b + j)] = value;
+                        k[(3 * b + j, 3 * a + i)] = value;
+                    }
+                }
+            }
+        }
+        let reduced: DMatrix<f64> = follow.transpose() * k * &follow;
+        for (c, &column) in dofs.iter().enumerate() {
+            for (r, &row) in dofs.iter().enumerate().skip(c) {
+                values[self.dofs.entry(row, column)] += reduced[(r, c)];
+            }
+        }
+    }
+
+    /// Second derivative of the rigid motion times the forces on it, and the joint's stiffness.
+    fn add_rigid_geometry(&self, at: &Configuration, values: &mut [f64]) {
+        let Some(dof) = self.dofs.rigid_dof else { return };
+        let mut nodal = vec![Vector3::zeros(); at.x.len()];
+        for group in self.hexes.iter().filter(|g| g.plain.is_none()) {
+            group.accumulate(&group.forces(at), &mut nodal);
+        }
+        for group in self.tets.iter().filter(|g| g.plain.is_none()) {
+            group.accumulate(&group.forces(at), &mut nodal);
+        }
+        let mut geometric = Matrix3::zeros();
+        for (node, _) in &self.rigid_arms {
+            let arm = at.x[*node as usize] - at.rigid_centre;
+            let force = nodal[*node as usize];
+            let outer = arm * force.transpose();
+            geometric += (outer + outer.transpose()) * 0.5 - Matrix3::identity() * arm.dot(&force);
+        }
+        geometric +=
+            inverse_left_jacobian_symmetric(rotation_vector(&at.rigid_rotation)) * self.joint.rotation_nmm_per_rad;
+        for c in 0..3 {
+            values[self.dofs.entry(dof + c, dof + c)] += self.joint.translation_n_per_mm;
+            for r in c..3 {
+                values[self.dofs.entry(dof + 3 + r, dof + 3 + c)] += geometric[(r, c)];
+            }
+        }
+    }
+}

@@ -1,0 +1,403 @@
+//! The experiment of the main job: press to each measured depth, slide until the friction is kinetic.
+//!
+//! Main types: [`Config`], [`Experiment`].
+//! May use: load_path and what it may use; `fingerpad-formats` for label volumes and imported meshes.
+
+use std::{
+    ops::ControlFlow,
+    path::{Path as FilePath, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::contact::RubberFriction;
+use crate::load_path::{
+    BoneKind, Drive, Finger, MarchError, Numerics, Path, PressLimit, Problem, Progress, Tissue, Trajectory, Waypoint,
+    march, press_limits,
+};
+use crate::mesh::{
+    self, Fingertip, FingertipShape, MeshError, MeshPreset,
+    imported::{ImportError, ImportReport, ImportedGeometry, RawMesh, imported_fingertip},
+    set,
+    volume::{LabelVolume, VolumeError, VolumeGeometry, VolumeReport, volume_fingertip},
+};
+use fingerpad_formats as formats;
+
+/// What is run: geometry, materials, law, numerics, depths.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Shape of the fingertip: the name of one that comes with the program, or a geometry file.
+    pub shape: Shape,
+    /// Resolution of its mesh.
+    pub mesh_preset: MeshPreset,
+    /// In place of a shape: a labelled volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeGeometry>,
+    /// In place of a shape: a mesh of another program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imported: Option<ImportedGeometry>,
+    /// Materials and bones.
+    pub tissue: Tissue,
+    /// Friction law.
+    pub friction: RubberFriction,
+    /// Contact, equilibrium, increments.
+    pub numerics: Numerics,
+    /// Depths and slide.
+    pub experiment: Experiment,
+}
+
+/// Where a shape comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Shape(pub String);
+
+impl Default for Shape {
+    fn default() -> Self {
+        Self("e".into())
+    }
+}
+
+/// Where a fingertip came from, and how well that went.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Origin {
+    /// A parametric shape.
+    Shape(Box<FingertipShape>),
+    /// A labelled volume; the shape is the template nearest to it.
+    Volume(Box<FingertipShape>, VolumeReport),
+    /// A mesh of another program.
+    Imported(ImportReport),
+}
+
+/// Depths and slide of the experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Experiment {
+    /// Depths, mm, rising.
+    pub depths_mm: Vec<f64>,
+    /// Slide from proximal to distal, mm.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub slide_mm: f64,
+    /// Speed of press and slide, mm/s; the model has no rate effects, it sets the time column.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub speed_mm_s: f64,
+}
+
+impl Default for Experiment {
+    /// Yoshida et al. 2011: four depths, 2 mm/s; 6 mm of slide.
+    fn default() -> Self {
+        Self { depths_mm: vec![0.75, 1.0, 1.25, 1.5], slide_mm: 6.0, speed_mm_s: 2.0 }
+    }
+}
+
+/// Why a configuration cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is not valid TOML or has a key or value that is not understood; the message names line and value.
+    #[error("{}: {message}", path.display())]
+    Toml {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        message: String,
+    },
+    /// Depths that cannot be pressed.
+    #[error("experiment.depths_mm: {0}")]
+    Depths(String),
+    /// The shape cannot be meshed.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The geometry's file cannot be read.
+    #[error(transparent)]
+    Geometry(#[from] formats::Error),
+    /// The volume cannot be meshed.
+    #[error("{}: {source}", path.display())]
+    Volume {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<VolumeError>,
+    },
+    /// The mesh of another program cannot be used.
+    #[error("{}: {source}", path.display())]
+    Import {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<ImportError>,
+    },
+    /// Deformable bones that the mesh does not have, or not joined to the tissue.
+    #[error(
+        "tissue.bone.kind = \"deformable\" needs bones of elements that share their nodes with the tissue; in the \
+         imported mesh they are left out or meshed apart: use \"fixed\" or \"floating\""
+    )]
+    BonesNotMeshed,
+    /// Both a volume and a mesh.
+    #[error("`volume` and `imported` are both given; a finger has one geometry")]
+    TwoGeometries,
+    /// The body cannot be assembled.
+    #[error(transparent)]
+    Body(#[from] crate::assembly::BodyError),
+}
+
+impl Config {
+    /// Reads a configuration file; the files that it names are looked for beside it.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with file, line and value.
+    pub fn read(path: &FilePath) -> Result<Self, ConfigError> {
+        let mut config: Self = read_toml(path)?;
+        config.relative_to(path.parent().unwrap_or(FilePath::new("")));
+        Ok(config)
+    }
+
+    /// Takes the files that the configuration names as standing beside it, in `folder`.
+    pub fn relative_to(&mut self, folder: &FilePath) {
+        if !FingertipShape::NAMES.contains(&self.shape.0.as_str()) {
+            self.shape.0 = folder.join(&self.shape.0).display().to_string();
+        }
+        let files = [self.volume.as_mut().map(|v| &mut v.file), self.imported.as_mut().map(|i| &mut i.file)];
+        files.into_iter().flatten().for_each(|file| *file = folder.join(&*file));
+    }
+
+    /// What the geometry is called: the shape's name, or the file of a volume or mesh.
+    pub fn geometry_name(&self) -> String {
+        let file = self.volume.as_ref().map(|v| &v.file).or(self.imported.as_ref().map(|i| &i.file));
+        file.map_or(self.shape.0.clone(), |file| file.display().to_string())
+    }
+
+    /// The geometry.
+    ///
+    /// # Errors
+    /// [`ConfigError::Mesh`] if there is no such shape or its numbers do not make a finger.
+    pub fn fingertip_shape(&self) -> Result<FingertipShape, ConfigError> {
+        if FingertipShape::NAMES.contains(&self.shape.0.as_str()) {
+            return Ok(FingertipShape::named(&self.shape.0)?);
+        }
+        let path = PathBuf::from(&self.shape.0);
+        if path.extension().is_none() {
+            // Not a file: let the library say which names there are.
+            return Ok(FingertipShape::named(&self.shape.0)?);
+        }
+        let text = std::fs::read_to_string(&path).map_err(|source| ConfigError::File { path, source })?;
+        Ok(FingertipShape::from_toml(&self.shape.0, &text)?)
+    }
+
+    /// The mesh, checked, and where it came from.
+    ///
+    /// # Errors
+    /// [`ConfigError`]: of the shape, of the file, or of what the file holds.
+    pub fn fingertip(&self) -> Result<(Fingertip, Origin), ConfigError> {
+        match (&self.volume, &self.imported) {
+            (Some(_), Some(_)) => Err(ConfigError::TwoGeometries),
+            (Some(settings), None) => {
+                let made = volume_fingertip(&read_volume(settings)?, settings, &self.mesh_preset.divisions());
+                let made =
+                    made.map_err(|e| ConfigError::Volume { path: settings.file.clone(), source: Box::new(e) })?;
+                Ok((made.fingertip, Origin::Volume(Box::new(made.template), made.report)))
+            }
+            (None, Some(settings)) => {
+                let made = imported_fingertip(&read_mesh(settings)?, settings)
+                    .map_err(|e| ConfigError::Import { path: settings.file.clone(), source: Box::new(e) })?;
+                let hollow = settings.sets.bone.is_some() || settings.sets.proximal_bone.is_some();
+                if self.tissue.bone.kind == BoneKind::Deformable && (hollow || made.report.attached_nodes > 0) {
+                    return Err(ConfigError::BonesNotMeshed);
+                }
+                Ok((made.fingertip, Origin::Imported(made.report)))
+            }
+            (None, None) => {
+                let shape = self.fingertip_shape()?;
+                Ok((mesh::fingertip(&shape, &self.mesh_preset.divisions())?, Origin::Shape(Box::new(shape))))
+            }
+        }
+    }
+
+    /// Mesh and body, checked.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn finger(&self) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
+        let (fingertip, _) = self.fingertip()?;
+        let touch = fingertip.touch;
+        Ok((Finger::new(fingertip, &self.tissue)?, touch))
+    }
+
+    /// Refuses depths that are not numbers, do not rise, or reach the bone.
+    ///
+    /// # Errors
+    /// [`ConfigError::Depths`].
+    pub fn check_depths(&self, depths_mm: &[f64], finger: &Finger) -> Result<(), ConfigError> {
+        let refuse = |message: String| Err(ConfigError::Depths(message));
+        if depths_mm.is_empty() {
+            return refuse("no depth given".into());
+        }
+        let mut last = 0.0;
+        for &depth in depths_mm {
+            if !(depth.is_finite() && depth > last) {
+                return refuse(format!("{depth} mm after {last} mm: depths must be numbers that rise from 0"));
+            }
+            last = depth;
+        }
+        let room = bone_height_mm(finger);
+        if last >= room {
+            return refuse(format!("{last} mm reaches the bone, whose lowest point is {room:.2} mm above first touch"));
+        }
+        Ok(())
+    }
+
+    /// Hash of everything that the results depend on: the settings, the shape's numbers, the program's version.
+    ///
+    /// # Errors
+    /// As [`Self::fingertip_shape`].
+    pub fn hash(&self) -> Result<String, ConfigError> {
+        let shape = self.fingertip_shape()?;
+        let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, self.tissue, self.friction, self.numerics);
+        let mut text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
+        // Where a file lies does not matter, what it holds does.
+        if let Some(settings) = &self.volume {
+            let settings_only = VolumeGeometry { file: PathBuf::new(), ..settings.clone() };
+            text += &format!("{settings_only:?}{:?}", read_volume(settings)?);
+        }
+        if let Some(settings) = &self.imported {
+            let settings_only = ImportedGeometry { file: PathBuf::new(), ..settings.clone() };
+            text += &format!("{settings_only:?}{:?}", read_mesh(settings)?);
+        }
+        Ok(Sha256::digest(text).iter().take(8).map(|b| format!("{b:02x}")).collect())
+    }
+
+    /// The problem of a finger.
+    pub fn problem<'a>(&self, finger: &'a Finger) -> Problem<'a> {
+        Problem {
+            body: &finger.body,
+            pad_faces: &finger.mesh.pad_faces,
+            friction: Some(self.friction),
+            penalty: self.numerics.contact,
+            settings: self.numerics.solver,
+            march: self.numerics.march,
+        }
+    }
+}
+
+/// Reads a TOML file into a type that says which keys there are.
+///
+/// # Errors
+/// [`ConfigError::File`], or [`ConfigError::Toml`] with line and value.
+pub fn read_toml<T: serde::de::DeserializeOwned>(path: &FilePath) -> Result<T, ConfigError> {
+    let text =
+        std::fs::read_to_string(path).map_err(|source| ConfigError::File { path: path.to_path_buf(), source })?;
+    toml::from_str(&text).map_err(|e| ConfigError::Toml { path: path.to_path_buf(), message: e.to_string() })
+}
+
+fn read_volume(settings: &VolumeGeometry) -> Result<LabelVolume, ConfigError> {
+    Ok(formats::volume::read(&settings.file)?)
+}
+
+fn read_mesh(settings: &ImportedGeometry) -> Result<RawMesh, ConfigError> {
+    let path = &settings.file;
+    match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+        Some("inp") => Ok(formats::inp_reader::read(path)?),
+        Some("msh") => Ok(formats::msh_reader::read(path)?),
+        _ => {
+            let problem = "the name of an imported mesh ends in .inp or .msh".into();
+            Err(formats::Error::Content { path: path.clone(), problem }.into())
+        }
+    }
+}
+
+/// Height of the bones' lowest point above first touch, mm; infinite without bones.
+pub fn bone_height_mm(finger: &Finger) -> f64 {
+    let bones = [set::DISTAL_BONE, set::PROXIMAL_BONE];
+    let nodes = bones.iter().flat_map(|name| finger.mesh.node_set(name));
+    nodes.map(|&n| finger.mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min)
+}
+
+/// Slides at which fields are kept, mm, if the slide is as long.
+const SNAPSHOT_SLIDES_MM: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 6.0];
+
+/// Presses to `depth_mm`, then slides from proximal to distal; fields at five slides.
+///
+/// # Errors
+/// [`MarchError`], with what was reached.
+pub fn press_and_slide(
+    config: &Config,
+    finger: &Finger,
+    depth_mm: f64,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Trajectory, MarchError> {
+    let experiment = &config.experiment;
+    let mut slides: Vec<f64> =
+        SNAPSHOT_SLIDES_MM.into_iter().filter(|&s| s > 0.0 && s < experiment.slide_mm - 1e-9).collect();
+    slides.push(experiment.slide_mm);
+    let press_s = depth_mm / experiment.speed_mm_s;
+    let mut waypoints = vec![
+        Waypoint { t_s: 0.0, normal: 0.0, x: 0.0, y: 0.0 },
+        Waypoint { t_s: press_s, normal: depth_mm, x: 0.0, y: 0.0 },
+    ];
+    waypoints.extend(slides.iter().map(|&x| Waypoint {
+        t_s: press_s + x / experiment.speed_mm_s,
+        normal: depth_mm,
+        x,
+        y: 0.0,
+    }));
+    let snapshots: Vec<usize> = (1..waypoints.len()).collect();
+    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    march(&config.problem(finger), &path, &snapshots, progress)
+}
+
+/// Normal force, area and the law's integral over the frictionless pressure at each depth.
+///
+/// # Errors
+/// [`MarchError`].
+pub fn frictionless(
+    config: &Config,
+    finger: &Finger,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Vec<PressLimit>, MarchError> {
+    press_limits(&config.problem(finger), &config.friction, &config.experiment.depths_mm, progress)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_depends_on_what_a_volume_holds_and_not_on_where_it_lies() {
+        let dir = tempfile::tempdir().unwrap();
+        let (a, b) = (dir.path().join("a.nrrd"), dir.path().join("b.nii"));
+        let mut volume = LabelVolume::new([2, 2, 2], [0.5, 0.5, 0.5], vec![0, 1, 2, 3, 0, 1, 2, 3]);
+        formats::volume::write(&a, &volume).unwrap();
+        formats::volume::write(&b, &volume).unwrap();
+        let hash = |file: &FilePath, noise: f64| {
+            let geometry = VolumeGeometry { file: file.into(), noise, ..Default::default() };
+            Config { volume: Some(geometry), ..Config::default() }.hash().unwrap()
+        };
+        let first = hash(&a, 1.0);
+        assert_eq!(first, hash(&b, 1.0));
+        assert_ne!(first, hash(&a, 1.5));
+        assert_ne!(first, Config::default().hash().unwrap());
+        volume.labels[0] = 1;
+        formats::volume::write(&a, &volume).unwrap();
+        assert_ne!(first, hash(&a, 1.0));
+    }
+
+    #[test]
+    fn files_count_from_the_folder_of_the_configuration() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        std::fs::write(&path, "volume = { file = \"sub/v.nrrd\", distal_axis = \"-k\" }\n").unwrap();
+        let config = Config::read(&path).unwrap();
+        assert_eq!(config.volume.as_ref().unwrap().file, dir.path().join("sub/v.nrrd"));
+        assert!(config.geometry_name().ends_with("v.nrrd"));
+        let printed = toml::to_string(&config).unwrap();
+        assert_eq!(toml::from_str::<Config>(&printed).unwrap(), config);
+    }
+}

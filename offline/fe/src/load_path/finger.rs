@@ -1,0 +1,140 @@
+//! A finger: mesh, materials and supports, from a configuration file.
+
+use nalgebra::Vector3;
+
+use super::MarchSettings;
+use crate::assembly::{Body, BodyError, Joint, Material, Supports};
+use crate::contact::PenaltySettings;
+use crate::material::{Ogden, SaintVenantKirchhoff};
+use crate::mesh::{Fingertip, Mesh, Region, set};
+use crate::solve::Settings;
+
+/// What the bones are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoneKind {
+    /// Both bones rigid and fixed.
+    Fixed,
+    /// The distal phalanx rigid with six degrees of freedom on a soft joint, the second bone fixed.
+    #[default]
+    Floating,
+    /// Both bones elastic; fixed at the proximal section only.
+    Deformable,
+}
+
+/// Bones.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bone {
+    /// What they are.
+    pub kind: BoneKind,
+    /// Law of deformable bones.
+    pub elastic: SaintVenantKirchhoff,
+    /// Joint of the floating phalanx.
+    pub joint: Joint,
+}
+
+impl Default for Bone {
+    fn default() -> Self {
+        Self {
+            kind: BoneKind::Floating,
+            elastic: SaintVenantKirchhoff { young_mpa: 10_000.0, poisson: 0.3 },
+            joint: Joint::default(),
+        }
+    }
+}
+
+/// Materials of the finger [Yoshida et al. 2011 for all constants but the joint].
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tissue {
+    /// Superficial layer.
+    pub skin: Ogden,
+    /// Layer between skin and bone.
+    pub subcutaneous: Ogden,
+    /// Nail plate.
+    pub nail: SaintVenantKirchhoff,
+    /// Bones.
+    pub bone: Bone,
+}
+
+impl Default for Tissue {
+    fn default() -> Self {
+        Self {
+            skin: Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 },
+            subcutaneous: Ogden { mu_mpa: 0.00684, alpha: 1.4, d_per_mpa: 10.0 },
+            nail: SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 },
+            bone: Bone::default(),
+        }
+    }
+}
+
+/// Everything that the numerics are set by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Numerics {
+    /// Contact.
+    pub contact: PenaltySettings,
+    /// Equilibrium.
+    pub solver: Settings,
+    /// Increments.
+    pub march: MarchSettings,
+}
+
+/// A finger ready to be pressed.
+pub struct Finger {
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// Its body.
+    pub body: Body,
+}
+
+impl Finger {
+    /// A finger of `tissue` on the mesh of `fingertip`.
+    ///
+    /// # Errors
+    /// [`BodyError::InvertedMesh`] for a mesh with an inverted element.
+    pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
+        let mesh = fingertip.mesh;
+        let mut fixed = mesh.node_set(set::PROXIMAL_FIX).to_vec();
+        fixed.extend(mesh.node_set(set::NAIL_FIX));
+        let mut rigid = Vec::new();
+        match tissue.bone.kind {
+            BoneKind::Fixed => {
+                fixed.extend(mesh.node_set(set::PROXIMAL_BONE));
+                fixed.extend(mesh.node_set(set::DISTAL_BONE));
+            }
+            BoneKind::Floating => {
+                fixed.extend(mesh.node_set(set::PROXIMAL_BONE));
+                rigid = mesh.node_set(set::DISTAL_BONE).to_vec();
+            }
+            BoneKind::Deformable => {}
+        }
+        let supports = Supports { fixed, rigid, contact: mesh.node_set(set::PAD).to_vec(), ..Default::default() };
+        let deformable = tissue.bone.kind == BoneKind::Deformable;
+        let material = |region: Region| match region {
+            Region::Skin => Some(Material::Ogden(tissue.skin)),
+            Region::Subcutaneous => Some(Material::Ogden(tissue.subcutaneous)),
+            Region::Nail => Some(Material::Linear(tissue.nail)),
+            Region::DistalBone | Region::ProximalBone => deformable.then_some(Material::Linear(tissue.bone.elastic)),
+        };
+        let reference = joint_point(&mesh);
+        let body = Body::new(&mesh, material, &supports, reference, tissue.bone.joint)?;
+        Ok(Self { mesh, body })
+    }
+}
+
+/// Middle of the distal bone's end that faces the second bone, mm; the origin if there are not two bones.
+fn joint_point(mesh: &Mesh) -> Vector3<f64> {
+    let middle =
+        |nodes: &[u32]| nodes.iter().map(|&n| mesh.nodes[n as usize]).sum::<Vector3<f64>>() / nodes.len() as f64;
+    let (distal, proximal) = (mesh.node_set(set::DISTAL_BONE), mesh.node_set(set::PROXIMAL_BONE));
+    if distal.is_empty() || proximal.is_empty() {
+        return Vector3::zeros();
+    }
+    let axis = (middle(distal) - middle(proximal)).normalize();
+    let along = |n: u32| mesh.nodes[n as usize].dot(&axis);
+    let first = distal.iter().map(|&n| along(n)).fold(f64::INFINITY, f64::min);
+    let end: Vec<u32> = distal.iter().copied().filter(|&n| along(n) < first + 0.5).collect();
+    middle(&end)
+}

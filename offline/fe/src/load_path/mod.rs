@@ -1,0 +1,151 @@
+//! A path (press, slide, lift) becomes a trajectory of responses.
+//!
+//! Main types: [`Path`], [`Response`], [`Snapshot`], [`Trajectory`].
+//! May use: solve, assembly, contact, material, element, mesh.
+
+mod finger;
+mod march;
+pub mod path_csv;
+pub mod response_csv;
+pub mod vtu;
+
+use fingerpad::{Regime, Status};
+use nalgebra::Vector3;
+
+pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
+pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, march_with_law, press_limits};
+
+/// How one axis of the plane is driven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Drive {
+    /// The value of a waypoint is the plane's travel, mm.
+    Displacement,
+    /// The value of a waypoint is the force that the plane exerts on the finger, N
+    /// (normal force positive when it presses).
+    Force,
+}
+
+/// A corner of a path; straight lines between corners.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Waypoint {
+    /// Time, s, strictly increasing along a path.
+    pub t_s: f64,
+    /// Depth (mm) or normal force (N), by the drive of axis 0.
+    pub normal: f64,
+    /// Slide (mm) or friction (N) along x, by the drive of axis 1.
+    pub x: f64,
+    /// Slide (mm) or friction (N) along y, by the drive of axis 2.
+    pub y: f64,
+}
+
+/// A motion of the plane relative to the finger's fixed base.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Path {
+    /// Drives of the normal, x and y axis.
+    pub drives: [Drive; 3],
+    /// At least two corners; the first is where the run starts (out of contact or at first touch).
+    pub waypoints: Vec<Waypoint>,
+}
+
+/// One row of a response file: forces that the plane exerts on the finger.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Response {
+    /// Time, s.
+    pub t_s: f64,
+    /// Travel of the plane from first touch, mm, positive into the finger.
+    pub depth_mm: f64,
+    /// Displacement of the plane along x, mm.
+    pub slide_x_mm: f64,
+    /// Displacement of the plane along y, mm.
+    pub slide_y_mm: f64,
+    /// Normal force, N, >= 0 when the plane presses.
+    pub normal_force_n: f64,
+    /// Friction along x, N.
+    pub friction_x_n: f64,
+    /// Friction along y, N.
+    pub friction_y_n: f64,
+    /// Current area of what bears pressure, mm².
+    pub contact_area_mm2: f64,
+    /// Stuck area over contact area; 1 in a fresh contact, 0 without contact.
+    pub stick_ratio: f64,
+    /// What the contact does.
+    pub regime: Regime,
+    /// Flags, `ok` if none.
+    pub status: Status,
+    /// Centre of pressure on the plane, mm, in the finger's fixed frame; NaN without contact.
+    pub centre_of_pressure_mm: [f64; 2],
+}
+
+/// State of one pad face, averaged over its contact points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FaceState {
+    /// Mean contact pressure over the face's current area, MPa, >= 0.
+    pub pressure_mpa: f64,
+    /// Mean tangential traction that the plane exerts on the skin, MPa.
+    pub traction_mpa: [f64; 2],
+    /// Mean slip (plane minus skin) accumulated since the face came into contact, mm.
+    pub slip_mm: [f64; 2],
+    /// Part of the face's area that bears pressure, 0 to 1.
+    pub contact_fraction: f64,
+    /// Part of the face's contact area that sticks, 0 to 1.
+    pub stick_fraction: f64,
+}
+
+/// The whole field at one response, for pictures and ParaView.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Snapshot {
+    /// The response that this field belongs to.
+    pub response: Response,
+    /// Displacement of every mesh node, mm.
+    pub displacement_mm: Vec<Vector3<f64>>,
+    /// One entry per pad face of the mesh.
+    pub faces: Vec<FaceState>,
+    /// Strain energy density of every hex, MPa (mJ/mm³), mean over its quadrature points; 0 in rigid bones.
+    pub strain_energy_density_mpa: Vec<f64>,
+}
+
+/// What it cost to get there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Cost {
+    /// Accepted increments.
+    pub increments: u32,
+    /// Increments that failed and were cut.
+    pub cutbacks: u32,
+    /// Equilibrium iterations.
+    pub iterations: u32,
+    /// Factorisations of the bulk stiffness.
+    pub factorisations: u32,
+    /// CPU time of the thread that ran it, s.
+    pub cpu_s: f64,
+    /// Largest penetration of any increment, mm.
+    pub max_penetration_mm: f64,
+    /// Smallest product of traction and plastic slip of any contact point, MPa mm; never negative.
+    pub min_dissipation_mpa_mm: f64,
+    /// Largest residual of an accepted increment, over its contact force.
+    pub max_residual: f64,
+}
+
+/// Work done since the start of the path, mJ.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Work {
+    /// Work of the plane on the finger, normal plus tangential.
+    pub plane_mj: f64,
+    /// Dissipated by slip.
+    pub friction_mj: f64,
+    /// Dissipated by viscous stabilisation; 0 unless a limit point was passed.
+    pub stabilisation_mj: f64,
+}
+
+/// Everything that a run along a path yields.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Trajectory {
+    /// One row per accepted increment, the start included.
+    pub responses: Vec<Response>,
+    /// Fields at the waypoints that were asked for.
+    pub snapshots: Vec<Snapshot>,
+    /// Cost.
+    pub cost: Cost,
+    /// Work.
+    pub work: Work,
+}

@@ -1,0 +1,124 @@
+//! A path of the plane from CSV: `t_s,depth_mm,slide_x_mm,slide_y_mm`, or forces in place of travels.
+
+use std::path::Path as FilePath;
+
+use crate::load_path::{Drive, Path, Waypoint};
+use fingerpad_formats::Columns;
+use fingerpad_formats::Error;
+
+/// Columns by axis: driven by travel, driven by force.
+const AXES: [(&str, &str); 3] =
+    [("depth_mm", "normal_force_n"), ("slide_x_mm", "friction_x_n"), ("slide_y_mm", "friction_y_n")];
+
+/// Reads a path.
+///
+/// `normal_force_n` in place of `depth_mm`, `friction_x_n` and `friction_y_n` in place of the slides, drive that axis
+/// by force. Time must increase strictly from row to row, normal forces must not be negative, all numbers are finite,
+/// and there are at least two rows; everything else is an error that says where.
+pub fn read(file: &FilePath) -> Result<Path, Error> {
+    let known: Vec<&str> = std::iter::once("t_s").chain(AXES.iter().flat_map(|(a, b)| [*a, *b])).collect();
+    let table = Columns::read(file, &known)?;
+    let t = table.need("t_s")?;
+    let mut drives = [Drive::Displacement; 3];
+    let mut columns = [0; 3];
+    for (axis, (travel, force)) in AXES.into_iter().enumerate() {
+        let (column, by_force) = table.either(travel, force)?;
+        columns[axis] = column;
+        if by_force {
+            drives[axis] = Drive::Force;
+        }
+    }
+    table.need_rows(2)?;
+    let mut waypoints: Vec<Waypoint> = Vec::with_capacity(table.rows.len());
+    for row in &table.rows {
+        let [normal, x, y] = [0, 1, 2].map(|axis| table.number(row, columns[axis]));
+        let waypoint = Waypoint { t_s: table.number(row, t)?, normal: normal?, x: x?, y: y? };
+        if let Some(before) = waypoints.last().filter(|before| waypoint.t_s <= before.t_s) {
+            let problem = format!("is not after {} of the row before; time must increase", before.t_s);
+            return Err(table.refuse(row, t, problem));
+        }
+        if drives[0] == Drive::Force && waypoint.normal < 0.0 {
+            return Err(table.refuse(row, columns[0], "is negative: the plane can press the finger, not pull it"));
+        }
+        waypoints.push(waypoint);
+    }
+    Ok(Path { drives, waypoints })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Result<Path, String> {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("p.csv");
+        std::fs::write(&file, text).unwrap();
+        read(&file).map_err(|e| e.to_string().rsplit_once("p.csv").unwrap().1.to_owned())
+    }
+
+    #[test]
+    fn a_spreadsheet_file_in_any_column_order() {
+        let path = read_text(
+            "\u{feff}slide_x_mm, t_s ,\"normal_force_n\",friction_y_n\r\n\r\n 0,0,0,0\r\n1.5 ,2e-1, .3,-0.1\r\n\r\n",
+        )
+        .unwrap();
+        assert_eq!(path.drives, [Drive::Force, Drive::Displacement, Drive::Force]);
+        assert_eq!(path.waypoints[1], Waypoint { t_s: 0.2, normal: 0.3, x: 1.5, y: -0.1 });
+        assert_eq!(path.waypoints.len(), 2);
+    }
+
+    #[test]
+    fn every_mistake_is_named_with_its_place() {
+        let head = "t_s,depth_mm,slide_x_mm,slide_y_mm\n";
+        let cases = [
+            ("", ": the file is empty"),
+            ("\n \r\n", ": the file is empty"),
+            ("t_s,depth_m,slide_x_mm,slide_y_mm\n", ":1: unknown column `depth_m`; did you mean `depth_mm`, in mm?"),
+            ("t_s,depth_um,slide_x_mm,slide_y_mm\n", ":1: unknown column `depth_um`; did you mean `depth_mm`, in mm?"),
+            (
+                "t_s,force_g,slide_x_mm,slide_y_mm\n",
+                ":1: unknown column `force_g`; did you mean `normal_force_n`, in newtons?",
+            ),
+            ("\ntime_ms,depth_mm\n", ":2: unknown column `time_ms`; did you mean `t_s`, in seconds?"),
+            ("t_s,Depth (mm)\n", ":1: unknown column `Depth (mm)`; did you mean `depth_mm`?"),
+            ("t_s;depth_mm\n", ":1: unknown column `t_s;depth_mm`; columns are separated by commas"),
+            ("0,1,2,3\n", ":1: unknown column `0`; the first line must name the columns"),
+            ("t_s,bogus\n", ":1: unknown column `bogus`; columns are t_s, depth_mm"),
+            ("t_s,depth_mm,slide_x_mm\n", ":1: no column `slide_y_mm` or `friction_y_n`"),
+            ("depth_mm,slide_x_mm,slide_y_mm\n", ":1: no column `t_s`"),
+            ("t_s,t_s,depth_mm\n", ":1: column `t_s` cannot stand beside `t_s`"),
+            (
+                "t_s,normal_force_n,depth_mm,slide_x_mm,slide_y_mm\n",
+                ":1: column `depth_mm` cannot stand beside `normal_force_n`",
+            ),
+            (head, ":1: the file ends after 0 row(s) of values; at least 2 needed"),
+            (&format!("{head}0,0,0,0\n\n"), ":2: the file ends after 1 row(s)"),
+            (&format!("{head}0,0,0,0\n1,NaN,0,0\n"), ":3: column `depth_mm`: `NaN` is not finite"),
+            (&format!("{head}0,0,0,0\n\n1,0,inf,0\n"), ":4: column `slide_x_mm`: `inf` is not finite"),
+            (&format!("{head}0,0,0,1e999\n1,0,0,0\n"), ":2: column `slide_y_mm`: `1e999` is not finite"),
+            (&format!("{head}0,0,0,0\n1,1 mm,0,0\n"), ":3: column `depth_mm`: `1 mm` is not a number"),
+            (&format!("{head}0,0,0,0\n1,,0,0\n"), ":3: column `depth_mm`: `` is missing"),
+            (&format!("{head}0,0,0,0\n1,0,0\n"), ":3: 3 cells where the header has 4"),
+            (&format!("{head}0,0,0,0\n1,0,0,0,0\n"), ":3: 5 cells where the header has 4"),
+            (&format!("{head}0,0,0,0\n1,0,0,0\n1,1,0,0\n"), ":4: column `t_s`: `1` is not after 1 of the row before"),
+            (
+                "t_s,normal_force_n,slide_x_mm,slide_y_mm\n0,0,0,0\n1,-0.2,0,0\n",
+                ":3: column `normal_force_n`: `-0.2` is negative",
+            ),
+        ];
+        for (text, expected) in cases {
+            let message = read_text(text).expect_err(text);
+            assert!(message.starts_with(expected), "{text:?}\n  gave {message}\n  not  {expected}");
+        }
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_and_missing_files() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("p.csv");
+        std::fs::write(&file, b"t_s\n\xff\xfe").unwrap();
+        assert!(read(&file).unwrap_err().to_string().ends_with("p.csv:2: not a text file in UTF-8"));
+        let error = read(&dir.path().join("none.csv")).unwrap_err().to_string();
+        assert!(error.contains("none.csv: "), "{error}");
+    }
+}

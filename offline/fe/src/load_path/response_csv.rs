@@ -1,0 +1,185 @@
+//! Responses along a path as CSV, one row per increment.
+
+use std::path::Path;
+
+use fingerpad::Status;
+
+use crate::load_path::Response;
+use fingerpad_formats::Columns;
+use fingerpad_formats::{Error, atomic_write, number};
+
+/// Columns of every response file, in the order of writing.
+pub const COLUMNS: [&str; 11] = [
+    "t_s",
+    "depth_mm",
+    "slide_x_mm",
+    "slide_y_mm",
+    "normal_force_n",
+    "friction_x_n",
+    "friction_y_n",
+    "contact_area_mm2",
+    "stick_ratio",
+    "regime",
+    "status",
+];
+
+/// Columns that the reduced model adds; [`read`] accepts and skips them.
+pub const EXTRA_COLUMNS: [&str; 4] = ["friction_limit_n", "slip_margin", "band_normal_n", "band_friction_n"];
+
+fn numbers(r: &Response) -> [f64; 9] {
+    [
+        r.t_s,
+        r.depth_mm,
+        r.slide_x_mm,
+        r.slide_y_mm,
+        r.normal_force_n,
+        r.friction_x_n,
+        r.friction_y_n,
+        r.contact_area_mm2,
+        r.stick_ratio,
+    ]
+}
+
+/// Writes responses; numbers read back as the same f64. The centre of pressure has no column.
+///
+/// Errors: a value that is not finite is refused before anything is written; disk errors carry the path.
+pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
+    write_columns(file, responses, &[])
+}
+
+/// The same with the columns of [`EXTRA_COLUMNS`] after the others; `extra` has a row for every response.
+pub fn write_with_extra(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Result<(), Error> {
+    write_columns(file, responses, extra)
+}
+
+fn write_columns(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Result<(), Error> {
+    for (i, response) in responses.iter().enumerate() {
+        if let Some(c) = numbers(response).iter().position(|x| !x.is_finite()) {
+            return Err(Error::Value {
+                path: file.to_path_buf(),
+                line: i + 2,
+                column: COLUMNS[c].to_owned(),
+                value: numbers(response)[c].to_string(),
+                problem: "is not finite and was not written".to_owned(),
+            });
+        }
+    }
+    atomic_write(file, |w| {
+        let more: &[&str] = if extra.is_empty() { &[] } else { &EXTRA_COLUMNS };
+        writeln!(w, "{}", [&COLUMNS, more].concat().join(","))?;
+        for (i, response) in responses.iter().enumerate() {
+            for x in numbers(response) {
+                write!(w, "{},", number(x))?;
+            }
+            write!(w, "{},{}", response.regime, response.status)?;
+            for x in extra.get(i).into_iter().flatten() {
+                write!(w, ",{}", number(*x))?;
+            }
+            writeln!(w)?;
+        }
+        Ok(())
+    })
+}
+
+/// Reads a response file of `simulate` or `eval`; the centre of pressure, which has no column, is NaN.
+pub fn read(file: &Path) -> Result<Vec<Response>, Error> {
+    let known: Vec<&str> = COLUMNS.into_iter().chain(EXTRA_COLUMNS).collect();
+    let table = Columns::read(file, &known)?;
+    let mut columns = [0; COLUMNS.len()];
+    for (column, name) in columns.iter_mut().zip(COLUMNS) {
+        *column = table.need(name)?;
+    }
+    let [regime, status] = [columns[9], columns[10]];
+    table
+        .rows
+        .iter()
+        .map(|row| {
+            let value = |c: usize| table.number(row, columns[c]);
+            Ok(Response {
+                t_s: value(0)?,
+                depth_mm: value(1)?,
+                slide_x_mm: value(2)?,
+                slide_y_mm: value(3)?,
+                normal_force_n: value(4)?,
+                friction_x_n: value(5)?,
+                friction_y_n: value(6)?,
+                contact_area_mm2: value(7)?,
+                stick_ratio: value(8)?,
+                regime: row.cells[regime]
+                    .parse()
+                    .map_err(|()| table.refuse(row, regime, "is not one of no_contact, stick, partial_slip, slip"))?,
+                status: parse_status(&row.cells[status])
+                    .ok_or_else(|| table.refuse(row, status, "is neither `ok` nor flags joined by `+`"))?,
+                centre_of_pressure_mm: [f64::NAN; 2],
+            })
+        })
+        .collect()
+}
+
+/// The flags whose names `Status` itself prints, so that this file knows none of them.
+fn parse_status(text: &str) -> Option<Status> {
+    if text == Status::OK.to_string() {
+        return Some(Status::OK);
+    }
+    text.split('+').try_fold(Status::OK, |sum, name| {
+        let flag =
+            (0..u16::BITS).map(|bit| Status(1 << bit)).find(|flag| !name.is_empty() && flag.to_string() == name)?;
+        Some(sum.with(flag))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fingerpad::Regime;
+
+    fn sample() -> Response {
+        Response {
+            t_s: 0.1 + 0.2,
+            depth_mm: 1.0 / 3.0,
+            slide_x_mm: -1e-17,
+            normal_force_n: 0.454,
+            stick_ratio: 0.999_999_999_999_999_9,
+            regime: Regime::PartialSlip,
+            status: Status::STABILISED,
+            centre_of_pressure_mm: [f64::NAN; 2],
+            ..Response::default()
+        }
+    }
+
+    #[test]
+    fn what_was_written_reads_back_bit_for_bit() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("r.csv");
+        let rows = [Response { centre_of_pressure_mm: [f64::NAN; 2], ..Response::default() }, sample()];
+        write(&file, &rows).unwrap();
+        let back = read(&file).unwrap();
+        // NaN differs from itself, so compare what is printed.
+        assert_eq!(format!("{back:?}"), format!("{rows:?}"));
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.lines().nth(2).unwrap().ends_with(",partial_slip,stabilised"), "{text}");
+        assert!(text.lines().nth(1).unwrap().ends_with(",no_contact,ok"), "{text}");
+    }
+
+    #[test]
+    fn what_is_not_finite_is_not_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("r.csv");
+        let error = write(&file, &[sample(), Response { friction_y_n: f64::NAN, ..sample() }]).unwrap_err();
+        assert!(error.to_string().ends_with("r.csv:3: column `friction_y_n`: `NaN` is not finite and was not written"));
+        assert!(!file.exists());
+    }
+
+    #[test]
+    fn reads_the_columns_of_eval_and_refuses_unknown_words() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("r.csv");
+        let head = format!("{},{}\n", COLUMNS.join(","), EXTRA_COLUMNS.join(","));
+        std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,slip,ok,1,2,3,4\n")).unwrap();
+        assert_eq!(read(&file).unwrap()[0].regime, Regime::Slip);
+        for (regime, status) in [("sliding", "ok"), ("slip", "bad"), ("slip", ""), ("slip", "stabilised+")] {
+            std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,{regime},{status},1,2,3,4\n")).unwrap();
+            assert!(read(&file).unwrap_err().to_string().contains("r.csv:2: column `"));
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! Elements out of the file's numbers; nodes that should be one; ties.
+
+use std::collections::{BTreeMap, HashMap};
+
+use nalgebra::Vector3;
+
+use super::super::foot::nearest_on_faces;
+use super::super::{Hex, Mesh, Region, Tet, Tie};
+use super::named;
+use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, REGION_NAMES, RawKind, RawMesh, bodies, sorted};
+
+/// Nodes and elements with their regions; unused nodes dropped, coinciding ones merged.
+pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Draft, ImportError> {
+    let regions = regions(raw, settings)?;
+    let mut places: HashMap<u64, Vector3<f64>> = HashMap::with_capacity(raw.nodes.len());
+    for (label, place) in &raw.nodes {
+        if places.insert(*label, place * settings.unit_mm).is_some() {
+            return Err(ImportError::Duplicate {
+                kind: "nodes",
+                first: *label,
+                second: *label,
+                problem: "the number is given twice (several parts in one file have to be numbered through)",
+            });
+        }
+    }
+    let solids = || raw.elements.iter().filter(|e| e.kind.is_solid());
+    let mut used: Vec<u64> = solids().flat_map(|e| e.nodes.iter().copied()).collect();
+    used.sort_unstable();
+    used.dedup();
+    for element in solids() {
+        if let Some(node) = element.nodes.iter().find(|n| !places.contains_key(n)) {
+            return Err(ImportError::NoSuchNode { what: format!("element {}", element.label), node: *node });
+        }
+    }
+    let mut report = ImportReport {
+        unused_nodes: raw.nodes.len() - used.len(),
+        ignored: raw.ignored.clone(),
+        ..ImportReport::default()
+    };
+    let (index, node_labels, nodes) = merged(&used, &places, &tied_slaves(raw), settings.merge_mm);
+    report.merged_nodes = used.len() - nodes.len();
+
+    let mut mesh = Mesh { nodes, ..Mesh::default() };
+    let (mut hex_labels, mut tet_labels) = (Vec::new(), Vec::new());
+    let mut seen: HashMap<Vec<u32>, u64> = HashMap::new();
+    let mut labels: HashMap<u64, ()> = HashMap::new();
+    for element in solids() {
+        let known = || raw.names();
+        let region = match regions.get(&element.label).map(Vec::as_slice) {
+            Some([region]) => *region,
+            Some(several) => {
+                let regions = several.iter().map(|r| super::region_name(*r)).collect::<Vec<_>>().join(" and ");
+                return Err(ImportError::Region { element: element.label, regions, known: known() });
+            }
+            None => {
+                let regions = "no region".into();
+                return Err(ImportError::Region { element: element.label, regions, known: known() });
+            }
+        };
+        if labels.insert(element.label, ()).is_some() {
+            return Err(ImportError::Duplicate {
+                kind: "elements",
+                first: element.label,
+                second: element.label,
+                problem: "the number is given twice",
+            });
+        }
+        let nodes: Vec<u32> = element.nodes.iter().map(|n| index[n]).collect();
+        if let Some(first) = seen.insert(sorted(nodes.clone()), element.label) {
+            return Err(ImportError::Duplicate {
+                kind: "elements",
+                first,
+                second: element.label,
+                problem: "they have the same nodes",
+            });
+        }
+        if element.kind == RawKind::Hex {
+            mesh.hexes.push(Hex { nodes: nodes.try_into().expect("8 nodes"), region });
+            hex_labels.push(element.label);
+        } else {
+            mesh.tets.push(Tet { nodes: nodes.try_into().expect("4 nodes"), region });
+            tet_labels.push(element.label);
+        }
+    }
+    if mesh.hexes.is_empty() {
+        return Err(ImportError::Support(
+            "the file has no hexahedra; the tissue under the pad has to be of them".into(),
+        ));
+    }
+    hex_labels.extend(tet_labels);
+    Ok(Draft { mesh, node_labels, index, element_labels: hex_labels, report })
+}
+
+/// Regions of each element.
+fn regions(raw: &RawMesh, settings: &ImportedGeometry) -> Result<BTreeMap<u64, Vec<Region>>, ImportError> {
+    let names = &settings.regions;
+    let defaults = super::RegionNames::default();
+    let groups = [&names.skin, &names.subcutaneous, &names.bone, &names.proximal_bone, &names.nail];
+    let default_groups =
+        [&defaults.skin, &defaults.subcutaneous, &defaults.bone, &defaults.proximal_bone, &defaults.nail];
+    let mut regions: BTreeMap<u64, Vec<Region>> = BTreeMap::new();
+    for (n, (region, key)) in REGION_NAMES.into_iter().enumerate() {
+        for name in groups[n] {
+            let Some(members) = named(&raw.element_sets, name) else {
+                // What is not said in the file may be missing.
+                if groups[n] == default_groups[n] {
+                    continue;
+                }
+                let key = format!("regions.{key}");
+                return Err(ImportError::NoSuchSet { key, name: name.clone(), known: raw.names() });
+            };
+            for label in members {
+                let of = regions.entry(*label).or_default();
+                if !of.contains(&region) {
+                    of.push(region);
+                }
+            }
+        }
+    }
+    Ok(regions)
+}
+
+/// Slaves of the file's ties: they may lie on their masters.
+fn tied_slaves(raw: &RawMesh) -> Vec<u64> {
+    let mut slaves: Vec<u64> = raw.ties.iter().map(|t| t.slave).collect();
+    slaves.sort_unstable();
+    slaves
+}
+
+type Merged = (HashMap<u64, u32>, Vec<u64>, Vec<Vector3<f64>>);
+
+/// Index, number and place of each node once those within `merge_mm` are one: the lowest number stays. Nodes that the
+/// file ties are left alone.
+fn merged(used: &[u64], places: &HashMap<u64, Vector3<f64>>, slaves: &[u64], merge_mm: f64) -> Merged {
+    let mut near = Near::new(merge_mm.max(1e-9));
+    let (mut index, mut labels, mut nodes) =
+        (HashMap::with_capacity(used.len()), Vec::new(), Vec::<Vector3<f64>>::new());
+    for &label in used {
+        let place = places[&label];
+        let tied = slaves.binary_search(&label).is_ok();
+        let twin =
+            near.around(&place).find(|&n| merge_mm > 0.0 && !tied && (nodes[n as usize] - place).norm() <= merge_mm);
+        let node = twin.unwrap_or_else(|| {
+            let node = nodes.len() as u32;
+            nodes.push(place);
+            labels.push(label);
+            if !tied {
+                near.insert(&place, node);
+            }
+            node
+        });
+        index.insert(label, node);
+    }
+    (index, labels, nodes)
+}
+
+/// The file's ties, and ties of the tetrahedra's nodes that lie near the hexahedra's outer faces.
+pub(super) fn ties(draft: &mut Draft, raw: &RawMesh, settings: &ImportedGeometry) -> Result<(), ImportError> {
+    let node = |n: &u64, draft: &Draft| {
+        let what = || format!("a tie (*EQUATION) of node {n}");
+        draft.index.get(n).copied().ok_or_else(|| ImportError::NoSuchNode { what: what(), node: *n })
+    };
+    for tie in &raw.ties {
+        let slave = node(&tie.slave, draft)?;
+        let masters =
+            tie.masters.iter().map(|(n, w)| Ok((node(n, draft)?, *w))).collect::<Result<Vec<_>, ImportError>>()?;
+        // Numbers in the file are rounded; weights that sum to 1 keep rigid motions free of stress.
+        let sum: f64 = masters.iter().map(|m| m.1).sum();
+        if !((sum - 1.0).abs() < 1e-6) {
+            let what = format!("tie of node {}: its weights sum to {sum}, not 1", tie.slave);
+            return Err(ImportError::Support(what));
+        }
+        let masters: Vec<(u32, f64)> = masters.into_iter().map(|(n, w)| (n, w / sum)).collect();
+        let foot: Vector3<f64> = masters.iter().map(|(n, w)| draft.mesh.nodes[*n as usize] * *w).sum();
+        let off = (foot - draft.mesh.nodes[slave as usize]).norm();
+        if off > settings.tie_mm {
+            let what = format!("tie of node {}: it lies {off:.3e} mm off its masters (tie_mm)", tie.slave);
+            return Err(ImportError::Support(what));
+        }
+        draft.report.tie_moved_mm = draft.report.tie_moved_mm.max(off);
+        draft.mesh.nodes[slave as usize] = foot;
+        draft.mesh.ties.push(Tie { slave, masters });
+    }
+    tie_tets(draft, settings.tie_mm);
+    Ok(())
+}
+
+/// Ties nodes of tetrahedra that share none with hexahedra and lie near these's outer faces.
+fn tie_tets(draft: &mut Draft, tie_mm: f64) {
+    let mesh = &draft.mesh;
+    let mut of_hex = vec![false; mesh.nodes.len()];
+    mesh.hexes.iter().flat_map(|h| h.nodes).for_each(|n| of_hex[n as usize] = true);
+    let mut tied = vec![false; mesh.nodes.len()];
+    mesh.ties.iter().for_each(|t| tied[t.slave as usize] = true);
+    let free = |n: &u32| !of_hex[*n as usize] && !tied[*n as usize];
+    let slaves = sorted(mesh.tets.iter().flat_map(|t| t.nodes).filter(free).collect());
+    if slaves.is_empty() {
+        return;
+    }
+    let faces = bodies::outer_hex_faces(mesh);
+    let size = |f: &[u32; 4]| (mesh.nodes[f[0] as usize] - mesh.nodes[f[2] as usize]).norm();
+    let mut near = Near::new(faces.iter().map(size).fold(0.0, f64::max) + tie_mm);
+    for (n, face) in faces.iter().enumerate() {
+        let middle = face.iter().map(|c| mesh.nodes[*c as usize]).sum::<Vector3<f64>>() / 4.0;
+        near.insert(&middle, n as u32);
+    }
+    let mut found = Vec::new();
+    for slave in slaves {
+        let place = mesh.nodes[slave as usize];
+        let around: Vec<[u32; 4]> = near.around(&place).map(|n| faces[n as usize]).collect();
+        if around.is_empty() {
+            continue;
+        }
+        let foot = nearest_on_faces(&place, &around, &mesh.nodes);
+        let off = (foot.position - place).norm();
+        if off <= tie_mm {
+            found.push((slave, foot, off));
+        }
+    }
+    for (slave, foot, off) in found {
+        draft.mesh.nodes[slave as usize] = foot.position;
+        draft.mesh.ties.push(Tie { slave, masters: foot.masters });
+        draft.report.tied_nodes += 1;
+        draft.report.tie_moved_mm = draft.report.tie_moved_mm.max(off);
+    }
+}

@@ -1,0 +1,40 @@
+//! Meshes: nodes, hexahedra, tetrahedra, named sets, ties.
+//!
+//! Main types: [`Mesh`], [`Region`], [`Tie`]; [`FingertipShape`] and [`Divisions`] make a [`Fingertip`];
+//! [`quality`] measures and [`check`] refuses; [`block`] makes the simple meshes of tests.
+//! Every mesh is given in the frame of the plane (mm): `z` out of the plane into the finger, `x` the
+//! direction in which the plane is moved from proximal to distal, `y` to the left of it; `z = 0` is the
+//! height of the plane at first touch with the analytic surface (not with its facets).
+//! May use: nothing of this crate.
+
+// `!(x > 0.0)` refuses NaN as well.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+mod arcs;
+pub mod block;
+mod boundary;
+mod check;
+mod divisions;
+mod error;
+mod foot;
+mod grid;
+pub mod imported;
+mod mapping;
+mod nail;
+mod parametric;
+mod quality;
+mod shape;
+mod surface;
+mod touch;
+mod touch_points;
+pub mod volume;
+
+pub use check::{HEX_FACES, TET_FACES, check};
+pub use fingerpad_formats::mesh::{Hex, Mesh, Region, Tet, Tie, set};
+
+pub use divisions::{Divisions, MeshPreset};
+pub use error::MeshError;
+pub use parametric::{Fingertip, fingertip};
+pub use quality::{QualityReport, RegionQuality, quality};
+pub use shape::{FingertipShape, Nail};
+pub use touch::FirstTouch;

@@ -1,0 +1,121 @@
+//! What an increment is asked, what it answers, why it fails.
+
+use super::linear::NotPositiveDefinite;
+use crate::assembly::{BodyError, Configuration};
+use crate::contact::{ContactState, Totals};
+
+/// How equilibrium is sought.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Residual over contact force (norms over all dofs) at convergence.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub tolerance: f64,
+    /// Forces below this count as zero, N.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub force_floor_n: f64,
+    /// Equilibrium iterations before an increment is given up.
+    pub max_iterations: usize,
+    /// Contact iterations per equilibrium iteration.
+    pub max_contact_iterations: usize,
+    /// Contact problems one after the other that end without a solution before an increment is given up; set by
+    /// callers that have another way, not in a configuration.
+    #[serde(skip)]
+    pub max_unsolved_contacts: usize,
+    /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub refresh_cost_iterations: f64,
+    /// Growth of the residual in one iteration above which the iteration's step is shortened.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub growth: f64,
+    /// Augmentations per increment.
+    pub max_augmentations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-5,
+            force_floor_n: 1e-6,
+            max_iterations: 30,
+            max_contact_iterations: 40,
+            max_unsolved_contacts: 30,
+            refresh_cost_iterations: 9.0,
+            growth: 1.0,
+            max_augmentations: 8,
+        }
+    }
+}
+
+/// How an axis of the plane is driven in an increment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Axis {
+    /// Place of the plane along the axis, mm.
+    Displacement(f64),
+    /// Force of the plane on the finger along the axis, N.
+    Force(f64),
+}
+
+/// Where an increment leads: axes x, y and z (depth, normal force) of the plane.
+pub type Target = [Axis; 3];
+
+/// What happened in an increment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// Equilibrium iterations.
+    pub iterations: u32,
+    /// Contact iterations.
+    pub contact_iterations: u32,
+    /// Factorisations of the bulk.
+    pub factorisations: u32,
+    /// Factorisations that had to be mixed with the undeformed stiffness.
+    pub mixed: u32,
+    /// Last residual over contact force.
+    pub residual: f64,
+}
+
+/// Why an increment failed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// The residual did not fall.
+    #[error(
+        "no equilibrium after {iterations} iterations: residual {residual:.3e} of the contact force, tolerance {tolerance:.1e}"
+    )]
+    Stalled {
+        /// Iterations done.
+        iterations: u32,
+        /// Residual over contact force.
+        residual: f64,
+        /// What was asked for.
+        tolerance: f64,
+    },
+    /// The body failed.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The bulk stiffness is not positive definite even when mixed with that of the undeformed body.
+    #[error(transparent)]
+    Stiffness(#[from] NotPositiveDefinite),
+}
+
+/// Viscous forces that hold the body back in one increment: `coefficient * stiffness diagonal * motion`.
+///
+/// A stand-in for the inertia and viscosity that a quasi-static model lacks where the structure snaps from one
+/// equilibrium to another.
+#[derive(Clone, Copy, Debug)]
+pub struct Damping<'a> {
+    /// Share of the undeformed stiffness' diagonal, > 0.
+    pub coefficient: f64,
+    /// Where the motion is counted from.
+    pub from: &'a Configuration,
+}
+
+/// A state in equilibrium.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Positions of all nodes.
+    pub configuration: Configuration,
+    /// Contact points.
+    pub contact: ContactState,
+    /// Sums over the contact.
+    pub totals: Totals,
+}

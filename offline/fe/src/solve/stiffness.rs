@@ -1,0 +1,90 @@
+//! The bulk stiffness that the solver factorises.
+
+use super::{
+    Solver,
+    increment::{Damping, SolveError, Stats},
+};
+use crate::assembly::Configuration;
+use crate::contact::{ContactState, Plane};
+
+impl Solver<'_> {
+    /// Diagonal of the undeformed stiffness, which viscous forces are a share of.
+    pub(super) fn damping_diagonal(&mut self) {
+        if self.viscosity.is_empty() {
+            let mut values = Vec::new();
+            self.body.tangent(self.body.undeformed(), &mut values);
+            let start = &self.body.dofs.pattern.column_start;
+            self.viscosity = start[..start.len() - 1].iter().map(|&k| values[k]).collect();
+            for &dof in &self.body.dofs.held {
+                self.viscosity[dof] = 0.0;
+            }
+        }
+    }
+
+    /// Factorises the tangent at `at`.
+    ///
+    /// Where the bulk alone is not stable (what holds it is the contact) the factor gets a spring on every
+    /// touching contact dof, which the contact problem takes off again; where even that is indefinite, the
+    /// stiffness is mixed with the undeformed body's.
+    pub(super) fn refresh(
+        &mut self,
+        at: &Configuration,
+        last: &ContactState,
+        plane: Plane,
+        damping: Option<Damping>,
+        stats: &mut Stats,
+    ) -> Result<(), SolveError> {
+        let pattern = &self.body.dofs.pattern;
+        let first = self.body.dofs.first_contact_dof;
+        self.body.tangent(at, &mut self.values);
+        if let Some(damping) = damping {
+            for (dof, k) in self.viscosity.iter().enumerate() {
+                self.values[pattern.column_start[dof]] += damping.coefficient * k;
+            }
+        }
+        self.shift.fill(0.0);
+        let mut result = self.factor.factorise(pattern, &self.values);
+        stats.factorisations += 1;
+        if result.is_err() {
+            let evaluation =
+                self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
+            let touching: Vec<usize> = evaluation
+                .residual
+                .iter()
+                .zip(&self.slot)
+                .filter_map(|(force, slot)| slot.filter(|_| force.norm_squared() > 0.0))
+                .flat_map(|s| s..s + 3)
+                .filter(|&j| !self.held[j])
+                .collect();
+            let diagonal = |j: usize| pattern.column_start[first + j];
+            let mean =
+                touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>() / touching.len().max(1) as f64;
+            for factor in [1.0, 10.0, 100.0] {
+                for &j in &touching {
+                    self.values[diagonal(j)] += factor * mean - self.shift[j];
+                    self.shift[j] = factor * mean;
+                }
+                result = self.factor.factorise(pattern, &self.values);
+                stats.factorisations += 1;
+                if result.is_ok() {
+                    break;
+                }
+            }
+        }
+        for share in [0.1, 0.3, 1.0] {
+            if result.is_ok() {
+                break;
+            }
+            if self.undeformed_stiffness.is_empty() {
+                self.body.tangent(self.body.undeformed(), &mut self.undeformed_stiffness);
+            }
+            let mixed: Vec<f64> =
+                self.values.iter().zip(&self.undeformed_stiffness).map(|(k, k0)| k + share * k0).collect();
+            result = self.factor.factorise(pattern, &mixed);
+            stats.factorisations += 1;
+            stats.mixed += 1;
+        }
+        self.factor_is_set = result.is_ok();
+        Ok(result?)
+    }
+}

@@ -1,0 +1,97 @@
+//! Files in and out, as plain arrays: atomic writes, columns of numbers, Abaqus/CalculiX `.inp`, Gmsh `.msh`, VTU,
+//! label volumes (NRRD, NIfTI).
+//!
+//! Main types: [`Error`] (names file, line and value), [`Columns`] (a CSV file of numbers), [`mesh::Mesh`],
+//! [`raw_mesh::RawMesh`] and [`label_volume::LabelVolume`] (what the files hold). Everything is written through
+//! [`atomic_write`], so that nothing half-written is left looking finished. [`units`] checks numbers where they are read.
+//! Knows no physics. May use no other crate of this repository.
+
+mod atomic;
+mod columns;
+mod error;
+pub mod inp;
+pub mod inp_reader;
+pub mod label_volume;
+pub mod mesh;
+pub mod msh;
+pub mod msh_reader;
+pub mod nifti;
+pub mod nrrd;
+pub mod raw_mesh;
+pub mod units;
+pub mod volume;
+pub mod vtu;
+
+pub use atomic::atomic_write;
+pub use columns::{Columns, Row};
+pub use error::Error;
+
+use mesh::Region;
+
+/// Every region with the spelling of its element set, in the order of file output.
+pub const REGIONS: [(Region, &str); 5] = [
+    (Region::Skin, "skin"),
+    (Region::Subcutaneous, "subcutaneous"),
+    (Region::DistalBone, "bone"),
+    (Region::ProximalBone, "proximal_bone"),
+    (Region::Nail, "nail"),
+];
+
+/// Position of a region in [`REGIONS`]; the cell value `region` of VTU files.
+fn region_index(region: Region) -> usize {
+    match region {
+        Region::Skin => 0,
+        Region::Subcutaneous => 1,
+        Region::DistalBone => 2,
+        Region::ProximalBone => 3,
+        Region::Nail => 4,
+    }
+}
+
+/// The shortest decimal that reads back as the same f64.
+pub fn number(value: f64) -> String {
+    if value == 0.0 || (1e-5..1e15).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
+}
+
+#[cfg(test)]
+mod test_mesh {
+    use crate::mesh::{Hex, Mesh, Region, Tet, Tie};
+    use nalgebra::Vector3;
+
+    /// A unit cube of skin with a nail tetrahedron standing on its top, tied by one corner.
+    pub fn hex_and_tet() -> Mesh {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let corner = |k: usize| Vector3::new(square[k % 4][0], square[k % 4][1], (k / 4) as f64);
+        let mut nodes: Vec<_> = (0..8).map(corner).collect();
+        nodes.extend([[0.5, 0.5, 1.0], [0.9, 0.5, 1.3], [0.5, 0.9, 1.3], [0.5, 0.5, 1.6]].map(Vector3::from));
+        let sets = [("pad".to_owned(), vec![0, 1, 2, 3]), ("nail".to_owned(), vec![8, 9, 10, 11])];
+        Mesh {
+            nodes,
+            hexes: vec![Hex { nodes: [0, 1, 2, 3, 4, 5, 6, 7], region: Region::Skin }],
+            tets: vec![Tet { nodes: [8, 9, 10, 11], region: Region::Nail }],
+            node_sets: sets.into(),
+            pad_faces: vec![[0, 3, 2, 1]],
+            ties: vec![Tie { slave: 8, masters: (4..8).map(|m| (m, 0.25)).collect() }],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_round_trip() {
+        for x in [0.0, 0.1, -1.0 / 3.0, 1e-300, 5e-324, f64::MAX, 1e15, 123_456.789, f64::EPSILON] {
+            assert_eq!(number(x).parse::<f64>().unwrap(), x);
+            assert!(number(x).len() < 26, "{}", number(x));
+        }
+    }
+
+    #[test]
+    fn region_index_is_its_place_in_the_list() {
+        for (i, (region, _)) in REGIONS.iter().enumerate() {
+            assert_eq!(region_index(*region), i);
+        }
+    }
+}

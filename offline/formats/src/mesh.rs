@@ -1,0 +1,95 @@
+//! A mesh as plain arrays: nodes, hexahedra, tetrahedra, named sets, ties.
+//!
+//! Given in the frame of the plane (mm): `z` out of the plane into the finger, `x` the direction in which the plane is
+//! moved from proximal to distal, `y` to the left of it.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+/// What a piece of the finger is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Region {
+    /// Superficial layer, stiff.
+    Skin,
+    /// Soft layer between skin and bone; also what fills the joint gap.
+    Subcutaneous,
+    /// Distal phalanx.
+    DistalBone,
+    /// The second bone, toward the proximal end; always fixed when bones are rigid.
+    ProximalBone,
+    /// Nail plate (tetrahedra).
+    Nail,
+}
+
+/// An 8-node hexahedron: nodes 0-3 counter-clockwise seen from inside the element, from the outward side of
+/// face 0-1-2-3 clockwise, then 4-7 above them (VTK_HEXAHEDRON, C3D8): positive Jacobian.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hex {
+    /// Node indices in VTK_HEXAHEDRON order.
+    pub nodes: [u32; 8],
+    /// Material.
+    pub region: Region,
+}
+
+/// A 4-node tetrahedron (VTK_TETRA, C3D4): (n1-n0) x (n2-n0) . (n3-n0) > 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tet {
+    /// Node indices in VTK_TETRA order.
+    pub nodes: [u32; 4],
+    /// Material.
+    pub region: Region,
+}
+
+/// A multi-point constraint: the displacement of `slave` is the weighted sum of its masters'.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tie {
+    /// Constrained node; belongs to tetrahedra only.
+    pub slave: u32,
+    /// Master nodes (of hexahedra) with weights that sum to 1.
+    pub masters: Vec<(u32, f64)>,
+}
+
+/// Names of the node sets that every fingertip mesh carries.
+pub mod set {
+    /// Nodes of the skin elements.
+    pub const SKIN: &str = "skin";
+    /// Nodes of the subcutaneous elements.
+    pub const SUBCUTANEOUS: &str = "subcutaneous";
+    /// Nodes of the distal phalanx, its surface included.
+    pub const DISTAL_BONE: &str = "bone";
+    /// Nodes of the second bone, its surface included.
+    pub const PROXIMAL_BONE: &str = "proximal_bone";
+    /// Nodes of the nail plate.
+    pub const NAIL: &str = "nail";
+    /// Nodes of the nail's outer face, held fixed.
+    pub const NAIL_FIX: &str = "nail_fix";
+    /// Nodes of the proximal section, held fixed.
+    pub const PROXIMAL_FIX: &str = "proximal_fix";
+    /// Nodes of the pad faces (contact candidates).
+    pub const PAD: &str = "pad";
+}
+
+/// A mesh in the frame of the plane.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Undeformed positions, mm.
+    pub nodes: Vec<Vector3<f64>>,
+    /// Hexahedra.
+    pub hexes: Vec<Hex>,
+    /// Tetrahedra.
+    pub tets: Vec<Tet>,
+    /// Node sets by name, each sorted and without duplicates (see [`set`]).
+    pub node_sets: BTreeMap<String, Vec<u32>>,
+    /// Faces of the skin that may touch the plane, each a hex face, counter-clockwise seen from outside.
+    pub pad_faces: Vec<[u32; 4]>,
+    /// Multi-point constraints that tie tetrahedra to hexahedra.
+    pub ties: Vec<Tie>,
+}
+
+impl Mesh {
+    /// Nodes of the named set; empty if there is no such set.
+    pub fn node_set(&self, name: &str) -> &[u32] {
+        self.node_sets.get(name).map_or(&[], Vec::as_slice)
+    }
+}

@@ -1,0 +1,190 @@
+//! Fields on unstructured grids for ParaView: `.vtu` files, and a `.pvd` that strings them along time.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, IOBuffer, Piece, UnstructuredGridPiece,
+    Version, VertexNumbers, Vtk,
+};
+
+use super::{Error, atomic_write, number, region_index};
+use crate::mesh::Mesh;
+
+/// Values of a field, one a point or one a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Whole numbers.
+    Integers(Vec<i32>),
+    /// Numbers.
+    Scalars(Vec<f64>),
+    /// Vectors; x, y, z.
+    Vectors(Vec<Vector3<f64>>),
+}
+
+impl Values {
+    fn len(&self) -> usize {
+        match self {
+            Self::Integers(v) => v.len(),
+            Self::Scalars(v) => v.len(),
+            Self::Vectors(v) => v.len(),
+        }
+    }
+}
+
+/// A field by its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Name; ends in its unit.
+    pub name: &'static str,
+    /// Values.
+    pub values: Values,
+}
+
+impl Field {
+    /// A field.
+    pub fn new(name: &'static str, values: Values) -> Self {
+        Self { name, values }
+    }
+}
+
+/// Points and cells; cells are quadrilaterals, tetrahedra or hexahedra in VTK order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Grid {
+    points: Vec<Vector3<f64>>,
+    connectivity: Vec<u64>,
+    offsets: Vec<u64>,
+    types: Vec<CellType>,
+}
+
+impl Grid {
+    /// All elements of a mesh, hexahedra first; points are undeformed, mm.
+    pub fn of_body(mesh: &Mesh) -> Self {
+        let mut grid = Self { points: mesh.nodes.clone(), ..Self::default() };
+        mesh.hexes.iter().for_each(|h| grid.push(CellType::Hexahedron, &h.nodes));
+        mesh.tets.iter().for_each(|t| grid.push(CellType::Tetra, &t.nodes));
+        grid
+    }
+
+    /// The pad faces alone, and the numbers of the mesh's nodes that are its points.
+    pub fn of_pad(mesh: &Mesh) -> (Self, Vec<u32>) {
+        let mut nodes: Vec<u32> = mesh.pad_faces.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let mut grid = Self { points: nodes.iter().map(|n| mesh.nodes[*n as usize]).collect(), ..Self::default() };
+        for face in &mesh.pad_faces {
+            grid.push(CellType::Quad, &face.map(|node| nodes.partition_point(|n| *n < node) as u32));
+        }
+        (grid, nodes)
+    }
+
+    fn push(&mut self, kind: CellType, nodes: &[u32]) {
+        self.connectivity.extend(nodes.iter().map(|n| u64::from(*n)));
+        self.offsets.push(self.connectivity.len() as u64);
+        self.types.push(kind);
+    }
+}
+
+/// Region of every element of [`Grid::of_body`]: 0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail.
+pub fn regions(mesh: &Mesh) -> Field {
+    let regions = mesh.hexes.iter().map(|h| h.region).chain(mesh.tets.iter().map(|t| t.region));
+    Field::new("region", Values::Integers(regions.map(|region| region_index(region) as i32).collect()))
+}
+
+/// Writes a grid with its fields, whole or not at all.
+///
+/// Errors: a field whose length does not fit the grid; disk errors carry the path.
+pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Result<(), Error> {
+    let (points, cells) = (grid.points.len(), grid.types.len());
+    let fields = [(points, "points", &point), (cells, "cells", &cell)];
+    for (needed, places, fields) in fields {
+        if let Some(field) = fields.iter().find(|field| field.values.len() != needed) {
+            let found = field.values.len();
+            let problem = format!("`{}` has {found} values where the grid has {needed} {places}", field.name);
+            return Err(Error::Content { path: file.to_path_buf(), problem });
+        }
+    }
+    let piece = UnstructuredGridPiece {
+        points: IOBuffer::F64(coordinates(&grid.points)),
+        cells: Cells {
+            cell_verts: VertexNumbers::XML { connectivity: grid.connectivity, offsets: grid.offsets },
+            types: grid.types,
+        },
+        data: Attributes {
+            point: point.into_iter().map(attribute).collect(),
+            cell: cell.into_iter().map(attribute).collect(),
+        },
+    };
+    let grid = Vtk {
+        version: Version::new_xml(1, 0),
+        title: String::new(),
+        byte_order: ByteOrder::LittleEndian,
+        data: DataSet::UnstructuredGrid { meta: None, pieces: vec![Piece::Inline(Box::new(piece))] },
+        file_path: None,
+    };
+    let mut bytes = Vec::new();
+    grid.write_xml(&mut bytes)
+        .map_err(|e| Error::Content { path: file.to_path_buf(), problem: format!("VTK: {e}") })?;
+    atomic_write(file, |w| w.write_all(&bytes))
+}
+
+/// A file of a collection.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Time that ParaView shows.
+    pub t_s: f64,
+    /// Part of the collection.
+    pub part: usize,
+    /// Name of the file, beside the collection's.
+    pub file: String,
+}
+
+/// Writes the `.pvd` that strings files along time.
+pub fn write_collection(file: &Path, entries: &[Entry]) -> Result<(), Error> {
+    atomic_write(file, |w| {
+        write!(
+            w,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+        )?;
+        writeln!(w, "  <Collection>")?;
+        for Entry { t_s, part, file } in entries {
+            let file = file.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+            writeln!(w, "    <DataSet timestep=\"{}\" part=\"{part}\" file=\"{file}\"/>", number(*t_s))?;
+        }
+        write!(w, "  </Collection>\n</VTKFile>\n")
+    })
+}
+
+fn attribute(field: Field) -> Attribute {
+    Attribute::DataArray(match field.values {
+        Values::Integers(values) => DataArray::scalars(field.name, 1).with_data(values),
+        Values::Scalars(values) => DataArray::scalars(field.name, 1).with_data(values),
+        Values::Vectors(values) => DataArray::vectors(field.name).with_data(coordinates(&values)),
+    })
+}
+
+fn coordinates(points: &[Vector3<f64>]) -> Vec<f64> {
+    points.iter().flat_map(|p| [p.x, p.y, p.z]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_mesh;
+
+    #[test]
+    fn a_grid_reads_back_and_a_field_that_does_not_fit_is_refused() {
+        let mesh = test_mesh::hex_and_tet();
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("body.vtu");
+        write(&file, Grid::of_body(&mesh), Vec::new(), vec![regions(&mesh)]).unwrap();
+        let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(&file).unwrap().data else { panic!() };
+        let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
+        assert_eq!((piece.num_points(), piece.cells.num_cells()), (12, 2));
+        let (pad, nodes) = Grid::of_pad(&mesh);
+        assert_eq!(nodes, [0, 1, 2, 3]);
+        let short = vec![Field::new("pressure_mpa", Values::Scalars(vec![]))];
+        let error = write(&dir.path().join("pad.vtu"), pad, Vec::new(), short).unwrap_err().to_string();
+        assert!(error.contains("pad.vtu: `pressure_mpa` has 0 values where the grid has 1 cells"), "{error}");
+    }
+}

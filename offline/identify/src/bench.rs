@@ -1,0 +1,287 @@
+//! Fingers on the plane, as many slides side by side as there are depths.
+
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Mutex,
+        atomic::{AtomicU32, Ordering},
+    },
+};
+
+use rayon::prelude::*;
+
+use super::settings::Settings;
+use super::{
+    Effort, IdentifyError, Limits, Place, Slider, Start, Steady,
+    memo::{Key, Memo, key_of},
+};
+use fingerpad_fe::contact::RubberFriction;
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{Finger, Problem};
+use fingerpad_fe::mesh::{self, Fingertip, FingertipShape};
+
+/// What the caller wants to know and may say during a run.
+pub struct Hooks<'a> {
+    /// Whether to go on; asked before every equilibrium.
+    pub go_on: &'a (dyn Fn() -> bool + Sync),
+    /// Told what is being done: stage, and a line about it.
+    pub tell: &'a (dyn Fn(&str, &str) + Sync),
+}
+
+/// A steady slide that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Query {
+    /// Depth, mm, > 0.
+    pub depth_mm: f64,
+    /// Law.
+    pub law: RubberFriction,
+    /// Factor on every stiffness of the finger (tissue, nail, joint, and the contact's penalty), > 0.
+    pub stiffness: f64,
+}
+
+impl Query {
+    /// The same slide on the finger of stiffness 1: forces and pressures there are `1/stiffness` of those here.
+    fn unscaled(&self) -> Place {
+        let (s, law) = (self.stiffness, self.law);
+        Place {
+            depth_mm: self.depth_mm,
+            law: RubberFriction {
+                lambda: law.lambda * s.powf(law.beta - 1.0),
+                tau0_mpa: law.tau0_mpa / s,
+                regular_pressure_mpa: law.regular_pressure_mpa / s,
+                ..law
+            },
+        }
+    }
+
+    fn scaled(&self, mut steady: Steady) -> Steady {
+        steady.normal_force_n *= self.stiffness;
+        steady.friction_x_n *= self.stiffness;
+        for [pressure, _] in &mut steady.pressure {
+            *pressure *= self.stiffness;
+        }
+        steady
+    }
+}
+
+/// Settings, memory and threads that all fingers of a run share.
+pub struct Bench<'a> {
+    /// Mesh preset, tissue, numerics; its shape is the one to begin with.
+    pub config: &'a Config,
+    /// Calibration and identification.
+    pub settings: &'a Settings,
+    /// Finished states.
+    pub memo: Memo,
+    /// Conversation with the caller.
+    pub hooks: &'a Hooks<'a>,
+    /// By slot: where the last slide there stood.
+    starts: Mutex<BTreeMap<usize, Start>>,
+    pool: rayon::ThreadPool,
+    effort: Mutex<Effort>,
+    found: AtomicU32,
+}
+
+impl<'a> Bench<'a> {
+    /// A bench with `jobs` threads.
+    pub fn new(config: &'a Config, settings: &'a Settings, memo: Memo, hooks: &'a Hooks<'a>, jobs: usize) -> Self {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started");
+        Self {
+            config,
+            settings,
+            memo,
+            hooks,
+            starts: Mutex::default(),
+            pool,
+            effort: Mutex::default(),
+            found: AtomicU32::new(0),
+        }
+    }
+
+    /// What all slides cost so far.
+    pub fn effort(&self) -> Effort {
+        *self.effort.lock().expect("no panic while locked")
+    }
+
+    /// States that were computed, not remembered.
+    pub fn computed(&self) -> u32 {
+        self.found.load(Ordering::Relaxed)
+    }
+
+    /// A finger of `shape`.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Mesh`], [`IdentifyError::Body`].
+    pub fn finger(&self, shape: &FingertipShape) -> Result<Finger, IdentifyError> {
+        let Fingertip { mesh, touch, outer_faces } = mesh::fingertip(shape, &self.config.mesh_preset.divisions())?;
+        mesh::check(&mesh)?;
+        Ok(Finger::new(Fingertip { mesh, touch, outer_faces }, &self.config.tissue)?)
+    }
+
+    /// What states of a shape depend on besides depth, law and stiffness.
+    fn key(&self, shape: &FingertipShape) -> Key {
+        let config = self.config;
+        key_of(&(
+            env!("CARGO_PKG_VERSION"),
+            shape,
+            config.mesh_preset,
+            config.tissue,
+            config.numerics,
+            self.settings.tolerance.to_bits(),
+        ))
+    }
+
+    /// Steady slides on a finger of `shape` that is made for them; the states of a slot follow one another.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] of the first slide that fails.
+    pub fn on_shape(
+        &self,
+        shape: &FingertipShape,
+        queries: &[(usize, Vec<Query>)],
+    ) -> Result<Vec<Vec<Steady>>, IdentifyError> {
+        let key = self.key(shape);
+        if let Some(known) = self.remembered(&key, queries) {
+            return Ok(known);
+        }
+        let finger = self.finger(shape)?;
+        let problem = self.config.problem(&finger);
+        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
+            .steady(queries)
+    }
+
+    fn remembered(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
+        queries.iter().map(|(_, list)| list.iter().map(|q| self.memo.get(&key_of(&(finger, q)))).collect()).collect()
+    }
+}
+
+/// One finger with a slide per slot (a slot is a depth, or what stays near one).
+pub struct Rig<'a> {
+    bench: &'a Bench<'a>,
+    shape: FingertipShape,
+    problem: &'a Problem<'a>,
+    key: Key,
+    sliders: BTreeMap<usize, Slider<'a>>,
+    /// Where a finger beside others starts from; others start from where the last one stood, and say where they stand.
+    from: Option<BTreeMap<usize, Start>>,
+}
+
+impl<'a> Rig<'a> {
+    /// The finger of `problem`, whose shape is `shape`.
+    pub fn new(bench: &'a Bench<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
+        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new(), from: None }
+    }
+
+    /// Another finger like this one for a search beside others. It starts from where slides stand now, whatever others
+    /// do until then, and what it does changes no other one's start.
+    pub fn beside(&self) -> Self {
+        let from = Some(self.bench.starts.lock().expect("no panic while locked").clone());
+        Self { shape: self.shape.clone(), sliders: BTreeMap::new(), from, ..*self }
+    }
+
+    /// The finger's shape.
+    pub fn shape(&self) -> &FingertipShape {
+        &self.shape
+    }
+
+    /// Steady slides, slots side by side; the states of a slot follow one another.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] of the first slide that fails.
+    pub fn steady(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
+        if let Some(known) = self.bench.remembered(&self.key, queries) {
+            return Ok(known);
+        }
+        self.put_on_the_plane(queries)?;
+        let (bench, key, leads) = (self.bench, self.key, self.from.is_none());
+        let mut work: Vec<(&(usize, Vec<Query>), Slider<'a>, Vec<Steady>)> = queries
+            .iter()
+            .map(|item| (item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
+            .collect();
+        let result = bench.pool.install(|| {
+            // The deepest take longest.
+            work.par_iter_mut().rev().with_max_len(1).try_for_each(|((slot, list), slider, out)| {
+                let before = slider.effort;
+                let result = list.iter().try_for_each(|query| {
+                    let id = key_of(&(&key, query));
+                    let steady = match bench.memo.get(&id) {
+                        Some(steady) => steady,
+                        None => {
+                            let steady = query.scaled(self::go(slider, query.unscaled())?);
+                            bench.memo.put(id, &steady)?;
+                            bench.found.fetch_add(1, Ordering::Relaxed);
+                            steady
+                        }
+                    };
+                    out.push(steady);
+                    Ok(())
+                });
+                bench.effort.lock().expect("no panic while locked").add(&slider.effort.since(&before));
+                if leads {
+                    bench.starts.lock().expect("no panic while locked").insert(*slot, slider.start());
+                }
+                result
+            })
+        });
+        let states = work
+            .into_iter()
+            .map(|((slot, _), slider, states)| {
+                self.sliders.insert(*slot, slider);
+                states
+            })
+            .collect();
+        result.map(|()| states)
+    }
+
+    /// A slider in contact for every slot: where the slot's last finger stood, else by a press without friction.
+    fn put_on_the_plane(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<(), IdentifyError> {
+        let bench = self.bench;
+        let mut cold: Vec<(usize, Place)> = Vec::new();
+        for (slot, list) in queries {
+            if self.sliders.contains_key(slot) {
+                continue;
+            }
+            let mut slider = Slider::new(self.problem, bench.settings.tolerance, bench.hooks.go_on);
+            let start = match &self.from {
+                Some(from) => from.get(slot).cloned(),
+                None => bench.starts.lock().expect("no panic while locked").get(slot).cloned(),
+            };
+            if !start.is_some_and(|start| slider.restart(&start)) {
+                let mut place = list[0].unscaled();
+                place.law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..place.law };
+                cold.push((*slot, place));
+            }
+            self.sliders.insert(*slot, slider);
+        }
+        // One press passes all depths.
+        cold.sort_by(|a, b| a.1.depth_mm.total_cmp(&b.1.depth_mm));
+        let Some(&(first, _)) = cold.first() else { return Ok(()) };
+        let mut press = self.sliders.remove(&first).expect("inserted above");
+        let mut pressed = Vec::new();
+        for &(slot, place) in &cold {
+            press.go(place, Limits::Pass)?;
+            pressed.push((slot, press.start()));
+        }
+        self.sliders.insert(first, press);
+        for (slot, start) in &pressed {
+            self.sliders.get_mut(slot).expect("inserted above").restart(start);
+        }
+        Ok(())
+    }
+}
+
+/// Goes there; where the way from the last state fails, lifts off and comes again.
+fn go(slider: &mut Slider, to: Place) -> Result<Steady, IdentifyError> {
+    match slider.go(to, Limits::Stop) {
+        Err(error) if error.is_local() => {
+            let start = slider.start();
+            slider.lift();
+            let free = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..to.law };
+            let again = slider.go(Place { law: free, ..to }, Limits::Pass).and_then(|_| slider.go(to, Limits::Pass));
+            again.map_err(|again| {
+                slider.restart(&start);
+                if again.is_local() { error } else { again }
+            })
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,116 @@
+//! Calibration of the finger and the joint fit, from settings to outcome.
+
+use super::{
+    Bench, Compared, FingerPoint, IdentifyError, Knob, LawPoint, Rig, Table,
+    against::against,
+    finger_fit::{Errors, FingerFit, Place},
+    least_squares::{Model, Solution},
+    outcome::{FingerOutcome, Fitted},
+    uncertainty::linear,
+};
+
+/// The fit of a stage: `published` fits nothing, `calibration` compares what is set, others the slide.
+pub fn finger_fit<'a, 'r>(
+    stage: &'static str,
+    bench: &'a Bench<'a>,
+    rig: &'a mut Rig<'r>,
+    table: &'a Table,
+    finger: &FingerPoint,
+    law: &LawPoint,
+    joint: Option<Errors>,
+) -> FingerFit<'a, 'r> {
+    let settings = bench.settings;
+    let calibration = &settings.calibration;
+    let errors = joint.unwrap_or(Errors {
+        normal_force: 0.01 * calibration.normal_force_percent,
+        contact_area: 0.01 * calibration.contact_area_percent,
+        friction: None,
+        depth_mm: None,
+    });
+    let vary: &[Knob] = if stage == "published" { &[] } else { &calibration.vary };
+    let compared = if stage == "calibration" { calibration.compared } else { Compared::Slide };
+    FingerFit::new(stage, bench, rig, table, vary, compared, errors, finger.clone(), *law, calibration.max_evaluations)
+}
+
+/// Calibrates the finger under a law that is held.
+///
+/// # Errors
+/// [`IdentifyError`] of the fit.
+pub fn calibrate(
+    bench: &Bench,
+    rig: &mut Rig,
+    table: &Table,
+    start: &FingerPoint,
+    law: &LawPoint,
+) -> Result<FingerOutcome, IdentifyError> {
+    let mut fit = finger_fit("calibration", bench, rig, table, start, law, None);
+    finger_outcome(&mut fit, bench, table)
+}
+
+/// Fits finger, law and the error of every depth at once.
+///
+/// # Errors
+/// [`IdentifyError`] of the fit.
+pub fn joint(
+    bench: &Bench,
+    rig: &mut Rig,
+    table: &Table,
+    start: &FingerPoint,
+    law: &LawPoint,
+) -> Result<FingerOutcome, IdentifyError> {
+    let settings = bench.settings;
+    let percent = settings.friction_coefficient_percent.unwrap_or(settings.joint.friction_coefficient_percent);
+    let errors = Errors {
+        normal_force: 0.01 * settings.calibration.normal_force_percent,
+        contact_area: 0.01 * settings.calibration.contact_area_percent,
+        friction: Some(0.01 * percent),
+        depth_mm: Some(settings.joint.depth_mm),
+    };
+    let mut fit = finger_fit("joint fit", bench, rig, table, start, law, Some(errors));
+    fit.evaluations = settings.joint.max_evaluations;
+    finger_outcome(&mut fit, bench, table)
+}
+
+fn finger_outcome(fit: &mut FingerFit, bench: &Bench, table: &Table) -> Result<FingerOutcome, IdentifyError> {
+    let before = fit.start_values();
+    let rms = |residuals: &[f64]| (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
+    let rms_before = rms(&fit.residuals(&before)?);
+    let (place, solution): (Place, Solution) = fit.run()?;
+    // The stated errors weigh; how large they are is taken from the misfit where that is larger.
+    let freedom = solution.residuals.len().saturating_sub(solution.values.len());
+    let sum: f64 = solution.residuals.iter().map(|r| r * r).sum();
+    let variance = if freedom > 0 { (sum / freedom as f64).max(1.0) } else { 1.0 };
+    let errors = linear(&solution.jacobian, variance);
+    let (names, bounds) = fit.names_and_bounds();
+    let fitted = names
+        .into_iter()
+        .zip(bounds)
+        .enumerate()
+        .map(|(k, ((name, unit), bounds))| {
+            let value = solution.values[k];
+            let margin = 0.002 * (bounds[1] - bounds[0]);
+            Fitted {
+                name,
+                unit,
+                start: before[k],
+                value,
+                standard_error: Some(errors.standard_errors[k]).filter(|e| e.is_finite()),
+                bounds,
+                at_bound: value - bounds[0] < margin || bounds[1] - value < margin,
+            }
+        })
+        .collect();
+    let states = fit.slides(&place)?;
+    Ok(FingerOutcome {
+        fitted,
+        correlation: errors.correlation,
+        against: against(table, &place.law, &bench.config.friction, &states),
+        depth_shifts_mm: place.shifts_mm.clone(),
+        finger: place.finger,
+        law: place.law,
+        rms: rms(&solution.residuals),
+        rms_before,
+        evaluations: solution.evaluations,
+        ended: solution.ended,
+    })
+}

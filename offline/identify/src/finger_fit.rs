@@ -1,0 +1,381 @@
+//! Calibration of the finger on normal force and area, and the joint fit of finger, depths and law.
+
+use super::{
+    Bench, FingerPoint, IdentifyError, KnobKind, LawPoint, Query, Rig, Steady, Table,
+    least_squares::{Model, Solution, Stop, Variable, minimise},
+    settings::{Compared, Knob},
+};
+use fingerpad_fe::contact::RubberFriction;
+
+/// Standard errors, in the natural logarithm or mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// Of ln N.
+    pub normal_force: f64,
+    /// Of ln A.
+    pub contact_area: f64,
+    /// Of ln(F/N); none leaves friction out.
+    pub friction: Option<f64>,
+    /// Of a depth, mm; none holds the depths.
+    pub depth_mm: Option<f64>,
+}
+
+/// What is fitted, and from where.
+pub struct FingerFit<'a, 'r> {
+    /// Fingers.
+    pub bench: &'a Bench<'a>,
+    /// The finger of the start's shape; other shapes are made as they are asked for.
+    pub rig: &'a mut Rig<'r>,
+    /// Measured.
+    pub table: &'a Table,
+    /// What of the finger varies.
+    pub vary: &'a [Knob],
+    /// What is compared.
+    pub compared: Compared,
+    /// Weights.
+    pub errors: Errors,
+    /// The finger to begin with.
+    pub finger: FingerPoint,
+    /// The law; searched for as well if friction is compared.
+    pub law: LawPoint,
+    /// Elastic slip and regularisation.
+    pub base: RubberFriction,
+    /// Bounds of ln(tau_ref) and beta.
+    pub law_bounds: [[f64; 2]; 2],
+    /// Largest evaluations.
+    pub evaluations: usize,
+    stage: &'static str,
+    count: usize,
+    /// Where derivatives were taken last, and their columns.
+    differentiated: Option<(Vec<f64>, Vec<Vec<f64>>)>,
+}
+
+/// A point of the fit's space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Finger.
+    pub finger: FingerPoint,
+    /// Law.
+    pub law: LawPoint,
+    /// Error of each slot's depth, mm.
+    pub shifts_mm: Vec<f64>,
+}
+
+impl<'a, 'r> FingerFit<'a, 'r> {
+    /// A fit under the name `stage`.
+    #[expect(clippy::too_many_arguments, reason = "what it fits, to what, how")]
+    pub fn new(
+        stage: &'static str,
+        bench: &'a Bench<'a>,
+        rig: &'a mut Rig<'r>,
+        table: &'a Table,
+        vary: &'a [Knob],
+        compared: Compared,
+        errors: Errors,
+        finger: FingerPoint,
+        law: LawPoint,
+        evaluations: usize,
+    ) -> Self {
+        let settings = bench.settings;
+        let base = bench.config.friction;
+        let law_bounds = [settings.region.tau_ref_kpa.map(f64::ln), settings.region.beta];
+        let (count, differentiated) = (0, None);
+        Self {
+            bench,
+            rig,
+            table,
+            vary,
+            compared,
+            errors,
+            finger,
+            law,
+            base,
+            law_bounds,
+            evaluations,
+            stage,
+            count,
+            differentiated,
+        }
+    }
+
+    fn with_law(&self) -> bool {
+        self.errors.friction.is_some()
+    }
+
+    fn with_shifts(&self) -> bool {
+        self.errors.depth_mm.is_some()
+    }
+
+    fn variables(&self) -> Vec<Variable> {
+        let shallowest = self.table.depths_mm[0];
+        let knob = |k: &Knob| {
+            let [mut low, high] = k.bounds();
+            if k.name == KnobKind::DepthOffsetMm {
+                // The shallowest slide must touch.
+                low = low.max(0.15 - shallowest);
+            }
+            Variable { value: self.finger.get(k.name), bounds: [low, high] }
+        };
+        let mut variables: Vec<Variable> = self.vary.iter().map(knob).collect();
+        if self.with_law() {
+            let x = self.law.coordinates(false);
+            variables.extend((0..2).map(|k| Variable { value: x[k], bounds: self.law_bounds[k] }));
+        }
+        if let Some(error) = self.errors.depth_mm {
+            let reach = (3.0 * error).min(0.4 * shallowest);
+            variables.extend(self.table.depths_mm.iter().map(|_| Variable { value: 0.0, bounds: [-reach, reach] }));
+        }
+        variables
+    }
+
+    /// Variables at the start.
+    pub fn start_values(&self) -> Vec<f64> {
+        self.variables().iter().map(|v| v.value.clamp(v.bounds[0], v.bounds[1])).collect()
+    }
+
+    /// Name, unit and bounds of every variable.
+    pub fn names_and_bounds(&self) -> (Vec<(String, String)>, Vec<[f64; 2]>) {
+        let mut names: Vec<(String, String)> =
+            self.vary.iter().map(|k| (k.name.words().to_owned(), k.name.unit().to_owned())).collect();
+        if self.with_law() {
+            names.push(("ln of the strength at 5 kPa in kPa".into(), String::new()));
+            names.push(("beta".into(), String::new()));
+        }
+        if self.with_shifts() {
+            let shift = |d: &f64| (format!("error of depth {d} mm"), "mm".to_owned());
+            names.extend(self.table.depths_mm.iter().map(shift));
+        }
+        (names, self.variables().iter().map(|v| v.bounds).collect())
+    }
+
+    /// What the variables mean.
+    pub fn place(&self, x: &[f64]) -> Place {
+        let (knobs, rest) = x.split_at(self.vary.len());
+        let finger = self.vary.iter().zip(knobs).fold(self.finger.clone(), |f, (knob, v)| f.with(knob.name, *v));
+        let (law, shifts) = if self.with_law() { rest.split_at(2) } else { (&[][..], rest) };
+        let law = if law.is_empty() { self.law } else { self.law.at(law) };
+        let shifts_mm = if shifts.is_empty() { vec![0.0; self.table.depths_mm.len()] } else { shifts.to_vec() };
+        Place { finger, law, shifts_mm }
+    }
+
+    fn query(&self, place: &Place, slot: usize) -> Query {
+        let sliding = self.sliding(place, slot);
+        if self.compared == Compared::Press && !self.with_law() {
+            return Query { law: RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..sliding.law }, ..sliding };
+        }
+        sliding
+    }
+
+    fn sliding(&self, place: &Place, slot: usize) -> Query {
+        let law = place.law.friction(&self.base);
+        let depth_mm = self.table.depths_mm[slot] + place.finger.depth_offset_mm + place.shifts_mm[slot];
+        Query { depth_mm, law, stiffness: place.finger.stiffness }
+    }
+
+    /// Steady states per slot as they are compared.
+    ///
+    /// # Errors
+    /// [`IdentifyError`].
+    pub fn states(&mut self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
+        let slots = 0..self.table.depths_mm.len();
+        let queries = slots.map(|slot| (slot, vec![self.query(place, slot)])).collect::<Vec<_>>();
+        Ok(self.run_all(place, &queries)?.into_iter().flatten().collect())
+    }
+
+    /// Steady slides per slot.
+    ///
+    /// # Errors
+    /// [`IdentifyError`].
+    pub fn slides(&mut self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
+        let slots = 0..self.table.depths_mm.len();
+        let queries = slots.map(|slot| (slot, vec![self.sliding(place, slot)])).collect::<Vec<_>>();
+        Ok(self.run_all(place, &queries)?.into_iter().flatten().collect())
+    }
+
+    fn run_all(&mut self, place: &Place, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
+        let shape = &place.finger.shape;
+        if shape == self.rig.shape() { self.rig.steady(queries) } else { self.bench.on_shape(shape, queries) }
+    }
+
+    /// Quantities of one slot in the order of the residuals: ln N, ln A, ln(F/N).
+    fn logs(state: &Steady) -> [f64; 3] {
+        [state.normal_force_n.ln(), state.contact_area_mm2.ln(), state.friction_coefficient().ln()]
+    }
+
+    /// Rows of the residuals: table row, quantity, measured logarithm, weight.
+    fn rows(&self) -> Vec<(usize, usize, f64, f64)> {
+        let mut rows = Vec::new();
+        for (i, point) in self.table.points.iter().enumerate() {
+            rows.push((i, 0, point.normal_force_n.ln(), 1.0 / self.errors.normal_force));
+            if let Some(area) = point.contact_area_mm2 {
+                rows.push((i, 1, area.ln(), 1.0 / self.errors.contact_area));
+            }
+            if let Some(error) = self.errors.friction
+                && point.friction_coefficient > 0.0
+            {
+                rows.push((i, 2, point.friction_coefficient.ln(), 1.0 / error));
+            }
+        }
+        rows
+    }
+
+    /// Fits.
+    ///
+    /// # Errors
+    /// [`IdentifyError`].
+    pub fn run(&mut self) -> Result<(Place, Solution), IdentifyError> {
+        let variables = self.variables();
+        let rows = self.rows().len() + if self.with_shifts() { self.table.depths_mm.len() } else { 0 };
+        if rows < variables.len() {
+            return Err(IdentifyError::Table(format!(
+                "{}: {} variables from {rows} measured values; let less vary",
+                self.stage,
+                variables.len()
+            )));
+        }
+        let stop = Stop { tolerance: 1e-3, evaluations: self.evaluations };
+        let stage = self.stage;
+        let solution = minimise(stage, self, &variables, stop)?;
+        Ok((self.place(&solution.values), solution))
+    }
+}
+
+/// Sides of a difference.
+const BOTH: &[f64] = &[1.0, -1.0];
+/// Step of the law's coordinates.
+const LAW_STEP: f64 = 0.03;
+
+impl Model for FingerFit<'_, '_> {
+    fn residuals(&mut self, x: &[f64]) -> Result<Vec<f64>, IdentifyError> {
+        let place = self.place(x);
+        let logs: Vec<_> = self.states(&place)?.iter().map(Self::logs).collect();
+        let mut out: Vec<f64> = self
+            .rows()
+            .iter()
+            .map(|&(row, quantity, measured, weight)| weight * (logs[self.table.slot[row]][quantity] - measured))
+            .collect();
+        if let Some(error) = self.errors.depth_mm {
+            out.extend(place.shifts_mm.iter().map(|shift| shift / error));
+        }
+        self.count += 1;
+        let norm = out.iter().map(|r| r * r).sum::<f64>().sqrt();
+        (self.bench.hooks.tell)(self.stage, &format!("{} evaluations, residual {norm:.3} at {x:.3?}", self.count));
+        Ok(out)
+    }
+
+    /// Differences; what they are worth changes little over half a step, so that they are not taken again there.
+    fn jacobian(&mut self, x: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
+        if let Some((at, columns)) = &self.differentiated
+            && at.iter().zip(x).zip(self.steps()).all(|((a, b), step)| (a - b).abs() <= 0.5 * step)
+        {
+            return Ok(columns.clone());
+        }
+        let mut columns = self.differences(x, BOTH);
+        for side in BOTH {
+            match columns {
+                Err(error) if error.is_local() => columns = self.differences(x, &[*side]),
+                _ => break,
+            }
+        }
+        let columns = columns?;
+        self.differentiated = Some((x.to_vec(), columns.clone()));
+        Ok(columns)
+    }
+}
+
+impl FingerFit<'_, '_> {
+    /// Step of every variable's difference.
+    fn steps(&self) -> Vec<f64> {
+        let mut steps: Vec<f64> = self.vary.iter().map(|knob| knob.name.step()).collect();
+        if self.with_law() {
+            steps.extend([LAW_STEP; 2]);
+        }
+        if self.with_shifts() {
+            steps.extend(self.table.depths_mm.iter().map(|_| KnobKind::DepthOffsetMm.step()));
+        }
+        steps
+    }
+
+    /// Columns of the derivatives by differences to the `sides`: up (1), down (-1) or both.
+    ///
+    /// Numbers that change the shape are moved to one side only: each side is a finger of its own.
+    fn differences(&mut self, x: &[f64], sides: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
+        let place = self.place(x);
+        let slots = self.table.depths_mm.len();
+        // Moves that keep the shape share one finger; a shift of its own slot is a move of the depth.
+        let moved = |k: usize, h: f64| {
+            let mut moved = place.clone();
+            match k {
+                0 => moved.finger = place.finger.with(KnobKind::DepthOffsetMm, place.finger.depth_offset_mm + h),
+                1 => moved.finger = place.finger.with(KnobKind::Stiffness, place.finger.stiffness + h),
+                _ => {
+                    let mut coordinates = place.law.coordinates(false);
+                    coordinates[k - 2] += h;
+                    moved.law = place.law.at(&coordinates);
+                }
+            }
+            moved
+        };
+        let steps =
+            [KnobKind::DepthOffsetMm.step(), KnobKind::Stiffness.step() * place.finger.stiffness, LAW_STEP, LAW_STEP];
+        let kept = if self.with_law() { 4 } else { 2 };
+        let mut same = vec![place.clone()];
+        same.extend(
+            (0..kept).flat_map(|k| sides.iter().map(move |side| (k, side * steps[k]))).map(|(k, h)| moved(k, h)),
+        );
+        let queries: Vec<_> =
+            (0..slots).map(|slot| (slot, same.iter().map(|p| self.query(p, slot)).collect())).collect();
+        let states = self.run_all(&place, &queries)?;
+        let base: Vec<[f64; 3]> = states.iter().map(|list| Self::logs(&list[0])).collect();
+        let slope = |k: usize| -> Vec<[f64; 3]> {
+            let side = |slot: usize, i: usize| Self::logs(&states[slot][1 + k * sides.len() + i]);
+            let from = |slot: usize| if sides.len() == 2 { (side(slot, 1), -sides[1]) } else { (base[slot], 0.0) };
+            (0..slots)
+                .map(|slot| {
+                    let (to, (from, back)) = (side(slot, 0), from(slot));
+                    [0, 1, 2].map(|q| (to[q] - from[q]) / ((sides[0] + back) * steps[k]))
+                })
+                .collect()
+        };
+        let side = sides[0];
+        let by_depth = slope(0);
+        let mut columns: Vec<Vec<[f64; 3]>> = Vec::new();
+        for knob in self.vary {
+            columns.push(match knob.name {
+                KnobKind::DepthOffsetMm => by_depth.clone(),
+                KnobKind::Stiffness => slope(1),
+                kind => {
+                    let value = place.finger.get(kind);
+                    let [low, high] = knob.bounds();
+                    let up = if value + kind.step() > high { false } else { side > 0.0 || value - kind.step() < low };
+                    let h = if up { kind.step() } else { -kind.step() };
+                    let moved = Place { finger: place.finger.with(kind, value + h), ..place.clone() };
+                    let logs = self.states(&moved)?.iter().map(Self::logs).collect::<Vec<_>>();
+                    logs.iter().zip(&base).map(|(l, b)| [0, 1, 2].map(|q| (l[q] - b[q]) / h)).collect()
+                }
+            });
+        }
+        if self.with_law() {
+            columns.extend([slope(2), slope(3)]);
+        }
+        if self.with_shifts() {
+            columns.extend((0..slots).map(|own| {
+                (0..slots).map(|slot| if slot == own { by_depth[slot] } else { [0.0; 3] }).collect::<Vec<_>>()
+            }));
+        }
+        let rows = self.rows();
+        let first_shift = columns.len() - if self.with_shifts() { slots } else { 0 };
+        Ok(columns
+            .iter()
+            .enumerate()
+            .map(|(k, column)| {
+                let mut out: Vec<f64> =
+                    rows.iter().map(|&(row, q, _, weight)| weight * column[self.table.slot[row]][q]).collect();
+                if let Some(error) = self.errors.depth_mm {
+                    out.extend((0..slots).map(|slot| if k == first_shift + slot { 1.0 / error } else { 0.0 }));
+                }
+                out
+            })
+            .collect())
+    }
+}

@@ -1,0 +1,194 @@
+//! What of a finger a calibration may turn.
+
+use serde::{Deserialize, Serialize};
+
+use super::settings::Knob;
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::mesh::FingertipShape;
+
+/// A number of the finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KnobKind {
+    /// Factor on every stiffness: tissue, nail, joint, and the contact's penalty.
+    Stiffness,
+    /// Added to every measured depth, mm: error of the touch point.
+    DepthOffsetMm,
+    /// Pad flatness: slope of the shear that turns the pad's flat to the plane.
+    TaperSlope,
+    /// Pad flatness across: exponent of the outer section.
+    SectionExponent,
+    /// Pad size: half width, mm.
+    HalfWidthMm,
+    /// Pad size: half thickness, mm.
+    HalfThicknessMm,
+    /// Bone clearance: how far the bone's axis lies dorsal of the shaft's, mm.
+    BoneDorsalOffsetMm,
+    /// Bone clearance at the tip, mm.
+    BoneDistalClearanceMm,
+    /// Thickness of the skin, mm.
+    SkinThicknessMm,
+}
+
+impl KnobKind {
+    /// All that change the shape.
+    pub const SHAPE: [Self; 7] = [
+        Self::TaperSlope,
+        Self::SectionExponent,
+        Self::HalfWidthMm,
+        Self::HalfThicknessMm,
+        Self::BoneDorsalOffsetMm,
+        Self::BoneDistalClearanceMm,
+        Self::SkinThicknessMm,
+    ];
+
+    /// Its name in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Stiffness => "stiffness factor",
+            Self::DepthOffsetMm => "depth offset",
+            Self::TaperSlope => "pad slope",
+            Self::SectionExponent => "section exponent",
+            Self::HalfWidthMm => "half width",
+            Self::HalfThicknessMm => "half thickness",
+            Self::BoneDorsalOffsetMm => "bone's dorsal offset",
+            Self::BoneDistalClearanceMm => "bone's distal clearance",
+            Self::SkinThicknessMm => "skin thickness",
+        }
+    }
+
+    /// Its unit; empty for a pure number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Stiffness | Self::TaperSlope | Self::SectionExponent => "",
+            _ => "mm",
+        }
+    }
+
+    /// Step of finite differences, in its unit (of the value, for the stiffness): large enough that remeshing does
+    /// not matter, nor that the contact area grows by one contact point after the other (0.5 % on the default mesh;
+    /// 0.05 mm of depth to both sides change it by a tenth).
+    pub fn step(self) -> f64 {
+        match self {
+            Self::Stiffness => 0.05,
+            Self::DepthOffsetMm => 0.05,
+            Self::TaperSlope => 0.01,
+            Self::SectionExponent => 0.05,
+            _ => 0.05,
+        }
+    }
+
+    /// How far it is moved to show what it matters: about what is not known of a subject.
+    pub fn spread(self) -> f64 {
+        match self {
+            Self::Stiffness => 0.1,
+            Self::DepthOffsetMm | Self::SkinThicknessMm => 0.1,
+            Self::TaperSlope => 0.05,
+            Self::SectionExponent => 0.2,
+            _ => 0.5,
+        }
+    }
+
+    /// Its place in a shape, if it is of the shape.
+    pub fn of_shape(self, shape: &mut FingertipShape) -> Option<&mut f64> {
+        match self {
+            Self::Stiffness | Self::DepthOffsetMm => None,
+            Self::TaperSlope => Some(&mut shape.taper_slope),
+            Self::SectionExponent => Some(&mut shape.section_exponent),
+            Self::HalfWidthMm => Some(&mut shape.half_width_mm),
+            Self::HalfThicknessMm => Some(&mut shape.half_thickness_mm),
+            Self::BoneDorsalOffsetMm => Some(&mut shape.bone_dorsal_offset_mm),
+            Self::BoneDistalClearanceMm => Some(&mut shape.bone_distal_clearance_mm),
+            Self::SkinThicknessMm => Some(&mut shape.skin_thickness_mm),
+        }
+    }
+}
+
+impl Knob {
+    /// Bounds in force.
+    pub fn bounds(&self) -> [f64; 2] {
+        let [low, high] = match self.name {
+            KnobKind::Stiffness => [0.1, 5.0],
+            KnobKind::DepthOffsetMm => [-0.4, 0.4],
+            KnobKind::TaperSlope => [0.0, 0.6],
+            KnobKind::SectionExponent => [2.0, 4.0],
+            KnobKind::HalfWidthMm => [6.5, 10.5],
+            KnobKind::HalfThicknessMm => [5.5, 9.0],
+            KnobKind::BoneDorsalOffsetMm => [0.5, 4.0],
+            KnobKind::BoneDistalClearanceMm => [3.0, 8.0],
+            KnobKind::SkinThicknessMm => [0.3, 1.5],
+        };
+        [self.min.unwrap_or(low), self.max.unwrap_or(high)]
+    }
+}
+
+/// A finger as a calibration sees it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FingerPoint {
+    /// Shape.
+    pub shape: FingertipShape,
+    /// Factor on every stiffness.
+    pub stiffness: f64,
+    /// Added to every measured depth, mm.
+    pub depth_offset_mm: f64,
+}
+
+impl FingerPoint {
+    /// A shape as it is.
+    pub fn of(shape: FingertipShape) -> Self {
+        Self { shape, stiffness: 1.0, depth_offset_mm: 0.0 }
+    }
+
+    /// Puts the finger into a configuration: its stiffness into tissue, nail, joint and penalty. Shape and depth
+    /// offset have no place there.
+    pub fn apply(&self, config: &mut Config) {
+        let s = self.stiffness;
+        let tissue = &mut config.tissue;
+        for law in [&mut tissue.skin, &mut tissue.subcutaneous] {
+            law.mu_mpa *= s;
+            law.d_per_mpa /= s;
+        }
+        tissue.nail.young_mpa *= s;
+        tissue.bone.elastic.young_mpa *= s;
+        tissue.bone.joint.translation_n_per_mm *= s;
+        tissue.bone.joint.rotation_nmm_per_rad *= s;
+        config.numerics.contact.penalty_mpa_per_mm *= s;
+    }
+
+    /// Value of a knob.
+    pub fn get(&self, knob: KnobKind) -> f64 {
+        match knob {
+            KnobKind::Stiffness => self.stiffness,
+            KnobKind::DepthOffsetMm => self.depth_offset_mm,
+            other => *other.of_shape(&mut self.shape.clone()).expect("of the shape"),
+        }
+    }
+
+    /// The same finger with a knob turned.
+    pub fn with(&self, knob: KnobKind, value: f64) -> Self {
+        let mut out = self.clone();
+        match knob {
+            KnobKind::Stiffness => out.stiffness = value,
+            KnobKind::DepthOffsetMm => out.depth_offset_mm = value,
+            other => *other.of_shape(&mut out.shape).expect("of the shape") = value,
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_knob_turns_what_it_says_and_starts_inside_its_bounds() {
+        let finger = FingerPoint::of(FingertipShape::default());
+        for kind in KnobKind::SHAPE.into_iter().chain([KnobKind::Stiffness, KnobKind::DepthOffsetMm]) {
+            let value = finger.get(kind);
+            let [low, high] = Knob { name: kind, min: None, max: None }.bounds();
+            assert!(low <= value && value <= high, "{kind:?}");
+            let turned = finger.with(kind, value + kind.step());
+            assert!((turned.get(kind) - value - kind.step()).abs() < 1e-12 && turned != finger, "{kind:?}");
+        }
+    }
+}

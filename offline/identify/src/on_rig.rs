@@ -1,0 +1,61 @@
+//! The law as a function of finite elements, the finger held.
+
+use super::{IdentifyError, LawPoint, Query, Rig, Steady, surrogate};
+use fingerpad_fe::contact::RubberFriction;
+
+/// Friction coefficients of finite elements on a finger that is held.
+pub struct OnRig<'r, 'a> {
+    /// The finger.
+    pub rig: &'r mut Rig<'a>,
+    /// Depth of every slot, offset included, mm.
+    pub depths_mm: Vec<f64>,
+    /// Factor on every stiffness.
+    pub stiffness: f64,
+    /// Elastic slip and regularisation.
+    pub base: RubberFriction,
+    /// Evaluations of all slots so far.
+    pub evaluations: usize,
+}
+
+impl OnRig<'_, '_> {
+    /// The same on another finger, which may slide beside this one in another thread.
+    pub fn beside<'r, 'b>(&self, rig: &'r mut Rig<'b>) -> OnRig<'r, 'b> {
+        OnRig { rig, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
+    }
+
+    /// Steady states per slot.
+    ///
+    /// # Errors
+    /// [`IdentifyError`].
+    pub fn states(&mut self, law: &LawPoint) -> Result<Vec<Steady>, IdentifyError> {
+        self.slides(law.friction(&self.base))
+    }
+
+    /// The same under a law with a regularisation of its own.
+    ///
+    /// # Errors
+    /// [`IdentifyError`].
+    pub fn slides(&mut self, law: RubberFriction) -> Result<Vec<Steady>, IdentifyError> {
+        self.evaluations += 1;
+        let query = |(slot, &depth_mm): (usize, &f64)| (slot, vec![Query { depth_mm, law, stiffness: self.stiffness }]);
+        let queries: Vec<_> = self.depths_mm.iter().enumerate().map(query).collect();
+        Ok(self.rig.steady(&queries)?.into_iter().flatten().collect())
+    }
+}
+
+impl surrogate::Friction for OnRig<'_, '_> {
+    fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
+        Ok(self.states(law)?.iter().map(Steady::friction_coefficient).collect())
+    }
+
+    /// No depth waits for another one between two laws.
+    fn prepare(&mut self, laws: &[LawPoint]) {
+        let query =
+            |depth_mm, law: &LawPoint| Query { depth_mm, law: law.friction(&self.base), stiffness: self.stiffness };
+        let queries: Vec<_> = (self.depths_mm.iter().enumerate())
+            .map(|(slot, &depth_mm)| (slot, laws.iter().map(|law| query(depth_mm, law)).collect()))
+            .collect();
+        // What is found is remembered; what failed fails again when it is asked for, and is told then.
+        let _ = self.rig.steady(&queries);
+    }
+}

@@ -1,0 +1,395 @@
+//! Steady full slip at one depth, without marching there.
+//!
+//! When a rate-independent finger has slid far enough, it no longer deforms: every contact point slips along the
+//! plane's motion and bears its strength. That state depends on depth and law alone, not on how it was reached, so
+//! it is solved for directly: the elastic slip of every contact point is put far beyond its limit along +x, and the
+//! return map then yields the strength along +x whatever the increment.
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::{
+    IdentifyError,
+    history::{History, distance},
+};
+use fingerpad_fe::assembly::{Body, Configuration};
+use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction};
+use fingerpad_fe::load_path::Problem;
+use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats, Target};
+
+/// Elastic slip of every contact point before the return map, mm: its direction is then +x within 1e-8.
+const SATURATED_MM: f64 = 1e9;
+/// Share of a move below which a step is taken for one over a limit point.
+const SNAP_BELOW: f64 = 1.0 / 20.0;
+/// Viscous steps over a limit point before a move is given up.
+const SNAP_STEPS: usize = 12;
+/// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
+const PATIENCE: u32 = 200;
+
+/// What a steady slide at one depth looks like.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Steady {
+    /// Travel of the plane from first touch, mm.
+    pub depth_mm: f64,
+    /// Normal force, N.
+    pub normal_force_n: f64,
+    /// Friction along x, the plane's motion, N.
+    pub friction_x_n: f64,
+    /// Contact area, mm².
+    pub contact_area_mm2: f64,
+    /// Largest penetration, mm.
+    pub penetration_mm: f64,
+    /// Pressure (MPa) and area (mm²) of every contact point.
+    pub pressure: Vec<[f64; 2]>,
+}
+
+impl Steady {
+    /// F/N; NaN without contact.
+    pub fn friction_coefficient(&self) -> f64 {
+        self.friction_x_n / self.normal_force_n
+    }
+
+    /// Integral of `law` over this state's pressure, N.
+    pub fn friction_limit_n(&self, law: &RubberFriction) -> f64 {
+        self.pressure.iter().map(|&[p, area]| law.strength(p).0 * area).sum()
+    }
+}
+
+/// Where a steady state is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Law; `lambda = 0` and `tau0_mpa = 0` is a press without friction.
+    pub law: RubberFriction,
+}
+
+/// What a move does at a limit point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limits {
+    /// Gives up.
+    Stop,
+    /// Steps over one by viscous steps.
+    Pass,
+}
+
+/// What it cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Effort {
+    /// Equilibria found.
+    pub solves: u32,
+    /// Equilibria that failed and were tried with a smaller step.
+    pub cutbacks: u32,
+    /// Equilibrium iterations.
+    pub iterations: u32,
+    /// Factorisations of the bulk stiffness.
+    pub factorisations: u32,
+}
+
+impl Effort {
+    /// Adds another's.
+    pub fn add(&mut self, other: &Self) {
+        self.solves += other.solves;
+        self.cutbacks += other.cutbacks;
+        self.iterations += other.iterations;
+        self.factorisations += other.factorisations;
+    }
+
+    /// What was added since `before`.
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            solves: self.solves - before.solves,
+            cutbacks: self.cutbacks - before.cutbacks,
+            iterations: self.iterations - before.iterations,
+            factorisations: self.factorisations - before.factorisations,
+        }
+    }
+}
+
+/// A finger on the plane that moves from one steady state to the next.
+pub struct Slider<'a> {
+    body: &'a Body,
+    solver: Solver<'a>,
+    state: State,
+    at: Place,
+    history: History,
+    max_depth_step_mm: f64,
+    go_on: &'a (dyn Fn() -> bool + Sync),
+    /// What it cost so far.
+    pub effort: Effort,
+}
+
+/// A state to go on from, on this finger or on one of another shape whose mesh has as many nodes.
+#[derive(Clone)]
+pub struct Start {
+    displacement_mm: Vec<Vector3<f64>>,
+    rigid_shift_mm: Vector3<f64>,
+    rigid_rotation: Rotation3<f64>,
+    at: Place,
+}
+
+impl Start {
+    /// Its depth, mm.
+    pub fn depth_mm(&self) -> f64 {
+        self.at.depth_mm
+    }
+}
+
+impl<'a> Slider<'a> {
+    /// A finger before contact.
+    ///
+    /// Its contact is by penalty alone, so that a state depends on its place only and not on the way to it.
+    ///
+    /// * `tolerance`: residual over contact force
+    /// * `go_on`: false stops a move with [`IdentifyError::Interrupted`]
+    pub fn new(problem: &Problem<'a>, tolerance: f64, go_on: &'a (dyn Fn() -> bool + Sync)) -> Self {
+        let law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..problem.friction.unwrap_or_default() };
+        let penalty = PenaltySettings { augment: false, ..problem.penalty };
+        // A step that needs more than this is cheaper in two.
+        let settings = Settings {
+            tolerance,
+            max_iterations: 15,
+            max_contact_iterations: 25,
+            max_unsolved_contacts: 3,
+            ..problem.settings
+        };
+        let solver = Solver::new(problem.body, problem.pad_faces, Friction::On(law), penalty, settings);
+        let state = solver.initial_state([0.0; 3]);
+        Self {
+            body: problem.body,
+            solver,
+            state,
+            at: Place { depth_mm: 0.0, law },
+            history: History::default(),
+            max_depth_step_mm: problem.march.max_depth_step_mm,
+            go_on,
+            effort: Effort::default(),
+        }
+    }
+
+    /// The state now.
+    pub fn start(&self) -> Start {
+        let (now, before) = (&self.state.configuration, self.body.undeformed());
+        Start {
+            displacement_mm: now.x.iter().zip(&before.x).map(|(x, x0)| x - x0).collect(),
+            rigid_shift_mm: now.rigid_centre - before.rigid_centre,
+            rigid_rotation: now.rigid_rotation,
+            at: self.at,
+        }
+    }
+
+    /// Goes on from `start`; false, and nothing changed, if its mesh was another one.
+    ///
+    /// On another shape this is a guess that the next move brings into equilibrium.
+    pub fn restart(&mut self, start: &Start) -> bool {
+        let before = self.body.undeformed();
+        if before.x.len() != start.displacement_mm.len() {
+            return false;
+        }
+        let mut configuration = Configuration {
+            x: before.x.iter().zip(&start.displacement_mm).map(|(x0, u)| x0 + u).collect(),
+            rigid_centre: before.rigid_centre + start.rigid_shift_mm,
+            rigid_rotation: start.rigid_rotation,
+        };
+        self.body.follow(&mut configuration);
+        self.stand(start.at, configuration);
+        true
+    }
+
+    /// Puts the finger into a configuration of a place.
+    fn stand(&mut self, at: Place, configuration: Configuration) {
+        let mut state = self.solver.initial_state([0.0, 0.0, at.depth_mm]);
+        for (place, &node) in state.contact.position.iter_mut().zip(&self.solver.surface().nodes) {
+            *place = configuration.x[node as usize];
+        }
+        state.configuration = configuration;
+        self.state = state;
+        self.at = at;
+    }
+
+    /// Takes the finger off the plane.
+    pub fn lift(&mut self) {
+        self.state = self.solver.initial_state([0.0; 3]);
+        let law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..self.at.law };
+        self.at = Place { depth_mm: 0.0, law };
+    }
+
+    /// Brings the state to equilibrium at `to`, in as few steps as converge.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Steady`] with the failure of the smallest step, or [`IdentifyError::Interrupted`]; the
+    /// slider stands where it started from.
+    pub fn go(&mut self, to: Place, limits: Limits) -> Result<Steady, IdentifyError> {
+        if to != self.at || self.state.totals.force.z == 0.0 {
+            let start = self.start();
+            // From where the way is shortest, which need not be the last place.
+            let wanted = self.coordinates(&to);
+            if let Some((place, configuration, far)) = self.history.nearest(&wanted)
+                && limits == Limits::Stop
+                && far < 0.7 * distance(&self.coordinates(&self.at), &wanted)
+            {
+                self.stand(place, configuration);
+            }
+            if let Err(error) = self.move_to(to, limits) {
+                self.restart(&start);
+                return Err(error);
+            }
+        }
+        Ok(self.steady())
+    }
+
+    fn move_to(&mut self, to: Place, limits: Limits) -> Result<(), IdentifyError> {
+        let from = self.at;
+        let mut pace = self.first_share(&from, &to);
+        let mut done = 0.0f64;
+        let mut spent = 0;
+        let mut snaps = u32::from(limits == Limits::Stop);
+        let mut failed = false;
+        while done < 1.0 {
+            if !(self.go_on)() {
+                return Err(IdentifyError::Interrupted);
+            }
+            let left = 1.0 - done;
+            let size = if pace >= left { left } else { left / (left / pace - 1e-9).ceil() };
+            let share = if size >= left { 1.0 } else { done + size };
+            let place = if share == 1.0 { to } else { between(&from, &to, share) };
+            let prediction = self.history.predict(self.body, &self.coordinates(&place)).filter(|_| !failed);
+            let (guess, led) = prediction.unwrap_or_else(|| (self.state.configuration.clone(), false));
+            let extrapolated = led || place.depth_mm == self.at.depth_mm;
+            let last = saturated(&self.state);
+            self.solver.set_friction(Friction::On(place.law));
+            let target = [Axis::Displacement(0.0), Axis::Displacement(0.0), Axis::Displacement(place.depth_mm)];
+            let plane = [0.0, 0.0, place.depth_mm];
+            let mut stats = Stats::default();
+            let result = self.solver.step(&last, target, guess, plane, extrapolated, &mut stats);
+            self.effort.iterations += stats.iterations;
+            self.effort.factorisations += stats.factorisations;
+            spent += stats.iterations;
+            match result {
+                Ok(next) => {
+                    self.effort.solves += 1;
+                    self.state = next;
+                    self.at = place;
+                    self.history.keep(self.coordinates(&place), place, &self.state.configuration);
+                    failed = false;
+                    done = share;
+                    pace = match stats.iterations {
+                        0..=7 => 1.5 * size,
+                        8..=14 => size,
+                        _ => 0.7 * size,
+                    };
+                }
+                Err(error) => {
+                    self.effort.cutbacks += 1;
+                    failed = true;
+                    pace = 0.5 * size;
+                    let given_up = spent > PATIENCE;
+                    if pace >= SNAP_BELOW && !given_up {
+                        continue;
+                    }
+                    snaps += 1;
+                    if !given_up && snaps <= 1 && self.snap(target)? {
+                        self.at = place;
+                        // What was known before the snap belongs to another branch.
+                        self.history.clear();
+                        self.history.keep(self.coordinates(&place), place, &self.state.configuration);
+                        done = share;
+                        pace = 0.1;
+                    } else {
+                        return Err(IdentifyError::Steady { depth_mm: place.depth_mm, law: place.law, cause: error });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A place in steps that are likely to converge.
+    fn coordinates(&self, place: &Place) -> [f64; 3] {
+        let strength = place.law.strength(MIDDLE_MPA).0;
+        // A strength step of 1.5 kPa shears the pulp by some tenths of a millimetre.
+        [place.depth_mm / self.max_depth_step_mm, strength / 0.0015, place.law.beta * strength / 0.003]
+    }
+
+    /// First share of a move that is likely to converge.
+    fn first_share(&self, from: &Place, to: &Place) -> f64 {
+        let [a, b] = [from, to].map(|place| self.coordinates(place));
+        let far: f64 = (0..3).map(|k| (b[k] - a[k]).abs()).sum();
+        // Between states that are known a prediction reaches farther than the last state.
+        1.0 / far.min(2.0 * self.history.distance(&b)).max(1.0)
+    }
+
+    /// Steps past a limit point: viscous steps at a fixed target until equilibrium holds without them.
+    ///
+    /// Returns whether it was reached; the state is untouched if not.
+    fn snap(&mut self, target: Target) -> Result<bool, IdentifyError> {
+        let mut state = self.state.clone();
+        let mut coefficient = 1e-3;
+        for _ in 0..SNAP_STEPS {
+            if !(self.go_on)() {
+                return Err(IdentifyError::Interrupted);
+            }
+            let mut stats = Stats::default();
+            let last = saturated(&state);
+            match self.solver.damped_step(&last, target, coefficient, &mut stats) {
+                Ok(next) => {
+                    state = next;
+                    coefficient *= 0.4;
+                    if coefficient < 1e-2 {
+                        let (last, guess) = (saturated(&state), state.configuration.clone());
+                        let plane = state.contact.plane;
+                        if let Ok(next) = self.solver.step(&last, target, guess, plane, true, &mut stats) {
+                            self.state = next;
+                            self.effort.solves += 1;
+                            self.effort.iterations += stats.iterations;
+                            self.effort.factorisations += stats.factorisations;
+                            return Ok(true);
+                        }
+                    }
+                }
+                Err(_) => coefficient *= 10.0,
+            }
+            self.effort.iterations += stats.iterations;
+            self.effort.factorisations += stats.factorisations;
+            if coefficient > 1e2 {
+                break;
+            }
+        }
+        Ok(false)
+    }
+
+    fn steady(&self) -> Steady {
+        let State { contact, totals, .. } = &self.state;
+        Steady {
+            depth_mm: contact.plane[2],
+            normal_force_n: totals.force.z,
+            friction_x_n: totals.force.x,
+            contact_area_mm2: self.solver.surface().contact_areas(contact).iter().map(|a| a[0]).sum(),
+            penetration_mm: totals.penetration,
+            pressure: contact.points.iter().filter(|p| p.pressure > 0.0).map(|p| [p.pressure, p.area]).collect(),
+        }
+    }
+}
+
+/// The state with the elastic slip of every contact point far beyond its limit.
+fn saturated(state: &State) -> State {
+    let mut state = state.clone();
+    for point in &mut state.contact.points {
+        point.elastic_slip = [SATURATED_MM, 0.0];
+        point.multiplier = 0.0;
+    }
+    state
+}
+
+/// Pressure at which laws are compared, MPa.
+const MIDDLE_MPA: f64 = 0.004;
+
+/// The place `share` of the way: depth and strengths at two pressures go straight, so that no law on the way is
+/// stronger than both ends.
+fn between(from: &Place, to: &Place, share: f64) -> Place {
+    let mix = |a: f64, b: f64| a + share * (b - a);
+    let at = |law: &RubberFriction| law.lambda * MIDDLE_MPA.powf(law.beta);
+    let beta = if at(&from.law) == 0.0 { to.law.beta } else { mix(from.law.beta, to.law.beta) };
+    let lambda = mix(at(&from.law), at(&to.law)) / MIDDLE_MPA.powf(beta);
+    let tau0_mpa = mix(from.law.tau0_mpa, to.law.tau0_mpa);
+    Place { depth_mm: mix(from.depth_mm, to.depth_mm), law: RubberFriction { lambda, beta, tau0_mpa, ..to.law } }
+}

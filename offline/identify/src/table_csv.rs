@@ -1,0 +1,205 @@
+//! A table of measured friction at given depths, in the manner of Table 1 of Yoshida et al. 2011.
+
+use std::path::Path;
+
+use fingerpad_formats::Columns;
+use fingerpad_formats::Error;
+
+/// One depth of a measured table.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Row {
+    /// Travel of the plane from first touch, mm, > 0.
+    pub depth_mm: f64,
+    /// Normal force, N, > 0.
+    pub normal_force_n: f64,
+    /// Kinetic friction force over normal force, >= 0.
+    pub friction_coefficient: f64,
+    /// Contact area, mm², > 0; `None` if the table has no such column.
+    pub contact_area_mm2: Option<f64>,
+}
+
+/// Columns of a table.
+const KNOWN: [&str; 4] = ["depth_mm", "normal_force_n", "friction_coefficient", "contact_area_mm2"];
+
+/// Deepest indentation that a fingertip bears without its bone, mm.
+const DEEPEST_MM: f64 = 10.0;
+/// Normal force over depth squared beyond which no fingertip is, N/mm² (measured ones stay below 2 up to 3 mm).
+const STIFFEST_N_PER_MM2: f64 = 6.0;
+/// Mean contact pressures between which every fingertip's lie, MPa.
+const PRESSURES_MPA: [f64; 2] = [1e-4, 0.15];
+/// Largest friction coefficient.
+const MOST_FRICTION: f64 = 20.0;
+
+/// Reads a table: `depth_mm,normal_force_n,friction_coefficient` and, optionally, `contact_area_mm2`.
+///
+/// Rows keep the order of the file; a depth may occur more than once (repeats). Values that no fingertip has are
+/// refused with the mistake that they hint at: swapped columns, forces in grams.
+pub fn read(file: &Path) -> Result<Vec<Row>, Error> {
+    rows(&Columns::read(file, &KNOWN)?)
+}
+
+/// The same from text; `name` is for the messages.
+pub fn parse(name: &Path, text: &str) -> Result<Vec<Row>, Error> {
+    rows(&Columns::parse(name, text, &KNOWN)?)
+}
+
+fn rows(table: &Columns) -> Result<Vec<Row>, Error> {
+    let [depth, force, friction] = [table.need(KNOWN[0])?, table.need(KNOWN[1])?, table.need(KNOWN[2])?];
+    let area = table.find(KNOWN[3]);
+    table.need_rows(1)?;
+    let positive = |row, column| {
+        let value = table.number(row, column)?;
+        if value > 0.0 { Ok(value) } else { Err(table.refuse(row, column, "must be greater than 0")) }
+    };
+    let mut rows = Vec::new();
+    for row in &table.rows {
+        let friction_coefficient = table.number(row, friction)?;
+        if friction_coefficient < 0.0 {
+            return Err(table.refuse(row, friction, "is negative"));
+        }
+        let read = Row {
+            depth_mm: positive(row, depth)?,
+            normal_force_n: positive(row, force)?,
+            friction_coefficient,
+            contact_area_mm2: area.map(|column| positive(row, column)).transpose()?,
+        };
+        if read.depth_mm > DEEPEST_MM {
+            let problem = format!("is no indentation of a fingertip (at most {DEEPEST_MM} mm): are columns swapped?");
+            return Err(table.refuse(row, depth, problem));
+        }
+        if friction_coefficient > MOST_FRICTION {
+            let problem = format!("is no friction coefficient (at most {MOST_FRICTION}): are columns swapped?");
+            return Err(table.refuse(row, friction, problem));
+        }
+        let most = STIFFEST_N_PER_MM2 * read.depth_mm * read.depth_mm;
+        if read.normal_force_n > most {
+            let problem = format!(
+                "is more than a fingertip bears at {} mm (at most {most:.2} N): is the force in grams \
+                 (1 g = 0.00981 N), or are columns swapped?",
+                read.depth_mm
+            );
+            return Err(table.refuse(row, force, problem));
+        }
+        if let (Some(column), Some(area)) = (area, read.contact_area_mm2) {
+            let pressure = read.normal_force_n / area;
+            if !(PRESSURES_MPA[0]..=PRESSURES_MPA[1]).contains(&pressure) {
+                let problem = format!(
+                    "mm² under {} N is a mean pressure of {:.3} kPa, which no fingertip has ({} to {} kPa): are \
+                     columns swapped, or units other than mm² and N?",
+                    read.normal_force_n,
+                    1e3 * pressure,
+                    1e3 * PRESSURES_MPA[0],
+                    1e3 * PRESSURES_MPA[1]
+                );
+                return Err(table.refuse(row, column, problem));
+            }
+        }
+        rows.push(read);
+    }
+    rising(table, &rows, force)?;
+    Ok(rows)
+}
+
+/// Refuses forces that fall at every step down.
+fn rising(table: &Columns, rows: &[Row], force: usize) -> Result<(), Error> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|&a, &b| rows[a].depth_mm.total_cmp(&rows[b].depth_mm));
+    let steps: Vec<[usize; 2]> =
+        order.windows(2).map(|w| [w[0], w[1]]).filter(|&[a, b]| rows[b].depth_mm > rows[a].depth_mm).collect();
+    let falls = |&[a, b]: &[usize; 2]| rows[b].normal_force_n < rows[a].normal_force_n;
+    match steps.first() {
+        Some(&[_, second]) if steps.iter().all(falls) => {
+            let problem = "is less than at a smaller depth, and so on through the table: are columns swapped?";
+            Err(table.refuse(&table.rows[second], force, problem))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_1_of_the_paper() {
+        let rows = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/yoshida2011.csv"))).unwrap();
+        assert_eq!(rows.len(), 4);
+        let last =
+            Row { depth_mm: 1.5, normal_force_n: 0.454, friction_coefficient: 1.42, contact_area_mm2: Some(97.7) };
+        assert_eq!(rows[3], last);
+    }
+
+    #[test]
+    fn the_area_may_be_missing_but_not_wrong() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("t.csv");
+        let read_text = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            read(&file)
+        };
+        let rows = read_text("friction_coefficient,depth_mm,normal_force_n\n2,1,0.2\n").unwrap();
+        assert_eq!(rows[0].contact_area_mm2, None);
+        let head = "depth_mm,normal_force_n,friction_coefficient,contact_area_mm2\n";
+        for (text, expected) in [
+            (format!("{head}1,0.2,2,0\n"), "t.csv:2: column `contact_area_mm2`: `0` must be greater than 0"),
+            (format!("{head}1,0,2,5\n"), "t.csv:2: column `normal_force_n`: `0` must be greater than 0"),
+            (format!("{head}1,0.1,-2,5\n"), "t.csv:2: column `friction_coefficient`: `-2` is negative"),
+            (format!("{head}1,0.1,2,\n"), "t.csv:2: column `contact_area_mm2`: `` is missing: the cell is empty"),
+            (head.to_owned(), "t.csv:1: the file ends after 0 row(s) of values; at least 1 needed"),
+            (
+                "depth_mm,normal_force_n,friction_coefficient,area_cm2\n".to_owned(),
+                "t.csv:1: unknown column `area_cm2`; did you mean `contact_area_mm2`, in mm²?",
+            ),
+        ] {
+            let message = read_text(&text).unwrap_err().to_string();
+            assert!(message.ends_with(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn spreadsheets_are_read_right_and_mistakes_are_named() {
+        let read_text = |text: &str| parse(Path::new("t.csv"), text);
+        let table_1 =
+            [[0.75, 0.12, 2.46, 49.4], [1.0, 0.198, 2.0, 62.8], [1.25, 0.384, 1.53, 83.2], [1.5, 0.454, 1.42, 97.7]];
+        let write = |columns: [usize; 4], scale: [f64; 4]| {
+            let mut text = "depth_mm,normal_force_n,friction_coefficient,contact_area_mm2\n".to_owned();
+            for row in table_1 {
+                let cells: Vec<String> = columns.iter().map(|&c| (row[c] * scale[c]).to_string()).collect();
+                text += &(cells.join(",") + "\n");
+            }
+            text
+        };
+        let good = write([0, 1, 2, 3], [1.0; 4]);
+        assert_eq!(read_text(&good).unwrap().len(), 4);
+        let excel = format!("\u{feff}{}", good.replace('\n', "\r\n").replace("0.12,", "\"0.12\","));
+        assert_eq!(read_text(&excel).unwrap(), read_text(&good).unwrap());
+        // Every swap of two columns, and other units.
+        for (a, b) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
+            let mut columns = [0, 1, 2, 3];
+            columns.swap(a, b);
+            match read_text(&write(columns, [1.0; 4])) {
+                Err(error) => assert!(error.to_string().contains("swapped"), "{a} {b}: {error}"),
+                // Depth and friction coefficient of this table are alike in size, and the force then falls.
+                Ok(rows) => panic!("{a} and {b} swapped were read: {rows:?}"),
+            }
+        }
+        let grams = read_text(&write([0, 1, 2, 3], [1.0, 1.0 / 0.00981, 1.0, 1.0])).unwrap_err().to_string();
+        assert!(grams.starts_with("t.csv:2: column `normal_force_n`") && grams.contains("grams"), "{grams}");
+        let head = "depth_mm,normal_force_n,friction_coefficient,contact_area_mm2\n";
+        for (row, expected) in [
+            (
+                "1,0.2,2,\"1,062.8\"",
+                "t.csv:2: column `contact_area_mm2`: `1,062.8` has a thousands separator: write 1062.8",
+            ),
+            ("1,0.2,2,1 062", "`1 062` has a thousands separator: write 1062"),
+            ("1,\"0,2\",2,62", "t.csv:2: column `normal_force_n`: `0,2` is not a number: the decimal point is `.`"),
+            ("1,0.2,2,1,062.8", "t.csv:2: 5 cells where the header has 4"),
+            ("1,0.2,two,62", "`two` is not a number"),
+        ] {
+            let message = read_text(&format!("{head}{row}\n")).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+        let missing = read_text("depth_mm,friction_coefficient\n1,2\n").unwrap_err().to_string();
+        assert_eq!(missing, "t.csv:1: no column `normal_force_n`");
+    }
+}

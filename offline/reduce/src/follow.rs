@@ -1,0 +1,178 @@
+//! The reduced model along a path of corners, driven by displacements or forces.
+//!
+//! Main types: [`follow`], [`Row`]. Uses `fingerpad` and slide's [`Path`].
+
+use fingerpad::{
+    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Response, StateOf, Surroundings, Tangential,
+};
+
+use fingerpad_fe::load_path::{self, Drive, Path, Waypoint};
+
+/// Longest motion of one step, mm, as in replays.
+const STEP_MM: f64 = super::STEP_MM as f64;
+/// Largest change of a driven force in one step, N.
+const STEP_N: f64 = 0.005;
+/// Distance between rows within a segment, steps.
+const STEPS_PER_ROW: usize = 5;
+
+/// One row: what a finite-element response has, and what only the reduced model knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Position and forces; the centre of pressure is NaN.
+    pub response: load_path::Response,
+    /// Largest friction in the direction of the present one, N.
+    pub friction_limit_n: f64,
+    /// 1 − |friction| / limit.
+    pub slip_margin: f64,
+    /// Half-width of the 95 % band of the normal force, N.
+    pub band_normal_n: f64,
+    /// Half-width of the 95 % band of each friction component, N.
+    pub band_friction_n: f64,
+}
+
+fn row(t_s: f64, at: [f64; 3], r: &Response) -> Row {
+    Row {
+        response: load_path::Response {
+            t_s,
+            depth_mm: at[0],
+            slide_x_mm: at[1],
+            slide_y_mm: at[2],
+            normal_force_n: r.normal_force_n.into(),
+            friction_x_n: r.friction_n[0].into(),
+            friction_y_n: r.friction_n[1].into(),
+            contact_area_mm2: r.contact_area_mm2.into(),
+            stick_ratio: r.stick_ratio.into(),
+            regime: r.regime,
+            status: r.status,
+            centre_of_pressure_mm: [f64::NAN; 2],
+        },
+        friction_limit_n: r.friction_limit_n.into(),
+        slip_margin: r.slip_margin.into(),
+        band_normal_n: r.band_normal_n.into(),
+        band_friction_n: r.band_friction_n.into(),
+    }
+}
+
+/// Follows `path` in steps of at most 0.02 mm or 5 mN and returns a row at every corner and at every fifth step between.
+///
+/// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag.
+pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<Row> {
+    let mut state = StateOf::default();
+    let by_force = path.drives.map(|d| d == Drive::Force);
+    along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+        let normal = if by_force[0] { Normal::ForceN(target[0] as f32) } else { Normal::DepthMm(target[0] as f32) };
+        // Both tangential axes are driven alike by the core; a mixed drive holds the other at its present force.
+        let slide = [target[1] - at[1], target[2] - at[2]];
+        let tangential = if by_force[1] || by_force[2] {
+            Tangential::FrictionN([target[1] as f32, target[2] as f32])
+        } else {
+            Tangential::SlideIncrementMm(slide.map(|s| s as f32))
+        };
+        let driven = model.step_driven(&mut state, CoreDrive { normal, tangential, dt_s: dt.max(1e-6) as f32 });
+        at[0] = driven.motion.depth_mm.into();
+        for k in 0..2 {
+            at[k + 1] = if by_force[1] || by_force[2] {
+                at[k + 1] + f64::from(driven.motion.slide_increment_mm[k])
+            } else {
+                target[k + 1]
+            };
+        }
+        driven.response
+    })
+}
+
+/// The same with the effects of a model file, in surroundings that do not change along the path but for the clock of the
+/// series, which starts at theirs. Forces are the sensor's readings where the file has a tare or cross-talk.
+///
+/// `None` for a path that is driven by force: effects know motions alone.
+pub fn follow_with_effects<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
+    effects: &Effects<'_>,
+    surroundings: Surroundings,
+    path: &Path,
+) -> Option<Vec<Row>> {
+    if path.drives.contains(&Drive::Force) {
+        return None;
+    }
+    let mut contact = Contact::default();
+    let mut now = surroundings;
+    Some(along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+        now.series_s += dt as f32;
+        let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
+        let motion = Motion { depth_mm: target[0] as f32, slide_increment_mm: slide, dt_s: dt.max(1e-6) as f32 };
+        *at = target;
+        let mut response = effects.step(model, &mut contact, now, motion);
+        let [normal, x, y] = effects.reading(&response);
+        (response.normal_force_n, response.friction_n) = (normal, [x, y]);
+        response
+    }))
+}
+
+/// Walks a path: `go` steps to a target and moves the position to where it came.
+fn along(path: &Path, go: &mut dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response) -> Vec<Row> {
+    let corner = |w: &Waypoint| [w.normal, w.x, w.y];
+    let first = &path.waypoints[0];
+    let by_force = path.drives.map(|d| d == Drive::Force);
+    let start = corner(first);
+    let mut at: [f64; 3] = std::array::from_fn(|k| if by_force[k] { 0.0 } else { start[k] });
+    let mut rows = Vec::new();
+    let response = go(start, 1e-3, &mut at);
+    rows.push(row(first.t_s, at, &response));
+    for pair in path.waypoints.windows(2) {
+        let (from, to) = (corner(&pair[0]), corner(&pair[1]));
+        let share = |k: usize| (to[k] - from[k]).abs() / if by_force[k] { STEP_N } else { STEP_MM };
+        let steps = (0..3).map(share).fold(0.0, f64::max).ceil().max(1.0) as usize;
+        let dt = (pair[1].t_s - pair[0].t_s) / steps as f64;
+        for k in 1..=steps {
+            let s = k as f64 / steps as f64;
+            let target = std::array::from_fn(|i| if k == steps { to[i] } else { from[i] + s * (to[i] - from[i]) });
+            let response = go(target, dt, &mut at);
+            if k == steps || k % STEPS_PER_ROW == 0 {
+                let t_s = if k == steps { pair[1].t_s } else { pair[0].t_s + dt * k as f64 };
+                rows.push(row(t_s, at, &response));
+            }
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use fingerpad::{EffectSlot, Params};
+
+    use super::*;
+
+    #[test]
+    fn a_files_effects_act_along_a_path() {
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let corner = |t_s, normal, x| Waypoint { t_s, normal, x, y: 0.0 };
+        let path = Path {
+            drives: [Drive::Displacement; 3],
+            waypoints: vec![
+                corner(0.0, 0.0, 0.0),
+                corner(0.5, 1.0, 0.0),
+                corner(1.5, 1.0, 0.0),
+                corner(2.5, 1.0, 10.0),
+            ],
+        };
+        let last = |slots: &[EffectSlot], surroundings| {
+            let effects = Effects::new(slots).unwrap();
+            follow_with_effects(&model, &effects, surroundings, &path).unwrap().pop().unwrap().response
+        };
+        let plain = follow(&model, &path).pop().unwrap().response;
+        assert_eq!(last(&[], Surroundings::default()).friction_x_n, plain.friction_x_n);
+        let slot = |kind, a, b| EffectSlot { kind, reserved: 0, values: [a, b, 0.0, 0.0, 0.0, 0.0] };
+        // Temperature, 3 % per degree, 3 degrees below; speed, 5 % per e-fold, at 10 mm/s instead of 2.
+        let cold = Surroundings { temperature_c: 29.0, ..Surroundings::default() };
+        let found = last(&[slot(17, 0.03, 0.0)], cold).friction_x_n / plain.friction_x_n;
+        assert!((found - 0.91).abs() < 1e-3, "{found}");
+        let found = last(&[slot(2, 0.05, 0.0)], Surroundings::default()).friction_x_n / plain.friction_x_n;
+        assert!((found - (1.0 + 0.05 * 5f64.ln())).abs() < 2e-3, "{found}");
+        // Relaxation reads the clock: 2.5 s after the touch.
+        let found = last(&[slot(6, 0.2, 1.4)], Surroundings::default()).normal_force_n / plain.normal_force_n;
+        assert!((found - (1.0 - 0.2 * (1.0 - (-2.5f64 / 1.4).exp()))).abs() < 2e-2, "{found}");
+        let forced = Path { drives: [Drive::Force, Drive::Displacement, Drive::Displacement], ..path.clone() };
+        assert!(follow_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &forced).is_none());
+    }
+}

@@ -1,0 +1,185 @@
+//! From runs to a model file: fit, band, replay, proof that the core accepts it, provenance.
+//!
+//! Main types: [`Reduced`], [`Meta`]. Uses everything else of this room.
+
+use fingerpad::{Data, EffectSlot, Params};
+use serde::{Deserialize, Serialize};
+
+use super::band::{Band, Coverage};
+use super::{DEPTH_MAX_MM, Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
+
+/// What stands in a model file's META section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Meta {
+    /// A name.
+    pub name: String,
+    /// Whether the numbers come from a fit.
+    pub fitted: bool,
+    /// Version of the program that wrote the file.
+    pub program_version: String,
+    /// Hash of the finite-element settings behind the runs.
+    pub settings_hash: String,
+    /// What the model was fitted for.
+    pub ranges: Ranges,
+    /// Paths of the fit and paths held out.
+    pub paths: [usize; 2],
+    /// Errors along the held-out paths.
+    pub held_out: Scores,
+    /// Share of held-out rows within the band, over all and in stick, partial slip, slip; each half of the held-out
+    /// paths against a band from the other half.
+    pub coverage: [Coverage; 4],
+}
+
+/// The part of the world that the runs cover.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ranges {
+    /// Depth, mm.
+    pub depth_mm: [f64; 2],
+    /// Longest slide from where the path began, mm.
+    pub slide_mm: f64,
+    /// Largest normal force, N.
+    pub normal_force_n: f64,
+    /// Kinds of history in the runs.
+    pub histories: Vec<String>,
+}
+
+/// A reduced model and what is known of it.
+#[derive(Clone, Debug)]
+pub struct Reduced {
+    /// Parameters, band included.
+    pub params: Params,
+    /// The numbers as a step reads them, accepted by `DataOf::check`.
+    pub data: Data,
+    /// Provenance.
+    pub meta: Meta,
+    /// Errors along every run, held out or not.
+    pub scores: Vec<RunScore>,
+    /// Sum of squares at the start and at the end of the fit.
+    pub cost: [f64; 2],
+    /// Why the minimiser stopped.
+    pub ended: String,
+}
+
+/// Fits, replays and checks the default model.
+///
+/// * `pressure_exponent`: beta of the runs' friction law
+///
+/// # Errors
+/// [`ReduceError::Runs`] if runs of different settings are mixed or too few, [`ReduceError::Fit`],
+/// [`ReduceError::Model`] if the core refuses the numbers.
+pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Result<Reduced, ReduceError> {
+    let first = runs.first().ok_or_else(|| ReduceError::Runs("no runs: make them with --design".into()))?;
+    if let Some(other) = runs.iter().find(|r| r.settings_hash != first.settings_hash) {
+        return Err(ReduceError::Runs(format!(
+            "runs of different settings: {} has {}, {} has {}",
+            first.name, first.settings_hash, other.name, other.settings_hash
+        )));
+    }
+    let fitted = fit::<{ fingerpad::ELEMENTS }, { fingerpad::NODES }>(runs, pressure_exponent, settings)?;
+    let mut params = fitted.params;
+    let plain = params.try_build()?;
+    let model = plain.model()?;
+    let scores = score(&model, runs);
+    let held_out: Vec<&Run> = runs.iter().filter(|r| r.held_out).collect();
+    // The band's own test: each half against a band that never saw it.
+    let halves: [Vec<&Run>; 2] =
+        [0, 1].map(|half| held_out.iter().enumerate().filter(|(i, _)| i % 2 == half).map(|(_, r)| *r).collect());
+    let crossed = |from: usize, on: usize| -> Result<[Coverage; 4], ReduceError> {
+        let mut params = fitted.params;
+        Band::of(&model, &halves[from]).put(&mut params);
+        let data = params.try_build()?;
+        Ok(Coverage::of(&data.model()?, &halves[on]))
+    };
+    let (a, b) = (crossed(0, 1)?, crossed(1, 0)?);
+    Band::of(&model, &held_out).put(&mut params);
+    let data = params.try_build()?;
+    let meta = Meta {
+        name: "fingertip".into(),
+        fitted: true,
+        program_version: env!("CARGO_PKG_VERSION").into(),
+        settings_hash: first.settings_hash.clone(),
+        ranges: ranges(runs),
+        paths: [runs.len() - held_out.len(), held_out.len()],
+        held_out: Scores::of(&scores, |s| s.held_out),
+        coverage: std::array::from_fn(|i| a[i].together(b[i])),
+    };
+    Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended })
+}
+
+fn ranges(runs: &[Run]) -> Ranges {
+    let samples = || runs.iter().flat_map(|r| &r.samples);
+    let most = |of: &dyn Fn(&super::Sample) -> f32| f64::from(samples().map(of).fold(0.0, f32::max));
+    let kinds = Kind::ALL.iter().filter(|kind| runs.iter().any(|r| r.kind == **kind));
+    Ranges {
+        depth_mm: [0.0, most(&|s| s.depth_mm).min(DEPTH_MAX_MM)],
+        slide_mm: most(&|s| s.slide_mm[0].hypot(s.slide_mm[1])),
+        normal_force_n: most(&|s| s.normal_force_n),
+        histories: kinds.map(|k| k.as_str().to_owned()).collect(),
+    }
+}
+
+impl Reduced {
+    /// The model file's bytes, with the slots of `effects`.
+    ///
+    /// # Errors
+    /// [`ReduceError::Model`] if the file does not read back as the same model.
+    pub fn file(&self, effects: &[EffectSlot]) -> Result<Vec<u8>, ReduceError> {
+        let meta = serde_json::to_string(&self.meta).expect("plain numbers and text");
+        let mut bytes = vec![0; Data::file_length(effects, &meta)];
+        self.data.write_file(effects, &meta, &mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Sample, design, follow};
+
+    /// Runs whose responses come from a known model instead of finite elements.
+    fn twin() -> (Data, Vec<Run>) {
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let runs = design()
+            .into_iter()
+            .map(|e| {
+                let rows = follow(&model, &e.path);
+                Run {
+                    name: e.name,
+                    kind: e.kind,
+                    held_out: e.held_out,
+                    settings_hash: "twin".into(),
+                    path: e.path,
+                    samples: rows.iter().map(|r| Sample::from(&r.response)).collect(),
+                    ended_early: None,
+                    cpu_s: 0.0,
+                }
+            })
+            .collect();
+        (data, runs)
+    }
+
+    /// What was planted comes back, the file reads back, and runs of other settings are refused.
+    #[test]
+    fn a_planted_model_is_found() {
+        let (planted, mut runs) = twin();
+        let settings = Settings { iterations: 25, ..Settings::default() };
+        let reduced = reduce(&runs, 0.46, &settings).unwrap();
+        let held_out = &reduced.meta.held_out;
+        assert!(held_out.paths >= 60);
+        assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
+        assert!(held_out.normal_of_range < 0.005, "{held_out:?}");
+        assert!(held_out.regime_right > 0.97, "{held_out:?}");
+        for i in [10, 20, 24] {
+            let (found, there) = (reduced.data.rows[i].limit.value, planted.rows[i].limit.value);
+            assert!((found / there - 1.0).abs() < 0.02, "limit at node {i}: {found} for {there}");
+        }
+        let bytes = reduced.file(&[]).unwrap();
+        let file = fingerpad::ModelFile::new(&bytes).unwrap();
+        assert_eq!(*file.file().model.data(), reduced.data);
+        assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
+        runs[3].settings_hash = "other".into();
+        let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
+        assert!(message.contains("has other"), "{message}");
+    }
+}

@@ -1,0 +1,221 @@
+//! The page of a diagnosis: the verdict first, then its evidence, then what to measure next.
+
+use std::fmt::Write as _;
+
+use super::words;
+use crate::html::{Picture, STYLE, cell, escape, figure, fonts, prose};
+use crate::numbers::{fixed, significant};
+use fingerpad_diagnose::{Diagnosis, Verdict};
+
+/// The page as one file.
+pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
+    let title = match report.verdict {
+        Verdict::None => "Nothing is missing",
+        Verdict::Named => "The missing effect has a name",
+        Verdict::Ambiguous => "More than one effect would explain it",
+        Verdict::UnexplainedStructure => "Something that no known law explains",
+    };
+    let files: Vec<String> =
+        report.input.iter().map(|f| format!("{} {} ({} runs, {} rows)", f.role, f.file, f.runs, f.rows)).collect();
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width, initial-scale=1\">\n<title>fingerpad diagnose: {title}</title>\n<style>\n{STYLE}{}</style>\n\
+         </head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n<p class=\"meta\">{} · baseline {} · seed {} · fingerpad {}</p>\n</header>\n\
+         <p class=\"verdict\">{}</p>\n",
+        fonts(),
+        escape(&files.join(" · ")),
+        escape(&report.baseline.model),
+        report.seed,
+        escape(&report.version),
+        prose(&words::verdict(report)),
+    );
+    out += &effects(report);
+    out += "<section>\n";
+    for (i, picture) in pictures.iter().enumerate() {
+        figure(&mut out, i + 1, picture);
+    }
+    out += "</section>\n";
+    out += &next(report);
+    out += &tables(report);
+    out += "<footer>\n<h2>What this rests on</h2>\n<ol>\n\
+            <li>The run, not the row, is the statistical unit: gain, offset and touch point of a run are random effects, \
+            their variances are estimated together with the model.</li>\n\
+            <li>The baseline was calibrated on runs without an effect; its covariance and a stated drift are carried \
+            along. A change of scale alone is never called an effect.</li>\n\
+            <li>Effects act inside the model (strength, stiffness, depth, reading); a law is claimed only where the \
+            protocol can tell it from the others.</li>\n\
+            <li>Held-out runs were opened after the verdict stood.</li>\n</ol>\n\
+            <p>Every number of this page stands in <code>report.json</code>, every figure beside it as a PNG file.</p>\n\
+            </footer>\n</main>\n</body>\n</html>\n";
+    out
+}
+
+/// The page of a diagnosis that has sentences instead of figures.
+pub fn brief(report: &Diagnosis, sentences: &[String], picture: Option<&Picture>) -> String {
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>fingerpad diagnose</title>\n<style>\n{STYLE}{}</style>\n\
+         </head>\n<body>\n<main>\n<h1>Verdict: {}</h1>\n",
+        fonts(),
+        words::word(report)
+    );
+    for sentence in sentences {
+        let _ = writeln!(out, "<p>{}</p>", prose(sentence));
+    }
+    out += &effects(report);
+    if let Some(picture) = picture {
+        figure(&mut out, 1, picture);
+    }
+    out + &next(report) + "</main>\n</body>\n</html>\n"
+}
+
+fn effects(report: &Diagnosis) -> String {
+    let mut out = String::new();
+    for e in &report.effects {
+        let _ = write!(
+            out,
+            "<h2>{} <span class=\"meta\">({})</span></h2>\n<div class=\"side\">\n<table>\n<thead><tr><th class=\"name\">parameter</th>\
+             <th>value</th><th>95 % interval</th><th class=\"name\">unit</th></tr></thead>\n<tbody>\n",
+            escape(&words::plain(&e.law)),
+            escape(&words::plain(&e.family))
+        );
+        for p in &e.parameters {
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td>{}{}<td>{}</td></tr>",
+                escape(&p.name),
+                cell(&significant(p.value, 4)),
+                cell(&format!("{} to {}", significant(p.ci95[0], 3), significant(p.ci95[1], 3))),
+                escape(&p.unit)
+            );
+        }
+        out += "</tbody>\n</table>\n<table>\n<thead><tr><th class=\"name\">candidate</th><th class=\"name\">family</th>\
+                <th>Δ 2LL</th><th>separation λ</th></tr></thead>\n<tbody>\n";
+        for c in &e.candidates {
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td><td>{}</td>{}{}</tr>",
+                escape(&words::plain(&c.law)),
+                escape(&words::plain(&c.family)),
+                cell(&fixed(c.delta_2ll, 1)),
+                cell(&if c.law == e.law { "–".into() } else { fixed(c.lambda_rival, 1) })
+            );
+        }
+        let _ = write!(
+            out,
+            "</tbody>\n</table>\n</div>\n<p class=\"meta\">gain {} in 2 log likelihood ({} expected under this protocol); \
+             p = {:.1e} by the model over all laws and shapes, {} by sign flips over runs{}</p>\n",
+            fixed(e.gain_2ll, 1),
+            fixed(e.lambda_detect, 1),
+            e.p_model,
+            fixed(e.p_runs, 3),
+            if e.against_calibration { " (not a test here: the evidence lies against the calibration)" } else { "" }
+        );
+    }
+    out
+}
+
+fn next(report: &Diagnosis) -> String {
+    let Some(plan) = &report.next_experiment else { return String::new() };
+    let mut out = format!(
+        "<h2>Next experiment</h2>\n<p>These strokes vary {}; a blank cell is the reference condition. The same table is in \
+         <code>next_experiment.csv</code>.</p>\n<table>\n<thead><tr>",
+        escape(&plan.factor)
+    );
+    for head in [
+        "",
+        "depth, mm",
+        "speed, mm/s",
+        "direction, °",
+        "hold, s",
+        "moisture, a.u.",
+        "temperature, °C",
+        "length, mm",
+        "rest before, s",
+        "new block",
+        "reverse",
+    ] {
+        let _ = write!(out, "<th>{head}</th>");
+    }
+    out += "</tr></thead>\n<tbody>\n";
+    let number = |v: Option<f64>| cell(&v.map_or_else(String::new, |v| v.to_string()));
+    let flag = |v: Option<bool>| {
+        cell(match v {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "",
+        })
+    };
+    for (i, r) in plan.runs.iter().enumerate() {
+        out += "<tr>";
+        out += &cell(&(i + 1).to_string());
+        for v in [
+            r.depth_mm,
+            r.speed_mm_s,
+            r.direction_deg,
+            r.dwell_s,
+            r.hydration_au,
+            r.temperature_c,
+            r.length_mm,
+            r.rest_before_s,
+        ] {
+            out += &number(v);
+        }
+        out += &(flag(r.new_block) + &flag(r.reverse) + "</tr>\n");
+    }
+    out + "</tbody>\n</table>\n"
+}
+
+fn tables(report: &Diagnosis) -> String {
+    let mut out = "<section class=\"tables\">\n<h2>Regions that stand out before any effect</h2>\n<table>\n<thead><tr><th class=\"name\">column</th>\
+                   <th>from</th><th>to</th><th class=\"name\">unit</th><th class=\"name\">channel</th><th>mean, %</th><th>z over runs</th><th>runs</th></tr></thead>\n<tbody>\n"
+        .to_owned();
+    for r in &report.disagreement.regions {
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td>{}{}{}</tr>",
+            escape(&r.column),
+            cell(&significant(r.from, 3)),
+            cell(&significant(r.to, 3)),
+            escape(&r.unit),
+            escape(&r.channel),
+            cell(&fixed(100.0 * r.mean_relative, 1)),
+            cell(&fixed(r.z, 1)),
+            cell(&r.runs.to_string())
+        );
+    }
+    if report.disagreement.regions.is_empty() {
+        out += "<tr><td colspan=\"8\">none</td></tr>\n";
+    }
+    let n = &report.noise;
+    let _ = write!(
+        out,
+        "</tbody>\n</table>\n<h2>Noise and baseline</h2>\n<p>Row noise {} mN and {} % of the force; scatter between runs: stiffness {} %, \
+         strength {} %, touch point {} µm, offsets {} mN (from the {}). Rescale of the measured finger: stiffness {}, strength {}. \
+         Misfit of the baseline on the calibration runs over their noise: normal {}, x {}, y {}.</p>\n<table>\n<thead><tr>\
+         <th class=\"name\">freedom</th><th>measured set</th><th>±</th><th>calibration</th><th>±</th></tr></thead>\n<tbody>\n",
+        fixed(1000.0 * n.additive_n, 1),
+        fixed(100.0 * n.multiplicative, 1),
+        fixed(100.0 * n.run_gain_normal, 1),
+        fixed(100.0 * n.run_gain_friction, 1),
+        fixed(1000.0 * n.depth_zero_mm, 0),
+        fixed(1000.0 * n.run_offset_n, 1),
+        escape(&n.source),
+        fixed(report.baseline.rescale.stiffness, 3),
+        fixed(report.baseline.rescale.strength, 3),
+        fixed(report.baseline.calibration_misfit[0], 2),
+        fixed(report.baseline.calibration_misfit[1], 2),
+        fixed(report.baseline.calibration_misfit[2], 2),
+    );
+    for p in &report.baseline.parameters {
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td>{}{}{}{}</tr>",
+            escape(&words::plain(&p.name)),
+            cell(&fixed(p.value, 3)),
+            cell(&fixed(p.sd, 3)),
+            cell(&fixed(p.calibrated, 3)),
+            cell(&fixed(p.calibrated_sd, 3))
+        );
+    }
+    out + "</tbody>\n</table>\n</section>\n"
+}

@@ -1,0 +1,223 @@
+//! The sentences of a diagnosis; every verdict has its own.
+
+use crate::numbers::{fixed, significant};
+use fingerpad_diagnose::{COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, Verdict};
+
+/// A law's or a family's name in running text.
+pub fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// A column in running text.
+pub fn column(name: &str) -> String {
+    match name {
+        "slide" => "the path of the plate".into(),
+        "t_s" => "the clock".into(),
+        "run_id" => "the run itself".into(),
+        other => other.to_owned(),
+    }
+}
+
+fn families(effect: &EffectFound) -> Vec<String> {
+    let mut list: Vec<String> = Vec::new();
+    for c in &effect.candidates {
+        let name = plain(&c.family);
+        if !list.contains(&name) {
+            list.push(name);
+        }
+    }
+    list
+}
+
+fn size(effect: &EffectFound) -> String {
+    let p = &effect.parameters[0];
+    let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+    format!(
+        "{} {}{unit} (95 %: {} to {}), {} % of the force at its 90th percentile",
+        plain(&p.name),
+        significant(p.value, 3),
+        significant(p.ci95[0], 3),
+        significant(p.ci95[1], 3),
+        fixed(100.0 * effect.size_p90_relative, 0)
+    )
+}
+
+/// A column as an axis names it: in words, with its unit.
+pub fn axis(name: &str) -> String {
+    let plain = match name {
+        "t_s" => "clock",
+        "speed_mm_s" => "speed",
+        "direction_deg" => "direction",
+        "hydration_au" => "hydration",
+        "temperature_c" => "temperature",
+        other => other.trim_end_matches("_mm").trim_end_matches("_s"),
+    };
+    let unit = COLUMNS.iter().find(|(c, _)| c.name() == name).map_or("", |(_, unit)| *unit);
+    format!("{}, {unit}", plain.replace('_', " "))
+}
+
+/// The verdict as one paragraph.
+pub fn verdict(report: &Diagnosis) -> String {
+    let gap = &report.holdout;
+    let closing = if gap.refused_after_n.is_some() {
+        format!(
+            "No correction is made and no corrected.fpm written: on {} runs that no fit saw, the worst channel's residual \
+             is {} times the noise floor without the effect and no less with it.",
+            gap.runs,
+            fixed(gap.ratio_before, 2)
+        )
+    } else {
+        format!(
+            "On {} runs that no fit saw, the worst channel's residual goes from {} to {} times the noise floor.",
+            gap.runs,
+            fixed(gap.ratio_before, 2),
+            fixed(gap.ratio_after, 2)
+        )
+    };
+    match report.verdict {
+        Verdict::None => format!(
+            "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times \
+             the noise floor in the worst channel of the held-out runs.",
+            fixed(gap.ratio_before, 2)
+        ),
+        Verdict::Named => {
+            let list: Vec<String> = report.effects.iter().map(|e| format!("{} ({})", plain(&e.law), size(e))).collect();
+            format!("Missing: {}. {closing}", list.join("; and "))
+        }
+        Verdict::Ambiguous => {
+            let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
+            let next = report.next_experiment.as_ref().map_or_else(String::new, |n| {
+                format!(
+                    " The {} strokes below (varying {}) are expected to separate them by {} in 2 log likelihood.",
+                    n.runs.len(),
+                    n.factor,
+                    fixed(n.lambda_rival_expected, 0)
+                )
+            });
+            format!(
+                "Something is missing, and this protocol cannot separate its candidates: {}. The model carries the \
+                 first candidate.{next} {closing}",
+                list.join("; and ")
+            )
+        }
+        Verdict::UnexplainedStructure => {
+            let u = &report.unexplained;
+            let partial = if u.partial.is_empty() {
+                String::new()
+            } else {
+                let names: Vec<String> = u.partial.iter().map(|c| plain(&c.law)).collect();
+                format!(" {} would take a part of it and is not claimed.", names.join(" with "))
+            };
+            format!(
+                "Something is there, and none of the known laws is it: {} depends on {} (gain {}), and the scatter \
+                 between runs is {} (normal) and {} (friction) times what the calibration explains.{partial}",
+                if u.channel == "normal" { "the normal force" } else { "friction" },
+                column(&u.column),
+                fixed(u.gain, 0),
+                fixed(u.scatter_ratio.normal, 1),
+                fixed(u.scatter_ratio.friction, 1)
+            )
+        }
+    }
+}
+
+/// The verdict as it stands in the report.
+pub fn word(report: &Diagnosis) -> &'static str {
+    match report.verdict {
+        Verdict::None => "none",
+        Verdict::Named => "named",
+        Verdict::Ambiguous => "ambiguous",
+        Verdict::UnexplainedStructure => "unexplained_structure",
+    }
+}
+
+/// The lines that the command prints.
+pub fn summary(report: &Diagnosis) -> String {
+    let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
+    format!("verdict: {}\n{}{fe}", word(report), verdict(report))
+}
+
+/// What the finite elements say, in one or two sentences.
+pub fn confirmation(fe: &FeConfirmation) -> String {
+    let worst = |a: [f64; 3]| (0..3).map(|k| a[k] / fe.floor_rms_n[k].max(1e-12)).fold(0.0, f64::max);
+    let (before, after) = (worst(fe.rms_before_n), worst(fe.rms_after_n));
+    let says = if after < before {
+        if after <= 1.5 { "confirm it" } else { "come closer with it, and stay above the floor" }
+    } else {
+        "do not confirm it"
+    };
+    let lost = if fe.without_equilibrium.is_empty() {
+        String::new()
+    } else {
+        format!(" No equilibrium was found for {}.", fe.without_equilibrium.join(", "))
+    };
+    format!(
+        "The finite elements (shape {}, {} mesh) {says}: with the effect inside their law the worst channel goes from {} \
+         to {} times the noise floor on {} strokes of the {} set; the reduced model goes from {} to {} on the same.{lost}",
+        fe.shape,
+        fe.mesh,
+        fixed(before, 2),
+        fixed(after, 2),
+        fe.runs.len(),
+        fe.set,
+        fixed(worst(fe.reduced_before_n), 2),
+        fixed(worst(fe.reduced_after_n), 2)
+    )
+}
+
+/// Under the figure of the finite elements.
+pub fn confirmation_caption(fe: &FeConfirmation) -> String {
+    format!(
+        "{} Strokes: {}. The finger was first fitted to the calibration strokes {}: tissue {} times as stiff and tau_crit \
+         {} times as strong at 0.9 mm, both over depth, tau_crit over direction (ten freedoms); that leaves {} mN of them \
+         (normal, x, y). Before and after it gets what the diagnosis's own refit changed of both.",
+        confirmation(fe),
+        fe.runs.join(", "),
+        fe.calibration_runs.join(", "),
+        fixed(fe.stiffness, 3),
+        fixed(fe.strength, 3),
+        fe.calibration_rms_n.map(|v| fixed(1000.0 * v, 1)).join(", ")
+    )
+}
+
+/// Under a residual map.
+pub fn map_caption() -> &'static str {
+    "Mean relative residual over runs in parts of each column, one row a column, six parts from low to high; \
+     left normal force, right friction along the motion. Red: more force measured than predicted. A dot marks parts \
+     whose mean is more than 3.5 standard errors over runs from zero."
+}
+
+/// Under a plot over a driver.
+pub fn driver_caption(plot: &DriverPlot) -> String {
+    format!(
+        "Relative residual of the {} without {}, and the fitted law. Points are runs where the column is one value a \
+         run, otherwise rows.",
+        plot.channel,
+        plain(&plot.law)
+    )
+}
+
+/// Under the bars.
+pub fn bars_caption(report: &Diagnosis) -> String {
+    let untestable: Vec<String> =
+        report.tests.iter().filter(|t| !t.testable).map(|t| format!("{} ({})", plain(&t.law), t.reason)).collect();
+    let rest = if untestable.is_empty() { String::new() } else { format!(" Not testable: {}.", untestable.join("; ")) };
+    format!("Gain in 2 log likelihood, logarithmic; filled where the law passes the tests as the first one.{rest}")
+}
+
+/// Under the gap.
+pub fn gap_caption(report: &Diagnosis) -> String {
+    let g = &report.holdout;
+    let refused = g.refused_after_n.map_or_else(String::new, |r| {
+        format!(
+            " The correction would have left {} N (normal, x, y), no closer than before: it is not made, and no \
+             corrected model is written.",
+            r.map(|v| fixed(v, 4)).join(", ")
+        )
+    });
+    format!(
+        "Root mean square residual of {} runs ({}). The floor is what row noise and the scatter between calibration \
+         runs leave of a perfect model; the quotient itself scatters by some ten per cent.{refused}",
+        g.runs, g.method
+    )
+}

@@ -1,0 +1,340 @@
+//! Pictures of the mesh: cut open at y = 0, before and after the run, and the pad from below.
+
+use std::collections::{BTreeMap, HashSet};
+
+use nalgebra::Vector3;
+use plotters_backend::{BackendColor, DrawingBackend};
+
+use super::BuildReport;
+use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
+use super::colour::{GREY, INK, WHITE, mix, rgb};
+use super::numbers::fixed;
+use fingerpad_fe::load_path::Snapshot;
+use fingerpad_fe::mesh::{Mesh, Region};
+
+const HEX_FACES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+const HEX_EDGES: [[usize; 2]; 12] =
+    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
+const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+/// The cut lies this far beside y = 0, so that it does not run along faces, mm.
+const BESIDE: f64 = 1e-6;
+const PAD: BackendColor = rgb(0xe07b4f);
+const PLANE: BackendColor = rgb(0xe9eef4);
+
+fn colour(region: Region) -> BackendColor {
+    match region {
+        Region::Skin => rgb(0xe5b08f),
+        Region::Subcutaneous => rgb(0xf8e6b8),
+        Region::DistalBone => rgb(0xb9c6d2),
+        Region::ProximalBone => rgb(0x8797a8),
+        Region::Nail => rgb(0x8d6aa8),
+    }
+}
+
+type Point = Vector3<f64>;
+
+struct Polygon {
+    corners: Vec<Point>,
+    fill: BackendColor,
+}
+
+/// From where a scene is seen: to the right, up, and toward the viewer.
+#[derive(Clone, Copy)]
+struct View {
+    right: Point,
+    up: Point,
+    toward: Point,
+}
+
+impl View {
+    /// From the side of -y, turned toward the tip by `azimuth` and raised by `elevation`, degrees.
+    fn side(azimuth: f64, elevation: f64) -> Self {
+        let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+        let toward = Point::new(a.sin() * e.cos(), -a.cos() * e.cos(), e.sin());
+        let right = Point::new(a.cos(), a.sin(), 0.0);
+        Self { right, up: toward.cross(&right), toward }
+    }
+
+    fn below() -> Self {
+        Self { right: Point::x(), up: -Point::y(), toward: -Point::z() }
+    }
+
+    fn flat(&self, p: &Point) -> (f64, f64) {
+        (p.dot(&self.right), p.dot(&self.up))
+    }
+}
+
+struct Scene {
+    view: View,
+    behind: Vec<Polygon>,
+    section: Vec<Polygon>,
+    plane: Option<(f64, [f64; 4])>,
+    title: String,
+}
+
+/// The pictures of the mesh.
+pub struct MeshView {
+    scenes: Vec<Scene>,
+    regions: Vec<(BackendColor, &'static str)>,
+    /// Depth and slide of the deformed picture, mm.
+    pub deformed: Option<(f64, f64)>,
+}
+
+impl MeshView {
+    /// Arranges the pictures: the mesh, the end of the deepest run, the pad.
+    pub fn of(report: &BuildReport, mesh: &Mesh) -> Self {
+        let side = View::side(24.0, 14.0);
+        let whole = |s: &&Snapshot| s.displacement_mm.iter().all(|u| u.iter().all(|v| v.is_finite()));
+        let ends = report.depths.iter().filter_map(|d| d.trajectory.snapshots.iter().rfind(whole));
+        let last = ends.max_by(|a, b| a.response.depth_mm.total_cmp(&b.response.depth_mm));
+        let first_touch = "cut open at y = 0, at first touch".to_owned();
+        let faces = surface(mesh);
+        let mut scenes = vec![Scene::cut(mesh, &faces, &mesh.nodes, side, 0.0, first_touch)];
+        let mut deformed = None;
+        if let Some(snapshot) = last {
+            let moved: Vec<_> = mesh.nodes.iter().zip(&snapshot.displacement_mm).map(|(x, u)| x + u).collect();
+            let (depth, slide) =
+                (snapshot.response.depth_mm, snapshot.response.slide_x_mm.hypot(snapshot.response.slide_y_mm));
+            let title = format!("the same at depth {} mm, after {} mm of slide", fixed(depth, 2), fixed(slide, 1));
+            scenes.push(Scene::cut(mesh, &faces, &moved, side, depth, title));
+            deformed = Some((depth, slide));
+        }
+        scenes.push(Scene::from_below(mesh, &faces));
+        let regions = [
+            (Region::Skin, "skin"),
+            (Region::Subcutaneous, "subcutaneous tissue"),
+            (Region::DistalBone, "distal phalanx"),
+            (Region::ProximalBone, "second bone"),
+            (Region::Nail, "nail"),
+        ];
+        let has = |region: Region| {
+            mesh.hexes.iter().any(|h| h.region == region) || mesh.tets.iter().any(|t| t.region == region)
+        };
+        let mut regions: Vec<_> = regions.into_iter().filter(|r| has(r.0)).map(|r| (colour(r.0), r.1)).collect();
+        regions.push((PAD, "pad: faces that may touch the plane"));
+        regions.push((PLANE, "plane, grid of 5 mm"));
+        Self { scenes, regions, deformed }
+    }
+}
+
+impl Scene {
+    fn cut(mesh: &Mesh, faces: &[Face], nodes: &[Point], view: View, plane_z: f64, title: String) -> Self {
+        let mut behind = Vec::new();
+        for (face, fill) in faces {
+            let corners = clip(face, &mesh.nodes, nodes);
+            behind.extend(lit(corners, *fill, nodes, face, view));
+        }
+        sort(&mut behind, view);
+        let hexes = mesh.hexes.iter().map(|h| (section(&h.nodes, &HEX_EDGES, &mesh.nodes, nodes), h.region));
+        let tets = mesh.tets.iter().map(|t| (section(&t.nodes, &TET_EDGES, &mesh.nodes, nodes), t.region));
+        let section = hexes
+            .chain(tets)
+            .filter(|(corners, _)| corners.len() > 2)
+            .map(|(corners, region)| Polygon { corners, fill: colour(region) })
+            .collect();
+        let least = |f: fn(&Point) -> f64| nodes.iter().map(f).fold(f64::INFINITY, f64::min);
+        let most = |f: fn(&Point) -> f64| nodes.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
+        let fives = |v: f64, up: bool| 5.0 * if up { (v / 5.0).ceil() } else { (v / 5.0).floor() };
+        let bounds = [fives(least(|p| p.x), false), -5.0, fives(most(|p| p.x), true), fives(most(|p| p.y), true)];
+        Self { view, behind, section, plane: Some((plane_z, bounds)), title }
+    }
+
+    fn from_below(mesh: &Mesh, faces: &[Face]) -> Self {
+        let view = View::below();
+        let mut behind = Vec::new();
+        for (face, fill) in faces {
+            let corners: Vec<_> = face.iter().map(|n| mesh.nodes[*n as usize]).collect();
+            behind.extend(lit(corners, *fill, &mesh.nodes, face, view));
+        }
+        sort(&mut behind, view);
+        let title = "seen from below, through the plane".to_owned();
+        Self { view, behind, section: Vec::new(), plane: None, title }
+    }
+
+    fn corners(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let plane = self.plane.into_iter().flat_map(|(z, [x0, y0, x1, y1])| {
+            [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Point::new(x, y, z))
+        });
+        let solids = self.behind.iter().chain(&self.section).flat_map(|p| p.corners.iter().copied());
+        solids.chain(plane).map(|p| self.view.flat(&p)).filter(|p| p.0.is_finite() && p.1.is_finite())
+    }
+
+    /// Least x, least y, width, height of the flat picture, mm.
+    fn extent(&self) -> [f64; 4] {
+        let start = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        let e = self.corners().fold(start, |e, (x, y)| [e[0].min(x), e[1].min(y), e[2].max(x), e[3].max(y)]);
+        if e[0] < e[2] && e[1] < e[3] { [e[0], e[1], e[2] - e[0], e[3] - e[1]] } else { [0.0, 0.0, 1.0, 1.0] }
+    }
+
+    /// Draws the picture with its lower left corner at `origin`, `scale` px per mm.
+    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, origin: (f64, f64), scale: f64) -> Drawn<DB> {
+        let [x0, y0, ..] = self.extent();
+        let at = |p: &Point| {
+            let (x, y) = self.view.flat(p);
+            (origin.0 + (x - x0) * scale, origin.1 - (y - y0) * scale)
+        };
+        if let Some((z, [x0, y0, x1, y1])) = self.plane {
+            let grid = Line::solid(rgb(0xc3ccd6), 0.7);
+            let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| at(&Point::new(x, y, z)));
+            canvas.area(&corners, PLANE)?;
+            for i in 0..=((x1 - x0) / 5.0) as i32 {
+                let x = x0 + 5.0 * f64::from(i);
+                canvas.line(&[at(&Point::new(x, y0, z)), at(&Point::new(x, y1, z))], grid)?;
+            }
+            for i in 0..=((y1 - y0) / 5.0) as i32 {
+                let y = y0 + 5.0 * f64::from(i);
+                canvas.line(&[at(&Point::new(x0, y, z)), at(&Point::new(x1, y, z))], grid)?;
+            }
+            let (tail, head) = (at(&Point::new(x0 + 1.0, y0 + 1.5, z)), at(&Point::new(x0 + 7.0, y0 + 1.5, z)));
+            let barbs = [Point::new(x0 + 6.0, y0 + 0.8, z), Point::new(x0 + 6.0, y0 + 2.2, z)].map(|p| at(&p));
+            canvas.line(&[tail, head], Line::solid(INK, 1.3))?;
+            canvas.line(&[barbs[0], head, barbs[1]], Line::solid(INK, 1.3))?;
+            canvas.text("x", (head.0 + 6.0, head.1), Text { em: 11.5, ..Text::BODY })?;
+        }
+        for polygon in self.behind.iter().chain(&self.section) {
+            let corners: Vec<_> = polygon.corners.iter().map(at).collect();
+            canvas.area(&corners, polygon.fill)?;
+            canvas.outline(&corners, Line::solid(mix(polygon.fill, INK, 0.38), 0.45))?;
+        }
+        Ok(())
+    }
+}
+
+/// Nodes of an outer face and its colour.
+type Face = (Vec<u32>, BackendColor);
+
+/// The faces that belong to one element only, of hexes and of tets, in the colour of the pad or of their element.
+fn surface(mesh: &Mesh) -> Vec<Face> {
+    let pads: HashSet<_> = mesh.pad_faces.iter().map(|f| sorted(f)).collect();
+    let hexes = mesh.hexes.iter().flat_map(|h| HEX_FACES.map(|f| (f.map(|i| h.nodes[i]).to_vec(), h.region)));
+    let tets = mesh.tets.iter().flat_map(|t| TET_FACES.map(|f| (f.map(|i| t.nodes[i]).to_vec(), t.region)));
+    let outer = |faces: &mut dyn Iterator<Item = (Vec<u32>, Region)>| {
+        let mut once: BTreeMap<Vec<u32>, Option<(Vec<u32>, Region)>> = BTreeMap::new();
+        for (face, region) in faces {
+            once.entry(sorted(&face)).and_modify(|e| *e = None).or_insert(Some((face, region)));
+        }
+        once.into_values().flatten().collect::<Vec<_>>()
+    };
+    let mut all = outer(&mut hexes.into_iter());
+    all.extend(outer(&mut tets.into_iter()));
+    let paint = |(face, region): (Vec<u32>, Region)| {
+        let fill = if pads.contains(&sorted(&face)) { PAD } else { colour(region) };
+        (face, fill)
+    };
+    all.into_iter().map(paint).collect()
+}
+
+fn sorted(face: &[u32]) -> Vec<u32> {
+    let mut key = face.to_vec();
+    key.sort_unstable();
+    key
+}
+
+/// The part of a face at y > 0 of the undeformed mesh, at the current positions.
+fn clip(face: &[u32], reference: &[Point], current: &[Point]) -> Vec<Point> {
+    let height = |n: u32| reference[n as usize].y - BESIDE;
+    let mut kept = Vec::new();
+    for (i, a) in face.iter().enumerate() {
+        let b = face[(i + 1) % face.len()];
+        let (ya, yb) = (height(*a), height(b));
+        if ya >= 0.0 {
+            kept.push(current[*a as usize]);
+        }
+        if (ya >= 0.0) != (yb >= 0.0) {
+            kept.push(current[*a as usize].lerp(&current[b as usize], ya / (ya - yb)));
+        }
+    }
+    kept
+}
+
+/// The polygon in which an element meets the cut, at the current positions.
+fn section(nodes: &[u32], edges: &[[usize; 2]], reference: &[Point], current: &[Point]) -> Vec<Point> {
+    let height = |n: u32| reference[n as usize].y - BESIDE;
+    let meets = edges.iter().map(|[i, j]| (nodes[*i], nodes[*j])).filter_map(|(a, b)| {
+        let (ya, yb) = (height(a), height(b));
+        let s = ya / (ya - yb);
+        let cut = |x: &[Point]| x[a as usize].lerp(&x[b as usize], s);
+        ((ya >= 0.0) != (yb >= 0.0)).then(|| (cut(reference), cut(current)))
+    });
+    let mut corners: Vec<_> = meets.collect();
+    let centre = corners.iter().map(|c| c.0).sum::<Point>() / corners.len().max(1) as f64;
+    let angle = |p: &Point| (p.z - centre.z).atan2(p.x - centre.x);
+    corners.sort_by(|a, b| angle(&a.0).total_cmp(&angle(&b.0)));
+    corners.into_iter().map(|c| c.1).collect()
+}
+
+/// The polygon in the light of its face, unless the face looks away.
+fn lit(corners: Vec<Point>, fill: BackendColor, nodes: &[Point], face: &[u32], view: View) -> Option<Polygon> {
+    let corner = |i: usize| nodes[face[i % face.len()] as usize];
+    let normal = match face.len() {
+        4 => (corner(2) - corner(0)).cross(&(corner(3) - corner(1))),
+        _ => (corner(1) - corner(0)).cross(&(corner(2) - corner(0))),
+    };
+    let normal = normal.try_normalize(0.0)?;
+    if corners.len() < 3 || normal.dot(&view.toward) <= 0.0 {
+        return None;
+    }
+    let light = (view.toward + 0.5 * view.up - 0.35 * view.right).normalize();
+    let bright = normal.dot(&light).max(0.0);
+    let fill = mix(mix(fill, INK, 0.42), mix(fill, WHITE, 0.12), 0.15 + 0.85 * bright);
+    Some(Polygon { corners, fill })
+}
+
+/// Painter's order: the farthest first.
+fn sort(polygons: &mut [Polygon], view: View) {
+    let near = |p: &Polygon| p.corners.iter().map(|c| c.dot(&view.toward)).sum::<f64>() / p.corners.len() as f64;
+    polygons.sort_by(|a, b| near(a).total_cmp(&near(b)));
+}
+
+const WIDTH: f64 = 940.0;
+const MARGIN: f64 = 14.0;
+
+impl MeshView {
+    /// Scale, px per mm, and heights of the two rows, px.
+    fn layout(&self) -> (f64, [f64; 2]) {
+        let (upper, lower) = self.scenes.split_at(self.scenes.len() - 1);
+        let wide: f64 = upper.iter().map(|s| s.extent()[2]).fold(0.0, f64::max);
+        let scale = ((WIDTH - 3.0 * MARGIN) / 2.0 / wide).min(16.0);
+        let tall = |scenes: &[Scene]| scenes.iter().map(|s| s.extent()[3] * scale).fold(0.0, f64::max);
+        (scale, [tall(upper), tall(lower).max(170.0)])
+    }
+}
+
+impl Figure for MeshView {
+    fn size(&self) -> (u32, u32) {
+        (WIDTH as u32, (self.layout().1.iter().sum::<f64>() + 2.0 * 34.0 + 2.0 * MARGIN).ceil() as u32)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+        let (scale, [upper, lower]) = self.layout();
+        let half = (WIDTH - MARGIN) / 2.0;
+        let title = Text { bold: true, em: 12.5, ..Text::BODY };
+        let (last, firsts) = self.scenes.split_last().expect("the pad is always there");
+        for (i, scene) in firsts.iter().enumerate() {
+            let left = MARGIN + half * i as f64;
+            canvas.text(&scene.title, (left, 16.0), title)?;
+            scene.draw(canvas, (left, 34.0 + upper), scale)?;
+        }
+        let top = 34.0 + upper + MARGIN;
+        canvas.text(&last.title, (MARGIN, top + 16.0), title)?;
+        last.draw(canvas, (MARGIN, top + 34.0 + lower), scale)?;
+
+        let left = MARGIN + half + 30.0;
+        for (i, (fill, name)) in self.regions.iter().enumerate() {
+            let y = top + 44.0 + 22.0 * i as f64;
+            let corners = [(left, y - 7.0), (left + 20.0, y - 7.0), (left + 20.0, y + 7.0), (left, y + 7.0)];
+            canvas.area(&corners, *fill)?;
+            canvas.outline(&corners, Line::solid(GREY, 0.5))?;
+            canvas.text(name, (left + 30.0, y), Text::BODY)?;
+        }
+        let y = top + 44.0 + 22.0 * self.regions.len() as f64 + 10.0;
+        let bar = 5.0 * scale;
+        canvas.line(&[(left, y - 4.0), (left, y), (left + bar, y), (left + bar, y - 4.0)], Line::solid(INK, 1.3))?;
+        canvas.text(
+            "5 mm, all pictures; arrow: the plane's motion",
+            (left + bar + 10.0, y - 2.0),
+            Text { h: HPos::Left, ..Text::BODY },
+        )
+    }
+}
