@@ -33,6 +33,8 @@ enum Step {
     Unit,
     /// Examples in the documentation
     Doctest,
+    /// No package uses one that it must not use
+    Layout,
     /// Clippy without warnings: the firmware and the C library
     ThumbClippy,
     /// Host and target give the documented digest of a million steps
@@ -60,9 +62,10 @@ impl Step {
                 run(&mut doc)
             }
             Self::Package => package::test(),
-            // All packages at once in each of the three, so that their dependencies are built once.
+            // All packages at once in each of these four, so that their dependencies are built once.
             Self::Unit => cargo(&["test", "--release", "--workspace", "--lib", "--bins", "--examples"], &[]),
             Self::Doctest => cargo(&["test", "--release", "--workspace", "--doc"], &[]),
+            Self::Layout => cargo(&["test", "--release", "--workspace", "--test", "layout"], &[]),
             Self::Integration => {
                 install::calculix()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
