@@ -1,9 +1,9 @@
-//! Prints what `docs/fpm-format.md` says of a model file: its first bytes, the test vectors, the digest of a million steps.
+//! Prints what `core/docs/fpm-format.md` says of a model file: its first bytes, the test vectors, the digest of a million steps.
 //! `cargo run -p fingerpad --example document -- FILE.fpm`
 
 use fingerpad::{File, Motion, Regime, State, step};
 
-#[path = "../../firmware-example/src/golden.rs"]
+#[path = "../tests/common/golden.rs"]
 mod golden;
 #[path = "../tests/common/vectors.rs"]
 mod vectors;

@@ -3,7 +3,7 @@
 
 use fingerpad::File;
 
-#[path = "../../firmware-example/src/strokes.rs"]
+#[path = "../tests/common/strokes.rs"]
 mod strokes;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

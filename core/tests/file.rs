@@ -1,13 +1,15 @@
 //! The model file as documented: the document's vectors are run.
 
+#[path = "common/golden.rs"]
+mod golden;
 #[path = "common/vectors.rs"]
 mod vectors;
 
 use fingerpad::{Data, Error, File, Motion, Params, State, step};
 use vectors::{aligned, words};
 
-const DOCUMENT: &str = include_str!("../../docs/fpm-format.md");
-const SHIPPED: &[u8] = include_bytes!("../../data/models/fingertip.fpm");
+const DOCUMENT: &str = include_str!("../docs/fpm-format.md");
+const SHIPPED: &[u8] = include_bytes!("data/fingertip.fpm");
 
 /// The text of the document's block of that kind.
 fn block(kind: &str) -> &'static str {
@@ -49,6 +51,14 @@ fn the_documents_vectors() {
         lines += 1;
     }
     assert_eq!(lines, 8);
+}
+
+#[test]
+fn the_documents_digest() {
+    let file = aligned(SHIPPED);
+    let model = File::from_bytes(&bytemuck::cast_slice::<u64, u8>(&file)[..SHIPPED.len()]).unwrap().model;
+    let digest = format!("have the digest `{:x}`", golden::digest(&model, 1_000_000));
+    assert!(DOCUMENT.contains(&digest), "the steps {digest}, the document has another");
 }
 
 /// A file whose numbers were changed and whose checksum was made right again is still looked at.

@@ -5,9 +5,11 @@
 
 pub mod convert;
 pub mod count;
+#[path = "../../core/tests/common/golden.rs"]
 pub mod golden;
 pub mod grip;
 pub mod rivals;
+#[path = "../../core/tests/common/strokes.rs"]
 pub mod strokes;
 
 use cortex_m::peripheral::{SYST, syst::SystClkSource};

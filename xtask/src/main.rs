@@ -1,8 +1,11 @@
 //! Chores of the project; each prints what it does.
 
-mod elf;
+mod gates;
+mod install;
+mod package;
 mod thumb;
 
+use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, bail};
@@ -11,8 +14,8 @@ use clap::Parser;
 #[derive(Parser)]
 #[command(about = "Chores: test, verify, bench", name = "cargo xtask")]
 enum Chore {
-    /// Everything that a change must pass; installs CalculiX (the peer of some tests) where it is missing
-    Test,
+    /// Everything that a change must pass, step by step; installs what is missing
+    Test(gates::Args),
     /// The long verification cases; names select some, --list lists them
     Verify {
         /// Handed on to the verification program
@@ -43,17 +46,13 @@ enum Chore {
 
 fn main() -> anyhow::Result<()> {
     match Chore::parse() {
-        Chore::Test => {
-            need_calculix()?;
-            cargo(&["fmt", "--all", "--check"], &[])?;
-            cargo(&["test", "--release", "--workspace"], &[])
-        }
+        Chore::Test(args) => gates::main(&args),
         Chore::Verify { args } => {
             cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
         }
         Chore::Bench { name, args } => match name.as_str() {
             "peer" => {
-                need_calculix()?;
+                install::calculix()?;
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_peer", "--"], &args)
             }
             "core" => {
@@ -74,7 +73,7 @@ fn main() -> anyhow::Result<()> {
     }
 }
 
-/// The shipped model from the stored runs, then what `docs/fpm-format.md` says of its bytes.
+/// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.
 fn model() -> anyhow::Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = "data/models/fingertip.fpm";
@@ -87,7 +86,7 @@ fn model() -> anyhow::Result<()> {
     let says = String::from_utf8(out.stdout)?;
     let parts: Vec<&str> = says.trim().split("\n\n").collect();
     let [size, hex, vectors, golden] = parts[..] else { bail!("not understood: {says}") };
-    let document = root.join("docs/fpm-format.md");
+    let document = root.join("core/docs/fpm-format.md");
     let mut text = std::fs::read_to_string(&document)?;
     let digest = golden.trim_start_matches("golden: ");
     for (from, to, new) in [
@@ -144,8 +143,13 @@ fn fuzz(seconds: u32) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The repository's root.
+fn root() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
 fn cargo(words: &[&str], more: &[String]) -> anyhow::Result<()> {
-    run(Command::new(env!("CARGO")).args(words).args(more))
+    run(Command::new(env!("CARGO")).current_dir(root()).args(words).args(more))
 }
 
 fn run(command: &mut Command) -> anyhow::Result<()> {
@@ -155,14 +159,4 @@ fn run(command: &mut Command) -> anyhow::Result<()> {
         bail!("{command:?}: {status}");
     }
     Ok(())
-}
-
-/// Installs the peer solver by apt where that is possible; otherwise says what is missing.
-fn need_calculix() -> anyhow::Result<()> {
-    if Command::new("ccx").arg("-v").output().is_ok() {
-        return Ok(());
-    }
-    let installed = run(Command::new("apt-get").arg("update"))
-        .and_then(|()| run(Command::new("apt-get").args(["install", "--yes", "calculix-ccx"])));
-    installed.context("CalculiX (ccx) is not there and could not be installed: apt-get install calculix-ccx")
 }

@@ -17,10 +17,7 @@ use fingerpad_firmware::rivals::{Rivals, crates, lugre, network};
 fn example<const M: usize>() -> Result<DataOf<M, NODES>, Error> {
     let mut sliders = [Slider::default(); M];
     for (j, slider) in sliders.iter_mut().enumerate() {
-        *slider = Slider {
-            yield_position: 3.0 * (j as f32 + 0.3) / M as f32,
-            strength_share: 1.0 / M as f32,
-        };
+        *slider = Slider { yield_position: 3.0 * (j as f32 + 0.3) / M as f32, strength_share: 1.0 / M as f32 };
     }
     ParamsOf::example_with(sliders).try_build()
 }

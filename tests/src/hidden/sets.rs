@@ -128,23 +128,18 @@ fn sized(finger: &Finger, strokes: &[Stroke], name: &'static str, size: f64, exa
         "direction_harmonic" => [dice.between(0.0, 6.0), 0.0],
         _ => [0.0, 0.0],
     };
-    let sign = match name {
+    let either_sign = matches!(
+        name,
         "speed_log"
-        | "depth_zero_offset"
-        | "tare_bias"
-        | "cross_talk"
-        | "temperature"
-        | "subject_size"
-        | "stiffness_drift"
-        | "depth_speed_product" => {
-            if dice.unit() < 0.5 {
-                -1.0
-            } else {
-                1.0
-            }
-        }
-        _ => 1.0,
-    };
+            | "depth_zero_offset"
+            | "tare_bias"
+            | "cross_talk"
+            | "temperature"
+            | "subject_size"
+            | "stiffness_drift"
+            | "depth_speed_product"
+    );
+    let sign = if either_sign && dice.unit() < 0.5 { -1.0 } else { 1.0 };
     let form = if exact { 1.0 } else { dice.between(0.85, 1.18) };
     let mut effect = Effect { name, amplitude: 0.0, shape, form };
     let plain = all_readings(finger, strokes, &[]);

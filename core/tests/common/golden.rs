@@ -1,6 +1,6 @@
 //! One million steps of a random path, boiled down to one number that host and target must share.
 //!
-//! Compiled into the firmware and, by path, into `core/examples/document.rs`.
+//! Compiled by path into the tests of the file format, into the example `document` and into the firmware.
 
 use fingerpad::{Model, Motion, State, step};
 

@@ -11,4 +11,5 @@ fn main() {
         .write_to_file(format!("{here}/fingerpad.h"));
     println!("cargo:rerun-if-changed=src/lib.rs");
     println!("cargo:rerun-if-changed=cbindgen.toml");
+    println!("cargo:rerun-if-changed=fingerpad.h");
 }

@@ -1,4 +1,4 @@
-/* The model from C on a bare Cortex-M4F: steps through the test vectors of docs/fpm-format.md and prints the bits.
+/* The model from C on a bare Cortex-M4F: steps through the test vectors of core/docs/fpm-format.md and prints the bits.
  * Start-up, output and exit are all here; no C library is used. */
 #include "fingerpad.h"
 
@@ -10,7 +10,7 @@ __attribute__((section(".vector_table"), used)) static void *const vectors[16] =
     &stack_top, (void *)reset, (void *)fault, (void *)fault, (void *)fault, (void *)fault, (void *)fault,
 };
 
-__asm__(".section .rodata.model\n.balign 8\n.global model_start\nmodel_start:\n.incbin \"../data/models/fingertip.fpm\"\n"
+__asm__(".section .rodata.model\n.balign 8\n.global model_start\nmodel_start:\n.incbin \"../../data/models/fingertip.fpm\"\n"
         ".global model_end\nmodel_end:\n.previous\n");
 extern const uint8_t model_start[], model_end[];
 

@@ -1,6 +1,6 @@
 //! Strokes of a model with effects, boiled down to one number that host and target must share.
 //!
-//! Compiled into the firmware and, by path, into `core/examples/strokes.rs`.
+//! Compiled by path into the example `strokes` and into the firmware.
 
 use fingerpad::{Contact, Effects, Error, File, Motion, Surroundings};
 

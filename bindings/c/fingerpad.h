@@ -1,4 +1,4 @@
-/* Written by cbindgen from capi/src/lib.rs; change that. */
+/* Written by cbindgen from src/lib.rs; change that. */
 
 #ifndef FINGERPAD_H
 #define FINGERPAD_H

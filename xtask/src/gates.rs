@@ -1,0 +1,125 @@
+//! What a change must pass: named steps, the cheap ones first, and the time that each took.
+//!
+//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware and `install` for what is missing.
+
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+
+use crate::{cargo, install, package, root, run, thumb};
+
+/// Options of `cargo xtask test`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Only these steps, in the order given (comma-separated or repeated); all steps, in the order of this list, without it
+    #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
+    only: Vec<Step>,
+}
+
+/// A step of `cargo xtask test`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Step {
+    /// rustfmt, in this workspace, the firmware's and the C library's
+    Format,
+    /// Clippy without warnings: the workspace with all targets, the core with all features
+    Clippy,
+    /// rustdoc without warnings
+    Doc,
+    /// The published crate of the core: its files, and its own tests in a folder outside this workspace
+    Package,
+    /// Unit tests of the workspace
+    Unit,
+    /// Examples in the documentation
+    Doctest,
+    /// No package uses one that it must not use
+    Layout,
+    /// Clippy without warnings: the firmware and the C library
+    ThumbClippy,
+    /// Host and target give the documented digest of a million steps
+    ThumbGolden,
+    /// Neither panics nor doubles in the firmware, bounds on code size and stack; other processors
+    ThumbCheck,
+    /// Instructions per call within their bounds
+    ThumbCount,
+    /// The C library on the target gives the documented vectors
+    ThumbC,
+    /// The firmware's example programs under QEMU
+    ThumbRun,
+    /// Integration tests and quick verification cases, some against CalculiX
+    Integration,
+}
+
+impl Step {
+    fn run(self) -> Result<()> {
+        match self {
+            Self::Format => format(),
+            Self::Clippy => clippy(),
+            Self::Doc => {
+                let mut doc = Command::new(env!("CARGO"));
+                doc.current_dir(root()).env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps"]);
+                run(&mut doc)
+            }
+            Self::Package => package::test(),
+            // All packages at once in each of these four, so that their dependencies are built once.
+            Self::Unit => cargo(&["test", "--release", "--workspace", "--lib", "--bins", "--examples"], &[]),
+            Self::Doctest => cargo(&["test", "--release", "--workspace", "--doc"], &[]),
+            Self::Layout => cargo(&["test", "--release", "--workspace", "--test", "layout"], &[]),
+            Self::Integration => {
+                install::calculix()?;
+                cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
+            }
+            Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
+            Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
+            Self::ThumbCheck => thumb::step(&thumb::Action::Check),
+            Self::ThumbCount => thumb::step(&thumb::Action::Count),
+            Self::ThumbC => thumb::step(&thumb::Action::C),
+            Self::ThumbRun => thumb::step(&thumb::Action::Programs),
+        }
+    }
+}
+
+/// Runs the steps until one fails; prints what each took in any case.
+pub fn main(args: &Args) -> Result<()> {
+    let steps = if args.only.is_empty() { Step::value_variants() } else { &args.only };
+    let mut table = Vec::new();
+    let mut outcome = Ok(());
+    for step in steps {
+        let name = step.to_possible_value().context("a step without name")?.get_name().to_owned();
+        println!("== {name}");
+        let start = Instant::now();
+        outcome = step.run().with_context(|| format!("the step {name} failed: cargo xtask test --only {name}"));
+        table.push((name, start.elapsed()));
+        if outcome.is_err() {
+            break;
+        }
+    }
+    print_times(&table, outcome.is_ok());
+    outcome
+}
+
+fn print_times(table: &[(String, Duration)], passed: bool) {
+    println!("\n{:<14} {:>8}", "step", "seconds");
+    for (i, (name, time)) in table.iter().enumerate() {
+        let mark = if i + 1 == table.len() && !passed { "  failed" } else { "" };
+        println!("{name:<14} {:>8.1}{mark}", time.as_secs_f64());
+    }
+    let all: Duration = table.iter().map(|row| row.1).sum();
+    println!("{:<14} {:>8.1}", "all", all.as_secs_f64());
+}
+
+fn format() -> Result<()> {
+    install::component("rustfmt", "fmt")?;
+    for folder in [".", "firmware-example", "bindings/c"] {
+        run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;
+    }
+    Ok(())
+}
+
+fn clippy() -> Result<()> {
+    install::component("clippy", "clippy")?;
+    let deny = ["--", "--deny", "warnings"];
+    cargo(&[&["clippy", "--package", "fingerpad", "--all-targets", "--all-features"], &deny[..]].concat(), &[])?;
+    cargo(&[&["clippy", "--workspace", "--all-targets"], &deny[..]].concat(), &[])
+}

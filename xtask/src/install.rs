@@ -1,0 +1,73 @@
+//! Puts on the machine what a chore needs; where that is not possible, says the one line that helps.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Result, bail, ensure};
+
+/// Installs Debian packages if this is Debian and we are root; else fails with `hint`, the line that would help.
+///
+/// The lists are brought up to date first: old ones may hold a compiler that is too old for this project.
+pub fn debian(packages: &[&str], hint: &str) -> Result<()> {
+    let root = Command::new("id").arg("-u").output().is_ok_and(|out| out.stdout.trim_ascii() == b"0");
+    if !(root && Path::new("/etc/debian_version").exists()) {
+        bail!("something is missing here; this helps: {hint}");
+    }
+    say("apt-get update");
+    Command::new("apt-get").arg("update").stdout(Stdio::null()).status()?;
+    say(&format!("apt-get install --yes --no-install-recommends {}", packages.join(" ")));
+    let mut apt = Command::new("apt-get");
+    apt.env("DEBIAN_FRONTEND", "noninteractive").args(["install", "--yes", "--no-install-recommends"]);
+    let done = apt.args(packages).stdout(Stdio::null()).status()?;
+    ensure!(done.success(), "apt-get could not install {}; this helps: {hint}", packages.join(" "));
+    Ok(())
+}
+
+/// Whether rustup has the library of `target`, after it was asked to install it.
+pub fn rustup_target(target: &str) -> bool {
+    let installed = Command::new("rustup").args(["target", "list", "--installed"]).output();
+    if let Ok(listed) = &installed
+        && String::from_utf8_lossy(&listed.stdout).lines().any(|line| line.trim() == target)
+    {
+        return true;
+    }
+    say(&format!("rustup target add {target}"));
+    Command::new("rustup").args(["target", "add", target]).status().is_ok_and(|status| status.success())
+}
+
+/// A part of the toolchain that a minimal installation leaves out: `clippy` or `rustfmt`.
+pub fn component(name: &str, subcommand: &str) -> Result<()> {
+    if succeeds(Command::new("cargo").args([subcommand, "--version"])) {
+        return Ok(());
+    }
+    let hint = format!("rustup component add {name}");
+    say(&hint);
+    ensure!(
+        Command::new("rustup").args(["component", "add", name]).status().is_ok_and(|status| status.success()),
+        "`cargo {subcommand}` is missing; this helps: {hint}"
+    );
+    Ok(())
+}
+
+/// CalculiX, the peer solver of some tests.
+pub fn calculix() -> Result<()> {
+    if Command::new("ccx").arg("-v").output().is_ok() {
+        return Ok(());
+    }
+    debian(&["calculix-ccx"], "apt-get install calculix-ccx")
+}
+
+/// Whether a command is there and ends well.
+pub fn succeeds(command: &mut Command) -> bool {
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
+}
+
+/// Tells which command is run.
+pub fn say(command: &str) {
+    println!("+ {command}");
+}
