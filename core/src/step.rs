@@ -69,17 +69,16 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
             depth = state.depth;
         }
         if !(depth >= TOUCH_MM) {
-            return in_the_air(state, &motion, status);
+            return in_the_air(state, motion, status);
         }
     }
     let at = AtDepth::look_up(model, state, depth, &mut status);
     let per_slip = at.stiffness / at.limit;
+    let [mut slide_x, mut slide_y] = slide_in_slip_lengths(model, state, &at, motion, per_slip, &mut status);
     // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
     let limit_ratio = state.limit / at.limit;
-
-    let mut slide = slide_in_slip_lengths(model, state, &at, &motion, per_slip, &mut status);
-    let retained = change_depth(state, &at, limit_ratio, per_slip, &mut slide);
-    let softening = soften_along_x(state, &at, retained[0], limit_ratio, scale.odd(data.twice_odd), &mut slide);
+    let retained = change_depth(state, &at, limit_ratio, per_slip, [&mut slide_x, &mut slide_y]);
+    let softening = soften_along_x(state, &at, retained[0], limit_ratio, scale.odd(data.twice_odd), &mut slide_x);
     state.depth = at.depth;
     state.limit = at.limit;
     state.stiffness = at.stiffness;
@@ -87,15 +86,39 @@ pub fn step<const M: usize, const N: usize, S: Scaling>(
 
     let before = [state.resultant[0], at.strength_anisotropy * state.resultant[1]];
     let shift_twice = at.yield_shift + at.yield_shift;
-    let unyielded = [slide[0], slide[1] * at.strength_anisotropy];
+    let unyielded = [slide_x, slide_y * at.strength_anisotropy];
     let mut reversal = follow_reversal(state, before, unyielded, retained[0], limit_ratio, shift_twice);
     let ratio = at.stiffness_anisotropy * at.stiffness_anisotropy * softening;
     let surface = YieldSurface::new(at.strength_anisotropy, at.yield_shift, ratio);
-    let energy = move_elements(state, data, slide, retained, &surface, &mut reversal);
+    let carried = move_elements(state, data, &at, [slide_x, slide_y], retained, &surface, &mut reversal);
 
-    let resultant = [state.resultant[0], at.strength_anisotropy * state.resultant[1]];
-    let stick_ratio = reversal.stick_ratio(state, resultant, at.yield_shift, data);
-    resultants(model, state, &at, resultant, energy, stick_ratio, status)
+    let stick_ratio = reversal.stick_ratio(state, carried.resultant, at.yield_shift, data);
+
+    // Resultants
+    let Carried { resultant: [x, y], along_y, energy: [energy_x, energy_y] } = carried;
+    let friction_x = at.limit * x;
+    let square = at.limit * at.limit;
+    state.energy = square / at.stiffness * (energy_x + energy_y);
+    let sheared = square * (at.normal_shear_x * energy_x + at.normal_shear_y * energy_y);
+    let xx = x * x + NOTHING;
+    let shifted = at.yield_shift * x;
+    // Share of the limit in use.
+    let used = sqrt(xx + y * y + shifted * shifted) - shifted;
+    let friction_limit = at.limit * (sqrt(xx + along_y * along_y) / used);
+    let normal = scale.normal(at.row.normal.at(at.t)) + at.press_coupling * friction_x + sheared;
+    let band = |b: &[f32; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
+    Response {
+        normal_force_n: not_negative(normal),
+        friction_n: [friction_x, at.limit * along_y],
+        stick_ratio,
+        friction_limit_n: friction_limit,
+        slip_margin: 1.0 - used,
+        contact_area_mm2: at.area + at.area * data.area_tilt * x,
+        band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
+        band_friction_n: at.limit * band(&data.band_friction),
+        regime: regime_of(stick_ratio),
+        status,
+    }
 }
 
 /// The tables at one depth, for the finger and the strength at hand.
@@ -112,7 +135,8 @@ struct AtDepth<'a> {
     stiffness_anisotropy: f32,
     strength_anisotropy: f32,
     yield_shift: f32,
-    normal_shear: [f32; 2],
+    normal_shear_x: f32,
+    normal_shear_y: f32,
     press_coupling: f32,
     press_slide: f32,
 }
@@ -141,21 +165,30 @@ impl<'a> AtDepth<'a> {
         let row = &data.rows[index];
         let area = scale.area(row.area.at(t));
         let plain_limit = scale.limit(row.limit.at(t), area);
+        let limit = plain_limit * state.strength_factor;
+        let stiffness = scale.stiffness(row.stiffness.at(t));
+        let stiffness_anisotropy = row.stiffness_anisotropy.at(t);
+        let strength_anisotropy = row.strength_anisotropy.at(t);
+        let yield_shift = row.yield_shift.at(t);
+        let normal_shear_x = scale.per_newton(row.normal_shear_x.at(t));
+        let normal_shear_y = scale.per_newton(row.normal_shear_y.at(t));
         let press_coupling = row.press_coupling.at(t);
+        let press_slide = row.press_slide + t * (row.press_coupling.value + press_coupling);
         Self {
             row,
             t,
             depth,
             area,
             plain_limit,
-            limit: plain_limit * state.strength_factor,
-            stiffness: scale.stiffness(row.stiffness.at(t)),
-            stiffness_anisotropy: row.stiffness_anisotropy.at(t),
-            strength_anisotropy: row.strength_anisotropy.at(t),
-            yield_shift: row.yield_shift.at(t),
-            normal_shear: [scale.per_newton(row.normal_shear_x.at(t)), scale.per_newton(row.normal_shear_y.at(t))],
+            limit,
+            stiffness,
+            stiffness_anisotropy,
+            strength_anisotropy,
+            yield_shift,
+            normal_shear_x,
+            normal_shear_y,
             press_coupling,
-            press_slide: row.press_slide + t * (row.press_coupling.value + press_coupling),
+            press_slide,
         }
     }
 }
@@ -166,7 +199,7 @@ fn slide_in_slip_lengths<const M: usize, const N: usize, S: Scaling>(
     model: &ModelOf<'_, M, N, S>,
     state: &StateOf<M>,
     at: &AtDepth<'_>,
-    motion: &Motion,
+    motion: Motion,
     per_slip: f32,
     status: &mut Status,
 ) -> [f32; 2] {
@@ -193,7 +226,7 @@ fn change_depth<const M: usize>(
     at: &AtDepth<'_>,
     limit_ratio: f32,
     per_slip: f32,
-    slide: &mut [f32; 2],
+    [slide_x, slide_y]: [&mut f32; 2],
 ) -> [f32; 2] {
     let grown = at.stiffness - state.stiffness;
     let deeper = at.stiffness * (at.depth - state.depth);
@@ -222,13 +255,13 @@ fn change_depth<const M: usize>(
         }
         let back = [share * lag_x, share * lag_y];
         state.rim_lag = [lag_x + back[0], lag_y + back[1]];
-        slide[0] += back[0] * per_slip;
-        slide[1] += back[1] * per_slip;
+        *slide_x += back[0] * per_slip;
+        *slide_y += back[1] * per_slip;
     }
     // The normal force that comes with shear does work on the way.
     let retained_deeper = retained * deeper;
-    let [shear_x, shear_y] = at.normal_shear;
-    [retained + retained_deeper * shear_x, retained + retained_deeper * shear_y]
+    let retained_y = retained + retained_deeper * at.normal_shear_y;
+    [retained + retained_deeper * at.normal_shear_x, retained_y]
 }
 
 /// The finger is softer along +x the more it carries there: the slide's square root law, solved for its end.
@@ -241,32 +274,41 @@ fn soften_along_x<const M: usize>(
     retained: f32,
     limit_ratio: f32,
     odd_mm_n2: f32,
-    slide: &mut [f32; 2],
+    slide_x: &mut f32,
 ) -> f32 {
     let twice_odd = odd_mm_n2 * (at.stiffness * at.plain_limit);
     let was = state.resultant[0] * limit_ratio;
     let kept = state.resultant[0] * retained - was;
-    slide[0] += kept;
-    slide[0] += slide[0];
+    *slide_x += kept;
+    *slide_x += *slide_x;
     let begin = 1.0 + twice_odd * was;
-    let end = sqrt((begin * begin + twice_odd * slide[0]).abs());
-    slide[0] /= begin + end;
-    slide[0] -= kept;
+    let end = sqrt((begin * begin + twice_odd * *slide_x).abs());
+    *slide_x /= begin + end;
+    *slide_x -= kept;
     end
 }
 
+/// What the elements carry together.
+struct Carried {
+    /// F/L along x, F/(s L) along y.
+    resultant: [f32; 2],
+    /// F/L along y.
+    along_y: f32,
+    /// Σ w_j y_j u_j² along x and y, u_jy as the state holds it.
+    energy: [f32; 2],
+}
+
 /// Moves every element and returns those that yield to their yield surface; the state keeps forces and resultant.
-///
-/// Returns Σ w_j y_j u_j² along x and y.
 #[inline(always)]
 fn move_elements<const M: usize, const N: usize>(
     state: &mut StateOf<M>,
     data: &DataOf<M, N>,
+    at: &AtDepth<'_>,
     [slide_x, slide_y]: [f32; 2],
     [retained_x, retained_y]: [f32; 2],
     surface: &YieldSurface,
     reversal: &mut Reversal,
-) -> [f32; 2] {
+) -> Carried {
     // Adding to −0 is nothing, to 0 an instruction.
     let (mut resultant_x, mut resultant_y, mut energy_x, mut energy_y) = (-0.0, -0.0, -0.0, -0.0);
     for (u, element) in state.force.iter_mut().zip(&data.elements) {
@@ -285,44 +327,10 @@ fn move_elements<const M: usize, const N: usize>(
         energy_y += element.energy * y * y;
     }
     state.resultant = [resultant_x, resultant_y];
-    [energy_x, energy_y]
-}
-
-/// Forces, margin, area and bands from what the elements carry.
-#[inline(always)]
-fn resultants<const M: usize, const N: usize, S: Scaling>(
-    model: &ModelOf<'_, M, N, S>,
-    state: &mut StateOf<M>,
-    at: &AtDepth<'_>,
-    [x, y]: [f32; 2],
-    [energy_x, energy_y]: [f32; 2],
-    stick_ratio: f32,
-    status: Status,
-) -> Response {
-    let (data, scale) = (model.data, &model.scale);
-    let friction_x = at.limit * x;
-    let friction_y = at.stiffness_anisotropy * state.resultant[1];
-    let square = at.limit * at.limit;
-    state.energy = square / at.stiffness * (energy_x + energy_y);
-    let sheared = square * (at.normal_shear[0] * energy_x + at.normal_shear[1] * energy_y);
-    let xx = x * x + NOTHING;
-    let shifted = at.yield_shift * x;
-    // Share of the limit in use.
-    let used = sqrt(xx + y * y + shifted * shifted) - shifted;
-    let friction_limit = at.limit * (sqrt(xx + friction_y * friction_y) / used);
-    let normal = scale.normal(at.row.normal.at(at.t)) + at.press_coupling * friction_x + sheared;
-    let band = |b: &[f32; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
-    Response {
-        normal_force_n: not_negative(normal),
-        friction_n: [friction_x, at.limit * friction_y],
-        stick_ratio,
-        friction_limit_n: friction_limit,
-        slip_margin: 1.0 - used,
-        contact_area_mm2: at.area + at.area * data.area_tilt * x,
-        band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
-        band_friction_n: at.limit * band(&data.band_friction),
-        regime: regime_of(stick_ratio),
-        status,
+    Carried {
+        along_y: at.stiffness_anisotropy * resultant_y,
+        resultant: [resultant_x, resultant_y * at.strength_anisotropy],
+        energy: [energy_x, energy_y],
     }
 }
 
@@ -354,7 +362,7 @@ fn doubt(depth: f32, dt: u32) -> Status {
 
 /// Without contact the elements are forgotten, the strength factor stays.
 #[inline(always)]
-fn in_the_air<const M: usize>(state: &mut StateOf<M>, motion: &Motion, mut status: Status) -> Response {
+fn in_the_air<const M: usize>(state: &mut StateOf<M>, motion: Motion, mut status: Status) -> Response {
     if !motion.slide_increment_mm.iter().all(|s| s.is_finite()) {
         status = status.with(Status::BAD_INPUT);
     }
