@@ -33,12 +33,12 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
     ///   part of N at the step's end is (1 + g)² G P dd, more by (3/2 g² + g³) P/K, and |g| < 1/2 is checked.
     /// * slide: elements that stick gain L² Σ w u du y = F · dx K/K, a quadratic, whose end value times the increment is
     ///   more than its gain; what else moves the elements in the same step adds at most what it would alone. The odd
-    ///   compliance lies in series with all of this and is solved for its end. What is drawn back goes as slip along the
-    ///   friction and loses energy. Limits that shrink or shift with depth draw back in the same way.
+    ///   compliance lies in series with all of this and is solved for its end. The return to the yield surface is slip along the
+    ///   friction and loses energy. Limits that shrink or shift with depth return to the yield surface in the same way.
     /// * C: F_x C'(d) dd is the work of the slide dC. In a finite step C' at its end is off by C'' dd, and N₀, which grows
     ///   with depth, is checked to outweigh that.
     ///
-    /// Nothing of this asks how stiffness ratio, strength ratio or tilt go with depth: P_y is counted in what the
+    /// Nothing of this asks how stiffness ratio, strength ratio or yield shift go with depth: P_y is counted in what the
     /// elements carry along y whatever the ratio, and their displacement along y follows.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
@@ -91,13 +91,13 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                 (Field::ContactArea, &row.area, &next.area),
                 (Field::FrictionLimit, &row.limit, &next.limit),
                 (Field::TangentialStiffness, &row.stiffness, &next.stiffness),
-                (Field::StiffnessRatio, &row.across, &next.across),
-                (Field::StrengthRatio, &row.round, &next.round),
-                (Field::NormalShearX, &row.shear_x, &next.shear_x),
-                (Field::NormalShearY, &row.shear_y, &next.shear_y),
-                (Field::TiltX, &row.tilt, &next.tilt),
+                (Field::StiffnessRatio, &row.stiffness_anisotropy, &next.stiffness_anisotropy),
+                (Field::StrengthRatio, &row.strength_anisotropy, &next.strength_anisotropy),
+                (Field::NormalShearX, &row.normal_shear_x, &next.normal_shear_x),
+                (Field::NormalShearY, &row.normal_shear_y, &next.normal_shear_y),
+                (Field::TiltX, &row.yield_shift, &next.yield_shift),
                 (Field::BandNormal, &row.band_normal, &next.band_normal),
-                (Field::PressCoupling, &row.press, &next.press),
+                (Field::PressCoupling, &row.press_coupling, &next.press_coupling),
             ] {
                 let last = i + 1 == N;
                 joins(what, i, now, if last { now.value } else { then.value })?;
@@ -105,9 +105,9 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                     return Err(Error::Range { what, index: i as u16, value: now.change });
                 }
             }
-            let pressed = row.pressed + 2.0 * row.press.value + row.press.change;
-            if i + 1 < N && !((next.pressed - pressed).abs() <= 1e-5 * (N as f32)) {
-                return Err(Error::Range { what: Field::PressCoupling, index: i as u16, value: next.pressed });
+            let press_slide = row.press_slide + 2.0 * row.press_coupling.value + row.press_coupling.change;
+            if i + 1 < N && !((next.press_slide - press_slide).abs() <= 1e-5 * (N as f32)) {
+                return Err(Error::Range { what: Field::PressCoupling, index: i as u16, value: next.press_slide });
             }
             if i + 1 < N {
                 for t in [0.0, 1.0] {
@@ -138,13 +138,19 @@ impl Row {
         in_range(Field::ContactArea, i, self.area.value, 1e-12, 1e4)?;
         in_range(Field::FrictionLimit, i, self.limit.value, 1e-9, 1e3)?;
         in_range(Field::TangentialStiffness, i, self.stiffness.value, 1e-9, 1e3)?;
-        in_range(Field::StiffnessRatio, i, self.across.value, 0.5, 2.0)?;
-        in_range(Field::StrengthRatio, i, self.across.value / self.round.value, 0.5 - 1e-6, 2.0 + 1e-6)?;
-        in_range(Field::PressCoupling, i, self.press.value, -1.0, 1.0)?;
-        in_range(Field::PressCoupling, i, self.pressed, -4096.0, 4096.0)?;
-        in_range(Field::NormalShearX, i, self.shear_x.value, -1e6, 1e6)?;
-        in_range(Field::NormalShearY, i, self.shear_y.value, -1e6, 1e6)?;
-        in_range(Field::TiltX, i, self.tilt.value, -0.25, 0.25)?;
+        in_range(Field::StiffnessRatio, i, self.stiffness_anisotropy.value, 0.5, 2.0)?;
+        in_range(
+            Field::StrengthRatio,
+            i,
+            self.stiffness_anisotropy.value / self.strength_anisotropy.value,
+            0.5 - 1e-6,
+            2.0 + 1e-6,
+        )?;
+        in_range(Field::PressCoupling, i, self.press_coupling.value, -1.0, 1.0)?;
+        in_range(Field::PressCoupling, i, self.press_slide, -4096.0, 4096.0)?;
+        in_range(Field::NormalShearX, i, self.normal_shear_x.value, -1e6, 1e6)?;
+        in_range(Field::NormalShearY, i, self.normal_shear_y.value, -1e6, 1e6)?;
+        in_range(Field::TiltX, i, self.yield_shift.value, -0.25, 0.25)?;
         in_range(Field::BandNormal, i, self.band_normal.value, 0.0, 1e3)?;
         // Slip length: neither so short nor so long that a step would overflow.
         let slip_length = self.limit.value / self.stiffness.value.max(tiny);
@@ -167,20 +173,20 @@ impl Row {
         let at = |what, value: f32, limit: f32| {
             if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
         };
-        let (k, l, round) = (self.stiffness.at(t), self.limit.at(t), self.round.at(t));
-        let (shear_x, shear_y) = (self.shear_x.at(t), self.shear_y.at(t));
+        let (k, l, strength_anisotropy) = (self.stiffness.at(t), self.limit.at(t), self.strength_anisotropy.at(t));
+        let (shear_x, shear_y) = (self.normal_shear_x.at(t), self.normal_shear_y.at(t));
         let most = 0.5 / (k * depth_max);
         at(Field::NormalShearX, shear_x.abs(), most)?;
         at(Field::NormalShearY, shear_y.abs(), most)?;
         // The normal force stays positive, and its stiffness outweighs the coupling's error in a finite step. The
         // largest element forces are 1.29 along x and 1.04 along y.
-        let coupled = self.press.at(t).abs() * l * 1.3;
+        let coupled = self.press_coupling.at(t).abs() * l * 1.3;
         let normal = self.normal.at(t);
         at(Field::PressCoupling, coupled, normal)?;
         let taken_x = (-shear_x).max(0.0) * l * l * 1.7 * energy;
-        let taken_y = (-shear_y).max(0.0) * l * l * 1.1 * energy / (round * round);
+        let taken_y = (-shear_y).max(0.0) * l * l * 1.1 * energy / (strength_anisotropy * strength_anisotropy);
         at(Field::NormalShearX, coupled + taken_x.max(taken_y), normal)?;
-        let dpress = self.press.change.abs() / cell;
+        let dpress = self.press_coupling.change.abs() / cell;
         at(Field::PressCoupling, dpress * l * 1.3, self.normal.change / cell)
     }
 }

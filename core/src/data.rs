@@ -1,11 +1,11 @@
 //! The numbers of a model as a step reads them.
 //!
-//! Main types: [`DataOf`] (in flash), [`Element`], [`ModelOf`] (ready to step). Uses table and tune.
+//! Main types: [`DataOf`] (in flash), [`Element`], [`ModelOf`] (ready to step). Uses table and rescaling.
 
 use bytemuck::{AnyBitPattern, Pod, Zeroable};
 
+use crate::rescaling::{Fitted, Scaled, Scaling};
 use crate::table::Row;
-use crate::tune::{Fitted, Scaled, Scaling};
 use crate::{Motion, Response, StateOf, step};
 
 /// Elements of the default model.

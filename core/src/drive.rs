@@ -2,8 +2,8 @@
 //!
 //! Main types: [`Drive`], [`Driven`]. Uses step, gradient.
 
+use crate::rescaling::Scaling;
 use crate::step::step;
-use crate::tune::Scaling;
 use crate::{ModelOf, Motion, Response, StateOf, Status};
 
 /// What is prescribed along the plane's normal.
@@ -162,8 +162,8 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
                 deeper = further;
                 // Only so far as the contact holds together: one slip length a round.
                 let longest = trial.limit / trial.stiffness;
-                for (way, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
-                    *way += more.max(-longest).min(longest);
+                for (slide, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
+                    *slide += more.max(-longest).min(longest);
                 }
             } else if deeper == 0.0 {
                 break;

@@ -1,12 +1,12 @@
 //! Effects beyond the plain model, switched on by the slots of a model file.
 //!
 //! Main types: [`Effects`] (the slots of a file, checked), [`Surroundings`] (what they depend on), [`Contact`] (state
-//! of the contact and of its effects). The plain step is not touched by them. Uses model, blob, math.
+//! of the contact and of its effects). The plain step is not touched by them. Uses model, model_file, math.
 
-use crate::blob::EffectSlot;
 use crate::error::Field;
 use crate::math::{exp, ln, pow, sqrt};
-use crate::tune::Scaling;
+use crate::model_file::EffectSlot;
+use crate::rescaling::Scaling;
 use crate::{Error, ModelOf, Motion, Response, StateOf, step};
 
 /// What an effect may depend on and the motion does not tell. `Default` is the reference state.

@@ -2,7 +2,7 @@
 //!
 //! Main type: [`Gradient`]. Uses data, state.
 
-use crate::tune::Scaling;
+use crate::rescaling::Scaling;
 use crate::{ModelOf, StateOf};
 
 /// Derivatives of the forces for a motion that goes on in a given direction.
@@ -38,18 +38,20 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let l = state.limit;
         let dk = scale.stiffness(row.stiffness.change) * per_mm;
         let dl = scale.limit(row.limit.change, scale.area(row.area.change)) * per_mm * state.strength_factor;
-        let (across, round) = (row.across.at(t), row.round.at(t));
-        let press = row.press.at(t);
+        let (stiffness_anisotropy, strength_anisotropy) =
+            (row.stiffness_anisotropy.at(t), row.strength_anisotropy.at(t));
+        let press = row.press_coupling.at(t);
         let per_slip = k / l;
-        let tilt = row.tilt.at(t);
+        let yield_shift = row.yield_shift.at(t);
         let mut energies = [0.0f32; 2];
-        let [shear_x, shear_y] = [&row.shear_x, &row.shear_y].map(|line| scale.per_newton(line.at(t)));
+        let [shear_x, shear_y] = [&row.normal_shear_x, &row.normal_shear_y].map(|line| scale.per_newton(line.at(t)));
         // A contact that shrinks loses what its rim carries.
         let shrinks = direction[0] < 0.0;
         let keep = if shrinks { dk / k - dl / l } else { -dl / l };
         let keep = [keep + shear_x * k, keep + shear_y * k];
-        let returned = if shrinks && state.held > 0.0 { state.lag.map(|lag| -lag * dk / k) } else { [0.0; 2] };
-        let ease = 1.0 / (1.0 + scale.odd(data.twice_odd) * k * l / state.strength_factor * state.mean[0]);
+        let returned =
+            if shrinks && state.stored_energy > 0.0 { state.rim_lag.map(|lag| -lag * dk / k) } else { [0.0; 2] };
+        let ease = 1.0 / (1.0 + scale.odd(data.twice_odd) * k * l / state.strength_factor * state.resultant[0]);
 
         let mut mean = [0.0f32; 2];
         let mut slope = [[0.0f32; 3]; 2];
@@ -64,17 +66,24 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
             let along = ease * slide;
             let mut rate = [
                 [keep[0] * x + press * along + returned[0] * slide, along, 0.0],
-                [keep[1] * y + returned[1] * slide, 0.0, across * slide],
+                [keep[1] * y + returned[1] * slide, 0.0, stiffness_anisotropy * slide],
             ];
             let outward: [f32; 3] = {
-                let by = |i: usize| (x - tilt) * rate[0][i] + round * round * y * rate[1][i];
-                [by(0) - row.tilt.change * per_mm * x + round * row.round.change * per_mm * y * y, by(1), by(2)]
+                let by = |i: usize| {
+                    (x - yield_shift) * rate[0][i] + strength_anisotropy * strength_anisotropy * y * rate[1][i]
+                };
+                [
+                    by(0) - row.yield_shift.change * per_mm * x
+                        + strength_anisotropy * row.strength_anisotropy.change * per_mm * y * y,
+                    by(1),
+                    by(2),
+                ]
             };
             let total: f32 = (0..3).map(|i| outward[i] * direction[i]).sum();
-            let level = x * x + round * round * y * y - 2.0 * tilt * x;
+            let level = x * x + strength_anisotropy * strength_anisotropy * y * y - 2.0 * yield_shift * x;
             if level >= ON_LIMIT && total > 0.0 {
-                let ratio = across * across / ease;
-                let flow = (x - tilt) * x + round * round * ratio * y * y;
+                let ratio = stiffness_anisotropy * stiffness_anisotropy / ease;
+                let flow = (x - yield_shift) * x + strength_anisotropy * strength_anisotropy * ratio * y * y;
                 for i in 0..3 {
                     rate[0][i] -= outward[i] / flow * x;
                     rate[1][i] -= outward[i] / flow * ratio * y;
@@ -90,9 +99,9 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let [energy_x, energy_y] = energies;
         // From forces over the strength to forces; the energies' sums to N².
         let x = l * mean[0];
-        let mut friction = [slope[0].map(|s| l * s), slope[1].map(|s| l * across * s)];
+        let mut friction = [slope[0].map(|s| l * s), slope[1].map(|s| l * stiffness_anisotropy * s)];
         friction[0][0] += dl * mean[0];
-        friction[1][0] += (dl * across + l * row.across.change * per_mm) * mean[1];
+        friction[1][0] += (dl * stiffness_anisotropy + l * row.stiffness_anisotropy.change * per_mm) * mean[1];
         let mut energy = energy.map(|row| row.map(|e| l * l * e));
         energy[0][0] += 2.0 * dl / l * energy_x;
         energy[1][0] += 2.0 * dl / l * energy_y;
@@ -100,8 +109,8 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
         let mut normal: [f32; 3] =
             core::array::from_fn(|i| press * friction[0][i] + shear_x * energy[0][i] + shear_y * energy[1][i]);
         normal[0] += (scale.normal(row.normal.change)
-            + row.press.change * x
-            + scale.per_newton(row.shear_x.change * energy_x + row.shear_y.change * energy_y))
+            + row.press_coupling.change * x
+            + scale.per_newton(row.normal_shear_x.change * energy_x + row.normal_shear_y.change * energy_y))
             * per_mm;
         Gradient { normal_n_mm: normal, friction_n_mm: friction }
     }

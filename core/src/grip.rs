@@ -1,11 +1,11 @@
 //! The inverse that a grip controller needs: how hard to press so that a load does not slip.
 //!
-//! Main type: [`Grip`]. Uses data, yielding.
+//! Main type: [`Grip`]. Uses data, yield_surface.
 
 use crate::math::sqrt;
+use crate::rescaling::Scaling;
 use crate::table::Row;
-use crate::tune::Scaling;
-use crate::yielding::limit_share;
+use crate::yield_surface::limit_share;
 use crate::{ModelOf, Status};
 
 /// The least grip that holds a load.
@@ -77,11 +77,12 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
         let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);
             let plain = self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t)));
-            let [tilt, round, across] = [&row.tilt, &row.round, &row.across].map(|line| line.at(t));
-            // The load's direction where the limit is round.
-            let sine = sine * round / across;
+            let [yield_shift, strength_anisotropy, stiffness_anisotropy] =
+                [&row.yield_shift, &row.strength_anisotropy, &row.stiffness_anisotropy].map(|line| line.at(t));
+            // The load's direction where the limit is a circle.
+            let sine = sine * strength_anisotropy / stiffness_anisotropy;
             let length = sqrt(cosine * cosine + sine * sine);
-            plain * factor / length * limit_share(tilt * cosine / length)
+            plain * factor / length * limit_share(yield_shift * cosine / length)
         };
         let holds = |depth: f32| strength(depth) >= need;
         let at = |depth: f32| self.grip_at(depth, load_n, (load / strength(depth)).min(1.0));
@@ -105,12 +106,12 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
     fn grip_at(&self, depth: f32, load_n: [f32; 2], share: f32) -> Grip {
         let (row, t, _) = self.cell(depth);
         let [x, y] = load_n;
-        let across = row.across.at(t);
+        let stiffness_anisotropy = row.stiffness_anisotropy.at(t);
         let energy = self.energy_at(share);
-        let along_x = row.shear_x.at(t) * energy * x * x;
-        let along_y = row.shear_y.at(t) * energy * (y / across) * (y / across);
+        let along_x = row.normal_shear_x.at(t) * energy * x * x;
+        let along_y = row.normal_shear_y.at(t) * energy * (y / stiffness_anisotropy) * (y / stiffness_anisotropy);
         let shear = self.scale.per_newton(along_x + along_y);
-        let normal = self.scale.normal(row.normal.at(t)) + row.press.at(t) * x + shear;
+        let normal = self.scale.normal(row.normal.at(t)) + row.press_coupling.at(t) * x + shear;
         Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
     }
 

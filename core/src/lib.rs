@@ -6,7 +6,6 @@ extern crate std;
 
 #[cfg(feature = "serde")]
 mod array;
-mod blob;
 mod check;
 mod data;
 mod drive;
@@ -18,20 +17,20 @@ mod frame;
 mod gradient;
 mod grip;
 mod math;
+mod model_file;
 #[cfg(feature = "std")]
 mod owned;
 mod params;
 mod regime;
+mod rescaling;
 mod response;
 mod save;
 mod state;
 mod step;
-mod stick;
+mod stick_ratio;
 mod table;
-mod tune;
-mod yielding;
+mod yield_surface;
 
-pub use blob::{EffectSlot, File, FileOf, MAGIC, VERSION};
 pub use data::{Data, DataOf, ELEMENTS, Element, Model, ModelOf, NODES, Tuned};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use effect::{Contact, Effects, Surroundings};
@@ -39,13 +38,14 @@ pub use error::{Error, Field};
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
+pub use model_file::{EffectSlot, File, FileOf, MAGIC, VERSION};
 #[cfg(feature = "std")]
 pub use owned::ModelFile;
 pub use params::{Node, Params, ParamsOf, Slider};
 pub use regime::{Regime, Status};
+pub use rescaling::{Fitted, Scaled, Scaling, Tuning};
 pub use response::{Motion, Response};
 pub use save::STATE_BYTES;
 pub use state::{State, StateOf};
 pub use step::step;
 pub use table::{Line, Row};
-pub use tune::{Fitted, Scaled, Scaling, Tuning};

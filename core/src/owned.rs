@@ -1,6 +1,6 @@
 //! A model file that a host program owns, at an address where it can be read in place. Needs the feature `std`.
 //!
-//! Main type: [`ModelFile`]. Uses blob.
+//! Main type: [`ModelFile`]. Uses model_file.
 
 use std::vec::Vec;
 

@@ -151,11 +151,11 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             node
         };
         let per_newton = |added: f32, full: f32| if added == 0.0 { 0.0 } else { added / full };
-        let shear_x = |node: &Node| per_newton(node.normal_shear_x_n, full(false, node));
-        let shear_y = |node: &Node| per_newton(node.normal_shear_y_n, full(true, node));
-        let across = |node: &Node| sqrt(node.stiffness_ratio.max(0.0));
-        let round = |node: &Node| across(node) / node.strength_ratio;
-        let mut pressed = 0.0;
+        let normal_shear_x = |node: &Node| per_newton(node.normal_shear_x_n, full(false, node));
+        let normal_shear_y = |node: &Node| per_newton(node.normal_shear_y_n, full(true, node));
+        let stiffness_anisotropy = |node: &Node| sqrt(node.stiffness_ratio.max(0.0));
+        let strength_anisotropy = |node: &Node| stiffness_anisotropy(node) / node.strength_ratio;
+        let mut press_slide = 0.0;
         for (index, row) in data.rows.iter_mut().enumerate() {
             let (a, b) = (node(index), node((index + 1).min(N - 1)));
             *row = Row {
@@ -163,16 +163,16 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 area: Line::between(a.contact_area_mm2, b.contact_area_mm2),
                 limit: Line::between(a.friction_limit_n, b.friction_limit_n),
                 stiffness: Line::between(a.tangential_stiffness_n_mm, b.tangential_stiffness_n_mm),
-                across: Line::between(across(&a), across(&b)),
-                round: Line::between(round(&a), round(&b)),
-                shear_x: Line::between(shear_x(&a), shear_x(&b)),
-                shear_y: Line::between(shear_y(&a), shear_y(&b)),
-                tilt: Line::between(a.tilt_x, b.tilt_x),
+                stiffness_anisotropy: Line::between(stiffness_anisotropy(&a), stiffness_anisotropy(&b)),
+                strength_anisotropy: Line::between(strength_anisotropy(&a), strength_anisotropy(&b)),
+                normal_shear_x: Line::between(normal_shear_x(&a), normal_shear_x(&b)),
+                normal_shear_y: Line::between(normal_shear_y(&a), normal_shear_y(&b)),
+                yield_shift: Line::between(a.tilt_x, b.tilt_x),
                 band_normal: Line::between(a.band_normal_n, b.band_normal_n),
-                press: Line::between(a.press_coupling, b.press_coupling),
-                pressed,
+                press_coupling: Line::between(a.press_coupling, b.press_coupling),
+                press_slide,
             };
-            pressed += a.press_coupling + b.press_coupling;
+            press_slide += a.press_coupling + b.press_coupling;
         }
         data.check()?;
         Ok(data)

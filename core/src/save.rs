@@ -1,11 +1,11 @@
 //! Saving and restoring the state of a contact.
 //!
-//! Uses state, blob, error.
+//! Uses state, model_file, error.
 
 use crate::Error;
-use crate::blob::crc32;
 use crate::data::ELEMENTS;
 use crate::error::Field;
+use crate::model_file::crc32;
 use crate::step::TOUCH_MM;
 use crate::{State, StateOf};
 
@@ -13,12 +13,13 @@ use crate::{State, StateOf};
 pub const STATE_BYTES: usize = 4 * (2 * ELEMENTS + 14);
 
 impl<const M: usize> StateOf<M> {
-    /// Words of a state: elements, mean, its way since the last turn, the rim's lag, then depth, limit,
-    /// stiffness, energy, energy held, press, strength factor.
+    /// Words of a state: elements, resultant, its path since the last reversal, the rim's lag, then depth, limit,
+    /// stiffness, energy, stored energy, slide by pressing, strength factor.
     fn words(&self) -> impl Iterator<Item = f32> + '_ {
-        let vectors = self.force.iter().chain([&self.mean, &self.way, &self.lag]).flatten().copied();
-        let Self { depth, limit, stiffness, energy, held, pressed, strength_factor, .. } = *self;
-        vectors.chain([depth, limit, stiffness, energy, held, pressed, strength_factor])
+        let vectors =
+            self.force.iter().chain([&self.resultant, &self.path_since_reversal, &self.rim_lag]).flatten().copied();
+        let Self { depth, limit, stiffness, energy, stored_energy, press_slide, strength_factor, .. } = *self;
+        vectors.chain([depth, limit, stiffness, energy, stored_energy, press_slide, strength_factor])
     }
 
     /// Writes the state into `out`, little-endian with a checksum at the end, and returns the number of bytes,
@@ -58,15 +59,15 @@ impl<const M: usize> StateOf<M> {
         for pair in &mut state.force {
             *pair = [next(), next()];
         }
-        state.mean = [next(), next()];
-        state.way = [next(), next()];
-        state.lag = [next(), next()];
+        state.resultant = [next(), next()];
+        state.path_since_reversal = [next(), next()];
+        state.rim_lag = [next(), next()];
         state.depth = next();
         state.limit = next();
         state.stiffness = next();
         state.energy = next();
-        state.held = next();
-        state.pressed = next();
+        state.stored_energy = next();
+        state.press_slide = next();
         state.strength_factor = next();
         state.check()
     }
@@ -74,29 +75,29 @@ impl<const M: usize> StateOf<M> {
     /// The state itself if a step could have left it behind.
     pub(crate) fn check(self) -> Result<Self, Error> {
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
-        for (j, [x, y]) in self.force.iter().chain([&self.mean]).enumerate() {
+        for (j, [x, y]) in self.force.iter().chain([&self.resultant]).enumerate() {
             let square = x * x + y * y;
             // Tilted limits reach to 1.29; along y the root of the stiffness ratio may stretch them.
             if !(square <= 30.0) {
                 return Err(bad(j, square));
             }
         }
-        let [x, y] = self.way;
-        // A way may lead across the circle.
+        let [x, y] = self.path_since_reversal;
+        // The path since a reversal may lead across the whole circle.
         if !(x * x + y * y <= 6.8) {
             return Err(bad(M, x * x + y * y));
         }
         let positive = |x: f32| x > 0.0 && x <= 1e12;
         let in_contact = self.depth >= TOUCH_MM;
-        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.depth == 0.0 && self.pressed == 0.0;
+        let plain = self.limit == 0.0 && self.stiffness == 0.0 && self.depth == 0.0 && self.press_slide == 0.0;
         let still = self
             .force
             .as_flattened()
             .iter()
-            .chain(&self.mean)
-            .chain(&self.way)
-            .chain(&self.lag)
-            .chain([&self.held, &self.energy])
+            .chain(&self.resultant)
+            .chain(&self.path_since_reversal)
+            .chain(&self.rim_lag)
+            .chain([&self.stored_energy, &self.energy])
             .all(|x| *x == 0.0);
         let air = plain && still;
         if !self.depth.is_finite() {
@@ -109,16 +110,16 @@ impl<const M: usize> StateOf<M> {
         if !(self.energy >= 0.0 && self.energy <= 1e9) {
             return Err(bad(M + 2, self.energy));
         }
-        for lag in self.lag {
+        for lag in self.rim_lag {
             if !(lag.abs() <= 1e6) {
                 return Err(bad(M + 6, lag));
             }
         }
-        if !(self.held >= 0.0 && self.held <= 1e9) {
-            return Err(bad(M + 5, self.held));
+        if !(self.stored_energy >= 0.0 && self.stored_energy <= 1e9) {
+            return Err(bad(M + 5, self.stored_energy));
         }
-        if !(self.pressed.abs() <= 4096.0) {
-            return Err(bad(M + 3, self.pressed));
+        if !(self.press_slide.abs() <= 4096.0) {
+            return Err(bad(M + 3, self.press_slide));
         }
         if !(self.strength_factor >= 0.2 && self.strength_factor <= 5.0) {
             return Err(bad(M + 4, self.strength_factor));
@@ -152,15 +153,15 @@ mod with_serde {
     struct Plain<const M: usize> {
         #[serde(with = "crate::array")]
         force: [[f32; 2]; M],
-        mean: [f32; 2],
-        way: [f32; 2],
+        resultant: [f32; 2],
+        path_since_reversal: [f32; 2],
         depth_mm: f32,
         limit_n: f32,
         stiffness_n_mm: f32,
         energy_mj: f32,
-        held_mj: f32,
-        lag_mm: [f32; 2],
-        pressed_half_cells: f32,
+        stored_energy_mj: f32,
+        rim_lag_mm: [f32; 2],
+        press_slide_half_cells: f32,
         strength_factor: f32,
     }
 
@@ -168,15 +169,15 @@ mod with_serde {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             let plain = Plain {
                 force: self.force,
-                mean: self.mean,
-                way: self.way,
+                resultant: self.resultant,
+                path_since_reversal: self.path_since_reversal,
                 depth_mm: self.depth,
                 limit_n: self.limit,
                 stiffness_n_mm: self.stiffness,
                 energy_mj: self.energy,
-                held_mj: self.held,
-                lag_mm: self.lag,
-                pressed_half_cells: self.pressed,
+                stored_energy_mj: self.stored_energy,
+                rim_lag_mm: self.rim_lag,
+                press_slide_half_cells: self.press_slide,
                 strength_factor: self.strength_factor,
             };
             plain.serialize(serializer)
@@ -188,15 +189,15 @@ mod with_serde {
             let plain = Plain::deserialize(deserializer)?;
             let state = Self {
                 force: plain.force,
-                mean: plain.mean,
-                way: plain.way,
+                resultant: plain.resultant,
+                path_since_reversal: plain.path_since_reversal,
                 depth: plain.depth_mm,
                 limit: plain.limit_n,
                 stiffness: plain.stiffness_n_mm,
                 energy: plain.energy_mj,
-                held: plain.held_mj,
-                lag: plain.lag_mm,
-                pressed: plain.pressed_half_cells,
+                stored_energy: plain.stored_energy_mj,
+                rim_lag: plain.rim_lag_mm,
+                press_slide: plain.press_slide_half_cells,
                 strength_factor: plain.strength_factor,
             };
             state.check().map_err(serde::de::Error::custom)

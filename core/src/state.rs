@@ -14,23 +14,23 @@ pub type State = StateOf<ELEMENTS>;
 pub struct StateOf<const M: usize> {
     /// Force of each element over its strength; along y over the root of the stiffness ratio as well.
     pub(crate) force: [[f32; 2]; M],
-    /// Their resultant over the strength; along y likewise.
-    pub(crate) mean: [f32; 2],
-    /// The way that it has gone since the motion last turned back, or from 0 in a fresh contact and after full slip.
-    pub(crate) way: [f32; 2],
+    /// The resultant of the elements' forces over the strength; along y over the root of the stiffness ratio as well.
+    pub(crate) resultant: [f32; 2],
+    /// Change of the resultant since the motion last reversed, or since touch in a fresh contact and after full slip.
+    pub(crate) path_since_reversal: [f32; 2],
     pub(crate) depth: f32,
     pub(crate) limit: f32,
     /// Tangential stiffness, N/mm.
     pub(crate) stiffness: f32,
     /// Twice the elements' elastic energy, mJ.
     pub(crate) energy: f32,
-    /// Twice the energy that the contact holds beyond that of its elements, mJ.
-    pub(crate) held: f32,
+    /// Twice the energy that the contact stores beyond that of its elements, mJ.
+    pub(crate) stored_energy: f32,
     /// Elastic displacement of the contact as a whole less that of its rim, which came later, mm; along y times the root
     /// of the stiffness ratio.
-    pub(crate) lag: [f32; 2],
+    pub(crate) rim_lag: [f32; 2],
     /// Slide that pressing amounts to, half cells.
-    pub(crate) pressed: f32,
+    pub(crate) press_slide: f32,
     pub(crate) strength_factor: f32,
 }
 
@@ -38,15 +38,15 @@ impl<const M: usize> Default for StateOf<M> {
     fn default() -> Self {
         Self {
             force: [[0.0; 2]; M],
-            mean: [0.0; 2],
-            way: [0.0; 2],
+            resultant: [0.0; 2],
+            path_since_reversal: [0.0; 2],
             depth: 0.0,
             limit: 0.0,
             stiffness: 0.0,
             energy: 0.0,
-            held: 0.0,
-            lag: [0.0; 2],
-            pressed: 0.0,
+            stored_energy: 0.0,
+            rim_lag: [0.0; 2],
+            press_slide: 0.0,
             strength_factor: 1.0,
         }
     }

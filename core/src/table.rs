@@ -50,21 +50,21 @@ pub struct Row {
     /// Tangential stiffness of the sticking contact along x, N/mm.
     pub stiffness: Line,
     /// Square root of the tangential stiffness along y over that along x.
-    pub across: Line,
-    /// The same over the strength along y over that along x.
-    pub round: Line,
+    pub stiffness_anisotropy: Line,
+    /// The same over the ratio of the strength along y to that along x.
+    pub strength_anisotropy: Line,
     /// Normal force added per elastic energy of shear along x times the stiffness twice, 1/N.
-    pub shear_x: Line,
+    pub normal_shear_x: Line,
     /// The same along y, 1/N.
-    pub shear_y: Line,
+    pub normal_shear_y: Line,
     /// Share by which the limit along +x exceeds that along y.
-    pub tilt: Line,
+    pub yield_shift: Line,
     /// Half-width of the band of the normal force, N.
     pub band_normal: Line,
     /// Slide per depth that pressing causes, mm/mm.
-    pub press: Line,
+    pub press_coupling: Line,
     /// The same summed up from depth 0 to the left node, half cells.
-    pub pressed: f32,
+    pub press_slide: f32,
 }
 
 #[cfg(test)]
