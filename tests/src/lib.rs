@@ -1,24 +1,27 @@
-//! Problems that tests, verification and benchmarks share, and the cases that hold the code against analysis.
+//! What holds the code against analysis, another code and hidden truths.
 //!
-//! A [`Case`] is a function of [`Effort`] that returns [`Check`]s: numbers beside their reference and bound. The
-//! tests run the cases with [`Effort::Quick`], the binary `verify` with [`Effort::Full`]. References are closed
-//! forms or quadratures of them, never an earlier output of this code.
+//! * [`cases`]: verification. A [`Case`] is a function of [`Effort`] that returns [`Check`]s, numbers beside their reference
+//!   and bound. The tests run the cases with [`Effort::Quick`], the binary `verify` with [`Effort::Full`]. References are
+//!   closed forms or quadratures of them ([`reference`], [`half_space`]), never an earlier output of this code.
+//! * [`calculix`]: the same problems in CalculiX (binary `verify_calculix`).
+//! * [`problems`]: the bodies and runs that cases share.
+//! * [`synthetic_truth`]: measured sets with a hidden effect, from a simulator of its own, and their score.
+//! * Benches: the binaries `bench_*` and `benches/core.rs`; they time the very problems that the cases check.
+//!
+//! May use every crate of the repository; nothing uses this one.
 
-pub mod blocks;
+#[cfg(unix)]
+pub mod calculix;
 pub mod cases;
 pub mod check;
 pub mod differences;
-pub mod dome;
 pub mod equilibrium;
-pub mod fingers;
 pub mod half_space;
-pub mod hidden;
 pub mod memory;
-#[cfg(unix)]
-pub mod peer_cases;
+pub mod problems;
 pub mod random;
 pub mod reference;
-pub mod sphere;
+pub mod synthetic_truth;
 
 pub use cases::{CASES, Case, Effort, Failure};
 pub use check::{Check, table};

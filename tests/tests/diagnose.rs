@@ -4,10 +4,10 @@ use fingerpad::Effects;
 use fingerpad::ModelFile;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{CORNEOMETER_SD_AU, Correction, TableRow, Verdict, corrected, diagnose_table, replay_all};
-use fingerpad_tests::hidden::csv;
-use fingerpad_tests::hidden::effects::LIBRARY;
-use fingerpad_tests::hidden::score::{Class, reference, run, run_with_evidence, score, shipped};
-use fingerpad_tests::hidden::sets::{Hide, case};
+use fingerpad_tests::synthetic_truth::csv;
+use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::score::{Class, reference, run, run_with_evidence, score, shipped};
+use fingerpad_tests::synthetic_truth::sets::{Hide, case};
 
 fn law(name: &str) -> Hide {
     Hide::Law(LIBRARY.iter().position(|l| l.0 == name).unwrap())

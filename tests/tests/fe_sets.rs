@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 
 use fingerpad_diagnose::{CORNEOMETER_SD_AU, RunSet, Verdict};
-use fingerpad_tests::hidden::effects::LIBRARY;
-use fingerpad_tests::hidden::fe_sets::{confirm, sets};
-use fingerpad_tests::hidden::score::{run, run_with_evidence};
+use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::fe_sets::{confirm, sets};
+use fingerpad_tests::synthetic_truth::score::{run, run_with_evidence};
 
 #[test]
 fn effects_inside_the_finite_element_law_are_named() {

@@ -49,7 +49,7 @@ pub fn component(name: &str, subcommand: &str) -> Result<()> {
     Ok(())
 }
 
-/// CalculiX, the peer solver of some tests.
+/// CalculiX, CalculiX solver of some tests.
 pub fn calculix() -> Result<()> {
     if Command::new("ccx").arg("-v").output().is_ok() {
         return Ok(());

@@ -22,7 +22,7 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `peer` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
+    /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
     /// `diagnose` (score card on hidden sets) or `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
         /// Which
@@ -51,9 +51,9 @@ fn main() -> anyhow::Result<()> {
             cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
         }
         Chore::Bench { name, args } => match name.as_str() {
-            "peer" => {
+            "calculix" => {
                 install::calculix()?;
-                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_peer", "--"], &args)
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_calculix", "--"], &args)
             }
             "core" => {
                 cargo(&["xtask", "thumb", "count"], &[])?;
@@ -65,7 +65,7 @@ fn main() -> anyhow::Result<()> {
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: peer, core, diagnose, confirm"),
+            other => bail!("no benchmark {other}; there are: calculix, core, diagnose, confirm"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),

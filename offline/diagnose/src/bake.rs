@@ -98,13 +98,13 @@ fn tables(data: &Data, base: &Base) -> Data {
         row.normal = line(normal[i], normal[next]);
         row.limit = line(limit[i], limit[next]);
         row.stiffness = line(stiffness[i], stiffness[next]);
-        row.across = line(across(i), across(next));
-        row.round = row.across;
-        row.shear_x = line(0.0, 0.0);
-        row.shear_y = line(0.0, 0.0);
-        row.tilt = line(tilt(i), tilt(next));
-        row.press = line(press(i), press(next));
-        row.pressed = pressed;
+        row.stiffness_anisotropy = line(across(i), across(next));
+        row.strength_anisotropy = row.stiffness_anisotropy;
+        row.normal_shear_x = line(0.0, 0.0);
+        row.normal_shear_y = line(0.0, 0.0);
+        row.yield_shift = line(tilt(i), tilt(next));
+        row.press_coupling = line(press(i), press(next));
+        row.press_slide = pressed;
         pressed += press(i) + press(next);
     }
     out

@@ -114,16 +114,16 @@ impl Reference {
         let row = &data.rows[middle];
         let at = |line: &fingerpad::Line| f64::from(line.value);
         let mut mean = [0.0; FREEDOMS];
-        mean[10] = 2.0 * at(&row.across).ln();
-        mean[14] = at(&row.press);
-        mean[16] = at(&row.press);
+        mean[10] = 2.0 * at(&row.stiffness_anisotropy).ln();
+        mean[14] = at(&row.press_coupling);
+        mean[16] = at(&row.press_coupling);
         // Energy of full shear, times twice the stiffness, over the normal force.
         let energy: f64 = data.elements.iter().map(|e| f64::from(e.energy)).sum();
         let full_shear = energy * at(&row.limit).powi(2) / at(&row.normal);
-        mean[18] = at(&row.shear_x) * full_shear;
-        mean[19] = at(&row.shear_y) * full_shear / at(&row.round).powi(2);
+        mean[18] = at(&row.normal_shear_x) * full_shear;
+        mean[19] = at(&row.normal_shear_y) * full_shear / at(&row.strength_anisotropy).powi(2);
         // The term's effect in full slip along x is that of the core's shifted circle.
-        mean[20] = -at(&row.tilt) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
+        mean[20] = -at(&row.yield_shift) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
         mean[21] = f64::from(data.pressure_exponent);
         let area = if own_area {
             fit(|r| r.area.value)

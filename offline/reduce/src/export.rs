@@ -64,7 +64,7 @@ fn rust(file: &ModelFile) -> String {
             let [value, change] = [line.value, line.change].map(literal);
             let _ = writeln!(out, "            {name}: Line {{ value: {value}, change: {change} }},");
         }
-        let _ = writeln!(out, "            pressed: {},\n        }},", literal(row.pressed));
+        let _ = writeln!(out, "            press_slide: {},\n        }},", literal(row.press_slide));
     }
     let _ = writeln!(out, "    ],\n}};");
     out
@@ -92,13 +92,13 @@ fn lines(row: &fingerpad::Row) -> [(&'static str, Line); 11] {
         ("area", row.area),
         ("limit", row.limit),
         ("stiffness", row.stiffness),
-        ("across", row.across),
-        ("round", row.round),
-        ("shear_x", row.shear_x),
-        ("shear_y", row.shear_y),
-        ("tilt", row.tilt),
+        ("stiffness_anisotropy", row.stiffness_anisotropy),
+        ("strength_anisotropy", row.strength_anisotropy),
+        ("normal_shear_x", row.normal_shear_x),
+        ("normal_shear_y", row.normal_shear_y),
+        ("yield_shift", row.yield_shift),
         ("band_normal", row.band_normal),
-        ("press", row.press),
+        ("press_coupling", row.press_coupling),
     ]
 }
 
@@ -211,7 +211,7 @@ mod tests {
         }
         for row in &data.rows {
             expected.extend(lines(row).iter().flat_map(|(_, l)| [l.value, l.change]));
-            expected.push(row.pressed);
+            expected.push(row.press_slide);
         }
         let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&numbers), bits(&expected));

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use clap::Parser;
 use fingerpad_diagnose::CORNEOMETER_SD_AU;
-use fingerpad_tests::hidden::fe_sets::{confirm, sets};
-use fingerpad_tests::hidden::score::run_with_evidence;
+use fingerpad_tests::synthetic_truth::fe_sets::{confirm, sets};
+use fingerpad_tests::synthetic_truth::score::run_with_evidence;
 
 #[derive(Parser)]
 #[command(about = "The finite elements with the named effect, on the stored sets", name = "cargo xtask bench confirm")]

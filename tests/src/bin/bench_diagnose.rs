@@ -5,12 +5,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
-use fingerpad_tests::hidden::csv;
-use fingerpad_tests::hidden::effects::{LIBRARY, OUTSIDE};
-use fingerpad_tests::hidden::finger::Noise;
-use fingerpad_tests::hidden::oracle::{Separation, separation};
-use fingerpad_tests::hidden::score::{Class, Scored, score, settle};
-use fingerpad_tests::hidden::sets::{Case, Hide, case};
+use fingerpad_tests::synthetic_truth::csv;
+use fingerpad_tests::synthetic_truth::effects::{LIBRARY, OUTSIDE};
+use fingerpad_tests::synthetic_truth::finger::Noise;
+use fingerpad_tests::synthetic_truth::oracle::{Separation, separation};
+use fingerpad_tests::synthetic_truth::score::{Class, Scored, score, settle};
+use fingerpad_tests::synthetic_truth::sets::{Case, Hide, case};
 
 #[derive(Parser)]
 #[command(about = "Score card of the diagnosis on hidden sets", name = "cargo xtask bench diagnose")]

@@ -9,12 +9,12 @@ use clap::Parser;
 use cpu_time::ThreadTime;
 use fingerpad_diagnose::RunSet;
 use fingerpad_fe::load_path::Problem;
-use fingerpad_tests::hidden::effects::Effect;
-use fingerpad_tests::hidden::fe_sets::config;
-use fingerpad_tests::hidden::finger::Noise;
-use fingerpad_tests::hidden::protocol::{self, Plan};
-use fingerpad_tests::hidden::sets::record;
-use fingerpad_tests::hidden::{Dice, csv, fe};
+use fingerpad_tests::synthetic_truth::effects::Effect;
+use fingerpad_tests::synthetic_truth::fe_sets::config;
+use fingerpad_tests::synthetic_truth::finger::Noise;
+use fingerpad_tests::synthetic_truth::protocol::{self, Plan};
+use fingerpad_tests::synthetic_truth::sets::record;
+use fingerpad_tests::synthetic_truth::{Random, csv, fe};
 
 #[derive(Parser)]
 #[command(about = "Hidden sets from the finite-element finger", name = "make_fe_sets")]
@@ -101,9 +101,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     if job >= jobs {
                         break;
                     }
-                    let mut dice = Dice::new(args.seed + job as u64);
+                    let mut random = Random::new(args.seed + job as u64);
                     let (shape, name, plans, effects): (usize, String, Vec<Plan>, Vec<Effect>) = if job < SHAPES.len() {
-                        let plans = protocol::calibration(args.strokes, &mut dice);
+                        let plans = protocol::calibration(args.strokes, &mut random);
                         (job, format!("calibration_{}.csv.gz", SHAPES[job]), plans, Vec::new())
                     } else {
                         let index = job - SHAPES.len();
@@ -122,10 +122,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                             "amplitude": amplitude,
                             "form": form,
                         });
-                        (shape, file, protocol::measured(args.strokes, 0, &mut dice), effects)
+                        (shape, file, protocol::measured(args.strokes, 0, &mut random), effects)
                     };
                     let strokes = protocol::strokes(&plans, args.rows);
-                    let set = record(&strokes, &noise, &mut dice, "run", None, &mut |stroke, scatter| {
+                    let set = record(&strokes, &noise, &mut random, "run", None, &mut |stroke, scatter| {
                         fe::readings(&problems[shape], stroke, &effects, scatter).expect("the finger slides")
                     });
                     write(&args.out, &name, &set).expect("the folder can be written to");

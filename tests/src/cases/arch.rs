@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 use super::{Effort, Failure};
 use crate::{
     Check,
-    fingers::{follow, path, placed, problem},
+    problems::fingers::{follow, path, placed, problem},
 };
 
 const HALF_SPAN_MM: f64 = 10.0;

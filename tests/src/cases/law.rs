@@ -7,8 +7,8 @@ use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats};
 use super::{Effort, Failure};
 use crate::{
     Check,
-    dome::Dome,
-    fingers::{at_corner, follow, path, placed, problem},
+    problems::dome::Dome,
+    problems::fingers::{at_corner, follow, path, placed, problem},
 };
 
 const MU: f64 = 0.5;

@@ -7,9 +7,9 @@ use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Nail, fingertip};
 use super::{Effort, Failure};
 use crate::{
     Check,
-    fingers::{finger, follow, placed, problem},
+    calculix::{Case, Element},
     memory::peak_gib,
-    peer_cases::{Case, Element},
+    problems::fingers::{finger, follow, placed, problem},
 };
 
 const PRESETS: [MeshPreset; 3] = [MeshPreset::Coarse, MeshPreset::Default, MeshPreset::Fine];
@@ -85,7 +85,7 @@ pub fn elements(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (mut shipped, mut reduced, mut last) = (Vec::new(), Vec::new(), f64::INFINITY);
     for &preset in presets {
         shipped.push(normal(Element::MeanDilatation, preset)?);
-        reduced.push(normal(Element::LikeThePeer, preset)?);
+        reduced.push(normal(Element::LikeCalculix, preset)?);
         let (ours, theirs) = (shipped[shipped.len() - 1], reduced[reduced.len() - 1]);
         let name = |what: &str| format!("a Fixed, {preset:?}, frictionless 1 mm: {what}");
         checks.push(Check::told(name("N, mean dilatation (N)"), ours));

@@ -6,7 +6,7 @@ use fingerpad_fe::mesh::MeshPreset;
 use super::{Effort, Failure};
 use crate::{
     Check,
-    fingers::{at_corner, finger, follow, placed, problem},
+    problems::fingers::{at_corner, finger, follow, placed, problem},
 };
 
 const DEPTH_MM: f64 = 1.0;

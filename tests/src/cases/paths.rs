@@ -6,7 +6,7 @@ use fingerpad_fe::mesh::MeshPreset;
 use super::{Effort, Failure};
 use crate::{
     Check,
-    fingers::{finger, follow, path, placed, problem},
+    problems::fingers::{finger, follow, path, placed, problem},
 };
 
 const D: Drive = Drive::Displacement;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::{Effort, Failure};
 use crate::{
     Check,
-    fingers::{follow, placed},
+    problems::fingers::{follow, placed},
 };
 
 /// The model that ships.

@@ -6,7 +6,7 @@ use super::{Effort, Failure};
 use crate::{
     Check,
     half_space::{Mindlin, PointLoads},
-    sphere::{Layout, Part, Sphere},
+    problems::sphere::{Layout, Part, Sphere},
 };
 
 /// Contact radius over curvature is 1/500: strains of 0.2 %.

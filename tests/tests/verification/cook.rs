@@ -11,7 +11,7 @@ use fingerpad_fe::mesh::{
     Mesh,
     block::{coordinates, curved_block},
 };
-use fingerpad_tests::{blocks::body_of, equilibrium::equilibrium, verify};
+use fingerpad_tests::{equilibrium::equilibrium, problems::blocks::body_of, verify};
 use nalgebra::{DMatrix, DVector, Vector3};
 use wide::f64x8;
 

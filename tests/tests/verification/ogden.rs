@@ -4,9 +4,9 @@ use fingerpad_fe::assembly::{Body, Configuration, Material, Supports};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff, Sym};
 use fingerpad_fe::mesh::{Mesh, block::block};
 use fingerpad_tests::{
-    blocks::{all_held, body_of},
     differences::relative_error,
     equilibrium::equilibrium,
+    problems::blocks::{all_held, body_of},
     random::Random,
     verify,
 };

@@ -4,9 +4,9 @@ use fingerpad_fe::assembly::{Material, Supports};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{Mesh, block::into_tets, check};
 use fingerpad_tests::{
-    blocks::{body_of, distorted_block, outside},
     differences::relative_error,
     equilibrium::equilibrium,
+    problems::blocks::{body_of, distorted_block, outside},
     random::Random,
     reference, verify,
 };

@@ -4,7 +4,7 @@ use fingerpad_fe::assembly::{Body, Joint, Material};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{Region, block::coordinates};
 use fingerpad_tests::{
-    blocks::{all_held, tied_block},
+    problems::blocks::{all_held, tied_block},
     random::Random,
     verify,
 };

@@ -12,9 +12,9 @@ use fingerpad_fe::mesh::{
 };
 use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats};
 use fingerpad_tests::{
-    blocks::{body_of, tied_block},
     differences::{unit_directions, worst_error},
     equilibrium::multiply_symmetric,
+    problems::blocks::{body_of, tied_block},
     random::Random,
     verify,
 };

@@ -11,7 +11,7 @@ use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{
     Divisions, FingertipShape, HEX_FACES, Mesh, MeshPreset, Region, TET_FACES, block::coordinates, fingertip, set,
 };
-use fingerpad_tests::{blocks::tied_block, equilibrium::equilibrium, reference, verify};
+use fingerpad_tests::{equilibrium::equilibrium, problems::blocks::tied_block, reference, verify};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// Deformation gradients at the middle of hexahedra, then of tetrahedra.

@@ -14,16 +14,16 @@ pub mod score;
 pub mod sets;
 
 /// Random numbers of a set.
-pub struct Dice(u64);
+pub struct Random(u64);
 
-impl Dice {
+impl Random {
     /// The sequence of a seed.
     pub fn new(seed: u64) -> Self {
-        let mut dice = Self(seed ^ 0x5DEE_CE66_D1CE_4E5B);
+        let mut random = Self(seed ^ 0x5DEE_CE66_D1CE_4E5B);
         for _ in 0..4 {
-            dice.unit();
+            random.unit();
         }
-        dice
+        random
     }
 
     /// Uniform in 0 to 1 (splitmix64).

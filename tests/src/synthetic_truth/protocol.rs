@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::Dice;
+use super::Random;
 
 /// Conditions of a stroke.
 #[derive(Clone, Debug)]
@@ -72,27 +72,27 @@ impl Plan {
 }
 
 /// Calibration strokes: reference conditions, all depths and directions.
-pub fn calibration(n: usize, dice: &mut Dice) -> Vec<Plan> {
+pub fn calibration(n: usize, random: &mut Random) -> Vec<Plan> {
     (0..n)
         .map(|i| Plan {
-            depth_mm: 0.45 + 1.1 * ((i % 6) as f64 + dice.unit()) / 6.0,
-            direction: TAU / 8.0 * (dice.pick(8) as f64),
-            hydration_au: 35.0 + dice.normal(),
-            reverse: dice.unit() < 0.3,
-            length_mm: dice.between(4.0, 6.0),
+            depth_mm: 0.45 + 1.1 * ((i % 6) as f64 + random.unit()) / 6.0,
+            direction: TAU / 8.0 * (random.pick(8) as f64),
+            hydration_au: 35.0 + random.normal(),
+            reverse: random.unit() < 0.3,
+            length_mm: random.between(4.0, 6.0),
             ..Plan::reference()
         })
         .collect()
 }
 
 /// Measured strokes at a level of confounding: 0 randomised, 1 correlations of 0.7, 2 careless.
-pub fn measured(n: usize, level: usize, dice: &mut Dice) -> Vec<Plan> {
+pub fn measured(n: usize, level: usize, random: &mut Random) -> Vec<Plan> {
     let tie = [0.0, 0.7, 0.97][level];
     let mut plans = Vec::with_capacity(n);
     for i in 0..n {
         // Standard normals that share a cause: the clock for the finger's state, speed for the protocol.
         let clock = 3.4 * ((i as f64 + 0.5) / n as f64 - 0.5);
-        let mut tied = |to: f64| tie * to + f64::sqrt(1.0 - tie * tie) * dice.normal();
+        let mut tied = |to: f64| tie * to + f64::sqrt(1.0 - tie * tie) * random.normal();
         let hydration = tied(clock);
         let temperature = tied(clock);
         let speed = tied(0.0) / f64::sqrt(1.0 - tie * tie);
@@ -108,16 +108,16 @@ pub fn measured(n: usize, level: usize, dice: &mut Dice) -> Vec<Plan> {
             depth_mm,
             speed_mm_s: 0.5 * 40f64.powf(uniform(speed, 0.0, 1.0)),
             direction: match level {
-                0 => TAU * dice.unit(),
-                1 => TAU / 4.0 * dice.pick(4) as f64,
-                _ => TAU / 2.0 * dice.pick(2) as f64,
+                0 => TAU * random.unit(),
+                1 => TAU / 4.0 * random.pick(4) as f64,
+                _ => TAU / 2.0 * random.pick(2) as f64,
             },
             dwell_s: if level == 2 { 1.0 } else { 0.3 * 60f64.powf(uniform(dwell, 0.0, 1.0)) },
             hydration_au: uniform(hydration, 15.0, 78.0),
             temperature_c: uniform(temperature, 27.0, 36.0),
             width_mm: uniform(width, 14.0, 19.0),
-            length_mm: dice.between(4.0, 6.0),
-            reverse: dice.unit() < 0.3,
+            length_mm: random.between(4.0, 6.0),
+            reverse: random.unit() < 0.3,
             rest_s: if i % 6 == 0 { 60.0 } else { 2.0 },
         });
     }

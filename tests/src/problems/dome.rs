@@ -8,7 +8,7 @@ use fingerpad_fe::mesh::{
 };
 use nalgebra::Vector3;
 
-use crate::sphere::outward;
+use super::sphere::outward;
 
 /// Radius of curvature, mm.
 const CURVATURE_MM: f64 = 8.0;

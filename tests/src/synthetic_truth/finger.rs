@@ -3,7 +3,7 @@
 //! Material points on a fixed grid carry a shear traction while they lie in the contact ellipse; the bulk between
 //! them and the nail is one spring for all. Pressure is a tilted, flattened bell; strength is a power of it.
 
-use super::Dice;
+use super::Random;
 use super::effects::{At, Effect, Influence};
 use super::protocol::Stroke;
 
@@ -54,26 +54,26 @@ pub const VARIED: [f64; 14] = [1.0, 1.0, 0.10, 0.02, 0.02, 0.02, 0.02, 0.02, 0.0
 
 impl Finger {
     /// A finger of a seed, away from the shipped model's geometry.
-    pub fn random(dice: &mut Dice) -> Self {
+    pub fn random(random: &mut Random) -> Self {
         Self {
-            normal_n: dice.between(0.18, 0.40),
-            normal_exponent: dice.between(1.5, 1.9),
-            normal_rate: dice.between(0.0, 0.5),
-            area_mm2: dice.between(58.0, 74.0),
-            area_exponent: dice.between(0.85, 1.1),
-            aspect: dice.between(1.0, 1.4),
-            bell: dice.between(0.4, 1.0),
-            tilt: dice.between(0.0, 0.3),
-            lambda: dice.between(0.06, 0.11),
-            beta: dice.between(0.40, 0.55),
-            bulk_n_mm: dice.between(0.35, 0.8),
-            bulk_ratio: dice.between(0.7, 1.1),
-            bulk_exponent: dice.between(0.35, 0.7),
-            bristle_mpa_mm: dice.between(0.03, 0.09),
-            press: dice.between(-0.04, 0.04),
-            lean: dice.between(-0.04, 0.04),
-            heave: dice.between(0.0, 0.05),
-            odd: dice.between(-0.012, 0.012),
+            normal_n: random.between(0.18, 0.40),
+            normal_exponent: random.between(1.5, 1.9),
+            normal_rate: random.between(0.0, 0.5),
+            area_mm2: random.between(58.0, 74.0),
+            area_exponent: random.between(0.85, 1.1),
+            aspect: random.between(1.0, 1.4),
+            bell: random.between(0.4, 1.0),
+            tilt: random.between(0.0, 0.3),
+            lambda: random.between(0.06, 0.11),
+            beta: random.between(0.40, 0.55),
+            bulk_n_mm: random.between(0.35, 0.8),
+            bulk_ratio: random.between(0.7, 1.1),
+            bulk_exponent: random.between(0.35, 0.7),
+            bristle_mpa_mm: random.between(0.03, 0.09),
+            press: random.between(-0.04, 0.04),
+            lean: random.between(-0.04, 0.04),
+            heave: random.between(0.0, 0.05),
+            odd: random.between(-0.012, 0.012),
         }
     }
 
@@ -366,30 +366,30 @@ pub struct Noise {
 
 impl Noise {
     /// A laboratory of a seed.
-    pub fn random(dice: &mut Dice) -> Self {
+    pub fn random(random: &mut Random) -> Self {
         Self {
-            additive_n: dice.between(0.002, 0.005),
-            multiplicative: dice.between(0.01, 0.03),
-            gain: [dice.between(0.01, 0.025), dice.between(0.01, 0.025)],
-            depth_mm: dice.between(0.005, 0.015),
-            offset_n: dice.between(0.001, 0.004),
+            additive_n: random.between(0.002, 0.005),
+            multiplicative: random.between(0.01, 0.03),
+            gain: [random.between(0.01, 0.025), random.between(0.01, 0.025)],
+            depth_mm: random.between(0.005, 0.015),
+            offset_n: random.between(0.001, 0.004),
             hydration_au: 2.0,
         }
     }
 
     /// The scatter of a run.
-    pub fn run(&self, dice: &mut Dice) -> Scatter {
+    pub fn run(&self, random: &mut Random) -> Scatter {
         Scatter {
-            stiffness: 1.0 + self.gain[0] * dice.normal(),
-            strength: 1.0 + self.gain[1] * dice.normal(),
-            depth_mm: self.depth_mm * dice.normal(),
-            offset_n: [0, 1, 2].map(|_| self.offset_n * dice.normal()),
+            stiffness: 1.0 + self.gain[0] * random.normal(),
+            strength: 1.0 + self.gain[1] * random.normal(),
+            depth_mm: self.depth_mm * random.normal(),
+            offset_n: [0, 1, 2].map(|_| self.offset_n * random.normal()),
         }
     }
 
     /// A reading with row noise.
-    pub fn row(&self, reading: [f64; 3], dice: &mut Dice) -> [f64; 3] {
-        reading.map(|f| f + self.additive_n.hypot(self.multiplicative * f) * dice.normal())
+    pub fn row(&self, reading: [f64; 3], random: &mut Random) -> [f64; 3] {
+        reading.map(|f| f + self.additive_n.hypot(self.multiplicative * f) * random.normal())
     }
 }
 

@@ -7,11 +7,11 @@ use std::time::Duration;
 use clap::Parser;
 use fingerpad_fe::compare_ccx::Runner;
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::peer_cases::*;
+use fingerpad_tests::calculix::*;
 
 /// Elastic slip of our Coulomb run, mm.
 const GAMMA_CRIT_MM: f64 = 1e-3;
-/// Stick slope of the peer's, MPa/mm.
+/// Stick slope of CalculiX's, MPa/mm.
 const STICK_SLOPE: f64 = 5.0;
 
 /// Holds our runs against CalculiX on the same mesh; fails if a row does in which both have the same element.
@@ -20,7 +20,7 @@ struct Arguments {
     /// Coarse meshes only.
     #[arg(long)]
     quick: bool,
-    /// Time limit of each run of the peer by the clock, s.
+    /// Time limit of each run of CalculiX by the clock, s.
     #[arg(long, default_value_t = 3600)]
     timeout_s: u64,
 }
@@ -28,7 +28,7 @@ struct Arguments {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let limit = Duration::from_secs(arguments.timeout_s);
-    println!("peer: {}, C3D8R", Runner::default().version().unwrap_or_else(|e| panic!("{e}")));
+    println!("CalculiX: {}, C3D8R", Runner::default().version().unwrap_or_else(|e| panic!("{e}")));
     println!("penalty {PENALTY_MPA_PER_MM} MPa/mm in both, no augmentation");
     let presets: &[MeshPreset] =
         if arguments.quick { &[MeshPreset::Coarse] } else { &[MeshPreset::Coarse, MeshPreset::Default] };
@@ -46,17 +46,17 @@ fn main() -> ExitCode {
     if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Rows that fail with the peer's element.
+/// Rows that fail with CalculiX's element.
 fn press(case: &Case, limit: Duration) -> usize {
-    let peer = press_peer(case, &case.finger(), limit);
+    let calculix = press_calculix(case, &case.finger(), limit);
     let mut failed = 0;
-    for element in [Element::LikeThePeer, Element::MeanDilatation] {
+    for element in [Element::LikeCalculix, Element::MeanDilatation] {
         let case = case.clone().with(element);
         let finger = case.finger();
         println!("\nfrictionless press, {}", case.line(&finger));
-        println!("depth mm       ours N       peer N  difference   limit");
-        for row in press_rows(&finger, &peer) {
-            if element == Element::LikeThePeer {
+        println!("depth mm       ours N   CalculiX N  difference   limit");
+        for row in press_rows(&finger, &calculix) {
+            if element == Element::LikeCalculix {
                 println!("{row}");
                 failed += usize::from(!row.passes());
             } else {
@@ -70,27 +70,27 @@ fn press(case: &Case, limit: Duration) -> usize {
     failed
 }
 
-/// Rows that fail with the peer's element.
+/// Rows that fail with CalculiX's element.
 fn slide(case: &Case, limit: Duration) -> usize {
     println!("\nCoulomb slide, mu {MU}, depth {SLIDE_DEPTH_MM} mm, friction from first touch on in both");
-    println!("ours: gamma_crit {GAMMA_CRIT_MM} mm; peer: stick slope {STICK_SLOPE} MPa/mm");
-    let same = case.clone().with(Element::LikeThePeer).finger();
-    let peer = slide_peer(case, &same, STICK_SLOPE, limit);
+    println!("ours: gamma_crit {GAMMA_CRIT_MM} mm; CalculiX: stick slope {STICK_SLOPE} MPa/mm");
+    let same = case.clone().with(Element::LikeCalculix).finger();
+    let calculix = slide_calculix(case, &same, STICK_SLOPE, limit);
     let ours = slide_ours(&same, GAMMA_CRIT_MM);
     let mut failed = 0;
-    for element in [Element::LikeThePeer, Element::MeanDilatation] {
+    for element in [Element::LikeCalculix, Element::MeanDilatation] {
         let case = case.clone().with(element);
         let finger = case.finger();
         println!("\n{}", case.line(&finger));
         println!(
-            "friction, N                                              | mean pad displacement, mm: the peer's length"
+            "friction, N                                              | mean pad displacement, mm: CalculiX's length"
         );
         println!(
             "                                                         | plus its distance to ours, and its length"
         );
-        println!("slide mm         ours         peer  difference   limit   |");
-        for [friction, displacement] in slide_rows(&slide_ours(&finger, GAMMA_CRIT_MM), &peer) {
-            if element == Element::LikeThePeer {
+        println!("slide mm         ours     CalculiX  difference   limit   |");
+        for [friction, displacement] in slide_rows(&slide_ours(&finger, GAMMA_CRIT_MM), &calculix) {
+            if element == Element::LikeCalculix {
                 println!("{friction} | {displacement}");
                 failed += [friction, displacement].iter().filter(|row| !row.passes()).count();
             } else {
@@ -100,11 +100,11 @@ fn slide(case: &Case, limit: Duration) -> usize {
     }
     println!("\nfriction with gamma_crit halved and with the stick slope doubled: neither matters");
     let halved = slide_ours(&same, 0.5 * GAMMA_CRIT_MM);
-    let doubled = slide_peer(case, &same, 2.0 * STICK_SLOPE, limit);
+    let doubled = slide_calculix(case, &same, 2.0 * STICK_SLOPE, limit);
     for (k, s) in SLIDES_MM.iter().enumerate() {
         let change = |new: &[SlidePoint], old: &[SlidePoint]| new[k].friction_n / old[k].friction_n - 1.0;
-        let (a, b) = (change(&halved, &ours), change(&doubled, &peer));
-        println!("{s:>8.2}  ours {:+.3} %   peer {:+.3} %", 100.0 * a, 100.0 * b);
+        let (a, b) = (change(&halved, &ours), change(&doubled, &calculix));
+        println!("{s:>8.2}  ours {:+.3} %   CalculiX {:+.3} %", 100.0 * a, 100.0 * b);
         failed += [a, b].iter().filter(|change| !(change.abs() < 0.2 * SLIDE_PASS)).count();
     }
     failed

@@ -1,9 +1,9 @@
 //! The fingertip held against CalculiX: one mesh, one penalty, two programs.
 //!
-//! Bones are fixed and the nail is as in the mesh: tetrahedra tied to the skin (in the peer by `*EQUATION`), outer
-//! face fixed. Contact in ours is penalty only, as in the peer.
+//! Bones are fixed and the nail is as in the mesh: tetrahedra tied to the skin (in CalculiX by `*EQUATION`), outer
+//! face fixed. Contact in ours is penalty only, as in CalculiX.
 //!
-//! Hexahedra are C3D8R in the peer: one point and hourglass control, whose stiffness follows the bulk modulus and makes
+//! Hexahedra are C3D8R in CalculiX: one point and hourglass control, whose stiffness follows the bulk modulus and makes
 //! distorted elements of nearly incompressible tissue some per cent too stiff. Ours therefore runs twice, with that
 //! very element, where everything else (law, contact, ties, supports, geometry) must agree, and with its own.
 
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use cpu_time::ProcessTime;
 use fingerpad_fe::assembly::{self, Body, Supports};
-use fingerpad_fe::compare_ccx::{Contact, Deck, Error as PeerError, Friction, Material, Point, Run, Runner, Step};
+use fingerpad_fe::compare_ccx::{Contact, Deck, Error as CalculixError, Friction, Material, Point, Run, Runner, Step};
 use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
 use fingerpad_fe::element::Hex8;
 use fingerpad_fe::load_path::{
@@ -41,8 +41,8 @@ pub const SLIDE_PASS: f64 = 0.03;
 pub enum Element {
     /// Mean dilatation, as everywhere else.
     MeanDilatation,
-    /// The peer's own C3D8R, written after Flanagan & Belytschko (1981).
-    LikeThePeer,
+    /// CalculiX's own C3D8R, written after Flanagan & Belytschko (1981).
+    LikeCalculix,
 }
 
 /// A fingertip with fixed bones: which shape and mesh.
@@ -69,7 +69,7 @@ impl fmt::Display for MeshLine<'_> {
         let mesh = &self.finger.mesh;
         let element = match self.case.element {
             Element::MeanDilatation => "mean dilatation",
-            Element::LikeThePeer => "the peer's element",
+            Element::LikeCalculix => "CalculiX's element",
         };
         let nail = match self.case.nail {
             Nail::Tets => "nail of tied tets",
@@ -152,7 +152,7 @@ impl Case {
         MeshLine { case: self, finger }
     }
 
-    /// The same problem for the peer.
+    /// The same problem for CalculiX.
     pub fn deck<'a>(&self, finger: &'a Finger, friction: Option<Friction>, steps: Vec<Step>) -> Deck<'a> {
         let tissue = Self::tissue();
         let ogden = |law: fingerpad_fe::material::Ogden| Material::Ogden {
@@ -175,7 +175,7 @@ pub fn press_and_slide(depths_mm: &[f64], slides_mm: &[f64]) -> Path {
     Path { drives: [Drive::Displacement; 3], waypoints }
 }
 
-/// Our run with the peer's kind of contact.
+/// Our run with CalculiX's kind of contact.
 pub fn problem(finger: &Finger, law: Law) -> Problem<'_> {
     let friction = match law {
         Law::Frictionless => None,
@@ -205,23 +205,23 @@ pub fn cpu<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (clock.elapsed().as_secs_f64(), result)
 }
 
-/// Runs the peer to its end or to the time limit; what it had printed by then, and why it stopped.
+/// Runs CalculiX to its end or to the time limit; what it had printed by then, and why it stopped.
 ///
 /// # Panics
-/// If there is no peer, or the deck cannot be written or its results not be read.
-pub fn run_peer(deck: &Deck, limit: Duration) -> (Run, Option<String>) {
-    run_peer_with(&Runner { timeout: limit, ..Runner::default() }, deck)
+/// If there is no CalculiX, or the deck cannot be written or its results not be read.
+pub fn run_calculix(deck: &Deck, limit: Duration) -> (Run, Option<String>) {
+    run_calculix_with(&Runner { timeout: limit, ..Runner::default() }, deck)
 }
 
 /// The same with a runner of one's own.
 ///
 /// # Panics
-/// As [`run_peer`].
-pub fn run_peer_with(runner: &Runner, deck: &Deck) -> (Run, Option<String>) {
+/// As [`run_calculix`].
+pub fn run_calculix_with(runner: &Runner, deck: &Deck) -> (Run, Option<String>) {
     match runner.run(deck) {
         Ok(run) => (run, None),
-        Err(PeerError::Stopped { reason, partial, .. }) => (*partial, Some(reason)),
-        Err(error) => panic!("the peer: {error}"),
+        Err(CalculixError::Stopped { reason, partial, .. }) => (*partial, Some(reason)),
+        Err(error) => panic!("CalculiX: {error}"),
     }
 }
 
@@ -232,20 +232,20 @@ pub struct Row {
     pub at_mm: f64,
     /// Ours.
     pub ours: f64,
-    /// The peer's.
-    pub peer: f64,
+    /// CalculiX's.
+    pub calculix: f64,
     /// Largest relative difference.
     pub pass: f64,
 }
 
-/// A row that shows how far another element is from the peer's, which is no question of right or wrong.
+/// A row that shows how far another element is from CalculiX's, which is no question of right or wrong.
 #[derive(Clone, Copy, Debug)]
 pub struct Told(pub Row);
 
 impl Row {
-    /// Ours over the peer's, less one.
+    /// Ours over CalculiX's, less one.
     pub fn difference(&self) -> f64 {
-        self.ours / self.peer - 1.0
+        self.ours / self.calculix - 1.0
     }
 
     /// Whether the difference is small enough; false for NaN.
@@ -256,8 +256,8 @@ impl Row {
 
 impl fmt::Display for Told {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Row { at_mm, ours, peer, .. } = self.0;
-        write!(f, "{at_mm:>8.2} {ours:>12.5} {peer:>12.5} {:>+8.2} %", 100.0 * self.0.difference())
+        let Row { at_mm, ours, calculix, .. } = self.0;
+        write!(f, "{at_mm:>8.2} {ours:>12.5} {calculix:>12.5} {:>+8.2} %", 100.0 * self.0.difference())
     }
 }
 
@@ -268,7 +268,7 @@ impl fmt::Display for Row {
     }
 }
 
-/// A press of the peer in increments like ours.
+/// A press of CalculiX in increments like ours.
 ///
 /// After an increment that it had to cut, version 2.20 repeats an output point in an increment of length 0 and ends;
 /// with increments of 0.25 mm nothing is cut.
@@ -276,23 +276,23 @@ pub fn short_press(depths_mm: &[f64]) -> Step {
     Step { first_increment_mm: 0.25, max_increment_mm: 0.25, ..Step::press(depths_mm) }
 }
 
-/// The peer's normal forces (N) of the frictionless press at the depths of [`PRESS_PASS`].
-pub fn press_peer(case: &Case, finger: &Finger, limit: Duration) -> Vec<f64> {
+/// CalculiX's normal forces (N) of the frictionless press at the depths of [`PRESS_PASS`].
+pub fn press_calculix(case: &Case, finger: &Finger, limit: Duration) -> Vec<f64> {
     let depths = PRESS_PASS.map(|(depth, _)| depth);
-    let (peer, stopped) = run_peer(&case.deck(finger, None, vec![short_press(&depths)]), limit);
-    assert!(stopped.is_none(), "the peer stopped: {stopped:?}");
-    peer.points.iter().map(|point| point.force_n.z).collect()
+    let (calculix, stopped) = run_calculix(&case.deck(finger, None, vec![short_press(&depths)]), limit);
+    assert!(stopped.is_none(), "CalculiX stopped: {stopped:?}");
+    calculix.points.iter().map(|point| point.force_n.z).collect()
 }
 
-/// Our normal forces against the peer's.
-pub fn press_rows(finger: &Finger, peer: &[f64]) -> Vec<Row> {
+/// Our normal forces against CalculiX's.
+pub fn press_rows(finger: &Finger, calculix: &[f64]) -> Vec<Row> {
     let depths = PRESS_PASS.map(|(depth, _)| depth);
     let ours = run(&problem(finger, Law::Frictionless), &press_and_slide(&depths, &[]));
-    let rows = PRESS_PASS.iter().zip(ours.snapshots.iter().skip(1)).zip(peer);
-    rows.map(|(((depth, pass), ours), peer)| Row {
+    let rows = PRESS_PASS.iter().zip(ours.snapshots.iter().skip(1)).zip(calculix);
+    rows.map(|(((depth, pass), ours), calculix)| Row {
         at_mm: *depth,
         ours: ours.response.normal_force_n,
-        peer: *peer,
+        calculix: *calculix,
         pass: *pass,
     })
     .collect()
@@ -332,20 +332,20 @@ pub fn slide_ours(finger: &Finger, gamma_crit_mm: f64) -> Vec<SlidePoint> {
         .collect()
 }
 
-/// The peer's Coulomb slide, friction acting from first touch on, with increments of the press like ours.
-pub fn slide_peer(case: &Case, finger: &Finger, stick_slope_mpa_mm: f64, limit: Duration) -> Vec<SlidePoint> {
+/// CalculiX's Coulomb slide, friction acting from first touch on, with increments of the press like ours.
+pub fn slide_calculix(case: &Case, finger: &Finger, stick_slope_mpa_mm: f64, limit: Duration) -> Vec<SlidePoint> {
     let steps = vec![short_press(&[SLIDE_DEPTH_MM]), Step::slide_x(SLIDE_DEPTH_MM, &SLIDES_MM)];
-    let (run, stopped) = run_peer(&case.deck(finger, Some(Friction { mu: MU, stick_slope_mpa_mm }), steps), limit);
-    assert!(stopped.is_none(), "the peer stopped: {stopped:?}");
+    let (run, stopped) = run_calculix(&case.deck(finger, Some(Friction { mu: MU, stick_slope_mpa_mm }), steps), limit);
+    assert!(stopped.is_none(), "CalculiX stopped: {stopped:?}");
     run.points[1..].iter().map(SlidePoint::from).collect()
 }
 
-/// Friction (N) and length of the mean pad displacement's difference, ours against the peer's.
-pub fn slide_rows(ours: &[SlidePoint], peer: &[SlidePoint]) -> Vec<[Row; 2]> {
-    let rows = SLIDES_MM.iter().zip(ours.iter().zip(peer));
+/// Friction (N) and length of the mean pad displacement's difference, ours against CalculiX's.
+pub fn slide_rows(ours: &[SlidePoint], calculix: &[SlidePoint]) -> Vec<[Row; 2]> {
+    let rows = SLIDES_MM.iter().zip(ours.iter().zip(calculix));
     rows.map(|(s, (a, b))| {
-        let row = |ours, peer| Row { at_mm: *s, ours, peer, pass: SLIDE_PASS };
-        // A displacement that differs by d from the peer's of length u counts as u + d.
+        let row = |ours, calculix| Row { at_mm: *s, ours, calculix, pass: SLIDE_PASS };
+        // A displacement that differs by d from CalculiX's of length u counts as u + d.
         let length = b.pad_mm.norm();
         [row(a.friction_n, b.friction_n), row(length + (a.pad_mm - b.pad_mm).norm(), length)]
     })
@@ -356,16 +356,16 @@ pub fn slide_rows(ours: &[SlidePoint], peer: &[SlidePoint]) -> Vec<[Row; 2]> {
 mod tests {
     use super::*;
 
-    /// Measured: 0.04 % with the peer's element, 3.4 % with ours.
+    /// Measured: 0.04 % with CalculiX's element, 3.4 % with ours.
     #[test]
-    fn coarse_fingertips_press_like_the_peer() {
+    fn coarse_fingertips_press_like_calculix() {
         for shape in ["base", "a"] {
             let case = Case::new(shape, MeshPreset::Coarse);
             let finger = case.finger();
-            let peer = press_peer(&case, &finger, Duration::from_secs(300));
-            for (element, most) in [(Element::LikeThePeer, 0.002), (Element::MeanDilatation, 0.04)] {
+            let calculix = press_calculix(&case, &finger, Duration::from_secs(300));
+            for (element, most) in [(Element::LikeCalculix, 0.002), (Element::MeanDilatation, 0.04)] {
                 let case = case.clone().with(element);
-                for row in press_rows(&case.finger(), &peer) {
+                for row in press_rows(&case.finger(), &calculix) {
                     assert!(row.difference().abs() < most, "{}: {row}", case.line(&finger));
                 }
             }

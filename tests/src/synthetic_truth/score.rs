@@ -10,7 +10,7 @@ use fingerpad_diagnose::{
     Settings, Verdict, diagnose, laws::Column,
 };
 
-use super::Dice;
+use super::Random;
 use super::effects::LIBRARY;
 use super::protocol::{Plan, strokes};
 use super::sets::{Case, measure};
@@ -174,8 +174,8 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
     for stroke in &mut more {
         stroke.rows.iter_mut().for_each(|r| r.t_s += start);
     }
-    let mut dice = Dice::new(case.seed ^ 0xABCD);
-    let set = measure(&case.finger, &more, &case.truth, &case.noise, &mut dice, "next", case.dropped);
+    let mut random = Random::new(case.seed ^ 0xABCD);
+    let set = measure(&case.finger, &more, &case.truth, &case.noise, &mut random, "next", case.dropped);
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);
     let again = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);

@@ -1,7 +1,7 @@
-//! CPU time of ours against CalculiX: frictionless press, and press and slide. Run by `cargo xtask bench peer`.
+//! CPU time of ours against CalculiX: frictionless press, and press and slide. Run by `cargo xtask bench calculix`.
 //!
 //! CPU, not clock: user and system time of the whole job. Ours counts from the mesh on (mesh, ordering, symbolic
-//! analysis, run); the peer's is that of its process, reading the deck included. One thread each.
+//! analysis, run); CalculiX's is that of its process, reading the deck included. One thread each.
 #![cfg(unix)]
 
 use std::process::ExitCode;
@@ -12,15 +12,15 @@ use fingerpad_fe::compare_ccx::{Friction, Run, Runner, Step};
 use fingerpad_fe::contact::PenaltySettings;
 use fingerpad_fe::load_path::{Problem, Trajectory};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::peer_cases::*;
+use fingerpad_tests::calculix::*;
 
 /// Depth of both benchmarks, mm.
 const DEPTH_MM: f64 = 1.5;
 /// Slide of ours, mm.
 const SLIDE_MM: f64 = 6.0;
-/// Slide after which the peer is asked to stop, mm.
-const PEER_SLIDE_MM: f64 = 0.5;
-/// Elastic slip of our Coulomb run, mm, and stick slope of the peer's, MPa/mm.
+/// Slide after which CalculiX is asked to stop, mm.
+const CALCULIX_SLIDE_MM: f64 = 0.5;
+/// Elastic slip of our Coulomb run, mm, and stick slope of CalculiX's, MPa/mm.
 const STICK: (f64, f64) = (1e-3, 5.0);
 
 /// CPU time of ours against CalculiX, shape A, bones fixed.
@@ -29,7 +29,7 @@ struct Arguments {
     /// The coarse mesh instead of the default one.
     #[arg(long)]
     quick: bool,
-    /// Time limit of each run of the peer by the clock, s; a slide that it cuts is extrapolated.
+    /// Time limit of each run of CalculiX by the clock, s; a slide that it cuts is extrapolated.
     #[arg(long, default_value_t = 1800)]
     timeout_s: u64,
 }
@@ -39,7 +39,7 @@ fn main() -> ExitCode {
     let limit = Duration::from_secs(arguments.timeout_s);
     let case = Case::new("a", if arguments.quick { MeshPreset::Coarse } else { MeshPreset::Default });
     println!("{}, penalty {PENALTY_MPA_PER_MM} MPa/mm", case.line(&case.finger()));
-    println!("peer: {}, C3D8R, SPOOLES, 1 thread", Runner::default().version().unwrap_or_else(|e| panic!("{e}")));
+    println!("CalculiX: {}, C3D8R, SPOOLES, 1 thread", Runner::default().version().unwrap_or_else(|e| panic!("{e}")));
     let press = bench_press(&case, limit);
     let slide = bench_slide(&case, limit);
     if press && slide { ExitCode::SUCCESS } else { ExitCode::FAILURE }
@@ -63,10 +63,10 @@ fn print_ours(what: &str, cpu_s: f64, trajectory: &Trajectory) {
     );
 }
 
-fn print_peer(what: &str, run: &Run) {
+fn print_calculix(what: &str, run: &Run) {
     let n = run.points.last().map_or(f64::NAN, |p| p.force_n.z);
     println!(
-        "  peer  {:>8.2} CPU s  {:>3} increments, {:>2} cut, {:>4} iterations, N {n:.4} N  ({what})",
+        "  CalculiX  {:>8.2} CPU s  {:>3} increments, {:>2} cut, {:>4} iterations, N {n:.4} N  ({what})",
         run.cpu_s, run.increments, run.failed_attempts, run.iterations
     );
 }
@@ -93,10 +93,10 @@ fn verdict(ratio: f64, pass: f64, reach: f64) -> bool {
     ratio >= pass
 }
 
-/// Frictionless press; the peer with its fastest largest increment.
+/// Frictionless press; CalculiX with its fastest largest increment.
 fn bench_press(case: &Case, limit: Duration) -> bool {
     println!(
-        "\n(a) frictionless press to {DEPTH_MM} mm, ours without augmentation (residual tolerance 1e-5; the peer's is 5e-3)"
+        "\n(a) frictionless press to {DEPTH_MM} mm, ours without augmentation (residual tolerance 1e-5; CalculiX's is 5e-3)"
     );
     let finger = case.finger();
     let ours = || {
@@ -104,18 +104,18 @@ fn bench_press(case: &Case, limit: Duration) -> bool {
         print_ours("increments of 0.25 mm", cpu_s, &trajectory);
         cpu_s
     };
-    let peer = |increment_mm: f64| {
+    let calculix = |increment_mm: f64| {
         let step =
             Step { first_increment_mm: increment_mm, max_increment_mm: increment_mm, ..Step::press(&[DEPTH_MM]) };
-        let (run, stopped) = run_peer(&case.deck(&finger, None, vec![step]), limit);
+        let (run, stopped) = run_calculix(&case.deck(&finger, None, vec![step]), limit);
         let how = stopped.as_ref().map_or("finished".to_owned(), |reason| format!("STOPPED: {reason}"));
-        print_peer(&format!("increments up to {increment_mm} mm, {how}"), &run);
+        print_calculix(&format!("increments up to {increment_mm} mm, {how}"), &run);
         stopped.is_none().then_some(run.cpu_s)
     };
     let mut our_times = vec![ours()];
     let mut best: Option<(f64, f64)> = None;
     for increment in [0.75, 0.5, 0.25] {
-        if let Some(cpu_s) = peer(increment)
+        if let Some(cpu_s) = calculix(increment)
             && best.is_none_or(|(_, least)| cpu_s < least)
         {
             best = Some((increment, cpu_s));
@@ -123,26 +123,28 @@ fn bench_press(case: &Case, limit: Duration) -> bool {
         our_times.push(ours());
     }
     let Some((increment, first)) = best else {
-        println!("  FAIL: the peer finished with none of its increments");
+        println!("  FAIL: CalculiX finished with none of its increments");
         return false;
     };
-    let mut peer_times = vec![first];
-    peer_times.extend(peer(increment));
+    let mut calculix_times = vec![first];
+    calculix_times.extend(calculix(increment));
     our_times.push(ours());
     let (cpu_s, trajectory) =
         time_ours(case, Law::Frictionless, &[], |problem| problem.penalty = PenaltySettings::default());
     print_ours("all settings default: with augmentation", cpu_s, &trajectory);
     let (cpu_s, trajectory) = time_ours(case, Law::Frictionless, &[], |problem| problem.settings.tolerance = 1e-3);
-    print_ours("residual tolerance 1e-3, nearer to the peer's", cpu_s, &trajectory);
+    print_ours("residual tolerance 1e-3, nearer to CalculiX's", cpu_s, &trajectory);
     let (least, middle) =
-        (minimum(&peer_times) / minimum(&our_times), median(peer_times.clone()) / median(our_times.clone()));
-    println!("  peer at its best ({increment} mm) over ours: {middle:.1}x of medians, {least:.1}x of minima");
+        (minimum(&calculix_times) / minimum(&our_times), median(calculix_times.clone()) / median(our_times.clone()));
+    println!("  CalculiX at its best ({increment} mm) over ours: {middle:.1}x of medians, {least:.1}x of minima");
     verdict(middle.min(least), 8.0, 15.0)
 }
 
 /// One depth of the experiment.
 fn bench_slide(case: &Case, limit: Duration) -> bool {
-    println!("\n(b) press to {DEPTH_MM} mm with friction, then slide: ours {SLIDE_MM} mm, the peer {PEER_SLIDE_MM} mm");
+    println!(
+        "\n(b) press to {DEPTH_MM} mm with friction, then slide: ours {SLIDE_MM} mm, CalculiX {CALCULIX_SLIDE_MM} mm"
+    );
     let law = Law::Coulomb { gamma_crit_mm: STICK.0 };
     let (rubber, trajectory) =
         time_ours(case, Law::Rubber, &[SLIDE_MM], |problem| problem.penalty = PenaltySettings::default());
@@ -151,24 +153,24 @@ fn bench_slide(case: &Case, limit: Duration) -> bool {
     print_ours(&format!("Coulomb mu {MU}, gamma_crit {} mm, no augmentation", STICK.0), coulomb, &trajectory);
     let finger = case.finger();
     let friction = Friction { mu: MU, stick_slope_mpa_mm: STICK.1 };
-    let steps = vec![short_press(&[DEPTH_MM]), Step::slide_x(DEPTH_MM, &[PEER_SLIDE_MM])];
+    let steps = vec![short_press(&[DEPTH_MM]), Step::slide_x(DEPTH_MM, &[CALCULIX_SLIDE_MM])];
     let what = format!("Coulomb mu {MU}, stick slope {} MPa/mm", STICK.1);
     // Its folder is kept to see how far a slide came that the time limit cut.
     let folder = tempfile::tempdir().expect("a temporary folder");
     let runner = Runner { timeout: limit, folder: Some(folder.path().to_owned()), ..Runner::default() };
-    let (whole, stopped) = run_peer_with(&runner, &case.deck(&finger, Some(friction), steps));
+    let (whole, stopped) = run_calculix_with(&runner, &case.deck(&finger, Some(friction), steps));
     let how = stopped.as_ref().map_or("finished".to_owned(), |reason| format!("stopped: {reason}"));
-    print_peer(&format!("{what}, press and slide, {how}"), &whole);
+    print_calculix(&format!("{what}, press and slide, {how}"), &whole);
     let sta = std::fs::read_to_string(folder.path().join("job.sta")).unwrap_or_default();
     let Some(progress) = SlideProgress::parse(&sta) else {
-        println!("  FAIL: the peer did not come as far as its slide");
+        println!("  FAIL: CalculiX did not come as far as its slide");
         return false;
     };
     // All its iterations cost the same: the same matrix is factorised in each.
     let per_iteration = whole.cpu_s / f64::from(whole.iterations);
     let slide_s = per_iteration * f64::from(progress.iterations);
     println!(
-        "  peer: {per_iteration:.2} CPU s per iteration; press {:.1} CPU s, {} iterations; slide {:.1} CPU s, {} iterations for {:.3} mm: {:.0} CPU s per mm",
+        "  CalculiX: {per_iteration:.2} CPU s per iteration; press {:.1} CPU s, {} iterations; slide {:.1} CPU s, {} iterations for {:.3} mm: {:.0} CPU s per mm",
         whole.cpu_s - slide_s,
         whole.iterations - progress.iterations,
         slide_s,
@@ -183,7 +185,7 @@ fn bench_slide(case: &Case, limit: Duration) -> bool {
     let extrapolated = whole.cpu_s + left * per_iteration;
     let linear = whole.cpu_s + (SLIDE_MM - progress.reached_mm) * slide_s / progress.reached_mm;
     println!(
-        "  peer extrapolated to {SLIDE_MM} mm: at least {extrapolated:.0} CPU s (increments of {largest} mm, {} iterations each), {linear:.0} CPU s at its cost per mm so far",
+        "  CalculiX extrapolated to {SLIDE_MM} mm: at least {extrapolated:.0} CPU s (increments of {largest} mm, {} iterations each), {linear:.0} CPU s at its cost per mm so far",
         progress.last_iterations
     );
     for (name, ours) in [("rubber law", rubber), ("Coulomb", coulomb)] {
@@ -198,7 +200,7 @@ fn bench_slide(case: &Case, limit: Duration) -> bool {
     verdict(extrapolated / rubber, 20.0, 50.0)
 }
 
-/// How far the second step of a run of the peer came.
+/// How far the second step of a run of CalculiX came.
 struct SlideProgress {
     iterations: u32,
     last_iterations: u32,

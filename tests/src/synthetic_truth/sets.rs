@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
 
-use super::Dice;
+use super::Random;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
 use super::finger::{Finger, Noise, Scatter, all_readings};
 use super::protocol::{self, Plan, Stroke};
@@ -54,12 +54,12 @@ pub enum Hide {
 
 /// Makes a case.
 pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_form: bool) -> Case {
-    let mut dice = Dice::new(seed);
-    let finger = Finger::random(&mut dice);
-    let noise = Noise::random(&mut dice);
-    let calibration_strokes = protocol::strokes(&protocol::calibration(30, &mut dice), 30);
-    let strokes = protocol::strokes(&protocol::measured(runs, level, &mut dice), 30);
-    let holdout_strokes = protocol::strokes(&protocol::measured(20, level, &mut dice), 30);
+    let mut random = Random::new(seed);
+    let finger = Finger::random(&mut random);
+    let noise = Noise::random(&mut random);
+    let calibration_strokes = protocol::strokes(&protocol::calibration(30, &mut random), 30);
+    let strokes = protocol::strokes(&protocol::measured(runs, level, &mut random), 30);
+    let holdout_strokes = protocol::strokes(&protocol::measured(20, level, &mut random), 30);
     let names: Vec<&'static str> = match hide {
         Hide::Nothing => vec![],
         Hide::Law(i) | Hide::Unrecorded(i) => vec![LIBRARY[i].0],
@@ -67,17 +67,17 @@ pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_f
         Hide::Outside(i) => vec![OUTSIDE[i]],
     };
     let truth: Vec<Effect> =
-        names.into_iter().map(|name| sized(&finger, &strokes, name, size, exact_form, &mut dice)).collect();
+        names.into_iter().map(|name| sized(&finger, &strokes, name, size, exact_form, &mut random)).collect();
     // The measured finger is the calibrated one, a little softer or rougher today.
     let mut today = finger.clone();
-    today.normal_n *= 1.0 + 0.03 * dice.normal();
-    today.lambda *= 1.0 + 0.03 * dice.normal();
+    today.normal_n *= 1.0 + 0.03 * random.normal();
+    today.lambda *= 1.0 + 0.03 * random.normal();
     let dropped = match hide {
         Hide::Unrecorded(i) => driver(LIBRARY[i].0),
         _ => None,
     };
     let mut set = |finger: &Finger, strokes: &[Stroke], truth: &[Effect], name: &str| {
-        measure(finger, strokes, truth, &noise, &mut dice, name, dropped)
+        measure(finger, strokes, truth, &noise, &mut random, name, dropped)
     };
     let calibration = set(&finger, &calibration_strokes, &[], "calibration");
     let measured = set(&today, &strokes, &truth, "measured");
@@ -111,21 +111,28 @@ pub fn driver(name: &str) -> Option<Column> {
 }
 
 /// An effect of the wanted size, with its shape drawn.
-fn sized(finger: &Finger, strokes: &[Stroke], name: &'static str, size: f64, exact: bool, dice: &mut Dice) -> Effect {
+fn sized(
+    finger: &Finger,
+    strokes: &[Stroke],
+    name: &'static str,
+    size: f64,
+    exact: bool,
+    random: &mut Random,
+) -> Effect {
     let shape = match name {
-        "hydration_bell" => [dice.between(40.0, 65.0), dice.between(10.0, 22.0)],
-        "speed_stribeck" => [dice.between(2.0, 9.0), 0.0],
-        "anisotropy" => [dice.between(-80.0, 80.0), 0.0],
-        "normal_relaxation" => [dice.between(0.4, 4.0), 0.0],
-        "contact_ageing" => [dice.between(0.15, 0.6), dice.between(0.4, 1.4)],
-        "static_peak" => [dice.between(0.4, 1.4), 0.0],
-        "occlusion_growth" => [dice.between(10.0, 40.0), 0.0],
-        "tare_bias" => [dice.between(-1.2, 1.2), dice.between(-1.2, 1.2)],
-        "cross_talk" => [dice.between(-1.2, 1.2), 0.0],
-        "periodic_texture" => [dice.between(0.8, 2.5), dice.between(0.0, 6.0)],
-        "patch" => [dice.between(-2.0, 2.0), dice.between(-2.0, 2.0)],
-        "slow_clock" => [dice.between(500.0, 1300.0), dice.between(0.0, 6.0)],
-        "direction_harmonic" => [dice.between(0.0, 6.0), 0.0],
+        "hydration_bell" => [random.between(40.0, 65.0), random.between(10.0, 22.0)],
+        "speed_stribeck" => [random.between(2.0, 9.0), 0.0],
+        "anisotropy" => [random.between(-80.0, 80.0), 0.0],
+        "normal_relaxation" => [random.between(0.4, 4.0), 0.0],
+        "contact_ageing" => [random.between(0.15, 0.6), random.between(0.4, 1.4)],
+        "static_peak" => [random.between(0.4, 1.4), 0.0],
+        "occlusion_growth" => [random.between(10.0, 40.0), 0.0],
+        "tare_bias" => [random.between(-1.2, 1.2), random.between(-1.2, 1.2)],
+        "cross_talk" => [random.between(-1.2, 1.2), 0.0],
+        "periodic_texture" => [random.between(0.8, 2.5), random.between(0.0, 6.0)],
+        "patch" => [random.between(-2.0, 2.0), random.between(-2.0, 2.0)],
+        "slow_clock" => [random.between(500.0, 1300.0), random.between(0.0, 6.0)],
+        "direction_harmonic" => [random.between(0.0, 6.0), 0.0],
         _ => [0.0, 0.0],
     };
     let either_sign = matches!(
@@ -139,8 +146,8 @@ fn sized(finger: &Finger, strokes: &[Stroke], name: &'static str, size: f64, exa
             | "stiffness_drift"
             | "depth_speed_product"
     );
-    let sign = if either_sign && dice.unit() < 0.5 { -1.0 } else { 1.0 };
-    let form = if exact { 1.0 } else { dice.between(0.85, 1.18) };
+    let sign = if either_sign && random.unit() < 0.5 { -1.0 } else { 1.0 };
+    let form = if exact { 1.0 } else { random.between(0.85, 1.18) };
     let mut effect = Effect { name, amplitude: 0.0, shape, form };
     let plain = all_readings(finger, strokes, &[]);
     let contact: Vec<Vec<bool>> = strokes.iter().map(|s| s.rows.iter().map(|r| r.depth_mm > 0.0).collect()).collect();
@@ -188,18 +195,18 @@ pub fn measure(
     strokes: &[Stroke],
     truth: &[Effect],
     noise: &Noise,
-    dice: &mut Dice,
+    random: &mut Random,
     name: &str,
     dropped: Option<Column>,
 ) -> RunSet {
-    record(strokes, noise, dice, name, dropped, &mut |stroke, scatter| finger.readings(stroke, truth, scatter))
+    record(strokes, noise, random, name, dropped, &mut |stroke, scatter| finger.readings(stroke, truth, scatter))
 }
 
 /// The set that a laboratory writes down of strokes whose readings without row noise are `readings`.
 pub fn record(
     strokes: &[Stroke],
     noise: &Noise,
-    dice: &mut Dice,
+    random: &mut Random,
     name: &str,
     dropped: Option<Column>,
     readings: &mut dyn FnMut(&Stroke, &Scatter) -> Vec<[f64; 3]>,
@@ -209,9 +216,9 @@ pub fn record(
         .iter()
         .enumerate()
         .map(|(i, stroke)| {
-            let scatter = noise.run(dice);
+            let scatter = noise.run(random);
             let readings = readings(stroke, &scatter);
-            let hydration = stroke.plan.hydration_au + noise.hydration_au * dice.normal();
+            let hydration = stroke.plan.hydration_au + noise.hydration_au * random.normal();
             let rows: Vec<RawRow> = stroke
                 .rows
                 .iter()
@@ -222,7 +229,7 @@ pub fn record(
                     t_s: row.t_s,
                     depth_mm: row.depth_mm,
                     slide_mm: row.slide_mm,
-                    force_n: noise.row(reading, dice),
+                    force_n: noise.row(reading, random),
                     contact_time_s: row.contact_s,
                     speed_mm_s: f64::NAN,
                     direction_deg: f64::NAN,
