@@ -142,10 +142,10 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
         };
         let effects = section(bytes, EFFECTS)?;
         let effects: &[EffectSlot] = bytemuck::try_cast_slice(effects).map_err(|_| Error::Section { id: EFFECTS })?;
-        for slot in effects {
+        for (i, slot) in effects.iter().enumerate() {
             for (index, &value) in slot.values.iter().enumerate() {
                 if !value.is_finite() {
-                    return Err(Error::Range { what: Field::StrengthFactor, index: index as u16, value });
+                    return Err(Error::Range { what: Field::EffectSlot(i as u16), index: index as u16, value });
                 }
             }
         }

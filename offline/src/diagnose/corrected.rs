@@ -37,7 +37,7 @@ pub fn corrected(data: &Data, reference: &Reference, evidence: &Evidence) -> Res
         .iter()
         .map(|a| {
             let names = a.law.parameters.iter().map(|p| p.name.to_owned());
-            let values = names.zip((a.law.report)(&a.values)).map(|(n, v)| (n, v.into()));
+            let values = names.zip(a.law.report(&a.values)).map(|(n, v)| (n, v.into()));
             serde_json::json!({ "law": a.law.name, "parameters": values.collect::<serde_json::Map<_, _>>() })
         })
         .collect();

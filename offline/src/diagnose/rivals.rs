@@ -147,7 +147,7 @@ fn alike(own: &Active, law: &'static Law, runs: &[Run]) -> Option<Active> {
     for row in runs.iter().flat_map(|r| &r.rows) {
         let change = |active: &Active| {
             let mut change = Change::default();
-            (active.law.apply)(&active.values, row, &mut change);
+            active.law.apply(&active.values, row, &mut change);
             acts(&change)
         };
         let one = change(&out) / out.values[0];

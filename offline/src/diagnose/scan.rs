@@ -2,7 +2,7 @@
 
 use super::chance::Score;
 use super::fit::{Fit, Task};
-use super::laws::{LAWS, Law, Place};
+use super::laws::{Column, LAWS, Law, Place};
 use super::runs::RunSet;
 use super::space::{Clean, Space};
 use super::walk::Active;
@@ -57,10 +57,10 @@ pub fn obstacle(law: &Law, set: &RunSet) -> Option<String> {
         .flat_map(|r| &r.rows)
         .filter(|r| r.speed_mm_s > 0.0)
         .fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r.speed_mm_s), b.max(r.speed_mm_s)));
-    if law.family == "speed" && !(fast > 1.15 * slow) {
+    if law.drivers.contains(&Column::Speed) && !(fast > 1.15 * slow) {
         return Some("speed_mm_s hardly varies".to_owned());
     }
-    if law.name == "anisotropy" {
+    if law.drivers.contains(&Column::Direction) {
         let (mut c, mut s, mut n) = (0.0, 0.0, 0.0);
         for run in &set.runs {
             let row = run.rows.iter().rev().find(|r| r.along != [0.0; 2]);

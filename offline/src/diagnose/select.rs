@@ -216,14 +216,7 @@ pub fn priced(fit: &Fit) -> f64 {
 
 /// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error.
 fn same_axis(a: &Law, b: &Law) -> bool {
-    const AXES: [&[&str]; 5] = [
-        &["static_peak", "contact_ageing", "normal_relaxation", "viscous_drag"],
-        &["adhesion", "depth_zero_offset", "strain_stiffening"],
-        &["speed_log", "speed_stribeck", "viscous_drag"],
-        &["anisotropy", "cross_talk"],
-        &["occlusion_growth", "contact_ageing"],
-    ];
-    AXES.iter().any(|axis| axis.contains(&a.name) && axis.contains(&b.name))
+    a.axes.iter().any(|axis| b.axes.contains(axis))
 }
 
 /// Runs the selection.

@@ -200,7 +200,7 @@ fn reading_scatter(task: &Task<'_>, laws: &[Active], corrections: &[Correction])
                         _ => {}
                     }
                     let mut change = Change::default();
-                    (active.law.apply)(&active.values, &moved, &mut change);
+                    active.law.apply(&active.values, &moved, &mut change);
                     change
                 };
                 let (low, high) = (at(-correction.left_sd), at(correction.left_sd));
