@@ -1,79 +1,33 @@
-//! The laws against the numbers of `data/law-vectors.csv`.
+//! The library of effects against `data/law-vectors.csv`, and in itself.
 
-use std::collections::BTreeMap;
+#[path = "common/law_vectors.rs"]
+mod law_vectors;
 
-use super::{Change, DRAG_PATH_MM, LAWS, REFERENCE_AREA_MM2, Row, find};
+use fingerpad::effects::{Change, Conditions, LAWS, Law, Library, Standard, VALUES, baseline, find};
 
-fn pairs(cell: &str) -> BTreeMap<&str, f64> {
-    cell.split(';')
-        .filter(|p| !p.is_empty())
-        .map(|p| p.split_once('=').unwrap())
-        .map(|(k, v)| (k, v.parse().unwrap()))
-        .collect()
+/// Laws, parameters, inputs and outputs that every implementation of a law must give; a file of the repository.
+const VECTORS: &str = include_str!("../../data/law-vectors.csv");
+
+#[test]
+fn every_law_has_vectors_and_agrees_with_them_in_both_precisions() {
+    let (_, lines) = VECTORS.split_once('\n').unwrap();
+    law_vectors::check::<Standard>(LAWS, lines);
 }
 
 #[test]
-fn laws_agree_with_the_vectors() {
-    let text = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../data/law-vectors.csv"));
-    let mut seen = Vec::new();
-    for line in text.lines().skip(1) {
-        let cells: Vec<&str> = line.split(',').collect();
-        let law = find(cells[0]).unwrap();
-        seen.push(law.name);
-        let (given, inputs, wanted) = (pairs(cells[1]), pairs(cells[2]), pairs(cells[3]));
-        let mut values: Vec<f64> = law.parameters.iter().map(|p| given[p.name]).collect();
-        if law.name == "anisotropy" {
-            let (s, c) = (2.0 * values[1].to_radians()).sin_cos();
-            values = vec![values[0] * c, values[0] * s];
-        }
-        let input = |name: &str| inputs.get(name).copied().unwrap_or(0.0);
-        let angle = 2.0 * input("direction_deg").to_radians();
-        let row = Row {
-            t_s: input("t_s"),
-            depth_mm: input("depth_mm"),
-            contact_time_s: input("contact_time_s"),
-            speed_mm_s: input("speed_mm_s"),
-            double_angle: [angle.cos(), angle.sin()],
-            along: [1.0, 0.0],
-            path_mm: input("path_since_touch_mm"),
-            turn_mm: input("path_since_turn_mm"),
-            dwell_s: input("dwell_s"),
-            occlusion_s: input("occlusion_time_s"),
-            hydration_au: input("hydration_au"),
-            temperature_c: input("temperature_c"),
-            width_mm: input("finger_width_mm"),
-        };
-        let mut change = Change::default();
-        (law.apply)(&values, &row, &mut change);
-        let area = inputs.get("area_mm2").copied().unwrap_or(REFERENCE_AREA_MM2) / REFERENCE_AREA_MM2;
-        let normal = input("normal_force_n");
-        for (name, wanted) in wanted {
-            let found = match name {
-                "strength" => change.strength,
-                "stiffness" => change.stiffness,
-                "force_along_motion_n" => change.drag_n * area,
-                "depth_mm" => row.depth_mm + change.depth_mm,
-                "normal_force_n" => change.reading_n[0] - change.adhesion_n * area.sqrt(),
-                "friction_x_n" => change.reading_n[1] + change.cross[0] * normal,
-                "friction_y_n" => change.reading_n[2] + change.cross[1] * normal,
-                other => panic!("{other}"),
-            };
-            // The vectors have nine digits.
-            assert!((found - wanted).abs() < 6e-9 * wanted.abs().max(1.0), "{line}: {found}");
-        }
-    }
-    for law in LAWS {
-        assert!(seen.contains(&law.name), "{} has no vector", law.name);
-    }
-    assert!(DRAG_PATH_MM > 0.0);
-}
-
-#[test]
-fn the_library_is_consistent() {
+fn laws_are_whole() {
     for (i, law) in LAWS.iter().enumerate() {
         assert_eq!(law.kind as usize, i + 1);
-        assert!(law.linear >= 1 && law.linear <= law.parameters.len());
+        assert!(law.kind < baseline::DIRECTION);
+        assert_eq!(find(law.name), Some(*law));
+        assert_eq!(LAWS.iter().filter(|other| other.name == law.name).count(), 1);
+        assert!(law.linear >= 1 && law.linear <= law.parameters.len() && law.parameters.len() <= VALUES);
         assert!(!law.source.is_empty() && !law.shapes.is_empty());
+        for (k, p) in law.parameters.iter().enumerate() {
+            assert!(p.low < p.high && p.typical != 0.0, "{} {}", law.name, p.name);
+            // The fit takes its logarithm, and the linear ones as they are.
+            assert!(!p.positive || (p.low > 0.0 && k >= law.linear), "{} {}", law.name, p.name);
+        }
         for shape in law.shapes {
             assert_eq!(shape.len(), law.parameters.len() - law.linear, "{}", law.name);
             for (p, v) in law.parameters[law.linear..].iter().zip(*shape) {
@@ -83,28 +37,79 @@ fn the_library_is_consistent() {
         for other in law.confused_with {
             assert!(find(other).is_some(), "{} names {other}", law.name);
         }
-        // No size, no effect; and no factor below the floor.
-        let row = Row {
-            depth_mm: 1.2,
-            contact_time_s: 3.0,
-            speed_mm_s: 7.0,
-            path_mm: 0.4,
-            turn_mm: 0.4,
-            dwell_s: 2.0,
-            occlusion_s: 9.0,
-            hydration_au: 60.0,
-            temperature_c: 29.0,
-            width_mm: 18.0,
-            t_s: 900.0,
-            ..Row::default()
-        };
-        let mut values = vec![0.0; law.linear];
-        values.extend_from_slice(law.shapes[0]);
-        let mut change = Change::default();
-        (law.apply)(&values, &row, &mut change);
-        assert_eq!(change, Change::default(), "{}", law.name);
-        values[0] = -1e3;
-        (law.apply)(&values, &row, &mut change);
-        assert!(change.strength >= 0.1 && change.stiffness >= 0.1, "{}", law.name);
     }
+}
+
+/// Conditions under which every law acts.
+const AT: Conditions<f64> = Conditions {
+    t_s: 900.0,
+    depth_mm: 1.2,
+    contact_time_s: 3.0,
+    speed_mm_s: 7.0,
+    double_angle: [0.6, 0.8],
+    along: [1.0, 0.0],
+    path_mm: 0.4,
+    turn_mm: 0.4,
+    dwell_s: 2.0,
+    occlusion_s: 9.0,
+    hydration_au: 60.0,
+    temperature_c: 29.0,
+    width_mm: 18.0,
+};
+
+/// What a law does there with a size and its first shape.
+fn change(law: &Law, size: f64) -> Change<f64> {
+    let mut values = vec![0.0; law.linear];
+    values.extend_from_slice(law.shapes[0]);
+    values[0] = size;
+    let mut change = Change::default();
+    law.apply(&values, &AT, &mut change);
+    change
+}
+
+#[test]
+fn no_size_no_effect_and_no_factor_below_the_floor() {
+    for law in LAWS {
+        assert_eq!(change(law, 0.0), Change::default(), "{}", law.name);
+        assert_ne!(change(law, law.parameters[0].typical), Change::default(), "{}", law.name);
+        let least = change(law, -1e3);
+        assert!(least.strength >= 0.1 && least.stiffness >= 0.1, "{}", law.name);
+    }
+}
+
+#[test]
+fn a_driver_that_is_not_known_leaves_the_law_out() {
+    let unknown = Conditions { hydration_au: f64::NAN, temperature_c: f64::NAN, width_mm: f64::NAN, ..AT };
+    for name in ["hydration_bell", "temperature", "subject_size"] {
+        let mut change = Change::default();
+        find(name).unwrap().apply(&[0.3, 55.0, 15.0], &unknown, &mut change);
+        assert_eq!(change, Change::default(), "{name}");
+    }
+}
+
+#[test]
+fn reported_and_fitted_parameters_are_each_others_inverse() {
+    for law in LAWS {
+        let reported: Vec<f64> = law.parameters.iter().map(|p| p.typical).collect();
+        let again = law.report(&law.fitted(&reported));
+        for (a, b) in reported.iter().zip(again) {
+            assert!((a - b).abs() < 1e-12 * a.abs(), "{} {a} {b}", law.name);
+        }
+    }
+    // An axis of -30 degrees is told as 150.
+    let anisotropy = find("anisotropy").unwrap();
+    assert!((anisotropy.report(&anisotropy.fitted(&[0.2, -30.0]))[1] - 150.0).abs() < 1e-12);
+}
+
+#[test]
+fn slots_are_held_to_their_laws_rules() {
+    for law in LAWS {
+        let rules = Standard::rules(law.kind).unwrap();
+        assert_eq!(rules.place, law.place);
+        for (k, p) in law.parameters.iter().enumerate() {
+            assert_eq!(rules.positive[k], p.positive);
+        }
+    }
+    assert_eq!(Standard::rules(0), None);
+    assert_eq!(Standard::rules(LAWS.len() as u32 + 1), None);
 }

@@ -75,7 +75,6 @@ macro_rules! effects {
         $(pub mod $module;)*
 
         /// The effects of this crate.
-        #[derive(Clone, Copy, Debug)]
         pub struct Standard;
 
         impl Library for Standard {

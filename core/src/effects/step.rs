@@ -17,10 +17,22 @@ const LEAST_POSITIVE: f32 = 1e-6;
 const PER_AREA: f32 = 1.0 / REFERENCE_AREA_MM2 as f32;
 
 /// The effects of a model file, by a library: that of this crate, or another one.
-#[derive(Clone, Copy, Debug)]
 pub struct Effects<'a, L = Standard> {
     slots: &'a [EffectSlot],
     library: PhantomData<L>,
+}
+
+// Written out, since derived ones would ask the same of the library, which is a name only.
+impl<L> Copy for Effects<'_, L> {}
+impl<L> Clone for Effects<'_, L> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<L> core::fmt::Debug for Effects<'_, L> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.slots.fmt(f)
+    }
 }
 
 impl<'a> Effects<'a> {
