@@ -83,5 +83,5 @@ fn the_example_runs_in_the_core_beside_the_others() {
     // The library of this crate does not know it, and a time of decay must be positive.
     assert!(Effects::new(&[film]).is_err());
     let error = Effects::<(Standard, SebumFilm)>::of(&[cold, slot(18, 0.2, 0.0)]).unwrap_err();
-    assert_eq!(error, Error::Range { what: Field::EffectSlot(1), index: 1, value: 0.0 });
+    assert_eq!(error, Error::Range { what: Field::EffectValue, index: 6 + 1, value: 0.0 });
 }

@@ -4,7 +4,9 @@
 
 use core::marker::PhantomData;
 
-use super::{Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, baseline};
+use super::{
+    Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline,
+};
 use crate::blob::EffectSlot;
 use crate::error::Field;
 use crate::math::sqrt;
@@ -62,7 +64,7 @@ impl<'a, L: Library> Effects<'a, L> {
             let Some(rules) = L::rules(slot.kind) else { return Err(Error::Section { id: *b"EFFX" }) };
             for (k, (&value, positive)) in slot.values.iter().zip(rules.positive).enumerate() {
                 if positive && !(value > LEAST_POSITIVE) {
-                    return Err(Error::Range { what: Field::EffectSlot(i as u16), index: k as u16, value });
+                    return Err(Error::Range { what: Field::EffectValue, index: (VALUES * i + k) as u16, value });
                 }
             }
         }
