@@ -2,7 +2,7 @@
 
 use super::chance::Score;
 use super::fit::{Fit, Task};
-use super::laws::{Column, LAWS, Law, Place};
+use super::laws::{Column, Law, Place};
 use super::runs::RunSet;
 use super::space::{Clean, Space};
 use super::walk::Active;
@@ -77,11 +77,11 @@ pub fn obstacle(law: &Law, set: &RunSet) -> Option<String> {
     None
 }
 
-/// Candidates for the testable laws, with columns at a fit.
-pub fn candidates(task: &Task<'_>, fit: &Fit, testable: &dyn Fn(&Law) -> bool) -> Vec<Candidate> {
+/// Candidates for some laws, with columns at a fit.
+pub fn candidates(task: &Task<'_>, fit: &Fit, laws: &[&'static Law]) -> Vec<Candidate> {
     let prediction = task.predict_at(&fit.theta, &fit.laws, &fit.modes);
     let mut out = Vec::new();
-    for law in LAWS.iter().copied().filter(|l| testable(l)) {
+    for &law in laws {
         for shape in law.shapes {
             let start = start_of(law, shape);
             let columns = columns_of(task, fit, &prediction, &start);

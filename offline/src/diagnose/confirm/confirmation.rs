@@ -7,7 +7,7 @@ use crate::contact::RubberFriction;
 use crate::diagnose::base::Reference;
 use crate::diagnose::evidence::Evidence;
 use crate::diagnose::heldout::{Squares, floor_n};
-use crate::diagnose::laws::Column;
+use crate::diagnose::laws::{Column, Place};
 use crate::diagnose::runs::{Run, RunSet};
 use crate::diagnose::schema::FeConfirmation;
 use crate::diagnose::verdict::task_of;
@@ -78,7 +78,7 @@ impl<'a> Prepared<'a> {
     pub fn depth_mm(&self) -> f64 {
         let runs = self.calibration.set.runs.iter().chain(&self.strokes.set.runs);
         let offset: f64 =
-            self.evidence.laws.iter().filter(|a| a.law.name == "depth_zero_offset").map(|a| a.values[0].max(0.0)).sum();
+            self.evidence.laws.iter().filter(|a| a.law.place == Place::Depth).map(|a| a.values[0].max(0.0)).sum();
         runs.map(Run::depth_mm).fold(0.0, f64::max) + offset
     }
 

@@ -2,10 +2,7 @@
 //!
 //! Formulas, parameters and sources are in `fingerpad::effects`, one effect a file.
 
-#[cfg(test)]
-mod tests;
-
-pub use fingerpad::effects::{Axis, Column, LAWS, Law, Place, REFERENCE_AREA_MM2, Reported, find};
+pub use fingerpad::effects::{Column, LAWS, Law, Place, REFERENCE_AREA_MM2, Reported, find};
 
 /// What a law may read in one row of a run.
 pub type Row = fingerpad::effects::Conditions<f64>;
