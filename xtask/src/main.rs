@@ -46,6 +46,7 @@ fn main() -> anyhow::Result<()> {
         Chore::Test => {
             need_calculix()?;
             cargo(&["fmt", "--all", "--check"], &[])?;
+            effects_are_formatted()?;
             cargo(&["test", "--release", "--workspace"], &[])
         }
         Chore::Verify { args } => {
@@ -155,6 +156,13 @@ fn run(command: &mut Command) -> anyhow::Result<()> {
         bail!("{command:?}: {status}");
     }
     Ok(())
+}
+
+/// `cargo fmt` does not see the modules that the list of effects declares.
+fn effects_are_formatted() -> anyhow::Result<()> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/src/effects");
+    let files = std::fs::read_dir(&folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    run(Command::new("rustfmt").args(["--edition", "2024", "--check"]).args(files))
 }
 
 /// Installs the peer solver by apt where that is possible; otherwise says what is missing.
