@@ -28,7 +28,7 @@ pub struct Law {
     pub name: &'static str,
     /// Laws of one family share a mechanism.
     pub family: &'static str,
-    /// Number in the effect slots of a model file; 32 and above are kept for [`super::baseline`].
+    /// Number in the effect slots of a model file; 32 and 33 are those of [`super::baseline`].
     pub kind: u32,
     /// Where it enters the model.
     pub place: Place,
