@@ -1,7 +1,5 @@
 //! The effect of `docs/add-an-effect.md` in the diagnosis: with one law more in its list it names what was unexplained.
 
-use std::convert::Infallible;
-
 // What a file in `core/src/effects` finds in the module above it.
 use fingerpad::effects::{
     Axis, Change, Column, Conditions, Effect, LAWS, Law, Parameter, Place, Real, Reported, VALUES,
@@ -34,10 +32,8 @@ fn under_film(case: &Case) -> RunSet {
 fn diagnosed(case: &Case, measured: &RunSet, laws: &'static [&'static Law]) -> Diagnosis {
     let settings = Settings { laws, ..Settings::default() };
     let options = Options { settings, errors: Vec::new(), model: "shipped".into() };
-    let open = || Ok::<_, Infallible>(None);
-    let done: Result<_, DiagnoseError> =
-        diagnose(&case.calibration, measured, &reference(), &options, open, &mut |_| ());
-    done.unwrap().0
+    let open = || Ok::<_, DiagnoseError>(None);
+    diagnose(&case.calibration, measured, &reference(), &options, open, &mut |_| ()).unwrap().0
 }
 
 #[test]
