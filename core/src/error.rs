@@ -38,7 +38,7 @@ pub enum Error {
     Range {
         /// Name of the parameter.
         what: Field,
-        /// Table node or element, counted from 0.
+        /// Table node, element or value of the effect slots, counted from 0.
         index: u16,
         /// The value.
         value: f32,
@@ -98,7 +98,8 @@ pub enum Field {
     Stiffness,
     Lambda,
     Tau0,
-    StrengthFactor,
+    /// The values of the effect slots, six a slot, counted through the file.
+    EffectValue,
     State,
 }
 

@@ -9,7 +9,7 @@ mod array;
 mod check;
 mod data;
 mod drive;
-mod effect;
+pub mod effects;
 mod error;
 pub mod events;
 mod example;
@@ -33,7 +33,7 @@ mod yield_surface;
 
 pub use data::{Data, DataOf, ELEMENTS, Element, Model, ModelOf, NODES, Tuned};
 pub use drive::{Drive, Driven, Normal, Tangential};
-pub use effect::{Contact, Effects, Surroundings};
+pub use effects::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
 pub use frame::ContactFrame;
 pub use gradient::Gradient;

@@ -1,6 +1,6 @@
 //! The model file: checked once, then used where it lies.
 //!
-//! The layout is described in `docs/fpm-format.md` with test vectors. Uses model, check, error.
+//! The layout is described in `core/docs/fpm-format.md` with test vectors. Uses model, check, error.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -142,11 +142,9 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
         };
         let effects = section(bytes, EFFECTS)?;
         let effects: &[EffectSlot] = bytemuck::try_cast_slice(effects).map_err(|_| Error::Section { id: EFFECTS })?;
-        for slot in effects {
-            for (index, &value) in slot.values.iter().enumerate() {
-                if !value.is_finite() {
-                    return Err(Error::Range { what: Field::StrengthFactor, index: index as u16, value });
-                }
+        for (index, &value) in effects.iter().flat_map(|slot| &slot.values).enumerate() {
+            if !value.is_finite() {
+                return Err(Error::Range { what: Field::EffectValue, index: index as u16, value });
             }
         }
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;

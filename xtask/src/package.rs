@@ -9,8 +9,16 @@ use flate2::read::GzDecoder;
 use crate::{cargo, root, run};
 
 /// What the crate must hold beside its sources.
-const FILES: [&str; 6] =
-    ["Cargo.lock", "LICENSE-APACHE", "LICENSE-MIT", "README.md", "docs/fpm-format.md", "tests/data/fingertip.fpm"];
+const FILES: [&str; 6] = [
+    "Cargo.lock",
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "README.md",
+    "docs/fpm-format.md",
+    "docs/add-an-effect.md",
+    "tests/data/fingertip.fpm",
+    "tests/data/law-vectors.csv",
+];
 
 /// Packs the core and runs its tests from the package.
 pub fn test() -> Result<()> {

@@ -184,7 +184,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !errors.iter().any(|e| e.column == Column::Hydration) {
         errors.push(CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU });
     }
-    let options = Options { settings: Settings { alpha: args.alpha, seed: args.seed }, errors, model };
+    let options =
+        Options { settings: Settings { alpha: args.alpha, seed: args.seed, ..Settings::default() }, errors, model };
     let spinner = ProgressBar::new_spinner();
     spinner.enable_steady_tick(std::time::Duration::from_millis(120));
     let mut held: Option<InputFile> = None;

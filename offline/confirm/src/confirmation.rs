@@ -6,7 +6,7 @@ use super::stroke::{FeRow, FeStroke, few};
 use fingerpad_diagnose::base::Reference;
 use fingerpad_diagnose::evidence::Evidence;
 use fingerpad_diagnose::heldout::{Squares, floor_n};
-use fingerpad_diagnose::laws::Column;
+use fingerpad_diagnose::laws::{Column, Place};
 use fingerpad_diagnose::runs::{Run, RunSet};
 use fingerpad_diagnose::schema::FeConfirmation;
 use fingerpad_diagnose::verdict::task_of;
@@ -78,7 +78,7 @@ impl<'a> Prepared<'a> {
     pub fn depth_mm(&self) -> f64 {
         let runs = self.calibration.set.runs.iter().chain(&self.strokes.set.runs);
         let offset: f64 =
-            self.evidence.laws.iter().filter(|a| a.law.name == "depth_zero_offset").map(|a| a.values[0].max(0.0)).sum();
+            self.evidence.laws.iter().filter(|a| a.law.place == Place::Depth).map(|a| a.values[0].max(0.0)).sum();
         runs.map(Run::depth_mm).fold(0.0, f64::max) + offset
     }
 

@@ -146,7 +146,7 @@ impl<'a> FeStroke<'a> {
 
 fn change(laws: &[Active], row: &Row) -> Change {
     let mut change = Change::default();
-    laws.iter().for_each(|a| (a.law.apply)(&a.values, row, &mut change));
+    laws.iter().for_each(|a| a.law.apply(&a.values, row, &mut change));
     change
 }
 

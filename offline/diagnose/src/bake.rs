@@ -1,5 +1,6 @@
 //! The refitted baseline as the core's numbers: tables over depth, elements, and two slots for what tables cannot hold.
 
+use fingerpad::effects::baseline::{DIRECTION, SHEAR};
 use fingerpad::{Data, EffectSlot, Effects, Element, Line};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_lm::{DMatrix, DVector, Dyn, storage::Owned};
@@ -8,11 +9,6 @@ use super::base::{Base, ODD_SHAPE, Reference};
 use super::replay::replay;
 use super::runs::{Run, RunSet};
 use super::walk::{Modes, Nudge, walk_all};
-
-/// Number of the slot: strength × (1 + (a + e u) cos 2θ + b sin 2θ + c cos θ + d sin θ) with u = ln(depth/0.9 mm).
-const DIRECTION: u32 = 32;
-/// Number of the slot: normal × (1 + s_x m_x² + s_y m_y²) + (p + q d) F_x + r F_y with m = F/L; floats p, q, r, s_x, s_y.
-const SHEAR: u32 = 33;
 
 /// Largest slip length over the least; the core takes up to 50.
 const SLIP_LENGTHS: f64 = 40.0;

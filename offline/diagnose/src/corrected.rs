@@ -6,6 +6,7 @@ use super::bake::{Baked, bake};
 use super::base::{MIDDLE_MM, Reference};
 use super::error::DiagnoseError;
 use super::evidence::Evidence;
+use super::laws::Place;
 use super::replay::replay_all;
 use super::walk::Active;
 
@@ -37,7 +38,7 @@ pub fn corrected(data: &Data, reference: &Reference, evidence: &Evidence) -> Res
         .iter()
         .map(|a| {
             let names = a.law.parameters.iter().map(|p| p.name.to_owned());
-            let values = names.zip((a.law.report)(&a.values)).map(|(n, v)| (n, v.into()));
+            let values = names.zip(a.law.report(&a.values)).map(|(n, v)| (n, v.into()));
             serde_json::json!({ "law": a.law.name, "parameters": values.collect::<serde_json::Map<_, _>>() })
         })
         .collect();
@@ -66,9 +67,9 @@ fn slot(active: &Active, data: &Data, reference: &Reference, evidence: &Evidence
     let node = (MIDDLE_MM * f64::from(data.cells_per_mm)).round() as usize;
     let area = reference.with(&evidence.theta).at(node as f64 / f64::from(data.cells_per_mm)).area_mm2;
     let share = area / f64::from(data.rows[node.min(data.rows.len() - 1)].area.value);
-    match active.law.name {
-        "adhesion" => values[0] *= share.sqrt() as f32,
-        "viscous_drag" => values[0] *= share as f32,
+    match active.law.place {
+        Place::Rim => values[0] *= share.sqrt() as f32,
+        Place::Drag => values[0] *= share as f32,
         _ => {}
     }
     EffectSlot { kind: active.law.kind, reserved: 0, values }

@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::base::FREEDOMS;
 use super::evidence::{DriverPlot, driver_plot};
 use super::fit::is_log;
-use super::laws::Place;
+use super::laws::{Place, Reported};
 use super::runs::RunSet;
 use super::schema::{CandidateLaw, EffectFound, FittedParameter};
 use super::verdict::{Judged, families};
@@ -78,7 +78,7 @@ fn parameters(
         Place::Rim => 0.5 * area_sd,
         _ => 0.0,
     });
-    let reported = (active.law.report)(&active.values);
+    let reported = active.law.report(&active.values);
     (0..n)
         .map(|k| {
             let p = &active.law.parameters[k];
@@ -86,7 +86,7 @@ fn parameters(
                 covariance[(at + k, at + k)].max(0.0).sqrt().hypot(if is_log(active, k) { FORM_ERROR } else { 0.0 });
             let ci95 = if is_log(active, k) {
                 [reported[k] * (-quantile * sd_own).exp(), reported[k] * (quantile * sd_own).exp()]
-            } else if active.law.name == "anisotropy" {
+            } else if active.law.reported == Reported::AmplitudeAndAxis {
                 polar(active, covariance, at, k, quantile)
             } else {
                 let half = quantile * sd_own.hypot(form * reported[k]);
@@ -102,7 +102,7 @@ fn parameters(
 /// no derivative at the optimum tells.
 fn polar(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usize, quantile: f64) -> [f64; 2] {
     const POINTS: usize = 720;
-    let reported = (active.law.report)(&active.values);
+    let reported = active.law.report(&active.values);
     let form = (FORM_ERROR * reported[0]).powi(2);
     let pair = Matrix2::from_fn(|i, j| covariance[(at + i, at + j)] + if i == j { form } else { 0.0 });
     let Some(root) = pair.cholesky().map(|c| c.l()) else { return [f64::NEG_INFINITY, f64::INFINITY] };
@@ -112,7 +112,7 @@ fn polar(active: &Active, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usi
     for i in 0..POINTS {
         let (s, c) = (std::f64::consts::TAU * i as f64 / POINTS as f64).sin_cos();
         let edge = mean + root * Vector2::new(c, s) * quantile;
-        let d = (active.law.report)(edge.as_slice())[k] - reported[k];
+        let d = active.law.report(edge.as_slice())[k] - reported[k];
         let d = if k == 1 { (d + 90.0).rem_euclid(180.0) - 90.0 } else { d };
         (low, high) = (low.min(d), high.max(d));
     }

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::base::{FREEDOMS, Reference};
 use super::course::Course;
+use super::laws::Reported;
 use super::metric::{Block, Metric, Weighed};
 use super::mixed::{Column, Layout, PerRun, Scatter};
 use super::products::dot;
@@ -97,8 +98,7 @@ impl From<&Fit> for Start {
 
 /// Whether a parameter of a law is fitted by its logarithm.
 pub fn is_log(active: &Active, index: usize) -> bool {
-    let p = &active.law.parameters[index];
-    index >= active.law.linear && p.low > 0.0 && !p.name.starts_with("peak")
+    active.law.parameters[index].positive
 }
 
 /// Mean and standard deviation of a parameter's weak prior, in the space in which it is fitted. For sizes it only
@@ -122,8 +122,10 @@ pub fn to_fitted(active: &Active, index: usize) -> f64 {
 /// Sets it, within its bounds.
 pub fn set_fitted(active: &mut Active, index: usize, q: f64) {
     let p = &active.law.parameters[index];
-    // The second parameter of a polar pair has the bounds of the first.
-    let bounds = &active.law.parameters[if active.law.name == "anisotropy" { 0 } else { index }];
+    let bounds = match active.law.reported {
+        Reported::AsFitted => p,
+        Reported::AmplitudeAndAxis => &active.law.parameters[0],
+    };
     let value = if is_log(active, index) { q.exp() } else { q };
     debug_assert!(p.low < p.high);
     active.values[index] = value.clamp(bounds.low, bounds.high);

@@ -1,7 +1,7 @@
 //! Which other law could stand in an accepted law's place: by the data, and by what the protocol can separate.
 
 use super::fit::{Fit, Start, Task};
-use super::laws::{Change, LAWS, Law, Place};
+use super::laws::{Change, Law, Place};
 use super::runs::Run;
 use super::scan::{Candidate, columns_of, scored};
 use super::select::{priced, refine, space_at, starts};
@@ -41,7 +41,7 @@ pub fn contest(
     tangents: &Tangents,
     index: usize,
     grid: &[Candidate],
-    testable: &dyn Fn(&Law) -> bool,
+    testable: &[&'static Law],
     wider: Option<&Wider<'_>>,
 ) -> Contest {
     let own = fit.laws[index].clone();
@@ -84,7 +84,7 @@ pub fn contest(
     };
     let mut candidates = vec![Rival { active: own.clone(), delta_2ll: 0.0, lambda_rival: 0.0 }];
     let mut better: Option<Fit> = None;
-    for law in LAWS.iter().copied().filter(|l| testable(l) && *l != own.law && others.iter().all(|o| o.law != *l)) {
+    for &law in testable.iter().filter(|l| **l != own.law && others.iter().all(|o| o.law != **l)) {
         let alike = alike(&own, law, task.runs);
         let separation = alike.as_ref().map_or(f64::INFINITY, apart_at_size).min(lambda_detect - reach(law));
         let list = starts(grid, &scores, law, 2);
@@ -147,7 +147,7 @@ fn alike(own: &Active, law: &'static Law, runs: &[Run]) -> Option<Active> {
     for row in runs.iter().flat_map(|r| &r.rows) {
         let change = |active: &Active| {
             let mut change = Change::default();
-            (active.law.apply)(&active.values, row, &mut change);
+            active.law.apply(&active.values, row, &mut change);
             acts(&change)
         };
         let one = change(&out) / out.values[0];

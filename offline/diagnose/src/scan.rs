@@ -2,7 +2,7 @@
 
 use super::chance::Score;
 use super::fit::{Fit, Task};
-use super::laws::{LAWS, Law, Place};
+use super::laws::{Column, Law, Place};
 use super::runs::RunSet;
 use super::space::{Clean, Space};
 use super::walk::Active;
@@ -57,10 +57,10 @@ pub fn obstacle(law: &Law, set: &RunSet) -> Option<String> {
         .flat_map(|r| &r.rows)
         .filter(|r| r.speed_mm_s > 0.0)
         .fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r.speed_mm_s), b.max(r.speed_mm_s)));
-    if law.family == "speed" && !(fast > 1.15 * slow) {
+    if law.drivers.contains(&Column::Speed) && !(fast > 1.15 * slow) {
         return Some("speed_mm_s hardly varies".to_owned());
     }
-    if law.name == "anisotropy" {
+    if law.drivers.contains(&Column::Direction) {
         let (mut c, mut s, mut n) = (0.0, 0.0, 0.0);
         for run in &set.runs {
             let row = run.rows.iter().rev().find(|r| r.along != [0.0; 2]);
@@ -77,11 +77,11 @@ pub fn obstacle(law: &Law, set: &RunSet) -> Option<String> {
     None
 }
 
-/// Candidates for the testable laws, with columns at a fit.
-pub fn candidates(task: &Task<'_>, fit: &Fit, testable: &dyn Fn(&Law) -> bool) -> Vec<Candidate> {
+/// Candidates for some laws, with columns at a fit.
+pub fn candidates(task: &Task<'_>, fit: &Fit, laws: &[&'static Law]) -> Vec<Candidate> {
     let prediction = task.predict_at(&fit.theta, &fit.laws, &fit.modes);
     let mut out = Vec::new();
-    for law in LAWS.iter().copied().filter(|l| testable(l)) {
+    for &law in laws {
         for shape in law.shapes {
             let start = start_of(law, shape);
             let columns = columns_of(task, fit, &prediction, &start);

@@ -17,11 +17,13 @@ pub struct Settings {
     pub alpha: f64,
     /// Seed of the sign flips.
     pub seed: u64,
+    /// The library: laws that are tested, and that rival each other.
+    pub laws: &'static [&'static Law],
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { alpha: 0.01, seed: 1 }
+        Self { alpha: 0.01, seed: 1, laws: LAWS }
     }
 }
 
@@ -216,21 +218,15 @@ pub fn priced(fit: &Fit) -> f64 {
 
 /// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error.
 fn same_axis(a: &Law, b: &Law) -> bool {
-    const AXES: [&[&str]; 5] = [
-        &["static_peak", "contact_ageing", "normal_relaxation", "viscous_drag"],
-        &["adhesion", "depth_zero_offset", "strain_stiffening"],
-        &["speed_log", "speed_stribeck", "viscous_drag"],
-        &["anisotropy", "cross_talk"],
-        &["occlusion_growth", "contact_ageing"],
-    ];
-    AXES.iter().any(|axis| axis.contains(&a.name) && axis.contains(&b.name))
+    a.axes.iter().any(|axis| b.axes.contains(axis))
 }
 
 /// Runs the selection.
 pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Settings) -> Selection {
     let runs = task.layout.runs();
-    let obstacles: Vec<Option<String>> = LAWS.iter().map(|law| obstacle(law, set)).collect();
-    let testable = |law: &Law| LAWS.iter().position(|l| *l == law).is_some_and(|i| obstacles[i].is_none());
+    let obstacles: Vec<Option<String>> = settings.laws.iter().map(|law| obstacle(law, set)).collect();
+    let testable: Vec<&Law> =
+        settings.laws.iter().zip(&obstacles).filter(|(_, o)| o.is_none()).map(|(law, _)| *law).collect();
 
     let start =
         Start { theta: task.prior.mean.clone(), laws: Vec::new(), variances: task.variances, modes: Vec::new() };
@@ -251,7 +247,7 @@ pub fn select(task: &Task<'_>, set: &RunSet, plain: &Plain<'_>, settings: &Setti
         let flips = Flips::of(&all, runs, settings.seed + round as u64);
         let cells = Cells::of(&all);
         let mut ranking: Vec<Ranked> = Vec::new();
-        for (i, law) in LAWS.iter().copied().enumerate() {
+        for (i, law) in settings.laws.iter().copied().enumerate() {
             let best = scores
                 .iter()
                 .filter(|s| grid[s.candidate].start.law == law)

@@ -114,7 +114,7 @@ pub fn judge<'a>(
         task = task_of(set, reference, &calibration.drifting(drift));
         selection = select(&task, set, &plain, settings);
     }
-    let testable = |law: &Law| obstacle(law, set).is_none();
+    let testable: Vec<&Law> = settings.laws.iter().copied().filter(|law| obstacle(law, set).is_none()).collect();
     let mut contests: Vec<Contest> = Vec::new();
     for _ in 0..3 {
         contests = (0..selection.fit.laws.len())
@@ -200,7 +200,7 @@ fn reading_scatter(task: &Task<'_>, laws: &[Active], corrections: &[Correction])
                         _ => {}
                     }
                     let mut change = Change::default();
-                    (active.law.apply)(&active.values, &moved, &mut change);
+                    active.law.apply(&active.values, &moved, &mut change);
                     change
                 };
                 let (low, high) = (at(-correction.left_sd), at(correction.left_sd));

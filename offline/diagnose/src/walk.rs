@@ -75,7 +75,7 @@ impl<'a> Plan<'a> {
             changes.resize(first + run.rows.len(), own);
             for active in laws {
                 for (row, change) in run.rows.iter().zip(&mut changes[first..]) {
-                    (active.law.apply)(&active.values, row, change);
+                    active.law.apply(&active.values, row, change);
                 }
             }
         }

@@ -22,7 +22,7 @@ fn alone(base: &Base, laws: &[Active], nudge: Nudge, run: &Run, out: &mut Vec<f6
             depth_mm: nudge.depth_mm,
             ..Change::default()
         };
-        laws.iter().for_each(|a| (a.law.apply)(&a.values, row, &mut change));
+        laws.iter().for_each(|a| a.law.apply(&a.values, row, &mut change));
         let depth = if row.depth_mm > 0.0 { row.depth_mm + change.depth_mm } else { row.depth_mm };
         let [b_n, b_x, b_y] = change.reading_n;
         if depth <= 0.0 {

@@ -1,0 +1,77 @@
+//! What effects do to the model: factors on strength and stiffness, a depth, forces beside it; none adds a free function
+//! to a force.
+
+use crate::math::Real;
+
+/// Every factor is held at or above this.
+pub const LEAST_FACTOR: f64 = 0.1;
+/// Contact area at which adhesion and drag are given, mm².
+pub const REFERENCE_AREA_MM2: f64 = 63.5;
+
+/// What the effects in force do to the model at one instant. `Default` changes nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change<T> {
+    /// Factor on tau_crit.
+    pub strength: T,
+    /// Factor on the tissue's stiffness.
+    pub stiffness: T,
+    /// Added to the depth, mm, where the depth is positive.
+    pub depth_mm: T,
+    /// Added to the reading, N: normal, x, y.
+    pub reading_n: [T; 3],
+    /// Share of the normal force that appears in x and y.
+    pub cross: [T; 2],
+    /// Force along the motion at the reference area, N.
+    pub drag_n: T,
+    /// Line tension at the rim, as pull-off at the reference area, N.
+    pub adhesion_n: T,
+}
+
+impl<T: Real> Default for Change<T> {
+    fn default() -> Self {
+        Self {
+            strength: T::ONE,
+            stiffness: T::ONE,
+            depth_mm: T::ZERO,
+            reading_n: [T::ZERO; 3],
+            cross: [T::ZERO; 2],
+            drag_n: T::ZERO,
+            adhesion_n: T::ZERO,
+        }
+    }
+}
+
+impl<T: Real> Change<T> {
+    /// Factors on strength and stiffness.
+    pub fn factors(&self) -> (T, T) {
+        (self.strength, self.stiffness)
+    }
+
+    /// Whether it acts on the readings beside the model.
+    pub fn reads(&self) -> bool {
+        let forces = [self.cross[0], self.cross[1], self.drag_n, self.adhesion_n];
+        self.reading_n.iter().chain(&forces).any(|f| *f != T::ZERO)
+    }
+
+    /// Multiplies the strength by a factor, held at [`LEAST_FACTOR`] or above; NaN, from a driver that is not known,
+    /// counts as 1.
+    pub fn strengthen(&mut self, factor: T) {
+        self.strength *= held(factor);
+    }
+
+    /// Multiplies the stiffness by a factor; the same.
+    pub fn stiffen(&mut self, factor: T) {
+        self.stiffness *= held(factor);
+    }
+}
+
+fn held<T: Real>(factor: T) -> T {
+    let least = T::of(LEAST_FACTOR);
+    if factor > least {
+        factor
+    } else if factor <= least {
+        least
+    } else {
+        T::ONE
+    }
+}

@@ -1,0 +1,133 @@
+//! A step with the effects of a model file.
+//!
+//! Main type: [`Effects`]. Uses library, contact, baseline and the plain step.
+
+use core::marker::PhantomData;
+
+use super::{
+    Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline,
+};
+use crate::error::Field;
+use crate::math::sqrt;
+use crate::model_file::EffectSlot;
+use crate::rescaling::Scaling;
+use crate::{Error, ModelOf, Motion, Response, step};
+
+/// Least value of a slot where it must be positive.
+const LEAST_POSITIVE: f32 = 1e-6;
+/// One over the contact area at which adhesion and drag are given, 1/mm².
+const PER_AREA: f32 = 1.0 / REFERENCE_AREA_MM2 as f32;
+
+/// The effects of a model file, by a library: that of this crate, or another one.
+pub struct Effects<'a, L = Standard> {
+    slots: &'a [EffectSlot],
+    library: PhantomData<L>,
+}
+
+// Written out, since derived ones would ask the same of the library, which is a name only.
+impl<L> Copy for Effects<'_, L> {}
+impl<L> Clone for Effects<'_, L> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<L> core::fmt::Debug for Effects<'_, L> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.slots.fmt(f)
+    }
+}
+
+impl<'a> Effects<'a> {
+    /// The effects of some slots, by the library of this crate.
+    ///
+    /// Errors: those of [`Effects::of`].
+    pub fn new(slots: &'a [EffectSlot]) -> Result<Self, Error> {
+        Self::of(slots)
+    }
+
+    /// The finger has rested in the air: what builds up under occlusion starts anew.
+    pub fn rested<const M: usize>(contact: &mut Contact<M>) {
+        contact.rested();
+    }
+}
+
+impl<'a, L: Library> Effects<'a, L> {
+    /// Checks the slots of a file against a library.
+    ///
+    /// Errors: [`Error::Section`] for a law that the library does not have, [`Error::Range`] for a scale that is not
+    /// positive.
+    pub fn of(slots: &'a [EffectSlot]) -> Result<Self, Error> {
+        for (i, slot) in slots.iter().enumerate() {
+            if baseline::knows(slot.kind) {
+                continue;
+            }
+            let Some(rules) = L::rules(slot.kind) else { return Err(Error::Section { id: *b"EFFX" }) };
+            for (k, (&value, positive)) in slot.values.iter().zip(rules.positive).enumerate() {
+                if positive && !(value > LEAST_POSITIVE) {
+                    return Err(Error::Range { what: Field::EffectValue, index: (VALUES * i + k) as u16, value });
+                }
+            }
+        }
+        Ok(Self { slots, library: PhantomData })
+    }
+
+    /// Advances a contact by one step with the effects. Cannot fail, panic or allocate, whatever the input.
+    ///
+    /// Strength laws multiply the strength factor of `contact.state`, stiffness laws the stiffness of the model as it is
+    /// tuned, the depth offset is added where there is contact and read by the laws after it, adhesion is taken off the
+    /// normal force, drag added along the motion. Every factor is held at 0.1 or above. Bad surroundings (NaN) leave the
+    /// law out. The laws of the sensor are not in the response, which is the force on the finger; see
+    /// [`Effects::reading`].
+    pub fn step<const M: usize, const N: usize, S: Scaling>(
+        &self,
+        model: &ModelOf<'_, M, N, S>,
+        contact: &mut Contact<M>,
+        surroundings: Surroundings,
+        motion: Motion,
+    ) -> Response {
+        let touches = motion.depth_mm > 0.0;
+        let mut at = contact.advance(&surroundings, &motion);
+        let mut change = Change::default();
+        let mut shear = None;
+        for slot in self.slots {
+            match slot.kind {
+                baseline::DIRECTION => change.strengthen(baseline::direction(&slot.values, &at)),
+                baseline::SHEAR => shear = Some(&slot.values),
+                kind => L::apply(kind, &slot.values, &at, &mut change),
+            }
+            if touches {
+                at.depth_mm = motion.depth_mm + change.depth_mm;
+            }
+        }
+        let own = contact.state.strength_factor();
+        contact.state.set_strength_factor(own * change.strength);
+        let motion = Motion { depth_mm: at.depth_mm, ..motion };
+        let mut response = step(&model.stiffened(change.stiffness), &mut contact.state, motion);
+        contact.state.set_strength_factor(own);
+        if touches && !self.slots.is_empty() {
+            let ([fx, fy], [cos, sin]) = (response.friction_n, at.along);
+            if let Some(shear) = shear {
+                let (limit, depth_mm) = (contact.state.limit, contact.state.depth_mm());
+                response.normal_force_n = baseline::shear(shear, response.normal_force_n, [fx, fy], limit, depth_mm);
+            }
+            let area = response.contact_area_mm2.abs() * PER_AREA;
+            let drag = change.drag_n * area;
+            response.normal_force_n -= change.adhesion_n * sqrt(area);
+            response.friction_n = [fx + drag * cos, fy + drag * sin];
+        }
+        response
+    }
+
+    /// What a sensor with the file's tare and cross-talk reads of a response: normal, x, y, N; in the air too.
+    pub fn reading(&self, response: &Response) -> [f32; 3] {
+        let mut change = Change::default();
+        for slot in self.slots {
+            if L::rules(slot.kind).is_some_and(|rules| rules.place == Place::Reading) {
+                L::apply(slot.kind, &slot.values, &Conditions::default(), &mut change);
+            }
+        }
+        let (normal, [x, y]) = (response.normal_force_n, response.friction_n);
+        let ([tare, tare_x, tare_y], [to_x, to_y]) = (change.reading_n, change.cross);
+        [normal + tare, x + tare_x + to_x * normal, y + tare_y + to_y * normal]
+    }
+}
