@@ -9,7 +9,7 @@ use flate2::read::GzDecoder;
 use crate::{cargo, root, run};
 
 /// What the crate must hold beside its sources.
-const FILES: [&str; 6] = [
+const FILES: [&str; 8] = [
     "Cargo.lock",
     "LICENSE-APACHE",
     "LICENSE-MIT",
