@@ -1,0 +1,158 @@
+//! Diagnosis of a trace of forces: the tare of the sensor.
+
+use crate::data::trace_csv::TraceRow;
+use crate::laws::LAWS;
+use crate::reduced_input::tare::{TareFit, fit_tare};
+use crate::reduced_input::{Plot, ReducedDiagnosis, empty_report};
+use crate::schema::{BaselineParameter, CandidateLaw, EffectFound, FittedParameter, LawTest, Verdict};
+
+/// Diagnosis of a trace of forces.
+pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
+    let Some(fit) = fit_tare(trace) else {
+        let report = empty_report(Verdict::None, "ring", [[0.0; 3]; 2], [0.0; 3], "none", 1);
+        let sentences = vec!["Too few rows in firm contact to say anything about the tare.".into()];
+        return ReducedDiagnosis { report, sentences, plot: None };
+    };
+    let carries = fit.half_n[1].max(fit.half_n[2]) < 0.5;
+    let found = fit.p < alpha;
+    let verdict = if found && carries { Verdict::Named } else { Verdict::None };
+    let rms = fit.rms_n.map(|r| [0.0, r, r]);
+    let rms = if verdict == Verdict::Named { rms } else { [rms[0]; 2] };
+    let mut report = empty_report(
+        verdict,
+        "ring |F - b| = k (N - b_n)^m",
+        rms,
+        [0.0, fit.noise_n, fit.noise_n],
+        "none: one trace",
+        1,
+    );
+    report.noise.additive_n = fit.noise_n;
+    report.baseline.parameters = vec![
+        parameter("friction_at_1_n", "N", fit.friction[0], f64::NAN),
+        parameter("load_exponent", "", fit.friction[1], fit.exponent_sd),
+    ];
+    for law in LAWS {
+        let own = law.name == "tare_bias";
+        report.tests.push(LawTest {
+            law: law.name.into(),
+            family: law.family.into(),
+            gain_2ll: if own { fit.gain_2ll } else { 0.0 },
+            p_model: if own { fit.p } else { 1.0 },
+            p_runs: if own { fit.p } else { 1.0 },
+            significant: own && found,
+            testable: own,
+            reason: if own { String::new() } else { "forces alone: no depth, no path of the plate".into() },
+        });
+    }
+    let inseparable = fit.normal_exponent_correlation.abs() > 0.7 || fit.half_n[0] > 0.15;
+    if verdict == Verdict::Named {
+        report.effects.push(tare_effect(&fit));
+    }
+    let sentences = sentences(&fit, verdict, carries, inseparable);
+    ReducedDiagnosis { report, sentences, plot: Some(ring_plot(trace, &fit)) }
+}
+
+/// Friction of a trace in the sensor's plane, rings of the fit around the tare.
+fn ring_plot(trace: &[TraceRow], fit: &TareFit) -> Plot {
+    let place = |i: usize| [trace[i].force_n[1], trace[i].force_n[2]];
+    let (slides, rests): (Vec<usize>, Vec<usize>) = (0..trace.len()).partition(|i| fit.rows.contains(i));
+    let ring = |load: f64| -> Vec<[f64; 2]> {
+        let turn = |k: i32| std::f64::consts::TAU * f64::from(k) / 72.0;
+        (0..=72)
+            .map(|k| {
+                let radius = fit.radius_n(load, turn(k));
+                [fit.tare_n[1] + radius * turn(k).cos(), fit.tare_n[2] + radius * turn(k).sin()]
+            })
+            .collect()
+    };
+    let (w, h) = (fit.half_n[1], fit.half_n[2]);
+    let ellipse = (0..=48)
+        .map(|k| std::f64::consts::TAU * f64::from(k) / 48.0)
+        .map(|a| [fit.tare_n[1] + w * a.cos(), fit.tare_n[2] + h * a.sin()])
+        .collect();
+    Plot {
+        title: "Friction in the sensor's plane".into(),
+        caption: format!(
+            "Readings of the sensor along x and y. Rows in firm contact are fitted; the others (before touch, light \
+             contact) are not. Rings: fitted friction at the 5 and 95 % of the load as read ({:.2} and {:.2} N). Without a \
+             tare they would lie around zero.",
+            fit.load_n[0], fit.load_n[1]
+        ),
+        x: "Friction along x, N".into(),
+        y: "Friction along y, N".into(),
+        square: true,
+        points: vec![
+            ("in firm contact".into(), slides.into_iter().map(place).collect()),
+            ("other rows".into(), rests.into_iter().map(place).collect()),
+        ],
+        curves: vec![
+            ("ring, light".into(), ring(fit.load_n[0])),
+            ("ring, heavy".into(), ring(fit.load_n[1])),
+            ("tare, 95 %".into(), ellipse),
+        ],
+    }
+}
+
+fn parameter(name: &str, unit: &str, value: f64, sd: f64) -> BaselineParameter {
+    let sd = if sd.is_finite() { sd } else { 0.0 };
+    BaselineParameter { name: name.into(), unit: unit.into(), value, sd, calibrated: value, calibrated_sd: sd }
+}
+
+fn tare_effect(fit: &TareFit) -> EffectFound {
+    let names = ["normal_n", "x_n", "y_n"];
+    EffectFound {
+        law: "tare_bias".into(),
+        family: "tare".into(),
+        parameters: (0..3)
+            .map(|k| FittedParameter {
+                name: names[k].into(),
+                value: fit.tare_n[k],
+                unit: "N".into(),
+                ci95: [fit.tare_n[k] - fit.half_n[k], fit.tare_n[k] + fit.half_n[k]],
+            })
+            .collect(),
+        size_p90_relative: fit.tare_n[1].hypot(fit.tare_n[2])
+            / (fit.friction[0] * fit.load_n[0].max(0.05).powf(fit.friction[1])),
+        gain_2ll: fit.gain_2ll,
+        p_model: fit.p,
+        p_runs: fit.p,
+        against_calibration: false,
+        lambda_detect: fit.gain_2ll,
+        candidates: vec![CandidateLaw {
+            law: "tare_bias".into(),
+            family: "tare".into(),
+            delta_2ll: 0.0,
+            lambda_rival: 0.0,
+        }],
+    }
+}
+
+fn sentences(fit: &TareFit, verdict: Verdict, carries: bool, inseparable: bool) -> Vec<String> {
+    let mut out = Vec::new();
+    let value = |k: usize| format!("{:+.2} ± {:.2} N", fit.tare_n[k], fit.half_n[k]);
+    if verdict == Verdict::Named {
+        out.push(format!(
+            "Missing: the sensor's tare, x {}, y {} (95 %), from {} rows in firm contact.",
+            value(1),
+            value(2),
+            fit.rows.len()
+        ));
+        out.push(format!(
+            "Median friction coefficient: {:.2} as read, {:.2} with the tangential tare taken off.",
+            fit.friction_coefficient[0], fit.friction_coefficient[1]
+        ));
+    } else if !carries {
+        out.push(format!("This trace carries too little to tell a tare: x {}, y {}.", value(1), value(2)));
+    } else {
+        out.push(format!("No tangential tare that these rows could show: x {}, y {}.", value(1), value(2)));
+    }
+    out.push(if inseparable {
+        format!(
+            "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}; correlation {:.2}): it is not claimed. A row in the air would tell it.",
+            value(0), fit.friction[1], 2.57 * fit.exponent_sd, fit.normal_exponent_correlation
+        )
+    } else {
+        format!("Normal tare {}.", value(0))
+    });
+    out
+}
