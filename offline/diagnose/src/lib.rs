@@ -42,7 +42,7 @@ pub use schema::{
     FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region, Rescale,
     ScatterRatio, UnexplainedFound, Verdict,
 };
-pub use selection::forward::SelectionSettings;
+pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};
 pub use statistics::task::Task;
 pub use verdict::corrected_model::{CorrectedModel, corrected_model};

@@ -1,4 +1,5 @@
-//! Whether sets can carry a diagnosis at all; a message names file, line and column.
+//! Checks whether sets can carry a diagnosis at all: enough runs, possible units, signs and axes. A message names file, line
+//! and column.
 
 use crate::data::runs::{Run, RunSet};
 use crate::error::DiagnoseError;
@@ -75,7 +76,9 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
         ));
     }
     units_within(set)?;
-    columns(set)
+    possible_forces(set)?;
+    columns(set)?;
+    friction_follows_motion(set)
 }
 
 fn line_of(set: &RunSet, pick: impl Fn(&Run) -> bool) -> usize {
@@ -105,6 +108,69 @@ fn units_within(set: &RunSet) -> Result<(), DiagnoseError> {
                 ));
             }
         }
+    }
+    Ok(())
+}
+
+/// Normal force over depth of a fingertip, N/mm: bounds that no finger or artificial fingertip comes near. The fingertip of
+/// the shipped model has 0.5 N/mm at 0.9 mm.
+const POSSIBLE_N_PER_MM: [f64; 2] = [1e-3, 100.0];
+
+/// Forces that no fingertip has at these depths are in another unit.
+fn possible_forces(set: &RunSet) -> Result<(), DiagnoseError> {
+    let ratios = set.runs.iter().map(deepest).map(|(depth_mm, [normal_n, ..])| normal_n.abs() / depth_mm);
+    let middle = median(ratios.collect());
+    let [low, high] = POSSIBLE_N_PER_MM;
+    let unit = if middle > high {
+        "millinewtons"
+    } else if middle < low {
+        "kilonewtons"
+    } else {
+        return Ok(());
+    };
+    Err(unusable(
+        set,
+        format!(
+            "line {}, column normal_force_n: about {middle:.4} N per mm of depth, where a fingertip has some tenths: are the \
+             forces in {unit}?",
+            set.runs[0].line
+        ),
+    ))
+}
+
+/// Friction on the finger points along the plane's motion, so that its sign and its axes can be checked.
+///
+/// Shares are sums over sliding rows of the friction along the motion, over those of its size.
+fn friction_follows_motion(set: &RunSet) -> Result<(), DiagnoseError> {
+    let (mut size, mut along, mut exchanged) = (0.0, 0.0, 0.0);
+    for run in &set.runs {
+        for (row, [_, x, y]) in run.rows.iter().zip(&run.force_n) {
+            if row.depth_mm > 0.0 && row.speed_mm_s > 0.0 && row.turn_mm > 1.0 {
+                size += x.hypot(*y);
+                along += x * row.along[0] + y * row.along[1];
+                exchanged += y * row.along[0] + x * row.along[1];
+            }
+        }
+    }
+    let (along, exchanged) = (along / size, exchanged / size);
+    let line = set.runs[0].line;
+    if along < 0.5 && exchanged > 0.8 {
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, columns friction_x_n and friction_y_n: friction lies across the motion (share along it \
+                 {along:.2}, {exchanged:.2} with x and y exchanged): are the axes of force or slide exchanged?"
+            ),
+        ));
+    }
+    if along < -0.5 {
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, columns friction_x_n and friction_y_n: friction points against the motion of the plane (share \
+                 {along:.2}); it is to be positive along it: turn the signs of the forces or of the slides"
+            ),
+        ));
     }
     Ok(())
 }
@@ -183,4 +249,73 @@ pub fn check_pair(calibration: &RunSet, measured: &RunSet) -> Result<(), Diagnos
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::runs::{Labels, RawRow};
+
+    /// Eight presses to 0.5 to 1.2 mm with slides in eight directions; normal force 0.5 N/mm, friction half of it.
+    fn set(change: impl Fn(&mut RawRow)) -> RunSet {
+        let stroke = |run: usize| {
+            let (depth, angle) = (0.5 + 0.1 * run as f64, 0.7 * run as f64);
+            let rows = (0..20).map(|i| {
+                let slide = 0.3 * f64::from(i.max(8) - 8);
+                let depth_mm = depth * f64::from(i.min(8)) / 8.0;
+                let friction = if slide > 0.0 { 0.25 * depth_mm } else { 0.0 };
+                let mut row = RawRow {
+                    line: 2,
+                    t_s: f64::from(i),
+                    depth_mm,
+                    slide_mm: [slide * angle.cos(), slide * angle.sin()],
+                    force_n: [0.5 * depth_mm, friction * angle.cos(), friction * angle.sin()],
+                    contact_time_s: f64::NAN,
+                    speed_mm_s: f64::NAN,
+                    direction_deg: f64::NAN,
+                    dwell_s: f64::NAN,
+                    occlusion_time_s: f64::NAN,
+                    hydration_au: f64::NAN,
+                    temperature_c: f64::NAN,
+                    finger_width_mm: f64::NAN,
+                };
+                change(&mut row);
+                row
+            });
+            (Labels { run: format!("r{run}"), ..Labels::default() }, rows.collect())
+        };
+        RunSet::from_rows("runs.csv".into(), (0..8).map(stroke).collect()).unwrap()
+    }
+
+    fn refusal(change: impl Fn(&mut RawRow)) -> String {
+        check(&set(change)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn forces_in_another_unit_are_refused_with_a_hint() {
+        assert!(check(&set(|_| ())).is_ok());
+        let message = refusal(|row| row.force_n = row.force_n.map(|f| 1000.0 * f));
+        assert!(message.contains("normal_force_n") && message.contains("millinewtons"), "{message}");
+        let message = refusal(|row| row.force_n = row.force_n.map(|f| 0.001 * f));
+        assert!(message.contains("kilonewtons"), "{message}");
+    }
+
+    #[test]
+    fn axes_and_signs_of_friction_are_checked_against_the_motion() {
+        // Slides along x and y alone, as a device that has no other axis makes them.
+        let along_x = |row: &mut RawRow| {
+            row.slide_mm = [row.slide_mm[0].hypot(row.slide_mm[1]), 0.0];
+            row.force_n = [row.force_n[0], row.force_n[1].hypot(row.force_n[2]), 0.0];
+        };
+        assert!(check(&set(along_x)).is_ok());
+        let message = refusal(|row| {
+            along_x(row);
+            row.force_n.swap(1, 2);
+        });
+        assert!(message.contains("axes") && message.contains("exchanged"), "{message}");
+        let message = refusal(|row| row.force_n.swap(1, 2));
+        assert!(message.contains("axes") && message.contains("exchanged"), "{message}");
+        let message = refusal(|row| row.force_n = [row.force_n[0], -row.force_n[1], -row.force_n[2]]);
+        assert!(message.contains("against the motion"), "{message}");
+    }
 }

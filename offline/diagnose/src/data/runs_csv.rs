@@ -1,13 +1,16 @@
 //! Measured runs from CSV, streamed: one run in memory at a time, long runs and long files thinned.
 //!
-//! Takes a byte-order mark, CRLF, any column order and unknown columns (noted). Rows of a run are contiguous and in
+//! Takes files compressed by gzip, a byte-order mark, CRLF, any column order and unknown columns (noted). Rows of a run are contiguous and in
 //! time order.
 
+use std::cell::Cell;
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+use std::rc::Rc;
 
+use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
 use fingerpad_formats::Error;
@@ -40,6 +43,9 @@ const KEPT_ROWS: usize = 240;
 /// Most rows of a file that are kept; beyond it every second run is left out, again and again.
 const FILE_ROWS: usize = 40_000;
 
+/// First bytes of a file compressed by gzip (RFC 1952).
+pub(super) const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+
 /// Why measured runs could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
@@ -54,66 +60,82 @@ pub enum ReadError {
     Interrupted,
 }
 
-/// Reads a file of measured runs. `progress` gets the share of bytes read and says whether to go on.
+/// Reads a file of measured runs, plain or compressed by gzip. `progress` gets the share of bytes read and says whether to
+/// go on.
+///
+/// Errors: [`ReadError`] with file, line and column.
 pub fn read(path: &Path, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet, ReadError> {
-    let file = File::open(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
-    let bytes = file.metadata().map_or(0, |m| m.len()).max(1);
-    let mut source = HashingReader { inner: file, hash: Sha256::new() };
-    let (mut runs, notes, rows_read, runs_read, there);
-    {
-        let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(&mut source);
-        let columns = ColumnPlaces::of(path, reader.headers().map_err(|e| csv_error(path, &e))?)?;
-        let mut maker = RunAssembler::new(path);
-        let mut record = csv::StringRecord::new();
-        let mut count = 0usize;
-        while reader.read_record(&mut record).map_err(|e| csv_error(path, &e))? {
-            let line = record.position().map_or(0, |p| p.line() as usize);
-            if record.iter().all(str::is_empty) {
-                continue;
-            }
-            count += 1;
-            if count.is_multiple_of(8192)
-                && !progress(record.position().map_or(0.0, |p| p.byte() as f64 / bytes as f64))
-            {
-                return Err(ReadError::Interrupted);
-            }
-            let (labels, row) = columns.row(path, line, &record)?;
-            maker.push(labels, row)?;
-        }
-        maker.finish()?;
-        if maker.runs.is_empty() {
-            return Err(Error::TooFewRows { path: path.to_path_buf(), line: 1, found: 0, needed: 1 }.into());
-        }
-        runs = maker.runs.into_iter().map(|r| r.1).collect::<Vec<_>>();
-        there = maker.recorded.unwrap_or_default();
-        runs_read = maker.index;
-        rows_read = count;
-        let mut list = columns.notes;
-        if maker.thinned > 0 {
-            list.push(format!("{} runs are longer than {KEPT_ROWS} rows and were thinned to that", maker.thinned));
-        }
-        if maker.stride > 1 {
-            list.push(format!("every {}th of {} runs is used", maker.stride, maker.index));
-        }
-        notes = list;
-    }
-    std::io::copy(&mut source, &mut std::io::sink())
-        .map_err(|source| Error::File { path: path.to_path_buf(), source })?;
-    runs.shrink_to_fit();
-    let sha256 = source.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
-    Ok(RunSet { path: path.to_path_buf(), runs, recorded: there, notes, rows_read, runs_read, sha256 })
+    let failed = |source| Error::File { path: path.to_path_buf(), source };
+    let file = File::open(path).map_err(failed)?;
+    let length = file.metadata().map_or(0, |m| m.len()).max(1);
+    let mut file = BufReader::new(file);
+    let compressed = file.fill_buf().map_err(failed)?.starts_with(&GZIP_MAGIC);
+    let bytes = Rc::new(Cell::new(0));
+    let mut source = HashingReader { inner: file, hash: Sha256::new(), bytes: Rc::clone(&bytes) };
+    let mut share_read = || progress(bytes.get() as f64 / length as f64);
+    let mut set = if compressed {
+        read_text(path, MultiGzDecoder::new(&mut source), &mut share_read)?
+    } else {
+        read_text(path, &mut source, &mut share_read)?
+    };
+    std::io::copy(&mut source, &mut std::io::sink()).map_err(failed)?;
+    set.sha256 = source.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+    Ok(set)
 }
 
-/// A reader that hashes what passes.
+/// Reads the runs of a text; `go_on` is asked now and then.
+fn read_text(path: &Path, text: impl Read, go_on: &mut dyn FnMut() -> bool) -> Result<RunSet, ReadError> {
+    let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
+    let columns = ColumnPlaces::of(path, reader.headers().map_err(|e| csv_error(path, &e))?)?;
+    let mut assembler = RunAssembler::new(path);
+    let mut record = csv::StringRecord::new();
+    let mut rows_read = 0usize;
+    while reader.read_record(&mut record).map_err(|e| csv_error(path, &e))? {
+        let line = record.position().map_or(0, |p| p.line() as usize);
+        if record.iter().all(str::is_empty) {
+            continue;
+        }
+        rows_read += 1;
+        if rows_read.is_multiple_of(8192) && !go_on() {
+            return Err(ReadError::Interrupted);
+        }
+        let (labels, row) = columns.row(path, line, &record)?;
+        assembler.push(labels, row)?;
+    }
+    assembler.finish()?;
+    if assembler.runs.is_empty() {
+        return Err(Error::TooFewRows { path: path.to_path_buf(), line: 1, found: 0, needed: 1 }.into());
+    }
+    let mut notes = columns.notes;
+    if assembler.thinned > 0 {
+        notes.push(format!("{} runs are longer than {KEPT_ROWS} rows and were thinned to that", assembler.thinned));
+    }
+    if assembler.stride > 1 {
+        notes.push(format!("every {}th of {} runs is used", assembler.stride, assembler.index));
+    }
+    Ok(RunSet {
+        path: path.to_path_buf(),
+        runs: assembler.runs.into_iter().map(|r| r.1).collect(),
+        recorded: assembler.recorded.unwrap_or_default(),
+        notes,
+        rows_read,
+        runs_read: assembler.index,
+        sha256: String::new(),
+    })
+}
+
+/// A reader that hashes and counts the bytes that pass.
 struct HashingReader<R> {
     inner: R,
     hash: Sha256,
+    bytes: Rc<Cell<u64>>,
 }
 
 impl<R: Read> Read for HashingReader<R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let n = self.inner.read(buffer)?;
         self.hash.update(&buffer[..n]);
+        self.bytes.set(self.bytes.get() + n as u64);
         Ok(n)
     }
 }
@@ -347,5 +369,40 @@ impl<'a> RunAssembler<'a> {
             self.kept_rows = self.runs.iter().map(|(_, r)| r.rows.len()).sum();
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    #[test]
+    fn a_compressed_file_gives_the_runs_of_the_plain_one() {
+        let mut text =
+            "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n\n".to_owned();
+        for run in 0..3 {
+            for row in 0..5 {
+                text += &format!("r{run},{row},{},0,0,0.{row},0,0\n", 0.2 * f64::from(row));
+            }
+        }
+        let name = std::process::id();
+        let (plain, packed) = (
+            std::env::temp_dir().join(format!("runs-{name}.csv")),
+            std::env::temp_dir().join(format!("runs-{name}.csv.gz")),
+        );
+        std::fs::write(&plain, &text).unwrap();
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        encoder.write_all(text.as_bytes()).unwrap();
+        std::fs::write(&packed, encoder.finish().unwrap()).unwrap();
+        let [a, b] = [&plain, &packed].map(|p| read(p, &mut |_| true).unwrap());
+        let [_, _] = [&plain, &packed].map(|p| std::fs::remove_file(p).unwrap());
+        assert_eq!(a.rows_read, 15);
+        assert_eq!((a.rows_read, a.runs_read), (b.rows_read, b.runs_read));
+        for (a, b) in a.runs.iter().zip(&b.runs) {
+            assert_eq!((&a.force_n, &a.slide_mm), (&b.force_n, &b.slide_mm));
+        }
+        assert_ne!(a.sha256, b.sha256);
     }
 }

@@ -14,7 +14,7 @@ pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
         return ReducedDiagnosis { report, sentences, plot: None };
     };
     let carries = fit.half_n[1].max(fit.half_n[2]) < 0.5;
-    let found = fit.p < alpha;
+    let found = fit.p < alpha && (excludes_zero(&fit, 1) || excludes_zero(&fit, 2));
     let verdict = if found && carries { Verdict::Named } else { Verdict::None };
     let rms = fit.rms_n.map(|r| [0.0, r, r]);
     let rms = if verdict == Verdict::Named { rms } else { [rms[0]; 2] };
@@ -44,11 +44,10 @@ pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
             reason: if own { String::new() } else { "forces alone: no depth, no path of the plate".into() },
         });
     }
-    let inseparable = fit.normal_exponent_correlation.abs() > 0.7 || fit.half_n[0] > 0.15;
     if verdict == Verdict::Named {
         report.effects.push(tare_effect(&fit));
     }
-    let sentences = sentences(&fit, verdict, carries, inseparable);
+    let sentences = sentences(&fit, trace, verdict, carries);
     ReducedDiagnosis { report, sentences, plot: Some(ring_plot(trace, &fit)) }
 }
 
@@ -127,16 +126,33 @@ fn tare_effect(fit: &TareFit) -> EffectFound {
     }
 }
 
-fn sentences(fit: &TareFit, verdict: Verdict, carries: bool, inseparable: bool) -> Vec<String> {
-    let mut out = Vec::new();
+/// Whether the normal tare cannot be told from the exponent of friction in the load.
+fn is_normal_inseparable(fit: &TareFit) -> bool {
+    fit.normal_exponent_correlation.abs() > 0.7 || fit.half_n[0] > 0.15
+}
+
+/// Whether the 95 % interval of a component of the tare (normal, x, y) leaves out zero.
+fn excludes_zero(fit: &TareFit, k: usize) -> bool {
+    fit.tare_n[k].abs() > fit.half_n[k]
+}
+
+fn sentences(fit: &TareFit, trace: &[TraceRow], verdict: Verdict, carries: bool) -> Vec<String> {
     let value = |k: usize| format!("{:+.2} ± {:.2} N", fit.tare_n[k], fit.half_n[k]);
+    let named = |k: usize| format!("{} {}", ["normal", "x", "y"][k], value(k));
+    let mut out = Vec::new();
     if verdict == Verdict::Named {
-        out.push(format!(
-            "Missing: the sensor's tare, x {}, y {} (95 %), from {} rows in firm contact.",
-            value(1),
-            value(2),
-            fit.rows.len()
-        ));
+        let list = |claimed: bool| -> Vec<String> {
+            [1, 2].into_iter().filter(|k| excludes_zero(fit, *k) == claimed).map(named).collect()
+        };
+        let rest = list(false);
+        let rest = if rest.is_empty() {
+            String::new()
+        } else {
+            format!(" Not claimed, because its interval holds zero: {}.", rest.join(", "))
+        };
+        let rows = fit.rows.len();
+        let claimed = list(true).join(", ");
+        out.push(format!("Missing: the sensor's tare, {claimed} (95 %), from {rows} rows in firm contact.{rest}"));
         out.push(format!(
             "Median friction coefficient: {:.2} as read, {:.2} with the tangential tare taken off.",
             fit.friction_coefficient[0], fit.friction_coefficient[1]
@@ -146,13 +162,71 @@ fn sentences(fit: &TareFit, verdict: Verdict, carries: bool, inseparable: bool) 
     } else {
         out.push(format!("No tangential tare that these rows could show: x {}, y {}.", value(1), value(2)));
     }
-    out.push(if inseparable {
+    out.push(if is_normal_inseparable(fit) {
         format!(
-            "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}; correlation {:.2}): it is not claimed. A row in the air would tell it.",
-            value(0), fit.friction[1], 2.57 * fit.exponent_sd, fit.normal_exponent_correlation
+            "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}; correlation \
+             {:.2}): it is not claimed. {}",
+            value(0),
+            fit.friction[1],
+            2.57 * fit.exponent_sd,
+            fit.normal_exponent_correlation,
+            rows_in_air(fit, trace)
         )
     } else {
         format!("Normal tare {}.", value(0))
     });
     out
+}
+
+/// What rows in the air tell of the normal tare: those with which the trace begins, if it does.
+fn rows_in_air(fit: &TareFit, trace: &[TraceRow]) -> String {
+    const FEWEST: usize = 3;
+    let leading = fit.rows.first().copied().unwrap_or(0);
+    if leading < FEWEST {
+        return "A row in the air would tell it.".into();
+    }
+    let mean = trace[..leading].iter().map(|r| r.force_n[0]).sum::<f64>() / leading as f64;
+    format!(
+        "The {leading} rows before the first firm contact read {mean:+.2} N on average: where the finger did not touch yet, \
+         that is the tare."
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::data::trace_csv;
+
+    fn trace(name: &str) -> Vec<TraceRow> {
+        let path = format!("{}/../../data/human_texture_exploration/{name}.csv", env!("CARGO_MANIFEST_DIR"));
+        trace_csv::read(Path::new(&path), Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp")).unwrap()
+    }
+
+    #[test]
+    fn a_component_whose_interval_holds_zero_is_not_claimed() {
+        let found = diagnose_forces(&trace("July3_2_force_data_2"), 0.01);
+        assert_eq!(found.report.verdict, Verdict::Named);
+        let [low, high] = found.report.effects[0].parameters[1].ci95;
+        assert!(low < 0.0 && high > 0.0, "{low} {high}");
+        let (claimed, rest) = found.sentences[0].split_once("Not claimed").unwrap();
+        assert!(
+            claimed.contains(" y -0.46") && !claimed.contains(" x ") && rest.contains(" x -0.21"),
+            "{}",
+            found.sentences[0]
+        );
+        let both = diagnose_forces(&trace("July3_1_force_data_1"), 0.01);
+        assert!(!both.sentences[0].contains("Not claimed") && both.sentences[0].contains(" x -0.94"));
+    }
+
+    #[test]
+    fn rows_in_the_air_are_asked_for_only_where_there_are_none() {
+        let whole = trace("July3_1_force_data_1");
+        let told = |trace: &[TraceRow]| diagnose_forces(trace, 0.01).sentences.pop().unwrap();
+        assert!(told(&whole).contains("rows before the first firm contact"), "{}", told(&whole));
+        let first = fit_tare(&whole).unwrap().rows[0];
+        let pressed: Vec<TraceRow> = whole[first..].to_vec();
+        assert!(told(&pressed).contains("A row in the air would tell it"), "{}", told(&pressed));
+    }
 }

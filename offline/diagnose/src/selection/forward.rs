@@ -1,33 +1,19 @@
 //! Which laws are missing: forward selection with refits inside the model, and backward elimination.
 //!
-//! Main types: [`Selection`], [`SelectionSettings`]; main function: [`select`].
+//! Main types: [`Selection`], [`LawEvidence`]; main function: [`select`].
 
 use crate::data::runs::RunSet;
 use crate::laws::{Column, LAWS, Law};
-use crate::model::active_law::ActiveLaw;
+use crate::selection::acceptance::{BY_CALIBRATION, SearchedCells, SelectionSettings, SignFlipP, is_significant};
 use crate::selection::discrepancy::ModelDiscrepancy;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, grid_of, scored, start_of, why_untestable};
+use crate::selection::starts::{refine, starts, wrong_way};
 use crate::statistics::derivatives::Derivatives;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::projection::Projection;
 use crate::statistics::sign_flips::{Score, SignFlips};
 use crate::statistics::tails::minus_ln_p;
 use crate::statistics::task::Task;
-
-/// Level and seed of the tests.
-#[derive(Clone, Copy, Debug)]
-pub struct SelectionSettings {
-    /// Level of the sign-flip test.
-    pub alpha: f64,
-    /// Seed of the sign flips.
-    pub seed: u64,
-}
-
-impl Default for SelectionSettings {
-    fn default() -> Self {
-        Self { alpha: 0.01, seed: 1 }
-    }
-}
 
 /// The test of a law against the baseline alone.
 #[derive(Clone, Debug)]
@@ -46,7 +32,7 @@ pub struct SingleLawTest {
     pub why_untestable: Option<String>,
 }
 
-/// LawEvidence for an accepted law.
+/// Evidence for an accepted law.
 #[derive(Clone, Debug)]
 pub struct LawEvidence {
     /// Gain in 2 log likelihood over the model without it.
@@ -67,7 +53,7 @@ pub struct Selection {
     pub null_derivatives: Derivatives,
     /// Derivatives at `fit`.
     pub derivatives: Derivatives,
-    /// LawEvidence for each law of `fit`.
+    /// Evidence for each law of `fit`.
     pub evidence: Vec<LawEvidence>,
     /// All laws against the baseline alone.
     pub tests: Vec<SingleLawTest>,
@@ -85,135 +71,10 @@ struct Ranked {
     p_runs: SignFlipP,
 }
 
-/// The p of the sign flips.
-#[derive(Clone, Copy, Debug)]
-pub struct SignFlipP {
-    /// Share of sign flips that reach the score.
-    pub p: f64,
-    /// Whether the evidence lies in the calibration, so that flips of the measured runs speak neither for nor against.
-    pub by_calibration: bool,
-}
-
 /// Most laws that are accepted.
 const MOST: usize = 3;
-/// Most Gauss–Newton rounds of a fit with tangents of its own: a large effect that is not in yet takes many.
+/// Most Gauss–Newton steps of a fit whose derivatives are renewed: a large effect that is not in yet takes many.
 pub const ROUNDS: usize = 20;
-
-/// The level in the three-way rule that accepts a law.
-fn significant(
-    settings: &SelectionSettings,
-    law: &Law,
-    gain: f64,
-    runs: usize,
-    p_model: f64,
-    p_runs: SignFlipP,
-) -> bool {
-    let penalised = gain - (runs as f64).ln() * law.parameters.len() as f64 > 0.0;
-    if p_runs.by_calibration {
-        return penalised && p_model <= against_calibration(settings);
-    }
-    penalised
-        && p_runs.p <= few_runs(law)
-        && ((p_runs.p <= settings.alpha && p_model <= loosest(settings))
-            || (p_model <= 1e-2 * settings.alpha && p_runs.p <= 0.25)
-            || (p_model <= 1e-9 && p_runs.p <= 0.5))
-}
-
-/// How far the evidence for a law may rest on few runs, as p of the sign flips. The onset of sliding is where a baseline's form is known least:
-/// what shows there in a few runs only is no law that fades along the stroke.
-fn few_runs(law: &Law) -> f64 {
-    if law.drivers.contains(&Column::Slide) { 0.05 } else { 1.0 }
-}
-
-/// Share of a gain that comes from the calibration's prior from which on the evidence is called the calibration's.
-const BY_CALIBRATION: f64 = 0.3;
-
-/// Bonferroni over a grid: the scores of a law's own kind, those of laws that show against the calibration or those of
-/// laws that show between the measured runs.
-#[derive(Clone, Copy, Debug)]
-pub struct SearchedCells {
-    calibration: f64,
-    runs: f64,
-}
-
-impl SearchedCells {
-    fn of(scores: &[Score]) -> Self {
-        let calibration = scores.iter().filter(|s| s.prior_share() > BY_CALIBRATION && s.minus_ln_p() > 1.0).count();
-        Self { calibration: calibration.max(1) as f64, runs: scores.len().max(1) as f64 }
-    }
-
-    /// Model-based p of a gain.
-    pub fn p(&self, gain: f64, parameters: usize, by_calibration: bool) -> f64 {
-        let cells = if by_calibration { self.calibration } else { self.runs };
-        (cells * (-minus_ln_p(gain.max(0.0), parameters)).exp()).min(1.0)
-    }
-}
-
-/// The model-based p at which a law stands whose evidence lies against the calibration.
-pub fn against_calibration(settings: &SelectionSettings) -> f64 {
-    0.1 * settings.alpha
-}
-
-/// The loosest model-based p at which any law stands: what a law that came in by a swap must reach, too.
-pub fn loosest(settings: &SelectionSettings) -> f64 {
-    0.3 * settings.alpha
-}
-
-/// Fits a law beside those in force, from a shape of the grid and the linear estimate of its size.
-pub fn refine(task: &Task<'_>, fit: &Fit, derivatives: &Derivatives, start: &ActiveLaw, most: usize) -> Fit {
-    let mut laws = fit.laws.clone();
-    let mut one = start.clone();
-    // A size of exactly zero has no tangent in its shape.
-    for k in 0..one.law.linear {
-        if one.values[k] == 0.0 {
-            one.values[k] = 0.02 * one.law.parameters[k].typical;
-        }
-    }
-    laws.push(one);
-    task.fit(FitStart { laws, ..FitStart::from(fit) }, Some(derivatives), false, most)
-}
-
-/// Whether the linear estimate of a law that acts one way only (a pull-off pulls, a bell is a bell) has the other sign.
-fn wrong_way(law: &Law, score: &Score) -> bool {
-    law.linear == 1 && law.parameters[0].low >= 0.0 && score.estimate().0[0] < 0.0
-}
-
-/// A start with the size that the linear picture gives it.
-fn sized(point: &GridPoint, scored: &ScoredGridPoint) -> ActiveLaw {
-    let mut start = point.start.clone();
-    let Some(score) = &scored.score else { return start };
-    if score.columns() == start.law.linear {
-        let k = score.columns();
-        let mut sum = score.from_prior.clone();
-        for g in score.per_run.chunks_exact(k) {
-            for (s, g) in sum.iter_mut().zip(g) {
-                *s += g;
-            }
-        }
-        for a in 0..k {
-            let p = &start.law.parameters[a];
-            let value: f64 = (0..k).map(|b| score.inverse[(a, b)] * sum[b]).sum();
-            let bound = 8.0 * p.typical.abs();
-            start.values[a] = value.clamp((-bound).max(p.low), bound.min(p.high));
-        }
-    }
-    start
-}
-
-/// Starts of a law that are worth a refit, best first: its best shapes of the grid.
-pub fn starts(grid: &[GridPoint], scores: &[ScoredGridPoint], law: &Law, most: usize) -> Vec<(f64, ActiveLaw)> {
-    let mut list: Vec<(f64, ActiveLaw)> = scores
-        .iter()
-        .filter(|s| grid[s.grid_point].start.law == law)
-        .filter_map(|s| s.score.as_ref().map(|score| (s, score)))
-        .filter(|(_, score)| !wrong_way(law, score))
-        .map(|(s, score)| (score.gain(), sized(&grid[s.grid_point], s)))
-        .collect();
-    list.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // Two shape parameters make valleys that one start does not cross.
-    list.truncate(if law.parameters.len() - law.linear > 1 { most + 2 } else { most });
-    list
-}
 
 /// −2 log likelihood plus 1 for each shape parameter, by which laws are compared.
 pub fn penalised_minus_2ll(fit: &Fit) -> f64 {
@@ -332,7 +193,7 @@ impl<'a> Search<'a> {
             null_derivatives,
             evidence: Vec::new(),
             tests: Vec::new(),
-            cells: SearchedCells { calibration: 1.0, runs: grid.len().max(1) as f64 },
+            cells: SearchedCells::all(grid.len()),
             grid,
         }
     }
@@ -375,7 +236,7 @@ impl<'a> Search<'a> {
                     gain_2ll: excess,
                     p_model,
                     p_runs,
-                    significant: significant(self.settings, law, excess, self.runs(), p_model, p_runs),
+                    significant: is_significant(self.settings, law, excess, self.runs(), p_model, p_runs),
                     why_untestable: self.untestable[i].clone(),
                 });
             }
@@ -448,7 +309,7 @@ impl<'a> Search<'a> {
             let law = fit.laws[fit.laws.len() - 1].law;
             let test = |gain: f64| {
                 let p_model = cells.p(gain, law.parameters.len(), p_runs.by_calibration);
-                (significant(self.settings, law, gain, self.runs(), p_model, p_runs), p_model)
+                (is_significant(self.settings, law, gain, self.runs(), p_model, p_runs), p_model)
             };
             let mut gain = share * (self.fit.minus_2ll - fit.minus_2ll);
             if test(gain).0 {

@@ -5,6 +5,7 @@
 //! [`ModelDiscrepancy`](discrepancy::ModelDiscrepancy), [`LackOfFit`](lack_of_fit::LackOfFit).
 //! May use: statistics, model, data, laws.
 
+pub mod acceptance;
 pub mod alternative_drift;
 mod bases;
 pub mod competing;
@@ -12,3 +13,4 @@ pub mod discrepancy;
 pub mod forward;
 pub mod lack_of_fit;
 pub mod scan;
+mod starts;

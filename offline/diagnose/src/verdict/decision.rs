@@ -11,12 +11,11 @@ use crate::model::active_law::ActiveLaw;
 use crate::model::prior::Drift;
 use crate::model::random_effects::{PerEffect, RandomEffect};
 use crate::schema::Verdict;
+use crate::selection::acceptance::{SelectionSettings, against_calibration, loosest};
 use crate::selection::alternative_drift::AlternativeDrift;
 use crate::selection::competing::{CompetingHypotheses, competing_hypotheses};
 use crate::selection::discrepancy::ModelDiscrepancy;
-use crate::selection::forward::{
-    LawEvidence, ROUNDS, Selection, SelectionSettings, against_calibration, loosest, select,
-};
+use crate::selection::forward::{LawEvidence, ROUNDS, Selection, select};
 use crate::selection::lack_of_fit::{Expectations, LackOfFit, lack_of_fit_test};
 use crate::selection::scan::why_untestable;
 use crate::statistics::calibration::Calibration;

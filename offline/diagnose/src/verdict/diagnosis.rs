@@ -9,7 +9,7 @@ use crate::data::covariates::CovariateError;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::schema::{Diagnosis, Verdict};
-use crate::selection::forward::SelectionSettings;
+use crate::selection::acceptance::SelectionSettings;
 use crate::statistics::calibration::{Calibration, calibrate};
 use crate::statistics::fit::Fit;
 use crate::verdict::cross_validation::{by_folds, on_file};
