@@ -1,11 +1,13 @@
-//! Measured runs as the method reads them: rows in time order with everything that the laws may ask for.
+//! Measured runs: rows in time order with everything that the laws may read.
+//!
+//! Main types: [`RunSet`], [`Run`], [`RawRow`].
 
 use std::path::{Path, PathBuf};
 
 use crate::error::DiagnoseError;
 use crate::laws::{Column, Row};
 
-/// What one row of a file says; what is missing is NaN.
+/// One row of a file; a missing value is NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct RawRow {
     /// Line of the file.
@@ -56,7 +58,7 @@ pub struct Run {
     pub labels: Labels,
     /// Line of its first row.
     pub line: usize,
-    /// What the laws read.
+    /// State of contact and skin in each row, as the laws read it.
     pub rows: Vec<Row>,
     /// Displacement of the plate in each row, mm.
     pub slide_mm: Vec<[f64; 2]>,

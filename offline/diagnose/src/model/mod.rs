@@ -1,5 +1,5 @@
-//! What is assumed before any inference: the smooth model along measured runs, laws in force, random effects, row noise,
-//! and the priors of the model's parameters.
+//! The model of the inference and its priors: the smooth model along measured runs, laws in force, random effects, row noise,
+//! and distributions of the parameters before the measurement.
 //!
 //! Main types: [`ActiveLaw`](active_law::ActiveLaw), [`RandomEffect`](random_effects::RandomEffect),
 //! [`RowNoise`](row_noise::RowNoise), [`Prior`](prior::Prior). May use: data, laws, `fingerpad-smooth`, `fingerpad`.

@@ -63,7 +63,7 @@ pub fn strokes_of(runs: &[Run]) -> Vec<Stroke> {
     runs.iter().map(stroke_of).collect()
 }
 
-/// What laws do to the model in one row, on top of what is there.
+/// The change of the model in one row with the laws on top of another change.
 fn with_laws(laws: &[ActiveLaw], row: &Row, mut change: Change) -> ModelChange {
     for active in laws {
         (active.law.apply)(&active.values, row, &mut change);
@@ -72,7 +72,7 @@ fn with_laws(laws: &[ActiveLaw], row: &Row, mut change: Change) -> ModelChange {
     ModelChange { strength, stiffness, depth_mm, reading_n, cross, drag_n, adhesion_n }
 }
 
-/// What acts on the model in every row, run by run: a perturbation, the run's random effects, and laws.
+/// Changes of the model in every row, run by run: by a perturbation, by the run's random effects, and by laws.
 pub fn changes(
     runs: &[Run],
     laws: &[ActiveLaw],

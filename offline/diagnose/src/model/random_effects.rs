@@ -1,4 +1,4 @@
-//! What differs from run to run beside the rows' noise.
+//! Random effects: quantities that differ from run to run, beside the noise of the rows.
 //!
 //! Main types: [`RandomEffect`] (the name of one), [`PerEffect`] (a vector over them), [`RandomEffects`] (predicted values
 //! of each run).

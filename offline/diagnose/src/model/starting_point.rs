@@ -1,4 +1,4 @@
-//! Where the calibration's fit starts: scales of the curves by medians over rows, tangential stiffness by a search along a
+//! Starting point of the calibration's fit: scales of the curves by medians over rows, tangential stiffness by a search along a
 //! line.
 
 use fingerpad_smooth::{Parameter, Parameters, ReferenceCurves};

@@ -178,7 +178,7 @@ fn sentences(fit: &TareFit, trace: &[TraceRow], verdict: Verdict, carries: bool)
     out
 }
 
-/// What rows in the air tell of the normal tare: those with which the trace begins, if it does.
+/// A sentence on the rows in the air that would tell the normal tare: those with which the trace begins, if it does.
 fn rows_in_air(fit: &TareFit, trace: &[TraceRow]) -> String {
     const FEWEST: usize = 3;
     let leading = fit.rows.first().copied().unwrap_or(0);

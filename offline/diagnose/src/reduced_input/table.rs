@@ -55,7 +55,7 @@ fn chi_squared(residuals: &[f64]) -> f64 {
     residuals.iter().map(|r| (r / ERROR).powi(2)).sum()
 }
 
-/// What is fitted to a table; `ln_` are logarithms of its columns, residuals are of ln F.
+/// Fits to a table. Fields `ln_` are logarithms of its columns, residuals are of ln F.
 struct TableFits<'a> {
     rows: &'a [TableRow],
     ln_n: Vec<f64>,
@@ -159,7 +159,7 @@ impl<'a> TableFits<'a> {
     /// Strokes at further depths, and what they are expected to add to the separation of exponent and constant strength.
     fn next_experiment(&self) -> NextExperiment {
         let (exponent, k, _) = self.free;
-        // What the free exponent would give there, with load and area as powers of depth.
+        // Friction by the free exponent at those depths, with load and area as powers of depth.
         let power = |y: &[f64]| {
             let m = slope(&self.ln_d, y);
             let (c, _) = with_slope(&self.ln_d, y, m);

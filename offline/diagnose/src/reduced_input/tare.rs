@@ -1,4 +1,4 @@
-//! Forces alone: the tare of a sensor from a finger that slides freely on it.
+//! The tare of a sensor from the forces of a finger that slides freely on it.
 //!
 //! While it slides, friction lies on a ring around the tare: |F − b| = k (N − b_n)^m (1 + harmonics of the direction).
 //! The harmonics (another friction towards one side) move a ring like a tare does, at each load in proportion; only
@@ -29,7 +29,7 @@ const MEMORY_S: f64 = 1.5;
 /// Fewest sliding rows.
 pub const LEAST_ROWS: usize = 40;
 
-/// What a trace tells.
+/// The fitted ring and tare of a trace.
 #[derive(Clone, Debug)]
 pub struct TareFit {
     /// Tare of normal, x, y, N.
@@ -185,6 +185,61 @@ impl Ring<'_> {
     }
 }
 
+/// An optimum of the ring.
+struct RingFit {
+    objective: f64,
+    parameters: Vector,
+    information: Matrix,
+    /// Each row's share of the score.
+    shares: Vec<Vector>,
+}
+
+/// The best fit of all parameters, from several starts of the tare.
+fn best_fit(trace: &[TraceRow], rows: &[usize], ring: &Ring<'_>, noise_n: f64) -> Option<RingFit> {
+    let middle = |k: usize| median(rows.iter().map(|i| trace[*i].force_n[k]).collect());
+    let lightest = trace.iter().map(|r| r.force_n[0]).fold(f64::INFINITY, f64::min);
+    let mut best: Option<RingFit> = None;
+    for (x, y) in [(0.0, 0.0), (middle(1), middle(2)), (0.5 * middle(1), 0.5 * middle(2))] {
+        for normal in [0.0, lightest] {
+            let start = Vector::from([x, y, normal, -0.2, 0.8, 0.0, 0.0, 0.0, 0.0]);
+            let (parameters, information, shares) = ring.fit(start, noise_n);
+            let objective = ring.objective(&parameters, noise_n);
+            if best.as_ref().is_none_or(|b| objective < b.objective) {
+                best = Some(RingFit { objective, parameters, information, shares });
+            }
+        }
+    }
+    best
+}
+
+/// Squared distance of the tangential tare from zero under its covariance, grown to the given standard deviations.
+fn wald_statistic(covariance: &Matrix, p: &Vector, sd: impl Fn(usize) -> f64) -> f64 {
+    let block = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+    let b = p.fixed_rows::<2>(0).into_owned();
+    let grown = SMatrix::<f64, 2, 2>::from_fn(|i, j| {
+        block[(i, j)] * (sd(i) * sd(j)) / (covariance[(i, i)] * covariance[(j, j)]).sqrt().max(1e-12)
+    });
+    grown.cholesky().map_or(0.0, |c| b.dot(&c.solve(&b)))
+}
+
+/// Root mean square distance of rows from the ring, N.
+fn rms_distance_n(trace: &[TraceRow], rows: &[usize], p: &Vector) -> f64 {
+    let square = |i: &usize| {
+        let (radius, wanted) = ring(p, &trace[*i].force_n);
+        (radius - wanted).powi(2)
+    };
+    (rows.iter().map(square).sum::<f64>() / rows.len() as f64).sqrt()
+}
+
+/// Median |F|/N of rows with a tangential tare taken off.
+fn friction_coefficient(trace: &[TraceRow], rows: &[usize], [x, y]: [f64; 2]) -> f64 {
+    let of = |i: &usize| {
+        let f = trace[*i].force_n;
+        (f[1] - x).hypot(f[2] - y) / f[0].max(0.02)
+    };
+    median(rows.iter().map(of).collect())
+}
+
 /// Fits the tare to the sliding rows of a trace.
 ///
 /// `None` where fewer than [`LEAST_ROWS`] rows slide.
@@ -195,55 +250,16 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
     }
     let noise_n = noise(trace, &rows);
     let ring_of = |free| Ring { rows: rows.iter().map(|i| &trace[*i].force_n).collect(), free, prior: PRIOR };
-    let all = ring_of([true; P]);
-    let middle = |k: usize| median(rows.iter().map(|i| trace[*i].force_n[k]).collect());
-    let lightest = trace.iter().map(|r| r.force_n[0]).fold(f64::INFINITY, f64::min);
-    let mut best: Option<(f64, Vector, Matrix, Vec<Vector>)> = None;
-    for (x, y) in [(0.0, 0.0), (middle(1), middle(2)), (0.5 * middle(1), 0.5 * middle(2))] {
-        for normal in [0.0, lightest] {
-            let start = Vector::from([x, y, normal, -0.2, 0.8, 0.0, 0.0, 0.0, 0.0]);
-            let (p, information, shares) = all.fit(start, noise_n);
-            let at = all.objective(&p, noise_n);
-            if best.as_ref().is_none_or(|b| at < b.0) {
-                best = Some((at, p, information, shares));
-            }
-        }
-    }
-    let (with, p, information, shares) = best?;
-    let covariance = robust(&information, &shares, spacing(trace, &rows));
+    let with = best_fit(trace, &rows, &ring_of([true; P]), noise_n)?;
+    let p = with.parameters;
+    let covariance = robust(&with.information, &with.shares, spacing(trace, &rows));
     let without_tare = ring_of([false, false, true, true, true, true, true, true, true]);
-    let (plain, _, _) = without_tare.fit(Vector::from([0.0, 0.0, p[2], p[3], p[4], 0.0, 0.0, 0.0, 0.0]), noise_n);
-    let without = without_tare.objective(&plain, noise_n);
-    let effect_columns = between_parts(&rows, trace, &p, noise_n);
-    let form = between_forms(&rows, trace, &p, noise_n);
+    let (without, _, _) = without_tare.fit(Vector::from([0.0, 0.0, p[2], p[3], p[4], 0.0, 0.0, 0.0, 0.0]), noise_n);
+    let gain_2ll = (without_tare.objective(&without, noise_n) - with.objective).max(0.0);
+    let parts = between_parts(&rows, trace, &p, noise_n);
+    let choices = between_forms(&rows, trace, &p, noise_n);
     // Friction and lean of a finger wander: the parts of a trace disagree by more than their rows do.
-    let sd = |k: usize| covariance[(k, k)].max(0.0).sqrt().max(effect_columns[k]).hypot(form[k]);
-    let block = covariance.fixed_view::<2, 2>(0, 0).into_owned();
-    let b = p.fixed_rows::<2>(0).into_owned();
-    let grown = SMatrix::<f64, 2, 2>::from_fn(|i, j| {
-        block[(i, j)] * (sd(i) * sd(j)) / (covariance[(i, i)] * covariance[(j, j)]).sqrt().max(1e-12)
-    });
-    let wald = grown.cholesky().map_or(0.0, |c| b.dot(&c.solve(&b)));
-    let rms = |q: &Vector| {
-        let sum: f64 = rows
-            .iter()
-            .map(|i| {
-                let (r, w) = ring(q, &trace[*i].force_n);
-                (r - w).powi(2)
-            })
-            .sum();
-        (sum / rows.len() as f64).sqrt()
-    };
-    let coefficient = |x: f64, y: f64| {
-        median(
-            rows.iter()
-                .map(|i| {
-                    let f = trace[*i].force_n;
-                    (f[1] - x).hypot(f[2] - y) / f[0].max(0.02)
-                })
-                .collect(),
-        )
-    };
+    let sd = |k: usize| covariance[(k, k)].max(0.0).sqrt().max(parts[k]).hypot(choices[k]);
     let mut loads: Vec<f64> = rows.iter().map(|i| trace[*i].force_n[0]).collect();
     loads.sort_by(f64::total_cmp);
     Some(TareFit {
@@ -252,11 +268,11 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
         friction: [p[3].exp(), p[4]],
         exponent_sd: sd(4),
         normal_exponent_correlation: covariance[(2, 4)] / (sd(2) * sd(4)),
-        gain_2ll: (without - with).max(0.0),
-        p: (-minus_ln_p(wald, 2)).exp(),
-        rms_n: [rms(&plain), rms(&p)],
+        gain_2ll,
+        p: (-minus_ln_p(wald_statistic(&covariance, &p, sd), 2)).exp(),
+        rms_n: [rms_distance_n(trace, &rows, &without), rms_distance_n(trace, &rows, &p)],
         noise_n,
-        friction_coefficient: [coefficient(0.0, 0.0), coefficient(p[0], p[1])],
+        friction_coefficient: [[0.0, 0.0], [p[0], p[1]]].map(|tare| friction_coefficient(trace, &rows, tare)),
         load_n: [loads[loads.len() / 20], loads[loads.len() - 1 - loads.len() / 20]],
         harmonics: std::array::from_fn(|k| p[5 + k]),
         rows,
@@ -282,7 +298,7 @@ fn between_parts(rows: &[usize], trace: &[TraceRow], p: &Vector, noise_n: f64) -
     square.map(|s| (s * (PARTS - 1) as f64 / PARTS as f64).sqrt())
 }
 
-/// Root mean square changes under other choices that nothing in the trace decides between: harmonics half and twice as
+/// Root mean square changes of the parameters under other choices that nothing in the trace decides between: harmonics half and twice as
 /// free, an exponent near 0.6 and near 1, fewer and more rows taken as sliding.
 fn between_forms(rows: &[usize], trace: &[TraceRow], p: &Vector, noise_n: f64) -> Vector {
     let harmonics = |factor: f64| -> Prior {

@@ -34,13 +34,13 @@ pub struct CrossValidationError {
     pub rms_before_n: [f64; 3],
     /// With the claimed effects.
     pub rms_after_n: [f64; 3],
-    /// What row noise and scatter between runs leave of a perfect model.
+    /// Residual that a perfect model would leave: row noise and scatter between runs.
     pub floor_rms_n: [f64; 3],
     /// Before over floor, worst channel.
     pub ratio_before: f64,
     /// After over floor, worst channel.
     pub ratio_after: f64,
-    /// What the correction would have given, N, where it did not bring these runs closer: then it is not made, and
+    /// Residual with the correction, N, where it did not bring these runs closer: then it is not made, and
     /// after equals before.
     pub refused_after_n: Option<[f64; 3]>,
 }

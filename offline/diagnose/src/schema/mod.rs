@@ -80,7 +80,7 @@ pub struct EffectFound {
 pub struct Disagreement {
     /// Root mean square residual of normal, x, y, N.
     pub rms_n: [f64; 3],
-    /// What noise and scatter between runs leave of a perfect model.
+    /// Residual that a perfect model would leave: row noise and scatter between runs.
     pub floor_rms_n: [f64; 3],
     /// Quotient.
     pub ratio: [f64; 3],
@@ -123,7 +123,7 @@ pub struct Baseline {
     pub parameters: Vec<BaselineParameter>,
     /// Scales.
     pub rescale: Rescale,
-    /// What the baseline leaves of the calibration runs over their noise: normal, x, y; 1 fits to the noise.
+    /// Residual of the baseline within the calibration runs over their noise: normal, x, y; 1 is a fit to the noise.
     pub calibration_misfit: [f64; 3],
 }
 
@@ -167,7 +167,7 @@ pub struct LawTest {
     pub reason: String,
 }
 
-/// What no law explains.
+/// Structure that no law explains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnexplainedFound {
     /// Whether it counts.
@@ -219,7 +219,7 @@ pub struct FeConfirmation {
     pub without_equilibrium: Vec<String>,
     /// The calibration strokes that the finite-element finger was fitted to.
     pub calibration_runs: Vec<String>,
-    /// What is left of these, N.
+    /// Root mean square residual of these, N.
     pub calibration_rms_n: [f64; 3],
     /// Factor on the tissue's stiffness that they asked for, at 0.9 mm.
     pub stiffness: f64,
@@ -271,13 +271,14 @@ pub struct Diagnosis {
     pub holdout: CrossValidationError,
     /// The finite-element model with the effect.
     pub fe_confirmation: Option<FeConfirmation>,
-    /// What to measure next.
+    /// Strokes that would settle an ambiguous verdict.
     pub next_experiment: Option<NextExperiment>,
     /// The model file with the effect.
     pub corrected_model: Option<String>,
-    /// What the core with this file leaves of the held-out runs (of the measured ones where there are none), N.
+    /// Root mean square residual of the core with this file on the held-out runs (on the measured ones where there are
+    /// none), N.
     pub corrected_rms_n: Option<[f64; 3]>,
-    /// What went in.
+    /// Files of the diagnosis.
     pub input: Vec<InputFile>,
     /// Seed.
     pub seed: u64,

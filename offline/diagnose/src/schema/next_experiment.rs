@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct NextExperiment {
     /// The pairs of families that it separates.
     pub separates: Vec<[String; 2]>,
-    /// What is varied.
+    /// Column that the strokes vary, or `all`.
     pub factor: String,
     /// Least separation that is to be expected.
     pub lambda_rival_expected: f64,

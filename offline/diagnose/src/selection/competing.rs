@@ -98,7 +98,7 @@ struct Comparison<'a> {
     switched_off_n: Vec<f64>,
     /// The linear picture there.
     projection: Projection<'a>,
-    /// What the accepted law does to the readings, nuisance projected out.
+    /// Change of the readings by the accepted law, nuisance projected out.
     effect: ProjectedColumn,
     gain_2ll: f64,
     lambda_detect: f64,
@@ -159,7 +159,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The largest part of the accepted law's effect that the tangents of another law explain, over its grid.
+    /// The largest part of the accepted law's effect that the derivatives of another law explain, over its grid.
     fn explained_by_grid(&self, law: &Law) -> f64 {
         self.by_protocol
             .iter()
@@ -169,7 +169,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// The part of the accepted law's effect that another law does not explain at its size, which for a large effect its
-    /// tangent at none does not tell.
+    /// derivative at size 0 does not tell.
     fn separation_at_size(&self, active: &ActiveLaw) -> f64 {
         let mut laws = self.others.clone();
         laws.push(active.clone());

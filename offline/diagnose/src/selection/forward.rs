@@ -266,7 +266,7 @@ impl<'a> Search<'a> {
                 {
                     test.gain_2ll = (self.null.minus_2ll - fit.minus_2ll).max(0.0);
                 }
-                // What the baseline's form explains of the scan's gain it explains of the refit's.
+                // The baseline's error of form has the same share of the refit's gain as of the scan's.
                 let share = if of_depth { 1.0 } else { (excess / scanned.max(1e-9)).min(1.0) };
                 out.push(Refit { fit, p_runs, share });
             }

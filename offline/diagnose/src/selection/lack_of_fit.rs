@@ -16,7 +16,7 @@ use crate::statistics::sign_flips::{Score, SignFlips};
 use crate::statistics::tails::{f_tail, minus_ln_p};
 use crate::statistics::task::Task;
 
-/// What is left after the accepted effects.
+/// Structure and scatter that are left after the accepted effects.
 #[derive(Clone, Debug, Default)]
 pub struct LackOfFit {
     /// Whether it counts.
@@ -37,7 +37,7 @@ pub struct LackOfFit {
     pub p_scatter: f64,
 }
 
-/// What the test compares a fit with.
+/// Numbers and runs that the test compares a fit with.
 pub struct Expectations<'a> {
     /// The effect-free runs, in which errors of the baseline's form show too.
     pub effect_free: (&'a ModelDiscrepancy<'a>, &'a RunSet),

@@ -13,7 +13,7 @@ use crate::model::starting_point::starting_point;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::task::Task;
 
-/// What was fitted to the calibration runs.
+/// Parameters, noise and variances of the calibration runs.
 #[derive(Clone)]
 pub struct Calibration {
     /// The optimum.

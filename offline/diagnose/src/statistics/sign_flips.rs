@@ -160,7 +160,7 @@ impl Score {
 
     /// The gain that is left if the group is also there in runs that have no effect.
     ///
-    /// What the baseline's form gets wrong is the same in both sets. The estimate from the effect-free runs, shrunk by
+    /// An error of the baseline's form is the same in both sets. The estimate from the effect-free runs, shrunk by
     /// how far its gain g exceeds what chance gives, is taken off, and its uncertainty added.
     pub fn excess(&self, without_effect: Option<&Score>) -> f64 {
         let gain = self.gain();

@@ -1,4 +1,4 @@
-//! What is fitted to what: runs, the smooth model's reference curves, and what is known of its parameters.
+//! A task of inference: runs, the smooth model's reference curves, and the priors of its parameters and variances.
 //!
 //! Main type: [`Task`].
 

@@ -30,7 +30,7 @@ pub struct Decision<'a> {
     pub selection: Selection,
     /// The hypotheses for the place of each accepted law.
     pub hypotheses: Vec<CompetingHypotheses>,
-    /// What the accepted laws leave.
+    /// Structure that the accepted laws leave.
     pub lack_of_fit: LackOfFit,
     /// The verdict.
     pub verdict: Verdict,

@@ -12,7 +12,7 @@ use crate::model::random_effects::PerEffect;
 use crate::schema::Region;
 use crate::statistics::calibration::Calibration;
 
-/// What a diagnosis found, beyond the report.
+/// Fits, sets and maps of a diagnosis, beyond its report.
 pub struct Evidence {
     /// Residual map before any effect.
     pub map_before: Vec<Region>,

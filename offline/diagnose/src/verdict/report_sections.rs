@@ -108,7 +108,7 @@ pub fn tests(decision: &Decision<'_>) -> Vec<LawTest> {
         .collect()
 }
 
-/// What the accepted laws leave.
+/// Structure that the accepted laws leave.
 pub fn unexplained(decision: &Decision<'_>) -> UnexplainedFound {
     let u = &decision.lack_of_fit;
     UnexplainedFound {
