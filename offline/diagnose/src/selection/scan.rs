@@ -23,7 +23,7 @@ pub struct GridPoint {
 pub struct ScoredGridPoint {
     /// Index of the grid point.
     pub grid_point: usize,
-    /// ProjectedColumn columns.
+    /// Its columns, nuisance projected out.
     pub projected: Vec<ProjectedColumn>,
     /// Its score; `None` where the runs have no information on it.
     pub score: Option<Score>,

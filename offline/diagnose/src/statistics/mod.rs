@@ -1,7 +1,7 @@
 //! Statistics of runs: the mixed model and its fit, derivatives, precision, projections, tail probabilities, sign flips,
 //! and the calibration.
 //!
-//! Main types: [`Task`](task::Task) (what is fitted to what), [`Fit`](fit::Fit), [`Projection`](projection::Projection)
+//! Main types: [`Task`](task::Task) (runs with priors), [`Fit`](fit::Fit), [`Projection`](projection::Projection)
 //! (the linear picture at a fit), [`Score`](sign_flips::Score), [`Calibration`](calibration::Calibration).
 //! May use: model, data, laws, `fingerpad-smooth`.
 

@@ -164,14 +164,14 @@ mod tests {
         let mut column = || -> Vec<f64> { (0..layout.len()).map(|_| next()).collect() };
         let columns: Vec<Vec<f64>> = (0..RANDOM_EFFECTS).map(|_| column()).collect();
         let v = [0.5, 2.0, 0.0, 0.1, 3.0, 1.0];
-        let effect_columns = RandomEffectColumns::new(layout.clone(), columns.clone());
-        let precision = effect_columns.precision(&v);
-        let block = Block::new((0..5).map(|_| effect_columns.observed(column())).collect());
-        let other = effect_columns.observed(column());
+        let random_effects = RandomEffectColumns::new(layout.clone(), columns.clone());
+        let precision = random_effects.precision(&v);
+        let block = Block::new((0..5).map(|_| random_effects.observed(column())).collect());
+        let other = random_effects.observed(column());
         let weighed = block.weighed(&precision);
         let times = block.times(&weighed, &precision, &[&other]);
         let (a, b) = (precision.projected(&block.columns[0]), precision.projected(&other));
-        let predicted = effect_columns.best_predictions(&v, &other);
+        let predicted = random_effects.best_predictions(&v, &other);
         let mut log_det = 0.0;
         let (mut gram, mut by_run) = (DMatrix::zeros(5, 5), 0.0);
         for run in 0..layout.runs() {

@@ -58,8 +58,8 @@ impl<'a> Projection<'a> {
 
     /// At a fit. `law_columns`: columns of the laws in force, over the row noise.
     pub fn new(task: &'a Task<'a>, fit: &Fit, derivatives: &'a Derivatives, law_columns: Vec<Vec<f64>>) -> Self {
-        let effect_columns = &derivatives.random_effects;
-        let precision = effect_columns.precision(&fit.variances);
+        let random_effects = &derivatives.random_effects;
+        let precision = random_effects.precision(&fit.variances);
         let scaled: Vec<f64> = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
         let root = &task.prior.root;
         let pull = root
@@ -67,8 +67,8 @@ impl<'a> Projection<'a> {
                 Parameter::COUNT,
                 Parameter::all().map(|p| task.prior.mean[p] - fit.parameters[p]),
             );
-        let residual = ProjectedColumn::new(effect_columns.observed(scaled), pull.as_slice(), &precision);
-        let laws = Block::new(law_columns.into_iter().map(|c| effect_columns.observed(c)).collect());
+        let residual = ProjectedColumn::new(random_effects.observed(scaled), pull.as_slice(), &precision);
+        let laws = Block::new(law_columns.into_iter().map(|c| random_effects.observed(c)).collect());
         let gram = nuisance_gram(derivatives, &laws, &precision, root);
         let of_parameters = derivatives.parameters.columns.iter().cloned().enumerate();
         let nuisance = of_parameters

@@ -74,11 +74,10 @@ pub struct RandomEffectColumns {
 impl RandomEffectColumns {
     /// From the six columns, each of the layout's length.
     pub fn new(layout: Layout, columns: Vec<Vec<f64>>) -> Self {
-        let mut effect_columns = Self { layout, columns, gram: Vec::new() };
-        let rows: Vec<Vec<EffectLanes>> =
-            effect_columns.columns.iter().map(|c| effect_columns.products_with(c)).collect();
-        effect_columns.gram = (0..rows[0].len()).map(|group| std::array::from_fn(|k| rows[k][group])).collect();
-        effect_columns
+        let mut out = Self { layout, columns, gram: Vec::new() };
+        let rows: Vec<Vec<EffectLanes>> = out.columns.iter().map(|c| out.products_with(c)).collect();
+        out.gram = (0..rows[0].len()).map(|group| std::array::from_fn(|k| rows[k][group])).collect();
+        out
     }
 
     /// Zᵀ times a column, per run.

@@ -210,7 +210,7 @@ pub struct SignFlips {
 }
 
 impl SignFlips {
-    /// SignFlips the runs of all scores together.
+    /// Flips the signs of the runs in all scores together.
     pub fn of(scores: &[Score], runs: usize, seed: u64) -> Self {
         let mut signs = RandomSigns::new(seed);
         let (mut information, mut empirical) = (Vec::with_capacity(FLIPS), Vec::with_capacity(FLIPS));

@@ -1,4 +1,4 @@
-//! Where simulation and measurement disagree: residuals in bins of every column, with the run as the unit.
+//! Residual map: where simulation and measurement disagree, in bins of every column, with the run as the unit.
 
 use crate::data::runs::RunSet;
 use crate::laws::Column;
@@ -84,65 +84,81 @@ pub fn residual_map(set: &RunSet, residual_n: &[f64]) -> Vec<Region> {
     let relative = relative(set, residual_n);
     let mut out = Vec::new();
     for (column, unit) in COLUMNS.into_iter().filter(|(c, _)| set.has(*c)) {
-        // Bin edges at quantiles of the contact rows.
-        let mut values: Vec<f64> = Vec::new();
-        let mut at = 0;
-        for run in &set.runs {
-            for i in 0..run.rows.len() {
-                let v = value(column, run, i);
-                if v.is_finite() && relative[at][0].is_finite() {
-                    values.push(v);
-                }
-                at += 1;
-            }
-        }
-        values.sort_by(f64::total_cmp);
-        if values.len() < 2 * BINS || !(values[values.len() - 1] > values[0]) {
-            continue;
-        }
-        let mut edges: Vec<f64> = (0..=BINS).map(|k| values[(k * (values.len() - 1)) / BINS]).collect();
-        edges.dedup();
+        let Some(edges) = bin_edges(set, column, &relative) else { continue };
         for bin in 0..edges.len().saturating_sub(1) {
-            let (from, to) = (edges[bin], edges[bin + 1]);
+            let range = [edges[bin], edges[bin + 1]];
             let last = bin + 2 == edges.len();
-            for (channel, name) in CHANNELS.iter().enumerate() {
-                let mut means: Vec<f64> = Vec::new();
-                let mut at = 0;
-                for run in &set.runs {
-                    let (mut sum, mut n) = (0.0, 0.0);
-                    for i in 0..run.rows.len() {
-                        let v = value(column, run, i);
-                        let r = relative[at][channel];
-                        if v >= from && (v < to || (last && v <= to)) && r.is_finite() {
-                            sum += r;
-                            n += 1.0;
-                        }
-                        at += 1;
-                    }
-                    if n > 0.0 {
-                        means.push(sum / n);
-                    }
-                }
-                let n = means.len() as f64;
-                if n < 3.0 {
-                    continue;
-                }
-                let mean = means.iter().sum::<f64>() / n;
-                let sd = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-                out.push(Region {
-                    column: column.name().to_owned(),
-                    unit: unit.to_owned(),
-                    from,
-                    to,
-                    channel: (*name).to_owned(),
-                    mean_relative: mean,
-                    z: mean / (sd / n.sqrt()).max(1e-9),
-                    runs: means.len(),
-                });
-            }
+            let regions = (0..CHANNELS.len()).filter_map(|channel| {
+                let means = run_means(set, column, &relative, channel, range, last);
+                region(column, unit, channel, range, &means)
+            });
+            out.extend(regions);
         }
     }
     out
+}
+
+/// Edges of a column's bins at quantiles of its contact rows; `None` where it does not vary.
+fn bin_edges(set: &RunSet, column: Column, relative: &[[f64; 3]]) -> Option<Vec<f64>> {
+    let rows = set.runs.iter().flat_map(|run| (0..run.rows.len()).map(move |i| value(column, run, i)));
+    let mut values: Vec<f64> =
+        rows.zip(relative).filter(|(v, r)| v.is_finite() && r[0].is_finite()).map(|(v, _)| v).collect();
+    values.sort_by(f64::total_cmp);
+    if values.len() < 2 * BINS || !(values[values.len() - 1] > values[0]) {
+        return None;
+    }
+    let mut edges: Vec<f64> = (0..=BINS).map(|k| values[(k * (values.len() - 1)) / BINS]).collect();
+    edges.dedup();
+    Some(edges)
+}
+
+/// Mean relative residual of each run that has rows in a bin, whose upper end belongs to it if it is the last one.
+fn run_means(
+    set: &RunSet,
+    column: Column,
+    relative: &[[f64; 3]],
+    channel: usize,
+    [from, to]: [f64; 2],
+    last: bool,
+) -> Vec<f64> {
+    let mut means: Vec<f64> = Vec::new();
+    let mut at = 0;
+    for run in &set.runs {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for i in 0..run.rows.len() {
+            let v = value(column, run, i);
+            let r = relative[at][channel];
+            if v >= from && (v < to || (last && v <= to)) && r.is_finite() {
+                sum += r;
+                n += 1.0;
+            }
+            at += 1;
+        }
+        if n > 0.0 {
+            means.push(sum / n);
+        }
+    }
+    means
+}
+
+/// A region from its runs' means; `None` with fewer than three runs.
+fn region(column: Column, unit: &str, channel: usize, [from, to]: [f64; 2], means: &[f64]) -> Option<Region> {
+    let n = means.len() as f64;
+    if n < 3.0 {
+        return None;
+    }
+    let mean = means.iter().sum::<f64>() / n;
+    let sd = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    Some(Region {
+        column: column.name().to_owned(),
+        unit: unit.to_owned(),
+        from,
+        to,
+        channel: CHANNELS[channel].to_owned(),
+        mean_relative: mean,
+        z: mean / (sd / n.sqrt()).max(1e-9),
+        runs: means.len(),
+    })
 }
 
 /// The regions whose mean lies more than 3.5 standard errors from zero, strongest first.
