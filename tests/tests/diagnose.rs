@@ -3,7 +3,9 @@
 use fingerpad::Effects;
 use fingerpad::ModelFile;
 use fingerpad_diagnose::runs_csv;
-use fingerpad_diagnose::{CORNEOMETER_SD_AU, Correction, TableRow, Verdict, corrected, diagnose_table, replay_all};
+use fingerpad_diagnose::{
+    CORNEOMETER_SD_AU, Correction, TableRow, Verdict, corrected_model, diagnose_table, replay_all,
+};
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
 use fingerpad_tests::synthetic_truth::score::{Class, reference, run, run_with_evidence, score, shipped};
@@ -42,7 +44,7 @@ fn the_corrected_file_reproduces_the_gap_after() {
         let (report, evidence) =
             run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
         assert_eq!(report.verdict, Verdict::Named, "seed {seed} {name}");
-        let made = corrected(shipped().file().model.data(), &reference(), &evidence).unwrap();
+        let made = corrected_model(shipped().file().model.data(), &reference(), &evidence).unwrap();
         // As `fingerpad eval --runs` reads it: the file alone, on the hold-out set as it was measured.
         let file = ModelFile::new(&made.bytes).unwrap();
         let file = file.file();

@@ -5,11 +5,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use fingerpad_confirm::{Confirmation, FeRow, FeStroke, Prepared, Ran};
-use fingerpad_diagnose::{Evidence, Reference};
+use fingerpad_diagnose::Evidence;
 use fingerpad_fe::experiment::bone_height_mm;
 use fingerpad_fe::load_path::{MarchError, Problem};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats as formats;
+use fingerpad_smooth::ReferenceCurves;
 use indicatif::{ProgressBar, ProgressStyle};
 use sha2::{Digest, Sha256};
 
@@ -29,7 +30,7 @@ struct Runner<'a> {
 /// * `folder`: where finished strokes are kept; those of an earlier, interrupted run are taken from there
 pub fn confirm(
     model: &Model,
-    reference: &Reference,
+    reference: &ReferenceCurves,
     evidence: &Evidence,
     strokes: usize,
     folder: &Path,

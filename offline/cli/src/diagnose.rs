@@ -5,11 +5,12 @@ use std::time::Instant;
 
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    Brief, CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, Reference, RunSet,
-    Settings, Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, ReducedDiagnosis, RunSet,
+    SelectionSettings, Verdict, corrected_model, diagnose, diagnose_forces, diagnose_table, laws::Column,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
+use fingerpad_smooth::ReferenceCurves;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Failure, INTERRUPTED, Model};
@@ -179,13 +180,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let measured = read(measured_path)?;
     let (file, model) = super::model::load(args.model.as_deref())?;
     let data = *file.file().model.data();
-    let reference = Reference::of(&data, args.model.is_some());
+    let reference = ReferenceCurves::from_model_data(&data, args.model.is_some());
     let mut errors = args.covariate_sd.clone();
     if !errors.iter().any(|e| e.column == Column::Hydration) {
         errors.push(CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU });
     }
-    let options =
-        Options { settings: Settings { alpha: args.alpha, seed: args.seed, ..Settings::default() }, errors, model };
+    let selection = SelectionSettings { alpha: args.alpha, seed: args.seed, ..SelectionSettings::default() };
+    let options = Options { settings: selection, errors, model };
     let spinner = ProgressBar::new_spinner();
     spinner.enable_steady_tick(std::time::Duration::from_millis(120));
     let mut held: Option<InputFile> = None;
@@ -211,7 +212,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if report.effects.is_empty() || report.holdout.refused_after_n.is_some() {
         let _ = std::fs::remove_file(&model_file);
     } else {
-        match corrected(&data, &reference, &evidence) {
+        match corrected_model(&data, &reference, &evidence) {
             Ok(made) => {
                 formats::atomic_write(&model_file, |w| w.write_all(&made.bytes))?;
                 report.corrected_model = Some("corrected.fpm".into());
@@ -241,7 +242,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Writes a diagnosis of forces alone or of a table.
-fn brief(args: &Args, path: &Path, out: &Path, mut brief: Brief, rows: usize) -> Result<(), Failure> {
+fn brief(args: &Args, path: &Path, out: &Path, mut brief: ReducedDiagnosis, rows: usize) -> Result<(), Failure> {
     use sha2::Digest;
     let bytes = std::fs::read(path).map_err(|source| formats::Error::File { path: path.to_path_buf(), source })?;
     brief.report.input = vec![InputFile {

@@ -1,7 +1,7 @@
-//! A representative part of a set: runs far from each other in depth, direction and what drives the effect.
+//! Choice of representative runs of a set: far from each other in depth, direction and what drives the effect.
 
+use fingerpad_diagnose::RunSet;
 use fingerpad_diagnose::laws::Column;
-use fingerpad_diagnose::runs::RunSet;
 
 /// Rank of each value among all, 0 to 1; equal values share it.
 fn ranks(values: &[f64]) -> Vec<f64> {

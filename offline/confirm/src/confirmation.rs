@@ -1,21 +1,19 @@
-//! From a diagnosis to the finite elements' own gap before and after the effect.
+//! Confirmation of a diagnosis: what the finite elements leave of measured strokes before and after the effect.
+//!
+//! Main types: [`Prepared`], [`Confirmation`].
+
+use fingerpad_diagnose::laws::{Column, Place};
+use fingerpad_diagnose::{ActiveLaw, Evidence, FeConfirmation, ResidualSums, Run, RunSet, noise_floor_n};
+use fingerpad_fe::contact::RubberFriction;
+use fingerpad_smooth::{MIDDLE_MM, Parameters, ReferenceCurves};
 
 use super::choice::spread;
-use super::scale::{Refit, Scale, Seen};
-use super::stroke::{FeRow, FeStroke, few};
-use fingerpad_diagnose::base::Reference;
-use fingerpad_diagnose::evidence::Evidence;
-use fingerpad_diagnose::heldout::{Squares, floor_n};
-use fingerpad_diagnose::laws::{Column, Place};
-use fingerpad_diagnose::runs::{Run, RunSet};
-use fingerpad_diagnose::schema::FeConfirmation;
-use fingerpad_diagnose::verdict::task_of;
-use fingerpad_diagnose::walk::Active;
-use fingerpad_fe::contact::RubberFriction;
+use super::scale::{FingerScale, FittedRow, Refit};
+use super::stroke::{FeRow, FeStroke, kept_rows};
 
 /// Rounds of calibration at most.
 pub const ROUNDS: usize = 4;
-/// Calibrated where no freedom moves by more than this share of its standard deviation between fingers.
+/// The finger is calibrated where no coefficient moves by more than this share of its standard deviation between fingers.
 const SETTLED: f64 = 0.01;
 
 /// What running a list of strokes gave: one entry per stroke, `None` where the finite elements found no equilibrium.
@@ -30,7 +28,7 @@ struct Part {
 impl Part {
     fn of(set: &RunSet, chosen: &[usize]) -> Self {
         let set = set.subset(|i| chosen.contains(&i));
-        let rows = set.runs.iter().map(few).collect();
+        let rows = set.runs.iter().map(kept_rows).collect();
         Self { set, rows }
     }
 
@@ -41,7 +39,7 @@ impl Part {
 
 /// What is to be run.
 pub struct Prepared<'a> {
-    reference: &'a Reference,
+    reference: &'a ReferenceCurves,
     evidence: &'a Evidence,
     law: RubberFriction,
     calibration: Part,
@@ -56,11 +54,31 @@ pub struct Confirmation {
     pub rows: Vec<[[f64; 3]; 3]>,
 }
 
+/// The finite-element finger after its calibration.
+struct Calibrated {
+    scale: FingerScale,
+    /// Area under which the laws were fitted over that of the finite elements.
+    area_ratio: f64,
+    /// What is left of the calibration strokes, N.
+    rms_n: [f64; 3],
+}
+
+/// Residuals on the strokes that were run.
+#[derive(Default)]
+struct Residuals {
+    /// Of the finite elements before and after the effect, the noise floor, of the smooth model before and after.
+    sums: [ResidualSums; 5],
+    /// Readings, before, after, of every kept row in turn, N.
+    rows: Vec<[[f64; 3]; 3]>,
+    runs: Vec<String>,
+    without_equilibrium: Vec<String>,
+}
+
 impl<'a> Prepared<'a> {
     /// Chooses `count` strokes of the calibration and of the held-out set (of the measured one, where there is none).
     ///
     /// * `law`: the law of friction of the finite-element finger
-    pub fn new(reference: &'a Reference, evidence: &'a Evidence, law: RubberFriction, count: usize) -> Self {
+    pub fn new(reference: &'a ReferenceCurves, evidence: &'a Evidence, law: RubberFriction, count: usize) -> Self {
         let mut drivers: Vec<Column> = Vec::new();
         evidence.laws.iter().for_each(|a| drivers.extend(a.law.drivers));
         let calibration = Part::of(&evidence.calibration_set, &spread(&evidence.calibration_set, &[], count));
@@ -94,65 +112,20 @@ impl<'a> Prepared<'a> {
         shape: &str,
         run: &mut dyn FnMut(&str, &[FeStroke<'_>]) -> Result<Ran, E>,
     ) -> Result<Confirmation, E> {
+        let Calibrated { scale, area_ratio, rms_n } = self.calibrate(run)?;
         let evidence = self.evidence;
-        let beta = self.law.beta;
-        let fit = |theta: &[f64]| Refit {
-            from: self.reference.with(&evidence.theta_calibrated),
-            to: self.reference.with(theta),
-            beta,
+        let refit = |parameters: &Parameters| Refit {
+            from: self.reference.model(&evidence.parameters_calibrated),
+            to: self.reference.model(parameters),
+            beta: self.law.beta,
         };
-        let sigma = self.floor(&self.calibration, &evidence.theta_calibrated, &[]);
-        let mut scale = Scale::default();
-        let mut area = 1.0;
-        let mut calibrated = Squares::default();
-        for round in 0..ROUNDS {
-            let strokes = strokes(&self.calibration, &[], &scale, None, self.law);
-            let ran = run("calibrating", &strokes)?;
-            let seen = seen(&self.calibration, &strokes, &ran, &sigma);
-            area = self.area(&self.calibration, &ran);
-            calibrated = Squares::default();
-            calibrated.add(seen.iter().flat_map(|s| (0..3).map(|k| s.reading_n[k] - s.predicted_n[k])));
-            if round + 1 == ROUNDS {
-                break;
-            }
-            let last = scale;
-            if scale.improve(&seen, beta) < SETTLED {
-                scale = last;
-                break;
-            }
-        }
-        let (null, full) = (fit(&evidence.theta_null), fit(&evidence.theta));
+        let (null, full) = (refit(&evidence.parameters_without_laws), refit(&evidence.parameters));
         let before = strokes(&self.strokes, &[], &scale, Some(&null), self.law);
         let after = strokes(&self.strokes, &evidence.laws, &scale, Some(&full), self.law);
         let ran = [run("without the effect", &before)?, run("with the effect", &after)?];
-
-        let task = task_of(&self.strokes.set, self.reference, &evidence.calibration);
-        let reduced = [task.predict(&evidence.theta_null, &[]), task.predict(&evidence.theta, &evidence.laws)];
-        let floor = self.floor(&self.strokes, &evidence.theta, &evidence.laws);
-        let mut sums = [Squares::default(); 5];
-        let (mut rows, mut names, mut at, mut failed) = (Vec::new(), Vec::new(), 0, Vec::new());
-        for (k, measured) in self.strokes.set.runs.iter().enumerate() {
-            let start = at;
-            at += measured.rows.len();
-            let (Some(plain), Some(with)) = (&ran[0][k], &ran[1][k]) else {
-                failed.push(measured.labels.run.clone());
-                continue;
-            };
-            names.push(measured.labels.run.clone());
-            let (plain, with) = (before[k].readings(plain, area), after[k].readings(with, area));
-            for ((&i, plain), with) in self.strokes.rows[k].iter().zip(plain).zip(with) {
-                let reading = measured.force_n[i];
-                let of = |list: &[f64]| -> [f64; 3] { std::array::from_fn(|c| list[3 * (start + i) + c]) };
-                let less = |p: [f64; 3]| (0..3).map(move |c| reading[c] - p[c]);
-                sums[0].add(less(plain));
-                sums[1].add(less(with));
-                sums[2].add(of(&floor).into_iter());
-                sums[3].add(less(of(&reduced[0])));
-                sums[4].add(less(of(&reduced[1])));
-                rows.push([reading, plain, with]);
-            }
-        }
-        let [rms_before_n, rms_after_n, floor_rms_n, reduced_before_n, reduced_after_n] = sums.map(|s| s.rms());
+        let residuals = self.residuals([&before, &after], &ran, area_ratio);
+        let [rms_before_n, rms_after_n, floor_rms_n, reduced_before_n, reduced_after_n] =
+            residuals.sums.map(|s| s.rms());
         let report = FeConfirmation {
             mesh: mesh.to_owned(),
             rms_before_n,
@@ -160,33 +133,88 @@ impl<'a> Prepared<'a> {
             floor_rms_n,
             shape: shape.to_owned(),
             set: evidence.checked.clone(),
-            runs: names,
-            without_equilibrium: failed,
+            runs: residuals.runs,
+            without_equilibrium: residuals.without_equilibrium,
             calibration_runs: self.calibration.names(),
-            calibration_rms_n: calibrated.rms(),
-            stiffness: scale.stiffness(fingerpad_diagnose::base::MIDDLE_MM),
-            strength: scale.strength(fingerpad_diagnose::base::MIDDLE_MM, &Default::default()),
+            calibration_rms_n: rms_n,
+            stiffness: scale.stiffness(MIDDLE_MM),
+            strength: scale.strength(MIDDLE_MM, &Default::default()),
             reduced_before_n,
             reduced_after_n,
         };
-        Ok(Confirmation { report, rows })
+        Ok(Confirmation { report, rows: residuals.rows })
+    }
+
+    /// Fits the finite-element finger to the calibration strokes, in rounds until it settles.
+    fn calibrate<E>(&self, run: &mut dyn FnMut(&str, &[FeStroke<'_>]) -> Result<Ran, E>) -> Result<Calibrated, E> {
+        let sigma = self.floor(&self.calibration, &self.evidence.parameters_calibrated, &[]);
+        let mut out = Calibrated { scale: FingerScale::default(), area_ratio: 1.0, rms_n: [0.0; 3] };
+        for round in 0..ROUNDS {
+            let strokes = strokes(&self.calibration, &[], &out.scale, None, self.law);
+            let ran = run("calibrating", &strokes)?;
+            let rows = fitted_rows(&self.calibration, &strokes, &ran, &sigma);
+            out.area_ratio = self.area_ratio(&self.calibration, &ran);
+            let mut sums = ResidualSums::default();
+            sums.add(rows.iter().flat_map(|s| (0..3).map(|k| s.reading_n[k] - s.predicted_n[k])));
+            out.rms_n = sums.rms();
+            let mut improved = out.scale;
+            if round + 1 == ROUNDS || improved.improve(&rows, self.law.beta) < SETTLED {
+                break;
+            }
+            out.scale = improved;
+        }
+        Ok(out)
+    }
+
+    /// Residuals of the finite elements and of the smooth model before and after the effect, with the noise floor, on the
+    /// strokes that found an equilibrium both times.
+    fn residuals(&self, strokes: [&[FeStroke<'_>]; 2], ran: &[Ran; 2], area_ratio: f64) -> Residuals {
+        let evidence = self.evidence;
+        let task = evidence.calibration.task(&self.strokes.set, self.reference);
+        let without = task.predict(&evidence.parameters_without_laws, &[]);
+        let with_laws = task.predict(&evidence.parameters, &evidence.laws);
+        let floor = self.floor(&self.strokes, &evidence.parameters, &evidence.laws);
+        let mut out = Residuals::default();
+        let mut at = 0;
+        for (k, measured) in self.strokes.set.runs.iter().enumerate() {
+            let start = at;
+            at += measured.rows.len();
+            let (Some(plain), Some(with)) = (&ran[0][k], &ran[1][k]) else {
+                out.without_equilibrium.push(measured.labels.run.clone());
+                continue;
+            };
+            out.runs.push(measured.labels.run.clone());
+            let (plain, with) = (strokes[0][k].readings(plain, area_ratio), strokes[1][k].readings(with, area_ratio));
+            for ((&i, plain), with) in self.strokes.rows[k].iter().zip(plain).zip(with) {
+                let reading = measured.force_n[i];
+                let of = |list: &[f64]| -> [f64; 3] { std::array::from_fn(|c| list[3 * (start + i) + c]) };
+                let less = |p: [f64; 3]| (0..3).map(move |c| reading[c] - p[c]);
+                out.sums[0].add(less(plain));
+                out.sums[1].add(less(with));
+                out.sums[2].add(of(&floor).into_iter());
+                out.sums[3].add(less(of(&without)));
+                out.sums[4].add(less(of(&with_laws)));
+                out.rows.push([reading, plain, with]);
+            }
+        }
+        out
     }
 
     /// Standard deviation of every observation of a part, N.
-    fn floor(&self, part: &Part, theta: &[f64], laws: &[Active]) -> Vec<f64> {
-        let task = task_of(&part.set, self.reference, &self.evidence.calibration);
-        floor_n(&task, theta, laws, &self.evidence.scatter)
+    fn floor(&self, part: &Part, parameters: &Parameters, laws: &[ActiveLaw]) -> Vec<f64> {
+        let task = self.evidence.calibration.task(&part.set, self.reference);
+        noise_floor_n(&task, parameters, laws, &self.evidence.expected_variances)
     }
 
     /// Area under which the laws were fitted over the area of the finite elements, where it is pressed deepest.
-    fn area(&self, part: &Part, ran: &Ran) -> f64 {
-        let base = self.reference.with(&self.evidence.theta_calibrated);
+    fn area_ratio(&self, part: &Part, ran: &Ran) -> f64 {
+        let model = self.reference.model(&self.evidence.parameters_calibrated);
         let (mut fitted, mut found) = (0.0, 0.0);
         for ((run, kept), rows) in part.set.runs.iter().zip(&part.rows).zip(ran) {
             for (&i, fe) in kept.iter().zip(rows.iter().flatten()) {
                 let depth = run.rows[i].depth_mm;
                 if depth > 0.8 * run.depth_mm() && fe.area_mm2 > 0.0 {
-                    fitted += base.at(depth).area_mm2;
+                    fitted += model.at_depth(depth).area_mm2;
                     found += fe.area_mm2;
                 }
             }
@@ -197,8 +225,8 @@ impl<'a> Prepared<'a> {
 
 fn strokes<'s>(
     part: &'s Part,
-    laws: &'s [Active],
-    scale: &'s Scale,
+    laws: &'s [ActiveLaw],
+    scale: &'s FingerScale,
     refit: Option<&'s Refit>,
     law: RubberFriction,
 ) -> Vec<FeStroke<'s>> {
@@ -206,7 +234,7 @@ fn strokes<'s>(
 }
 
 /// Observations of the strokes that were run; in the air there is nothing to fit.
-fn seen(part: &Part, strokes: &[FeStroke<'_>], ran: &Ran, sigma_n: &[f64]) -> Vec<Seen> {
+fn fitted_rows(part: &Part, strokes: &[FeStroke<'_>], ran: &Ran, sigma_n: &[f64]) -> Vec<FittedRow> {
     let mut out = Vec::new();
     let mut start = 0;
     for (((run, kept), stroke), rows) in part.set.runs.iter().zip(&part.rows).zip(strokes).zip(ran) {
@@ -214,7 +242,7 @@ fn seen(part: &Part, strokes: &[FeStroke<'_>], ran: &Ran, sigma_n: &[f64]) -> Ve
             for ((&i, fe), predicted_n) in kept.iter().zip(rows).zip(stroke.readings(rows, 1.0)) {
                 let row = run.rows[i];
                 if row.depth_mm > 0.0 {
-                    out.push(Seen {
+                    out.push(FittedRow {
                         row,
                         depth_mm: row.depth_mm,
                         reading_n: run.force_n[i],

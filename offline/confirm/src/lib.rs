@@ -1,9 +1,10 @@
-//! The finite-element finger with the named effect inside its law: strokes re-run, its own gap before and after.
+//! Confirmation of a diagnosis by finite elements: the named effect is switched on inside their law of friction, measured
+//! strokes are run again, and what is left of them before and after is told.
 //!
 //! Main types: [`Confirmation`] (what is to be run and what came of it), [`FeStroke`] (a run as the finite elements take
-//! it), [`Scale`] (what of another finger the finite elements are given). A stiffness factor s is exact: the law
+//! it), [`FingerScale`] (scales that make it another finger). A stiffness factor s is exact: the law
 //! tau_crit(s sigma)/s acts on the unchanged tissue and all forces are multiplied by s.
-//! May use: slide and contact, this room's runs, laws and baseline. Reads and writes no files.
+//! May use: diagnose (runs, laws, evidence), smooth, fe (load path, contact). Reads and writes no files.
 
 mod choice;
 mod confirmation;
@@ -12,5 +13,5 @@ mod stroke;
 
 pub use choice::spread;
 pub use confirmation::{Confirmation, Prepared, Ran};
-pub use scale::Scale;
+pub use scale::FingerScale;
 pub use stroke::{FeRow, FeStroke};

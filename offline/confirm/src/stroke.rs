@@ -3,17 +3,16 @@
 use std::ops::ControlFlow;
 
 use fingerpad_diagnose::laws::{Change, REFERENCE_AREA_MM2, Row};
-use fingerpad_diagnose::runs::Run;
-use fingerpad_diagnose::walk::Active;
+use fingerpad_diagnose::{ActiveLaw, Run};
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::load_path::{Drive, MarchError, Path, Problem, Progress, Response, Waypoint, march_with_law};
 
-use super::scale::{Refit, Scale};
+use super::scale::{FingerScale, Refit};
 
 /// Rows of a run at which the finite elements are asked; longer runs are thinned.
 const MOST_ROWS: usize = 40;
 
-/// What the finite elements say of one row.
+/// Forces and contact of the finite elements at one row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FeRow {
     /// Forces of the unchanged tissue: normal, x, y, N.
@@ -43,14 +42,14 @@ pub struct FeStroke<'a> {
     /// Rows of the run that are asked, rising.
     pub kept: &'a [usize],
     run: &'a Run,
-    laws: &'a [Active],
-    scale: &'a Scale,
+    laws: &'a [ActiveLaw],
+    scale: &'a FingerScale,
     refit: Option<&'a Refit>,
     law: RubberFriction,
 }
 
-/// Rows that a stroke keeps: at most about forty, the turns and the last row among them.
-pub fn few(run: &Run) -> Vec<usize> {
+/// Numbers of the rows that a stroke keeps: at most about forty, the turns and the last row among them.
+pub fn kept_rows(run: &Run) -> Vec<usize> {
     let n = run.rows.len();
     let stride = n.div_ceil(MOST_ROWS).max(1);
     let turns = |i: usize| i + 1 < n && run.rows[i + 1].turn_mm < run.rows[i].turn_mm && run.rows[i].turn_mm > 0.0;
@@ -62,8 +61,8 @@ impl<'a> FeStroke<'a> {
     pub fn new(
         run: &'a Run,
         kept: &'a [usize],
-        laws: &'a [Active],
-        scale: &'a Scale,
+        laws: &'a [ActiveLaw],
+        scale: &'a FingerScale,
         refit: Option<&'a Refit>,
         law: RubberFriction,
     ) -> Self {
@@ -144,7 +143,7 @@ impl<'a> FeStroke<'a> {
     }
 }
 
-fn change(laws: &[Active], row: &Row) -> Change {
+fn change(laws: &[ActiveLaw], row: &Row) -> Change {
     let mut change = Change::default();
     laws.iter().for_each(|a| a.law.apply(&a.values, row, &mut change));
     change

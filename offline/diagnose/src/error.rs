@@ -1,4 +1,4 @@
-//! What makes a diagnosis impossible.
+//! Reasons for which a diagnosis is impossible.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ pub enum DiagnoseError {
     Unusable {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with row and column.
+        /// The problem, with row and column.
         problem: String,
     },
     /// The baseline could not be fitted.
@@ -18,7 +18,7 @@ pub enum DiagnoseError {
     Calibration {
         /// The calibration file.
         path: PathBuf,
-        /// What happened.
+        /// The problem.
         problem: String,
     },
     /// The corrected model could not be made.

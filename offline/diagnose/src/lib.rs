@@ -1,68 +1,52 @@
 //! Where simulation and measurement disagree, which effect is missing, and how much closer the model comes with it.
 //!
-//! Main types: [`RunSet`] (measured runs), [`laws::Law`] (the library), [`Diagnosis`] (the verdict with its evidence).
-//! The statistical unit is the run; effects are inserted into the model, never added to a force.
-//! May use: `fingerpad` (model files), nalgebra, and slide (`confirm` alone). Reads no files.
+//! The statistical unit is the run; effects are inserted into the model, never added to a force. Rooms, each of which uses
+//! only those after it:
+//!
+//! | room | what for |
+//! |---|---|
+//! | `reduced_input` | diagnoses from a trace of forces alone or a table |
+//! | `verdict` | what may be claimed, its report, the next experiment, the corrected model |
+//! | `selection` | which laws the runs ask for, and what competes with them |
+//! | `statistics` | mixed model, fits, projections, tail probabilities, calibration |
+//! | `model` | the smooth model along measured runs, priors, noise |
+//! | `data` | measured runs: readers, checks, corrections of columns |
+//! | `schema` | `report.json` as plain data |
+//! | `laws` | the library of effects |
+//!
+//! Main types: [`RunSet`] (measured runs), [`laws::Law`] (the library), [`Diagnosis`] (the report), [`Evidence`] (what
+//! stands behind it). May use: `fingerpad-smooth` (the model of the inference), `fingerpad` (model files),
+//! `fingerpad-formats` (errors of readers).
 
-mod bake;
-pub mod base;
-mod brief;
-mod calibrate;
-mod chance;
-mod check;
-mod corrected;
-mod course;
-mod covariates;
-mod design;
-mod diagnosis;
-mod effects;
+mod data;
 mod error;
-pub mod evidence;
-mod fit;
-pub mod force_only;
-mod form;
-mod guess;
-pub mod heldout;
 pub mod laws;
-mod metric;
-mod mixed;
-mod omnibus;
-mod plans;
-mod prior;
-mod products;
-mod regions;
-mod replay;
-mod rivals;
-pub mod runs;
-pub mod runs_csv;
-mod scan;
-pub mod schema;
-mod select;
-mod space;
-mod tangents;
-pub mod trace_csv;
-pub mod verdict;
-pub mod walk;
-mod wider;
+mod model;
+mod reduced_input;
+mod schema;
+mod selection;
+mod statistics;
+mod verdict;
 
-pub use base::{FREEDOM, Reference};
-pub use brief::{Brief, Plot, TableRow, force_only as diagnose_forces, table as diagnose_table};
-pub use calibrate::{Calibration, calibrate};
-pub use check::check;
-pub use corrected::{Corrected, corrected};
-pub use covariates::{CORNEOMETER_SD_AU, Correction, CovariateError};
-pub use design::NextExperiment;
-pub use diagnosis::{Options, diagnose};
+pub use data::checks::check;
+pub use data::covariates::{CORNEOMETER_SD_AU, Correction, CovariateError};
+pub use data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
+pub use data::{runs_csv, trace_csv};
 pub use error::DiagnoseError;
-pub use evidence::{DriverPlot, Evidence};
-pub use heldout::Gap;
-pub use plans::PlannedRun;
-pub use regions::{BINS, CHANNELS, COLUMNS, Region};
-pub use replay::{replay, replay_all};
-pub use runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
+pub use model::active_law::ActiveLaw;
+pub use model::core_replay::{replay, replay_all};
+pub use model::residual_sums::ResidualSums;
+pub use reduced_input::{Plot, ReducedDiagnosis, TableRow, diagnose_forces, diagnose_table};
 pub use schema::{
-    Baseline, BaselineParameter, CandidateLaw, Diagnosis, Disagreement, EffectFound, FeConfirmation, FittedParameter,
-    InputFile, LawTest, NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
+    Baseline, BaselineParameter, CandidateLaw, CrossValidationError, Diagnosis, Disagreement, EffectFound,
+    FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region, Rescale,
+    ScatterRatio, UnexplainedFound, Verdict,
 };
-pub use select::Settings;
-pub use verdict::Verdict;
+pub use selection::acceptance::SelectionSettings;
+pub use statistics::calibration::{Calibration, calibrate};
+pub use statistics::task::Task;
+pub use verdict::corrected_model::{CorrectedModel, corrected_model};
+pub use verdict::cross_validation::noise_floor_n;
+pub use verdict::diagnosis::{Options, diagnose};
+pub use verdict::evidence::{DriverPlot, Evidence};
+pub use verdict::regions::{BINS, CHANNELS, COLUMNS};

@@ -6,9 +6,11 @@ use std::time::Instant;
 
 use fingerpad::ModelFile;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlannedRun, Reference, RunSet,
-    Settings, Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlannedRun, RunSet,
+    SelectionSettings, Verdict, diagnose, laws::Column,
 };
+
+use fingerpad_smooth::ReferenceCurves;
 
 use super::Random;
 use super::effects::LIBRARY;
@@ -54,9 +56,9 @@ pub struct Scored {
 }
 
 /// The curves that the diagnosis starts from: those of the model that ships, as without `--model`.
-pub fn reference() -> Reference {
-    static REFERENCE: OnceLock<Reference> = OnceLock::new();
-    REFERENCE.get_or_init(|| Reference::of(shipped().file().model.data(), false)).clone()
+pub fn reference() -> ReferenceCurves {
+    static REFERENCE: OnceLock<ReferenceCurves> = OnceLock::new();
+    REFERENCE.get_or_init(|| ReferenceCurves::from_model_data(shipped().file().model.data(), false)).clone()
 }
 
 /// The model that ships.
@@ -89,7 +91,7 @@ pub fn run_with_evidence(
     hydration_sd: f64,
 ) -> (Diagnosis, Evidence) {
     let options = Options {
-        settings: Settings::default(),
+        settings: SelectionSettings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
         model: "shipped".into(),
     };

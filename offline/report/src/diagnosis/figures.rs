@@ -7,7 +7,7 @@ use crate::axes::{Axis, Panel};
 use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
 use crate::colour::{FAINT, GREY, INK, MODEL, SERIES, WHITE, mix, rgb};
 use crate::numbers::fixed;
-use fingerpad_diagnose::{Diagnosis, DriverPlot, FeConfirmation, Gap, Plot, Region};
+use fingerpad_diagnose::{CrossValidationError, Diagnosis, DriverPlot, FeConfirmation, Plot, Region};
 
 const MORE: BackendColor = rgb(0xb2182b);
 const LESS: BackendColor = rgb(0x2166ac);
@@ -223,7 +223,7 @@ pub struct GapBars<'a> {
 
 impl<'a> GapBars<'a> {
     /// Held-out runs; without a claimed effect there is no after.
-    pub fn held_out(gap: &Gap, claimed: bool) -> Self {
+    pub fn held_out(gap: &CrossValidationError, claimed: bool) -> Self {
         let mut series = vec![("before", gap.rms_before_n, GREY)];
         if claimed {
             series.push(("after", gap.rms_after_n, SERIES[1]));

@@ -8,7 +8,7 @@ mod page;
 mod words;
 
 use super::{Rendered, ReportError, canvas, html::Picture};
-use fingerpad_diagnose::{Brief, Diagnosis, Evidence, NextExperiment};
+use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis};
 pub use words::{summary, word};
 
 /// Makes page, numbers and figures.
@@ -70,7 +70,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
 /// Page, numbers and figure of a diagnosis of forces alone or of a table.
 ///
 /// Errors: [`ReportError`] if the figure cannot be drawn.
-pub fn render_brief(brief: &Brief) -> Result<Rendered, ReportError> {
+pub fn render_brief(brief: &ReducedDiagnosis) -> Result<Rendered, ReportError> {
     let json = serde_json::to_string_pretty(&brief.report)? + "\n";
     let mut files = Vec::new();
     let mut picture = None;

@@ -103,15 +103,23 @@ fn effects(report: &Diagnosis) -> String {
         let _ = write!(
             out,
             "</tbody>\n</table>\n</div>\n<p class=\"meta\">gain {} in 2 log likelihood ({} expected under this protocol); \
-             p = {:.1e} by the model over all laws and shapes, {} by sign flips over runs{}</p>\n",
+             p = {:.1e} by the model over all laws and shapes{}{}</p>\n",
             fixed(e.gain_2ll, 1),
             fixed(e.lambda_detect, 1),
             e.p_model,
-            fixed(e.p_runs, 3),
+            sign_flips(report, e.p_runs),
             if e.against_calibration { " (not a test here: the evidence lies against the calibration)" } else { "" }
         );
     }
     out
+}
+
+/// The p of the sign flips, where there are runs to be flipped.
+fn sign_flips(report: &Diagnosis, p_runs: f64) -> String {
+    if report.holdout.method.starts_with("none") {
+        return String::new();
+    }
+    format!(", {} by sign flips over runs", fixed(p_runs, 3))
 }
 
 fn next(report: &Diagnosis) -> String {

@@ -29,12 +29,35 @@ fn families(effect: &EffectFound) -> Vec<String> {
     list
 }
 
+/// A parameter's name without the unit in which it ends.
+fn without_unit(name: &str) -> &str {
+    const UNITS: [&str; 10] =
+        ["_n_s_per_mm", "_per_hour", "_per_mm", "_per_c", "_mm_s", "_deg", "_mm", "_au", "_n", "_s"];
+    UNITS.iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
+}
+
+/// Misfit of the calibration from which on its noise is not reached, over the noise between neighbouring rows.
+const MISFIT: f64 = 1.5;
+
+/// A sentence where the baseline does not fit the calibration runs to their noise.
+fn calibration_note(misfit: [f64; 3]) -> String {
+    let worst = misfit.into_iter().fold(0.0, f64::max);
+    if worst < MISFIT {
+        return String::new();
+    }
+    format!(
+        " The baseline does not fit the calibration runs to their noise: it leaves {} times the noise between neighbouring \
+         rows; what it gets wrong there may look like an effect or hide one.",
+        fixed(worst, 1)
+    )
+}
+
 fn size(effect: &EffectFound) -> String {
     let p = &effect.parameters[0];
     let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
     format!(
         "{} {}{unit} (95 %: {} to {}), {} % of the force at its 90th percentile",
-        plain(&p.name),
+        plain(without_unit(&p.name)),
         significant(p.value, 3),
         significant(p.ci95[0], 3),
         significant(p.ci95[1], 3),
@@ -58,6 +81,10 @@ pub fn axis(name: &str) -> String {
 
 /// The verdict as one paragraph.
 pub fn verdict(report: &Diagnosis) -> String {
+    answer(report) + &calibration_note(report.baseline.calibration_misfit)
+}
+
+fn answer(report: &Diagnosis) -> String {
     let gap = &report.holdout;
     let closing = if gap.refused_after_n.is_some() {
         format!(
@@ -220,4 +247,22 @@ pub fn gap_caption(report: &Diagnosis) -> String {
          runs leave of a perfect model; the quotient itself scatters by some ten per cent.{refused}",
         g.runs, g.method
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parameter_is_named_without_the_unit_that_follows_its_value() {
+        assert_eq!(plain(without_unit("coefficient_n_s_per_mm")), "coefficient");
+        assert_eq!(plain(without_unit("pull_off_n")), "pull off");
+        assert_eq!(plain(without_unit("amplitude_per_e_fold")), "amplitude per e fold");
+    }
+
+    #[test]
+    fn a_calibration_that_misses_its_noise_says_so() {
+        assert_eq!(calibration_note([1.1, 1.2, 1.0]), "");
+        assert!(calibration_note([1.1, 9.84, 1.0]).contains("9.8 times the noise"));
+    }
 }

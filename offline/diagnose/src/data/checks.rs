@@ -1,0 +1,321 @@
+//! Checks whether sets can carry a diagnosis at all: enough runs, possible units, signs and axes. A message names file, line
+//! and column.
+
+use crate::data::runs::{Run, RunSet};
+use crate::error::DiagnoseError;
+
+/// Fewest runs of a set.
+pub const LEAST_RUNS: usize = 6;
+
+fn unusable(set: &RunSet, problem: String) -> DiagnoseError {
+    DiagnoseError::Unusable { path: set.path.clone(), problem }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Depth and reading of the deepest row of each run.
+fn deepest(run: &Run) -> (f64, [f64; 3]) {
+    let i = (0..run.rows.len()).max_by(|a, b| run.rows[*a].depth_mm.total_cmp(&run.rows[*b].depth_mm)).unwrap_or(0);
+    (run.rows[i].depth_mm, run.force_n[i])
+}
+
+/// Checks one set.
+pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
+    if set.runs.len() < LEAST_RUNS {
+        return Err(unusable(
+            set,
+            format!(
+                "line {}, column run_id: {} run{} where at least {LEAST_RUNS} are needed: the run is the statistical unit",
+                set.runs.last().map_or(1, |r| r.line),
+                set.runs.len(),
+                if set.runs.len() == 1 { "" } else { "s" }
+            ),
+        ));
+    }
+    for run in &set.runs {
+        if run.rows.iter().all(|r| !(r.depth_mm > 0.0)) {
+            return Err(unusable(
+                set,
+                format!(
+                    "line {}, column depth_mm: run `{}` never touches (depth_mm <= 0 in all its rows)",
+                    run.line, run.labels.run
+                ),
+            ));
+        }
+    }
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for row in set.runs.iter().flat_map(|r| &r.rows).filter(|r| r.depth_mm > 0.0) {
+        least = least.min(row.depth_mm);
+        most = most.max(row.depth_mm);
+    }
+    if !(most - least > 0.02 * most) {
+        return Err(unusable(
+            set,
+            format!(
+                "line {}, column depth_mm: {least} in every contact row; a constant depth cannot calibrate how force depends on it",
+                set.runs[0].line
+            ),
+        ));
+    }
+    if most > 20.0 {
+        return Err(unusable(
+            set,
+            format!(
+                "line {}, column depth_mm: up to {most} mm into a fingertip; is the column in micrometres?",
+                line_of(set, |r| deepest(r).0 == most)
+            ),
+        ));
+    }
+    if most < 0.02 {
+        return Err(unusable(
+            set,
+            format!("line {}, column depth_mm: at most {most} mm; is the column in metres?", set.runs[0].line),
+        ));
+    }
+    units_within(set)?;
+    possible_forces(set)?;
+    columns(set)?;
+    friction_follows_motion(set)
+}
+
+fn line_of(set: &RunSet, pick: impl Fn(&Run) -> bool) -> usize {
+    set.runs.iter().find(|r| pick(r)).map_or(1, |r| r.line)
+}
+
+/// A run whose depth, force or slide is hundreds of times that of the others has another unit.
+fn units_within(set: &RunSet) -> Result<(), DiagnoseError> {
+    type Quantity = (&'static str, fn(&Run) -> f64);
+    let quantities: [Quantity; 3] = [
+        ("depth_mm", |r| deepest(r).0),
+        ("normal_force_n", |r| deepest(r).1[0].abs()),
+        ("slide_x_mm, slide_y_mm", |r| r.slide_mm.iter().map(|s| s[0].hypot(s[1])).fold(0.0, f64::max)),
+    ];
+    for (column, of) in quantities {
+        let values: Vec<f64> = set.runs.iter().map(of).filter(|v| *v > 0.0).collect();
+        let middle = median(values);
+        for run in &set.runs {
+            let v = of(run);
+            if v > 200.0 * middle || (column == "depth_mm" && v > 0.0 && v < middle / 200.0) {
+                return Err(unusable(
+                    set,
+                    format!(
+                        "line {}, column {column}: {v:.4} in run `{}` where the others have about {middle:.4}: mixed units?",
+                        run.line, run.labels.run
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Normal force over depth of a fingertip, N/mm: bounds that no finger or artificial fingertip comes near. The fingertip of
+/// the shipped model has 0.5 N/mm at 0.9 mm.
+const POSSIBLE_N_PER_MM: [f64; 2] = [1e-3, 100.0];
+
+/// Forces that no fingertip has at these depths are in another unit.
+fn possible_forces(set: &RunSet) -> Result<(), DiagnoseError> {
+    let ratios = set.runs.iter().map(deepest).map(|(depth_mm, [normal_n, ..])| normal_n.abs() / depth_mm);
+    let middle = median(ratios.collect());
+    let [low, high] = POSSIBLE_N_PER_MM;
+    let unit = if middle > high {
+        "millinewtons"
+    } else if middle < low {
+        "kilonewtons"
+    } else {
+        return Ok(());
+    };
+    Err(unusable(
+        set,
+        format!(
+            "line {}, column normal_force_n: about {middle:.4} N per mm of depth, where a fingertip has some tenths: are the \
+             forces in {unit}?",
+            set.runs[0].line
+        ),
+    ))
+}
+
+/// Friction on the finger points along the plane's motion, so that its sign and its axes can be checked.
+///
+/// Shares are sums over sliding rows of the friction along the motion, over those of its size.
+fn friction_follows_motion(set: &RunSet) -> Result<(), DiagnoseError> {
+    let (mut size, mut along, mut exchanged) = (0.0, 0.0, 0.0);
+    for run in &set.runs {
+        for (row, [_, x, y]) in run.rows.iter().zip(&run.force_n) {
+            if row.depth_mm > 0.0 && row.speed_mm_s > 0.0 && row.turn_mm > 1.0 {
+                size += x.hypot(*y);
+                along += x * row.along[0] + y * row.along[1];
+                exchanged += y * row.along[0] + x * row.along[1];
+            }
+        }
+    }
+    let (along, exchanged) = (along / size, exchanged / size);
+    let line = set.runs[0].line;
+    if along < 0.5 && exchanged > 0.8 {
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, columns friction_x_n and friction_y_n: friction lies across the motion (share along it \
+                 {along:.2}, {exchanged:.2} with x and y exchanged): are the axes of force or slide exchanged?"
+            ),
+        ));
+    }
+    if along < -0.5 {
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, columns friction_x_n and friction_y_n: friction points against the motion of the plane (share \
+                 {along:.2}); it is to be positive along it: turn the signs of the forces or of the slides"
+            ),
+        ));
+    }
+    Ok(())
+}
+
+/// The normal force must grow with depth, and nothing else may do so in its place.
+fn columns(set: &RunSet) -> Result<(), DiagnoseError> {
+    let mut rows: Vec<(f64, [f64; 3])> = Vec::new();
+    for run in &set.runs {
+        for (row, force) in run.rows.iter().zip(&run.force_n) {
+            if row.depth_mm > 0.0 {
+                rows.push((row.depth_mm, *force));
+            }
+        }
+    }
+    let correlation = |of: &dyn Fn(&[f64; 3]) -> f64| {
+        let n = rows.len() as f64;
+        let (mut sx, mut sy, mut sxx, mut sxy, mut syy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (d, f) in &rows {
+            let y = of(f);
+            sx += d;
+            sy += y;
+            sxx += d * d;
+            sxy += d * y;
+            syy += y * y;
+        }
+        (sxy - sx * sy / n) / ((sxx - sx * sx / n) * (syy - sy * sy / n)).max(1e-300).sqrt()
+    };
+    let line = set.runs[0].line;
+    let normal = correlation(&|f| f[0]);
+    if normal < -0.5 {
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, column normal_force_n: it falls as depth grows (correlation {normal:.2}); it is to be positive when the plane presses"
+            ),
+        ));
+    }
+    for (channel, name) in [(1, "friction_x_n"), (2, "friction_y_n")] {
+        let other = correlation(&|f| f[channel]);
+        if normal < 0.4 && other > 0.6 {
+            return Err(unusable(
+                set,
+                format!(
+                    "line {line}, columns normal_force_n and {name}: depth goes with {name} (correlation {other:.2}) and hardly with normal_force_n ({normal:.2}): are the columns exchanged?"
+                ),
+            ));
+        }
+    }
+    if normal < 0.2 {
+        return Err(unusable(
+            set,
+            format!(
+                "line {line}, column normal_force_n: it hardly depends on depth_mm (correlation {normal:.2}): is it the right column?"
+            ),
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that two sets of one experiment have the same units.
+pub fn check_pair(calibration: &RunSet, measured: &RunSet) -> Result<(), DiagnoseError> {
+    type Quantity = (&'static str, fn(&Run) -> f64);
+    let quantities: [Quantity; 2] = [("depth_mm", |r| deepest(r).0), ("normal_force_n", |r| deepest(r).1[0].abs())];
+    for (column, of) in quantities {
+        let a = median(calibration.runs.iter().map(of).collect());
+        let b = median(measured.runs.iter().map(of).collect());
+        if !(b < 100.0 * a && a < 100.0 * b) {
+            return Err(unusable(
+                measured,
+                format!(
+                    "line {}, column {column}: about {b:.4}, in {} about {a:.4}: mixed units?",
+                    measured.runs[0].line,
+                    calibration.path.display()
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::runs::{Labels, RawRow};
+
+    /// Eight presses to 0.5 to 1.2 mm with slides in eight directions; normal force 0.5 N/mm, friction half of it.
+    fn set(change: impl Fn(&mut RawRow)) -> RunSet {
+        let stroke = |run: usize| {
+            let (depth, angle) = (0.5 + 0.1 * run as f64, 0.7 * run as f64);
+            let rows = (0..20).map(|i| {
+                let slide = 0.3 * f64::from(i.max(8) - 8);
+                let depth_mm = depth * f64::from(i.min(8)) / 8.0;
+                let friction = if slide > 0.0 { 0.25 * depth_mm } else { 0.0 };
+                let mut row = RawRow {
+                    line: 2,
+                    t_s: f64::from(i),
+                    depth_mm,
+                    slide_mm: [slide * angle.cos(), slide * angle.sin()],
+                    force_n: [0.5 * depth_mm, friction * angle.cos(), friction * angle.sin()],
+                    contact_time_s: f64::NAN,
+                    speed_mm_s: f64::NAN,
+                    direction_deg: f64::NAN,
+                    dwell_s: f64::NAN,
+                    occlusion_time_s: f64::NAN,
+                    hydration_au: f64::NAN,
+                    temperature_c: f64::NAN,
+                    finger_width_mm: f64::NAN,
+                };
+                change(&mut row);
+                row
+            });
+            (Labels { run: format!("r{run}"), ..Labels::default() }, rows.collect())
+        };
+        RunSet::from_rows("runs.csv".into(), (0..8).map(stroke).collect()).unwrap()
+    }
+
+    fn refusal(change: impl Fn(&mut RawRow)) -> String {
+        check(&set(change)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn forces_in_another_unit_are_refused_with_a_hint() {
+        assert!(check(&set(|_| ())).is_ok());
+        let message = refusal(|row| row.force_n = row.force_n.map(|f| 1000.0 * f));
+        assert!(message.contains("normal_force_n") && message.contains("millinewtons"), "{message}");
+        let message = refusal(|row| row.force_n = row.force_n.map(|f| 0.001 * f));
+        assert!(message.contains("kilonewtons"), "{message}");
+    }
+
+    #[test]
+    fn axes_and_signs_of_friction_are_checked_against_the_motion() {
+        // Slides along x and y alone, as a device that has no other axis makes them.
+        let along_x = |row: &mut RawRow| {
+            row.slide_mm = [row.slide_mm[0].hypot(row.slide_mm[1]), 0.0];
+            row.force_n = [row.force_n[0], row.force_n[1].hypot(row.force_n[2]), 0.0];
+        };
+        assert!(check(&set(along_x)).is_ok());
+        let message = refusal(|row| {
+            along_x(row);
+            row.force_n.swap(1, 2);
+        });
+        assert!(message.contains("axes") && message.contains("exchanged"), "{message}");
+        let message = refusal(|row| row.force_n.swap(1, 2));
+        assert!(message.contains("axes") && message.contains("exchanged"), "{message}");
+        let message = refusal(|row| row.force_n = [row.force_n[0], -row.force_n[1], -row.force_n[2]]);
+        assert!(message.contains("against the motion"), "{message}");
+    }
+}

@@ -1,0 +1,10 @@
+//! Measured runs: readers, checks, and state columns that are read with an error.
+//!
+//! Main types: [`RunSet`](runs::RunSet) (the runs of a file), [`Run`](runs::Run), [`Correction`](covariates::Correction).
+//! May use: laws (the columns and rows that they read), `fingerpad-formats`.
+
+pub mod checks;
+pub mod covariates;
+pub mod runs;
+pub mod runs_csv;
+pub mod trace_csv;

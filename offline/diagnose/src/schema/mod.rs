@@ -1,0 +1,289 @@
+//! The report `report.json` in the form `fingerpad-diagnosis/1`: plain data, read and written by serde.
+//!
+//! Main type: [`Diagnosis`]. May use no other room.
+
+mod fit_quality;
+mod next_experiment;
+
+use serde::{Deserialize, Serialize};
+
+pub use fit_quality::{CrossValidationError, Region};
+pub use next_experiment::{NextExperiment, PlannedRun};
+
+/// The answer of a diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing is missing that the data could show.
+    None,
+    /// Each missing effect has one family.
+    Named,
+    /// At least one effect has competitors that the protocol cannot separate.
+    Ambiguous,
+    /// Something is there that no law of the library covers.
+    UnexplainedStructure,
+}
+
+/// A parameter of an effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FittedParameter {
+    /// Name, as in the contract.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit; empty for a pure number.
+    pub unit: String,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+/// A law that may be the missing effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CandidateLaw {
+    /// Law.
+    pub law: String,
+    /// Family.
+    pub family: String,
+    /// −2 log likelihood above the best law's.
+    pub delta_2ll: f64,
+    /// Separation from the best law under the present protocol.
+    pub lambda_rival: f64,
+}
+
+/// A missing effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EffectFound {
+    /// Best candidate.
+    pub law: String,
+    /// Its family.
+    pub family: String,
+    /// Parameters, fitted inside the model.
+    pub parameters: Vec<FittedParameter>,
+    /// 90th percentile of the relative change of force.
+    pub size_p90_relative: f64,
+    /// Gain in 2 log likelihood.
+    pub gain_2ll: f64,
+    /// Model-based p over the whole grid of laws and shapes.
+    pub p_model: f64,
+    /// Sign-flip p over runs and the library.
+    pub p_runs: f64,
+    /// Whether the evidence lies in the comparison with the calibration; then `p_runs` is no test.
+    pub against_calibration: bool,
+    /// Expected gain under this protocol.
+    pub lambda_detect: f64,
+    /// The best law first, then those that cannot be excluded.
+    pub candidates: Vec<CandidateLaw>,
+}
+
+/// Where baseline and measurement differ before any effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Disagreement {
+    /// Root mean square residual of normal, x, y, N.
+    pub rms_n: [f64; 3],
+    /// Residual that a perfect model would leave: row noise and scatter between runs.
+    pub floor_rms_n: [f64; 3],
+    /// Quotient.
+    pub ratio: [f64; 3],
+    /// Regions that stand out, strongest first.
+    pub regions: Vec<Region>,
+}
+
+/// A parameter of the baseline.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BaselineParameter {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// After the refit on the measured set.
+    pub value: f64,
+    /// Standard deviation.
+    pub sd: f64,
+    /// On the calibration set.
+    pub calibrated: f64,
+    /// Standard deviation there.
+    pub calibrated_sd: f64,
+}
+
+/// A change of scale between the calibration and the measured set; never an effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rescale {
+    /// Factor on the normal force.
+    pub stiffness: f64,
+    /// Factor on the strength.
+    pub strength: f64,
+}
+
+/// The baseline after the refit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Baseline {
+    /// Model file.
+    pub model: String,
+    /// The smooth model's parameters.
+    pub parameters: Vec<BaselineParameter>,
+    /// Scales.
+    pub rescale: Rescale,
+    /// Residual of the baseline within the calibration runs over their noise: normal, x, y; 1 is a fit to the noise.
+    pub calibration_misfit: [f64; 3],
+}
+
+/// Noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoiseFound {
+    /// Row noise, N.
+    pub additive_n: f64,
+    /// Row noise, share of the force.
+    pub multiplicative: f64,
+    /// Scatter between runs of the stiffness.
+    pub run_gain_normal: f64,
+    /// Scatter between runs of the strength.
+    pub run_gain_friction: f64,
+    /// Scatter between runs of the offsets, N.
+    pub run_offset_n: f64,
+    /// Scatter between runs of the touch point, mm.
+    pub depth_zero_mm: f64,
+    /// `calibration`.
+    pub source: String,
+}
+
+/// The test of one law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LawTest {
+    /// Law.
+    pub law: String,
+    /// Family.
+    pub family: String,
+    /// Gain in 2 log likelihood over the baseline alone.
+    pub gain_2ll: f64,
+    /// Model-based p over the grid.
+    pub p_model: f64,
+    /// Sign-flip p over the library.
+    pub p_runs: f64,
+    /// Whether it would pass as the first law.
+    pub significant: bool,
+    /// Whether the set can test it.
+    pub testable: bool,
+    /// Why not.
+    pub reason: String,
+}
+
+/// Structure that no law explains.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnexplainedFound {
+    /// Whether it counts.
+    pub significant: bool,
+    /// Column.
+    pub column: String,
+    /// `normal` or `friction`.
+    pub channel: String,
+    /// Gain.
+    pub gain: f64,
+    /// Model-based p over all bases.
+    pub p_model: f64,
+    /// Sign-flip p over all bases.
+    pub p_runs: f64,
+    /// Scatter between runs over what the calibration and the declared reading errors explain.
+    pub scatter_ratio: ScatterRatio,
+    /// Laws that took part of it and are not claimed.
+    pub partial: Vec<CandidateLaw>,
+}
+
+/// Scatter between runs over that of the calibration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScatterRatio {
+    /// Of the stiffness.
+    pub normal: f64,
+    /// Of the strength.
+    pub friction: f64,
+}
+
+/// The finite-element model with the effect in its law: what it leaves of a part of the
+/// strokes. Three numbers: normal, x, y.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FeConfirmation {
+    /// Mesh preset.
+    pub mesh: String,
+    /// Before, N.
+    pub rms_before_n: [f64; 3],
+    /// After, N.
+    pub rms_after_n: [f64; 3],
+    /// Floor, N.
+    pub floor_rms_n: [f64; 3],
+    /// Geometry of the finite-element finger.
+    pub shape: String,
+    /// The set that the strokes were taken from: `holdout` or `measured`.
+    pub set: String,
+    /// The strokes that were run.
+    pub runs: Vec<String>,
+    /// Those that were to be run and for which no equilibrium was found.
+    pub without_equilibrium: Vec<String>,
+    /// The calibration strokes that the finite-element finger was fitted to.
+    pub calibration_runs: Vec<String>,
+    /// Root mean square residual of these, N.
+    pub calibration_rms_n: [f64; 3],
+    /// Factor on the tissue's stiffness that they asked for, at 0.9 mm.
+    pub stiffness: f64,
+    /// Factor on tau_crit that they asked for, at 0.9 mm.
+    pub strength: f64,
+    /// The reduced baseline on the same strokes before, N.
+    pub reduced_before_n: [f64; 3],
+    /// With the effect, N.
+    pub reduced_after_n: [f64; 3],
+}
+
+/// A file that went in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputFile {
+    /// `calibration`, `measured` or `holdout`.
+    pub role: String,
+    /// Its name without folders.
+    pub file: String,
+    /// SHA-256.
+    pub sha256: String,
+    /// Rows in the file.
+    pub rows: usize,
+    /// Runs in the file.
+    pub runs: usize,
+    /// Remarks of the reader.
+    pub notes: Vec<String>,
+}
+
+/// The report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// `fingerpad-diagnosis/1`.
+    pub schema: String,
+    /// The answer.
+    pub verdict: Verdict,
+    /// One entry per missing effect, strongest first.
+    pub effects: Vec<EffectFound>,
+    /// Before any effect.
+    pub disagreement: Disagreement,
+    /// The baseline.
+    pub baseline: Baseline,
+    /// The noise.
+    pub noise: NoiseFound,
+    /// Every law.
+    pub tests: Vec<LawTest>,
+    /// After the accepted effects.
+    pub unexplained: UnexplainedFound,
+    /// Runs that no fit saw.
+    pub holdout: CrossValidationError,
+    /// The finite-element model with the effect.
+    pub fe_confirmation: Option<FeConfirmation>,
+    /// Strokes that would settle an ambiguous verdict.
+    pub next_experiment: Option<NextExperiment>,
+    /// The model file with the effect.
+    pub corrected_model: Option<String>,
+    /// Root mean square residual of the core with this file on the held-out runs (on the measured ones where there are
+    /// none), N.
+    pub corrected_rms_n: Option<[f64; 3]>,
+    /// Files of the diagnosis.
+    pub input: Vec<InputFile>,
+    /// Seed.
+    pub seed: u64,
+    /// Version of the program.
+    pub version: String,
+    /// Wall time, s.
+    pub elapsed_s: f64,
+}

@@ -1,0 +1,51 @@
+//! The next experiment in the report.
+
+use serde::{Deserialize, Serialize};
+
+/// Strokes that are proposed as the next experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NextExperiment {
+    /// The pairs of families that it separates.
+    pub separates: Vec<[String; 2]>,
+    /// Column that the strokes vary, or `all`.
+    pub factor: String,
+    /// Least separation that is to be expected.
+    pub lambda_rival_expected: f64,
+    /// The strokes, in this order.
+    pub runs: Vec<PlannedRun>,
+}
+
+/// A stroke to be run; missing values are those of the reference conditions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannedRun {
+    /// Depth, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_mm: Option<f64>,
+    /// Speed, mm/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mm_s: Option<f64>,
+    /// Direction, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction_deg: Option<f64>,
+    /// Hold before sliding, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dwell_s: Option<f64>,
+    /// Moisture of the skin to be reached, a.u.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hydration_au: Option<f64>,
+    /// Temperature of the skin to be reached, °C.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature_c: Option<f64>,
+    /// Length of the stroke, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_mm: Option<f64>,
+    /// Rest in the air before it, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest_before_s: Option<f64>,
+    /// Whether a new block begins: the finger has recovered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub new_block: Option<bool>,
+    /// Whether the stroke goes back at its end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reverse: Option<bool>,
+}

@@ -1,0 +1,157 @@
+//! Lack-of-fit test: structure that no law explains, by smooth bases of every column, and the scatter between runs.
+//!
+//! The score of a group of bases is tested by sign flips over runs like that of a law.
+//!
+//! Main type: [`LackOfFit`].
+
+use crate::data::runs::RunSet;
+use crate::model::random_effects::{PerEffect, RandomEffect};
+use crate::selection::bases::{BasisGroup, basis_groups};
+use crate::selection::discrepancy::ModelDiscrepancy;
+use crate::statistics::derivatives::Derivatives;
+use crate::statistics::fit::Fit;
+use crate::statistics::products::dot;
+use crate::statistics::projection::{ProjectedColumn, Projection};
+use crate::statistics::sign_flips::{Score, SignFlips};
+use crate::statistics::tails::{f_tail, minus_ln_p};
+use crate::statistics::task::Task;
+
+/// Structure and scatter that are left after the accepted effects.
+#[derive(Clone, Debug, Default)]
+pub struct LackOfFit {
+    /// Whether it counts.
+    pub significant: bool,
+    /// Column of the strongest structure.
+    pub column: String,
+    /// Channel of the readings that it modulates: `normal` or `friction`.
+    pub channel: String,
+    /// Gain in 2 log likelihood of that structure.
+    pub gain: f64,
+    /// Model-based p over all bases.
+    pub p_model: f64,
+    /// Sign-flip p over all bases.
+    pub p_runs: f64,
+    /// Variance between runs over that of the calibration: of stiffness and strength.
+    pub scatter_ratio: [f64; 2],
+    /// p of the larger ratio.
+    pub p_scatter: f64,
+}
+
+/// Numbers and runs that the test compares a fit with.
+pub struct Expectations<'a> {
+    /// The effect-free runs, in which errors of the baseline's form show too.
+    pub effect_free: (&'a ModelDiscrepancy<'a>, &'a RunSet),
+    /// Variances between runs that the calibration and reading errors explain.
+    pub variances: &'a PerEffect,
+    /// Number of calibration runs.
+    pub calibration_runs: usize,
+    /// Variances between runs of the baseline alone.
+    pub null_variances: &'a PerEffect,
+    /// Gain of the accepted laws, against which structure is weighed.
+    pub explained_2ll: f64,
+}
+
+/// Smallest standard deviation between runs that is told apart, a share of the force.
+const LEAST_SCATTER: f64 = 0.004;
+
+/// Tests a fit for structure and scatter that it does not explain.
+pub fn lack_of_fit_test(
+    task: &Task<'_>,
+    set: &RunSet,
+    fit: &Fit,
+    derivatives: &Derivatives,
+    expected: &Expectations<'_>,
+    seed: u64,
+) -> LackOfFit {
+    let projection = Projection::at(task, fit, derivatives);
+    let groups = basis_groups(task, set, derivatives, false);
+    let mut out = LackOfFit { p_model: 1.0, p_runs: 1.0, p_scatter: 1.0, ..LackOfFit::default() };
+    strongest_structure(&mut out, task, &projection, &groups, expected, seed);
+    compare_scatter(&mut out, task, fit, expected);
+    let structure = out.gain > (0.15 * expected.explained_2ll).max(16.0)
+        && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
+    let between_runs = out.p_scatter < 1e-3 || is_uneven(task, fit, &projection);
+    out.significant = structure || between_runs;
+    if between_runs && !structure {
+        out.column = "run_id".to_owned();
+        out.channel = if out.scatter_ratio[0] > out.scatter_ratio[1] { "normal" } else { "friction" }.to_owned();
+    }
+    out
+}
+
+/// Finds the group of bases with the least p, errors of the baseline's form taken off.
+fn strongest_structure(
+    out: &mut LackOfFit,
+    task: &Task<'_>,
+    projection: &Projection<'_>,
+    groups: &[BasisGroup],
+    expected: &Expectations<'_>,
+    seed: u64,
+) {
+    let scores = group_scores(projection, groups);
+    let (free, free_set) = expected.effect_free;
+    let free_groups = basis_groups(&free.task, free_set, &free.derivatives, true);
+    let free_scores = group_scores(&Projection::at(&free.task, &free.fit, &free.derivatives), &free_groups);
+    let of_form = |group: &BasisGroup| {
+        let number = group.along_stroke?;
+        free_scores.iter().find(|s| free_groups[s.0].along_stroke == Some(number)).map(|s| &s.1)
+    };
+    let excess = |s: &(usize, Score)| s.1.excess(of_form(&groups[s.0]));
+    let size = |s: &(usize, Score)| minus_ln_p(excess(s), s.1.columns());
+    let list: Vec<Score> = scores.iter().map(|s| s.1.clone()).collect();
+    let flips = SignFlips::of(&list, task.layout.runs(), seed ^ 0x55);
+    if let Some(best) = scores.iter().max_by(|a, b| size(a).total_cmp(&size(b))) {
+        let (i, score) = best;
+        out.column.clone_from(&groups[*i].column);
+        groups[*i].channel.clone_into(&mut out.channel);
+        out.gain = excess(best);
+        out.p_model = (list.len() as f64 * (-size(best)).exp()).min(1.0);
+        out.p_runs = flips.p(score);
+    }
+}
+
+/// Scores of the groups that carry something beyond the nuisance, by number of the group.
+fn group_scores(projection: &Projection<'_>, groups: &[BasisGroup]) -> Vec<(usize, Score)> {
+    let mut scores: Vec<(usize, Score)> = Vec::new();
+    let mut projected = projection.project_all(groups.iter().flat_map(|g| &g.columns)).into_iter();
+    for (i, group) in groups.iter().enumerate() {
+        let raw = group.columns.iter().map(|c| dot(c, c)).fold(0.0, f64::max);
+        let own: Vec<ProjectedColumn> = projected.by_ref().take(group.columns.len()).collect();
+        if let Some(score) = projection.score(&own.iter().collect::<Vec<_>>(), 0.02 * raw) {
+            scores.push((i, score));
+        }
+    }
+    scores
+}
+
+/// Compares the variances between runs of stiffness and strength with those expected, by an F test.
+fn compare_scatter(out: &mut LackOfFit, task: &Task<'_>, fit: &Fit, expected: &Expectations<'_>) {
+    let degrees = |runs: usize| (runs as f64 - 3.0).max(1.0);
+    let (n1, n2) = (degrees(task.layout.runs()), degrees(expected.calibration_runs));
+    for (slot, effect) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().enumerate() {
+        let k = effect.index();
+        let (found, wanted) = (fit.variances[k], expected.variances[k]);
+        let floor = LEAST_SCATTER.powi(2);
+        let ratio = (found + floor) / (wanted + floor);
+        out.scatter_ratio[slot] = ratio;
+        let p = 2.0 * f_tail(ratio, n1, n2);
+        // Of the scatter that the laws were to explain, most must be gone; a law's form is never exact.
+        let (left, before) = (found - wanted, expected.null_variances[k] - wanted);
+        if ratio > 2.0 && left > 0.3 * before && p < out.p_scatter {
+            out.p_scatter = p;
+        }
+    }
+}
+
+/// Whether the size of a law differs from run to run by more than its form's error: then it stands for something that is
+/// not recorded.
+fn is_uneven(task: &Task<'_>, fit: &Fit, projection: &Projection<'_>) -> bool {
+    let columns = task.law_columns_of(fit);
+    let (mut uneven, mut place) = (false, 0);
+    for active in &fit.laws {
+        let (variance, standard_deviations) = projection.dispersion(&columns[place]);
+        place += active.values.len();
+        uneven |= standard_deviations > 6.0 && variance.max(0.0).sqrt() > 0.2 * active.values[0].abs();
+    }
+    uneven
+}

@@ -1,0 +1,128 @@
+//! Calibration: the smooth model's parameters, the row noise and the variances between runs, from runs without an effect.
+//!
+//! Main type: [`Calibration`].
+
+use fingerpad_smooth::{Parameter, ReferenceCurves};
+
+use crate::data::runs::RunSet;
+use crate::model::prediction::predict_runs;
+use crate::model::prior::{Drift, Prior, covariance_between_fingers, drift_covariance};
+use crate::model::random_effects::PerEffect;
+use crate::model::row_noise::{RowNoise, sigma_of};
+use crate::model::starting_point::starting_point;
+use crate::statistics::fit::{Fit, FitStart};
+use crate::statistics::task::Task;
+
+/// Parameters, noise and variances of the calibration runs.
+#[derive(Clone)]
+pub struct Calibration {
+    /// The optimum.
+    pub fit: Fit,
+    /// Row noise of normal, x, y.
+    pub noise: [RowNoise; 3],
+    /// Root mean square residual within runs over the noise between neighbouring rows, of normal, x, y; 1 is a baseline
+    /// that fits to the noise.
+    pub misfit: [f64; 3],
+    /// Number of runs.
+    pub runs: usize,
+    /// How much the shape of the curves has changed since.
+    pub drift: Drift,
+}
+
+/// Variances between runs to start from: stiffness and strength 2 % each, touch point 10 um, offsets 2 mN.
+const STARTING_VARIANCES: PerEffect = [4e-4, 4e-4, 1e-4, 4e-6, 4e-6, 4e-6];
+
+/// Fits the parameters to effect-free runs, alternating with the noise.
+pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
+    let mut noise = [RowNoise { additive_n: 0.004, multiplicative: 0.03 }; 3];
+    let mut parameters = starting_point(set, reference);
+    let mut variances = STARTING_VARIANCES;
+    let mut fit = None;
+    let mut misfit = [1.0; 3];
+    for round in 0..3 {
+        let prior = Calibration::before(reference);
+        let prediction = if round == 0 {
+            set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect()
+        } else {
+            predict_runs(&reference.model(&parameters), &set.runs)
+        };
+        let mut task = Task::new(&set.runs, reference, prior, sigma_of(&noise, &prediction), variances);
+        task.variances = STARTING_VARIANCES;
+        task.variance_weight = 2.0;
+        let start = FitStart { parameters, laws: Vec::new(), variances, random_effects: Vec::new() };
+        let result = task.fit(start, None, true, if round == 0 { 25 } else { 8 });
+        parameters = result.parameters;
+        variances = result.variances;
+        (noise, misfit) = row_noise(&task, &result);
+        fit = Some(result);
+    }
+    Calibration { fit: fit.expect("three rounds"), noise, misfit, runs: set.runs.len(), drift: Drift::Small }
+}
+
+impl Calibration {
+    /// Prior of the parameters before the calibration.
+    pub fn before(reference: &ReferenceCurves) -> Prior {
+        Prior::new(reference.mean, &covariance_between_fingers())
+    }
+
+    /// Prior of the parameters for a set measured after the calibration: its covariance plus drift.
+    pub fn prior(&self) -> Prior {
+        let covariance = self.fit.covariance.view((0, 0), (Parameter::COUNT, Parameter::COUNT)).into_owned();
+        let load_exponent = self.fit.parameters[Parameter::LoadExponent];
+        Prior::new(self.fit.parameters, &(covariance + drift_covariance(self.drift, load_exponent)))
+    }
+
+    /// The task of a set that was measured after the calibration.
+    pub fn task<'a>(&self, set: &'a RunSet, reference: &'a ReferenceCurves) -> Task<'a> {
+        let Fit { parameters, variances, .. } = &self.fit;
+        Task::after_calibration(set, reference, self.prior(), parameters, &self.noise, *variances)
+    }
+
+    /// The same with another drift of the curves' shape.
+    pub fn drifting(&self, drift: Drift) -> Self {
+        Self { drift, ..self.clone() }
+    }
+}
+
+/// Row noise from what is left after parameters and random effects, and its ratio to that between neighbouring rows.
+fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
+    let prediction = task.predict(&fit.parameters, &fit.laws);
+    let left = within_runs(task, fit);
+    let mut noise = [RowNoise { additive_n: 0.003, multiplicative: 0.02 }; 3];
+    let mut misfit = [1.0; 3];
+    for channel in 0..3 {
+        let (mut points, mut neighbours) = (Vec::new(), Vec::new());
+        for run in 0..task.layout.runs() {
+            let range = task.layout.range(run);
+            let at: Vec<usize> = range.filter(|i| i % 3 == channel).collect();
+            for &i in &at {
+                points.push((prediction[i].powi(2), left[i].powi(2)));
+            }
+            for w in at.windows(3) {
+                let d = left[w[1]] - 0.5 * (left[w[0]] + left[w[2]]);
+                neighbours.push((prediction[w[1]].powi(2), d * d / 1.5));
+            }
+        }
+        // The six random effects of each run consumed degrees of freedom, about two a channel.
+        let rows = points.len() as f64;
+        let consumed = 2.0 * task.layout.runs() as f64 + 4.0;
+        noise[channel] = RowNoise::fit(&points, rows / (rows - consumed).max(0.5 * rows));
+        let pure = RowNoise::fit(&neighbours, 1.0);
+        let mean = |n: &RowNoise| points.iter().map(|p| n.sigma_n(p.0.sqrt()).powi(2)).sum::<f64>();
+        misfit[channel] = (mean(&noise[channel]) / mean(&pure)).sqrt();
+    }
+    (noise, misfit)
+}
+
+/// Residual less the run's own random effects, N.
+fn within_runs(task: &Task<'_>, fit: &Fit) -> Vec<f64> {
+    let prediction = task.predict_at(&fit.parameters, &fit.laws, &fit.random_effects);
+    let columns = task.random_effect_columns(&fit.parameters, &fit.laws, &fit.random_effects, &prediction);
+    let scaled = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
+    let residual = columns.observed(scaled);
+    let predicted = columns.best_predictions(&fit.variances, &residual);
+    let taken_off: Vec<PerEffect> = predicted.iter().map(|u| u.map(|u| -u)).collect();
+    let mut left = residual.values;
+    columns.add(&taken_off, &mut left);
+    left.iter().zip(&task.sigma_n).map(|(l, s)| l * s).collect()
+}

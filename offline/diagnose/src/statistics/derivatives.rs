@@ -1,0 +1,138 @@
+//! Derivatives of the predicted readings at a point, by differences of two predictions: with respect to the smooth model's
+//! parameters, the random effects, and the laws' parameters. Each is a column, one entry an observation, over the row noise.
+//!
+//! Main type: [`Derivatives`], reused between fits that start nearby.
+
+use nalgebra::DMatrix;
+
+use fingerpad_smooth::{Parameter, Parameters};
+
+use crate::model::active_law::{ActiveLaw, is_log, set_fitted, to_fitted};
+use crate::model::prediction::Perturbation;
+use crate::model::random_effects::{PerEffect, RandomEffects};
+use crate::statistics::fit::Fit;
+use crate::statistics::precision::Block;
+use crate::statistics::random_effects::RandomEffectColumns;
+use crate::statistics::task::Task;
+
+/// Step by which a parameter is perturbed.
+const PARAMETER_STEP: f64 = 2e-4;
+
+/// Columns of the smooth model's parameters and of the random effects.
+#[derive(Clone)]
+pub struct Derivatives {
+    /// One column per parameter, in their order.
+    pub parameters: Block,
+    /// One column per random effect.
+    pub random_effects: RandomEffectColumns,
+}
+
+impl Task<'_> {
+    /// Difference of two predictions over row noise and step.
+    pub fn difference_column(&self, after: &[f64], before: &[f64], step: f64) -> Vec<f64> {
+        after.iter().zip(before).zip(&self.sigma_n).map(|((a, b), s)| (a - b) / (s * step)).collect()
+    }
+
+    /// Columns at a fit.
+    pub fn derivatives_of(&self, fit: &Fit) -> Derivatives {
+        let prediction = self.predict_at(&fit.parameters, &fit.laws, &fit.random_effects);
+        self.derivatives(&fit.parameters, &fit.laws, &fit.random_effects, &prediction)
+    }
+
+    /// Columns at a point; `prediction` is that of the point.
+    pub fn derivatives(
+        &self,
+        parameters: &Parameters,
+        laws: &[ActiveLaw],
+        random_effects: &RandomEffects,
+        prediction: &[f64],
+    ) -> Derivatives {
+        let columns = self.random_effect_columns(parameters, laws, random_effects, prediction);
+        let inputs = self.inputs(laws, random_effects, Perturbation::default());
+        let history = inputs.element_history(&self.reference.model(parameters));
+        let of_parameters = Parameter::all()
+            .map(|p| {
+                let mut moved = *parameters;
+                moved[p] += PARAMETER_STEP;
+                let model = self.reference.model(&moved);
+                let after = if inputs.history_depends_on(p) {
+                    inputs.predict_n(&model)
+                } else {
+                    inputs.readings_n(&model, &history)
+                };
+                columns.observed(self.difference_column(&after, prediction, PARAMETER_STEP))
+            })
+            .collect();
+        Derivatives { parameters: Block::new(of_parameters), random_effects: columns }
+    }
+
+    /// Columns of the random effects at a point.
+    pub fn random_effect_columns(
+        &self,
+        parameters: &Parameters,
+        laws: &[ActiveLaw],
+        random_effects: &RandomEffects,
+        prediction: &[f64],
+    ) -> RandomEffectColumns {
+        let model = self.reference.model(parameters);
+        let perturbed = |perturbation: Perturbation, step: f64| {
+            let after = self.inputs(laws, random_effects, perturbation).predict_n(&model);
+            self.difference_column(&after, prediction, step)
+        };
+        let mut columns = vec![
+            perturbed(Perturbation { stiffness: 1.001, ..Perturbation::default() }, 1e-3),
+            perturbed(Perturbation { strength: 1.001, ..Perturbation::default() }, 1e-3),
+            perturbed(Perturbation { depth_mm: 2e-4, ..Perturbation::default() }, 2e-4),
+        ];
+        for channel in 0..3 {
+            columns.push(
+                self.sigma_n.iter().enumerate().map(|(i, s)| if i % 3 == channel { 1.0 / s } else { 0.0 }).collect(),
+            );
+        }
+        RandomEffectColumns::new(self.layout.clone(), columns)
+    }
+
+    /// Fisher information of the runs on the smooth model's parameters, shape (30, 30).
+    pub fn information(&self, derivatives: &Derivatives, variances: &PerEffect) -> DMatrix<f64> {
+        derivatives.parameters.weighed(&derivatives.random_effects.precision(variances)).gram
+    }
+
+    /// Columns of the laws' parameters at a fit.
+    pub fn law_columns_of(&self, fit: &Fit) -> Vec<Vec<f64>> {
+        let prediction = self.predict_at(&fit.parameters, &fit.laws, &fit.random_effects);
+        self.law_columns(&fit.parameters, &fit.laws, &fit.random_effects, &prediction)
+    }
+
+    /// Columns of the laws' parameters at a point.
+    pub fn law_columns(
+        &self,
+        parameters: &Parameters,
+        laws: &[ActiveLaw],
+        random_effects: &RandomEffects,
+        prediction: &[f64],
+    ) -> Vec<Vec<f64>> {
+        let mut columns = Vec::new();
+        let mut moved = laws.to_vec();
+        for (i, active) in laws.iter().enumerate() {
+            for k in 0..active.values.len() {
+                let q = to_fitted(active, k);
+                let mut step = if k < active.law.linear { 2e-3 * active.law.parameters[k].typical.abs() } else { 2e-3 };
+                if !is_log(active, k) && k >= active.law.linear {
+                    step = 0.02;
+                }
+                set_fitted(&mut moved[i], k, q + step);
+                if to_fitted(&moved[i], k) == q {
+                    step = -step;
+                    set_fitted(&mut moved[i], k, q + step);
+                }
+                columns.push(self.difference_column(
+                    &self.predict_at(parameters, &moved, random_effects),
+                    prediction,
+                    step,
+                ));
+                moved[i] = active.clone();
+            }
+        }
+        columns
+    }
+}

@@ -1,0 +1,110 @@
+//! A task of inference: runs, the smooth model's reference curves, and the priors of its parameters and variances.
+//!
+//! Main type: [`Task`].
+
+use fingerpad_smooth::{BatchedTrajectory, Parameters, ReferenceCurves, SimulationInputs, Stroke};
+
+use crate::data::runs::{Run, RunSet};
+use crate::model::active_law::ActiveLaw;
+use crate::model::prediction::{Perturbation, changes, predict_runs, strokes_of};
+use crate::model::prior::Prior;
+use crate::model::random_effects::{PerEffect, RandomEffects};
+use crate::model::row_noise::{RowNoise, sigma_of};
+use crate::statistics::fit::Fit;
+use crate::statistics::random_effects::Layout;
+
+/// Runs that the prior on the variances between runs weighs, where they were seen in a calibration.
+const CALIBRATION_WEIGHT: f64 = 4.0;
+
+/// A set of runs to be fitted.
+pub struct Task<'a> {
+    /// The runs.
+    pub runs: &'a [Run],
+    /// Curves of the model file from which the parameters count.
+    pub reference: &'a ReferenceCurves,
+    /// Prior of the smooth model's parameters.
+    pub prior: Prior,
+    /// Standard deviation of the row noise of every observation, N.
+    pub sigma_n: Vec<f64>,
+    /// Prior of the variances between runs.
+    pub variances: PerEffect,
+    /// How many runs that prior weighs.
+    pub variance_weight: f64,
+    /// Degrees of freedom that the parameters take from the runs.
+    pub consumed_degrees_of_freedom: f64,
+    /// Which observations belong to which run.
+    pub layout: Layout,
+    /// Readings, three per row, N.
+    pub readings_n: Vec<f64>,
+    strokes: Vec<Stroke>,
+    trajectory: BatchedTrajectory,
+}
+
+impl<'a> Task<'a> {
+    /// A task with known row noise, N, per observation, and no weight on the variances' prior.
+    pub fn new(
+        runs: &'a [Run],
+        reference: &'a ReferenceCurves,
+        prior: Prior,
+        sigma_n: Vec<f64>,
+        variances: PerEffect,
+    ) -> Self {
+        let strokes = strokes_of(runs);
+        Self {
+            runs,
+            reference,
+            prior,
+            sigma_n,
+            variances,
+            variance_weight: 0.0,
+            consumed_degrees_of_freedom: 3.0,
+            layout: Layout::of(runs.iter().map(|r| r.rows.len())),
+            readings_n: runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect(),
+            trajectory: BatchedTrajectory::new(&strokes),
+            strokes,
+        }
+    }
+
+    /// The task of a set after a calibration: the row noise is taken at the prediction with the calibrated parameters, and
+    /// the calibration's scatter between runs guides that of the set without binding it.
+    pub fn after_calibration(
+        set: &'a RunSet,
+        reference: &'a ReferenceCurves,
+        prior: Prior,
+        calibrated: &Parameters,
+        noise: &[RowNoise; 3],
+        variances: PerEffect,
+    ) -> Self {
+        let prediction = predict_runs(&reference.model(calibrated), &set.runs);
+        let mut task = Self::new(&set.runs, reference, prior, sigma_of(noise, &prediction), variances);
+        task.variance_weight = CALIBRATION_WEIGHT;
+        task
+    }
+
+    /// The runs as inputs of the simulation, with laws, random effects and a perturbation.
+    pub fn inputs(
+        &self,
+        laws: &[ActiveLaw],
+        random_effects: &RandomEffects,
+        perturbation: Perturbation,
+    ) -> SimulationInputs<'_> {
+        let changes = changes(self.runs, laws, random_effects, perturbation);
+        SimulationInputs::new(&self.trajectory, &self.strokes, changes)
+    }
+
+    /// Predicted readings with all random effects 0, three per row, N.
+    pub fn predict(&self, parameters: &Parameters, laws: &[ActiveLaw]) -> Vec<f64> {
+        self.predict_at(parameters, laws, &RandomEffects::new())
+    }
+
+    /// Predicted readings with the random effects at given values, three per row, N.
+    pub fn predict_at(&self, parameters: &Parameters, laws: &[ActiveLaw], random_effects: &RandomEffects) -> Vec<f64> {
+        self.inputs(laws, random_effects, Perturbation::default()).predict_n(&self.reference.model(parameters))
+    }
+
+    /// Readings less the prediction of a fit with all random effects 0, N.
+    pub fn residual_without_random_effects_n(&self, fit: &Fit) -> Vec<f64> {
+        let prediction = self.predict(&fit.parameters, &fit.laws);
+        self.readings_n.iter().zip(&prediction).map(|(y, p)| y - p).collect()
+    }
+}

@@ -1,0 +1,107 @@
+//! Error on runs that no fit saw: root mean square of the residual before and after the effects, beside the noise floor.
+
+use fingerpad_smooth::{Parameters, ReferenceCurves};
+
+use crate::data::runs::RunSet;
+use crate::model::active_law::ActiveLaw;
+use crate::model::random_effects::PerEffect;
+use crate::model::residual_sums::ResidualSums;
+use crate::schema::CrossValidationError;
+use crate::statistics::calibration::Calibration;
+use crate::statistics::fit::{Fit, FitStart};
+use crate::statistics::task::Task;
+
+/// Standard deviation that row noise and variances between runs give each observation of a task, N.
+pub fn noise_floor_n(task: &Task<'_>, parameters: &Parameters, laws: &[ActiveLaw], variances: &PerEffect) -> Vec<f64> {
+    let prediction = task.predict(parameters, laws);
+    let spread = task.random_effect_columns(parameters, laws, &Vec::new(), &prediction).spread(variances);
+    spread.iter().zip(&task.sigma_n).map(|(s, sigma)| s.sqrt() * sigma).collect()
+}
+
+/// Largest ratio of two triples.
+pub fn worst(a: &[f64; 3], floor: &[f64; 3]) -> f64 {
+    (0..3).map(|k| a[k] / floor[k].max(1e-12)).fold(0.0, f64::max)
+}
+
+fn error_of(
+    method: &str,
+    runs: usize,
+    before: ResidualSums,
+    after: ResidualSums,
+    floor: ResidualSums,
+) -> CrossValidationError {
+    let (rms_before_n, rms_after_n, floor_rms_n) = (before.rms(), after.rms(), floor.rms());
+    CrossValidationError {
+        method: method.to_owned(),
+        runs,
+        ratio_before: worst(&rms_before_n, &floor_rms_n),
+        ratio_after: worst(&rms_after_n, &floor_rms_n),
+        rms_before_n,
+        rms_after_n,
+        floor_rms_n,
+        refused_after_n: None,
+    }
+}
+
+fn squares(task: &Task<'_>, prediction: &[f64]) -> ResidualSums {
+    let mut s = ResidualSums::default();
+    s.add(task.readings_n.iter().zip(prediction).map(|(y, p)| y - p));
+    s
+}
+
+/// The error on a held-out file.
+///
+/// `variances`: those between runs of the calibration, with what the errors of state columns add
+pub fn on_file(
+    set: &RunSet,
+    reference: &ReferenceCurves,
+    calibration: &Calibration,
+    variances: &PerEffect,
+    null: &Fit,
+    full: &Fit,
+) -> CrossValidationError {
+    let task = calibration.task(set, reference);
+    let mut floor = ResidualSums::default();
+    floor.add(noise_floor_n(&task, &full.parameters, &full.laws, variances).into_iter());
+    let before = squares(&task, &task.predict(&null.parameters, &null.laws));
+    let after = squares(&task, &task.predict(&full.parameters, &full.laws));
+    error_of("file", set.runs.len(), before, after, floor)
+}
+
+/// The error by leaving out every fifth run in turn; each fold is fitted without the runs that it predicts.
+pub fn by_folds(
+    set: &RunSet,
+    reference: &ReferenceCurves,
+    calibration: &Calibration,
+    variances: &PerEffect,
+    null: &Fit,
+    full: &Fit,
+) -> CrossValidationError {
+    const FOLDS: usize = 5;
+    let (mut before, mut after, mut floor) =
+        (ResidualSums::default(), ResidualSums::default(), ResidualSums::default());
+    for fold in 0..FOLDS {
+        let train = set.subset(|i| i % FOLDS != fold);
+        let test = set.subset(|i| i % FOLDS == fold);
+        if test.runs.is_empty() {
+            continue;
+        }
+        let task = calibration.task(&train, reference);
+        let fitted = |from: &Fit| {
+            let kept = |i: &usize| i % FOLDS != fold;
+            let random_effects = (0..from.random_effects.len()).filter(kept).map(|i| from.random_effects[i]).collect();
+            task.fit(FitStart { random_effects, ..FitStart::from(from) }, None, false, 3)
+        };
+        let plain = fitted(null);
+        let with = if full.laws.is_empty() { plain.clone() } else { fitted(full) };
+        let other = calibration.task(&test, reference);
+        let add = |sum: &mut ResidualSums, fit: &Fit| {
+            let prediction = other.predict(&fit.parameters, &fit.laws);
+            sum.add(other.readings_n.iter().zip(&prediction).map(|(y, p)| y - p));
+        };
+        add(&mut before, &plain);
+        add(&mut after, &with);
+        floor.add(noise_floor_n(&other, &with.parameters, &with.laws, variances).into_iter());
+    }
+    error_of("k-fold by run", set.runs.len(), before, after, floor)
+}

@@ -1,0 +1,253 @@
+//! From the selection to a decision: the drift of the baseline, competing hypotheses, lack of fit, and what may be claimed.
+//!
+//! Main type: [`Decision`]; main function: [`decide`].
+
+use fingerpad_smooth::ReferenceCurves;
+
+use crate::data::covariates::{Correction, CovariateError};
+use crate::data::runs::RunSet;
+use crate::laws::{Change, Column, Law, Place};
+use crate::model::active_law::ActiveLaw;
+use crate::model::prior::Drift;
+use crate::model::random_effects::{PerEffect, RandomEffect};
+use crate::schema::Verdict;
+use crate::selection::acceptance::{SelectionSettings, against_calibration, loosest};
+use crate::selection::alternative_drift::AlternativeDrift;
+use crate::selection::competing::{CompetingHypotheses, competing_hypotheses};
+use crate::selection::discrepancy::ModelDiscrepancy;
+use crate::selection::forward::{LawEvidence, ROUNDS, Selection, select};
+use crate::selection::lack_of_fit::{Expectations, LackOfFit, lack_of_fit_test};
+use crate::selection::scan::why_untestable;
+use crate::statistics::calibration::Calibration;
+use crate::statistics::fit::FitStart;
+use crate::statistics::task::Task;
+
+/// Everything that a verdict rests on.
+pub struct Decision<'a> {
+    /// The task of the measured set, for further questions.
+    pub task: Task<'a>,
+    /// The selection, after swaps and eliminations.
+    pub selection: Selection,
+    /// The hypotheses for the place of each accepted law.
+    pub hypotheses: Vec<CompetingHypotheses>,
+    /// Structure that the accepted laws leave.
+    pub lack_of_fit: LackOfFit,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Variances between runs that the calibration and the errors of state columns explain.
+    pub expected_variances: PerEffect,
+    /// How much the shape of the curves has changed since the calibration.
+    pub drift: Drift,
+}
+
+/// Families among the candidates for one place, the accepted law's first.
+pub fn families(hypotheses: &CompetingHypotheses) -> Vec<&'static str> {
+    let mut list: Vec<&'static str> = Vec::new();
+    for c in &hypotheses.candidates {
+        if !list.contains(&c.active.law.family) {
+            list.push(c.active.law.family);
+        }
+    }
+    list
+}
+
+/// Learns the corrections of columns with declared errors on a measured set.
+pub fn learn_corrections(set: &RunSet, errors: &[CovariateError]) -> Vec<Correction> {
+    errors.iter().filter_map(|e| Correction::learn(set, *e)).collect()
+}
+
+/// The calibration runs at their optimum.
+fn discrepancy_of<'a>(
+    set: &'a RunSet,
+    reference: &'a ReferenceCurves,
+    calibration: &Calibration,
+) -> ModelDiscrepancy<'a> {
+    let mut task = calibration.task(set, reference);
+    task.prior = Calibration::before(reference);
+    let fit = calibration.fit.clone();
+    let derivatives = task.derivatives_of(&fit);
+    ModelDiscrepancy { task, fit, derivatives }
+}
+
+/// Decides what a measured set (with corrected columns) misses.
+///
+/// * `effect_free`: the calibration runs
+/// * `corrections`: how columns with reading errors were corrected
+pub fn decide<'a>(
+    set: &'a RunSet,
+    effect_free: &RunSet,
+    reference: &'a ReferenceCurves,
+    calibration: &Calibration,
+    corrections: &[Correction],
+    settings: &SelectionSettings,
+) -> Decision<'a> {
+    let discrepancy = discrepancy_of(effect_free, reference, calibration);
+    let (mut settling, drift) = Settling::new(set, reference, calibration, &discrepancy, settings);
+    settling.swap_for_better();
+    settling.drop_weak();
+    settling.renew_evidence();
+    let Settling { task, selection, hypotheses, .. } = settling;
+
+    let mut expected_variances = calibration.fit.variances;
+    let of_readings = reading_variances(&task, &selection.fit.laws, corrections);
+    for (effect, variance) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().zip(of_readings) {
+        expected_variances[effect.index()] += variance;
+    }
+    let expected = Expectations {
+        effect_free: (&discrepancy, effect_free),
+        variances: &expected_variances,
+        calibration_runs: calibration.runs,
+        null_variances: &selection.null.variances,
+        explained_2ll: selection.null.minus_2ll - selection.fit.minus_2ll,
+    };
+    let lack_of_fit = lack_of_fit_test(&task, set, &selection.fit, &selection.derivatives, &expected, settings.seed);
+    let verdict = if lack_of_fit.significant {
+        Verdict::UnexplainedStructure
+    } else if selection.fit.laws.is_empty() {
+        Verdict::None
+    } else if hypotheses.iter().any(|h| families(h).len() > 1) {
+        Verdict::Ambiguous
+    } else {
+        Verdict::Named
+    };
+    Decision { task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift }
+}
+
+/// A selection that is weighed against its competitors.
+struct Settling<'a> {
+    set: &'a RunSet,
+    task: Task<'a>,
+    selection: Selection,
+    hypotheses: Vec<CompetingHypotheses>,
+    /// The wider drift, which laws of depth must beat where it is not allowed.
+    alternative: Option<AlternativeDrift<'a>>,
+    settings: SelectionSettings,
+}
+
+impl<'a> Settling<'a> {
+    /// Selects with the small drift, and anew with the allowed one where that alone explains the runs better.
+    fn new(
+        set: &'a RunSet,
+        reference: &'a ReferenceCurves,
+        calibration: &Calibration,
+        discrepancy: &ModelDiscrepancy<'_>,
+        settings: &SelectionSettings,
+    ) -> (Self, Drift) {
+        let mut task = calibration.task(set, reference);
+        let mut selection = select(&task, set, discrepancy, settings);
+        let null = &selection.null;
+        let alternative = AlternativeDrift::new(set, reference, calibration, &task, null, &selection.null_derivatives);
+        // Without a law both are the same fit.
+        let starts = [null, &selection.fit];
+        let drifted = starts[..1 + usize::from(!selection.fit.laws.is_empty())]
+            .iter()
+            .map(|fit| alternative.minus_2ll(FitStart::from(*fit), &selection.derivatives))
+            .fold(f64::INFINITY, f64::min);
+        let drift = if drifted < selection.fit.minus_2ll { Drift::Allowed } else { Drift::Small };
+        let alternative = (drift == Drift::Small).then_some(alternative);
+        if drift == Drift::Allowed {
+            task = calibration.drifting(drift).task(set, reference);
+            selection = select(&task, set, discrepancy, settings);
+        }
+        (Self { set, task, selection, hypotheses: Vec::new(), alternative, settings: *settings }, drift)
+    }
+
+    fn compare(&mut self) {
+        let (task, selection) = (&self.task, &self.selection);
+        let testable: Vec<&Law> =
+            self.settings.laws.iter().copied().filter(|law| why_untestable(law, self.set).is_none()).collect();
+        let of_place = |i: usize| {
+            competing_hypotheses(
+                task,
+                &selection.fit,
+                &selection.derivatives,
+                i,
+                &selection.grid,
+                &testable,
+                self.alternative.as_ref(),
+            )
+        };
+        self.hypotheses = (0..selection.fit.laws.len()).map(of_place).collect();
+    }
+
+    fn refit(&mut self, start: FitStart) {
+        self.selection.fit = self.task.fit(start, None, true, ROUNDS);
+        self.selection.derivatives = self.task.derivatives_of(&self.selection.fit);
+    }
+
+    /// Puts another law in an accepted one's place where it does better there, now that the others are in force.
+    fn swap_for_better(&mut self) {
+        for _ in 0..3 {
+            self.compare();
+            let Some(i) = self.hypotheses.iter().position(|h| h.better.is_some()) else { break };
+            let better = self.hypotheses[i].better.take().expect("just found");
+            let evidence = self.selection.evidence.remove(i);
+            self.selection.evidence.push(evidence);
+            self.refit(FitStart::from(&better));
+        }
+    }
+
+    /// Drops laws that would not be accepted any more: they came in by a swap, or beside a law that has gone.
+    fn drop_weak(&mut self) {
+        while let Some(i) = weakest(&self.selection, &self.hypotheses, &self.settings) {
+            let mut laws = self.selection.fit.laws.clone();
+            laws.remove(i);
+            self.selection.evidence.remove(i);
+            self.refit(FitStart { laws, ..FitStart::from(&self.selection.fit) });
+            self.compare();
+        }
+    }
+
+    /// Takes the gain of each law over leaving it out as its evidence.
+    fn renew_evidence(&mut self) {
+        let Selection { evidence, fit, cells, .. } = &mut self.selection;
+        for ((LawEvidence { gain_2ll, p_model, p_runs }, hypotheses), active) in
+            evidence.iter_mut().zip(&self.hypotheses).zip(&fit.laws)
+        {
+            *gain_2ll = hypotheses.gain_2ll;
+            *p_model = cells.p(hypotheses.gain_2ll, active.law.parameters.len(), p_runs.by_calibration);
+        }
+    }
+}
+
+/// The law with the largest p, where that would not have been accepted.
+fn weakest(selection: &Selection, hypotheses: &[CompetingHypotheses], settings: &SelectionSettings) -> Option<usize> {
+    let p = |i: usize| {
+        let parameters = selection.fit.laws[i].law.parameters.len();
+        selection.cells.p(hypotheses[i].gain_2ll, parameters, selection.evidence[i].p_runs.by_calibration)
+    };
+    let level = |i: usize| {
+        if selection.evidence[i].p_runs.by_calibration { against_calibration(settings) } else { loosest(settings) }
+    };
+    (0..hypotheses.len()).filter(|&i| p(i) > level(i)).max_by(|&a, &b| p(a).total_cmp(&p(b)))
+}
+
+/// Variances of stiffness and strength between runs that the errors of the state's columns cause through the laws.
+fn reading_variances(task: &Task<'_>, laws: &[ActiveLaw], corrections: &[Correction]) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    for correction in corrections {
+        for active in laws.iter().filter(|a| a.law.drivers.contains(&correction.column())) {
+            for run in task.runs {
+                let Some(row) = run.rows.last() else { continue };
+                let at = |by: f64| {
+                    let mut moved = *row;
+                    match correction.column() {
+                        Column::Hydration => moved.hydration_au += by,
+                        Column::Temperature => moved.temperature_c += by,
+                        Column::Width => moved.width_mm += by,
+                        Column::Dwell => moved.dwell_s += by,
+                        _ => {}
+                    }
+                    let mut change = Change::default();
+                    active.law.apply(&active.values, &moved, &mut change);
+                    change
+                };
+                let (low, high) = (at(-correction.left_sd), at(correction.left_sd));
+                let k = usize::from(active.law.place == Place::Strength);
+                let pair = if k == 0 { [low.stiffness, high.stiffness] } else { [low.strength, high.strength] };
+                sum[k] += (0.5 * (pair[1] / pair[0]).ln()).powi(2) / task.runs.len() as f64;
+            }
+        }
+    }
+    sum
+}

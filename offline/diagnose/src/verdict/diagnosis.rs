@@ -1,0 +1,123 @@
+//! The diagnosis as a whole: calibrate, select laws, decide, predict held-out runs, report.
+//!
+//! Main function: [`diagnose`].
+
+use fingerpad_smooth::ReferenceCurves;
+
+use crate::data::checks::{check, check_pair};
+use crate::data::covariates::CovariateError;
+use crate::data::runs::RunSet;
+use crate::error::DiagnoseError;
+use crate::schema::{Diagnosis, Verdict};
+use crate::selection::acceptance::SelectionSettings;
+use crate::statistics::calibration::{Calibration, calibrate};
+use crate::statistics::fit::Fit;
+use crate::verdict::cross_validation::{by_folds, on_file};
+use crate::verdict::decision::{Decision, decide, learn_corrections};
+use crate::verdict::effects_found::effects;
+use crate::verdict::evidence::Evidence;
+use crate::verdict::regions::residual_map;
+use crate::verdict::report_sections as sections;
+
+/// Choices of a diagnosis beside the data.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Level and seed of the tests.
+    pub settings: SelectionSettings,
+    /// Declared errors of state columns.
+    pub errors: Vec<CovariateError>,
+    /// Name of the model file that the baseline starts from.
+    pub model: String,
+}
+
+/// Diagnoses a measured set. `open_holdout` is called once, after the verdict stands; `stage` names what begins.
+///
+/// Errors: [`DiagnoseError`] for sets that cannot carry a diagnosis, and what `open_holdout` returns.
+pub fn diagnose<E: From<DiagnoseError>>(
+    calibration_set: &RunSet,
+    measured: &RunSet,
+    reference: &ReferenceCurves,
+    options: &Options,
+    open_holdout: impl FnOnce() -> Result<Option<RunSet>, E>,
+    stage: &mut dyn FnMut(&str),
+) -> Result<(Diagnosis, Evidence), E> {
+    check(calibration_set)?;
+    check(measured)?;
+    check_pair(calibration_set, measured)?;
+    stage("calibrating");
+    let calibration = finite(calibrate(calibration_set, reference), calibration_set)?;
+    let corrections = learn_corrections(measured, &options.errors);
+    let mut corrected = measured.clone();
+    corrections.iter().for_each(|c| c.apply(&mut corrected));
+    stage("comparing laws");
+    let decision = decide(&corrected, calibration_set, reference, &calibration, &corrections, &options.settings);
+    let calibration = calibration.drifting(decision.drift);
+    let null = &decision.selection.null;
+    let full = if is_claimed(&decision) { &decision.selection.fit } else { null };
+    let next_experiment = sections::next_experiment(&decision, &corrected);
+
+    stage("predicting held-out runs");
+    let mut held_out = open_holdout()?;
+    let expected = &decision.expected_variances;
+    let holdout = match &mut held_out {
+        Some(set) => {
+            check_pair(calibration_set, set)?;
+            corrections.iter().for_each(|c| c.apply(set));
+            on_file(set, reference, &calibration, expected, null, full)
+        }
+        None => by_folds(&corrected, reference, &calibration, expected, null, full),
+    }
+    .or_refused();
+
+    stage("writing the report");
+    let (effects, drivers) =
+        if is_claimed(&decision) { effects(&decision, &corrected) } else { (Vec::new(), Vec::new()) };
+    let report = Diagnosis {
+        schema: "fingerpad-diagnosis/1".into(),
+        verdict: decision.verdict,
+        effects,
+        disagreement: sections::disagreement(&decision, &corrected),
+        baseline: sections::baseline(&decision, &calibration, &options.model),
+        noise: sections::noise(&calibration),
+        tests: sections::tests(&decision),
+        unexplained: sections::unexplained(&decision),
+        holdout,
+        fe_confirmation: None,
+        next_experiment,
+        corrected_model: None,
+        corrected_rms_n: None,
+        input: Vec::new(),
+        seed: options.settings.seed,
+        version: env!("CARGO_PKG_VERSION").into(),
+        elapsed_s: 0.0,
+    };
+    let map_of = |fit: &Fit| residual_map(&corrected, &decision.task.residual_without_random_effects_n(fit));
+    let evidence = Evidence {
+        map_before: map_of(null),
+        map_after: map_of(full),
+        drivers,
+        parameters: full.parameters,
+        parameters_without_laws: null.parameters,
+        parameters_calibrated: calibration.fit.parameters,
+        laws: full.laws.clone(),
+        expected_variances: *expected,
+        checked: if held_out.is_some() { "holdout" } else { "measured" }.into(),
+        checked_set: held_out.unwrap_or_else(|| corrected.clone()),
+        calibration_set: calibration_set.clone(),
+        calibration,
+        corrections,
+    };
+    Ok((report, evidence))
+}
+
+/// Whether effects are claimed.
+fn is_claimed(decision: &Decision<'_>) -> bool {
+    matches!(decision.verdict, Verdict::Named | Verdict::Ambiguous)
+}
+
+fn finite(calibration: Calibration, set: &RunSet) -> Result<Calibration, DiagnoseError> {
+    if calibration.fit.minus_2ll.is_finite() {
+        return Ok(calibration);
+    }
+    Err(DiagnoseError::Calibration { path: set.path.clone(), problem: "the likelihood is not finite".into() })
+}

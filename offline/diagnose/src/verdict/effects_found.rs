@@ -1,0 +1,149 @@
+//! The claimed effects as the report tells them: parameters with intervals, sizes, candidates.
+
+use fingerpad_smooth::Parameter;
+use nalgebra::{Matrix2, Vector2};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::data::runs::RunSet;
+use crate::laws::{Place, Reported};
+use crate::model::active_law::{ActiveLaw, is_log};
+use crate::schema::{CandidateLaw, EffectFound, FittedParameter};
+use crate::verdict::decision::{Decision, families};
+use crate::verdict::evidence::{DriverPlot, driver_plot};
+
+/// The claimed effects, strongest first, each with its figure.
+pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<DriverPlot>) {
+    let fit = &decision.selection.fit;
+    let with = decision.task.predict(&fit.parameters, &fit.laws);
+    let quantile = quantile(set.runs.len(), fit.laws.iter().map(|a| a.values.len()).sum());
+    let mut at = Parameter::COUNT;
+    let mut out: Vec<(EffectFound, DriverPlot)> = Vec::new();
+    for (index, hypotheses) in decision.hypotheses.iter().enumerate() {
+        let active = &fit.laws[index];
+        let mut others = fit.laws.clone();
+        others.remove(index);
+        let without = decision.task.predict(&fit.parameters, &others);
+        let e = &decision.selection.evidence[index];
+        let effect = EffectFound {
+            law: active.law.name.into(),
+            family: active.law.family.into(),
+            parameters: parameters(active, &fit.covariance, at, quantile, decision.task.reference.ln_area_sd),
+            size_p90_relative: size_p90(set, &without, &with),
+            gain_2ll: e.gain_2ll,
+            p_model: e.p_model,
+            p_runs: e.p_runs.p,
+            against_calibration: e.p_runs.by_calibration,
+            lambda_detect: hypotheses.lambda_detect,
+            candidates: hypotheses
+                .candidates
+                .iter()
+                .map(|c| CandidateLaw {
+                    law: c.active.law.name.into(),
+                    family: c.active.law.family.into(),
+                    delta_2ll: c.delta_2ll,
+                    lambda_rival: c.lambda_rival,
+                })
+                .collect(),
+        };
+        debug_assert_eq!(families(hypotheses)[0], active.law.family);
+        at += active.values.len();
+        out.push((effect, driver_plot(set, active, &without, &with, &decision.task.readings_n)));
+    }
+    out.sort_by(|a, b| b.0.gain_2ll.total_cmp(&a.0.gain_2ll));
+    out.into_iter().unzip()
+}
+
+/// Error of a parameter, as a share of it, that the baseline's form leaves beside the noise: about what other fingers
+/// of known truth showed.
+const FORM_ERROR: f64 = 0.025;
+
+/// Standard deviations to the end of a 95 % interval: Student's t, with runs as the units from which the scatter is known.
+fn quantile(runs: usize, parameters: usize) -> f64 {
+    let degrees = runs.saturating_sub(parameters + 3).max(2) as f64;
+    StudentsT::new(0.0, 1.0, degrees).map_or(1.96, |t| t.inverse_cdf(0.975))
+}
+
+/// Values as they are reported with 95 % intervals; `at` is the place of the law's first parameter in the covariance.
+fn parameters(
+    active: &ActiveLaw,
+    covariance: &nalgebra::DMatrix<f64>,
+    at: usize,
+    quantile: f64,
+    ln_area_sd: f64,
+) -> Vec<FittedParameter> {
+    let n = active.values.len();
+    let form = FORM_ERROR.hypot(match active.law.place {
+        Place::Drag => ln_area_sd,
+        Place::Rim => 0.5 * ln_area_sd,
+        _ => 0.0,
+    });
+    let reported = active.law.report(&active.values);
+    (0..n)
+        .map(|k| {
+            let p = &active.law.parameters[k];
+            let sd_own =
+                covariance[(at + k, at + k)].max(0.0).sqrt().hypot(if is_log(active, k) { FORM_ERROR } else { 0.0 });
+            let ci95 = if is_log(active, k) {
+                [reported[k] * (-quantile * sd_own).exp(), reported[k] * (quantile * sd_own).exp()]
+            } else if active.law.reported == Reported::AmplitudeAndAxis {
+                polar(active, covariance, at, k, quantile)
+            } else {
+                let half = quantile * sd_own.hypot(form * reported[k]);
+                [reported[k] - half, reported[k] + half]
+            };
+            FittedParameter { name: p.name.into(), value: reported[k], unit: p.unit.into(), ci95 }
+        })
+        .collect()
+}
+
+/// Range of the amplitude or the axis over the ellipse of confidence of their Cartesian pair, which is their profile
+/// likelihood's interval: where the protocol sees one of the two only, the amplitude has a floor and no ceiling, which
+/// no derivative at the optimum tells.
+fn polar(active: &ActiveLaw, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usize, quantile: f64) -> [f64; 2] {
+    const POINTS: usize = 720;
+    let reported = active.law.report(&active.values);
+    let form = (FORM_ERROR * reported[0]).powi(2);
+    let pair = Matrix2::from_fn(|i, j| covariance[(at + i, at + j)] + if i == j { form } else { 0.0 });
+    let Some(root) = pair.cholesky().map(|c| c.l()) else { return [f64::NEG_INFINITY, f64::INFINITY] };
+    let mean = Vector2::new(active.values[0], active.values[1]);
+    let origin_within = root.solve_lower_triangular(&mean).is_none_or(|z| z.norm() <= quantile);
+    let (mut low, mut high) = (0.0f64, 0.0f64);
+    for i in 0..POINTS {
+        let (s, c) = (std::f64::consts::TAU * i as f64 / POINTS as f64).sin_cos();
+        let edge = mean + root * Vector2::new(c, s) * quantile;
+        let d = active.law.report(edge.as_slice())[k] - reported[k];
+        let d = if k == 1 { (d + 90.0).rem_euclid(180.0) - 90.0 } else { d };
+        (low, high) = (low.min(d), high.max(d));
+    }
+    if origin_within {
+        (low, high) = if k == 1 { (-90.0, 90.0) } else { (-reported[0], high) };
+    }
+    [reported[k] + low, reported[k] + high]
+}
+
+/// The larger of the 90th percentiles of |ΔN|/N and |ΔF|/F over contact rows whose force stands above the noise.
+fn size_p90(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
+    let (mut normal, mut friction) = (Vec::new(), Vec::new());
+    let mut at = 0;
+    for run in &set.runs {
+        for row in &run.rows {
+            let (a, b) = (&without[at..at + 3], &with[at..at + 3]);
+            at += 3;
+            if !(row.depth_mm > 0.0) {
+                continue;
+            }
+            if a[0] > 0.01 {
+                normal.push((b[0] - a[0]).abs() / a[0]);
+            }
+            let f = a[1].hypot(a[2]);
+            if f > 0.02 {
+                friction.push((b[1] - a[1]).hypot(b[2] - a[2]) / f);
+            }
+        }
+    }
+    let p90 = |mut v: Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v.get((0.9 * v.len().saturating_sub(1) as f64) as usize).copied().unwrap_or(0.0)
+    };
+    p90(normal).max(p90(friction))
+}

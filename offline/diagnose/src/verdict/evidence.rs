@@ -1,0 +1,101 @@
+//! Evidence behind a report: what figures, the corrected model and the confirmation by finite elements need.
+//!
+//! Main types: [`Evidence`], [`DriverPlot`].
+
+use fingerpad_smooth::Parameters;
+
+use crate::data::covariates::Correction;
+use crate::data::runs::RunSet;
+use crate::laws::{Column, Place};
+use crate::model::active_law::ActiveLaw;
+use crate::model::random_effects::PerEffect;
+use crate::schema::Region;
+use crate::statistics::calibration::Calibration;
+
+/// Fits, sets and maps of a diagnosis, beyond its report.
+pub struct Evidence {
+    /// Residual map before any effect.
+    pub map_before: Vec<Region>,
+    /// With the claimed effects.
+    pub map_after: Vec<Region>,
+    /// For each claimed effect the residual without it, and the fitted law, along its driver.
+    pub drivers: Vec<DriverPlot>,
+    /// The smooth model's parameters, fitted with the claimed laws.
+    pub parameters: Parameters,
+    /// The same, fitted without a law.
+    pub parameters_without_laws: Parameters,
+    /// The same of the calibration.
+    pub parameters_calibrated: Parameters,
+    /// Claimed laws.
+    pub laws: Vec<ActiveLaw>,
+    /// Noise, scatter and parameters of the calibration.
+    pub calibration: Calibration,
+    /// Variances between runs that calibration and reading errors explain.
+    pub expected_variances: PerEffect,
+    /// How columns with reading errors were corrected.
+    pub corrections: Vec<Correction>,
+    /// The calibration runs.
+    pub calibration_set: RunSet,
+    /// The held-out runs, or the measured ones where there are none; columns with errors corrected.
+    pub checked_set: RunSet,
+    /// Which of the two: `holdout` or `measured`.
+    pub checked: String,
+}
+
+/// Residual over a driver, for a figure.
+pub struct DriverPlot {
+    /// The law.
+    pub law: String,
+    /// Column.
+    pub column: String,
+    /// Channel of the residual.
+    pub channel: String,
+    /// Driver, relative residual without the effect, the law's relative change there.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// Residual without the effect, and the effect, along the law's first driver.
+pub fn driver_plot(set: &RunSet, active: &ActiveLaw, without: &[f64], with: &[f64], readings: &[f64]) -> DriverPlot {
+    let column = active.law.drivers.first().copied().unwrap_or(Column::Depth);
+    let in_stroke = matches!(column, Column::Slide | Column::ContactTime | Column::Depth);
+    let normal = matches!(active.law.place, Place::Stiffness | Place::Depth | Place::Rim);
+    let mut points = Vec::new();
+    let mut at = 0;
+    for run in &set.runs {
+        let (mut sum, mut n) = ([0.0; 2], 0.0);
+        for row in &run.rows {
+            let i = at;
+            at += 3;
+            let measure = |v: &[f64]| {
+                if normal { v[i] } else { v[i + 1] * row.along[0] + v[i + 2] * row.along[1] }
+            };
+            let base = measure(without);
+            let usable = row.depth_mm > 0.0 && base > 0.02 && (normal || row.path_mm > 0.0);
+            if !usable {
+                continue;
+            }
+            let pair = [(measure(readings) - base) / base, (measure(with) - base) / base];
+            if in_stroke {
+                let x = match column {
+                    Column::Slide => row.path_mm,
+                    Column::ContactTime => row.contact_time_s,
+                    _ => row.depth_mm,
+                };
+                points.push([x, pair[0], pair[1]]);
+            } else if normal || row.path_mm > 1.0 {
+                sum = [sum[0] + pair[0], sum[1] + pair[1]];
+                n += 1.0;
+            }
+        }
+        if n > 0.0 {
+            points.push([run.value(column), sum[0] / n, sum[1] / n]);
+        }
+    }
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    DriverPlot {
+        law: active.law.name.into(),
+        column: column.name().into(),
+        channel: if normal { "normal force" } else { "friction along the motion" }.into(),
+        points,
+    }
+}

@@ -1,0 +1,16 @@
+//! From the selection to a verdict and its report: what may be claimed, how well held-out runs are predicted, where
+//! simulation and measurement disagree, what to measure next.
+//!
+//! Main types: [`Decision`](decision::Decision), [`Evidence`](evidence::Evidence); main function:
+//! [`diagnose`](diagnosis::diagnose). May use: all other rooms but reduced_input.
+
+mod candidate_designs;
+pub mod corrected_model;
+pub mod cross_validation;
+pub mod decision;
+pub mod diagnosis;
+mod effects_found;
+pub mod evidence;
+mod next_experiment;
+pub mod regions;
+mod report_sections;

@@ -1,0 +1,171 @@
+//! Residual map: where simulation and measurement disagree, in bins of every column, with the run as the unit.
+
+use crate::data::runs::RunSet;
+use crate::laws::Column;
+use crate::schema::Region;
+
+/// Channels of a residual map.
+pub const CHANNELS: [&str; 3] = ["normal", "friction", "across"];
+/// Columns of a residual map with their units.
+pub const COLUMNS: [(Column, &str); 11] = [
+    (Column::Depth, "mm"),
+    (Column::Slide, "mm"),
+    (Column::ContactTime, "s"),
+    (Column::Time, "s"),
+    (Column::Speed, "mm/s"),
+    (Column::Direction, "degree"),
+    (Column::Dwell, "s"),
+    (Column::Occlusion, "s"),
+    (Column::Hydration, "a.u."),
+    (Column::Temperature, "°C"),
+    (Column::Width, "mm"),
+];
+/// Bins of a column.
+pub const BINS: usize = 6;
+
+/// One row's residual over the size of its prediction in each channel; NaN where there is none.
+pub fn relative(set: &RunSet, residual_n: &[f64]) -> Vec<[f64; 3]> {
+    let mut out = Vec::with_capacity(residual_n.len() / 3);
+    let mut at = 0;
+    for run in &set.runs {
+        for (row, y) in run.rows.iter().zip(&run.force_n) {
+            let r = [residual_n[at], residual_n[at + 1], residual_n[at + 2]];
+            at += 3;
+            let p = [y[0] - r[0], y[1] - r[1], y[2] - r[2]];
+            let friction = p[1].hypot(p[2]);
+            let [c, s] = row.along;
+            let in_contact = row.depth_mm > 0.0 && p[0] > 0.01;
+            let slides = in_contact && row.path_mm > 0.0 && friction > 0.01;
+            let pick = |yes: bool, v: f64| if yes { v } else { f64::NAN };
+            out.push([
+                pick(in_contact, r[0] / p[0]),
+                pick(slides, (r[1] * c + r[2] * s) / friction),
+                pick(slides, (r[2] * c - r[1] * s) / friction),
+            ]);
+        }
+    }
+    out
+}
+
+/// Value of a column in a row.
+fn value(column: Column, run: &crate::data::runs::Run, row: usize) -> f64 {
+    let r = &run.rows[row];
+    match column {
+        Column::Time => r.t_s,
+        Column::Depth => r.depth_mm,
+        Column::ContactTime => r.contact_time_s,
+        Column::Speed => {
+            if r.speed_mm_s > 0.0 {
+                r.speed_mm_s
+            } else {
+                f64::NAN
+            }
+        }
+        Column::Direction => {
+            if r.along == [0.0; 2] {
+                f64::NAN
+            } else {
+                r.along[1].atan2(r.along[0]).to_degrees()
+            }
+        }
+        Column::Dwell => r.dwell_s,
+        Column::Occlusion => r.occlusion_s,
+        Column::Hydration => r.hydration_au,
+        Column::Temperature => r.temperature_c,
+        Column::Width => r.width_mm,
+        Column::Slide => r.path_mm,
+    }
+}
+
+/// The residual map: every bin of every column that is recorded and varies.
+///
+/// `residual_n`: three per row, N
+pub fn residual_map(set: &RunSet, residual_n: &[f64]) -> Vec<Region> {
+    let relative = relative(set, residual_n);
+    let mut out = Vec::new();
+    for (column, unit) in COLUMNS.into_iter().filter(|(c, _)| set.has(*c)) {
+        let Some(edges) = bin_edges(set, column, &relative) else { continue };
+        for bin in 0..edges.len().saturating_sub(1) {
+            let range = [edges[bin], edges[bin + 1]];
+            let last = bin + 2 == edges.len();
+            let regions = (0..CHANNELS.len()).filter_map(|channel| {
+                let means = run_means(set, column, &relative, channel, range, last);
+                region(column, unit, channel, range, &means)
+            });
+            out.extend(regions);
+        }
+    }
+    out
+}
+
+/// Edges of a column's bins at quantiles of its contact rows; `None` where it does not vary.
+fn bin_edges(set: &RunSet, column: Column, relative: &[[f64; 3]]) -> Option<Vec<f64>> {
+    let rows = set.runs.iter().flat_map(|run| (0..run.rows.len()).map(move |i| value(column, run, i)));
+    let mut values: Vec<f64> =
+        rows.zip(relative).filter(|(v, r)| v.is_finite() && r[0].is_finite()).map(|(v, _)| v).collect();
+    values.sort_by(f64::total_cmp);
+    if values.len() < 2 * BINS || !(values[values.len() - 1] > values[0]) {
+        return None;
+    }
+    let mut edges: Vec<f64> = (0..=BINS).map(|k| values[(k * (values.len() - 1)) / BINS]).collect();
+    edges.dedup();
+    Some(edges)
+}
+
+/// Mean relative residual of each run that has rows in a bin, whose upper end belongs to it if it is the last one.
+fn run_means(
+    set: &RunSet,
+    column: Column,
+    relative: &[[f64; 3]],
+    channel: usize,
+    [from, to]: [f64; 2],
+    last: bool,
+) -> Vec<f64> {
+    let mut means: Vec<f64> = Vec::new();
+    let mut at = 0;
+    for run in &set.runs {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for i in 0..run.rows.len() {
+            let v = value(column, run, i);
+            let r = relative[at][channel];
+            if v >= from && (v < to || (last && v <= to)) && r.is_finite() {
+                sum += r;
+                n += 1.0;
+            }
+            at += 1;
+        }
+        if n > 0.0 {
+            means.push(sum / n);
+        }
+    }
+    means
+}
+
+/// A region from its runs' means; `None` with fewer than three runs.
+fn region(column: Column, unit: &str, channel: usize, [from, to]: [f64; 2], means: &[f64]) -> Option<Region> {
+    let n = means.len() as f64;
+    if n < 3.0 {
+        return None;
+    }
+    let mean = means.iter().sum::<f64>() / n;
+    let sd = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    Some(Region {
+        column: column.name().to_owned(),
+        unit: unit.to_owned(),
+        from,
+        to,
+        channel: CHANNELS[channel].to_owned(),
+        mean_relative: mean,
+        z: mean / (sd / n.sqrt()).max(1e-9),
+        runs: means.len(),
+    })
+}
+
+/// The regions whose mean lies more than 3.5 standard errors from zero, strongest first.
+pub fn strongest(map: &[Region], most: usize) -> Vec<Region> {
+    let mut list: Vec<Region> =
+        map.iter().filter(|r| r.z.abs() > 3.5 && r.mean_relative.abs() > 0.003).cloned().collect();
+    list.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
+    list.truncate(most);
+    list
+}

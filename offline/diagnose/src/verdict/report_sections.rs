@@ -1,0 +1,138 @@
+//! The sections of the report, from a decision and its calibration.
+
+use fingerpad_smooth::Parameter;
+
+use crate::data::runs::RunSet;
+use crate::model::random_effects::RandomEffect;
+use crate::model::residual_sums::ResidualSums;
+use crate::schema::{
+    Baseline, BaselineParameter, CandidateLaw, Disagreement, LawTest, NextExperiment, NoiseFound, Rescale,
+    ScatterRatio, UnexplainedFound, Verdict,
+};
+use crate::statistics::calibration::Calibration;
+use crate::statistics::fit::Fit;
+use crate::verdict::cross_validation::{noise_floor_n, worst};
+use crate::verdict::decision::Decision;
+use crate::verdict::next_experiment::{HypothesisPair, propose};
+use crate::verdict::regions::{residual_map, strongest};
+
+/// The strokes that would separate the competing laws of an ambiguous verdict.
+pub fn next_experiment(decision: &Decision<'_>, set: &RunSet) -> Option<NextExperiment> {
+    if decision.verdict != Verdict::Ambiguous {
+        return None;
+    }
+    let mut pairs = Vec::new();
+    for (index, place) in decision.hypotheses.iter().enumerate() {
+        let own = place.candidates[0].active.law.family;
+        let mut seen = vec![own];
+        for competitor in &place.candidates[1..] {
+            if !seen.contains(&competitor.active.law.family) {
+                seen.push(competitor.active.law.family);
+                pairs.push(HypothesisPair { index, competitor: &competitor.active });
+            }
+        }
+    }
+    propose(&decision.task, set, &decision.selection.fit, &pairs)
+}
+
+/// Where baseline and measurement differ before any effect.
+pub fn disagreement(decision: &Decision<'_>, set: &RunSet) -> Disagreement {
+    let null = &decision.selection.null;
+    let (mut rms, mut floor) = (ResidualSums::default(), ResidualSums::default());
+    let residual_n = decision.task.residual_without_random_effects_n(null);
+    rms.add(residual_n.iter().copied());
+    floor.add(noise_floor_n(&decision.task, &null.parameters, &[], &decision.expected_variances).into_iter());
+    let (rms_n, floor_rms_n) = (rms.rms(), floor.rms());
+    Disagreement {
+        ratio: std::array::from_fn(|k| worst(&[rms_n[k]; 3], &[floor_rms_n[k]; 3])),
+        regions: strongest(&residual_map(set, &residual_n), 12),
+        rms_n,
+        floor_rms_n,
+    }
+}
+
+/// The smooth model after the refit on the measured set. `model`: name of the file it starts from.
+pub fn baseline(decision: &Decision<'_>, calibration: &Calibration, model: &str) -> Baseline {
+    let null = &decision.selection.null;
+    let sd = |fit: &Fit, p: Parameter| fit.covariance[(p.index(), p.index())].max(0.0).sqrt();
+    let change = |p: Parameter| (null.parameters[p] - calibration.fit.parameters[p]).exp();
+    Baseline {
+        model: model.to_owned(),
+        parameters: Parameter::all()
+            .map(|p| BaselineParameter {
+                name: p.info().name.into(),
+                unit: p.info().unit.into(),
+                value: null.parameters[p],
+                sd: sd(null, p),
+                calibrated: calibration.fit.parameters[p],
+                calibrated_sd: sd(&calibration.fit, p),
+            })
+            .collect(),
+        rescale: Rescale { stiffness: change(Parameter::NormalScale), strength: change(Parameter::StrengthScale) },
+        calibration_misfit: calibration.misfit,
+    }
+}
+
+/// Noise of rows and runs in the calibration.
+pub fn noise(calibration: &Calibration) -> NoiseFound {
+    let mean = |of: &dyn Fn(usize) -> f64| ((0..3).map(|k| of(k).powi(2)).sum::<f64>() / 3.0).sqrt();
+    let variance = |effect: RandomEffect| calibration.fit.variances[effect.index()];
+    let offsets = [RandomEffect::OffsetNormal, RandomEffect::OffsetX, RandomEffect::OffsetY].map(variance);
+    NoiseFound {
+        additive_n: mean(&|k| calibration.noise[k].additive_n),
+        multiplicative: mean(&|k| calibration.noise[k].multiplicative),
+        run_gain_normal: variance(RandomEffect::Stiffness).sqrt(),
+        run_gain_friction: variance(RandomEffect::Strength).sqrt(),
+        run_offset_n: ((offsets[0] + offsets[1] + offsets[2]) / 3.0).sqrt(),
+        depth_zero_mm: variance(RandomEffect::DepthZero).sqrt(),
+        source: "calibration".into(),
+    }
+}
+
+/// The test of every law.
+pub fn tests(decision: &Decision<'_>) -> Vec<LawTest> {
+    decision
+        .selection
+        .tests
+        .iter()
+        .map(|t| LawTest {
+            law: t.law.name.into(),
+            family: t.law.family.into(),
+            gain_2ll: t.gain_2ll,
+            p_model: t.p_model,
+            p_runs: t.p_runs.p,
+            significant: t.why_untestable.is_none() && t.significant,
+            testable: t.why_untestable.is_none(),
+            reason: t.why_untestable.clone().unwrap_or_default(),
+        })
+        .collect()
+}
+
+/// Structure that the accepted laws leave.
+pub fn unexplained(decision: &Decision<'_>) -> UnexplainedFound {
+    let u = &decision.lack_of_fit;
+    UnexplainedFound {
+        significant: u.significant,
+        column: u.column.clone(),
+        channel: u.channel.clone(),
+        gain: u.gain,
+        p_model: u.p_model.min(u.p_scatter),
+        p_runs: u.p_runs,
+        scatter_ratio: ScatterRatio { normal: u.scatter_ratio[0], friction: u.scatter_ratio[1] },
+        partial: if decision.verdict == Verdict::UnexplainedStructure { partial(decision) } else { Vec::new() },
+    }
+}
+
+/// Laws that take a part of unexplained structure and are not claimed.
+fn partial(decision: &Decision<'_>) -> Vec<CandidateLaw> {
+    decision
+        .hypotheses
+        .iter()
+        .map(|c| CandidateLaw {
+            law: c.candidates[0].active.law.name.into(),
+            family: c.candidates[0].active.law.family.into(),
+            delta_2ll: -c.gain_2ll,
+            lambda_rival: 0.0,
+        })
+        .collect()
+}

@@ -1,0 +1,99 @@
+//! The smooth model of one finger on one device: curves over depth and the elements' shares.
+//!
+//! Main types: [`SmoothModel`], [`DepthValues`] (its curves at one depth).
+
+/// Elements of the model.
+pub const ELEMENTS: usize = 10;
+/// Depth at which the scales are taken, mm.
+pub const MIDDLE_MM: f64 = 0.9;
+/// Share of the fourth power in the part of the friction that is odd along x.
+pub const ODD_SHAPE: f64 = 0.5;
+/// Range of u = ln(depth / 0.9 mm) in which the cubics hold; outside it each goes on as a straight line.
+pub const U_RANGE: [f64; 2] = [-1.6, 1.1];
+
+/// The smooth model of one finger on one device.
+#[derive(Clone, Debug)]
+pub struct SmoothModel {
+    /// Coefficients of ln N0 over u = ln(depth / 0.9 mm); N0 is the normal force without shear, N.
+    pub ln_normal: [f64; 4],
+    /// The same of the strength L, the friction in full slip, N.
+    pub ln_strength: [f64; 4],
+    /// The same of the tangential stiffness K along x, N/mm.
+    pub ln_tangential: [f64; 4],
+    /// The same of the contact area, mm².
+    pub ln_area: [f64; 4],
+    /// 1/yield position (over the mean slip length L/K) and share of the strength of each element.
+    pub elements: [[f64; 2]; ELEMENTS],
+    /// Logarithm of the tangential stiffness along y over that along x at 0.9 mm, and its slope over u.
+    pub ln_stiffness_ratio_y: [f64; 2],
+    /// Slide along x per depth while pressing, mm/mm, and its change with depth, 1/mm.
+    pub press_coupling: [f64; 2],
+    /// Normal force per friction along x and y.
+    pub normal_per_friction: [f64; 2],
+    /// Share by which full shear along x and y raises the normal force.
+    pub normal_shear: [f64; 2],
+    /// Part of the friction along x that is odd in the direction, per mm of depth.
+    pub odd_x_per_mm: f64,
+    /// Exponent of the strength in the tissue's stiffness at fixed depth.
+    pub load_exponent: f64,
+    /// Strength over direction: shares that go with cos 2θ and sin 2θ.
+    pub even_direction: [f64; 2],
+    /// Change of the first of them with u: a contact grows longer and wider by different shares.
+    pub even_direction_slope: f64,
+    /// Strength over direction: shares that go with cos θ and sin θ.
+    pub odd_direction: [f64; 2],
+}
+
+/// The model's curves at one depth.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DepthValues {
+    /// Normal force without shear, N.
+    pub normal_n: f64,
+    /// Friction in full slip, N.
+    pub strength_n: f64,
+    /// Tangential stiffness along x, N/mm.
+    pub tangential_n_mm: f64,
+    /// Contact area, mm².
+    pub area_mm2: f64,
+    /// Tangential stiffness along y over that along x.
+    pub stiffness_ratio_y: f64,
+    /// Slide along x that pressing from touch to this depth amounts to, mm.
+    pub pressed_mm: f64,
+}
+
+/// A cubic over u within [`U_RANGE`] (`inside`), which goes on outside as a straight line that rises by at least 0.1.
+fn extended_cubic(c: &[f64; 4], u: f64, inside: f64) -> f64 {
+    let value = c[0] + inside * (c[1] + inside * (c[2] + inside * c[3]));
+    if u == inside {
+        return value;
+    }
+    value + (u - inside) * (c[1] + inside * (2.0 * c[2] + 3.0 * inside * c[3])).max(0.1)
+}
+
+impl SmoothModel {
+    /// Relative change of the strength in a direction of motion, at a depth > 0, mm.
+    ///
+    /// * `double_angle`: cosine and sine of twice the direction
+    /// * `direction`: cosine and sine of the direction
+    pub fn direction_gain(&self, depth_mm: f64, double_angle: [f64; 2], direction: [f64; 2]) -> f64 {
+        let u = (depth_mm / MIDDLE_MM).ln().clamp(U_RANGE[0], U_RANGE[1]);
+        (self.even_direction[0] + self.even_direction_slope * u) * double_angle[0]
+            + self.even_direction[1] * double_angle[1]
+            + self.odd_direction[0] * direction[0]
+            + self.odd_direction[1] * direction[1]
+    }
+
+    /// The curves at a depth > 0, mm.
+    pub fn at_depth(&self, depth_mm: f64) -> DepthValues {
+        let u = (depth_mm / MIDDLE_MM).ln();
+        let inside = u.clamp(U_RANGE[0], U_RANGE[1]);
+        DepthValues {
+            normal_n: extended_cubic(&self.ln_normal, u, inside).exp(),
+            strength_n: extended_cubic(&self.ln_strength, u, inside).exp(),
+            tangential_n_mm: extended_cubic(&self.ln_tangential, u, inside).exp(),
+            area_mm2: extended_cubic(&self.ln_area, u, inside).exp(),
+            stiffness_ratio_y: (self.ln_stiffness_ratio_y[0] + self.ln_stiffness_ratio_y[1] * inside).exp(),
+            pressed_mm: depth_mm * (self.press_coupling[0] + 0.5 * self.press_coupling[1] * depth_mm),
+        }
+    }
+}

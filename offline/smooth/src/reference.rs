@@ -1,0 +1,162 @@
+//! Smooth curves over depth that a model file gives, from which the parameters count.
+//!
+//! Main type: [`ReferenceCurves`].
+
+use fingerpad::DataOf;
+use nalgebra::{DMatrix, DVector};
+
+use crate::model::{ELEMENTS, MIDDLE_MM, ODD_SHAPE, SmoothModel};
+use crate::parameter::{Parameter, Parameters};
+
+/// Least and largest yield position of the elements, over the mean slip length.
+const YIELD_RANGE: [f64; 2] = [0.3, 3.6];
+/// Yield position at which the bell of the shares has its middle.
+const YIELD_MIDDLE: f64 = 1.43;
+/// Width of that bell in the logarithm of the yield position.
+const YIELD_WIDTH: f64 = 0.55;
+
+/// Area over depth of the finger in Table 1 of Yoshida et al. 2011, A = 65.0 d^1.007 mm²: the fit of its four points.
+const TABLE_AREA: [f64; 2] = [65.0, 1.007];
+/// Standard deviation of the logarithm of the area between fingers at one depth: the area goes with the radius of the
+/// pad, and that with the finger's width, which scatters by about so much among grown-ups.
+const OTHER_AREA_SD: f64 = 0.08;
+
+/// Cubics in u = ln(depth / 0.9 mm) through the tables of a model file, and the elements to start from.
+#[derive(Clone, Debug)]
+pub struct ReferenceCurves {
+    ln_normal: [f64; 4],
+    ln_strength: [f64; 4],
+    ln_tangential: [f64; 4],
+    ln_area: [f64; 4],
+    /// Yield position and share of the strength of each element, before the parameters act.
+    yields: [[f64; 2]; ELEMENTS],
+    /// The parameters' values for the finger of the file.
+    pub mean: Parameters,
+    /// Standard deviation of the logarithm of the area, which forces do not tell.
+    pub ln_area_sd: f64,
+}
+
+impl ReferenceCurves {
+    /// The curves of a model file's numbers.
+    ///
+    /// `own_area`: whether the file's contact area is that of the finger at hand; otherwise that of a measured finger is
+    /// taken, with its scatter, because forces do not tell the area.
+    pub fn from_model_data<const M: usize, const N: usize>(data: &DataOf<M, N>, own_area: bool) -> Self {
+        let n = data.rows.len();
+        let cell = f64::from(data.depth_max) / (n - 1) as f64;
+        let fit = |value: fn(&fingerpad::Row) -> f32| -> [f64; 4] {
+            let points: Vec<(f64, f64)> = (1..n)
+                .map(|i| (((i as f64) * cell / MIDDLE_MM).ln(), f64::from(value(&data.rows[i])).ln()))
+                .filter(|(u, _)| *u > -2.0)
+                .collect();
+            fit_cubic(&points)
+        };
+        let middle = ((MIDDLE_MM / cell).round() as usize).min(n - 1);
+        let row = &data.rows[middle];
+        let at = |line: &fingerpad::Line| f64::from(line.value);
+        let mut mean = Parameters::ZERO;
+        mean[Parameter::StiffnessRatioY] = 2.0 * at(&row.stiffness_anisotropy).ln();
+        mean[Parameter::PressCoupling] = at(&row.press_coupling);
+        mean[Parameter::NormalPerFrictionX] = at(&row.press_coupling);
+        // Energy of full shear, times twice the stiffness, over the normal force.
+        let energy: f64 = data.elements.iter().map(|e| f64::from(e.energy)).sum();
+        let full_shear = energy * at(&row.limit).powi(2) / at(&row.normal);
+        mean[Parameter::NormalShearX] = at(&row.normal_shear_x) * full_shear;
+        mean[Parameter::NormalShearY] = at(&row.normal_shear_y) * full_shear / at(&row.strength_anisotropy).powi(2);
+        // The term's effect in full slip along x is that of the core's shifted circle.
+        mean[Parameter::OddXPerMm] = -at(&row.yield_shift) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
+        mean[Parameter::LoadExponent] = f64::from(data.pressure_exponent);
+        let ln_area = if own_area {
+            fit(|r| r.area.value)
+        } else {
+            [TABLE_AREA[0].ln() + TABLE_AREA[1] * MIDDLE_MM.ln(), TABLE_AREA[1], 0.0, 0.0]
+        };
+        Self {
+            ln_normal: fit(|r| r.normal.value),
+            ln_strength: fit(|r| r.limit.value),
+            ln_tangential: fit(|r| r.stiffness.value),
+            ln_area,
+            yields: yields(),
+            mean,
+            ln_area_sd: if own_area { 0.0 } else { OTHER_AREA_SD },
+        }
+    }
+
+    /// The smooth model with these values of the parameters.
+    pub fn model(&self, values: &Parameters) -> SmoothModel {
+        use Parameter as P;
+        let cubic = |a: &[f64; 4], more: [f64; 4]| -> [f64; 4] { std::array::from_fn(|i| a[i] + more[i]) };
+        SmoothModel {
+            ln_normal: cubic(
+                &self.ln_normal,
+                [P::NormalScale, P::NormalDepthExponent, P::NormalDepthCurvature, P::NormalDepthCubic]
+                    .map(|p| values[p]),
+            ),
+            ln_strength: cubic(
+                &self.ln_strength,
+                [P::StrengthScale, P::StrengthDepthExponent, P::StrengthDepthCurvature, P::StrengthDepthCubic]
+                    .map(|p| values[p]),
+            ),
+            ln_tangential: cubic(
+                &self.ln_tangential,
+                [
+                    values[P::TangentialScale],
+                    values[P::TangentialDepthExponent],
+                    values[P::TangentialDepthCurvature],
+                    0.0,
+                ],
+            ),
+            ln_area: self.ln_area,
+            elements: self.elements(values),
+            ln_stiffness_ratio_y: [values[P::StiffnessRatioY], values[P::StiffnessRatioYExponent]],
+            press_coupling: [values[P::PressCoupling], values[P::PressCouplingSlope]],
+            normal_per_friction: [values[P::NormalPerFrictionX], values[P::NormalPerFrictionY]],
+            normal_shear: [values[P::NormalShearX], values[P::NormalShearY]],
+            odd_x_per_mm: values[P::OddXPerMm],
+            load_exponent: values[P::LoadExponent],
+            even_direction: [values[P::EvenDirectionCos], values[P::EvenDirectionSin]],
+            even_direction_slope: values[P::EvenDirectionCosSlope],
+            odd_direction: [values[P::OddDirectionCos], values[P::OddDirectionSin]],
+        }
+    }
+
+    /// 1/yield position and share of the strength of each element; the shares sum to 1 and the mean slip length is 1.
+    fn elements(&self, values: &Parameters) -> [[f64; 2]; ELEMENTS] {
+        let mut yields = self.yields;
+        let spread = values[Parameter::YieldSpread].clamp(-4.0, 1.5).exp();
+        let [tilt, bow, twist] = [Parameter::YieldTilt, Parameter::YieldBow, Parameter::YieldTwist].map(|p| values[p]);
+        let (mut strength, mut softness) = (0.0, 0.0);
+        for (k, slot) in yields.iter_mut().enumerate() {
+            let t = 2.0 * k as f64 / (ELEMENTS - 1) as f64 - 1.0;
+            slot[0] = slot[0].powf(spread);
+            slot[1] *= (tilt * t + bow * (t * t - 0.4) + twist * t * (t * t - 0.6)).clamp(-4.0, 4.0).exp();
+            strength += slot[1];
+        }
+        for slot in &mut yields {
+            slot[1] /= strength;
+            softness += slot[1] / slot[0];
+        }
+        yields.map(|[y, w]| [1.0 / (y * softness), w])
+    }
+}
+
+/// Yield positions, even in the logarithm, and shares of the strength, a bell over it: a start from which the parameters
+/// reach other fingers. The few elements of a model file, made for its own finger, are no better one.
+fn yields() -> [[f64; 2]; ELEMENTS] {
+    let at = |k: usize| {
+        (YIELD_RANGE[0].ln() + (YIELD_RANGE[1] / YIELD_RANGE[0]).ln() * k as f64 / (ELEMENTS - 1) as f64).exp()
+    };
+    std::array::from_fn(|k| {
+        let z = (at(k) / YIELD_MIDDLE).ln() / YIELD_WIDTH;
+        [at(k), (-0.5 * z * z).exp()]
+    })
+}
+
+/// Coefficients of the least-squares cubic through points (x, y), constant first.
+pub fn fit_cubic(points: &[(f64, f64)]) -> [f64; 4] {
+    let a = DMatrix::from_fn(points.len(), 4, |i, j| points[i].0.powi(j as i32));
+    let b = DVector::from_iterator(points.len(), points.iter().map(|p| p.1));
+    let normal = a.transpose() * &a + DMatrix::identity(4, 4) * 1e-9;
+    let x = normal.cholesky().expect("positive definite").solve(&(a.transpose() * b));
+    [x[0], x[1], x[2], x[3]]
+}

@@ -1,0 +1,219 @@
+//! Motions of the plane, and eight of them side by side for the vector unit.
+//!
+//! Main types: [`Stroke`] (one run's motion), [`BatchedTrajectory`] (all runs, eight at once), [`BatchedSample`] (one
+//! sample of eight runs), [`Substep`] (one step of depth on the way to it).
+//!
+//! A lane of the vector unit is a run. Runs with equally many substeps share a batch; a lane that has arrived while
+//! another is on its way takes substeps without motion, one in the air or beyond its last sample takes any substeps at
+//! all, which are forgotten at touch. No lane reads another one: a run's readings do not depend on those beside it.
+
+use fingerpad::Surroundings;
+use wide::f64x8;
+
+use crate::model::{MIDDLE_MM, U_RANGE};
+
+/// Runs that are simulated at once.
+pub const LANES: usize = 8;
+
+/// Largest change of depth in one substep, mm.
+const DEPTH_STEP_MM: f64 = 0.08;
+
+/// One sample of a stroke.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Clock, s.
+    pub t_s: f64,
+    /// Depth of the plane, mm; at or below 0 in the air.
+    pub depth_mm: f64,
+    /// Displacement of the plane since the sample before, mm.
+    pub slide_mm: [f64; 2],
+    /// Cosine and sine of twice the direction of motion.
+    pub double_angle: [f64; 2],
+    /// Cosine and sine of the direction of motion; 0 before the first motion.
+    pub direction: [f64; 2],
+    /// State of skin and room, for the core's effects.
+    pub surroundings: Surroundings,
+}
+
+/// The motion of one run.
+#[derive(Clone, Debug)]
+pub struct Stroke {
+    /// Clock at which the motion to the first sample begins, s.
+    pub start_s: f64,
+    /// The samples in time order.
+    pub samples: Vec<Sample>,
+}
+
+/// Eight depths.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthLanes {
+    /// Depths, mm.
+    pub mm: f64x8,
+    /// u = ln(depth / 0.9 mm), held within [`U_RANGE`].
+    pub inside: f64x8,
+    /// The part of u that lies outside that range.
+    pub beyond: f64x8,
+}
+
+impl DepthLanes {
+    /// From depths > 0, mm.
+    fn new(mm: f64x8) -> Self {
+        let u = (mm / f64x8::splat(MIDDLE_MM)).ln();
+        let inside = u.fast_max(f64x8::splat(U_RANGE[0])).fast_min(f64x8::splat(U_RANGE[1]));
+        Self { mm, inside, beyond: u - inside }
+    }
+
+    /// A cubic over u, which goes on outside the range as a straight line that rises by at least 0.1.
+    pub fn extended_cubic(&self, c: &[f64; 4]) -> f64x8 {
+        let c = c.map(f64x8::splat);
+        let u = self.inside;
+        let value = u.mul_add(u.mul_add(u.mul_add(c[3], c[2]), c[1]), c[0]);
+        let slope = u.mul_add(u.mul_add(f64x8::splat(3.0) * c[3], c[2] + c[2]), c[1]);
+        slope.fast_max(f64x8::splat(0.1)).mul_add(self.beyond, value)
+    }
+}
+
+/// One step of depth of eight runs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Substep {
+    /// Depths at its end.
+    pub depth: DepthLanes,
+    /// Share of the sample's slide that it takes; 0 in lanes that have arrived.
+    pub slide_share: f64x8,
+}
+
+/// One sample of eight runs.
+#[derive(Clone, Debug)]
+pub(crate) struct BatchedSample {
+    /// Place of the sample in the order of the runs, for lanes that have one.
+    pub place: [Option<u32>; LANES],
+    /// Whether the finger touches.
+    pub in_contact: [bool; LANES],
+    /// 0 where the finger was in the air at the sample before, else 1.
+    pub was_in_contact: f64x8,
+    /// Displacement since the sample before, mm.
+    pub slide_mm: [f64x8; 2],
+    /// Cosine and sine of twice the direction, then of the direction.
+    pub heading: [f64x8; 4],
+    /// Its substeps; none where all lanes are in the air.
+    pub substeps: std::ops::Range<usize>,
+}
+
+/// The motions of all runs, eight at once.
+#[derive(Clone, Debug, Default)]
+pub struct BatchedTrajectory {
+    /// Samples of all batches.
+    pub(crate) samples: Vec<BatchedSample>,
+    /// First sample of each batch, then the number of all.
+    pub(crate) batches: Vec<usize>,
+    /// Substeps of all samples.
+    pub(crate) substeps: Vec<Substep>,
+    /// Number of samples of all runs.
+    pub(crate) rows: usize,
+}
+
+/// Number of substeps from one depth to another.
+fn substeps_between(from_mm: f64, to_mm: f64) -> usize {
+    ((to_mm - from_mm).abs() / DEPTH_STEP_MM).ceil().clamp(1.0, 12.0) as usize
+}
+
+/// One run with the depths at which it is simulated.
+struct Lane<'a> {
+    stroke: &'a Stroke,
+    /// Place of its first sample in the order of the runs.
+    first: usize,
+    depth_mm: &'a [f64],
+}
+
+impl Lane<'_> {
+    /// Depth at a sample, mm; 0 in the air, before the first and after the last sample.
+    fn depth(&self, row: usize) -> f64 {
+        self.depth_mm.get(row).map_or(0.0, |d| d.max(0.0))
+    }
+
+    fn depth_before(&self, row: usize) -> f64 {
+        if row == 0 { 0.0 } else { self.depth(row - 1) }
+    }
+
+    fn substeps(&self, row: usize) -> usize {
+        if self.depth(row) > 0.0 { substeps_between(self.depth_before(row), self.depth(row)) } else { 0 }
+    }
+}
+
+impl BatchedTrajectory {
+    /// The trajectory of strokes at their own depths.
+    pub fn new(strokes: &[Stroke]) -> Self {
+        let depth_mm: Vec<f64> = strokes.iter().flat_map(|s| &s.samples).map(|s| s.depth_mm).collect();
+        Self::at_depths(strokes, &depth_mm)
+    }
+
+    /// The trajectory of strokes whose samples lie at these depths, mm, stroke by stroke.
+    pub fn at_depths(strokes: &[Stroke], depth_mm: &[f64]) -> Self {
+        let mut first = 0;
+        let mut lanes: Vec<Lane<'_>> = strokes
+            .iter()
+            .map(|stroke| {
+                let from = first;
+                first += stroke.samples.len();
+                Lane { stroke, first: from, depth_mm: &depth_mm[from..first] }
+            })
+            .collect();
+        lanes.sort_by_cached_key(|lane| (0..lane.stroke.samples.len()).map(|row| lane.substeps(row)).sum::<usize>());
+        let mut trajectory = Self { rows: first, batches: vec![0], ..Self::default() };
+        for batch in lanes.chunks(LANES) {
+            let rows = batch.iter().map(|l| l.stroke.samples.len()).max().unwrap_or(0);
+            (0..rows).for_each(|row| trajectory.push(batch, row));
+            trajectory.batches.push(trajectory.samples.len());
+        }
+        trajectory
+    }
+
+    /// Appends one sample of a batch with its substeps.
+    fn push(&mut self, batch: &[Lane<'_>], row: usize) {
+        let from = self.substeps.len();
+        let mut sample = BatchedSample {
+            place: [None; LANES],
+            in_contact: [false; LANES],
+            was_in_contact: f64x8::ZERO,
+            slide_mm: [f64x8::ZERO; 2],
+            heading: [f64x8::ZERO; 4],
+            substeps: from..from,
+        };
+        let (mut before, mut depth, mut steps) = ([MIDDLE_MM; LANES], [MIDDLE_MM; LANES], [1.0; LANES]);
+        let (mut was_in_contact, mut slide, mut heading) = ([0.0; LANES], [[0.0; LANES]; 2], [[0.0; LANES]; 4]);
+        let mut most = 0;
+        for (l, lane) in batch.iter().enumerate().filter(|(_, lane)| row < lane.stroke.samples.len()) {
+            sample.place[l] = Some((lane.first + row) as u32);
+            if !(lane.depth(row) > 0.0) {
+                continue;
+            }
+            sample.in_contact[l] = true;
+            (before[l], depth[l]) = (lane.depth_before(row), lane.depth(row));
+            let n = lane.substeps(row);
+            (steps[l], most) = (n as f64, most.max(n));
+            was_in_contact[l] = f64::from(u8::from(before[l] > 0.0));
+            let own = &lane.stroke.samples[row];
+            (slide[0][l], slide[1][l]) = (own.slide_mm[0], own.slide_mm[1]);
+            for (to, from) in heading.iter_mut().zip(own.double_angle.iter().chain(&own.direction)) {
+                to[l] = *from;
+            }
+        }
+        sample.was_in_contact = f64x8::new(was_in_contact);
+        (sample.slide_mm, sample.heading) = (slide.map(f64x8::new), heading.map(f64x8::new));
+        self.push_substeps([before, depth, steps].map(f64x8::new), most);
+        sample.substeps.end = self.substeps.len();
+        self.samples.push(sample);
+    }
+
+    /// Appends the substeps from depths to depths, mm, of which each lane takes its own number and the slowest `most`.
+    fn push_substeps(&mut self, [before, depth, steps]: [f64x8; 3], most: usize) {
+        let share = f64x8::ONE / steps;
+        for k in 1..=most {
+            let k = f64x8::splat(k as f64);
+            let under_way = steps.simd_gt(k);
+            let mm = under_way.select(before + (depth - before) * k * share, depth);
+            let slide_share = k.simd_gt(steps).select(f64x8::ZERO, share);
+            self.substeps.push(Substep { depth: DepthLanes::new(mm), slide_share });
+        }
+    }
+}
