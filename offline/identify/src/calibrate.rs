@@ -3,8 +3,8 @@
 use super::{
     Bench, Compared, FingerPoint, IdentifyError, Knob, LawPoint, Rig, Table,
     against::against,
+    bounded_least_squares::{Model, Solution},
     finger_fit::{Errors, FingerFit, Place},
-    least_squares::{Model, Solution},
     outcome::{FingerOutcome, Fitted},
     uncertainty::linear,
 };

@@ -3,8 +3,8 @@
 use super::{
     IdentifyError, LawPoint, REFERENCE_MPA, Region, Settings, Steady, Table,
     against::against,
+    bounded_least_squares::Solution,
     friction_fit::Target,
-    least_squares::Solution,
     on_rig::OnRig,
     outcome::{Constant, LawOutcome, Regularisation},
     surrogate::{Aligned, Friction},

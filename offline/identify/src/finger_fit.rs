@@ -2,7 +2,7 @@
 
 use super::{
     Bench, FingerPoint, IdentifyError, KnobKind, LawPoint, Query, Rig, Steady, Table,
-    least_squares::{Model, Solution, Stop, Variable, minimise},
+    bounded_least_squares::{Model, Solution, Stop, Variable, minimise},
     settings::{Compared, Knob},
 };
 use fingerpad_fe::contact::RubberFriction;

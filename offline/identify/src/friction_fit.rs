@@ -2,7 +2,7 @@
 
 use super::{
     IdentifyError, LawPoint, Region, Steady, Table,
-    least_squares::{Model, Solution, Stop, Variable, minimise},
+    bounded_least_squares::{Model, Solution, Stop, Variable, minimise},
     surrogate::{Aligned, Friction, OverPressure, log_slopes},
 };
 use fingerpad_fe::contact::RubberFriction;

@@ -6,6 +6,7 @@
 
 mod against;
 mod bench;
+pub mod bounded_least_squares;
 mod calibrate;
 pub mod certainty;
 mod error;
@@ -14,7 +15,6 @@ pub mod friction_fit;
 mod history;
 mod knobs;
 mod law;
-pub mod least_squares;
 mod memo;
 pub mod on_rig;
 pub mod outcome;

@@ -2,8 +2,8 @@
 
 use super::{
     Bench, FingerPoint, IdentifyError, LawPoint, Query, Rig, Steady, Table,
+    bounded_least_squares::Stop,
     friction_fit::{Target, fit},
-    least_squares::Stop,
     on_rig::OnRig,
     outcome::{Curve, CurvePoint, LeftOut},
     settings::Prediction,

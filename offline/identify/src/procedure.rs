@@ -9,10 +9,10 @@ use super::settings::Settings;
 use super::{
     Bench, FingerPoint, Hooks, IdentifyError, LawPoint, Memo, Outcome, Point, Rig, Table,
     against::against,
+    bounded_least_squares::Stop,
     calibrate::{calibrate, finger_fit, joint},
     certainty::{Fitted, certainty},
     friction_fit::{Mapping, Target, fit, solution_at, space_mapping},
-    least_squares::Stop,
     on_rig::OnRig,
     outcome::*,
     predict, published, search, sensitivity,

@@ -2,8 +2,8 @@
 
 use super::{
     IdentifyError, LawPoint, Settings,
+    bounded_least_squares::Stop,
     friction_fit::{Target, fit},
-    least_squares::Stop,
     outcome::Tau0Outcome,
     surrogate::{Aligned, Friction},
     uncertainty::{Growth, Interval},

@@ -6,8 +6,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::{
     IdentifyError, LawPoint,
+    bounded_least_squares::Stop,
     friction_fit::{Target, fit},
-    least_squares::Stop,
     surrogate::Friction,
 };
 

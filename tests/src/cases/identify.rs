@@ -10,7 +10,7 @@ use fingerpad_identify::{
     Bench, FingerPoint, Hooks, LawPoint, Memo, Point, Region, Rig, Settings, Simplex, Steady, Table,
     certainty::ring,
     friction_fit::{Target, fit, space_mapping},
-    least_squares::Stop,
+    bounded_least_squares::Stop,
     on_rig::OnRig,
     simplex,
     surrogate::{Aligned, Friction, log_slopes},
