@@ -56,7 +56,7 @@ pub enum IdentifyError {
     Config(#[from] ConfigError),
     /// The file of finished states cannot be used.
     #[error("{path}: {source}")]
-    Memo {
+    StateCache {
         /// The file.
         path: String,
         /// What the system said.

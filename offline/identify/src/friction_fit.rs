@@ -3,7 +3,7 @@
 use super::{
     IdentifyError, LawPoint, Region, Steady, Table,
     bounded_least_squares::{Model, Solution, Stop, Variable, minimise},
-    surrogate::{Aligned, Friction, OverPressure, log_slopes},
+    surrogate::{AlignedSurrogate, Friction, PressureSurrogate, log_slopes},
 };
 use fingerpad_fe::contact::RubberFriction;
 
@@ -216,7 +216,7 @@ pub fn space_mapping(
         if path.len() > most {
             return Ok((path, found));
         }
-        let mut mapped = Aligned::corrected(&found, base, law, correction.clone());
+        let mut mapped = AlignedSurrogate::corrected(&found, base, law, correction.clone());
         let stop = Stop { tolerance: 1e-10, evaluations: 200 };
         let (mut next, _) = fit("space mapping", &mut mapped, target, &law, &[], stop)?;
         let x = law.coordinates(target.free_tau0);
@@ -259,7 +259,7 @@ fn correct(
     from: (&LawPoint, &[Steady]),
     to: (&LawPoint, &[Steady]),
 ) -> Result<(), IdentifyError> {
-    let mut over = OverPressure { states: to.1, base };
+    let mut over = PressureSurrogate { states: to.1, base };
     let (own_from, own_to) = (over.coefficients(from.0)?, over.coefficients(to.0)?);
     let free_tau0 = correction.len() > 2;
     let (x, y) = (from.0.coordinates(free_tau0), to.0.coordinates(free_tau0));

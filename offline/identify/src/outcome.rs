@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     FingerPoint, LawPoint, Mapping, Point, SimplexRun,
-    uncertainty::{Interval, Map},
+    confidence::{Interval, Map},
 };
 
 /// Model beside measurement at one row of the table.
@@ -29,8 +29,8 @@ pub struct Modelled {
 }
 
 /// A finger with a law beside the whole table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Against {
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModelDataComparison {
     /// lambda, MPa^(1 - beta).
     pub lambda: f64,
     /// beta.
@@ -43,10 +43,10 @@ pub struct Against {
     pub sum_of_squares: f64,
 }
 
-/// A fitted number.
+/// A fitted parameter of the finger or the law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fitted {
-    /// What it is.
+pub struct FittedParameter {
+    /// Its name in words.
     pub name: String,
     /// Its unit; empty for a pure number.
     pub unit: String,
@@ -66,7 +66,7 @@ pub struct Fitted {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FingerOutcome {
     /// What varied.
-    pub fitted: Vec<Fitted>,
+    pub fitted: Vec<FittedParameter>,
     /// Correlations of what varied, in its order.
     pub correlation: Vec<Vec<f64>>,
     /// The finger found.
@@ -75,8 +75,8 @@ pub struct FingerOutcome {
     pub law: LawPoint,
     /// Error found of each row's depth, mm; zeros in a calibration.
     pub depth_shifts_mm: Vec<f64>,
-    /// Against the table, at that law.
-    pub against: Against,
+    /// The table beside the model at that law.
+    pub comparison: ModelDataComparison,
     /// Root mean square of the weighted residuals (1: as large as the stated errors).
     pub rms: f64,
     /// The same before.
@@ -113,6 +113,8 @@ pub struct Constant {
     pub unit: String,
     /// Value.
     pub value: f64,
+    /// The search region's bound that the value stands at, in the constant's unit; none inside the region.
+    pub at_bound: Option<f64>,
     /// Standard error of the linearised fit; none if flat or without degrees of freedom.
     pub standard_error: Option<f64>,
     /// Interval by profile likelihood at the confidence level; none without degrees of freedom.
@@ -147,8 +149,8 @@ pub struct LawOutcome {
     /// Largest difference of the surrogate that drew region and intervals from finite elements, at the ends of the
     /// intervals, % of F/N; none where the finite elements found no slide.
     pub region_check_percent: Vec<Option<f64>>,
-    /// Against the table.
-    pub against: Against,
+    /// The table beside the model.
+    pub comparison: ModelDataComparison,
     /// What the numbers say, in sentences.
     pub remarks: Vec<String>,
 }
@@ -315,17 +317,17 @@ pub struct Provenance {
     pub program_version: String,
 }
 
-/// Everything.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The result of an identification.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// What was run.
     pub provenance: Provenance,
     /// The table.
     pub table: Vec<Point>,
     /// Published constants on the finger before its calibration.
-    pub published_before: Against,
+    pub published_before: ModelDataComparison,
     /// Published constants on the calibrated finger.
-    pub published: Against,
+    pub published: ModelDataComparison,
     /// Calibration; none if it was off.
     pub calibration: Option<FingerOutcome>,
     /// Simplex runs.

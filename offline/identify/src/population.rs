@@ -64,8 +64,9 @@ impl Subject {
     /// In short; none if no law was searched for.
     pub fn of(name: &str, outcome: &Outcome) -> Option<Self> {
         let law = outcome.law.as_ref()?;
-        let worst =
-            |of: fn(&super::outcome::Modelled) -> f64| law.against.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max);
+        let worst = |of: fn(&super::outcome::Modelled) -> f64| {
+            law.comparison.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max)
+        };
         let finger = outcome.calibration.as_ref().map(|c| &c.finger);
         Some(Self {
             name: name.to_owned(),

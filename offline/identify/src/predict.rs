@@ -1,10 +1,10 @@
 //! What the constants say of loads that were not measured.
 
 use super::{
-    Bench, FingerPoint, IdentifyError, LawPoint, Query, Rig, Steady, Table,
+    Evaluator, FeModel, FingerPoint, IdentifyError, LawPoint, Query, Steady, Table,
     bounded_least_squares::Stop,
+    fe_friction::FeFriction,
     friction_fit::{Target, fit},
-    on_rig::OnRig,
     outcome::{Curve, CurvePoint, LeftOut},
     settings::Prediction,
     surrogate::Friction,
@@ -22,7 +22,7 @@ pub fn leave_one_out(
     target: &Target,
     best: &LawPoint,
     surrogate: &mut dyn Friction,
-    fe: &mut OnRig,
+    fe: &mut FeFriction,
 ) -> Result<Vec<LeftOut>, IdentifyError> {
     let mut out = Vec::new();
     for (slot, &depth_mm) in table.depths_mm.iter().enumerate() {
@@ -85,11 +85,11 @@ const PAD_SHARE: f64 = 0.75;
 /// # Errors
 /// [`IdentifyError`] that is not of one slide.
 pub fn curve(
-    bench: &Bench,
+    evaluator: &Evaluator,
     finger: &FingerPoint,
     law: &RubberFriction,
     wanted: &Prediction,
-    rig: &mut Rig,
+    fe_model: &mut FeModel,
     known: &[Steady],
 ) -> Result<Curve, IdentifyError> {
     /// Slots of their own, away from the table's: one goes up, one goes down.
@@ -121,8 +121,8 @@ pub fn curve(
                 break;
             }
             let query = Query { depth_mm, law: *law, stiffness: finger.stiffness };
-            (bench.hooks.tell)("curve", &format!("depth {depth_mm:.3} mm"));
-            match rig.steady(&[(slot, vec![query])]) {
+            (evaluator.hooks.tell)("curve", &format!("depth {depth_mm:.3} mm"));
+            match fe_model.steady(&[(slot, vec![query])]) {
                 Ok(states) => {
                     let next = CurvePoint::of(&states[0][0]);
                     power = (next.normal_force_n / last.normal_force_n).ln() / (next.depth_mm / last.depth_mm).ln();

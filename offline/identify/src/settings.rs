@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{IdentifyError, KnobKind, Region};
+use super::{CalibrationParameter, IdentifyError, Region};
 
 /// Section `[identify]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,7 +68,7 @@ pub struct Calibration {
     /// Whether the finger is calibrated at all.
     pub enabled: bool,
     /// What may vary.
-    pub vary: Vec<Knob>,
+    pub vary: Vec<VariedParameter>,
     /// What is compared.
     pub compared: Compared,
     /// Standard error of a measured normal force, % (sets its weight).
@@ -84,10 +84,10 @@ pub struct Calibration {
 impl Default for Calibration {
     /// Stiffness and depth offset: the two that eight numbers of a table determine without bending the shape.
     fn default() -> Self {
-        let knob = |name| Knob { name, min: None, max: None };
+        let knob = |name| VariedParameter { name, min: None, max: None };
         Self {
             enabled: true,
-            vary: vec![knob(KnobKind::Stiffness), knob(KnobKind::DepthOffsetMm)],
+            vary: vec![knob(CalibrationParameter::Stiffness), knob(CalibrationParameter::DepthOffsetMm)],
             compared: Compared::Slide,
             normal_force_percent: 5.0,
             contact_area_percent: 5.0,
@@ -99,9 +99,9 @@ impl Default for Calibration {
 /// A number of the finger that may vary.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Knob {
+pub struct VariedParameter {
     /// Which.
-    pub name: KnobKind,
+    pub name: CalibrationParameter,
     /// Least value; its own default if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,

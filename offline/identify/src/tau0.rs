@@ -3,10 +3,10 @@
 use super::{
     IdentifyError, LawPoint, Settings,
     bounded_least_squares::Stop,
+    confidence::{Growth, Interval},
     friction_fit::{Target, fit},
     outcome::Tau0Outcome,
-    surrogate::{Aligned, Friction},
-    uncertainty::{Growth, Interval},
+    surrogate::{AlignedSurrogate, Friction},
 };
 
 /// Frees tau_0 on the surrogate.
@@ -14,7 +14,7 @@ pub fn tau0_test(
     settings: &Settings,
     held: &Target,
     law: &LawPoint,
-    aligned: &mut Aligned,
+    aligned: &mut AlignedSurrogate,
 ) -> Result<Tau0Outcome, IdentifyError> {
     let target = Target { free_tau0: true, ..held.clone() };
     let stop = Stop { tolerance: 1e-9, evaluations: 300 };

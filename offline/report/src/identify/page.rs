@@ -7,7 +7,7 @@ use super::super::numbers::{fixed, significant};
 use super::table_figures::percent;
 use fingerpad_identify::{
     Outcome,
-    outcome::{Against, Constant, FingerOutcome},
+    outcome::{Constant, FingerOutcome, ModelDataComparison},
     population::Population,
 };
 
@@ -59,8 +59,9 @@ fn told(c: &Constant) -> String {
 }
 
 fn verdict(o: &Outcome) -> String {
-    let worst =
-        |a: &Against| a.rows.iter().map(|r| r.friction_coefficient_difference_percent.abs()).fold(0.0, f64::max);
+    let worst = |a: &ModelDataComparison| {
+        a.rows.iter().map(|r| r.friction_coefficient_difference_percent.abs()).fold(0.0, f64::max)
+    };
     match &o.law {
         Some(law) => {
             let constants: Vec<String> = law.constants.iter().map(told).collect();
@@ -69,7 +70,7 @@ fn verdict(o: &Outcome) -> String {
                  on the same finger miss it by up to {} %.",
                 constants.join("; "),
                 significant(law.lambda, 3),
-                fixed(worst(&law.against), 1),
+                fixed(worst(&law.comparison), 1),
                 fixed(worst(&o.published), 1)
             )
         }
@@ -81,7 +82,7 @@ fn verdict(o: &Outcome) -> String {
     }
 }
 
-fn against(title: &str, o: &Outcome, a: &Against) -> String {
+fn compare(title: &str, o: &Outcome, a: &ModelDataComparison) -> String {
     let caption = format!(
         "{title}: λ = {} MPa<sup>1−β</sup>, β = {}, τ₀ = {} kPa; sum of squared differences of F/N {}",
         significant(a.lambda, 4),
@@ -170,15 +171,15 @@ pub fn page(o: &Outcome, pictures: &[Picture]) -> String {
     }
     out += "<section class=\"tables\">\n<h2>Against the table</h2>\n";
     if let Some(law) = &o.law {
-        out += &against("Identified law", o, &law.against);
+        out += &compare("Identified law", o, &law.comparison);
     }
     if let Some(joint) = &o.joint {
-        out += &against("Joint fit", o, &joint.against);
+        out += &compare("Joint fit", o, &joint.comparison);
     }
     if o.calibration.is_some() {
-        out += &against("Published constants, finger calibrated", o, &o.published);
+        out += &compare("Published constants, finger calibrated", o, &o.published);
     }
-    out += &against("Published constants, finger as given", o, &o.published_before);
+    out += &compare("Published constants, finger as given", o, &o.published_before);
     out += "<h2>The finger</h2>\n";
     if let Some(calibration) = &o.calibration {
         out += &finger("Calibration on normal force and area", calibration);

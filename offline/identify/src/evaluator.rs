@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::settings::Settings;
 use super::{
     Effort, IdentifyError, Limits, Place, Slider, Start, Steady,
-    memo::{Key, Memo, key_of},
+    state_cache::{Key, StateCache, key_of},
 };
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::Config;
@@ -65,13 +65,13 @@ impl Query {
 }
 
 /// Settings, memory and threads that all fingers of a run share.
-pub struct Bench<'a> {
+pub struct Evaluator<'a> {
     /// Mesh preset, tissue, numerics; its shape is the one to begin with.
     pub config: &'a Config,
     /// Calibration and identification.
     pub settings: &'a Settings,
     /// Finished states.
-    pub memo: Memo,
+    pub cache: StateCache,
     /// Conversation with the caller.
     pub hooks: &'a Hooks<'a>,
     /// By slot: where the last slide there stood.
@@ -81,14 +81,20 @@ pub struct Bench<'a> {
     found: AtomicU32,
 }
 
-impl<'a> Bench<'a> {
-    /// A bench with `jobs` threads.
-    pub fn new(config: &'a Config, settings: &'a Settings, memo: Memo, hooks: &'a Hooks<'a>, jobs: usize) -> Self {
+impl<'a> Evaluator<'a> {
+    /// A evaluator with `jobs` threads.
+    pub fn new(
+        config: &'a Config,
+        settings: &'a Settings,
+        cache: StateCache,
+        hooks: &'a Hooks<'a>,
+        jobs: usize,
+    ) -> Self {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started");
         Self {
             config,
             settings,
-            memo,
+            cache,
             hooks,
             starts: Mutex::default(),
             pool,
@@ -145,18 +151,18 @@ impl<'a> Bench<'a> {
         }
         let finger = self.finger(shape)?;
         let problem = self.config.problem(&finger);
-        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
+        FeModel { evaluator: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
             .steady(queries)
     }
 
     fn remembered(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
-        queries.iter().map(|(_, list)| list.iter().map(|q| self.memo.get(&key_of(&(finger, q)))).collect()).collect()
+        queries.iter().map(|(_, list)| list.iter().map(|q| self.cache.get(&key_of(&(finger, q)))).collect()).collect()
     }
 }
 
 /// One finger with a slide per slot (a slot is a depth, or what stays near one).
-pub struct Rig<'a> {
-    bench: &'a Bench<'a>,
+pub struct FeModel<'a> {
+    evaluator: &'a Evaluator<'a>,
     shape: FingertipShape,
     problem: &'a Problem<'a>,
     key: Key,
@@ -165,16 +171,23 @@ pub struct Rig<'a> {
     from: Option<BTreeMap<usize, Start>>,
 }
 
-impl<'a> Rig<'a> {
+impl<'a> FeModel<'a> {
     /// The finger of `problem`, whose shape is `shape`.
-    pub fn new(bench: &'a Bench<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
-        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new(), from: None }
+    pub fn new(evaluator: &'a Evaluator<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
+        Self {
+            evaluator,
+            shape: shape.clone(),
+            problem,
+            key: evaluator.key(shape),
+            sliders: BTreeMap::new(),
+            from: None,
+        }
     }
 
     /// Another finger like this one for a search beside others. It starts from where slides stand now, whatever others
     /// do until then, and what it does changes no other one's start.
     pub fn beside(&self) -> Self {
-        let from = Some(self.bench.starts.lock().expect("no panic while locked").clone());
+        let from = Some(self.evaluator.starts.lock().expect("no panic while locked").clone());
         Self { shape: self.shape.clone(), sliders: BTreeMap::new(), from, ..*self }
     }
 
@@ -188,36 +201,36 @@ impl<'a> Rig<'a> {
     /// # Errors
     /// [`IdentifyError`] of the first slide that fails.
     pub fn steady(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
-        if let Some(known) = self.bench.remembered(&self.key, queries) {
+        if let Some(known) = self.evaluator.remembered(&self.key, queries) {
             return Ok(known);
         }
         self.put_on_the_plane(queries)?;
-        let (bench, key, leads) = (self.bench, self.key, self.from.is_none());
+        let (evaluator, key, leads) = (self.evaluator, self.key, self.from.is_none());
         let mut work: Vec<(&(usize, Vec<Query>), Slider<'a>, Vec<Steady>)> = queries
             .iter()
             .map(|item| (item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
             .collect();
-        let result = bench.pool.install(|| {
+        let result = evaluator.pool.install(|| {
             // The deepest take longest.
             work.par_iter_mut().rev().with_max_len(1).try_for_each(|((slot, list), slider, out)| {
                 let before = slider.effort;
                 let result = list.iter().try_for_each(|query| {
                     let id = key_of(&(&key, query));
-                    let steady = match bench.memo.get(&id) {
+                    let steady = match evaluator.cache.get(&id) {
                         Some(steady) => steady,
                         None => {
                             let steady = query.scaled(self::go(slider, query.unscaled())?);
-                            bench.memo.put(id, &steady)?;
-                            bench.found.fetch_add(1, Ordering::Relaxed);
+                            evaluator.cache.put(id, &steady)?;
+                            evaluator.found.fetch_add(1, Ordering::Relaxed);
                             steady
                         }
                     };
                     out.push(steady);
                     Ok(())
                 });
-                bench.effort.lock().expect("no panic while locked").add(&slider.effort.since(&before));
+                evaluator.effort.lock().expect("no panic while locked").add(&slider.effort.since(&before));
                 if leads {
-                    bench.starts.lock().expect("no panic while locked").insert(*slot, slider.start());
+                    evaluator.starts.lock().expect("no panic while locked").insert(*slot, slider.start());
                 }
                 result
             })
@@ -234,16 +247,16 @@ impl<'a> Rig<'a> {
 
     /// A slider in contact for every slot: where the slot's last finger stood, else by a press without friction.
     fn put_on_the_plane(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<(), IdentifyError> {
-        let bench = self.bench;
+        let evaluator = self.evaluator;
         let mut cold: Vec<(usize, Place)> = Vec::new();
         for (slot, list) in queries {
             if self.sliders.contains_key(slot) {
                 continue;
             }
-            let mut slider = Slider::new(self.problem, bench.settings.tolerance, bench.hooks.go_on);
+            let mut slider = Slider::new(self.problem, evaluator.settings.tolerance, evaluator.hooks.go_on);
             let start = match &self.from {
                 Some(from) => from.get(slot).cloned(),
-                None => bench.starts.lock().expect("no panic while locked").get(slot).cloned(),
+                None => evaluator.starts.lock().expect("no panic while locked").get(slot).cloned(),
             };
             if !start.is_some_and(|start| slider.restart(&start)) {
                 let mut place = list[0].unscaled();

@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::Knob;
+use super::settings::VariedParameter;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::FingertipShape;
 
 /// A number of the finger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum KnobKind {
+pub enum CalibrationParameter {
     /// Factor on every stiffness: tissue, nail, joint, and the contact's penalty.
     Stiffness,
     /// Added to every measured depth, mm: error of the touch point.
@@ -30,7 +30,7 @@ pub enum KnobKind {
     SkinThicknessMm,
 }
 
-impl KnobKind {
+impl CalibrationParameter {
     /// All that change the shape.
     pub const SHAPE: [Self; 7] = [
         Self::TaperSlope,
@@ -104,19 +104,19 @@ impl KnobKind {
     }
 }
 
-impl Knob {
+impl VariedParameter {
     /// Bounds in force.
     pub fn bounds(&self) -> [f64; 2] {
         let [low, high] = match self.name {
-            KnobKind::Stiffness => [0.1, 5.0],
-            KnobKind::DepthOffsetMm => [-0.4, 0.4],
-            KnobKind::TaperSlope => [0.0, 0.6],
-            KnobKind::SectionExponent => [2.0, 4.0],
-            KnobKind::HalfWidthMm => [6.5, 10.5],
-            KnobKind::HalfThicknessMm => [5.5, 9.0],
-            KnobKind::BoneDorsalOffsetMm => [0.5, 4.0],
-            KnobKind::BoneDistalClearanceMm => [3.0, 8.0],
-            KnobKind::SkinThicknessMm => [0.3, 1.5],
+            CalibrationParameter::Stiffness => [0.1, 5.0],
+            CalibrationParameter::DepthOffsetMm => [-0.4, 0.4],
+            CalibrationParameter::TaperSlope => [0.0, 0.6],
+            CalibrationParameter::SectionExponent => [2.0, 4.0],
+            CalibrationParameter::HalfWidthMm => [6.5, 10.5],
+            CalibrationParameter::HalfThicknessMm => [5.5, 9.0],
+            CalibrationParameter::BoneDorsalOffsetMm => [0.5, 4.0],
+            CalibrationParameter::BoneDistalClearanceMm => [3.0, 8.0],
+            CalibrationParameter::SkinThicknessMm => [0.3, 1.5],
         };
         [self.min.unwrap_or(low), self.max.unwrap_or(high)]
     }
@@ -156,20 +156,20 @@ impl FingerPoint {
     }
 
     /// Value of a knob.
-    pub fn get(&self, knob: KnobKind) -> f64 {
+    pub fn get(&self, knob: CalibrationParameter) -> f64 {
         match knob {
-            KnobKind::Stiffness => self.stiffness,
-            KnobKind::DepthOffsetMm => self.depth_offset_mm,
+            CalibrationParameter::Stiffness => self.stiffness,
+            CalibrationParameter::DepthOffsetMm => self.depth_offset_mm,
             other => *other.of_shape(&mut self.shape.clone()).expect("of the shape"),
         }
     }
 
     /// The same finger with a knob turned.
-    pub fn with(&self, knob: KnobKind, value: f64) -> Self {
+    pub fn with(&self, knob: CalibrationParameter, value: f64) -> Self {
         let mut out = self.clone();
         match knob {
-            KnobKind::Stiffness => out.stiffness = value,
-            KnobKind::DepthOffsetMm => out.depth_offset_mm = value,
+            CalibrationParameter::Stiffness => out.stiffness = value,
+            CalibrationParameter::DepthOffsetMm => out.depth_offset_mm = value,
             other => *other.of_shape(&mut out.shape).expect("of the shape") = value,
         }
         out
@@ -183,9 +183,12 @@ mod tests {
     #[test]
     fn every_knob_turns_what_it_says_and_starts_inside_its_bounds() {
         let finger = FingerPoint::of(FingertipShape::default());
-        for kind in KnobKind::SHAPE.into_iter().chain([KnobKind::Stiffness, KnobKind::DepthOffsetMm]) {
+        for kind in CalibrationParameter::SHAPE
+            .into_iter()
+            .chain([CalibrationParameter::Stiffness, CalibrationParameter::DepthOffsetMm])
+        {
             let value = finger.get(kind);
-            let [low, high] = Knob { name: kind, min: None, max: None }.bounds();
+            let [low, high] = VariedParameter { name: kind, min: None, max: None }.bounds();
             assert!(low <= value && value <= high, "{kind:?}");
             let turned = finger.with(kind, value + kind.step());
             assert!((turned.get(kind) - value - kind.step()).abs() < 1e-12 && turned != finger, "{kind:?}");

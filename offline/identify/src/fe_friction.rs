@@ -1,12 +1,12 @@
 //! The law as a function of finite elements, the finger held.
 
-use super::{IdentifyError, LawPoint, Query, Rig, Steady, surrogate};
+use super::{FeModel, IdentifyError, LawPoint, Query, Steady, surrogate};
 use fingerpad_fe::contact::RubberFriction;
 
 /// Friction coefficients of finite elements on a finger that is held.
-pub struct OnRig<'r, 'a> {
+pub struct FeFriction<'r, 'a> {
     /// The finger.
-    pub rig: &'r mut Rig<'a>,
+    pub fe_model: &'r mut FeModel<'a>,
     /// Depth of every slot, offset included, mm.
     pub depths_mm: Vec<f64>,
     /// Factor on every stiffness.
@@ -17,10 +17,10 @@ pub struct OnRig<'r, 'a> {
     pub evaluations: usize,
 }
 
-impl OnRig<'_, '_> {
+impl FeFriction<'_, '_> {
     /// The same on another finger, which may slide beside this one in another thread.
-    pub fn beside<'r, 'b>(&self, rig: &'r mut Rig<'b>) -> OnRig<'r, 'b> {
-        OnRig { rig, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
+    pub fn beside<'r, 'b>(&self, fe_model: &'r mut FeModel<'b>) -> FeFriction<'r, 'b> {
+        FeFriction { fe_model, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
     }
 
     /// Steady states per slot.
@@ -39,11 +39,11 @@ impl OnRig<'_, '_> {
         self.evaluations += 1;
         let query = |(slot, &depth_mm): (usize, &f64)| (slot, vec![Query { depth_mm, law, stiffness: self.stiffness }]);
         let queries: Vec<_> = self.depths_mm.iter().enumerate().map(query).collect();
-        Ok(self.rig.steady(&queries)?.into_iter().flatten().collect())
+        Ok(self.fe_model.steady(&queries)?.into_iter().flatten().collect())
     }
 }
 
-impl surrogate::Friction for OnRig<'_, '_> {
+impl surrogate::Friction for FeFriction<'_, '_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         Ok(self.states(law)?.iter().map(Steady::friction_coefficient).collect())
     }
@@ -56,6 +56,6 @@ impl surrogate::Friction for OnRig<'_, '_> {
             .map(|(slot, &depth_mm)| (slot, laws.iter().map(|law| query(depth_mm, law)).collect()))
             .collect();
         // What is found is remembered; what failed fails again when it is asked for, and is told then.
-        let _ = self.rig.steady(&queries);
+        let _ = self.fe_model.steady(&queries);
     }
 }

@@ -25,20 +25,20 @@ pub fn key_of(what: &impl serde::Serialize) -> Key {
 
 /// States by key.
 #[derive(Default)]
-pub struct Memo {
+pub struct StateCache {
     known: Mutex<HashMap<Key, Steady>>,
     file: Option<Mutex<File>>,
     name: String,
 }
 
-impl Memo {
-    /// A memo that is kept in `path`; what stands there already is known.
+impl StateCache {
+    /// A cache that is kept in `path`; what stands there already is known.
     ///
     /// # Errors
-    /// [`IdentifyError::Memo`] if the file cannot be read or written.
+    /// [`IdentifyError::StateCache`] if the file cannot be read or written.
     pub fn open(path: &Path) -> Result<Self, IdentifyError> {
         let name = path.display().to_string();
-        let failed = |source| IdentifyError::Memo { path: name.clone(), source };
+        let failed = |source| IdentifyError::StateCache { path: name.clone(), source };
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         let mut bytes = Vec::new();
@@ -75,13 +75,13 @@ impl Memo {
     /// Keeps a state.
     ///
     /// # Errors
-    /// [`IdentifyError::Memo`] if it cannot be written.
+    /// [`IdentifyError::StateCache`] if it cannot be written.
     pub fn put(&self, key: Key, state: &Steady) -> Result<(), IdentifyError> {
         if let Some(file) = &self.file {
             let record = postcard::to_stdvec(&(key, state)).expect("plain values");
             let mut bytes = (record.len() as u32).to_le_bytes().to_vec();
             bytes.extend(record);
-            let failed = |source| IdentifyError::Memo { path: self.name.clone(), source };
+            let failed = |source| IdentifyError::StateCache { path: self.name.clone(), source };
             file.lock().expect("no panic while locked").write_all(&bytes).map_err(failed)?;
         }
         self.known.lock().expect("no panic while locked").insert(key, state.clone());
@@ -98,17 +98,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("states.bin");
         let state = |n: f64| Steady { normal_force_n: n, pressure: vec![[0.1, n]], ..Default::default() };
-        let memo = Memo::open(&path).unwrap();
-        memo.put(key_of(&1), &state(1.0)).unwrap();
-        memo.put(key_of(&2), &state(2.0)).unwrap();
-        drop(memo);
+        let cache = StateCache::open(&path).unwrap();
+        cache.put(key_of(&1), &state(1.0)).unwrap();
+        cache.put(key_of(&2), &state(2.0)).unwrap();
+        drop(cache);
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();
-        let memo = Memo::open(&path).unwrap();
-        assert_eq!((memo.get(&key_of(&1)), memo.get(&key_of(&2))), (Some(state(1.0)), None));
-        memo.put(key_of(&3), &state(3.0)).unwrap();
-        drop(memo);
-        let memo = Memo::open(&path).unwrap();
-        assert_eq!((memo.len(), memo.get(&key_of(&3))), (2, Some(state(3.0))));
+        let cache = StateCache::open(&path).unwrap();
+        assert_eq!((cache.get(&key_of(&1)), cache.get(&key_of(&2))), (Some(state(1.0)), None));
+        cache.put(key_of(&3), &state(3.0)).unwrap();
+        drop(cache);
+        let cache = StateCache::open(&path).unwrap();
+        assert_eq!((cache.len(), cache.get(&key_of(&3))), (2, Some(state(3.0))));
     }
 }

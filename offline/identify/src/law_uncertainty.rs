@@ -1,22 +1,23 @@
-//! How sure the law is: errors, intervals, region, and what to say of them.
+//! Uncertainty of the identified friction law: standard errors, intervals, confidence region, and remarks on them.
 
 use super::{
     IdentifyError, LawPoint, REFERENCE_MPA, Region, Settings, Steady, Table,
-    against::against,
     bounded_least_squares::Solution,
+    comparison::compare,
+    confidence::{Growth, Interval, Linear, linear, map, profile},
+    fe_friction::FeFriction,
     friction_fit::Target,
-    on_rig::OnRig,
     outcome::{Constant, LawOutcome, Regularisation},
-    surrogate::{Aligned, Friction},
-    uncertainty::{Growth, Interval, Linear, linear, map, profile},
+    surrogate::{AlignedSurrogate, Friction},
 };
 use fingerpad_fe::contact::RubberFriction;
+use fingerpad_fe::mesh::MeshPreset;
 
-/// A law that fits, with the fit.
-pub struct Fitted<'a> {
+/// A fitted law with its table, its fit and its finite-element states.
+pub struct LawFit<'a> {
     /// Table that it fits.
     pub table: &'a Table,
-    /// What was fitted.
+    /// Coefficients that were fitted.
     pub target: &'a Target,
     /// Law.
     pub law: LawPoint,
@@ -46,81 +47,47 @@ pub fn ring(law: &LawPoint, errors: &Linear, radius: f64, region: &Region) -> Ve
     laws.filter(|law| region.leaves(&law.friction(&Default::default())).is_none()).collect()
 }
 
-/// Errors, intervals and region of a fitted law.
+/// Standard errors, intervals and confidence region of a fitted law, and sentences about them.
 ///
-/// `aligned` is the surrogate at the law; it is bent to the finite elements around it.
+/// * `surrogate`: aligned at the law; corrected here to the finite elements around it
 ///
 /// # Errors
 /// [`IdentifyError`] of a fit, or of the finite elements where it is not of one law.
-pub fn certainty(
-    fitted: &Fitted,
+pub fn law_uncertainty(
+    fit: &LawFit,
     settings: &Settings,
-    aligned: &mut Aligned,
-    fe: &mut OnRig,
+    mesh_preset: MeshPreset,
+    surrogate: &mut AlignedSurrogate,
+    fe: &mut FeFriction,
 ) -> Result<LawOutcome, IdentifyError> {
-    let Fitted { table, target, law, solution, states } = *fitted;
+    let LawFit { table, target, law, solution, states } = *fit;
     let rows = target.coefficients.len();
     let least: f64 = solution.residuals.iter().map(|r| r * r).sum();
     let growth = Growth::of(least, rows, target.constants(), target.known, settings.confidence);
     let errors = linear(&solution.jacobian, growth.map_or(f64::NAN, |g| g.variance));
-    if let Some(growth) = growth {
-        let mut known = Vec::new();
-        let ring = ring(&law, &errors, (growth.two / growth.variance).sqrt(), &settings.region);
-        fe.prepare(&ring);
-        for around in ring {
-            if let Some(coefficients) = found(fe, &around)? {
-                known.push((around, coefficients));
-            }
-        }
-        aligned.bend(&known);
+    if let Some(growth) = &growth {
+        align_around(&law, &errors, growth, settings, surrogate, fe)?;
     }
-    let mut remarks = Vec::new();
-    let mut constants = Vec::new();
-    let mut region_check_percent = Vec::new();
-    let mut beta_ends = None;
-    let mut profiles = Vec::new();
-    for k in 0..target.constants() {
-        let error = Some(errors.standard_errors[k]).filter(|e| e.is_finite());
-        let profiled = match growth {
-            Some(growth) => Some(profile(aligned, target, &law, k, error.unwrap_or(0.1), growth.one)?),
-            None => None,
-        };
-        profiles.push((error, profiled));
-    }
-    let ends: Vec<LawPoint> = profiles.iter().flat_map(|(_, p)| p.iter().flat_map(|(_, ends)| *ends)).collect();
+    let profiles = profiles(fit, &errors, growth.as_ref(), surrogate)?;
+    let ends: Vec<LawPoint> = profiles.iter().flat_map(|(_, ends)| ends.iter().flatten().copied()).collect();
     fe.prepare(&ends);
-    for (k, (error, profiled)) in profiles.into_iter().enumerate() {
-        let interval = match profiled {
-            Some((interval, ends)) => {
-                for end in &ends {
-                    region_check_percent.push(checked(aligned, fe, end)?);
-                }
-                if k == 1 {
-                    beta_ends = Some(ends);
-                }
-                Some(interval)
-            }
-            None => None,
-        };
-        let constant = constant(k, &law, target, error, interval);
-        remarks.extend(constant.interval.as_ref().and_then(|i| remark(&constant.name, i)));
-        constants.push(constant);
-    }
-    if growth.is_none() {
-        remarks.push(format!(
-            "{rows} coefficients for {} constants leave no degree of freedom: no error can be told.",
-            target.constants()
-        ));
-    }
+    let region_check_percent = ends.iter().map(|end| checked(surrogate, fe, end)).collect::<Result<_, _>>()?;
+    let beta_ends = profiles[1].1;
+    let constants: Vec<Constant> = profiles
+        .into_iter()
+        .enumerate()
+        .map(|(k, (interval, _))| constant(k, &law, target, &errors, interval))
+        .collect();
     let map = match growth {
         Some(growth) => {
-            let [tau_ref_kpa, beta] = [0, 1].map(|k| around(&constants[k], settings, k));
-            Some(map(aligned, target, &law, growth.two, tau_ref_kpa, beta, 61)?)
+            let [tau_ref_kpa, beta] = [0, 1].map(|k| map_range(&constants[k], settings, k));
+            Some(map(surrogate, target, &law, growth.two, tau_ref_kpa, beta, 61)?)
         }
         None => None,
     };
     Ok(LawOutcome {
         law,
+        remarks: remarks(&constants, target, growth.is_some(), mesh_preset),
         constants,
         lambda: law.lambda(),
         lambda_range: beta_ends.map(|ends| ends.map(|end| end.lambda())),
@@ -132,27 +99,109 @@ pub fn certainty(
         confidence: settings.confidence,
         map,
         region_check_percent,
-        against: against(table, &law, &fe.base, states),
-        remarks,
+        comparison: compare(table, &law, &fe.base, states),
     })
 }
 
-/// A constant as it is told: strength and tau_0 in kPa.
-fn constant(k: usize, law: &LawPoint, target: &Target, error: Option<f64>, interval: Option<Interval>) -> Constant {
+/// Corrects the surrogate to finite elements at a ring of laws on the border of the linearised confidence region.
+fn align_around(
+    law: &LawPoint,
+    errors: &Linear,
+    growth: &Growth,
+    settings: &Settings,
+    surrogate: &mut AlignedSurrogate,
+    fe: &mut FeFriction,
+) -> Result<(), IdentifyError> {
+    let ring = ring(law, errors, (growth.two / growth.variance).sqrt(), &settings.region);
+    fe.prepare(&ring);
+    let mut known = Vec::new();
+    for around in ring {
+        if let Some(coefficients) = found(fe, &around)? {
+            known.push((around, coefficients));
+        }
+    }
+    surrogate.correct_at(&known);
+    Ok(())
+}
+
+/// A constant's interval and the laws at its ends; none without degrees of freedom.
+type Profile = (Option<Interval>, Option<[LawPoint; 2]>);
+
+/// Profile-likelihood interval of every constant.
+fn profiles(
+    fit: &LawFit,
+    errors: &Linear,
+    growth: Option<&Growth>,
+    surrogate: &mut AlignedSurrogate,
+) -> Result<Vec<Profile>, IdentifyError> {
+    let Some(growth) = growth else { return Ok(vec![(None, None); fit.target.constants()]) };
+    (0..fit.target.constants())
+        .map(|k| {
+            let step = Some(errors.standard_errors[k]).filter(|e| e.is_finite()).unwrap_or(0.1);
+            let (interval, ends) = profile(surrogate, fit.target, &fit.law, k, step, growth.one)?;
+            Ok((Some(interval), Some(ends)))
+        })
+        .collect()
+}
+
+/// Share of a search region's width within which an estimate counts as standing at the region's bound.
+const AT_BOUND: f64 = 0.002;
+
+/// Constant `k` in the units of a report: strength and tau_0 in kPa.
+fn constant(k: usize, law: &LawPoint, target: &Target, errors: &Linear, interval: Option<Interval>) -> Constant {
     let (name, unit) = [("strength at 5 kPa", "kPa"), ("beta", ""), ("tau_0", "kPa")][k];
-    let told = |value: f64| match k {
-        0 => value.exp(),
-        1 => value,
-        _ => value * law.tau_ref_kpa,
+    let reported = |coordinate: f64| match k {
+        0 => coordinate.exp(),
+        1 => coordinate,
+        _ => coordinate * law.tau_ref_kpa,
     };
     let scale = [law.tau_ref_kpa, 1.0, law.tau_ref_kpa][k];
+    let (value, [low, high]) = (law.coordinates(target.free_tau0)[k], target.bounds()[k]);
+    let margin = AT_BOUND * (high - low);
+    let bound = if value - low < margin {
+        Some(low)
+    } else if high - value < margin {
+        Some(high)
+    } else {
+        None
+    };
     Constant {
         name: name.into(),
         unit: unit.into(),
-        value: told(law.coordinates(target.free_tau0)[k]),
-        standard_error: error.map(|e| e * scale),
-        interval: interval.map(|i| Interval { low: told(i.low), high: told(i.high), ..i }),
+        value: reported(value),
+        at_bound: bound.map(reported),
+        standard_error: Some(errors.standard_errors[k]).filter(|e| e.is_finite()).map(|e| e * scale),
+        interval: interval.map(|i| Interval { low: reported(i.low), high: reported(i.high), ..i }),
     }
+}
+
+/// Sentences about what the table leaves open.
+fn remarks(constants: &[Constant], target: &Target, has_freedom: bool, mesh_preset: MeshPreset) -> Vec<String> {
+    let at_bound = constants.iter().filter_map(|c| at_bound_remark(c, mesh_preset));
+    let open = constants.iter().filter_map(|c| remark(&c.name, c.interval.as_ref()?));
+    let without_freedom = (!has_freedom).then(|| {
+        let (rows, number) = (target.coefficients.len(), target.constants());
+        format!("{rows} coefficients for {number} constants leave no degree of freedom: errors cannot be estimated.")
+    });
+    at_bound.chain(open).chain(without_freedom).collect()
+}
+
+/// Warns of an estimate that the search region holds, not the table.
+fn at_bound_remark(constant: &Constant, mesh_preset: MeshPreset) -> Option<String> {
+    let (bound, unit) = (constant.at_bound?, &constant.unit);
+    let space = if unit.is_empty() { "" } else { " " };
+    let advice = match mesh_preset {
+        MeshPreset::Coarse => {
+            " The coarse mesh is for trying out: its F/N jumps where contact points come and go. Identify on the \
+             default mesh (leave out --mesh-preset coarse)."
+        }
+        _ => "",
+    };
+    Some(format!(
+        "{} = {:.4}{space}{unit} stands at the bound {bound:.4}{space}{unit} of its search region: the bound, not the table, \
+         determines it.{advice}",
+        constant.name, constant.value
+    ))
 }
 
 fn remark(name: &str, interval: &Interval) -> Option<String> {
@@ -164,8 +213,8 @@ fn remark(name: &str, interval: &Interval) -> Option<String> {
         .then(|| format!("The table does not bound {name} from {side} inside the search region."))
 }
 
-/// What a map shows of a constant: its interval and almost half as much on either side.
-fn around(constant: &Constant, settings: &Settings, k: usize) -> [f64; 2] {
+/// Range of a constant in the likelihood map: its interval and almost half as much on either side.
+fn map_range(constant: &Constant, settings: &Settings, k: usize) -> [f64; 2] {
     let [low, high] = [settings.region.tau_ref_kpa, settings.region.beta][k];
     constant.interval.as_ref().map_or([low, high], |i| {
         let reach = 0.45 * (i.high - i.low);
@@ -183,7 +232,7 @@ fn correlation_of_lambda(errors: &Linear) -> f64 {
 }
 
 /// Finite elements at a law; none where there is no slide.
-fn found(fe: &mut OnRig, law: &LawPoint) -> Result<Option<Vec<f64>>, IdentifyError> {
+fn found(fe: &mut FeFriction, law: &LawPoint) -> Result<Option<Vec<f64>>, IdentifyError> {
     match fe.coefficients(law) {
         Ok(coefficients) => Ok(Some(coefficients)),
         Err(error) if error.is_local() => Ok(None),
@@ -192,13 +241,13 @@ fn found(fe: &mut OnRig, law: &LawPoint) -> Result<Option<Vec<f64>>, IdentifyErr
 }
 
 /// Largest difference of the surrogate from finite elements at a law, % of F/N; none where there is no slide.
-fn checked(aligned: &mut Aligned, fe: &mut OnRig, law: &LawPoint) -> Result<Option<f64>, IdentifyError> {
+fn checked(aligned: &mut AlignedSurrogate, fe: &mut FeFriction, law: &LawPoint) -> Result<Option<f64>, IdentifyError> {
     let Some(exact) = found(fe, law)? else { return Ok(None) };
     Ok(Some(100.0 * largest_difference(&aligned.coefficients(law)?, &exact)))
 }
 
-/// What the law's regularisation is worth: less of it, by finite elements.
-fn regularisation(law: &LawPoint, fe: &mut OnRig, states: &[Steady]) -> Result<Regularisation, IdentifyError> {
+/// Influence of the law's regularisation on F/N: slides with less of it, by finite elements.
+fn regularisation(law: &LawPoint, fe: &mut FeFriction, states: &[Steady]) -> Result<Regularisation, IdentifyError> {
     let friction = law.friction(&fe.base);
     let pressure_mpa = friction.regular_pressure_mpa;
     let mut probed = Regularisation { pressure_mpa, probed_share: 1.0, probed_percent: None };
