@@ -32,6 +32,7 @@ mod tune;
 mod yielding;
 
 pub use blob::{EffectSlot, File, FileOf, MAGIC, VERSION};
+pub use check::SLIP_LENGTH_RATIO_MAX;
 pub use data::{Data, DataOf, ELEMENTS, Element, Model, ModelOf, NODES, Tuned};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use effect::{Contact, Effects, Surroundings};

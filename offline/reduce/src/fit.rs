@@ -2,7 +2,7 @@
 //!
 //! Main types: [`Settings`], [`fit`]. Every residual comes out of `fingerpad` itself, in its 32-bit arithmetic; the
 //! Jacobian is by finite differences. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
-//! Uses layout, replay, start.
+//! Uses initial_guess, parameterisation, replay, slip_length.
 
 use fingerpad::{ParamsOf, Regime};
 use fingerpad_least_squares::{
@@ -10,9 +10,10 @@ use fingerpad_least_squares::{
 };
 use rayon::prelude::*;
 
-use super::layout::Layout;
+use super::initial_guess::initial_guess;
+use super::parameterisation::Parameterisation;
 use super::replay::replay_data;
-use super::start::start;
+use super::slip_length::explained;
 use super::{ReduceError, Run};
 
 /// How the fit is done.
@@ -77,25 +78,28 @@ pub struct Fitted<const M: usize, const N: usize> {
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
-/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::Model`] if the start is no model that
-/// the core accepts, [`ReduceError::Fit`] if the minimiser gave up.
+/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::SlipLengthOfRuns`] or
+/// [`ReduceError::Model`] if the core refuses the initial guess, [`ReduceError::Fit`] if the minimiser gave up.
 pub fn fit<const M: usize, const N: usize>(
     runs: &[Run],
     pressure_exponent: f64,
     settings: &Settings,
 ) -> Result<Fitted<M, N>, ReduceError> {
     let runs: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
-    let begin = start(&runs)?;
+    let guess = initial_guess(&runs)?;
     let deepest = runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
-    let layout = Layout::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
-    let origin = layout.start(M, &begin);
-    layout.params::<M, N>(&origin).try_build()?;
+    let parameterisation =
+        Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
+    let origin = parameterisation.start(M, &guess);
+    let first = parameterisation.params::<M, N>(&origin).try_build();
+    first.map_err(|error| explained(error, &guess, pressure_exponent))?;
     let scales = runs.iter().map(|run| Scales::of(run, settings)).collect();
-    let mut problem = Replay::<M, N> { runs, scales, limit: begin.limit, layout, settings, origin: origin.clone() };
+    let mut problem =
+        Replay::<M, N> { runs, scales, limit: guess.limit, parameterisation, settings, origin: origin.clone() };
     let before = problem.residuals_at(&origin).ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
     let best = minimise_with_restarts(&mut problem, &origin)?;
     Ok(Fitted {
-        params: problem.layout.params(&best.theta),
+        params: problem.parameterisation.params(&best.theta),
         theta: best.theta,
         cost: [objective(&before), best.report.objective_function],
         evaluations: best.evaluations,
@@ -131,7 +135,7 @@ fn minimise_with_restarts<const M: usize, const N: usize>(
     let mut noise = Noise(1);
     for _ in 0..problem.settings.restarts {
         let beside: Vec<f64> = best.theta.iter().map(|v| v + RESTART_STEP * noise.number()).collect();
-        if problem.layout.params::<M, N>(&beside).try_build().is_err() {
+        if problem.parameterisation.params::<M, N>(&beside).try_build().is_err() {
             continue;
         }
         let (theta, report) = minimise(problem, &beside, &minimiser);
@@ -178,7 +182,7 @@ struct Replay<'a, const M: usize, const N: usize> {
     scales: Vec<Scales>,
     /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
     limit: [f64; 2],
-    layout: Layout,
+    parameterisation: Parameterisation,
     settings: &'a Settings,
     /// Where the prior holds what the runs do not determine.
     origin: Vec<f64>,
@@ -187,7 +191,7 @@ struct Replay<'a, const M: usize, const N: usize> {
 impl<const M: usize, const N: usize> Replay<'_, M, N> {
     /// Residuals of all runs at `theta`, then those of the prior.
     fn residuals_at(&self, theta: &[f64]) -> Option<Vec<f64>> {
-        let data = self.layout.params::<M, N>(theta).try_build().ok()?;
+        let data = self.parameterisation.params::<M, N>(theta).try_build().ok()?;
         let parts: Option<Vec<Vec<f64>>> = self
             .runs
             .iter()

@@ -134,7 +134,7 @@ impl Reduced {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Sample, design, follow};
+    use crate::{Sample, design, simulate_path};
 
     /// Runs whose responses come from a known model instead of finite elements.
     fn twin() -> (Data, Vec<Run>) {
@@ -143,7 +143,7 @@ mod tests {
         let runs = design()
             .into_iter()
             .map(|e| {
-                let rows = follow(&model, &e.path);
+                let rows = simulate_path(&model, &e.path);
                 Run {
                     name: e.name,
                     kind: e.kind,

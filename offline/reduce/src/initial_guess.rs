@@ -1,8 +1,8 @@
 //! Where the fit starts: power laws through what the runs show without a model.
 //!
-//! Uses runs and layout's [`Start`].
+//! Uses runs and parameterisation's [`InitialGuess`].
 
-use super::layout::Start;
+use super::parameterisation::InitialGuess;
 use super::{Kind, ReduceError, Run, Sample};
 
 /// Least-squares power law `factor d^exponent` through positive points (depth, value).
@@ -23,7 +23,7 @@ fn power_law(points: &[(f64, f64)], what: &str) -> Result<[f64; 2], ReduceError>
 }
 
 /// Looks at presses for normal force and area, at straight slides for limit, stiffness and its ratio.
-pub fn start(runs: &[&Run]) -> Result<Start, ReduceError> {
+pub fn initial_guess(runs: &[&Run]) -> Result<InitialGuess, ReduceError> {
     let (mut normal, mut area, mut limit, mut stiffness_x, mut stiffness_y) = (vec![], vec![], vec![], vec![], vec![]);
     let mut below_limit = vec![];
     for run in runs {
@@ -63,7 +63,7 @@ pub fn start(runs: &[&Run]) -> Result<Start, ReduceError> {
     }
     let x = power_law(&stiffness_x, "the stiffness along x (slides within 11° of it)")?;
     let y = power_law(&stiffness_y, "the stiffness along y (slides within 11° of it)")?;
-    Ok(Start {
+    Ok(InitialGuess {
         normal: power_law(&normal, "the normal force (presses)")?,
         area: power_law(&area, "the contact area (presses)")?,
         limit: power_law(&limit, "the friction limit (slides until everything slips)")?,
