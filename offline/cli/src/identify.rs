@@ -338,9 +338,7 @@ fn collect(args: &Args, tables: &[(String, PathBuf)]) -> Result<(), Failure> {
             spread.most
         );
     }
-    if let Some(r) = population.correlation {
-        println!("correlation of ln strength and beta over subjects: {r:.2}");
-    }
+    println!("{}", population.correlation_statement());
     println!("see {}", args.out.join("population.html").display());
     if population.missing.is_empty() {
         return Ok(());
@@ -402,8 +400,10 @@ fn summary(outcome: &Outcome) {
             );
         }
         println!(
-            "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {:.4}; of ln strength with beta {:.3}",
-            law.lambda, law.correlation_of_lambda, law.correlation
+            "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {}; of ln strength with beta {:.3}",
+            law.lambda,
+            optional(law.correlation_of_lambda, 4),
+            law.correlation
         );
         let r = &law.regularisation;
         println!("  regularised below {:.3} kPa; with {}", 1e3 * r.pressure_mpa, r.effect());

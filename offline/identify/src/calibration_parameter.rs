@@ -1,4 +1,4 @@
-//! What of a finger a calibration may turn.
+//! Parameters of a finger that a calibration may vary: stiffness, depth offset and numbers of the shape.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use super::settings::VariedParameter;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::FingertipShape;
 
-/// A number of the finger.
+/// A parameter of the finger that a calibration may vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CalibrationParameter {
@@ -78,7 +78,7 @@ impl CalibrationParameter {
         }
     }
 
-    /// How far it is moved to show what it matters: about what is not known of a subject.
+    /// Its change in a sensitivity study: about as much as a subject's value is uncertain.
     pub fn spread(self) -> f64 {
         match self {
             Self::Stiffness => 0.1,
@@ -86,6 +86,20 @@ impl CalibrationParameter {
             Self::TaperSlope => 0.05,
             Self::SectionExponent => 0.2,
             _ => 0.5,
+        }
+    }
+
+    /// Values that a finger can have at all: bounds of a fit must lie within.
+    pub fn limits(self) -> [f64; 2] {
+        match self {
+            Self::Stiffness => [0.01, 100.0],
+            Self::DepthOffsetMm => [-2.0, 2.0],
+            Self::TaperSlope => [0.0, 2.0],
+            Self::SectionExponent => [1.0, 10.0],
+            Self::HalfWidthMm | Self::HalfThicknessMm => [2.0, 30.0],
+            Self::BoneDorsalOffsetMm => [0.0, 15.0],
+            Self::BoneDistalClearanceMm => [0.5, 30.0],
+            Self::SkinThicknessMm => [0.05, 5.0],
         }
     }
 
@@ -122,7 +136,7 @@ impl VariedParameter {
     }
 }
 
-/// A finger as a calibration sees it.
+/// A finger at one point of the calibration's parameter space.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FingerPoint {
     /// Shape.
@@ -155,19 +169,19 @@ impl FingerPoint {
         config.numerics.contact.penalty_mpa_per_mm *= s;
     }
 
-    /// Value of a knob.
-    pub fn get(&self, knob: CalibrationParameter) -> f64 {
-        match knob {
+    /// Value of a calibration parameter, in its unit.
+    pub fn get(&self, parameter: CalibrationParameter) -> f64 {
+        match parameter {
             CalibrationParameter::Stiffness => self.stiffness,
             CalibrationParameter::DepthOffsetMm => self.depth_offset_mm,
             other => *other.of_shape(&mut self.shape.clone()).expect("of the shape"),
         }
     }
 
-    /// The same finger with a knob turned.
-    pub fn with(&self, knob: CalibrationParameter, value: f64) -> Self {
+    /// This finger with another value of a calibration parameter.
+    pub fn with(&self, parameter: CalibrationParameter, value: f64) -> Self {
         let mut out = self.clone();
-        match knob {
+        match parameter {
             CalibrationParameter::Stiffness => out.stiffness = value,
             CalibrationParameter::DepthOffsetMm => out.depth_offset_mm = value,
             other => *other.of_shape(&mut out.shape).expect("of the shape") = value,
@@ -181,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_knob_turns_what_it_says_and_starts_inside_its_bounds() {
+    fn every_parameter_changes_what_it_says_and_starts_inside_its_bounds() {
         let finger = FingerPoint::of(FingertipShape::default());
         for kind in CalibrationParameter::SHAPE
             .into_iter()
@@ -190,8 +204,10 @@ mod tests {
             let value = finger.get(kind);
             let [low, high] = VariedParameter { name: kind, min: None, max: None }.bounds();
             assert!(low <= value && value <= high, "{kind:?}");
-            let turned = finger.with(kind, value + kind.step());
-            assert!((turned.get(kind) - value - kind.step()).abs() < 1e-12 && turned != finger, "{kind:?}");
+            let [least, most] = kind.limits();
+            assert!(least <= low && high <= most, "{kind:?}");
+            let changed = finger.with(kind, value + kind.step());
+            assert!((changed.get(kind) - value - kind.step()).abs() < 1e-12 && changed != finger, "{kind:?}");
         }
     }
 }

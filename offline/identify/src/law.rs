@@ -76,7 +76,10 @@ impl LawPoint {
     }
 }
 
-/// Where constants are searched for.
+/// Strengths at 5 kPa beyond which no dry or moist skin, rubber or gel lies, kPa.
+const TAU_REF_LIMITS_KPA: [f64; 2] = [1e-3, 1e3];
+
+/// Search region of the law's constants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Region {
@@ -103,8 +106,10 @@ impl Region {
             Err(IdentifyError::Setting { key: format!("region.{key}"), problem })
         };
         let [a, b] = self.tau_ref_kpa;
-        if !(a > 0.0 && b > a && b.is_finite()) {
-            return refuse("tau_ref_kpa", self.tau_ref_kpa, "must be two rising numbers above 0");
+        if !(a >= TAU_REF_LIMITS_KPA[0] && b > a && b <= TAU_REF_LIMITS_KPA[1]) {
+            let [least, most] = TAU_REF_LIMITS_KPA;
+            let rule = format!("must be two rising numbers between {least} and {most} kPa");
+            return refuse("tau_ref_kpa", self.tau_ref_kpa, &rule);
         }
         let [a, b] = self.beta;
         if !(a > -2.0 && b > a && b < 2.0) {
@@ -173,5 +178,10 @@ mod tests {
         assert!(region.leaves(&law(0.086, 1.6)).unwrap().contains("beta"));
         assert!(region.leaves(&law(0.086, -0.9)).unwrap().contains("strength"));
         assert!(Region { beta: [0.5, f64::NAN], ..region }.validate().is_err());
+        for tau_ref_kpa in [[0.0, 1.0], [1e-9, 1.0], [1.0, 1e9], [2.0, 1.0], [1.0, f64::INFINITY]] {
+            let message = Region { tau_ref_kpa, ..region }.validate().unwrap_err().to_string();
+            assert!(message.contains("region.tau_ref_kpa") && message.contains("0.001 and 1000"), "{message}");
+        }
+        assert!(Region { beta: [-5.0, 1.0], ..region }.validate().is_err());
     }
 }

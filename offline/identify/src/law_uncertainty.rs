@@ -92,7 +92,7 @@ pub fn law_uncertainty(
         lambda: law.lambda(),
         lambda_range: beta_ends.map(|ends| ends.map(|end| end.lambda())),
         correlation: errors.correlation[0][1],
-        correlation_of_lambda: correlation_of_lambda(&errors),
+        correlation_of_lambda: correlation_of_lambda(&scaled_errors(&errors, solution, growth.as_ref())),
         regularisation: regularisation(&law, fe, states)?,
         coefficient_error: growth.map(|g| if target.known { 0.0 } else { g.variance.sqrt() }).filter(|e| *e > 0.0),
         error_is_known: target.known,
@@ -222,13 +222,18 @@ fn map_range(constant: &Constant, settings: &Settings, k: usize) -> [f64; 2] {
     })
 }
 
-/// Correlation of ln lambda and beta: ln lambda = ln tau_ref - beta ln p_ref.
-fn correlation_of_lambda(errors: &Linear) -> f64 {
+/// The errors, or those of unit variance where the misfit gives no variance: correlations do not depend on it.
+fn scaled_errors(errors: &Linear, solution: &Solution, growth: Option<&Growth>) -> Linear {
+    if growth.is_some_and(|g| g.variance > 0.0) { errors.clone() } else { linear(&solution.jacobian, 1.0) }
+}
+
+/// Correlation of ln lambda and beta: ln lambda = ln tau_ref - beta ln p_ref. None if either error is infinite.
+fn correlation_of_lambda(errors: &Linear) -> Option<f64> {
     let (a, b) = (errors.standard_errors[0], errors.standard_errors[1]);
     let correlation = errors.correlation[0][1];
     let lever = REFERENCE_MPA.ln();
     let lambda_error = (a * a - 2.0 * lever * correlation * a * b + lever * lever * b * b).sqrt();
-    (correlation * a * b - lever * b * b) / (lambda_error * b)
+    Some((correlation * a * b - lever * b * b) / (lambda_error * b)).filter(|r| r.is_finite())
 }
 
 /// Finite elements at a law; none where there is no slide.

@@ -134,8 +134,9 @@ pub struct LawOutcome {
     pub lambda_range: Option<[f64; 2]>,
     /// Correlation of ln strength and beta, linearised.
     pub correlation: f64,
-    /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted.
-    pub correlation_of_lambda: f64,
+    /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted. None if the table leaves a
+    /// direction of the two constants undetermined.
+    pub correlation_of_lambda: Option<f64>,
     /// Where and how much the law is regularised.
     pub regularisation: Regularisation,
     /// Standard error of a friction coefficient, as known or as the misfit says.

@@ -111,7 +111,7 @@ pub struct Population {
     pub missing: Vec<String>,
     /// How the constants vary.
     pub spreads: Vec<Spread>,
-    /// Correlation of ln strength and beta over subjects; none below three.
+    /// Correlation of ln strength and beta over subjects; none below three or where one of the two does not vary.
     pub correlation: Option<f64>,
 }
 
@@ -132,18 +132,34 @@ impl Population {
             .filter(|_| !subjects.is_empty())
             .map(|(name, value, error)| spread(name, &subjects, value, error))
             .collect();
-        let correlation = (subjects.len() > 2).then(|| {
-            let pairs: Vec<[f64; 2]> = subjects.iter().map(|s| [s.tau_ref_kpa.ln(), s.beta]).collect();
-            let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
-            let (a, b) = (mean(0), mean(1));
-            let sum = |i: usize, j: usize| {
-                let m = [a, b];
-                pairs.iter().map(|p| (p[i] - m[i]) * (p[j] - m[j])).sum::<f64>()
-            };
-            sum(0, 1) / (sum(0, 0) * sum(1, 1)).sqrt()
-        });
+        let correlation = correlation(&subjects);
         Self { subjects, missing, spreads, correlation }
     }
+
+    /// A sentence on the correlation of strength and exponent, or on why there is none.
+    pub fn correlation_statement(&self) -> String {
+        match self.correlation {
+            Some(r) => format!("correlation of ln strength and beta over subjects: {r:.2}"),
+            None if self.subjects.len() < 3 => {
+                "correlation of ln strength and beta over subjects: needs three subjects at least".into()
+            }
+            None => "correlation of ln strength and beta over subjects: undefined, because all subjects have the same \
+                     strength or the same beta (are their tables copies of one another?)"
+                .into(),
+        }
+    }
+}
+
+/// Spread relative to the mean below which subjects are alike but for rounding.
+const ALIKE: f64 = 1e-9;
+
+/// Correlation of ln strength and beta; none below three subjects or where one of the two is the same in all.
+fn correlation(subjects: &[Subject]) -> Option<f64> {
+    let pairs: Vec<[f64; 2]> = subjects.iter().map(|s| [s.tau_ref_kpa.ln(), s.beta]).collect();
+    let mean = [0, 1].map(|k| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64);
+    let sum = |i: usize, j: usize| pairs.iter().map(|p| (p[i] - mean[i]) * (p[j] - mean[j])).sum::<f64>();
+    let varies = |k: usize| pairs.iter().any(|p| (p[k] - mean[k]).abs() > ALIKE * (1.0 + mean[k].abs()));
+    (subjects.len() > 2 && varies(0) && varies(1)).then(|| sum(0, 1) / (sum(0, 0) * sum(1, 1)).sqrt())
 }
 
 fn spread(
@@ -208,5 +224,11 @@ mod tests {
         assert!((beta.between_subjects.unwrap() - (0.04f64 - 0.01).sqrt()).abs() < 1e-12);
         assert_eq!(population.spreads[0].between_subjects, None);
         assert!((population.correlation.unwrap() - 1.0).abs() < 1e-2);
+        assert!(population.correlation_statement().ends_with(": 1.00"));
+        let equal = Population::of(["a", "b", "c"].map(|name| subject(name, 0.3)).to_vec(), vec![]);
+        assert_eq!(equal.correlation, None);
+        assert!(equal.correlation_statement().contains("same"), "{}", equal.correlation_statement());
+        let pair = Population::of(vec![subject("a", 0.3), subject("b", 0.3)], vec![]);
+        assert!(pair.correlation_statement().contains("three subjects"));
     }
 }

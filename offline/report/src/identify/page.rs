@@ -227,11 +227,11 @@ fn law_tables(o: &Outcome) -> String {
     let _ = writeln!(
         out,
         "<p>λ = {} MPa<sup>1−β</sup> is derived; its correlation with β is {}, that of ln strength with β {}. Region and \
-         intervals are drawn by a surrogate that is bent to the finite elements at and around the best law; at the \
+         intervals are drawn by a surrogate that is corrected to the finite elements at and around the best law; at the \
          intervals’ ends its F/N differs from finite elements by {} %. Below {} kPa the power is replaced by a \
          parabola through the origin; with {}.</p>",
         significant(law.lambda, 4),
-        fixed(law.correlation_of_lambda, 4),
+        law.correlation_of_lambda.map_or("not determined".into(), |r| fixed(r, 4)),
         fixed(law.correlation, 3),
         checks.join(", "),
         significant(1e3 * law.regularisation.pressure_mpa, 2),
@@ -417,9 +417,7 @@ pub fn population(p: &Population, pictures: &[Picture]) -> String {
     out += "<section class=\"tables\">\n<h2>How the constants vary</h2>\n";
     let heads = ["", "mean", "standard deviation", "of it between subjects", "least", "median", "largest"];
     out += &table("Between subjects: what is left when the fits’ own errors are taken off", &heads, body);
-    if let Some(r) = p.correlation {
-        let _ = writeln!(out, "<p>Correlation of ln strength and β over subjects: {}.</p>", fixed(r, 2));
-    }
+    let _ = writeln!(out, "<p>{}.</p>", prose(&p.correlation_statement()));
     if !p.missing.is_empty() {
         let _ = writeln!(out, "<p class=\"fail\">Without a result: {}.</p>", escape(&p.missing.join(", ")));
     }
