@@ -8,13 +8,13 @@ use super::IdentifyError;
 /// One variable of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variable {
-    /// Where to begin.
+    /// Value at the start.
     pub value: f64,
     /// Bounds.
     pub bounds: [f64; 2],
 }
 
-/// When a fit is done.
+/// Criteria of a fit's end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the sum of squares and of the variables.
@@ -23,7 +23,7 @@ pub struct Stop {
     pub evaluations: usize,
 }
 
-/// Where a fit ended.
+/// The end of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// Variables.
@@ -34,7 +34,7 @@ pub struct Solution {
     pub jacobian: Vec<Vec<f64>>,
     /// Evaluations of all residuals.
     pub evaluations: usize,
-    /// How it ended.
+    /// The minimiser's end in words.
     pub ended: String,
 }
 

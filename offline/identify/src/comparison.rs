@@ -1,4 +1,4 @@
-//! The model beside the table.
+//! Comparison of model and measurement, row by row of the table.
 
 use super::{
     LawPoint, Point, Steady, Table,
@@ -6,7 +6,7 @@ use super::{
 };
 use fingerpad_fe::contact::RubberFriction;
 
-/// States of all slots beside the table.
+/// Compares the states of all slots (depths) with the table's rows.
 pub fn compare(table: &Table, law: &LawPoint, base: &RubberFriction, states: &[Steady]) -> ModelDataComparison {
     let percent = |model: f64, measured: f64| 100.0 * (model / measured - 1.0);
     let rows: Vec<Modelled> = table

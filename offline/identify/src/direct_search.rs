@@ -1,4 +1,4 @@
-//! The paper's search run on finite elements, and the error surface that it walks on.
+//! Searches without derivatives on finite elements: the downhill simplex of Yoshida et al. 2011 and its continuation.
 
 use std::{collections::BTreeMap, sync::Mutex};
 
@@ -9,7 +9,7 @@ use super::{
     outcome::Surface,
     settings::Simplex,
     simplex,
-    surrogate::{AlignedSurrogate, Friction},
+    surrogate::{AlignedSurrogate, FrictionModel},
 };
 use fingerpad_fe::contact::RubberFriction;
 
@@ -26,18 +26,18 @@ pub fn searches(
     fe_models: &mut [FeModel<'_>],
     hooks: &Hooks,
 ) -> Result<Vec<simplex::SimplexRun>, IdentifyError> {
-    let told = Mutex::new(BTreeMap::new());
-    let tell = |start: usize, text: &str| {
-        let mut told = told.lock().expect("no panic while locked");
-        told.insert(start, text.to_owned());
-        let all: Vec<&str> = told.values().map(String::as_str).collect();
+    let progress = Mutex::new(BTreeMap::new());
+    let report = |start: usize, text: &str| {
+        let mut lines = progress.lock().expect("no panic while locked");
+        lines.insert(start, text.to_owned());
+        let all: Vec<&str> = lines.values().map(String::as_str).collect();
         (hooks.tell)("simplex", &all.join(" | "));
     };
     let mut fingers: Vec<FeFriction> = fe_models.iter_mut().map(|fe_model| fe.beside(fe_model)).collect();
     std::thread::scope(|scope| {
-        let tell = &tell;
+        let report = &report;
         let threads: Vec<_> = (settings.simplex.starts.iter().zip(&mut fingers).enumerate())
-            .map(|(k, (start, fe))| scope.spawn(move || paper(settings, table, *start, fe, &|text| tell(k, text))))
+            .map(|(k, (start, fe))| scope.spawn(move || paper(settings, table, *start, fe, &|text| report(k, text))))
             .collect();
         threads.into_iter().map(|t| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     })
@@ -49,7 +49,7 @@ fn paper(
     table: &Table,
     start: [f64; 2],
     fe: &mut FeFriction,
-    tell: &dyn Fn(&str),
+    report: &dyn Fn(&str),
 ) -> Result<simplex::SimplexRun, IdentifyError> {
     let plain = Target::of(table, None, settings.region, false);
     let base = fe.base;
@@ -63,7 +63,7 @@ fn paper(
         let law = LawPoint::of(&law);
         let found = turned_back(fe.coefficients(&law).map(|c| plain.sum_of_squares(&c)))?;
         if let Ok(value) = found {
-            tell(&format!("{count}: beta {beta:.4}, {value:.3e}"));
+            report(&format!("{count}: beta {beta:.4}, {value:.3e}"));
         }
         Ok(found)
     })

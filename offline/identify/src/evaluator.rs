@@ -1,4 +1,4 @@
-//! Fingers on the plane, as many slides side by side as there are depths.
+//! Evaluation of steady slides by finite elements: one slide per depth, side by side on threads, cached.
 
 use std::{
     collections::BTreeMap,
@@ -20,15 +20,15 @@ use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, Problem};
 use fingerpad_fe::mesh::{self, Fingertip, FingertipShape};
 
-/// What the caller wants to know and may say during a run.
+/// The caller's hooks into a run: progress and interruption.
 pub struct Hooks<'a> {
-    /// Whether to go on; asked before every equilibrium.
+    /// False interrupts the run; called before every equilibrium.
     pub go_on: &'a (dyn Fn() -> bool + Sync),
-    /// Told what is being done: stage, and a line about it.
+    /// Receives progress: the stage's name, and a line about it.
     pub tell: &'a (dyn Fn(&str, &str) + Sync),
 }
 
-/// A steady slide that is asked for.
+/// A steady slide to be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Query {
     /// Depth, mm, > 0.
@@ -40,7 +40,7 @@ pub struct Query {
 }
 
 impl Query {
-    /// The same slide on the finger of stiffness 1: forces and pressures there are `1/stiffness` of those here.
+    /// This slide on the finger of stiffness 1, whose forces and pressures are `1/stiffness` times as large.
     fn unscaled(&self) -> Place {
         let (s, law) = (self.stiffness, self.law);
         Place {
@@ -64,17 +64,17 @@ impl Query {
     }
 }
 
-/// Settings, memory and threads that all fingers of a run share.
+/// Evaluator of steady slides: the settings, cache and threads that all finite-element models of a run share.
 pub struct Evaluator<'a> {
     /// Mesh preset, tissue, numerics; its shape is the one to begin with.
     pub config: &'a Config,
     /// Calibration and identification.
     pub settings: &'a Settings,
-    /// Finished states.
+    /// Cache of finished states.
     pub cache: StateCache,
-    /// Conversation with the caller.
+    /// The caller's hooks.
     pub hooks: &'a Hooks<'a>,
-    /// By slot: where the last slide there stood.
+    /// Last equilibrium of each slot (index of a depth), from which the next model there starts.
     starts: Mutex<BTreeMap<usize, Start>>,
     pool: rayon::ThreadPool,
     effort: Mutex<Effort>,
@@ -82,7 +82,7 @@ pub struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// A evaluator with `jobs` threads.
+    /// An evaluator with `jobs` threads.
     pub fn new(
         config: &'a Config,
         settings: &'a Settings,
@@ -103,12 +103,12 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// What all slides cost so far.
+    /// Cost of all slides so far.
     pub fn effort(&self) -> Effort {
         *self.effort.lock().expect("no panic while locked")
     }
 
-    /// States that were computed, not remembered.
+    /// Number of states that were computed, not read from the cache.
     pub fn computed(&self) -> u32 {
         self.found.load(Ordering::Relaxed)
     }
@@ -123,7 +123,7 @@ impl<'a> Evaluator<'a> {
         Ok(Finger::new(Fingertip { mesh, touch, outer_faces }, &self.config.tissue)?)
     }
 
-    /// What states of a shape depend on besides depth, law and stiffness.
+    /// Hash of everything that a shape's states depend on besides depth, law and stiffness.
     fn key(&self, shape: &FingertipShape) -> Key {
         let config = self.config;
         key_of(&(
@@ -160,19 +160,20 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// One finger with a slide per slot (a slot is a depth, or what stays near one).
+/// Finite-element model of one finger, with a slide per slot (a slot is a depth, or stays near one).
 pub struct FeModel<'a> {
     evaluator: &'a Evaluator<'a>,
     shape: FingertipShape,
     problem: &'a Problem<'a>,
     key: Key,
     sliders: BTreeMap<usize, Slider<'a>>,
-    /// Where a finger beside others starts from; others start from where the last one stood, and say where they stand.
+    /// Equilibria per slot from which a model that runs beside others starts. Without them a model starts from the
+    /// evaluator's last equilibria and updates these.
     from: Option<BTreeMap<usize, Start>>,
 }
 
 impl<'a> FeModel<'a> {
-    /// The finger of `problem`, whose shape is `shape`.
+    /// The model of `problem`, whose finger has the shape `shape`.
     pub fn new(evaluator: &'a Evaluator<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
         Self {
             evaluator,
@@ -184,8 +185,8 @@ impl<'a> FeModel<'a> {
         }
     }
 
-    /// Another finger like this one for a search beside others. It starts from where slides stand now, whatever others
-    /// do until then, and what it does changes no other one's start.
+    /// Another model of this finger for a search beside others. It starts from the present equilibria, whatever others
+    /// do until then, and changes no other model's start.
     pub fn beside(&self) -> Self {
         let from = Some(self.evaluator.starts.lock().expect("no panic while locked").clone());
         Self { shape: self.shape.clone(), sliders: BTreeMap::new(), from, ..*self }
@@ -282,7 +283,7 @@ impl<'a> FeModel<'a> {
     }
 }
 
-/// Goes there; where the way from the last state fails, lifts off and comes again.
+/// Moves the slider to a place; if the move from its last equilibrium fails, it lifts off and presses anew.
 fn go(slider: &mut Slider, to: Place) -> Result<Steady, IdentifyError> {
     match slider.go(to, Limits::Stop) {
         Err(error) if error.is_local() => {

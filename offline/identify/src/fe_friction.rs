@@ -1,9 +1,9 @@
-//! The law as a function of finite elements, the finger held.
+//! Friction coefficients of a friction law by finite elements, on a finger whose parameters are held.
 
 use super::{FeModel, IdentifyError, LawPoint, Query, Steady, surrogate};
 use fingerpad_fe::contact::RubberFriction;
 
-/// Friction coefficients of finite elements on a finger that is held.
+/// Finite-element slides of one finger at the depths of a table, as a function of the friction law.
 pub struct FeFriction<'r, 'a> {
     /// The finger.
     pub fe_model: &'r mut FeModel<'a>,
@@ -18,12 +18,12 @@ pub struct FeFriction<'r, 'a> {
 }
 
 impl FeFriction<'_, '_> {
-    /// The same on another finger, which may slide beside this one in another thread.
+    /// This function on another model of the same finger, for a search in another thread.
     pub fn beside<'r, 'b>(&self, fe_model: &'r mut FeModel<'b>) -> FeFriction<'r, 'b> {
         FeFriction { fe_model, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
     }
 
-    /// Steady states per slot.
+    /// Steady states per slot (index of the depth) under a law.
     ///
     /// # Errors
     /// [`IdentifyError`].
@@ -31,7 +31,7 @@ impl FeFriction<'_, '_> {
         self.slides(law.friction(&self.base))
     }
 
-    /// The same under a law with a regularisation of its own.
+    /// Steady states per slot under a law whose regularisation is given.
     ///
     /// # Errors
     /// [`IdentifyError`].
@@ -43,7 +43,7 @@ impl FeFriction<'_, '_> {
     }
 }
 
-impl surrogate::Friction for FeFriction<'_, '_> {
+impl surrogate::FrictionModel for FeFriction<'_, '_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         Ok(self.states(law)?.iter().map(Steady::friction_coefficient).collect())
     }
@@ -55,7 +55,7 @@ impl surrogate::Friction for FeFriction<'_, '_> {
         let queries: Vec<_> = (self.depths_mm.iter().enumerate())
             .map(|(slot, &depth_mm)| (slot, laws.iter().map(|law| query(depth_mm, law)).collect()))
             .collect();
-        // What is found is remembered; what failed fails again when it is asked for, and is told then.
+        // States that are found stay in the cache; a slide that failed fails again, and is reported, when it is asked for.
         let _ = self.fe_model.steady(&queries);
     }
 }

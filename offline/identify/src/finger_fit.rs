@@ -7,7 +7,7 @@ use super::{
 };
 use fingerpad_fe::contact::RubberFriction;
 
-/// Standard errors, in the natural logarithm or mm.
+/// Standard errors of the measurements: of natural logarithms, or in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
     /// Of ln N.
@@ -20,7 +20,7 @@ pub struct Errors {
     pub depth_mm: Option<f64>,
 }
 
-/// What is fitted, and from where.
+/// A fit of finger parameters, and with friction also of law and depths, to the table.
 pub struct FingerFit<'a, 'r> {
     /// Fingers.
     pub evaluator: &'a Evaluator<'a>,
@@ -28,9 +28,9 @@ pub struct FingerFit<'a, 'r> {
     pub fe_model: &'a mut FeModel<'r>,
     /// Measured.
     pub table: &'a Table,
-    /// What of the finger varies.
+    /// Parameters of the finger that vary.
     pub vary: &'a [VariedParameter],
-    /// What is compared.
+    /// State that normal force and area are compared at: press or slide.
     pub compared: Compared,
     /// Weights.
     pub errors: Errors,
@@ -46,7 +46,7 @@ pub struct FingerFit<'a, 'r> {
     pub evaluations: usize,
     stage: &'static str,
     count: usize,
-    /// Where derivatives were taken last, and their columns.
+    /// Variables at which derivatives were taken last, and their columns.
     differentiated: Option<(Vec<f64>, Vec<Vec<f64>>)>,
 }
 
@@ -148,7 +148,7 @@ impl<'a, 'r> FingerFit<'a, 'r> {
         (names, self.variables().iter().map(|v| v.bounds).collect())
     }
 
-    /// What the variables mean.
+    /// Finger, law and depth errors that the variables stand for.
     pub fn point(&self, x: &[f64]) -> FitPoint {
         let (parameters, rest) = x.split_at(self.vary.len());
         let finger = self.vary.iter().zip(parameters).fold(self.finger.clone(), |f, (p, v)| f.with(p.name, *v));

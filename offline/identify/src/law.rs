@@ -1,4 +1,4 @@
-//! The friction law's constants as they are searched for and told.
+//! The friction law's constants in the coordinates of the search, and the region they are searched in.
 
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +70,7 @@ impl LawPoint {
         x
     }
 
-    /// From coordinates; two of them leave tau_0's share as it is here.
+    /// The law at these coordinates; without a third one tau_0's share stays.
     pub fn at(&self, x: &[f64]) -> Self {
         Self { tau_ref_kpa: x[0].exp(), beta: x[1], tau0_share: x.get(2).copied().unwrap_or(self.tau0_share) }
     }
@@ -118,7 +118,7 @@ impl Region {
         Ok(())
     }
 
-    /// Why a law is outside, if it is.
+    /// The reason why a law is outside the region; none inside.
     pub fn leaves(&self, law: &RubberFriction) -> Option<String> {
         let point = LawPoint::of(law);
         let inside = |[a, b]: [f64; 2], v: f64| a <= v && v <= b;

@@ -8,7 +8,7 @@ use super::{
     fe_friction::FeFriction,
     friction_fit::Target,
     outcome::{Constant, LawOutcome, Regularisation},
-    surrogate::{AlignedSurrogate, Friction},
+    surrogate::{AlignedSurrogate, FrictionModel},
 };
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::mesh::MeshPreset;

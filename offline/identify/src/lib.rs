@@ -1,8 +1,12 @@
-//! From a measured table to constants: calibration of the finger, then identification of the friction law.
+//! Identification of a friction law: from a measured table (depth, normal force, friction coefficient, contact area)
+//! to the constants lambda and beta of rubber friction, with their uncertainty and predictions.
 //!
-//! Main types: [`Settings`], [`Table`], [`Outcome`]; [`identify`] does it all. Below: [`Evaluator`] gives steady slides
-//! of fingers, [`LawPoint`] and [`FingerPoint`] say what is searched for.
-//! May use: experiment, slide, solve, assembly, contact, material, element, mesh.
+//! [`identify`] does it all from an [`Input`]: it calibrates the finger's stiffness and depth offset on normal force and
+//! area, searches the law's constants by space mapping and Gauss–Newton and by the downhill simplex of Yoshida et al.
+//! 2011, and returns an [`Outcome`]. Its tools: [`Evaluator`] and [`FeModel`] compute steady slides by finite elements
+//! and keep them in a [`StateCache`]; [`FingerPoint`] and [`LawPoint`] are points of the two parameter spaces;
+//! [`population`] compares subjects.
+//! May use: the crates fe, formats and least-squares.
 
 pub mod bounded_least_squares;
 mod calibrate;

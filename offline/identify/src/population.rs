@@ -61,7 +61,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// In short; none if no law was searched for.
+    /// Summary of an outcome; none if no law was searched for.
     pub fn of(name: &str, outcome: &Outcome) -> Option<Self> {
         let law = outcome.law.as_ref()?;
         let worst = |of: fn(&super::outcome::Modelled) -> f64| {
@@ -83,16 +83,16 @@ impl Subject {
     }
 }
 
-/// How a number varies over subjects.
+/// Variation of a number over subjects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// What it is, with its unit.
+    /// Name of the number with its unit.
     pub name: String,
     /// Mean.
     pub mean: f64,
     /// Standard deviation over subjects; none for one subject.
     pub deviation: Option<f64>,
-    /// Of that, what is left when the subjects' own errors are taken off; none where they are not known.
+    /// Part of the deviation that the subjects' own standard errors do not explain; none where these are unknown.
     pub between_subjects: Option<f64>,
     /// Least.
     pub least: f64,
@@ -109,14 +109,14 @@ pub struct Population {
     pub subjects: Vec<Subject>,
     /// Tables without a result, by name.
     pub missing: Vec<String>,
-    /// How the constants vary.
+    /// Variation of the constants.
     pub spreads: Vec<Spread>,
     /// Correlation of ln strength and beta over subjects; none below three or where one of the two does not vary.
     pub correlation: Option<f64>,
 }
 
 impl Population {
-    /// Of subjects.
+    /// The population of these subjects.
     pub fn of(mut subjects: Vec<Subject>, missing: Vec<String>) -> Self {
         subjects.sort_by(|a, b| a.name.cmp(&b.name));
         type Pick = (&'static str, fn(&Subject) -> f64, fn(&Subject) -> Option<f64>);

@@ -1,4 +1,4 @@
-//! What the constants say of loads that were not measured.
+//! Predictions of the identified law at loads that were not fitted: depths left out, and F/N over the normal force.
 
 use super::{
     Evaluator, FeModel, FingerPoint, IdentifyError, LawPoint, Query, Steady, Table,
@@ -7,7 +7,7 @@ use super::{
     friction_fit::{Target, fit},
     outcome::{Curve, CurvePoint, LeftOut},
     settings::Prediction,
-    surrogate::Friction,
+    surrogate::FrictionModel,
     table::line,
 };
 use fingerpad_fe::contact::RubberFriction;
@@ -21,7 +21,7 @@ pub fn leave_one_out(
     table: &Table,
     target: &Target,
     best: &LawPoint,
-    surrogate: &mut dyn Friction,
+    surrogate: &mut dyn FrictionModel,
     fe: &mut FeFriction,
 ) -> Result<Vec<LeftOut>, IdentifyError> {
     let mut out = Vec::new();

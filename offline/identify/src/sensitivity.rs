@@ -1,4 +1,4 @@
-//! Which input moves N, A and F/N by how much.
+//! Sensitivity of normal force N, contact area A and F/N to every input.
 
 use super::{
     CalibrationParameter, Evaluator, FingerPoint, IdentifyError, LawPoint, Query, Steady, Table, outcome::Sensitivity,
@@ -54,10 +54,10 @@ pub fn sensitivities(
     add("strength at 5 kPa", "%", [-10.0, 10.0], [run(finger, &strength[0])?, run(finger, &strength[1])?]);
     let exponent = [-0.1, 0.1].map(|d| law_at([x[0], x[1] + d]));
     add("beta", "", [-0.1, 0.1], [run(finger, &exponent[0])?, run(finger, &exponent[1])?]);
-    let knobs = [CalibrationParameter::Stiffness, CalibrationParameter::DepthOffsetMm]
+    let parameters = [CalibrationParameter::Stiffness, CalibrationParameter::DepthOffsetMm]
         .into_iter()
         .chain(CalibrationParameter::SHAPE);
-    for kind in knobs {
+    for kind in parameters {
         (evaluator.hooks.tell)("sensitivities", kind.words());
         let value = finger.get(kind);
         let relative = kind == CalibrationParameter::Stiffness;

@@ -1,4 +1,4 @@
-//! What an identification does, as its section `[identify]` of a configuration file says.
+//! Settings of an identification: section `[identify]` of a configuration file.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct Settings {
     /// Known standard error of a measured friction coefficient, % of it. Without it the coefficients weigh alike
     /// and their error is estimated from the misfit.
     pub friction_coefficient_percent: Option<f64>,
-    /// Where the law's constants are searched for.
+    /// Search region of the law's constants.
     pub region: Region,
     /// Calibration of the finger.
     pub calibration: Calibration,
@@ -29,7 +29,7 @@ pub struct Settings {
     pub fast: Fast,
     /// Fit of everything at once.
     pub joint: Joint,
-    /// What is predicted.
+    /// Predictions.
     pub prediction: Prediction,
 }
 
@@ -50,7 +50,7 @@ impl Default for Settings {
     }
 }
 
-/// What the table's normal forces and areas are compared with.
+/// Model state that the table's normal forces and areas are compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Compared {
@@ -67,9 +67,9 @@ pub enum Compared {
 pub struct Calibration {
     /// Whether the finger is calibrated at all.
     pub enabled: bool,
-    /// What may vary.
+    /// Parameters that may vary.
     pub vary: Vec<VariedParameter>,
-    /// What is compared.
+    /// Model state that is compared.
     pub compared: Compared,
     /// Standard error of a measured normal force, % (sets its weight).
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
@@ -96,11 +96,11 @@ impl Default for Calibration {
     }
 }
 
-/// A number of the finger that may vary.
+/// A parameter of the finger that varies in the calibration, with its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VariedParameter {
-    /// Which.
+    /// The parameter.
     pub name: CalibrationParameter,
     /// Least value; its own default if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -189,7 +189,7 @@ impl Default for Joint {
     }
 }
 
-/// What is predicted with the constants found.
+/// Predictions with the constants found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Prediction {

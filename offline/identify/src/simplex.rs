@@ -85,7 +85,7 @@ struct Stopped<'a> {
     path: &'a RefCell<Vec<[f64; 2]>>,
 }
 
-/// What `NelderMead` holds; it keeps it private but can be serialised.
+/// The vertices of `NelderMead`, which are private to it but can be read through its serialisation.
 #[derive(Deserialize)]
 struct Vertices {
     params: Vec<(Vertex, Option<f64>)>,

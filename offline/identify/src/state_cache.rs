@@ -1,4 +1,4 @@
-//! Steady states that were found before, in a file that survives a kill.
+//! Cache of computed steady states, in a file that survives a kill of the program.
 //!
 //! The file is a row of records: length (u32, little-endian), key, state. A record cut short by a kill is dropped.
 
@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 
 use super::{IdentifyError, Steady};
 
-/// What a state depends on, hashed.
+/// Hash of everything that a state depends on.
 pub type Key = [u8; 16];
 
 /// Hash of anything that can be written down.
@@ -32,13 +32,13 @@ pub struct StateCache {
 }
 
 impl StateCache {
-    /// A cache that is kept in `path`; what stands there already is known.
+    /// A cache in the file `path`, with the states that it holds already.
     ///
     /// # Errors
-    /// [`IdentifyError::StateCache`] if the file cannot be read or written.
+    /// [`IdentifyError::Cache`] if the file cannot be read or written.
     pub fn open(path: &Path) -> Result<Self, IdentifyError> {
         let name = path.display().to_string();
-        let failed = |source| IdentifyError::StateCache { path: name.clone(), source };
+        let failed = |source| IdentifyError::Cache { path: name.clone(), source };
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         let mut bytes = Vec::new();
@@ -57,12 +57,12 @@ impl StateCache {
         Ok(Self { known: Mutex::new(known), file: Some(Mutex::new(file)), name })
     }
 
-    /// Number of known states.
+    /// Number of states in the cache.
     pub fn len(&self) -> usize {
         self.known.lock().expect("no panic while locked").len()
     }
 
-    /// Whether nothing is known.
+    /// Whether the cache holds no state.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -72,16 +72,16 @@ impl StateCache {
         self.known.lock().expect("no panic while locked").get(key).cloned()
     }
 
-    /// Keeps a state.
+    /// Adds a state and appends it to the file.
     ///
     /// # Errors
-    /// [`IdentifyError::StateCache`] if it cannot be written.
+    /// [`IdentifyError::Cache`] if it cannot be written.
     pub fn put(&self, key: Key, state: &Steady) -> Result<(), IdentifyError> {
         if let Some(file) = &self.file {
             let record = postcard::to_stdvec(&(key, state)).expect("plain values");
             let mut bytes = (record.len() as u32).to_le_bytes().to_vec();
             bytes.extend(record);
-            let failed = |source| IdentifyError::StateCache { path: self.name.clone(), source };
+            let failed = |source| IdentifyError::Cache { path: self.name.clone(), source };
             file.lock().expect("no panic while locked").write_all(&bytes).map_err(failed)?;
         }
         self.known.lock().expect("no panic while locked").insert(key, state.clone());

@@ -6,14 +6,14 @@ use super::{IdentifyError, LawPoint, Steady};
 use fingerpad_fe::contact::RubberFriction;
 
 /// Gives the friction coefficient at every depth for a law.
-pub trait Friction {
+pub trait FrictionModel {
     /// F/N per depth.
     ///
     /// # Errors
     /// [`IdentifyError`]; a surrogate has none.
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError>;
 
-    /// Told which laws will be asked for, in any order: finite elements use their threads better on many at once.
+    /// Announces the laws that will be evaluated, in any order: finite elements use their threads better on many at once.
     fn prepare(&mut self, _laws: &[LawPoint]) {}
 }
 
@@ -28,7 +28,7 @@ pub struct PressureSurrogate<'a> {
     pub base: RubberFriction,
 }
 
-impl Friction for PressureSurrogate<'_> {
+impl FrictionModel for PressureSurrogate<'_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         let law = law.friction(&self.base);
         Ok(self.states.iter().map(|s| s.friction_limit_n(&law) / s.normal_force_n).collect())
@@ -53,7 +53,11 @@ pub struct AlignedSurrogate<'a> {
 ///
 /// # Errors
 /// [`IdentifyError`] of the first evaluation that fails.
-pub fn log_slopes(model: &mut dyn Friction, at: &LawPoint, free_tau0: bool) -> Result<Vec<Vec<f64>>, IdentifyError> {
+pub fn log_slopes(
+    model: &mut dyn FrictionModel,
+    at: &LawPoint,
+    free_tau0: bool,
+) -> Result<Vec<Vec<f64>>, IdentifyError> {
     let x = at.coordinates(free_tau0);
     let width = |k: usize| if k == 2 { 0.02 } else { 0.01 };
     let sides =
@@ -128,8 +132,8 @@ impl<'a> AlignedSurrogate<'a> {
         let mut differences = vec![vec![0.0; self.shift.len()]];
         for (law, exact) in known {
             away.push(self.away(law));
-            let told = self.coefficients(law).expect("a surrogate does not fail");
-            differences.push(exact.iter().zip(told).map(|(a, b)| (a / b).ln()).collect());
+            let predicted = self.coefficients(law).expect("a surrogate does not fail");
+            differences.push(exact.iter().zip(predicted).map(|(a, b)| (a / b).ln()).collect());
         }
         if known.len() >= 5 {
             self.correction = ScatteredCorrection::through(&away, &differences);
@@ -191,7 +195,7 @@ fn terms(points: &[Vector2<f64>], at: &Vector2<f64>) -> Vec<f64> {
     cubes.chain([1.0, at.x, at.y, at.x * at.x, at.x * at.y, at.y * at.y]).collect()
 }
 
-impl Friction for AlignedSurrogate<'_> {
+impl FrictionModel for AlignedSurrogate<'_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         let law = if self.at.len() > 2 { *law } else { LawPoint { tau0_share: self.fixed.tau0_share, ..*law } };
         let mut out = self.over.coefficients(&law)?;
@@ -213,7 +217,7 @@ mod tests {
     /// Stands for finite elements: pressure and normal force that change with the law.
     struct Coupled(Vec<Steady>);
 
-    impl Friction for Coupled {
+    impl FrictionModel for Coupled {
         fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
             let mut over = PressureSurrogate { states: &self.0, base: RubberFriction::default() };
             Ok(over.coefficients(law)?.iter().map(|mu| mu / (1.0 + 0.1 * mu)).collect())
@@ -256,8 +260,8 @@ mod tests {
         aligned.correct_at(&known);
         assert!(apart(&mut aligned, &mut coupled) < 0.3 * before, "{before}");
         for (law, exact) in &known {
-            let told = aligned.coefficients(law).unwrap();
-            assert!(told.iter().zip(exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-10), "{law:?}");
+            let predicted = aligned.coefficients(law).unwrap();
+            assert!(predicted.iter().zip(exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-10), "{law:?}");
         }
         aligned.correct_at(&known[..4]);
         assert_eq!(apart(&mut aligned, &mut coupled), before);

@@ -1,4 +1,4 @@
-//! Whether a table can tell tau_0 from beta.
+//! Test whether a table distinguishes tau_0, the strength without pressure, from beta.
 
 use super::{
     IdentifyError, LawPoint, Settings,
@@ -6,7 +6,7 @@ use super::{
     confidence::{Growth, Interval},
     friction_fit::{Target, fit},
     outcome::Tau0Outcome,
-    surrogate::{AlignedSurrogate, Friction},
+    surrogate::{AlignedSurrogate, FrictionModel},
 };
 
 /// Frees tau_0 on the surrogate.

@@ -16,7 +16,7 @@ const BINS: usize = 5;
 /// Least half-width of the normal force, N: what the file's floats resolve is far below.
 const NORMAL_FLOOR_N: f64 = 2e-4;
 
-/// What share of rows lies within the band.
+/// Shares of rows that lie within the band.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
     /// Rows with contact.
@@ -38,7 +38,7 @@ pub struct Band {
     pub friction: [f64; 3],
 }
 
-/// One row in contact: what the model says of it and how wrong it is.
+/// One row in contact: depth, stick ratio and regime of the model, and the model's errors.
 struct BandRow {
     depth: f64,
     stick: f64,
@@ -84,7 +84,7 @@ fn bow(stick: f64, [middle, slip]: [f64; 2]) -> f64 {
 
 const REGIMES: [Regime; 3] = [Regime::Stick, Regime::PartialSlip, Regime::Slip];
 
-/// How far the coverage of every regime is from the target, and that of all.
+/// Sum over the regimes of the squared distance of their coverage from the target.
 fn unevenness(rows: &[BandRow], within: impl Fn(&BandRow) -> (usize, usize)) -> f64 {
     REGIMES
         .iter()
@@ -159,7 +159,7 @@ fn interpolate(points: &[(f64, f64)], x: f64) -> f64 {
 }
 
 impl Coverage {
-    /// Shares of rows of `runs` within the band that the model itself tells, over all and in each regime (stick,
+    /// Shares of rows of `runs` within the model's own band, over all and in each regime (stick,
     /// partial slip, slip).
     pub fn of<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[&Run]) -> [Self; 4] {
         let mut counts = [[0usize; 3]; 4];

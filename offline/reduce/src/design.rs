@@ -12,7 +12,7 @@ const SPEED_MM_S: f64 = 2.0;
 /// Depth at which the plane starts and ends in the air, mm.
 const AIR_MM: f64 = -0.02;
 
-/// What a path is about.
+/// Kind of a path's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -56,7 +56,7 @@ impl Kind {
 pub struct Experiment {
     /// Unique name, `straight-07`; held-out ones end in `h`.
     pub name: String,
-    /// What it is about.
+    /// Kind of motion.
     pub kind: Kind,
     /// Whether the fit must not see it.
     pub held_out: bool,
@@ -87,7 +87,7 @@ pub fn halton(mut index: usize, base: usize) -> f64 {
     value
 }
 
-/// Draws the numbers of one path, a prime base for each.
+/// One point of Halton's sequence: the parameters of one path, each in a prime base of its own.
 struct HaltonPoint {
     index: usize,
     next: usize,

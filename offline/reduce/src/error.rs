@@ -1,4 +1,4 @@
-//! What can go wrong on the way from runs to a model.
+//! Errors of a reduction.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ pub enum ReduceError {
     Run {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem with it.
         problem: String,
     },
     /// Runs that do not belong together or do not suffice.

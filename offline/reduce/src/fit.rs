@@ -16,7 +16,7 @@ use super::replay::replay_data;
 use super::slip_length::explained;
 use super::{ReduceError, Run};
 
-/// How the fit is done.
+/// Settings of the fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Knots of normal force, area, limit and stiffness.
@@ -29,7 +29,7 @@ pub struct Settings {
     pub friction_share: f64,
     /// Error of the stick ratio that counts 1.
     pub stick: f64,
-    /// The same where everything sticks or everything slips.
+    /// Error of the stick ratio that counts 1 where everything sticks or everything slips.
     pub stick_end: f64,
     /// Error of the area that counts 1, share of the largest of its run.
     pub area_share: f64,
@@ -58,12 +58,12 @@ impl Default for Settings {
     }
 }
 
-/// What a fit found.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fitted<const M: usize, const N: usize> {
     /// The parameters; bands are 0.
     pub params: ParamsOf<M, N>,
-    /// The vector behind them, a start for the next fit.
+    /// The parameter vector behind them.
     pub theta: Vec<f64>,
     /// Half the sum of squared residuals at the start and at the end.
     pub cost: [f64; 2],
@@ -184,7 +184,7 @@ struct Replay<'a, const M: usize, const N: usize> {
     limit: [f64; 2],
     parameterisation: Parameterisation,
     settings: &'a Settings,
-    /// Where the prior holds what the runs do not determine.
+    /// Initial guess, near which the prior holds what the runs do not determine.
     origin: Vec<f64>,
 }
 

@@ -1,6 +1,6 @@
-//! Where the fit starts: power laws through what the runs show without a model.
+//! Initial guess of the fit: power laws over depth, read directly from presses and straight slides.
 //!
-//! Uses runs and parameterisation's [`InitialGuess`].
+//! Uses runs and [`InitialGuess`].
 
 use super::parameterisation::InitialGuess;
 use super::{Kind, ReduceError, Run, Sample};
@@ -22,7 +22,10 @@ fn power_law(points: &[(f64, f64)], what: &str) -> Result<[f64; 2], ReduceError>
     Ok([((sy - exponent * sx) / n).exp(), exponent.clamp(0.2, 3.0)])
 }
 
-/// Looks at presses for normal force and area, at straight slides for limit, stiffness and its ratio.
+/// Reads normal force and area from presses; friction limit, stiffness and its ratio from straight slides.
+///
+/// # Errors
+/// [`ReduceError::Runs`] if there are too few of them.
 pub fn initial_guess(runs: &[&Run]) -> Result<InitialGuess, ReduceError> {
     let (mut normal, mut area, mut limit, mut stiffness_x, mut stiffness_y) = (vec![], vec![], vec![], vec![], vec![]);
     let mut below_limit = vec![];

@@ -1,7 +1,10 @@
-//! Finite-element responses become the reduced model that runs on a microcontroller.
+//! Reduction of finite-element responses to the reduced model that runs on a microcontroller.
 //!
-//! Main types: [`Experiment`] (a path of the design), [`Run`] (its stored response), [`Fitted`], [`Scores`].
-//! May use: experiment and what it may use; the package `fingerpad`, through which every fit is replayed.
+//! [`design`] lists the paths ([`Experiment`]) that the finite elements are run along; each response is stored as a
+//! [`Run`]. [`reduce`] fits the model's parameters to the runs that are not held out, replays every run through the
+//! package `fingerpad` itself, and returns a [`Reduced`] model with its error band, [`Scores`] and the bytes of its
+//! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text.
+//! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
 mod band;
 mod curve;

@@ -1,4 +1,4 @@
-//! From runs to a model file: fit, band, replay, proof that the core accepts it, provenance.
+//! Reduction of runs to a model file: fit, error band, replay, the core's check, provenance.
 //!
 //! Main types: [`Reduced`], [`Meta`]. Uses everything else of this room.
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::band::{Band, Coverage};
 use super::{DEPTH_MAX_MM, Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
-/// What stands in a model file's META section.
+/// Contents of a model file's META section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// A name.
@@ -19,7 +19,7 @@ pub struct Meta {
     pub program_version: String,
     /// Hash of the finite-element settings behind the runs.
     pub settings_hash: String,
-    /// What the model was fitted for.
+    /// Ranges that the model was fitted in.
     pub ranges: Ranges,
     /// Paths of the fit and paths held out.
     pub paths: [usize; 2],
@@ -30,7 +30,7 @@ pub struct Meta {
     pub coverage: [Coverage; 4],
 }
 
-/// The part of the world that the runs cover.
+/// Ranges of depth, slide, force and history that the runs cover.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ranges {
     /// Depth, mm.
@@ -43,7 +43,7 @@ pub struct Ranges {
     pub histories: Vec<String>,
 }
 
-/// A reduced model and what is known of it.
+/// A reduced model with its scores and provenance.
 #[derive(Clone, Debug)]
 pub struct Reduced {
     /// Parameters, band included.

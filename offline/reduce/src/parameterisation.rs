@@ -1,4 +1,4 @@
-//! The numbers that the fit turns, as one vector, and the model's parameters that they make.
+//! Parameterisation of the reduced model: the vector of numbers that the fit varies, and the model's parameters from it.
 //!
 //! Main type: [`Parameterisation`]. Monotone tables are sums of exponentials and shares are normalised exponentials, so that
 //! every vector is a model; what passivity allows at most is cut off at its bound. Uses tables and `fingerpad`.
@@ -7,7 +7,7 @@ use fingerpad::{Node, ParamsOf, Slider};
 
 use super::tables::Knots;
 
-/// How the vector is laid out.
+/// Layout of the parameter vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameterisation {
     /// Depth of the last node, mm.
@@ -20,7 +20,7 @@ pub struct Parameterisation {
     pub pressure_exponent: f64,
 }
 
-/// A physical starting point: power laws `factor d^exponent` and constants.
+/// Initial guess of the fit in physical quantities: power laws `factor d^exponent` of the depth d in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialGuess {
     /// Normal force, N.
@@ -44,7 +44,7 @@ const SHEAR_MAX: f64 = 0.5;
 /// Largest tilt of the limit.
 const TILT_MAX: f64 = 0.249;
 
-/// A reader that hands out the vector piece by piece.
+/// Reads the vector piece by piece.
 struct Cursor<'a>(&'a [f64]);
 
 impl<'a> Cursor<'a> {
@@ -76,7 +76,7 @@ fn shares(theta: &[f64]) -> Vec<f64> {
 }
 
 impl Parameterisation {
-    /// A parameterisation with these numbers of knots.
+    /// A parameterisation with `rising` and `gentle` knots over depth.
     pub fn new(rising: usize, gentle: usize, depth_max_mm: f64, pressure_exponent: f64) -> Self {
         Self {
             depth_max_mm,
@@ -91,7 +91,7 @@ impl Parameterisation {
         4 * self.rising.0.len() + 6 * self.gentle.0.len() + 2 + 2 * elements + 4
     }
 
-    /// The vector that makes `start`.
+    /// The vector of an initial guess.
     pub fn start(&self, elements: usize, start: &InitialGuess) -> Vec<f64> {
         let mut theta = Vec::with_capacity(self.len(elements));
         for [factor, exponent] in [start.normal, start.area, start.limit, start.stiffness] {

@@ -1,4 +1,4 @@
-//! The reduced model along a path of corners, driven by displacements or forces.
+//! The reduced model along a path of waypoints, driven by displacements or forces.
 //!
 //! Main types: [`follow`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
 
@@ -15,7 +15,7 @@ const STEP_N: f64 = 0.005;
 /// Distance between rows within a segment, steps.
 const STEPS_PER_ROW: usize = 5;
 
-/// One row: what a finite-element response has, and what only the reduced model knows.
+/// One row: the quantities of a finite-element response, and those that only the reduced model gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryRow {
     /// Position and forces; the centre of pressure is NaN.
@@ -53,7 +53,7 @@ fn row(t_s: f64, at: [f64; 3], r: &Response) -> TrajectoryRow {
     }
 }
 
-/// Follows `path` in steps of at most 0.02 mm or 5 mN and returns a row at every corner and at every fifth step between.
+/// Simulates `path` in steps of at most 0.02 mm or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
 /// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag.
 pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<TrajectoryRow> {
@@ -81,7 +81,7 @@ pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, 
     })
 }
 
-/// The same with the effects of a model file, in surroundings that do not change along the path but for the clock of the
+/// Simulates `path` with the effects of a model file, in surroundings that are constant but for the clock of the
 /// series, which starts at theirs. Forces are the sensor's readings where the file has a tare or cross-talk.
 ///
 /// `None` for a path that is driven by force: effects know motions alone.
@@ -108,7 +108,7 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     }))
 }
 
-/// Walks a path: `go` steps to a target and moves the position to where it came.
+/// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
 fn along(path: &Path, go: &mut dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response) -> Vec<TrajectoryRow> {
     let corner = |w: &Waypoint| [w.normal, w.x, w.y];
     let first = &path.waypoints[0];

@@ -14,7 +14,7 @@ use fingerpad_identify::{
     friction_fit::{Target, fit, space_mapping},
     law_uncertainty::ring,
     simplex,
-    surrogate::{AlignedSurrogate, Friction, log_slopes},
+    surrogate::{AlignedSurrogate, FrictionModel, log_slopes},
 };
 
 use super::{Effort, Failure};
