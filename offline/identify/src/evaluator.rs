@@ -64,6 +64,9 @@ impl Query {
     }
 }
 
+/// A slot with the slides to be evaluated there, one after the other.
+type SlotQueries = (usize, Vec<Query>);
+
 /// Evaluator of steady slides: the settings, cache and threads that all finite-element models of a run share.
 pub struct Evaluator<'a> {
     /// Mesh preset, tissue, numerics; its shape is the one to begin with.
@@ -207,7 +210,7 @@ impl<'a> FeModel<'a> {
         }
         self.put_on_the_plane(queries)?;
         let (evaluator, key, leads) = (self.evaluator, self.key, self.from.is_none());
-        let mut work: Vec<(&(usize, Vec<Query>), Slider<'a>, Vec<Steady>)> = queries
+        let mut work: Vec<(&SlotQueries, Slider<'a>, Vec<Steady>)> = queries
             .iter()
             .map(|item| (item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
             .collect();

@@ -281,6 +281,49 @@ mod tests {
     use super::*;
 
     #[test]
+    fn an_estimate_at_a_bound_is_named_and_a_coarse_mesh_blamed() {
+        let target = Target {
+            coefficients: vec![2.0, 1.5, 1.4],
+            slots: vec![0, 1, 2],
+            weights: vec![1.0; 3],
+            known: false,
+            region: Region::default(),
+            free_tau0: false,
+        };
+        let errors = Linear {
+            standard_errors: vec![0.1, 0.2],
+            correlation: vec![vec![1.0, 0.5], vec![0.5, 1.0]],
+            conditioning: 1.0,
+        };
+        let remarks_at = |beta: f64, mesh_preset| {
+            let law = LawPoint { tau_ref_kpa: 4.85, beta, tau0_share: 0.0 };
+            let constants = [0, 1].map(|k| constant(k, &law, &target, &errors, None));
+            (constants[1].at_bound, remarks(&constants, &target, true, mesh_preset))
+        };
+        let (bound, said) = remarks_at(-0.9994, MeshPreset::Coarse);
+        assert_eq!((bound, said.len()), (Some(-1.0), 1), "{said:?}");
+        for part in ["beta = -0.9994", "bound -1.0000", "default mesh"] {
+            assert!(said[0].contains(part), "no `{part}` in {said:?}");
+        }
+        let (bound, said) = remarks_at(1.4999, MeshPreset::Default);
+        assert_eq!((bound, said[0].contains("mesh")), (Some(1.5), false), "{said:?}");
+        assert_eq!(remarks_at(0.46, MeshPreset::Coarse), (None, vec![]));
+    }
+
+    #[test]
+    fn the_correlation_of_lambda_needs_no_variance() {
+        let solution =
+            |jacobian| Solution { values: vec![], residuals: vec![], jacobian, evaluations: 0, ended: String::new() };
+        let two_rows = solution(vec![vec![1.0, 1.2], vec![-0.5, 0.1]]);
+        let without = scaled_errors(&linear(&two_rows.jacobian, f64::NAN), &two_rows, None);
+        let with = linear(&two_rows.jacobian, 0.3);
+        let [a, b] = [without, with].map(|errors| correlation_of_lambda(&errors).unwrap());
+        assert!((a - b).abs() < 1e-12 && a.abs() <= 1.0, "{a} {b}");
+        let flat = solution(vec![vec![1.0, 1.0], vec![2.0, 2.0]]);
+        assert_eq!(correlation_of_lambda(&scaled_errors(&linear(&flat.jacobian, f64::NAN), &flat, None)), None);
+    }
+
+    #[test]
     fn a_ring_follows_the_correlation_and_stays_near_and_inside() {
         let law = LawPoint { tau_ref_kpa: 6.0, beta: 0.2, tau0_share: 0.0 };
         let errors = |a: f64, b: f64, r: f64| Linear {

@@ -72,7 +72,7 @@ pub fn at_force(states: &[Steady], normal_force_n: f64) -> f64 {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let x = normal_force_n.ln();
     let upper = points.iter().position(|p| p[0] >= x).unwrap_or(points.len() - 1).clamp(1, points.len() - 1);
-    let ([x0, y0], [x1, y1]) = (points[upper - 1].into(), points[upper].into());
+    let ([x0, y0], [x1, y1]) = (points[upper - 1], points[upper]);
     let slope = (y1 - y0) / (x1 - x0);
     f64::exp(y0 + slope * (x - x0))
 }

@@ -108,8 +108,11 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     }))
 }
 
+/// One step: from target, duration (s) and position, which it moves, to the response there.
+type Step<'a> = dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response + 'a;
+
 /// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
-fn along(path: &Path, go: &mut dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response) -> Vec<TrajectoryRow> {
+fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
     let corner = |w: &Waypoint| [w.normal, w.x, w.y];
     let first = &path.waypoints[0];
     let by_force = path.drives.map(|d| d == Drive::Force);
