@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn a_planted_model_is_found() {
         let (planted, mut runs) = twin();
-        let settings = Settings { iterations: 12, ..Settings::default() };
+        let settings = Settings { iterations: 7, ..Settings::default() };
         let reduced = reduce(&runs, 0.46, &settings).unwrap();
         let held_out = &reduced.meta.held_out;
         assert!(held_out.paths >= 60);
