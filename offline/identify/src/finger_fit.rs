@@ -378,9 +378,15 @@ impl FingerFit<'_, '_> {
                 (0..slots).map(|slot| if slot == own { by_depth[slot] } else { [0.0; 3] }).collect::<Vec<_>>()
             }));
         }
+        Ok(self.weighted(&columns))
+    }
+
+    /// Columns of the weighted residuals from the slopes of ln N, ln A and ln(F/N) per slot; those of depth errors last.
+    fn weighted(&self, columns: &[Vec<[f64; 3]>]) -> Vec<Vec<f64>> {
+        let slots = self.table.depths_mm.len();
         let rows = self.rows();
         let first_shift = columns.len() - if self.with_shifts() { slots } else { 0 };
-        Ok(columns
+        columns
             .iter()
             .enumerate()
             .map(|(k, column)| {
@@ -391,6 +397,6 @@ impl FingerFit<'_, '_> {
                 }
                 out
             })
-            .collect())
+            .collect()
     }
 }

@@ -44,7 +44,7 @@ impl LawPoint {
     ///
     /// A contact point that hardly touches and yet is dragged strongly along is lifted off the plane by its own
     /// friction: where strength over pressure at the onset, `(2 - beta) lambda p^(beta - 1)`, is large, points of the
-    /// rim neither stay nor leave, and there is no steady slide. It is therefore at most [`STEEPEST_ONSET`], which
+    /// rim neither stay nor leave, and there is no steady slide. It is therefore at most 20, which
     /// leaves the published constants as they are; with 7 kPa at 5 kPa the regular pressure is 0.4 kPa for beta = 0.2,
     /// 0.7 kPa for 0 and 1.2 kPa for -0.3.
     pub fn regular_pressure_mpa(&self, usual_mpa: f64) -> f64 {

@@ -150,11 +150,7 @@ impl<'a> Solver<Cost<'a>, IterationState> for Stopped<'a> {
 ///
 /// # Errors
 /// The first error of `value`, or [`IdentifyError::Fit`] if the start itself is turned back.
-pub fn search(
-    settings: &Simplex,
-    start: [f64; 2],
-    value: &mut Objective,
-) -> Result<SimplexRun, IdentifyError> {
+pub fn search(settings: &Simplex, start: [f64; 2], value: &mut Objective) -> Result<SimplexRun, IdentifyError> {
     let (visits, failure, path) = (RefCell::default(), RefCell::default(), RefCell::new(vec![start]));
     let mut vertices = vec![start.to_vec()];
     for k in 0..2 {
