@@ -10,6 +10,9 @@ fn in_range(what: Field, index: usize, value: f32, low: f32, high: f32) -> Resul
     if value >= low && value <= high { Ok(()) } else { Err(Error::Range { what, index: index as u16, value }) }
 }
 
+/// Largest ratio of the slip lengths (friction limit over tangential stiffness) at two table nodes that a model may have.
+pub const SLIP_LENGTH_RATIO_MAX: f32 = 50.0;
+
 /// Largest odd part of the elastic displacement at the limit, slip lengths: a slide along x stiffens or softens by less
 /// than 1.3 times 2 of these.
 const ODD_MAX: f32 = 0.25;
@@ -79,7 +82,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             longest = longest.max(slip_length(row));
         }
         // A jump from any depth to any other must not overflow.
-        in_range(Field::TangentialStiffness, N, longest / shortest, 1.0, 50.0)?;
+        in_range(Field::SlipLengthRatio, 0, longest / shortest, 1.0, SLIP_LENGTH_RATIO_MAX)?;
         for (i, row) in self.rows.iter().enumerate() {
             row.check(i)?;
             // Both rise with depth, so that no cell exceeds its ends.
@@ -154,7 +157,7 @@ impl Row {
         in_range(Field::BandNormal, i, self.band_normal.value, 0.0, 1e3)?;
         // Slip length: neither so short nor so long that a step would overflow.
         let slip_length = self.limit.value / self.stiffness.value.max(tiny);
-        in_range(Field::TangentialStiffness, i, slip_length, 1e-3, 1e3)?;
+        in_range(Field::SlipLength, i, slip_length, 1e-3, 1e3)?;
         for (what, line) in [
             (Field::NormalForce, &self.normal),
             (Field::ContactArea, &self.area),

@@ -80,6 +80,10 @@ pub enum Field {
     ContactArea,
     FrictionLimit,
     TangentialStiffness,
+    /// Friction limit over tangential stiffness, mm.
+    SlipLength,
+    /// Longest slip length of the table over the shortest.
+    SlipLengthRatio,
     StiffnessRatio,
     PressCoupling,
     NormalShearX,
@@ -123,6 +127,12 @@ impl core::fmt::Display for Error {
                 id[1].escape_ascii(),
                 id[2].escape_ascii(),
                 id[3].escape_ascii()
+            ),
+            Self::Range { what: Field::SlipLengthRatio, value, .. } => write!(
+                f,
+                "the longest slip length of the table (friction limit over tangential stiffness) is {value} times the \
+                 shortest; at most {} times is allowed",
+                crate::SLIP_LENGTH_RATIO_MAX
             ),
             Self::Range { what, index, value } => write!(f, "{what:?}[{index}] = {value} is out of range"),
             Self::NotMonotone { what, index } => write!(f, "{what:?} falls at [{index}]"),

@@ -31,6 +31,7 @@ mod stick_ratio;
 mod table;
 mod yield_surface;
 
+pub use check::SLIP_LENGTH_RATIO_MAX;
 pub use data::{Data, DataOf, ELEMENTS, Element, Model, ModelOf, NODES, Tuned};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use effects::{Contact, Effects, Surroundings};

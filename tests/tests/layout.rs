@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 const CORE: &str = "fingerpad";
 const FORMATS: &str = "fingerpad-formats";
+const LEAST_SQUARES: &str = "fingerpad-least-squares";
 const FE: &str = "fingerpad-fe";
 const IDENTIFY: &str = "fingerpad-identify";
 const REDUCE: &str = "fingerpad-reduce";
@@ -18,16 +19,17 @@ const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] = &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT];
+const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
-const MAY_USE: [(&str, &[&str]); 12] = [
+const MAY_USE: [(&str, &[&str]); 13] = [
     (CORE, &[]),
     (FORMATS, &[]),
-    (FE, &[CORE, FORMATS]),
-    (IDENTIFY, &[FE, FORMATS]),
-    (REDUCE, &[FE, FORMATS, CORE]),
-    (SMOOTH, &[CORE, FORMATS]),
+    (LEAST_SQUARES, &[]),
+    (FE, &[CORE, FORMATS, LEAST_SQUARES]),
+    (IDENTIFY, &[FE, FORMATS, LEAST_SQUARES]),
+    (REDUCE, &[FE, FORMATS, LEAST_SQUARES, CORE]),
+    (SMOOTH, &[CORE, FORMATS, LEAST_SQUARES]),
     (DIAGNOSE, &[CORE, FORMATS, SMOOTH]),
     (CONFIRM, &[DIAGNOSE, SMOOTH, FE, FORMATS, CORE]),
     (REPORT, &[IDENTIFY, REDUCE, DIAGNOSE, FE, FORMATS, CORE, SMOOTH]),

@@ -6,7 +6,7 @@ use anyhow::Context;
 use fingerpad::{Effects, ModelFile, Surroundings};
 use fingerpad_diagnose::{Correction, replay_all};
 use fingerpad_formats as formats;
-use fingerpad_reduce::{follow, follow_with_effects};
+use fingerpad_reduce::{simulate_path, simulate_path_with_effects};
 
 use super::Failure;
 
@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let file = file.file();
     let rows = if file.effects.is_empty() {
-        follow(&file.model, &path)
+        simulate_path(&file.model, &path)
     } else {
         let effects = Effects::new(file.effects)
             .map_err(|error| Failure::Input(anyhow::Error::new(error).context(args.model.display().to_string())))?;
@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             occlusion_s: args.occlusion_s,
             ..Surroundings::default()
         };
-        follow_with_effects(&file.model, &effects, surroundings, &path).ok_or_else(|| {
+        simulate_path_with_effects(&file.model, &effects, surroundings, &path).ok_or_else(|| {
             Failure::Input(anyhow::anyhow!(
                 "{}: driven by force; {} has effects, which know motions alone",
                 path_file.display(),

@@ -9,7 +9,9 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 use fingerpad_fe::experiment::Config;
 use fingerpad_formats::atomic_write;
-use fingerpad_identify::{self as identify, Hooks, IdentifyError, Input, Memo, Outcome, Point, Settings, population};
+use fingerpad_identify::{
+    self as identify, Hooks, IdentifyError, Input, Outcome, Point, Settings, StateCache, population,
+};
 use fingerpad_report as report;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Deserialize, Serialize};
@@ -22,7 +24,7 @@ use super::{Failure, Model, go_on};
 #[command(after_help = "\
 Examples:
   fingerpad identify                                       Table 1 of Yoshida et al. 2011, into identify_out/
-  fingerpad identify --mesh-preset coarse --out quick      seconds instead of minutes
+  fingerpad identify --mesh-preset coarse --out trial      a trial in a minute; constants need the default mesh
   fingerpad identify --data my.csv --joint --out mine      finger, depths and law fitted at once as well
   fingerpad identify --published --out published           no search: the published constants beside the table
   fingerpad identify --data subjects/ --out study          a folder of tables: one fit each, then the population
@@ -182,9 +184,9 @@ fn subject(
         return Ok(outcome);
     }
     claim(out, &ConfigFile::of(config, settings), &hash, args.full).map_err(Failure::Input)?;
-    let memo = Memo::open(&out.join("states.bin"))?;
-    if !memo.is_empty() {
-        println!("{} steady states were found before", memo.len());
+    let cache = StateCache::open(&out.join("states.bin"))?;
+    if !cache.is_empty() {
+        println!("{} steady states were found before", cache.len());
     }
     let style = ProgressStyle::with_template("{spinner} {prefix}: {msg} [{elapsed}]").expect("a valid template");
     let bar = ProgressBar::new_spinner().with_style(style);
@@ -200,7 +202,7 @@ fn subject(
             bar.set_message(line.to_owned());
         },
     };
-    let result = identify::identify(&input, memo, &hooks);
+    let result = identify::identify(&input, cache, &hooks);
     bar.finish_and_clear();
     let outcome = result.map_err(|error| match error {
         IdentifyError::Interrupted => {
@@ -336,9 +338,7 @@ fn collect(args: &Args, tables: &[(String, PathBuf)]) -> Result<(), Failure> {
             spread.most
         );
     }
-    if let Some(r) = population.correlation {
-        println!("correlation of ln strength and beta over subjects: {r:.2}");
-    }
+    println!("{}", population.correlation_statement());
     println!("see {}", args.out.join("population.html").display());
     if population.missing.is_empty() {
         return Ok(());
@@ -350,11 +350,14 @@ fn optional(value: Option<f64>, decimals: usize) -> String {
     value.map_or("-".into(), |v| format!("{v:.decimals$}"))
 }
 
-fn rows(title: &str, outcome: &Outcome, against: &identify::outcome::Against) {
-    println!("\n{title}: lambda {:.4e}, beta {:.4}, tau_0 {:.2e} MPa", against.lambda, against.beta, against.tau0_mpa);
+fn rows(title: &str, outcome: &Outcome, comparison: &identify::outcome::ModelDataComparison) {
+    println!(
+        "\n{title}: lambda {:.4e}, beta {:.4}, tau_0 {:.2e} MPa",
+        comparison.lambda, comparison.beta, comparison.tau0_mpa
+    );
     println!("  depth        normal force, N         contact area, mm²        friction coefficient F/N");
     println!("              measured model  diff    measured model  diff    measured  model   diff");
-    for (row, point) in against.rows.iter().zip(&outcome.table) {
+    for (row, point) in comparison.rows.iter().zip(&outcome.table) {
         println!(
             "  {:4.2} mm {:10.3} {:7.3} {:+5.1} % {:8.1} {:7.1} {:>5} % {:8.3} {:8.4} {:+6.1} %",
             point.depth_mm,
@@ -379,7 +382,7 @@ fn summary(outcome: &Outcome) {
         rows("published constants, finger calibrated", outcome, &outcome.published);
     }
     if let Some(law) = &outcome.law {
-        rows("identified law", outcome, &law.against);
+        rows("identified law", outcome, &law.comparison);
         println!("\n{:.0} % intervals by profile likelihood:", 100.0 * law.confidence);
         for c in &law.constants {
             let interval = c.interval.as_ref().map_or("no interval".into(), |i| {
@@ -397,8 +400,10 @@ fn summary(outcome: &Outcome) {
             );
         }
         println!(
-            "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {:.4}; of ln strength with beta {:.3}",
-            law.lambda, law.correlation_of_lambda, law.correlation
+            "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {}; of ln strength with beta {:.3}",
+            law.lambda,
+            optional(law.correlation_of_lambda, 4),
+            law.correlation
         );
         let r = &law.regularisation;
         println!("  regularised below {:.3} kPa; with {}", 1e3 * r.pressure_mpa, r.effect());
@@ -447,7 +452,7 @@ fn summary(outcome: &Outcome) {
     }
     if let Some(joint) = &outcome.joint {
         finger("joint fit", joint);
-        rows("joint fit", outcome, &joint.against);
+        rows("joint fit", outcome, &joint.comparison);
     }
     if !outcome.left_out.is_empty() {
         println!(

@@ -60,7 +60,10 @@ impl From<ReduceError> for Failure {
     fn from(error: ReduceError) -> Self {
         match error {
             ReduceError::Fit(_) | ReduceError::Model(_) => Self::Numerics(error.into()),
-            ReduceError::Run { .. } | ReduceError::Runs(_) => Self::Input(error.into()),
+            ReduceError::Run { .. }
+            | ReduceError::Runs(_)
+            | ReduceError::SlipLengthOfLaw { .. }
+            | ReduceError::SlipLengthOfRuns { .. } => Self::Input(error.into()),
         }
     }
 }
@@ -228,15 +231,16 @@ fn print_summary(reduced: &Reduced) {
 
 /// Runs the paths of the design that have no file yet, a thread per path.
 pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
+    reduce::slip_length::check_law(config.friction.beta)?;
     let (finger, _) = super::make_finger(config)?;
     config.check_depths(&[reduce::DEPTH_MAX_MM], &finger)?;
     let hash = reduce::settings_hash(config)?;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
     let design = reduce::design();
     let file = |e: &Experiment| folder.join(Run::file_name(e, &hash));
-    let mut queue: VecDeque<&Experiment> = design.iter().filter(|e| !file(e).exists()).collect();
+    let mut queue: Vec<&Experiment> = design.iter().filter(|e| !file(e).exists()).collect();
     // All kinds in turn, so that an interrupted design is a small one.
-    queue.make_contiguous().sort_by_key(|e| e.name.split_once('-').map(|(_, number)| number.to_owned()));
+    queue.sort_by_key(|e| e.name.split_once('-').map(|(_, number)| number.to_owned()));
     let missing = queue.len();
     println!(
         "{} of {} paths are there; settings {hash}, folder {}",
@@ -252,7 +256,31 @@ pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) ->
     let style =
         ProgressStyle::with_template("{prefix:>16} {bar:30} {pos}/{len} paths  {eta} left").expect("a valid template");
     let total = bars.add(ProgressBar::new(missing as u64).with_style(style).with_prefix("design"));
-    let queue = Mutex::new(queue);
+    let run = |experiment: &Experiment| {
+        let done = run_one(config, &finger, experiment, &hash, &file(experiment), &bars);
+        done.inspect(|()| total.inc(1))
+    };
+    // The paths of the initial guess first: they show whether the reduced model can hold this finger with its law.
+    let (first, rest): (Vec<_>, Vec<_>) = queue.into_iter().partition(|e| e.is_for_initial_guess());
+    for part in [first, rest] {
+        run_in_threads(part, threads, &run)?;
+        if go_on().is_break() {
+            return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
+        }
+        let runs: Vec<Run> = read_runs(folder)?.into_iter().filter(|run| run.settings_hash == hash).collect();
+        reduce::slip_length::check_runs(&runs, config.friction.beta)?;
+    }
+    total.finish_and_clear();
+    Ok(())
+}
+
+/// Runs experiments on some threads; the first failure or an interruption ends them.
+fn run_in_threads(
+    experiments: Vec<&Experiment>,
+    threads: usize,
+    run: &(impl Fn(&Experiment) -> Result<(), Failure> + Sync),
+) -> Result<(), Failure> {
+    let queue = Mutex::new(VecDeque::from(experiments));
     let failures: Mutex<Vec<Failure>> = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for _ in 0..threads {
@@ -262,23 +290,15 @@ pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) ->
                     if go_on().is_break() {
                         return;
                     }
-                    if let Err(failure) = run_one(config, &finger, next, &hash, &file(next), &bars) {
+                    if let Err(failure) = run(next) {
                         failures.lock().expect("no panic while locked").push(failure);
                         return;
                     }
-                    total.inc(1);
                 }
             });
         }
     });
-    total.finish_and_clear();
-    if let Some(failure) = failures.into_inner().expect("threads have ended").into_iter().next() {
-        return Err(failure);
-    }
-    if go_on().is_break() {
-        return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
-    }
-    Ok(())
+    failures.into_inner().expect("threads have ended").into_iter().next().map_or(Ok(()), Err)
 }
 
 fn run_one(

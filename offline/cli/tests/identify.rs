@@ -4,7 +4,7 @@ use std::{fs, path::Path, process::Command};
 
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::Config;
-use fingerpad_identify::{Bench, Hooks, Memo, Query, Settings, Steady};
+use fingerpad_identify::{Evaluator, Hooks, Query, Settings, StateCache, Steady};
 
 fn run(arguments: &[&str], folder: &Path) -> (Option<i32>, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_fingerpad")).args(arguments).current_dir(folder).output().unwrap();
@@ -28,12 +28,12 @@ fn planted(lambda: f64, beta: f64) -> String {
     let config: Config = toml::from_str(FINGER).unwrap();
     let hooks = Hooks { go_on: &|| true, tell: &|_, _| {} };
     let settings = Settings::default();
-    let bench = Bench::new(&config, &settings, Memo::default(), &hooks, 1);
+    let evaluator = Evaluator::new(&config, &settings, StateCache::default(), &hooks, 1);
     let law = RubberFriction { lambda, beta, ..config.friction };
     let query = |depth_mm| Query { depth_mm, law, stiffness: 1.0 };
     let queries: Vec<_> =
         [0.5, 0.65, 0.8].into_iter().enumerate().map(|(slot, depth)| (slot, vec![query(depth)])).collect();
-    let states = bench.on_shape(&config.fingertip_shape().unwrap(), &queries).unwrap();
+    let states = evaluator.on_shape(&config.fingertip_shape().unwrap(), &queries).unwrap();
     let row = |s: &Steady| {
         let [n, mu, a] = [s.normal_force_n, s.friction_coefficient(), s.contact_area_mm2];
         format!("{},{n:.6},{mu:.6},{a:.5}\n", s.depth_mm)

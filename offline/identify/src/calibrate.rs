@@ -1,25 +1,25 @@
 //! Calibration of the finger and the joint fit, from settings to outcome.
 
 use super::{
-    Bench, Compared, FingerPoint, IdentifyError, Knob, LawPoint, Rig, Table,
-    against::against,
-    finger_fit::{Errors, FingerFit, Place},
-    least_squares::{Model, Solution},
-    outcome::{FingerOutcome, Fitted},
-    uncertainty::linear,
+    Compared, Evaluator, FeModel, FingerPoint, IdentifyError, LawPoint, Table, VariedParameter,
+    bounded_least_squares::{Model, Solution},
+    comparison::compare,
+    confidence::linear,
+    finger_fit::{Errors, FingerFit, FitPoint},
+    outcome::{FingerOutcome, FittedParameter},
 };
 
 /// The fit of a stage: `published` fits nothing, `calibration` compares what is set, others the slide.
 pub fn finger_fit<'a, 'r>(
     stage: &'static str,
-    bench: &'a Bench<'a>,
-    rig: &'a mut Rig<'r>,
+    evaluator: &'a Evaluator<'a>,
+    fe_model: &'a mut FeModel<'r>,
     table: &'a Table,
     finger: &FingerPoint,
     law: &LawPoint,
     joint: Option<Errors>,
 ) -> FingerFit<'a, 'r> {
-    let settings = bench.settings;
+    let settings = evaluator.settings;
     let calibration = &settings.calibration;
     let errors = joint.unwrap_or(Errors {
         normal_force: 0.01 * calibration.normal_force_percent,
@@ -27,9 +27,20 @@ pub fn finger_fit<'a, 'r>(
         friction: None,
         depth_mm: None,
     });
-    let vary: &[Knob] = if stage == "published" { &[] } else { &calibration.vary };
+    let vary: &[VariedParameter] = if stage == "published" { &[] } else { &calibration.vary };
     let compared = if stage == "calibration" { calibration.compared } else { Compared::Slide };
-    FingerFit::new(stage, bench, rig, table, vary, compared, errors, finger.clone(), *law, calibration.max_evaluations)
+    FingerFit::new(
+        stage,
+        evaluator,
+        fe_model,
+        table,
+        vary,
+        compared,
+        errors,
+        finger.clone(),
+        *law,
+        calibration.max_evaluations,
+    )
 }
 
 /// Calibrates the finger under a law that is held.
@@ -37,14 +48,14 @@ pub fn finger_fit<'a, 'r>(
 /// # Errors
 /// [`IdentifyError`] of the fit.
 pub fn calibrate(
-    bench: &Bench,
-    rig: &mut Rig,
+    evaluator: &Evaluator,
+    fe_model: &mut FeModel,
     table: &Table,
     start: &FingerPoint,
     law: &LawPoint,
 ) -> Result<FingerOutcome, IdentifyError> {
-    let mut fit = finger_fit("calibration", bench, rig, table, start, law, None);
-    finger_outcome(&mut fit, bench, table)
+    let mut fit = finger_fit("calibration", evaluator, fe_model, table, start, law, None);
+    finger_outcome(&mut fit, evaluator, table)
 }
 
 /// Fits finger, law and the error of every depth at once.
@@ -52,13 +63,13 @@ pub fn calibrate(
 /// # Errors
 /// [`IdentifyError`] of the fit.
 pub fn joint(
-    bench: &Bench,
-    rig: &mut Rig,
+    evaluator: &Evaluator,
+    fe_model: &mut FeModel,
     table: &Table,
     start: &FingerPoint,
     law: &LawPoint,
 ) -> Result<FingerOutcome, IdentifyError> {
-    let settings = bench.settings;
+    let settings = evaluator.settings;
     let percent = settings.friction_coefficient_percent.unwrap_or(settings.joint.friction_coefficient_percent);
     let errors = Errors {
         normal_force: 0.01 * settings.calibration.normal_force_percent,
@@ -66,16 +77,16 @@ pub fn joint(
         friction: Some(0.01 * percent),
         depth_mm: Some(settings.joint.depth_mm),
     };
-    let mut fit = finger_fit("joint fit", bench, rig, table, start, law, Some(errors));
+    let mut fit = finger_fit("joint fit", evaluator, fe_model, table, start, law, Some(errors));
     fit.evaluations = settings.joint.max_evaluations;
-    finger_outcome(&mut fit, bench, table)
+    finger_outcome(&mut fit, evaluator, table)
 }
 
-fn finger_outcome(fit: &mut FingerFit, bench: &Bench, table: &Table) -> Result<FingerOutcome, IdentifyError> {
+fn finger_outcome(fit: &mut FingerFit, evaluator: &Evaluator, table: &Table) -> Result<FingerOutcome, IdentifyError> {
     let before = fit.start_values();
     let rms = |residuals: &[f64]| (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
     let rms_before = rms(&fit.residuals(&before)?);
-    let (place, solution): (Place, Solution) = fit.run()?;
+    let (point, solution): (FitPoint, Solution) = fit.run()?;
     // The stated errors weigh; how large they are is taken from the misfit where that is larger.
     let freedom = solution.residuals.len().saturating_sub(solution.values.len());
     let sum: f64 = solution.residuals.iter().map(|r| r * r).sum();
@@ -89,7 +100,7 @@ fn finger_outcome(fit: &mut FingerFit, bench: &Bench, table: &Table) -> Result<F
         .map(|(k, ((name, unit), bounds))| {
             let value = solution.values[k];
             let margin = 0.002 * (bounds[1] - bounds[0]);
-            Fitted {
+            FittedParameter {
                 name,
                 unit,
                 start: before[k],
@@ -100,14 +111,14 @@ fn finger_outcome(fit: &mut FingerFit, bench: &Bench, table: &Table) -> Result<F
             }
         })
         .collect();
-    let states = fit.slides(&place)?;
+    let states = fit.slides(&point)?;
     Ok(FingerOutcome {
         fitted,
         correlation: errors.correlation,
-        against: against(table, &place.law, &bench.config.friction, &states),
-        depth_shifts_mm: place.shifts_mm.clone(),
-        finger: place.finger,
-        law: place.law,
+        comparison: compare(table, &point.law, &evaluator.config.friction, &states),
+        depth_shifts_mm: point.shifts_mm.clone(),
+        finger: point.finger,
+        law: point.law,
         rms: rms(&solution.residuals),
         rms_before,
         evaluations: solution.evaluations,

@@ -1,4 +1,4 @@
-//! What can go wrong between a table and its constants.
+//! Errors of an identification.
 
 use fingerpad_fe::assembly::BodyError;
 use fingerpad_fe::contact::RubberFriction;
@@ -9,7 +9,7 @@ use fingerpad_fe::solve::SolveError;
 /// Why an identification has no result.
 #[derive(Debug, thiserror::Error)]
 pub enum IdentifyError {
-    /// The table cannot tell what is asked of it.
+    /// The table does not suffice for what is asked of it.
     #[error("{0}")]
     Table(String),
     /// A setting that cannot be.
@@ -17,7 +17,7 @@ pub enum IdentifyError {
     Setting {
         /// Its key in the configuration.
         key: String,
-        /// What is wrong with it.
+        /// The problem with it.
         problem: String,
     },
     /// A steady slide was not found.
@@ -36,9 +36,9 @@ pub enum IdentifyError {
     /// A fit ended without a minimum.
     #[error("{what}: {problem} after {evaluations} evaluations, residual {residual:.3e}")]
     Fit {
-        /// Which fit.
+        /// Name of the fit.
         what: String,
-        /// Why it ended.
+        /// Reason of its end.
         problem: String,
         /// Evaluations of all residuals.
         evaluations: usize,
@@ -56,10 +56,10 @@ pub enum IdentifyError {
     Config(#[from] ConfigError),
     /// The file of finished states cannot be used.
     #[error("{path}: {source}")]
-    Memo {
+    Cache {
         /// The file.
         path: String,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The caller asked to stop; finished states are kept.
@@ -68,7 +68,7 @@ pub enum IdentifyError {
 }
 
 impl IdentifyError {
-    /// Whether another place in the search may succeed where this one failed.
+    /// Whether the error belongs to one point of the search, so that other points may succeed.
     pub fn is_local(&self) -> bool {
         matches!(self, Self::Steady { .. } | Self::Mesh(_) | Self::Body(_))
     }

@@ -1,13 +1,13 @@
 //! Calibration of the finger on normal force and area, and the joint fit of finger, depths and law.
 
 use super::{
-    Bench, FingerPoint, IdentifyError, KnobKind, LawPoint, Query, Rig, Steady, Table,
-    least_squares::{Model, Solution, Stop, Variable, minimise},
-    settings::{Compared, Knob},
+    CalibrationParameter, Evaluator, FeModel, FingerPoint, IdentifyError, LawPoint, Query, Steady, Table,
+    bounded_least_squares::{Model, Solution, Stop, Variable, minimise},
+    settings::{Compared, VariedParameter},
 };
 use fingerpad_fe::contact::RubberFriction;
 
-/// Standard errors, in the natural logarithm or mm.
+/// Standard errors of the measurements: of natural logarithms, or in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
     /// Of ln N.
@@ -20,17 +20,17 @@ pub struct Errors {
     pub depth_mm: Option<f64>,
 }
 
-/// What is fitted, and from where.
+/// A fit of finger parameters, and with friction also of law and depths, to the table.
 pub struct FingerFit<'a, 'r> {
     /// Fingers.
-    pub bench: &'a Bench<'a>,
+    pub evaluator: &'a Evaluator<'a>,
     /// The finger of the start's shape; other shapes are made as they are asked for.
-    pub rig: &'a mut Rig<'r>,
+    pub fe_model: &'a mut FeModel<'r>,
     /// Measured.
     pub table: &'a Table,
-    /// What of the finger varies.
-    pub vary: &'a [Knob],
-    /// What is compared.
+    /// Parameters of the finger that vary.
+    pub vary: &'a [VariedParameter],
+    /// State that normal force and area are compared at: press or slide.
     pub compared: Compared,
     /// Weights.
     pub errors: Errors,
@@ -46,13 +46,13 @@ pub struct FingerFit<'a, 'r> {
     pub evaluations: usize,
     stage: &'static str,
     count: usize,
-    /// Where derivatives were taken last, and their columns.
+    /// Variables at which derivatives were taken last, and their columns.
     differentiated: Option<(Vec<f64>, Vec<Vec<f64>>)>,
 }
 
 /// A point of the fit's space.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct FitPoint {
     /// Finger.
     pub finger: FingerPoint,
     /// Law.
@@ -66,23 +66,23 @@ impl<'a, 'r> FingerFit<'a, 'r> {
     #[expect(clippy::too_many_arguments, reason = "what it fits, to what, how")]
     pub fn new(
         stage: &'static str,
-        bench: &'a Bench<'a>,
-        rig: &'a mut Rig<'r>,
+        evaluator: &'a Evaluator<'a>,
+        fe_model: &'a mut FeModel<'r>,
         table: &'a Table,
-        vary: &'a [Knob],
+        vary: &'a [VariedParameter],
         compared: Compared,
         errors: Errors,
         finger: FingerPoint,
         law: LawPoint,
         evaluations: usize,
     ) -> Self {
-        let settings = bench.settings;
-        let base = bench.config.friction;
+        let settings = evaluator.settings;
+        let base = evaluator.config.friction;
         let law_bounds = [settings.region.tau_ref_kpa.map(f64::ln), settings.region.beta];
         let (count, differentiated) = (0, None);
         Self {
-            bench,
-            rig,
+            evaluator,
+            fe_model,
             table,
             vary,
             compared,
@@ -108,15 +108,15 @@ impl<'a, 'r> FingerFit<'a, 'r> {
 
     fn variables(&self) -> Vec<Variable> {
         let shallowest = self.table.depths_mm[0];
-        let knob = |k: &Knob| {
+        let parameter = |k: &VariedParameter| {
             let [mut low, high] = k.bounds();
-            if k.name == KnobKind::DepthOffsetMm {
+            if k.name == CalibrationParameter::DepthOffsetMm {
                 // The shallowest slide must touch.
                 low = low.max(0.15 - shallowest);
             }
             Variable { value: self.finger.get(k.name), bounds: [low, high] }
         };
-        let mut variables: Vec<Variable> = self.vary.iter().map(knob).collect();
+        let mut variables: Vec<Variable> = self.vary.iter().map(parameter).collect();
         if self.with_law() {
             let x = self.law.coordinates(false);
             variables.extend((0..2).map(|k| Variable { value: x[k], bounds: self.law_bounds[k] }));
@@ -148,53 +148,61 @@ impl<'a, 'r> FingerFit<'a, 'r> {
         (names, self.variables().iter().map(|v| v.bounds).collect())
     }
 
-    /// What the variables mean.
-    pub fn place(&self, x: &[f64]) -> Place {
-        let (knobs, rest) = x.split_at(self.vary.len());
-        let finger = self.vary.iter().zip(knobs).fold(self.finger.clone(), |f, (knob, v)| f.with(knob.name, *v));
+    /// Finger, law and depth errors that the variables stand for.
+    pub fn point(&self, x: &[f64]) -> FitPoint {
+        let (parameters, rest) = x.split_at(self.vary.len());
+        let finger = self.vary.iter().zip(parameters).fold(self.finger.clone(), |f, (p, v)| f.with(p.name, *v));
         let (law, shifts) = if self.with_law() { rest.split_at(2) } else { (&[][..], rest) };
         let law = if law.is_empty() { self.law } else { self.law.at(law) };
         let shifts_mm = if shifts.is_empty() { vec![0.0; self.table.depths_mm.len()] } else { shifts.to_vec() };
-        Place { finger, law, shifts_mm }
+        FitPoint { finger, law, shifts_mm }
     }
 
-    fn query(&self, place: &Place, slot: usize) -> Query {
-        let sliding = self.sliding(place, slot);
+    fn query(&self, point: &FitPoint, slot: usize) -> Query {
+        let sliding = self.sliding(point, slot);
         if self.compared == Compared::Press && !self.with_law() {
             return Query { law: RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..sliding.law }, ..sliding };
         }
         sliding
     }
 
-    fn sliding(&self, place: &Place, slot: usize) -> Query {
-        let law = place.law.friction(&self.base);
-        let depth_mm = self.table.depths_mm[slot] + place.finger.depth_offset_mm + place.shifts_mm[slot];
-        Query { depth_mm, law, stiffness: place.finger.stiffness }
+    fn sliding(&self, point: &FitPoint, slot: usize) -> Query {
+        let law = point.law.friction(&self.base);
+        let depth_mm = self.table.depths_mm[slot] + point.finger.depth_offset_mm + point.shifts_mm[slot];
+        Query { depth_mm, law, stiffness: point.finger.stiffness }
     }
 
     /// Steady states per slot as they are compared.
     ///
     /// # Errors
     /// [`IdentifyError`].
-    pub fn states(&mut self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
+    pub fn states(&mut self, point: &FitPoint) -> Result<Vec<Steady>, IdentifyError> {
         let slots = 0..self.table.depths_mm.len();
-        let queries = slots.map(|slot| (slot, vec![self.query(place, slot)])).collect::<Vec<_>>();
-        Ok(self.run_all(place, &queries)?.into_iter().flatten().collect())
+        let queries = slots.map(|slot| (slot, vec![self.query(point, slot)])).collect::<Vec<_>>();
+        Ok(self.run_all(point, &queries)?.into_iter().flatten().collect())
     }
 
     /// Steady slides per slot.
     ///
     /// # Errors
     /// [`IdentifyError`].
-    pub fn slides(&mut self, place: &Place) -> Result<Vec<Steady>, IdentifyError> {
+    pub fn slides(&mut self, point: &FitPoint) -> Result<Vec<Steady>, IdentifyError> {
         let slots = 0..self.table.depths_mm.len();
-        let queries = slots.map(|slot| (slot, vec![self.sliding(place, slot)])).collect::<Vec<_>>();
-        Ok(self.run_all(place, &queries)?.into_iter().flatten().collect())
+        let queries = slots.map(|slot| (slot, vec![self.sliding(point, slot)])).collect::<Vec<_>>();
+        Ok(self.run_all(point, &queries)?.into_iter().flatten().collect())
     }
 
-    fn run_all(&mut self, place: &Place, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
-        let shape = &place.finger.shape;
-        if shape == self.rig.shape() { self.rig.steady(queries) } else { self.bench.on_shape(shape, queries) }
+    fn run_all(
+        &mut self,
+        point: &FitPoint,
+        queries: &[(usize, Vec<Query>)],
+    ) -> Result<Vec<Vec<Steady>>, IdentifyError> {
+        let shape = &point.finger.shape;
+        if shape == self.fe_model.shape() {
+            self.fe_model.steady(queries)
+        } else {
+            self.evaluator.on_shape(shape, queries)
+        }
     }
 
     /// Quantities of one slot in the order of the residuals: ln N, ln A, ln(F/N).
@@ -223,7 +231,7 @@ impl<'a, 'r> FingerFit<'a, 'r> {
     ///
     /// # Errors
     /// [`IdentifyError`].
-    pub fn run(&mut self) -> Result<(Place, Solution), IdentifyError> {
+    pub fn run(&mut self) -> Result<(FitPoint, Solution), IdentifyError> {
         let variables = self.variables();
         let rows = self.rows().len() + if self.with_shifts() { self.table.depths_mm.len() } else { 0 };
         if rows < variables.len() {
@@ -236,7 +244,7 @@ impl<'a, 'r> FingerFit<'a, 'r> {
         let stop = Stop { tolerance: 1e-3, evaluations: self.evaluations };
         let stage = self.stage;
         let solution = minimise(stage, self, &variables, stop)?;
-        Ok((self.place(&solution.values), solution))
+        Ok((self.point(&solution.values), solution))
     }
 }
 
@@ -247,19 +255,19 @@ const LAW_STEP: f64 = 0.03;
 
 impl Model for FingerFit<'_, '_> {
     fn residuals(&mut self, x: &[f64]) -> Result<Vec<f64>, IdentifyError> {
-        let place = self.place(x);
-        let logs: Vec<_> = self.states(&place)?.iter().map(Self::logs).collect();
+        let point = self.point(x);
+        let logs: Vec<_> = self.states(&point)?.iter().map(Self::logs).collect();
         let mut out: Vec<f64> = self
             .rows()
             .iter()
             .map(|&(row, quantity, measured, weight)| weight * (logs[self.table.slot[row]][quantity] - measured))
             .collect();
         if let Some(error) = self.errors.depth_mm {
-            out.extend(place.shifts_mm.iter().map(|shift| shift / error));
+            out.extend(point.shifts_mm.iter().map(|shift| shift / error));
         }
         self.count += 1;
         let norm = out.iter().map(|r| r * r).sum::<f64>().sqrt();
-        (self.bench.hooks.tell)(self.stage, &format!("{} evaluations, residual {norm:.3} at {x:.3?}", self.count));
+        (self.evaluator.hooks.tell)(self.stage, &format!("{} evaluations, residual {norm:.3} at {x:.3?}", self.count));
         Ok(out)
     }
 
@@ -286,12 +294,12 @@ impl Model for FingerFit<'_, '_> {
 impl FingerFit<'_, '_> {
     /// Step of every variable's difference.
     fn steps(&self) -> Vec<f64> {
-        let mut steps: Vec<f64> = self.vary.iter().map(|knob| knob.name.step()).collect();
+        let mut steps: Vec<f64> = self.vary.iter().map(|parameter| parameter.name.step()).collect();
         if self.with_law() {
             steps.extend([LAW_STEP; 2]);
         }
         if self.with_shifts() {
-            steps.extend(self.table.depths_mm.iter().map(|_| KnobKind::DepthOffsetMm.step()));
+            steps.extend(self.table.depths_mm.iter().map(|_| CalibrationParameter::DepthOffsetMm.step()));
         }
         steps
     }
@@ -300,32 +308,39 @@ impl FingerFit<'_, '_> {
     ///
     /// Numbers that change the shape are moved to one side only: each side is a finger of its own.
     fn differences(&mut self, x: &[f64], sides: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
-        let place = self.place(x);
+        let point = self.point(x);
         let slots = self.table.depths_mm.len();
         // Moves that keep the shape share one finger; a shift of its own slot is a move of the depth.
         let moved = |k: usize, h: f64| {
-            let mut moved = place.clone();
+            let mut moved = point.clone();
             match k {
-                0 => moved.finger = place.finger.with(KnobKind::DepthOffsetMm, place.finger.depth_offset_mm + h),
-                1 => moved.finger = place.finger.with(KnobKind::Stiffness, place.finger.stiffness + h),
+                0 => {
+                    moved.finger =
+                        point.finger.with(CalibrationParameter::DepthOffsetMm, point.finger.depth_offset_mm + h)
+                }
+                1 => moved.finger = point.finger.with(CalibrationParameter::Stiffness, point.finger.stiffness + h),
                 _ => {
-                    let mut coordinates = place.law.coordinates(false);
+                    let mut coordinates = point.law.coordinates(false);
                     coordinates[k - 2] += h;
-                    moved.law = place.law.at(&coordinates);
+                    moved.law = point.law.at(&coordinates);
                 }
             }
             moved
         };
-        let steps =
-            [KnobKind::DepthOffsetMm.step(), KnobKind::Stiffness.step() * place.finger.stiffness, LAW_STEP, LAW_STEP];
+        let steps = [
+            CalibrationParameter::DepthOffsetMm.step(),
+            CalibrationParameter::Stiffness.step() * point.finger.stiffness,
+            LAW_STEP,
+            LAW_STEP,
+        ];
         let kept = if self.with_law() { 4 } else { 2 };
-        let mut same = vec![place.clone()];
+        let mut same = vec![point.clone()];
         same.extend(
             (0..kept).flat_map(|k| sides.iter().map(move |side| (k, side * steps[k]))).map(|(k, h)| moved(k, h)),
         );
         let queries: Vec<_> =
             (0..slots).map(|slot| (slot, same.iter().map(|p| self.query(p, slot)).collect())).collect();
-        let states = self.run_all(&place, &queries)?;
+        let states = self.run_all(&point, &queries)?;
         let base: Vec<[f64; 3]> = states.iter().map(|list| Self::logs(&list[0])).collect();
         let slope = |k: usize| -> Vec<[f64; 3]> {
             let side = |slot: usize, i: usize| Self::logs(&states[slot][1 + k * sides.len() + i]);
@@ -340,16 +355,16 @@ impl FingerFit<'_, '_> {
         let side = sides[0];
         let by_depth = slope(0);
         let mut columns: Vec<Vec<[f64; 3]>> = Vec::new();
-        for knob in self.vary {
-            columns.push(match knob.name {
-                KnobKind::DepthOffsetMm => by_depth.clone(),
-                KnobKind::Stiffness => slope(1),
+        for parameter in self.vary {
+            columns.push(match parameter.name {
+                CalibrationParameter::DepthOffsetMm => by_depth.clone(),
+                CalibrationParameter::Stiffness => slope(1),
                 kind => {
-                    let value = place.finger.get(kind);
-                    let [low, high] = knob.bounds();
+                    let value = point.finger.get(kind);
+                    let [low, high] = parameter.bounds();
                     let up = if value + kind.step() > high { false } else { side > 0.0 || value - kind.step() < low };
                     let h = if up { kind.step() } else { -kind.step() };
-                    let moved = Place { finger: place.finger.with(kind, value + h), ..place.clone() };
+                    let moved = FitPoint { finger: point.finger.with(kind, value + h), ..point.clone() };
                     let logs = self.states(&moved)?.iter().map(Self::logs).collect::<Vec<_>>();
                     logs.iter().zip(&base).map(|(l, b)| [0, 1, 2].map(|q| (l[q] - b[q]) / h)).collect()
                 }
@@ -363,9 +378,15 @@ impl FingerFit<'_, '_> {
                 (0..slots).map(|slot| if slot == own { by_depth[slot] } else { [0.0; 3] }).collect::<Vec<_>>()
             }));
         }
+        Ok(self.weighted(&columns))
+    }
+
+    /// Columns of the weighted residuals from the slopes of ln N, ln A and ln(F/N) per slot; those of depth errors last.
+    fn weighted(&self, columns: &[Vec<[f64; 3]>]) -> Vec<Vec<f64>> {
+        let slots = self.table.depths_mm.len();
         let rows = self.rows();
         let first_shift = columns.len() - if self.with_shifts() { slots } else { 0 };
-        Ok(columns
+        columns
             .iter()
             .enumerate()
             .map(|(k, column)| {
@@ -376,6 +397,6 @@ impl FingerFit<'_, '_> {
                 }
                 out
             })
-            .collect())
+            .collect()
     }
 }

@@ -2,12 +2,12 @@
 
 use super::{
     IdentifyError, LawPoint, Region, Steady, Table,
-    least_squares::{Model, Solution, Stop, Variable, minimise},
-    surrogate::{Aligned, Friction, OverPressure, log_slopes},
+    bounded_least_squares::{Model, Solution, Stop, Variable, minimise},
+    surrogate::{AlignedSurrogate, FrictionModel, PressureSurrogate, log_slopes},
 };
 use fingerpad_fe::contact::RubberFriction;
 
-/// What a fit of the law knows besides its model.
+/// Measured friction coefficients with their weights, and the search region of the law.
 #[derive(Clone, Debug)]
 pub struct Target {
     /// Measured friction coefficients.
@@ -18,7 +18,7 @@ pub struct Target {
     pub weights: Vec<f64>,
     /// Whether `weights` are known errors.
     pub known: bool,
-    /// Where constants are searched for.
+    /// Search region of the constants.
     pub region: Region,
     /// Whether tau_0 is searched for.
     pub free_tau0: bool,
@@ -79,14 +79,14 @@ impl Target {
 /// Residuals over coordinates, some of which may be pinned.
 pub struct LawModel<'a> {
     /// Friction coefficients of a law.
-    pub friction: &'a mut dyn Friction,
-    /// What they should be.
+    pub friction: &'a mut dyn FrictionModel,
+    /// Measured coefficients.
     pub target: &'a Target,
     /// Constants that are not searched for.
     pub fixed: LawPoint,
     /// Value of every coordinate that is held.
     pub pinned: Vec<Option<f64>>,
-    /// Where derivatives were taken last, and their columns.
+    /// Coordinates at which derivatives were taken last, and their columns.
     pub differentiated: Option<(Vec<f64>, Vec<Vec<f64>>)>,
 }
 
@@ -137,7 +137,7 @@ impl Model for LawModel<'_> {
 /// [`IdentifyError`] of the model or the fit.
 pub fn fit(
     what: &str,
-    friction: &mut dyn Friction,
+    friction: &mut dyn FrictionModel,
     target: &Target,
     start: &LawPoint,
     pinned: &[Option<f64>],
@@ -158,12 +158,12 @@ pub fn fit(
     Ok((model.point(&solution.values), solution))
 }
 
-/// What a fit that ended at `law` would have told: residuals and derivatives there.
+/// Residuals and derivatives at `law`, as the solution of a fit that ended there.
 ///
 /// # Errors
 /// [`IdentifyError`] of the model.
 pub fn solution_at(
-    friction: &mut dyn Friction,
+    friction: &mut dyn FrictionModel,
     target: &Target,
     law: &LawPoint,
     ended: String,
@@ -193,7 +193,7 @@ const LONGEST: f64 = 0.4;
 
 /// Space mapping: fits the law over the pressure of the last finite-element states until they are those of the law.
 ///
-/// What the pressure of one law says wrongly of the next one is learned on the way: the surrogate's slope is corrected
+/// The pressure of one law predicts the coefficients of the next one with an error, which is learned: the surrogate's slope is corrected
 /// so that it joins the last two finite-element states [Broyden 1965; Bandler et al. 1995, aggressive space mapping].
 ///
 /// # Errors
@@ -216,7 +216,7 @@ pub fn space_mapping(
         if path.len() > most {
             return Ok((path, found));
         }
-        let mut mapped = Aligned::corrected(&found, base, law, correction.clone());
+        let mut mapped = AlignedSurrogate::corrected(&found, base, law, correction.clone());
         let stop = Stop { tolerance: 1e-10, evaluations: 200 };
         let (mut next, _) = fit("space mapping", &mut mapped, target, &law, &[], stop)?;
         let x = law.coordinates(target.free_tau0);
@@ -259,7 +259,7 @@ fn correct(
     from: (&LawPoint, &[Steady]),
     to: (&LawPoint, &[Steady]),
 ) -> Result<(), IdentifyError> {
-    let mut over = OverPressure { states: to.1, base };
+    let mut over = PressureSurrogate { states: to.1, base };
     let (own_from, own_to) = (over.coefficients(from.0)?, over.coefficients(to.0)?);
     let free_tau0 = correction.len() > 2;
     let (x, y) = (from.0.coordinates(free_tau0), to.0.coordinates(free_tau0));
@@ -267,10 +267,10 @@ fn correct(
     let length: f64 = moved.iter().map(|d| d * d).sum();
     for (depth, (a, b)) in from.1.iter().zip(to.1).enumerate() {
         let exact = (b.friction_coefficient() / a.friction_coefficient()).ln();
-        let told = (own_to[depth] / own_from[depth]).ln();
+        let predicted = (own_to[depth] / own_from[depth]).ln();
         let known: f64 = correction.iter().zip(&moved).map(|(c, d)| c[depth] * d).sum();
         for (c, d) in correction.iter_mut().zip(&moved) {
-            c[depth] += (exact - told - known) * d / length;
+            c[depth] += (exact - predicted - known) * d / length;
         }
     }
     Ok(())

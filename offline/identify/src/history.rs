@@ -1,18 +1,21 @@
-//! States found before, and what they say of a place nearby.
+//! Equilibria found before, and the first guess of a new one that they give by interpolation.
+//!
+//! A place is a depth with a friction law; places are compared in coordinates (depth, strength, exponent) that are
+//! scaled to the steps over which Newton's method converges.
 
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
 use super::Place;
 use fingerpad_fe::assembly::{Body, Configuration, rotation_vector};
 
-/// States that are kept.
+/// Number of equilibria that are kept.
 const KEPT: usize = 40;
-/// States that a prediction mixes.
+/// Number of equilibria that a prediction interpolates.
 const MIXED: usize = 8;
 /// Distance below which two places are the same, in steps.
 const SAME: f64 = 1e-4;
 
-/// A state with its place: depth, strength, exponent, in steps that converge.
+/// An equilibrium with its place and the place's scaled coordinates.
 #[derive(Clone)]
 struct Known {
     at: [f64; 3],
@@ -27,12 +30,12 @@ pub struct History {
 }
 
 impl History {
-    /// Forgets everything.
+    /// Removes all equilibria.
     pub fn clear(&mut self) {
         self.states.clear();
     }
 
-    /// Keeps a state.
+    /// Adds an equilibrium; one at the same place is replaced, and the oldest makes room.
     pub fn keep(&mut self, at: [f64; 3], place: Place, configuration: &Configuration) {
         self.states.retain(|known| distance(&known.at, &at) > SAME);
         if self.states.len() == KEPT {
@@ -41,18 +44,18 @@ impl History {
         self.states.push(Known { at, place, configuration: configuration.clone() });
     }
 
-    /// How far from known a place is, in steps; infinite if nothing is known.
+    /// Error to be expected of [`Self::predict`] at a place, in steps; infinite without any equilibrium.
     pub fn distance(&self, to: &[f64; 3]) -> f64 {
         self.weights(to).map_or(f64::INFINITY, |(.., far)| far)
     }
 
-    /// The known state nearest to a place, and how far it is.
+    /// The equilibrium nearest to a place, with its own place and the distance in steps.
     pub fn nearest(&self, to: &[f64; 3]) -> Option<(Place, Configuration, f64)> {
         let near = self.states.iter().min_by(|a, b| distance(&a.at, to).total_cmp(&distance(&b.at, to)))?;
         Some((near.place, near.configuration.clone(), distance(&near.at, to)))
     }
 
-    /// A guess of the state at a place, and whether it is more than one state that is known.
+    /// Configuration interpolated at a place, and whether more than one equilibrium went into it.
     pub fn predict(&self, body: &Body, to: &[f64; 3]) -> Option<(Configuration, bool)> {
         let (near, weights, _) = self.weights(to)?;
         let first = &near.first()?.configuration;

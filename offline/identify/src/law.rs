@@ -1,4 +1,4 @@
-//! The friction law's constants as they are searched for and told.
+//! The friction law's constants in the coordinates of the search, and the region they are searched in.
 
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +44,7 @@ impl LawPoint {
     ///
     /// A contact point that hardly touches and yet is dragged strongly along is lifted off the plane by its own
     /// friction: where strength over pressure at the onset, `(2 - beta) lambda p^(beta - 1)`, is large, points of the
-    /// rim neither stay nor leave, and there is no steady slide. It is therefore at most [`STEEPEST_ONSET`], which
+    /// rim neither stay nor leave, and there is no steady slide. It is therefore at most 20, which
     /// leaves the published constants as they are; with 7 kPa at 5 kPa the regular pressure is 0.4 kPa for beta = 0.2,
     /// 0.7 kPa for 0 and 1.2 kPa for -0.3.
     pub fn regular_pressure_mpa(&self, usual_mpa: f64) -> f64 {
@@ -70,13 +70,16 @@ impl LawPoint {
         x
     }
 
-    /// From coordinates; two of them leave tau_0's share as it is here.
+    /// The law at these coordinates; without a third one tau_0's share stays.
     pub fn at(&self, x: &[f64]) -> Self {
         Self { tau_ref_kpa: x[0].exp(), beta: x[1], tau0_share: x.get(2).copied().unwrap_or(self.tau0_share) }
     }
 }
 
-/// Where constants are searched for.
+/// Strengths at 5 kPa beyond which no dry or moist skin, rubber or gel lies, kPa.
+const TAU_REF_LIMITS_KPA: [f64; 2] = [1e-3, 1e3];
+
+/// Search region of the law's constants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Region {
@@ -103,8 +106,10 @@ impl Region {
             Err(IdentifyError::Setting { key: format!("region.{key}"), problem })
         };
         let [a, b] = self.tau_ref_kpa;
-        if !(a > 0.0 && b > a && b.is_finite()) {
-            return refuse("tau_ref_kpa", self.tau_ref_kpa, "must be two rising numbers above 0");
+        if !(a >= TAU_REF_LIMITS_KPA[0] && b > a && b <= TAU_REF_LIMITS_KPA[1]) {
+            let [least, most] = TAU_REF_LIMITS_KPA;
+            let rule = format!("must be two rising numbers between {least} and {most} kPa");
+            return refuse("tau_ref_kpa", self.tau_ref_kpa, &rule);
         }
         let [a, b] = self.beta;
         if !(a > -2.0 && b > a && b < 2.0) {
@@ -113,7 +118,7 @@ impl Region {
         Ok(())
     }
 
-    /// Why a law is outside, if it is.
+    /// The reason why a law is outside the region; none inside.
     pub fn leaves(&self, law: &RubberFriction) -> Option<String> {
         let point = LawPoint::of(law);
         let inside = |[a, b]: [f64; 2], v: f64| a <= v && v <= b;
@@ -173,5 +178,10 @@ mod tests {
         assert!(region.leaves(&law(0.086, 1.6)).unwrap().contains("beta"));
         assert!(region.leaves(&law(0.086, -0.9)).unwrap().contains("strength"));
         assert!(Region { beta: [0.5, f64::NAN], ..region }.validate().is_err());
+        for tau_ref_kpa in [[0.0, 1.0], [1e-9, 1.0], [1.0, 1e9], [2.0, 1.0], [1.0, f64::INFINITY]] {
+            let message = Region { tau_ref_kpa, ..region }.validate().unwrap_err().to_string();
+            assert!(message.contains("region.tau_ref_kpa") && message.contains("0.001 and 1000"), "{message}");
+        }
+        assert!(Region { beta: [-5.0, 1.0], ..region }.validate().is_err());
     }
 }

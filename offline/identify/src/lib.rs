@@ -1,47 +1,51 @@
-//! From a measured table to constants: calibration of the finger, then identification of the friction law.
+//! Identification of a friction law: from a measured table (depth, normal force, friction coefficient, contact area)
+//! to the constants lambda and beta of rubber friction, with their uncertainty and predictions.
 //!
-//! Main types: [`Settings`], [`Table`], [`Outcome`]; [`identify`] does it all. Below: [`Bench`] gives steady slides
-//! of fingers, [`LawPoint`] and [`FingerPoint`] say what is searched for.
-//! May use: experiment, slide, solve, assembly, contact, material, element, mesh.
+//! [`identify`] does it all from an [`Input`]: it calibrates the finger's stiffness and depth offset on normal force and
+//! area, searches the law's constants by space mapping and Gauss–Newton and by the downhill simplex of Yoshida et al.
+//! 2011, and returns an [`Outcome`]. Its tools: [`Evaluator`] and [`FeModel`] compute steady slides by finite elements
+//! and keep them in a [`StateCache`]; [`FingerPoint`] and [`LawPoint`] are points of the two parameter spaces;
+//! [`population`] compares subjects.
+//! May use: the crates fe, formats and least-squares.
 
-mod against;
-mod bench;
+pub mod bounded_least_squares;
 mod calibrate;
-pub mod certainty;
+mod calibration_parameter;
+mod comparison;
+pub mod confidence;
+mod direct_search;
 mod error;
+mod evaluator;
+pub mod fe_friction;
 pub mod finger_fit;
 pub mod friction_fit;
 mod history;
-mod knobs;
 mod law;
-pub mod least_squares;
-mod memo;
-pub mod on_rig;
+pub mod law_uncertainty;
 pub mod outcome;
 pub mod population;
 mod predict;
 mod procedure;
 mod published;
-mod search;
 mod sensitivity;
 mod settings;
 pub mod simplex;
+mod state_cache;
 mod steady;
 pub mod surrogate;
 mod table;
 pub mod table_csv;
 mod tau0;
-pub mod uncertainty;
 
-pub use bench::{Bench, Hooks, Query, Rig};
+pub use calibration_parameter::{CalibrationParameter, FingerPoint};
 pub use error::IdentifyError;
+pub use evaluator::{Evaluator, FeModel, Hooks, Query};
 pub use friction_fit::Mapping;
-pub use knobs::{FingerPoint, KnobKind};
 pub use law::{LawPoint, REFERENCE_MPA, Region};
-pub use memo::Memo;
 pub use outcome::Outcome;
 pub use procedure::{Input, identify, settings_hash};
-pub use settings::{Calibration, Compared, Fast, Joint, Knob, Prediction, Settings, Simplex};
+pub use settings::{Calibration, Compared, Fast, Joint, Prediction, Settings, Simplex, VariedParameter};
 pub use simplex::SimplexRun;
+pub use state_cache::StateCache;
 pub use steady::{Effort, Limits, Place, Slider, Start, Steady};
 pub use table::{Point, Table};

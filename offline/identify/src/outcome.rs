@@ -1,10 +1,10 @@
-//! What an identification yields; everything that its report shows.
+//! The result of an identification with everything that its report shows.
 
 use serde::{Deserialize, Serialize};
 
 use super::{
     FingerPoint, LawPoint, Mapping, Point, SimplexRun,
-    uncertainty::{Interval, Map},
+    confidence::{Interval, Map},
 };
 
 /// Model beside measurement at one row of the table.
@@ -22,15 +22,15 @@ pub struct Modelled {
     pub friction_coefficient: f64,
     /// Model over measured less 1, %.
     pub normal_force_difference_percent: f64,
-    /// The same for the area; none if it was not measured.
+    /// Model over measured contact area less 1, %; none if the area was not measured.
     pub contact_area_difference_percent: Option<f64>,
-    /// The same for F/N.
+    /// Model over measured F/N less 1, %.
     pub friction_coefficient_difference_percent: f64,
 }
 
 /// A finger with a law beside the whole table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Against {
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModelDataComparison {
     /// lambda, MPa^(1 - beta).
     pub lambda: f64,
     /// beta.
@@ -43,10 +43,10 @@ pub struct Against {
     pub sum_of_squares: f64,
 }
 
-/// A fitted number.
+/// A fitted parameter of the finger or the law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fitted {
-    /// What it is.
+pub struct FittedParameter {
+    /// Its name in words.
     pub name: String,
     /// Its unit; empty for a pure number.
     pub unit: String,
@@ -58,16 +58,16 @@ pub struct Fitted {
     pub standard_error: Option<f64>,
     /// Bounds of the fit.
     pub bounds: [f64; 2],
-    /// Whether it stands at one of them.
+    /// Whether the value stands at one of them.
     pub at_bound: bool,
 }
 
 /// Calibration of the finger, or the joint fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FingerOutcome {
-    /// What varied.
-    pub fitted: Vec<Fitted>,
-    /// Correlations of what varied, in its order.
+    /// Parameters that varied.
+    pub fitted: Vec<FittedParameter>,
+    /// Correlations of these parameters, in their order.
     pub correlation: Vec<Vec<f64>>,
     /// The finger found.
     pub finger: FingerPoint,
@@ -75,15 +75,15 @@ pub struct FingerOutcome {
     pub law: LawPoint,
     /// Error found of each row's depth, mm; zeros in a calibration.
     pub depth_shifts_mm: Vec<f64>,
-    /// Against the table, at that law.
-    pub against: Against,
+    /// The table beside the model at that law.
+    pub comparison: ModelDataComparison,
     /// Root mean square of the weighted residuals (1: as large as the stated errors).
     pub rms: f64,
-    /// The same before.
+    /// Root mean square before the fit.
     pub rms_before: f64,
     /// Evaluations of all depths, derivatives not counted.
     pub evaluations: usize,
-    /// How it ended.
+    /// The minimiser's end in words.
     pub ended: String,
 }
 
@@ -94,7 +94,7 @@ pub struct FastOutcome {
     pub mappings: Vec<Mapping>,
     /// Evaluations of all depths by Gauss–Newton, derivatives included.
     pub gauss_newton_evaluations: usize,
-    /// Where Gauss–Newton ended.
+    /// Law at the end of Gauss–Newton.
     pub gauss_newton: Mapping,
     /// Evaluations of the direct search from there; 0 if there was none, as when tau_0 is searched for as well.
     pub direct_evaluations: usize,
@@ -107,19 +107,21 @@ pub struct FastOutcome {
 /// A constant with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Constant {
-    /// What it is.
+    /// Name of the constant.
     pub name: String,
     /// Its unit; empty for a pure number.
     pub unit: String,
     /// Value.
     pub value: f64,
+    /// The search region's bound that the value stands at, in the constant's unit; none inside the region.
+    pub at_bound: Option<f64>,
     /// Standard error of the linearised fit; none if flat or without degrees of freedom.
     pub standard_error: Option<f64>,
     /// Interval by profile likelihood at the confidence level; none without degrees of freedom.
     pub interval: Option<Interval>,
 }
 
-/// The law found and how sure it is.
+/// The law found and its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LawOutcome {
     /// The law.
@@ -132,9 +134,10 @@ pub struct LawOutcome {
     pub lambda_range: Option<[f64; 2]>,
     /// Correlation of ln strength and beta, linearised.
     pub correlation: f64,
-    /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted.
-    pub correlation_of_lambda: f64,
-    /// Where and how much the law is regularised.
+    /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted. None if the table leaves a
+    /// direction of the two constants undetermined.
+    pub correlation_of_lambda: Option<f64>,
+    /// Regularisation of the law and its influence.
     pub regularisation: Regularisation,
     /// Standard error of a friction coefficient, as known or as the misfit says.
     pub coefficient_error: Option<f64>,
@@ -147,9 +150,9 @@ pub struct LawOutcome {
     /// Largest difference of the surrogate that drew region and intervals from finite elements, at the ends of the
     /// intervals, % of F/N; none where the finite elements found no slide.
     pub region_check_percent: Vec<Option<f64>>,
-    /// Against the table.
-    pub against: Against,
-    /// What the numbers say, in sentences.
+    /// The table beside the model.
+    pub comparison: ModelDataComparison,
+    /// Remarks on the numbers, in sentences.
     pub remarks: Vec<String>,
 }
 
@@ -165,7 +168,7 @@ pub struct Regularisation {
 }
 
 impl Regularisation {
-    /// What less of it does, in words that follow "with".
+    /// Effect of a smaller regularisation pressure, in words that follow "with".
     pub fn effect(&self) -> String {
         let share = 100.0 * self.probed_share;
         match self.probed_percent {
@@ -175,7 +178,7 @@ impl Regularisation {
     }
 }
 
-/// Whether the table can tell tau_0 from beta.
+/// Test whether the table distinguishes tau_0 from beta.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tau0Outcome {
     /// Best law with tau_0 free, on the surrogate.
@@ -232,26 +235,26 @@ pub struct Curve {
     pub exponents: [f64; 2],
     /// Continuation to the forces asked for, by these powers: N, F/N. Not computed by finite elements.
     pub continued: Vec<[f64; 2]>,
-    /// Why it ends where it ends.
+    /// Reasons why the curve ends at its lower and upper end.
     pub ends: Vec<String>,
 }
 
 /// A published finding beside ours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Published {
-    /// What was found.
+    /// The finding.
     pub finding: String,
-    /// By whom.
+    /// Its source.
     pub source: String,
     /// Their number.
     pub published: f64,
     /// Ours.
     pub ours: f64,
-    /// Under what conditions ours was taken.
+    /// Conditions of our number.
     pub conditions: String,
 }
 
-/// What a change of one input does at one depth.
+/// Effect of a change of one input at one depth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
     /// The input.
@@ -296,14 +299,14 @@ pub struct Surface {
     pub sum_of_squares: Vec<Vec<f64>>,
 }
 
-/// What was run, on what.
+/// Provenance of a result: program, settings, table, mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Name of the table.
     pub table: String,
     /// Shape before calibration.
     pub shape: String,
-    /// How the bones are held.
+    /// Model of the bones: fixed, floating or deformable.
     pub bones: String,
     /// Mesh preset.
     pub mesh_preset: String,
@@ -315,17 +318,17 @@ pub struct Provenance {
     pub program_version: String,
 }
 
-/// Everything.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The result of an identification.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// What was run.
+    /// Provenance.
     pub provenance: Provenance,
     /// The table.
     pub table: Vec<Point>,
     /// Published constants on the finger before its calibration.
-    pub published_before: Against,
+    pub published_before: ModelDataComparison,
     /// Published constants on the calibrated finger.
-    pub published: Against,
+    pub published: ModelDataComparison,
     /// Calibration; none if it was off.
     pub calibration: Option<FingerOutcome>,
     /// Simplex runs.

@@ -61,11 +61,12 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// In short; none if no law was searched for.
+    /// Summary of an outcome; none if no law was searched for.
     pub fn of(name: &str, outcome: &Outcome) -> Option<Self> {
         let law = outcome.law.as_ref()?;
-        let worst =
-            |of: fn(&super::outcome::Modelled) -> f64| law.against.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max);
+        let worst = |of: fn(&super::outcome::Modelled) -> f64| {
+            law.comparison.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max)
+        };
         let finger = outcome.calibration.as_ref().map(|c| &c.finger);
         Some(Self {
             name: name.to_owned(),
@@ -82,16 +83,16 @@ impl Subject {
     }
 }
 
-/// How a number varies over subjects.
+/// Variation of a number over subjects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// What it is, with its unit.
+    /// Name of the number with its unit.
     pub name: String,
     /// Mean.
     pub mean: f64,
     /// Standard deviation over subjects; none for one subject.
     pub deviation: Option<f64>,
-    /// Of that, what is left when the subjects' own errors are taken off; none where they are not known.
+    /// Part of the deviation that the subjects' own standard errors do not explain; none where these are unknown.
     pub between_subjects: Option<f64>,
     /// Least.
     pub least: f64,
@@ -108,14 +109,14 @@ pub struct Population {
     pub subjects: Vec<Subject>,
     /// Tables without a result, by name.
     pub missing: Vec<String>,
-    /// How the constants vary.
+    /// Variation of the constants.
     pub spreads: Vec<Spread>,
-    /// Correlation of ln strength and beta over subjects; none below three.
+    /// Correlation of ln strength and beta over subjects; none below three or where one of the two does not vary.
     pub correlation: Option<f64>,
 }
 
 impl Population {
-    /// Of subjects.
+    /// The population of these subjects.
     pub fn of(mut subjects: Vec<Subject>, missing: Vec<String>) -> Self {
         subjects.sort_by(|a, b| a.name.cmp(&b.name));
         type Pick = (&'static str, fn(&Subject) -> f64, fn(&Subject) -> Option<f64>);
@@ -131,18 +132,34 @@ impl Population {
             .filter(|_| !subjects.is_empty())
             .map(|(name, value, error)| spread(name, &subjects, value, error))
             .collect();
-        let correlation = (subjects.len() > 2).then(|| {
-            let pairs: Vec<[f64; 2]> = subjects.iter().map(|s| [s.tau_ref_kpa.ln(), s.beta]).collect();
-            let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
-            let (a, b) = (mean(0), mean(1));
-            let sum = |i: usize, j: usize| {
-                let m = [a, b];
-                pairs.iter().map(|p| (p[i] - m[i]) * (p[j] - m[j])).sum::<f64>()
-            };
-            sum(0, 1) / (sum(0, 0) * sum(1, 1)).sqrt()
-        });
+        let correlation = correlation(&subjects);
         Self { subjects, missing, spreads, correlation }
     }
+
+    /// A sentence on the correlation of strength and exponent, or on why there is none.
+    pub fn correlation_statement(&self) -> String {
+        match self.correlation {
+            Some(r) => format!("correlation of ln strength and beta over subjects: {r:.2}"),
+            None if self.subjects.len() < 3 => {
+                "correlation of ln strength and beta over subjects: needs three subjects at least".into()
+            }
+            None => "correlation of ln strength and beta over subjects: undefined, because all subjects have the same \
+                     strength or the same beta (are their tables copies of one another?)"
+                .into(),
+        }
+    }
+}
+
+/// Spread relative to the mean below which subjects are alike but for rounding.
+const ALIKE: f64 = 1e-9;
+
+/// Correlation of ln strength and beta; none below three subjects or where one of the two is the same in all.
+fn correlation(subjects: &[Subject]) -> Option<f64> {
+    let pairs: Vec<[f64; 2]> = subjects.iter().map(|s| [s.tau_ref_kpa.ln(), s.beta]).collect();
+    let mean = [0, 1].map(|k| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64);
+    let sum = |i: usize, j: usize| pairs.iter().map(|p| (p[i] - mean[i]) * (p[j] - mean[j])).sum::<f64>();
+    let varies = |k: usize| pairs.iter().any(|p| (p[k] - mean[k]).abs() > ALIKE * (1.0 + mean[k].abs()));
+    (subjects.len() > 2 && varies(0) && varies(1)).then(|| sum(0, 1) / (sum(0, 0) * sum(1, 1)).sqrt())
 }
 
 fn spread(
@@ -207,5 +224,11 @@ mod tests {
         assert!((beta.between_subjects.unwrap() - (0.04f64 - 0.01).sqrt()).abs() < 1e-12);
         assert_eq!(population.spreads[0].between_subjects, None);
         assert!((population.correlation.unwrap() - 1.0).abs() < 1e-2);
+        assert!(population.correlation_statement().ends_with(": 1.00"));
+        let equal = Population::of(["a", "b", "c"].map(|name| subject(name, 0.3)).to_vec(), vec![]);
+        assert_eq!(equal.correlation, None);
+        assert!(equal.correlation_statement().contains("same"), "{}", equal.correlation_statement());
+        let pair = Population::of(vec![subject("a", 0.3), subject("b", 0.3)], vec![]);
+        assert!(pair.correlation_statement().contains("three subjects"));
     }
 }

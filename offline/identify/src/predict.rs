@@ -1,13 +1,13 @@
-//! What the constants say of loads that were not measured.
+//! Predictions of the identified law at loads that were not fitted: depths left out, and F/N over the normal force.
 
 use super::{
-    Bench, FingerPoint, IdentifyError, LawPoint, Query, Rig, Steady, Table,
+    Evaluator, FeModel, FingerPoint, IdentifyError, LawPoint, Query, Steady, Table,
+    bounded_least_squares::Stop,
+    fe_friction::FeFriction,
     friction_fit::{Target, fit},
-    least_squares::Stop,
-    on_rig::OnRig,
     outcome::{Curve, CurvePoint, LeftOut},
     settings::Prediction,
-    surrogate::Friction,
+    surrogate::FrictionModel,
     table::line,
 };
 use fingerpad_fe::contact::RubberFriction;
@@ -21,8 +21,8 @@ pub fn leave_one_out(
     table: &Table,
     target: &Target,
     best: &LawPoint,
-    surrogate: &mut dyn Friction,
-    fe: &mut OnRig,
+    surrogate: &mut dyn FrictionModel,
+    fe: &mut FeFriction,
 ) -> Result<Vec<LeftOut>, IdentifyError> {
     let mut out = Vec::new();
     for (slot, &depth_mm) in table.depths_mm.iter().enumerate() {
@@ -72,7 +72,7 @@ pub fn at_force(states: &[Steady], normal_force_n: f64) -> f64 {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let x = normal_force_n.ln();
     let upper = points.iter().position(|p| p[0] >= x).unwrap_or(points.len() - 1).clamp(1, points.len() - 1);
-    let ([x0, y0], [x1, y1]) = (points[upper - 1].into(), points[upper].into());
+    let ([x0, y0], [x1, y1]) = (points[upper - 1], points[upper]);
     let slope = (y1 - y0) / (x1 - x0);
     f64::exp(y0 + slope * (x - x0))
 }
@@ -85,11 +85,11 @@ const PAD_SHARE: f64 = 0.75;
 /// # Errors
 /// [`IdentifyError`] that is not of one slide.
 pub fn curve(
-    bench: &Bench,
+    evaluator: &Evaluator,
     finger: &FingerPoint,
     law: &RubberFriction,
     wanted: &Prediction,
-    rig: &mut Rig,
+    fe_model: &mut FeModel,
     known: &[Steady],
 ) -> Result<Curve, IdentifyError> {
     /// Slots of their own, away from the table's: one goes up, one goes down.
@@ -121,8 +121,8 @@ pub fn curve(
                 break;
             }
             let query = Query { depth_mm, law: *law, stiffness: finger.stiffness };
-            (bench.hooks.tell)("curve", &format!("depth {depth_mm:.3} mm"));
-            match rig.steady(&[(slot, vec![query])]) {
+            (evaluator.hooks.tell)("curve", &format!("depth {depth_mm:.3} mm"));
+            match fe_model.steady(&[(slot, vec![query])]) {
                 Ok(states) => {
                     let next = CurvePoint::of(&states[0][0]);
                     power = (next.normal_force_n / last.normal_force_n).ln() / (next.depth_mm / last.depth_mm).ln();

@@ -145,7 +145,6 @@ fn stick_line(
 
 fn at_half(points: &[[f64; 2]]) -> f64 {
     let Some(i) = points.iter().position(|p| p[0] >= 0.5).filter(|&i| i > 0) else { return f64::NAN };
-    let ([x0, y0], [x1, y1]) = (points[i - 1].into(), points[i].into());
-    let (x0, y0, x1, y1): (f64, f64, f64, f64) = (x0, y0, x1, y1);
+    let ([x0, y0], [x1, y1]) = (points[i - 1], points[i]);
     y0 + (y1 - y0) * (0.5 - x0) / (x1 - x0)
 }

@@ -1,6 +1,8 @@
-//! Which input moves N, A and F/N by how much.
+//! Sensitivity of normal force N, contact area A and F/N to every input.
 
-use super::{Bench, FingerPoint, IdentifyError, KnobKind, LawPoint, Query, Steady, Table, outcome::Sensitivity};
+use super::{
+    CalibrationParameter, Evaluator, FingerPoint, IdentifyError, LawPoint, Query, Steady, Table, outcome::Sensitivity,
+};
 use fingerpad_fe::contact::RubberFriction;
 
 /// Changes every input by itself, less and more, at the first and the last depth of the table.
@@ -8,7 +10,7 @@ use fingerpad_fe::contact::RubberFriction;
 /// # Errors
 /// [`IdentifyError`] that is not of one slide or one shape.
 pub fn sensitivities(
-    bench: &Bench,
+    evaluator: &Evaluator,
     table: &Table,
     finger: &FingerPoint,
     law: &LawPoint,
@@ -22,7 +24,7 @@ pub fn sensitivities(
             stiffness: finger.stiffness,
         };
         let queries: Vec<_> = slots.iter().map(|&slot| (slot, vec![query(slot)])).collect();
-        match bench.on_shape(&finger.shape, &queries) {
+        match evaluator.on_shape(&finger.shape, &queries) {
             Ok(states) => Ok(Some(states.into_iter().flatten().collect())),
             Err(error) if error.is_local() => Ok(None),
             Err(error) => Err(error),
@@ -52,11 +54,13 @@ pub fn sensitivities(
     add("strength at 5 kPa", "%", [-10.0, 10.0], [run(finger, &strength[0])?, run(finger, &strength[1])?]);
     let exponent = [-0.1, 0.1].map(|d| law_at([x[0], x[1] + d]));
     add("beta", "", [-0.1, 0.1], [run(finger, &exponent[0])?, run(finger, &exponent[1])?]);
-    let knobs = [KnobKind::Stiffness, KnobKind::DepthOffsetMm].into_iter().chain(KnobKind::SHAPE);
-    for kind in knobs {
-        (bench.hooks.tell)("sensitivities", kind.words());
+    let parameters = [CalibrationParameter::Stiffness, CalibrationParameter::DepthOffsetMm]
+        .into_iter()
+        .chain(CalibrationParameter::SHAPE);
+    for kind in parameters {
+        (evaluator.hooks.tell)("sensitivities", kind.words());
         let value = finger.get(kind);
-        let relative = kind == KnobKind::Stiffness;
+        let relative = kind == CalibrationParameter::Stiffness;
         let step = if relative { value * kind.spread() } else { kind.spread() };
         let side = |sign: f64| {
             let moved = finger.with(kind, value + sign * step);

@@ -1,8 +1,8 @@
-//! What an identification does, as its section `[identify]` of a configuration file says.
+//! Settings of an identification: section `[identify]` of a configuration file.
 
 use serde::{Deserialize, Serialize};
 
-use super::{IdentifyError, KnobKind, Region};
+use super::{CalibrationParameter, IdentifyError, Region};
 
 /// Section `[identify]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +19,7 @@ pub struct Settings {
     /// Known standard error of a measured friction coefficient, % of it. Without it the coefficients weigh alike
     /// and their error is estimated from the misfit.
     pub friction_coefficient_percent: Option<f64>,
-    /// Where the law's constants are searched for.
+    /// Search region of the law's constants.
     pub region: Region,
     /// Calibration of the finger.
     pub calibration: Calibration,
@@ -29,7 +29,7 @@ pub struct Settings {
     pub fast: Fast,
     /// Fit of everything at once.
     pub joint: Joint,
-    /// What is predicted.
+    /// Predictions.
     pub prediction: Prediction,
 }
 
@@ -50,7 +50,7 @@ impl Default for Settings {
     }
 }
 
-/// What the table's normal forces and areas are compared with.
+/// Model state that the table's normal forces and areas are compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Compared {
@@ -67,9 +67,9 @@ pub enum Compared {
 pub struct Calibration {
     /// Whether the finger is calibrated at all.
     pub enabled: bool,
-    /// What may vary.
-    pub vary: Vec<Knob>,
-    /// What is compared.
+    /// Parameters that may vary.
+    pub vary: Vec<VariedParameter>,
+    /// Model state that is compared.
     pub compared: Compared,
     /// Standard error of a measured normal force, % (sets its weight).
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
@@ -84,10 +84,10 @@ pub struct Calibration {
 impl Default for Calibration {
     /// Stiffness and depth offset: the two that eight numbers of a table determine without bending the shape.
     fn default() -> Self {
-        let knob = |name| Knob { name, min: None, max: None };
+        let varied = |name| VariedParameter { name, min: None, max: None };
         Self {
             enabled: true,
-            vary: vec![knob(KnobKind::Stiffness), knob(KnobKind::DepthOffsetMm)],
+            vary: vec![varied(CalibrationParameter::Stiffness), varied(CalibrationParameter::DepthOffsetMm)],
             compared: Compared::Slide,
             normal_force_percent: 5.0,
             contact_area_percent: 5.0,
@@ -96,12 +96,12 @@ impl Default for Calibration {
     }
 }
 
-/// A number of the finger that may vary.
+/// A parameter of the finger that varies in the calibration, with its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Knob {
-    /// Which.
-    pub name: KnobKind,
+pub struct VariedParameter {
+    /// The parameter.
+    pub name: CalibrationParameter,
     /// Least value; its own default if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
@@ -189,7 +189,7 @@ impl Default for Joint {
     }
 }
 
-/// What is predicted with the constants found.
+/// Predictions with the constants found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Prediction {
@@ -209,8 +209,13 @@ impl Default for Prediction {
     }
 }
 
+/// Largest normal force of a predicted curve, N: far beyond what a fingertip's pad bears.
+const MOST_FORCE_N: f64 = 100.0;
+/// Most points of a predicted curve.
+const MOST_POINTS: usize = 1000;
+
 impl Settings {
-    /// Refuses what cannot be.
+    /// Refuses settings that contradict themselves or lie beyond what a finger can have.
     ///
     /// # Errors
     /// [`IdentifyError::Setting`] with key and problem.
@@ -226,16 +231,25 @@ impl Settings {
             return refuse("friction_coefficient_percent", format!("{percent} must be above 0"));
         }
         let [a, b] = self.prediction.normal_force_n;
-        if !(a > 0.0 && b > a && b.is_finite()) {
-            return refuse("prediction.normal_force_n", format!("[{a}, {b}] must be two rising numbers above 0"));
+        if !(a > 0.0 && b > a && b <= MOST_FORCE_N) {
+            let problem = format!("[{a}, {b}] must be two rising numbers above 0 and up to {MOST_FORCE_N} N");
+            return refuse("prediction.normal_force_n", problem);
         }
-        for (k, knob) in self.calibration.vary.iter().enumerate() {
-            let [low, high] = knob.bounds();
+        if !(2..=MOST_POINTS).contains(&self.prediction.points) {
+            let problem = format!("{} must be between 2 and {MOST_POINTS}", self.prediction.points);
+            return refuse("prediction.points", problem);
+        }
+        for (k, varied) in self.calibration.vary.iter().enumerate() {
+            let ([low, high], [least, most]) = (varied.bounds(), varied.name.limits());
             if !(high > low) {
-                return refuse("calibration.vary", format!("{:?}: bounds {low}, {high} do not rise", knob.name));
+                return refuse("calibration.vary", format!("{:?}: bounds {low}, {high} do not rise", varied.name));
             }
-            if self.calibration.vary[..k].iter().any(|other| other.name == knob.name) {
-                return refuse("calibration.vary", format!("{:?} stands there twice", knob.name));
+            if !(low >= least && high <= most) {
+                let problem = format!("{:?}: bounds {low}, {high} must lie between {least} and {most}", varied.name);
+                return refuse("calibration.vary", problem);
+            }
+            if self.calibration.vary[..k].iter().any(|other| other.name == varied.name) {
+                return refuse("calibration.vary", format!("{:?} stands there twice", varied.name));
             }
         }
         for start in &self.simplex.starts {
@@ -245,5 +259,37 @@ impl Settings {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_beyond_a_finger_are_refused_with_their_key() {
+        assert!(Settings::default().validate().is_ok());
+        let vary = |name, min, max| Settings {
+            calibration: Calibration { vary: vec![VariedParameter { name, min, max }], ..Calibration::default() },
+            ..Settings::default()
+        };
+        let predict = |normal_force_n, points| Settings {
+            prediction: Prediction { normal_force_n, points, ..Prediction::default() },
+            ..Settings::default()
+        };
+        let start =
+            |start| Settings { simplex: Simplex { starts: vec![start], ..Simplex::default() }, ..Settings::default() };
+        for (settings, key) in [
+            (vary(CalibrationParameter::Stiffness, Some(-1.0), None), "calibration.vary"),
+            (vary(CalibrationParameter::HalfWidthMm, None, Some(1e6)), "calibration.vary"),
+            (vary(CalibrationParameter::DepthOffsetMm, Some(f64::NAN), None), "calibration.vary"),
+            (predict([0.05, 300.0], 14), "prediction.normal_force_n"),
+            (predict([0.05, 5.0], 1), "prediction.points"),
+            (start([1e9, 0.4]), "simplex.starts"),
+            (start([0.086, -5.0]), "simplex.starts"),
+        ] {
+            let message = settings.validate().unwrap_err().to_string();
+            assert!(message.starts_with(&format!("identify.{key}")), "{message}");
+        }
     }
 }

@@ -45,12 +45,15 @@ pub struct SimplexRun {
     pub stopped: String,
 }
 
+/// Sum of squares at (lambda, beta), or the reason why the search is turned back from there.
+pub type Objective<'a> = dyn FnMut([f64; 2]) -> Result<Result<f64, String>, IdentifyError> + 'a;
+
 type Vertex = Vec<f64>;
 type IterationState = IterState<Vertex, (), (), (), (), f64>;
 
 /// The sum of squares; infinite where the search is turned back, so that the simplex contracts away from there.
 struct Cost<'a> {
-    value: RefCell<&'a mut dyn FnMut([f64; 2]) -> Result<Result<f64, String>, IdentifyError>>,
+    value: RefCell<&'a mut Objective<'a>>,
     visits: &'a RefCell<Vec<Visit>>,
     failure: &'a RefCell<Option<IdentifyError>>,
 }
@@ -85,7 +88,7 @@ struct Stopped<'a> {
     path: &'a RefCell<Vec<[f64; 2]>>,
 }
 
-/// What `NelderMead` holds; it keeps it private but can be serialised.
+/// The vertices of `NelderMead`, which are private to it but can be read through its serialisation.
 #[derive(Deserialize)]
 struct Vertices {
     params: Vec<(Vertex, Option<f64>)>,
@@ -147,11 +150,7 @@ impl<'a> Solver<Cost<'a>, IterationState> for Stopped<'a> {
 ///
 /// # Errors
 /// The first error of `value`, or [`IdentifyError::Fit`] if the start itself is turned back.
-pub fn search(
-    settings: &Simplex,
-    start: [f64; 2],
-    value: &mut dyn FnMut([f64; 2]) -> Result<Result<f64, String>, IdentifyError>,
-) -> Result<SimplexRun, IdentifyError> {
+pub fn search(settings: &Simplex, start: [f64; 2], value: &mut Objective) -> Result<SimplexRun, IdentifyError> {
     let (visits, failure, path) = (RefCell::default(), RefCell::default(), RefCell::new(vec![start]));
     let mut vertices = vec![start.to_vec()];
     for k in 0..2 {

@@ -6,14 +6,14 @@ use super::{IdentifyError, LawPoint, Steady};
 use fingerpad_fe::contact::RubberFriction;
 
 /// Gives the friction coefficient at every depth for a law.
-pub trait Friction {
+pub trait FrictionModel {
     /// F/N per depth.
     ///
     /// # Errors
     /// [`IdentifyError`]; a surrogate has none.
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError>;
 
-    /// Told which laws will be asked for, in any order: finite elements use their threads better on many at once.
+    /// Announces the laws that will be evaluated, in any order: finite elements use their threads better on many at once.
     fn prepare(&mut self, _laws: &[LawPoint]) {}
 }
 
@@ -21,31 +21,31 @@ pub trait Friction {
 ///
 /// Exact at the law of the states; elsewhere it leaves out that pressure and normal force change with friction.
 #[derive(Clone, Debug)]
-pub struct OverPressure<'a> {
+pub struct PressureSurrogate<'a> {
     /// States, one per depth.
     pub states: &'a [Steady],
     /// Elastic slip and regularisation of the law.
     pub base: RubberFriction,
 }
 
-impl Friction for OverPressure<'_> {
+impl FrictionModel for PressureSurrogate<'_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         let law = law.friction(&self.base);
         Ok(self.states.iter().map(|s| s.friction_limit_n(&law) / s.normal_force_n).collect())
     }
 }
 
-/// [`OverPressure`], corrected so that value and slope at one law are those of the finite elements.
+/// [`PressureSurrogate`], corrected so that value and slope at one law are those of the finite elements.
 #[derive(Clone, Debug)]
-pub struct Aligned<'a> {
-    over: OverPressure<'a>,
+pub struct AlignedSurrogate<'a> {
+    over: PressureSurrogate<'a>,
     at: Vec<f64>,
     /// Logarithm of finite elements over surrogate at `at`, per depth.
     shift: Vec<f64>,
     /// Its derivative over the coordinates: shape (coordinates, depths).
     slope: Vec<Vec<f64>>,
-    /// What finite elements at other laws add; none before [`Self::bend`].
-    bent: Option<Bent>,
+    /// What finite elements at other laws add; none before [`Self::correct_at`].
+    correction: Option<ScatteredCorrection>,
     fixed: LawPoint,
 }
 
@@ -53,7 +53,11 @@ pub struct Aligned<'a> {
 ///
 /// # Errors
 /// [`IdentifyError`] of the first evaluation that fails.
-pub fn log_slopes(model: &mut dyn Friction, at: &LawPoint, free_tau0: bool) -> Result<Vec<Vec<f64>>, IdentifyError> {
+pub fn log_slopes(
+    model: &mut dyn FrictionModel,
+    at: &LawPoint,
+    free_tau0: bool,
+) -> Result<Vec<Vec<f64>>, IdentifyError> {
     let x = at.coordinates(free_tau0);
     let width = |k: usize| if k == 2 { 0.02 } else { 0.01 };
     let sides =
@@ -91,13 +95,13 @@ pub fn log_slopes(model: &mut dyn Friction, at: &LawPoint, free_tau0: bool) -> R
         .collect()
 }
 
-impl<'a> Aligned<'a> {
-    /// Aligned at `at`.
+impl<'a> AlignedSurrogate<'a> {
+    /// AlignedSurrogate at `at`.
     ///
     /// * `states`: finite-element states there
     /// * `slopes`: their derivatives of ln(F/N), from [`log_slopes`]
     pub fn new(states: &'a [Steady], base: RubberFriction, at: LawPoint, slopes: &[Vec<f64>]) -> Self {
-        let mut over = OverPressure { states, base };
+        let mut over = PressureSurrogate { states, base };
         let own = log_slopes(&mut over, &at, slopes.len() > 2).expect("a surrogate does not fail");
         let correction = slopes.iter().zip(own).map(|(fe, own)| fe.iter().zip(own).map(|(a, b)| a - b).collect());
         Self::corrected(states, base, at, correction.collect())
@@ -105,34 +109,34 @@ impl<'a> Aligned<'a> {
 
     /// With the states' value at `at` and a correction of the slopes, shape (coordinates, depths).
     pub fn corrected(states: &'a [Steady], base: RubberFriction, at: LawPoint, slope: Vec<Vec<f64>>) -> Self {
-        let mut over = OverPressure { states, base };
+        let mut over = PressureSurrogate { states, base };
         let value = over.coefficients(&at).expect("a surrogate does not fail");
         Self {
             at: at.coordinates(slope.len() > 2),
             shift: states.iter().zip(value).map(|(s, v)| (s.friction_coefficient() / v).ln()).collect(),
             slope,
-            bent: None,
+            correction: None,
             fixed: at,
             over,
         }
     }
 
-    /// Bends it so that it meets the finite elements at other laws as well.
+    /// Corrects it so that it meets the finite elements at other laws as well.
     ///
     /// * `known`: laws with the finite elements' F/N per depth. Below five laws nothing is corrected.
     ///
     /// Returns the largest relative difference at them before.
-    pub fn bend(&mut self, known: &[(LawPoint, Vec<f64>)]) -> f64 {
-        self.bent = None;
+    pub fn correct_at(&mut self, known: &[(LawPoint, Vec<f64>)]) -> f64 {
+        self.correction = None;
         let mut away = vec![[0.0; 2]];
         let mut differences = vec![vec![0.0; self.shift.len()]];
         for (law, exact) in known {
             away.push(self.away(law));
-            let told = self.coefficients(law).expect("a surrogate does not fail");
-            differences.push(exact.iter().zip(told).map(|(a, b)| (a / b).ln()).collect());
+            let predicted = self.coefficients(law).expect("a surrogate does not fail");
+            differences.push(exact.iter().zip(predicted).map(|(a, b)| (a / b).ln()).collect());
         }
         if known.len() >= 5 {
-            self.bent = Bent::through(&away, &differences);
+            self.correction = ScatteredCorrection::through(&away, &differences);
         }
         differences.iter().flatten().fold(0.0, |worst, d| worst.max(d.abs()))
     }
@@ -149,7 +153,7 @@ impl<'a> Aligned<'a> {
 /// F/N of a mesh has kinks where a contact point comes or goes, which no parabola follows; the cubes' share is the
 /// smallest that meets all points (Duchon 1977), and where the values lie on a parabola it is none.
 #[derive(Clone, Debug)]
-struct Bent {
+struct ScatteredCorrection {
     /// Turns the plane so that the points scatter evenly.
     whiten: Matrix2<f64>,
     /// Points, whitened.
@@ -158,7 +162,7 @@ struct Bent {
     factors: DMatrix<f64>,
 }
 
-impl Bent {
+impl ScatteredCorrection {
     /// Values of shape (points, depths); none where the points lie on one line.
     fn through(points: &[[f64; 2]], values: &[Vec<f64>]) -> Option<Self> {
         let scatter: Matrix2<f64> = points.iter().map(|p| Vector2::from(*p) * Vector2::from(*p).transpose()).sum();
@@ -191,7 +195,7 @@ fn terms(points: &[Vector2<f64>], at: &Vector2<f64>) -> Vec<f64> {
     cubes.chain([1.0, at.x, at.y, at.x * at.x, at.x * at.y, at.y * at.y]).collect()
 }
 
-impl Friction for Aligned<'_> {
+impl FrictionModel for AlignedSurrogate<'_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         let law = if self.at.len() > 2 { *law } else { LawPoint { tau0_share: self.fixed.tau0_share, ..*law } };
         let mut out = self.over.coefficients(&law)?;
@@ -199,8 +203,8 @@ impl Friction for Aligned<'_> {
         let d: Vec<f64> = x.iter().zip(&self.at).map(|(x, at)| x - at).collect();
         for (depth, value) in out.iter_mut().enumerate() {
             let linear: f64 = d.iter().zip(&self.slope).map(|(d, slope)| slope[depth] * d).sum();
-            let bent = self.bent.as_ref().map_or(0.0, |bent| bent.value([d[0], d[1]], depth));
-            *value *= (self.shift[depth] + linear + bent).exp();
+            let correction = self.correction.as_ref().map_or(0.0, |correction| correction.value([d[0], d[1]], depth));
+            *value *= (self.shift[depth] + linear + correction).exp();
         }
         Ok(out)
     }
@@ -213,9 +217,9 @@ mod tests {
     /// Stands for finite elements: pressure and normal force that change with the law.
     struct Coupled(Vec<Steady>);
 
-    impl Friction for Coupled {
+    impl FrictionModel for Coupled {
         fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
-            let mut over = OverPressure { states: &self.0, base: RubberFriction::default() };
+            let mut over = PressureSurrogate { states: &self.0, base: RubberFriction::default() };
             Ok(over.coefficients(law)?.iter().map(|mu| mu / (1.0 + 0.1 * mu)).collect())
         }
     }
@@ -234,7 +238,7 @@ mod tests {
         for (state, mu) in states.iter_mut().zip(coupled.coefficients(&at).unwrap()) {
             state.friction_x_n = mu * state.normal_force_n;
         }
-        let mut aligned = Aligned::new(&states, RubberFriction::default(), at, &slopes);
+        let mut aligned = AlignedSurrogate::new(&states, RubberFriction::default(), at, &slopes);
         let near = LawPoint { tau_ref_kpa: 7.1, beta: 0.43, ..at };
         for (a, b) in aligned.coefficients(&near).unwrap().iter().zip(coupled.coefficients(&near).unwrap()) {
             assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
@@ -248,21 +252,21 @@ mod tests {
             })
             .collect();
         let far = at.at(&[at.tau_ref_kpa.ln() - 0.1, at.beta + 0.25]);
-        let apart = |aligned: &mut Aligned, coupled: &mut Coupled| {
+        let apart = |aligned: &mut AlignedSurrogate, coupled: &mut Coupled| {
             let (a, b) = (aligned.coefficients(&far).unwrap()[1], coupled.coefficients(&far).unwrap()[1]);
             (a / b - 1.0).abs()
         };
         let before = apart(&mut aligned, &mut coupled);
-        aligned.bend(&known);
+        aligned.correct_at(&known);
         assert!(apart(&mut aligned, &mut coupled) < 0.3 * before, "{before}");
         for (law, exact) in &known {
-            let told = aligned.coefficients(law).unwrap();
-            assert!(told.iter().zip(exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-10), "{law:?}");
+            let predicted = aligned.coefficients(law).unwrap();
+            assert!(predicted.iter().zip(exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-10), "{law:?}");
         }
-        aligned.bend(&known[..4]);
+        aligned.correct_at(&known[..4]);
         assert_eq!(apart(&mut aligned, &mut coupled), before);
 
-        let mut plain = OverPressure { states: &states, base: RubberFriction::default() };
+        let mut plain = PressureSurrogate { states: &states, base: RubberFriction::default() };
         let apart = plain.coefficients(&near).unwrap()[0] / coupled.coefficients(&near).unwrap()[0] - 1.0;
         assert!(apart.abs() > 1e-3);
     }

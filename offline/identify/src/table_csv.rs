@@ -38,7 +38,7 @@ pub fn read(file: &Path) -> Result<Vec<Row>, Error> {
     rows(&Columns::read(file, &KNOWN)?)
 }
 
-/// The same from text; `name` is for the messages.
+/// Reads a table from text; `name` is for the messages.
 pub fn parse(name: &Path, text: &str) -> Result<Vec<Row>, Error> {
     rows(&Columns::parse(name, text, &KNOWN)?)
 }

@@ -1,12 +1,12 @@
-//! Whether a table can tell tau_0 from beta.
+//! Test whether a table distinguishes tau_0, the strength without pressure, from beta.
 
 use super::{
     IdentifyError, LawPoint, Settings,
+    bounded_least_squares::Stop,
+    confidence::{Growth, Interval},
     friction_fit::{Target, fit},
-    least_squares::Stop,
     outcome::Tau0Outcome,
-    surrogate::{Aligned, Friction},
-    uncertainty::{Growth, Interval},
+    surrogate::{AlignedSurrogate, FrictionModel},
 };
 
 /// Frees tau_0 on the surrogate.
@@ -14,7 +14,7 @@ pub fn tau0_test(
     settings: &Settings,
     held: &Target,
     law: &LawPoint,
-    aligned: &mut Aligned,
+    aligned: &mut AlignedSurrogate,
 ) -> Result<Tau0Outcome, IdentifyError> {
     let target = Target { free_tau0: true, ..held.clone() };
     let stop = Stop { tolerance: 1e-9, evaluations: 300 };

@@ -16,7 +16,7 @@ const BINS: usize = 5;
 /// Least half-width of the normal force, N: what the file's floats resolve is far below.
 const NORMAL_FLOOR_N: f64 = 2e-4;
 
-/// What share of rows lies within the band.
+/// Shares of rows that lie within the band.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
     /// Rows with contact.
@@ -38,8 +38,8 @@ pub struct Band {
     pub friction: [f64; 3],
 }
 
-/// One row in contact: what the model says of it and how wrong it is.
-struct Row {
+/// One row in contact: depth, stick ratio and regime of the model, and the model's errors.
+struct BandRow {
     depth: f64,
     stick: f64,
     regime: Regime,
@@ -47,10 +47,10 @@ struct Row {
     friction: [f64; 2],
 }
 
-fn rows<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[&Run]) -> Vec<Row> {
+fn rows<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[&Run]) -> Vec<BandRow> {
     let row = |(s, r): (&Sample, Response)| {
         let limit = strength_of(model, s.depth_mm);
-        (r.regime != Regime::NoContact).then(|| Row {
+        (r.regime != Regime::NoContact).then(|| BandRow {
             depth: f64::from(s.depth_mm),
             stick: f64::from(r.stick_ratio),
             regime: r.regime,
@@ -84,8 +84,8 @@ fn bow(stick: f64, [middle, slip]: [f64; 2]) -> f64 {
 
 const REGIMES: [Regime; 3] = [Regime::Stick, Regime::PartialSlip, Regime::Slip];
 
-/// How far the coverage of every regime is from the target, and that of all.
-fn unevenness(rows: &[Row], within: impl Fn(&Row) -> (usize, usize)) -> f64 {
+/// Sum over the regimes of the squared distance of their coverage from the target.
+fn unevenness(rows: &[BandRow], within: impl Fn(&BandRow) -> (usize, usize)) -> f64 {
     REGIMES
         .iter()
         .map(|regime| {
@@ -107,9 +107,9 @@ impl Band {
     /// The narrowest even band over `runs`.
     pub fn of<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[&Run]) -> Self {
         let rows = rows(model, runs);
-        let mut order: Vec<&Row> = rows.iter().collect();
+        let mut order: Vec<&BandRow> = rows.iter().collect();
         order.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-        let bins: Vec<&[&Row]> = order.chunks(order.len().div_ceil(BINS).max(1)).collect();
+        let bins: Vec<&[&BandRow]> = order.chunks(order.len().div_ceil(BINS).max(1)).collect();
         let table = |shape: [f64; 2]| -> Vec<(f64, f64)> {
             bins.iter()
                 .map(|bin| {
@@ -159,7 +159,7 @@ fn interpolate(points: &[(f64, f64)], x: f64) -> f64 {
 }
 
 impl Coverage {
-    /// Shares of rows of `runs` within the band that the model itself tells, over all and in each regime (stick,
+    /// Shares of rows of `runs` within the model's own band, over all and in each regime (stick,
     /// partial slip, slip).
     pub fn of<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[&Run]) -> [Self; 4] {
         let mut counts = [[0usize; 3]; 4];

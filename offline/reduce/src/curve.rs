@@ -1,4 +1,4 @@
-//! What accuracy costs: the fit repeated with other numbers of elements and table nodes.
+//! Accuracy against cost: the fit repeated with other numbers of elements and table nodes.
 //!
 //! Main type: [`CurvePoint`]. Uses fit, score.
 

@@ -12,7 +12,7 @@ const SPEED_MM_S: f64 = 2.0;
 /// Depth at which the plane starts and ends in the air, mm.
 const AIR_MM: f64 = -0.02;
 
-/// What a path is about.
+/// Kind of a path's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -56,12 +56,19 @@ impl Kind {
 pub struct Experiment {
     /// Unique name, `straight-07`; held-out ones end in `h`.
     pub name: String,
-    /// What it is about.
+    /// Kind of motion.
     pub kind: Kind,
     /// Whether the fit must not see it.
     pub held_out: bool,
     /// The motion of the plane.
     pub path: Path,
+}
+
+impl Experiment {
+    /// Whether the fit's initial guess is read from this path.
+    pub fn is_for_initial_guess(&self) -> bool {
+        !self.held_out && matches!(self.kind, Kind::Press | Kind::Straight)
+    }
 }
 
 /// Slide after which a contact at that depth slips as a whole, mm, roughly and rather too long.
@@ -80,8 +87,8 @@ pub fn halton(mut index: usize, base: usize) -> f64 {
     value
 }
 
-/// Draws the numbers of one path, a prime base for each.
-struct Draw {
+/// One point of Halton's sequence: the parameters of one path, each in a prime base of its own.
+struct HaltonPoint {
     index: usize,
     next: usize,
 }
@@ -91,7 +98,7 @@ const PRIMES: [usize; 30] = [
     113,
 ];
 
-impl Draw {
+impl HaltonPoint {
     fn between(&mut self, low: f64, high: f64) -> f64 {
         let base = PRIMES[self.next % PRIMES.len()];
         self.next += 1;
@@ -110,9 +117,9 @@ impl Draw {
 }
 
 /// A path under construction.
-struct Walk(Vec<Waypoint>);
+struct PathBuilder(Vec<Waypoint>);
 
-impl Walk {
+impl PathBuilder {
     fn new() -> Self {
         Self(vec![Waypoint { t_s: 0.0, normal: AIR_MM, x: 0.0, y: 0.0 }])
     }
@@ -146,7 +153,7 @@ impl Walk {
         self.press(AIR_MM);
     }
 
-    fn path(self) -> Path {
+    fn finish(self) -> Path {
         Path { drives: [Drive::Displacement; 3], waypoints: self.0 }
     }
 }
@@ -176,86 +183,86 @@ pub fn design() -> Vec<Experiment> {
         for i in 0..fit + held_out {
             // Fit and held-out paths alternate along the sequence, so both fill the ranges.
             let late = i * held_out / (fit + held_out) != (i + 1) * held_out / (fit + held_out);
-            let mut draw = Draw { index: 1 + i + 50 * kind as usize, next: 0 };
-            add(kind, late, one(kind, &mut draw));
+            let mut point = HaltonPoint { index: 1 + i + 50 * kind as usize, next: 0 };
+            add(kind, late, one(kind, &mut point));
         }
     }
     all
 }
 
 fn straight(depth: f64, angle: f64) -> Path {
-    let mut walk = Walk::new();
-    walk.press(depth);
-    walk.slide(angle, 1.15 * slip_slide(depth));
-    walk.path()
+    let mut path = PathBuilder::new();
+    path.press(depth);
+    path.slide(angle, 1.15 * slip_slide(depth));
+    path.finish()
 }
 
-fn one(kind: Kind, draw: &mut Draw) -> Path {
-    let depth = draw.depth();
+fn one(kind: Kind, point: &mut HaltonPoint) -> Path {
+    let depth = point.depth();
     let full = slip_slide(depth);
-    let mut walk = Walk::new();
+    let mut path = PathBuilder::new();
     match kind {
         Kind::Press => {
-            walk.press(depth);
-            walk.press(depth * draw.between(0.3, 0.8));
-            walk.press(draw.depth().max(depth));
-            walk.lift();
+            path.press(depth);
+            path.press(depth * point.between(0.3, 0.8));
+            path.press(point.depth().max(depth));
+            path.lift();
         }
-        Kind::Straight => return straight(depth, draw.angle()),
+        Kind::Straight => return straight(depth, point.angle()),
         Kind::Reversal => {
-            walk.press(depth);
-            let angle = draw.angle();
-            let mut length = full * draw.between(0.4, 1.1);
-            walk.slide(angle, length);
-            let shrink = draw.between(0.55, 1.0);
+            path.press(depth);
+            let angle = point.angle();
+            let mut length = full * point.between(0.4, 1.1);
+            path.slide(angle, length);
+            let shrink = point.between(0.55, 1.0);
             for turn in 1..4 {
-                length *= if turn == 1 { draw.between(0.4, 1.6) } else { shrink };
-                walk.slide(angle + f64::from(turn % 2) * std::f64::consts::PI, length);
+                length *= if turn == 1 { point.between(0.4, 1.6) } else { shrink };
+                path.slide(angle + f64::from(turn % 2) * std::f64::consts::PI, length);
             }
         }
         Kind::Turn => {
-            walk.press(depth);
-            let mut angle = draw.angle();
-            let corner = draw.between(0.6, 2.6);
-            let corner = if draw.between(0.0, 1.0) < 0.5 { -corner } else { corner };
+            path.press(depth);
+            let mut angle = point.angle();
+            let corner = point.between(0.6, 2.6);
+            let corner = if point.between(0.0, 1.0) < 0.5 { -corner } else { corner };
             for _ in 0..4 {
-                walk.slide(angle, full * draw.between(0.25, 0.75));
+                path.slide(angle, full * point.between(0.25, 0.75));
                 angle += corner;
             }
         }
         Kind::Depth => {
-            walk.press(depth);
-            let angle = draw.angle();
-            walk.slide(angle, full * draw.between(0.1, 1.0));
-            let other = draw.depth();
-            walk.press(other);
-            walk.press(depth);
-            walk.slide(angle + draw.between(-1.6, 1.6), full * draw.between(0.1, 0.4));
-            walk.press(draw.depth().min(other));
-            walk.lift();
+            path.press(depth);
+            let angle = point.angle();
+            path.slide(angle, full * point.between(0.1, 1.0));
+            let other = point.depth();
+            path.press(other);
+            path.press(depth);
+            path.slide(angle + point.between(-1.6, 1.6), full * point.between(0.1, 0.4));
+            path.press(point.depth().min(other));
+            path.lift();
         }
         Kind::Oblique => {
-            walk.press(0.3 * depth);
-            let angle = draw.angle();
+            path.press(0.3 * depth);
+            let angle = point.angle();
             for _ in 0..3 {
-                let here = walk.here();
-                let turn = angle + draw.between(-1.0, 1.0);
-                let length = full * draw.between(0.15, 0.6);
-                walk.to(draw.depth(), here.x + length * turn.cos(), here.y + length * turn.sin());
+                let here = path.here();
+                let turn = angle + point.between(-1.0, 1.0);
+                let length = full * point.between(0.15, 0.6);
+                path.to(point.depth(), here.x + length * turn.cos(), here.y + length * turn.sin());
             }
-            walk.lift();
+            path.lift();
         }
         Kind::Random => {
-            walk.press(depth);
+            path.press(depth);
             for corner in 0..6 {
-                let here = walk.here();
-                let (angle, length) = (draw.angle(), full * draw.between(0.1, 0.6));
-                let to = if corner % 2 == 0 { here.normal } else { draw.depth() };
-                walk.to(to, here.x + length * angle.cos(), here.y + length * angle.sin());
+                let here = path.here();
+                let (angle, length) = (point.angle(), full * point.between(0.1, 0.6));
+                let to = if corner % 2 == 0 { here.normal } else { point.depth() };
+                path.to(to, here.x + length * angle.cos(), here.y + length * angle.sin());
             }
         }
     }
-    walk.path()
+    path.finish()
 }
 
 #[cfg(test)]

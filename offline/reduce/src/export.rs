@@ -8,7 +8,7 @@ use fingerpad::{Data, Line};
 
 use fingerpad::ModelFile;
 
-/// What a model is written as.
+/// Format of a model's source text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `pub static MODEL: fingerpad::Data`, numbers that read back as the same bits.

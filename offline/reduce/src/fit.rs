@@ -2,19 +2,21 @@
 //!
 //! Main types: [`Settings`], [`fit`]. Every residual comes out of `fingerpad` itself, in its 32-bit arithmetic; the
 //! Jacobian is by finite differences. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
-//! Uses layout, replay, start.
+//! Uses initial_guess, parameterisation, replay, slip_length.
 
 use fingerpad::{ParamsOf, Regime};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra_lm::{DMatrix, DVector, Dyn, Owned};
+use fingerpad_least_squares::{
+    LevenbergMarquardt, MinimizationReport, Problem, TerminationReason, minimise, objective,
+};
 use rayon::prelude::*;
 
-use super::layout::Layout;
+use super::initial_guess::initial_guess;
+use super::parameterisation::Parameterisation;
 use super::replay::replay_data;
-use super::start::start;
+use super::slip_length::explained;
 use super::{ReduceError, Run};
 
-/// How the fit is done.
+/// Settings of the fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Knots of normal force, area, limit and stiffness.
@@ -27,7 +29,7 @@ pub struct Settings {
     pub friction_share: f64,
     /// Error of the stick ratio that counts 1.
     pub stick: f64,
-    /// The same where everything sticks or everything slips.
+    /// Error of the stick ratio that counts 1 where everything sticks or everything slips.
     pub stick_end: f64,
     /// Error of the area that counts 1, share of the largest of its run.
     pub area_share: f64,
@@ -56,12 +58,12 @@ impl Default for Settings {
     }
 }
 
-/// What a fit found.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fitted<const M: usize, const N: usize> {
     /// The parameters; bands are 0.
     pub params: ParamsOf<M, N>,
-    /// The vector behind them, a start for the next fit.
+    /// The parameter vector behind them.
     pub theta: Vec<f64>,
     /// Half the sum of squared residuals at the start and at the end.
     pub cost: [f64; 2],
@@ -73,73 +75,76 @@ pub struct Fitted<const M: usize, const N: usize> {
 
 /// Fits the form with `M` elements and `N` table nodes to those `runs` that are not held out.
 ///
+/// * `pressure_exponent`: beta of the runs' friction law
+///
 /// # Errors
-/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::Fit`] if the minimiser gave up.
+/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::SlipLengthOfRuns`] or
+/// [`ReduceError::Model`] if the core refuses the initial guess, [`ReduceError::Fit`] if the minimiser gave up.
 pub fn fit<const M: usize, const N: usize>(
     runs: &[Run],
     pressure_exponent: f64,
     settings: &Settings,
 ) -> Result<Fitted<M, N>, ReduceError> {
     let runs: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
-    let begin = start(&runs)?;
+    let guess = initial_guess(&runs)?;
     let deepest = runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
-    let layout = Layout::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
-    let theta = layout.start(M, &begin);
-    let scales = runs
-        .iter()
-        .map(|run| {
-            let most = |of: fn(&super::Sample) -> f32| run.samples.iter().map(of).fold(0.0f32, f32::max);
-            let normal = f64::from(most(|s| s.normal_force_n)).max(1e-3);
-            let area = f64::from(most(|s| s.contact_area_mm2)).max(1.0);
-            Scales { normal_n: normal * settings.normal_share, area_mm2: area * settings.area_share }
-        })
-        .collect();
-    let problem = Problem::<M, N> {
-        runs,
-        scales,
-        limit: begin.limit,
-        layout,
-        settings,
-        origin: DVector::from_vec(theta.clone()),
-        theta: DVector::from_vec(theta),
+    let parameterisation =
+        Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
+    let origin = parameterisation.start(M, &guess);
+    let first = parameterisation.params::<M, N>(&origin).try_build();
+    first.map_err(|error| explained(error, &guess, pressure_exponent))?;
+    let scales = runs.iter().map(|run| Scales::of(run, settings)).collect();
+    let mut problem =
+        Replay::<M, N> { runs, scales, limit: guess.limit, parameterisation, settings, origin: origin.clone() };
+    let before = problem.residuals_at(&origin).ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
+    let best = minimise_with_restarts(&mut problem, &origin)?;
+    Ok(Fitted {
+        params: problem.parameterisation.params(&best.theta),
+        theta: best.theta,
+        cost: [objective(&before), best.report.objective_function],
+        evaluations: best.evaluations,
+        ended: format!("{:?}", best.report.termination),
+    })
+}
+
+/// The best end of all minimisations.
+struct Best {
+    theta: Vec<f64>,
+    report: MinimizationReport<f64>,
+    evaluations: usize,
+}
+
+/// Minimises from `origin`, then as often as the settings say from beside the best end so far.
+fn minimise_with_restarts<const M: usize, const N: usize>(
+    problem: &mut Replay<'_, M, N>,
+    origin: &[f64],
+) -> Result<Best, ReduceError> {
+    let minimiser = LevenbergMarquardt::new()
+        .with_ftol(1e-4)
+        .with_xtol(1e-6)
+        .with_gtol(0.0)
+        .with_patience(problem.settings.iterations);
+    let useful = |report: &MinimizationReport<f64>| {
+        report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)
     };
-    // Says why if the starting point is no model.
-    problem.layout.params::<M, N>(problem.theta.as_slice()).try_build()?;
-    let before = problem.residuals().ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
-    let patience = settings.iterations;
-    let minimise = |problem: Problem<'_, M, N>| {
-        let minimiser =
-            LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-6).with_gtol(0.0).with_patience(patience);
-        let (problem, report) = minimiser.minimize(problem);
-        let ended = &report.termination;
-        let good = ended.was_successful() || matches!(ended, levenberg_marquardt::TerminationReason::LostPatience);
-        (problem.theta, report, good)
-    };
-    let (mut theta, mut report, good) = minimise(problem.clone());
-    if !good {
+    let (theta, report) = minimise(problem, origin, &minimiser);
+    if !useful(&report) {
         return Err(ReduceError::Fit(format!("{:?}", report.termination)));
     }
-    let mut evaluations = report.number_of_evaluations;
+    let mut best = Best { theta, evaluations: report.number_of_evaluations, report };
     let mut noise = Noise(1);
-    for _ in 0..settings.restarts {
-        let beside = theta.map(|v| v + RESTART_STEP * noise.number());
-        if problem.layout.params::<M, N>(beside.as_slice()).try_build().is_err() {
+    for _ in 0..problem.settings.restarts {
+        let beside: Vec<f64> = best.theta.iter().map(|v| v + RESTART_STEP * noise.number()).collect();
+        if problem.parameterisation.params::<M, N>(&beside).try_build().is_err() {
             continue;
         }
-        let (found, new, good) = minimise(Problem { theta: beside, ..problem.clone() });
-        evaluations += new.number_of_evaluations;
-        if good && new.objective_function < report.objective_function {
-            (theta, report) = (found, new);
+        let (theta, report) = minimise(problem, &beside, &minimiser);
+        best.evaluations += report.number_of_evaluations;
+        if useful(&report) && report.objective_function < best.report.objective_function {
+            (best.theta, best.report) = (theta, report);
         }
     }
-    let theta: Vec<f64> = theta.iter().copied().collect();
-    Ok(Fitted {
-        params: problem.layout.params(&theta),
-        theta,
-        cost: [0.5 * before.norm_squared(), report.objective_function],
-        evaluations,
-        ended: format!("{:?}", report.termination),
-    })
+    Ok(best)
 }
 
 /// Largest change of a number of the vector at a restart; they are of order 1.
@@ -156,28 +161,37 @@ impl Noise {
     }
 }
 
-#[derive(Clone)]
+/// Errors of a run's normal force and contact area that count 1.
 struct Scales {
     normal_n: f64,
     area_mm2: f64,
 }
 
-#[derive(Clone)]
-struct Problem<'a, const M: usize, const N: usize> {
+impl Scales {
+    fn of(run: &Run, settings: &Settings) -> Self {
+        let most = |of: fn(&super::Sample) -> f32| run.samples.iter().map(of).fold(0.0f32, f32::max);
+        let normal = f64::from(most(|s| s.normal_force_n)).max(1e-3);
+        let area = f64::from(most(|s| s.contact_area_mm2)).max(1.0);
+        Self { normal_n: normal * settings.normal_share, area_mm2: area * settings.area_share }
+    }
+}
+
+/// The fit's problem: replay all runs through the core and compare with the finite elements.
+struct Replay<'a, const M: usize, const N: usize> {
     runs: Vec<&'a Run>,
     scales: Vec<Scales>,
     /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
     limit: [f64; 2],
-    layout: Layout,
+    parameterisation: Parameterisation,
     settings: &'a Settings,
-    origin: DVector<f64>,
-    theta: DVector<f64>,
+    /// Initial guess, near which the prior holds what the runs do not determine.
+    origin: Vec<f64>,
 }
 
-impl<const M: usize, const N: usize> Problem<'_, M, N> {
+impl<const M: usize, const N: usize> Replay<'_, M, N> {
     /// Residuals of all runs at `theta`, then those of the prior.
     fn residuals_at(&self, theta: &[f64]) -> Option<Vec<f64>> {
-        let data = self.layout.params::<M, N>(theta).try_build().ok()?;
+        let data = self.parameterisation.params::<M, N>(theta).try_build().ok()?;
         let parts: Option<Vec<Vec<f64>>> = self
             .runs
             .iter()
@@ -216,38 +230,25 @@ const NO_MODEL: f64 = 1e3;
 /// Step of the finite differences; the vector's numbers are of order 1 and the replay is good to some 1e-7.
 const DIFFERENCE: f64 = 2e-3;
 
-impl<const M: usize, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, M, N> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, theta: &DVector<f64>) {
-        self.theta.copy_from(theta);
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.theta.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
+impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
+    fn residuals(&mut self, theta: &[f64]) -> Option<Vec<f64>> {
         // What is no model is merely bad, so that the minimiser steps back instead of giving up.
-        let rows = 5 * self.runs.iter().map(|r| r.samples.len()).sum::<usize>() + self.theta.len();
-        let residuals = self.residuals_at(self.theta.as_slice()).unwrap_or_else(|| vec![NO_MODEL; rows]);
-        Some(DVector::from_vec(residuals))
+        let rows = 5 * self.runs.iter().map(|r| r.samples.len()).sum::<usize>() + theta.len();
+        Some(self.residuals_at(theta).unwrap_or_else(|| vec![NO_MODEL; rows]))
     }
 
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let columns: Option<Vec<Vec<f64>>> = (0..self.theta.len())
+    fn jacobian(&mut self, theta: &[f64]) -> Option<Vec<Vec<f64>>> {
+        (0..theta.len())
             .into_par_iter()
             .map(|k| {
                 let shifted = |by: f64| {
-                    let mut theta = self.theta.as_slice().to_vec();
+                    let mut theta = theta.to_vec();
                     theta[k] += by;
                     self.residuals_at(&theta)
                 };
                 // At the edge of what is a model the derivative is that of the side within.
                 let (up, down) = (shifted(DIFFERENCE), shifted(-DIFFERENCE));
-                let here = || self.residuals_at(self.theta.as_slice());
+                let here = || self.residuals_at(theta);
                 let (up, down) = match (up, down) {
                     (Some(up), Some(down)) => (up, down),
                     (Some(up), None) => (up.clone(), up.iter().zip(here()?).map(|(u, h)| 2.0 * h - u).collect()),
@@ -256,9 +257,6 @@ impl<const M: usize, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn> for Prob
                 };
                 Some(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * DIFFERENCE)).collect())
             })
-            .collect();
-        let columns = columns?;
-        let rows = columns[0].len();
-        Some(DMatrix::from_iterator(rows, columns.len(), columns.into_iter().flatten()))
+            .collect()
     }
 }

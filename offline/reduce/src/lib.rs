@@ -1,7 +1,10 @@
-//! Finite-element responses become the reduced model that runs on a microcontroller.
+//! Reduction of finite-element responses to the reduced model that runs on a microcontroller.
 //!
-//! Main types: [`Experiment`] (a path of the design), [`Run`] (its stored response), [`Fitted`], [`Scores`].
-//! May use: experiment and what it may use; the package `fingerpad`, through which every fit is replayed.
+//! [`design`] lists the paths ([`Experiment`]) that the finite elements are run along; each response is stored as a
+//! [`Run`]. [`reduce`] fits the model's parameters to the runs that are not held out, replays every run through the
+//! package `fingerpad` itself, and returns a [`Reduced`] model with its error band, [`Scores`] and the bytes of its
+//! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text.
+//! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
 mod band;
 mod curve;
@@ -9,14 +12,15 @@ mod design;
 mod error;
 mod export;
 mod fit;
-mod follow;
-mod layout;
+mod initial_guess;
 mod model;
+mod parameterisation;
 mod replay;
 mod runs;
 mod score;
-mod start;
+pub mod slip_length;
 mod tables;
+mod trajectory;
 
 pub use band::{Band, Coverage};
 pub use curve::{CurvePoint, curve};
@@ -24,8 +28,8 @@ pub use design::{DEPTH_MAX_MM, Experiment, Kind, design, halton};
 pub use error::ReduceError;
 pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
-pub use follow::{Row, follow, follow_with_effects};
 pub use model::{Meta, Ranges, Reduced, reduce};
 pub use replay::{STEP_MM, replay, replay_steps};
 pub use runs::{Run, Sample, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};
+pub use trajectory::{TrajectoryRow, simulate_path, simulate_path_with_effects};

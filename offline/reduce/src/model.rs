@@ -1,4 +1,4 @@
-//! From runs to a model file: fit, band, replay, proof that the core accepts it, provenance.
+//! Reduction of runs to a model file: fit, error band, replay, the core's check, provenance.
 //!
 //! Main types: [`Reduced`], [`Meta`]. Uses everything else of this room.
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::band::{Band, Coverage};
 use super::{DEPTH_MAX_MM, Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
-/// What stands in a model file's META section.
+/// Contents of a model file's META section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// A name.
@@ -19,7 +19,7 @@ pub struct Meta {
     pub program_version: String,
     /// Hash of the finite-element settings behind the runs.
     pub settings_hash: String,
-    /// What the model was fitted for.
+    /// Ranges that the model was fitted in.
     pub ranges: Ranges,
     /// Paths of the fit and paths held out.
     pub paths: [usize; 2],
@@ -30,7 +30,7 @@ pub struct Meta {
     pub coverage: [Coverage; 4],
 }
 
-/// The part of the world that the runs cover.
+/// Ranges of depth, slide, force and history that the runs cover.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ranges {
     /// Depth, mm.
@@ -43,7 +43,7 @@ pub struct Ranges {
     pub histories: Vec<String>,
 }
 
-/// A reduced model and what is known of it.
+/// A reduced model with its scores and provenance.
 #[derive(Clone, Debug)]
 pub struct Reduced {
     /// Parameters, band included.
@@ -134,7 +134,7 @@ impl Reduced {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Sample, design, follow};
+    use crate::{Sample, design, simulate_path};
 
     /// Runs whose responses come from a known model instead of finite elements.
     fn twin() -> (Data, Vec<Run>) {
@@ -143,7 +143,7 @@ mod tests {
         let runs = design()
             .into_iter()
             .map(|e| {
-                let rows = follow(&model, &e.path);
+                let rows = simulate_path(&model, &e.path);
                 Run {
                     name: e.name,
                     kind: e.kind,
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn a_planted_model_is_found() {
         let (planted, mut runs) = twin();
-        let settings = Settings { iterations: 25, ..Settings::default() };
+        let settings = Settings { iterations: 7, ..Settings::default() };
         let reduced = reduce(&runs, 0.46, &settings).unwrap();
         let held_out = &reduced.meta.held_out;
         assert!(held_out.paths >= 60);

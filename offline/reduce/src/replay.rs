@@ -1,4 +1,4 @@
-//! A stored run again, this time through the package that runs on the microcontroller.
+//! Replay of a stored run's motion through the package that runs on the microcontroller.
 //!
 //! Uses runs and `fingerpad`.
 
@@ -50,7 +50,7 @@ pub fn replay<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, run: &R
     responses
 }
 
-/// The same for numbers that were checked before; a model that is refused has no response.
+/// Replays with a model's numbers; none if the core refuses them.
 pub fn replay_data<const M: usize, const N: usize>(data: &DataOf<M, N>, run: &Run) -> Option<Vec<Response>> {
     Some(replay(&data.model().ok()?, run))
 }

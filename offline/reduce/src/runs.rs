@@ -1,4 +1,4 @@
-//! A path's response as it is stored: small, exact enough, and with the hash of the settings that made it.
+//! Storage of a path's finite-element response, with the hash of the settings that made it.
 //!
 //! File: the eight bytes `FPRUN001`, then a DEFLATE stream of postcard. Numbers are 32-bit floats, a relative rounding
 //! of 6e-8, far below what the finite-element solution resolves.
@@ -34,7 +34,7 @@ pub struct Sample {
     pub contact_area_mm2: f32,
     /// Stuck area over contact area.
     pub stick_ratio: f32,
-    /// What the contact does.
+    /// Regime of the contact.
     pub regime: Regime,
 }
 
@@ -58,7 +58,7 @@ impl From<&Response> for Sample {
 pub struct Run {
     /// Name of the experiment.
     pub name: String,
-    /// What the path is about.
+    /// Kind of the path's motion.
     pub kind: Kind,
     /// Whether the fit must not see it.
     pub held_out: bool,

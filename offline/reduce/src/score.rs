@@ -1,4 +1,4 @@
-//! How far a model's replay is from the runs: the numbers of the accuracy table.
+//! Errors of a model's replay against the finite-element runs: the numbers of the accuracy table.
 //!
 //! Main types: [`RunScore`] (one path), [`Scores`] (all of them). Uses runs, replay.
 
@@ -13,7 +13,7 @@ use super::{Kind, Run};
 pub struct RunScore {
     /// Name of the experiment.
     pub name: String,
-    /// What it is about.
+    /// Kind of the path's motion.
     pub kind: Kind,
     /// Whether the fit did not see it.
     pub held_out: bool,
@@ -25,7 +25,7 @@ pub struct RunScore {
     pub friction_of_limit: f64,
     /// RMS of the stick ratio's error before the first turn or change of depth.
     pub stick_straight: Option<f64>,
-    /// The same from there on.
+    /// RMS of the stick ratio's error from there on.
     pub stick_turned: Option<f64>,
     /// RMS of the area's error over the largest area of the path.
     pub area_of_largest: f64,
@@ -60,7 +60,7 @@ pub struct Scores {
 /// threshold between regimes do not count for the regime.
 const BAND: f32 = 0.02;
 
-/// Whether the regime of a row with this stick ratio can be told from its neighbours.
+/// Whether the regime of a row with this stick ratio is certain.
 fn outside_band(stick_ratio: f32) -> bool {
     // The extremes themselves are the regimes; only what lies between them and the band's end is uncertain.
     let near_slip = stick_ratio > 0.0 && stick_ratio < 0.01 + BAND;

@@ -4,8 +4,7 @@
 
 use fingerpad::effects::baseline::{DIRECTION, SHEAR};
 use fingerpad::{Data, EffectSlot, Effects, Element, Line};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra_lm::{DMatrix, DVector, Dyn, storage::Owned};
+use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 
 use crate::core_replay::replay_stroke;
 use crate::model::{DepthValues, ODD_SHAPE, SmoothModel};
@@ -165,56 +164,40 @@ fn fit_elements(data: &mut Data, slots: &[EffectSlot], model: &SmoothModel, stro
     }
 }
 
-/// Misfits as a problem of the crate `levenberg-marquardt`; a point where the core refuses its numbers turns it back.
+/// Misfits as a least-squares problem; a point where the core refuses its numbers turns it back.
 struct Misfits<'a> {
-    point: DVector<f64>,
     of: &'a dyn Fn(&[f64]) -> Option<Vec<f64>>,
     number: usize,
 }
 
 impl Misfits<'_> {
-    fn at(&self, point: &DVector<f64>) -> DVector<f64> {
+    fn at(&self, point: &[f64]) -> Vec<f64> {
         const TURNED_BACK_N: f64 = 1e3;
-        (self.of)(point.as_slice()).map_or_else(|| DVector::from_element(self.number, TURNED_BACK_N), DVector::from_vec)
+        (self.of)(point).unwrap_or_else(|| vec![TURNED_BACK_N; self.number])
     }
 }
 
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Misfits<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, point: &DVector<f64>) {
-        self.point.copy_from(point);
+impl Problem for Misfits<'_> {
+    fn residuals(&mut self, point: &[f64]) -> Option<Vec<f64>> {
+        Some(self.at(point))
     }
 
-    fn params(&self) -> DVector<f64> {
-        self.point.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.at(&self.point))
-    }
-
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
+    fn jacobian(&mut self, point: &[f64]) -> Option<Vec<Vec<f64>>> {
         // Wide enough for readings in single precision.
         const STEP: f64 = 0.01;
-        let here = self.at(&self.point);
-        let columns: Vec<DVector<f64>> = (0..self.point.len())
-            .map(|k| {
-                let mut moved = self.point.clone();
-                moved[k] += STEP;
-                (self.at(&moved) - &here) / STEP
-            })
-            .collect();
-        Some(DMatrix::from_columns(&columns))
+        let here = self.at(point);
+        let column = |k: usize| {
+            let mut moved = point.to_vec();
+            moved[k] += STEP;
+            self.at(&moved).iter().zip(&here).map(|(m, h)| (m - h) / STEP).collect()
+        };
+        Some((0..point.len()).map(column).collect())
     }
 }
 
 /// The point of least squares of some misfits; `None` where the start has none.
 fn least_squares(start: Vec<f64>, of: &dyn Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
     let number = of(&start)?.len();
-    let problem = Misfits { point: DVector::from_vec(start), of, number };
-    let (ended, _) = LevenbergMarquardt::new().with_ftol(1e-3).with_xtol(1e-4).with_patience(20).minimize(problem);
-    Some(ended.point.as_slice().to_vec())
+    let minimiser = LevenbergMarquardt::new().with_ftol(1e-3).with_xtol(1e-4).with_patience(20);
+    Some(minimise(&mut Misfits { of, number }, &start, &minimiser).0)
 }

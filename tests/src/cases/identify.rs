@@ -7,14 +7,14 @@ use fingerpad_fe::experiment::{Config, press_and_slide};
 use fingerpad_fe::load_path::BoneKind;
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset};
 use fingerpad_identify::{
-    Bench, FingerPoint, Hooks, LawPoint, Memo, Point, Region, Rig, Settings, Simplex, Steady, Table,
-    certainty::ring,
+    Evaluator, FeModel, FingerPoint, Hooks, LawPoint, Point, Region, Settings, Simplex, StateCache, Steady, Table,
+    bounded_least_squares::Stop,
+    confidence::{Growth, linear},
+    fe_friction::FeFriction,
     friction_fit::{Target, fit, space_mapping},
-    least_squares::Stop,
-    on_rig::OnRig,
+    law_uncertainty::ring,
     simplex,
-    surrogate::{Aligned, Friction, log_slopes},
-    uncertainty::{Growth, linear},
+    surrogate::{AlignedSurrogate, FrictionModel, log_slopes},
 };
 
 use super::{Effort, Failure};
@@ -29,22 +29,22 @@ fn coarse(shape: &str, bone: BoneKind) -> Config {
     config
 }
 
-fn with_rig<T>(
+fn with_fe_model<T>(
     config: &Config,
     depths_mm: &[f64],
-    work: impl FnOnce(&mut OnRig) -> Result<T, Failure>,
+    work: impl FnOnce(&mut FeFriction) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     let hooks = Hooks { go_on: &|| true, tell: &|_, _| {} };
     // Rounding at the contact's penalty leaves residuals of some 1e-9.
     let settings = Settings { tolerance: 1e-8, ..Settings::default() };
-    let bench = Bench::new(config, &settings, Memo::default(), &hooks, 2);
+    let evaluator = Evaluator::new(config, &settings, StateCache::default(), &hooks, 2);
     let shape = FingertipShape::named(&config.shape.0)?;
-    let finger = bench.finger(&shape)?;
+    let finger = evaluator.finger(&shape)?;
     let problem = config.problem(&finger);
-    let mut rig = Rig::new(&bench, &shape, &problem);
+    let mut fe_model = FeModel::new(&evaluator, &shape, &problem);
     let stiffness = FingerPoint::of(shape).stiffness;
     let depths_mm = depths_mm.to_vec();
-    work(&mut OnRig { rig: &mut rig, depths_mm, stiffness, base: config.friction, evaluations: 0 })
+    work(&mut FeFriction { fe_model: &mut fe_model, depths_mm, stiffness, base: config.friction, evaluations: 0 })
 }
 
 fn planted() -> LawPoint {
@@ -70,7 +70,7 @@ pub fn direct_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     config.numerics.solver.tolerance = 1e-8;
     config.experiment.slide_mm = 10.0;
     let (finger, _) = config.finger()?;
-    let direct = with_rig(&config, depths, |fe| Ok(fe.states(&planted())?))?;
+    let direct = with_fe_model(&config, depths, |fe| Ok(fe.states(&planted())?))?;
     for (state, &depth) in direct.iter().zip(depths) {
         let march = press_and_slide(&config, &finger, depth, &mut |_| ControlFlow::Continue(()))?;
         let end = march.responses.last().ok_or("an empty trajectory")?;
@@ -88,7 +88,7 @@ pub fn twin(effort: Effort) -> Result<Vec<Check>, Failure> {
     let depths: &[f64] = if effort == Effort::Quick { &[0.5, 1.0] } else { &[0.75, 1.0, 1.25, 1.5] };
     let starts: &[[f64; 2]] =
         if effort == Effort::Quick { &[[0.05, 0.3]] } else { &[[0.05, 0.3], [0.3, 0.7], [0.02, 0.2]] };
-    with_rig(&config, depths, |fe| {
+    with_fe_model(&config, depths, |fe| {
         let table = table_of(&fe.states(&planted())?)?;
         let region = Region::default();
         let target = Target::of(&table, None, region, false);
@@ -136,7 +136,7 @@ fn search(
     start: [f64; 2],
     target: &Target,
     base: &RubberFriction,
-    fe: &mut OnRig,
+    fe: &mut FeFriction,
 ) -> Result<simplex::SimplexRun, Failure> {
     Ok(simplex::search(settings, start, &mut |[lambda, beta]| {
         let law = RubberFriction { lambda, beta, ..*base };
@@ -167,17 +167,17 @@ fn normal(random: &mut Random) -> f64 {
 pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
     let config = coarse("a", BoneKind::Fixed);
     let depths = [0.75, 1.0, 1.25, 1.5];
-    with_rig(&config, &depths, |fe| {
+    with_fe_model(&config, &depths, |fe| {
         let states = fe.states(&planted())?;
         let slopes = log_slopes(fe, &planted(), false)?;
-        let mut aligned = Aligned::new(&states, config.friction, planted(), &slopes);
+        let mut aligned = AlignedSurrogate::new(&states, config.friction, planted(), &slopes);
         let exact = Target::of(&table_of(&states)?, Some(1.0), Region::default(), false);
         let stop = Stop { tolerance: 1e-10, evaluations: 200 };
         let (_, at_planted) = fit("noise", &mut aligned, &exact, &planted(), &[], stop)?;
         let around = ring(&planted(), &linear(&at_planted.jacobian, 1.0), 2.5, &Region::default());
         let known =
             around.into_iter().map(|law| Ok((law, fe.coefficients(&law)?))).collect::<Result<Vec<_>, Failure>>()?;
-        let bent = aligned.bend(&known);
+        let bent = aligned.correct_at(&known);
         println!("noise: seed {SEED}");
         let mut random = Random::new(SEED);
         let (mut inside, mut inside_estimated) = (0, 0);

@@ -7,7 +7,7 @@ use super::super::numbers::{fixed, significant};
 use super::table_figures::percent;
 use fingerpad_identify::{
     Outcome,
-    outcome::{Against, Constant, FingerOutcome},
+    outcome::{Constant, FingerOutcome, ModelDataComparison},
     population::Population,
 };
 
@@ -59,8 +59,9 @@ fn told(c: &Constant) -> String {
 }
 
 fn verdict(o: &Outcome) -> String {
-    let worst =
-        |a: &Against| a.rows.iter().map(|r| r.friction_coefficient_difference_percent.abs()).fold(0.0, f64::max);
+    let worst = |a: &ModelDataComparison| {
+        a.rows.iter().map(|r| r.friction_coefficient_difference_percent.abs()).fold(0.0, f64::max)
+    };
     match &o.law {
         Some(law) => {
             let constants: Vec<String> = law.constants.iter().map(told).collect();
@@ -69,7 +70,7 @@ fn verdict(o: &Outcome) -> String {
                  on the same finger miss it by up to {} %.",
                 constants.join("; "),
                 significant(law.lambda, 3),
-                fixed(worst(&law.against), 1),
+                fixed(worst(&law.comparison), 1),
                 fixed(worst(&o.published), 1)
             )
         }
@@ -81,7 +82,7 @@ fn verdict(o: &Outcome) -> String {
     }
 }
 
-fn against(title: &str, o: &Outcome, a: &Against) -> String {
+fn compare(title: &str, o: &Outcome, a: &ModelDataComparison) -> String {
     let caption = format!(
         "{title}: λ = {} MPa<sup>1−β</sup>, β = {}, τ₀ = {} kPa; sum of squared differences of F/N {}",
         significant(a.lambda, 4),
@@ -170,15 +171,15 @@ pub fn page(o: &Outcome, pictures: &[Picture]) -> String {
     }
     out += "<section class=\"tables\">\n<h2>Against the table</h2>\n";
     if let Some(law) = &o.law {
-        out += &against("Identified law", o, &law.against);
+        out += &compare("Identified law", o, &law.comparison);
     }
     if let Some(joint) = &o.joint {
-        out += &against("Joint fit", o, &joint.against);
+        out += &compare("Joint fit", o, &joint.comparison);
     }
     if o.calibration.is_some() {
-        out += &against("Published constants, finger calibrated", o, &o.published);
+        out += &compare("Published constants, finger calibrated", o, &o.published);
     }
-    out += &against("Published constants, finger as given", o, &o.published_before);
+    out += &compare("Published constants, finger as given", o, &o.published_before);
     out += "<h2>The finger</h2>\n";
     if let Some(calibration) = &o.calibration {
         out += &finger("Calibration on normal force and area", calibration);
@@ -226,11 +227,11 @@ fn law_tables(o: &Outcome) -> String {
     let _ = writeln!(
         out,
         "<p>λ = {} MPa<sup>1−β</sup> is derived; its correlation with β is {}, that of ln strength with β {}. Region and \
-         intervals are drawn by a surrogate that is bent to the finite elements at and around the best law; at the \
+         intervals are drawn by a surrogate that is corrected to the finite elements at and around the best law; at the \
          intervals’ ends its F/N differs from finite elements by {} %. Below {} kPa the power is replaced by a \
          parabola through the origin; with {}.</p>",
         significant(law.lambda, 4),
-        fixed(law.correlation_of_lambda, 4),
+        law.correlation_of_lambda.map_or("not determined".into(), |r| fixed(r, 4)),
         fixed(law.correlation, 3),
         checks.join(", "),
         significant(1e3 * law.regularisation.pressure_mpa, 2),
@@ -416,9 +417,7 @@ pub fn population(p: &Population, pictures: &[Picture]) -> String {
     out += "<section class=\"tables\">\n<h2>How the constants vary</h2>\n";
     let heads = ["", "mean", "standard deviation", "of it between subjects", "least", "median", "largest"];
     out += &table("Between subjects: what is left when the fits’ own errors are taken off", &heads, body);
-    if let Some(r) = p.correlation {
-        let _ = writeln!(out, "<p>Correlation of ln strength and β over subjects: {}.</p>", fixed(r, 2));
-    }
+    let _ = writeln!(out, "<p>{}.</p>", prose(&p.correlation_statement()));
     if !p.missing.is_empty() {
         let _ = writeln!(out, "<p class=\"fail\">Without a result: {}.</p>", escape(&p.missing.join(", ")));
     }

@@ -9,7 +9,7 @@ use super::super::numbers::{fixed, signed};
 use super::plot::{Plot, Scale};
 use fingerpad_identify::{
     Outcome, Point,
-    outcome::{Against, Modelled, Sensitivity},
+    outcome::{ModelDataComparison, Modelled, Sensitivity},
     population::Population,
 };
 
@@ -21,17 +21,17 @@ pub struct TableFit<'a> {
 }
 
 impl TableFit<'_> {
-    fn series(&self) -> Vec<(&'static str, &Against, BackendColor, Marker)> {
+    fn series(&self) -> Vec<(&'static str, &ModelDataComparison, BackendColor, Marker)> {
         let o = self.outcome;
         let mut all = vec![("published constants, finger as given", &o.published_before, PAIR, Marker::Triangle)];
         if o.calibration.is_some() {
             all.push(("published constants, finger calibrated", &o.published, ESTIMATE, Marker::Diamond));
         }
         if let Some(law) = &o.law {
-            all.push(("identified law", &law.against, MODEL, Marker::Square));
+            all.push(("identified law", &law.comparison, MODEL, Marker::Square));
         }
         if let Some(joint) = &o.joint {
-            all.push(("joint fit", &joint.against, SERIES[2], Marker::Circle));
+            all.push(("joint fit", &joint.comparison, SERIES[2], Marker::Circle));
         }
         all
     }

@@ -1,9 +1,8 @@
 //! A parametric fingertip laid through the borders of the labels: the template that the mesh's grid is taken from.
 //! What it misses is made up for afterwards; it only has to be near.
 
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::Vector3;
-use nalgebra_lm::{DMatrix, DVector, Dyn, Owned};
+use fingerpad_least_squares::{LevenbergMarquardt, Problem, TerminationReason, minimise};
+use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
 
 use super::super::surface::{Body, Taper};
@@ -37,12 +36,11 @@ struct Fit<'a, F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> {
     within_voxels: bool,
     parameters: &'a [Parameter],
     body: F,
-    at: DVector<f64>,
 }
 
 impl<F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> Fit<'_, F> {
-    fn residuals_at(&self, at: &DVector<f64>) -> DVector<f64> {
-        let (body, shift) = (self.body)(at.as_slice());
+    fn residuals_at(&self, at: &[f64]) -> DVector<f64> {
+        let (body, shift) = (self.body)(at);
         let weight = PRIOR_MM[usize::from(self.within_voxels)] * (self.points.len() as f64).sqrt();
         let distance = |sample: &Sample| {
             let point = sample.place - shift;
@@ -59,36 +57,22 @@ impl<F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> Fit<'_, F> {
     }
 }
 
-impl<F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_, F> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, x: &DVector<f64>) {
-        self.at.copy_from(x);
+impl<F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> Problem for Fit<'_, F> {
+    fn residuals(&mut self, at: &[f64]) -> Option<Vec<f64>> {
+        Some(self.residuals_at(at).as_slice().to_vec()).filter(|r| r.iter().all(|v| v.is_finite()))
     }
 
-    fn params(&self) -> DVector<f64> {
-        self.at.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.residuals_at(&self.at)).filter(|r| r.iter().all(|v| v.is_finite()))
-    }
-
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let columns: Vec<DVector<f64>> = (0..self.at.len())
-            .map(|c| {
-                let step = 1e-5 * self.parameters[c].spread;
-                let moved = |sign: f64| {
-                    let mut at = self.at.clone();
-                    at[c] += sign * step;
-                    self.residuals_at(&at)
-                };
-                (moved(1.0) - moved(-1.0)) / (2.0 * step)
-            })
-            .collect();
-        Some(DMatrix::from_columns(&columns))
+    fn jacobian(&mut self, at: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let column = |c: usize| {
+            let step = 1e-5 * self.parameters[c].spread;
+            let moved = |sign: f64| {
+                let mut at = at.to_vec();
+                at[c] += sign * step;
+                self.residuals_at(&at)
+            };
+            ((moved(1.0) - moved(-1.0)) / (2.0 * step)).as_slice().to_vec()
+        };
+        Some((0..at.len()).map(column).collect())
     }
 }
 
@@ -103,25 +87,24 @@ fn fit(
         return Err(VolumeError::Fit(format!("{what} has only {} border points", points.len())));
     }
     let sparse: Vec<_> = points.iter().copied().step_by(points.len().div_ceil(MOST_POINTS)).collect();
-    let at = DVector::from_iterator(parameters.len(), parameters.iter().map(|p| p.start));
-    let mut problem = Fit { points: &sparse, within_voxels: false, parameters, body, at };
+    let mut at: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let mut problem = Fit { points: &sparse, within_voxels: false, parameters, body };
     // First by plain distances; then the voxels' terraces, which all lie off the same way on a flat, are let go.
     for within_voxels in [false, true] {
         problem.within_voxels = within_voxels;
-        let (solved, report) = LevenbergMarquardt::new()
-            .with_tol(if within_voxels { 1e-6 } else { 1e-8 })
-            .with_patience(8)
-            .minimize(problem);
-        problem = solved;
-        use levenberg_marquardt::TerminationReason::LostPatience;
-        if !(report.termination.was_successful() || (within_voxels && report.termination == LostPatience)) {
+        let tolerance = if within_voxels { 1e-6 } else { 1e-8 };
+        let (solved, report) =
+            minimise(&mut problem, &at, &LevenbergMarquardt::new().with_tol(tolerance).with_patience(8));
+        at = solved;
+        let stopped_early = within_voxels && report.termination == TerminationReason::LostPatience;
+        if !(report.termination.was_successful() || stopped_early) {
             return Err(VolumeError::Fit(format!("{what}: {:?}", report.termination)));
         }
     }
     problem.within_voxels = false;
-    let residuals = problem.residuals_at(&problem.at);
+    let residuals = problem.residuals_at(&at);
     let rms = (residuals.rows(0, sparse.len()).norm_squared() / sparse.len() as f64).sqrt();
-    Ok((problem.at.as_slice().to_vec(), rms))
+    Ok((at, rms))
 }
 
 /// The outer surface found: in a frame whose origin is the cut's middle.

@@ -1,15 +1,15 @@
-//! What of a finger a calibration may turn.
+//! Parameters of a finger that a calibration may vary: stiffness, depth offset and numbers of the shape.
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::Knob;
+use super::settings::VariedParameter;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::FingertipShape;
 
-/// A number of the finger.
+/// A parameter of the finger that a calibration may vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum KnobKind {
+pub enum CalibrationParameter {
     /// Factor on every stiffness: tissue, nail, joint, and the contact's penalty.
     Stiffness,
     /// Added to every measured depth, mm: error of the touch point.
@@ -30,7 +30,7 @@ pub enum KnobKind {
     SkinThicknessMm,
 }
 
-impl KnobKind {
+impl CalibrationParameter {
     /// All that change the shape.
     pub const SHAPE: [Self; 7] = [
         Self::TaperSlope,
@@ -78,7 +78,7 @@ impl KnobKind {
         }
     }
 
-    /// How far it is moved to show what it matters: about what is not known of a subject.
+    /// Its change in a sensitivity study: about as much as a subject's value is uncertain.
     pub fn spread(self) -> f64 {
         match self {
             Self::Stiffness => 0.1,
@@ -86,6 +86,20 @@ impl KnobKind {
             Self::TaperSlope => 0.05,
             Self::SectionExponent => 0.2,
             _ => 0.5,
+        }
+    }
+
+    /// Values that a finger can have at all: bounds of a fit must lie within.
+    pub fn limits(self) -> [f64; 2] {
+        match self {
+            Self::Stiffness => [0.01, 100.0],
+            Self::DepthOffsetMm => [-2.0, 2.0],
+            Self::TaperSlope => [0.0, 2.0],
+            Self::SectionExponent => [1.0, 10.0],
+            Self::HalfWidthMm | Self::HalfThicknessMm => [2.0, 30.0],
+            Self::BoneDorsalOffsetMm => [0.0, 15.0],
+            Self::BoneDistalClearanceMm => [0.5, 30.0],
+            Self::SkinThicknessMm => [0.05, 5.0],
         }
     }
 
@@ -104,25 +118,25 @@ impl KnobKind {
     }
 }
 
-impl Knob {
+impl VariedParameter {
     /// Bounds in force.
     pub fn bounds(&self) -> [f64; 2] {
         let [low, high] = match self.name {
-            KnobKind::Stiffness => [0.1, 5.0],
-            KnobKind::DepthOffsetMm => [-0.4, 0.4],
-            KnobKind::TaperSlope => [0.0, 0.6],
-            KnobKind::SectionExponent => [2.0, 4.0],
-            KnobKind::HalfWidthMm => [6.5, 10.5],
-            KnobKind::HalfThicknessMm => [5.5, 9.0],
-            KnobKind::BoneDorsalOffsetMm => [0.5, 4.0],
-            KnobKind::BoneDistalClearanceMm => [3.0, 8.0],
-            KnobKind::SkinThicknessMm => [0.3, 1.5],
+            CalibrationParameter::Stiffness => [0.1, 5.0],
+            CalibrationParameter::DepthOffsetMm => [-0.4, 0.4],
+            CalibrationParameter::TaperSlope => [0.0, 0.6],
+            CalibrationParameter::SectionExponent => [2.0, 4.0],
+            CalibrationParameter::HalfWidthMm => [6.5, 10.5],
+            CalibrationParameter::HalfThicknessMm => [5.5, 9.0],
+            CalibrationParameter::BoneDorsalOffsetMm => [0.5, 4.0],
+            CalibrationParameter::BoneDistalClearanceMm => [3.0, 8.0],
+            CalibrationParameter::SkinThicknessMm => [0.3, 1.5],
         };
         [self.min.unwrap_or(low), self.max.unwrap_or(high)]
     }
 }
 
-/// A finger as a calibration sees it.
+/// A finger at one point of the calibration's parameter space.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FingerPoint {
     /// Shape.
@@ -155,21 +169,21 @@ impl FingerPoint {
         config.numerics.contact.penalty_mpa_per_mm *= s;
     }
 
-    /// Value of a knob.
-    pub fn get(&self, knob: KnobKind) -> f64 {
-        match knob {
-            KnobKind::Stiffness => self.stiffness,
-            KnobKind::DepthOffsetMm => self.depth_offset_mm,
+    /// Value of a calibration parameter, in its unit.
+    pub fn get(&self, parameter: CalibrationParameter) -> f64 {
+        match parameter {
+            CalibrationParameter::Stiffness => self.stiffness,
+            CalibrationParameter::DepthOffsetMm => self.depth_offset_mm,
             other => *other.of_shape(&mut self.shape.clone()).expect("of the shape"),
         }
     }
 
-    /// The same finger with a knob turned.
-    pub fn with(&self, knob: KnobKind, value: f64) -> Self {
+    /// This finger with another value of a calibration parameter.
+    pub fn with(&self, parameter: CalibrationParameter, value: f64) -> Self {
         let mut out = self.clone();
-        match knob {
-            KnobKind::Stiffness => out.stiffness = value,
-            KnobKind::DepthOffsetMm => out.depth_offset_mm = value,
+        match parameter {
+            CalibrationParameter::Stiffness => out.stiffness = value,
+            CalibrationParameter::DepthOffsetMm => out.depth_offset_mm = value,
             other => *other.of_shape(&mut out.shape).expect("of the shape") = value,
         }
         out
@@ -181,14 +195,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_knob_turns_what_it_says_and_starts_inside_its_bounds() {
+    fn every_parameter_changes_what_it_says_and_starts_inside_its_bounds() {
         let finger = FingerPoint::of(FingertipShape::default());
-        for kind in KnobKind::SHAPE.into_iter().chain([KnobKind::Stiffness, KnobKind::DepthOffsetMm]) {
+        for kind in CalibrationParameter::SHAPE
+            .into_iter()
+            .chain([CalibrationParameter::Stiffness, CalibrationParameter::DepthOffsetMm])
+        {
             let value = finger.get(kind);
-            let [low, high] = Knob { name: kind, min: None, max: None }.bounds();
+            let [low, high] = VariedParameter { name: kind, min: None, max: None }.bounds();
             assert!(low <= value && value <= high, "{kind:?}");
-            let turned = finger.with(kind, value + kind.step());
-            assert!((turned.get(kind) - value - kind.step()).abs() < 1e-12 && turned != finger, "{kind:?}");
+            let [least, most] = kind.limits();
+            assert!(least <= low && high <= most, "{kind:?}");
+            let changed = finger.with(kind, value + kind.step());
+            assert!((changed.get(kind) - value - kind.step()).abs() < 1e-12 && changed != finger, "{kind:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Steady states that were found before, in a file that survives a kill.
+//! Cache of computed steady states, in a file that survives a kill of the program.
 //!
 //! The file is a row of records: length (u32, little-endian), key, state. A record cut short by a kill is dropped.
 
@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 
 use super::{IdentifyError, Steady};
 
-/// What a state depends on, hashed.
+/// Hash of everything that a state depends on.
 pub type Key = [u8; 16];
 
 /// Hash of anything that can be written down.
@@ -25,20 +25,20 @@ pub fn key_of(what: &impl serde::Serialize) -> Key {
 
 /// States by key.
 #[derive(Default)]
-pub struct Memo {
+pub struct StateCache {
     known: Mutex<HashMap<Key, Steady>>,
     file: Option<Mutex<File>>,
     name: String,
 }
 
-impl Memo {
-    /// A memo that is kept in `path`; what stands there already is known.
+impl StateCache {
+    /// A cache in the file `path`, with the states that it holds already.
     ///
     /// # Errors
-    /// [`IdentifyError::Memo`] if the file cannot be read or written.
+    /// [`IdentifyError::Cache`] if the file cannot be read or written.
     pub fn open(path: &Path) -> Result<Self, IdentifyError> {
         let name = path.display().to_string();
-        let failed = |source| IdentifyError::Memo { path: name.clone(), source };
+        let failed = |source| IdentifyError::Cache { path: name.clone(), source };
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         let mut bytes = Vec::new();
@@ -57,12 +57,12 @@ impl Memo {
         Ok(Self { known: Mutex::new(known), file: Some(Mutex::new(file)), name })
     }
 
-    /// Number of known states.
+    /// Number of states in the cache.
     pub fn len(&self) -> usize {
         self.known.lock().expect("no panic while locked").len()
     }
 
-    /// Whether nothing is known.
+    /// Whether the cache holds no state.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -72,16 +72,16 @@ impl Memo {
         self.known.lock().expect("no panic while locked").get(key).cloned()
     }
 
-    /// Keeps a state.
+    /// Adds a state and appends it to the file.
     ///
     /// # Errors
-    /// [`IdentifyError::Memo`] if it cannot be written.
+    /// [`IdentifyError::Cache`] if it cannot be written.
     pub fn put(&self, key: Key, state: &Steady) -> Result<(), IdentifyError> {
         if let Some(file) = &self.file {
             let record = postcard::to_stdvec(&(key, state)).expect("plain values");
             let mut bytes = (record.len() as u32).to_le_bytes().to_vec();
             bytes.extend(record);
-            let failed = |source| IdentifyError::Memo { path: self.name.clone(), source };
+            let failed = |source| IdentifyError::Cache { path: self.name.clone(), source };
             file.lock().expect("no panic while locked").write_all(&bytes).map_err(failed)?;
         }
         self.known.lock().expect("no panic while locked").insert(key, state.clone());
@@ -98,17 +98,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("states.bin");
         let state = |n: f64| Steady { normal_force_n: n, pressure: vec![[0.1, n]], ..Default::default() };
-        let memo = Memo::open(&path).unwrap();
-        memo.put(key_of(&1), &state(1.0)).unwrap();
-        memo.put(key_of(&2), &state(2.0)).unwrap();
-        drop(memo);
+        let cache = StateCache::open(&path).unwrap();
+        cache.put(key_of(&1), &state(1.0)).unwrap();
+        cache.put(key_of(&2), &state(2.0)).unwrap();
+        drop(cache);
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();
-        let memo = Memo::open(&path).unwrap();
-        assert_eq!((memo.get(&key_of(&1)), memo.get(&key_of(&2))), (Some(state(1.0)), None));
-        memo.put(key_of(&3), &state(3.0)).unwrap();
-        drop(memo);
-        let memo = Memo::open(&path).unwrap();
-        assert_eq!((memo.len(), memo.get(&key_of(&3))), (2, Some(state(3.0))));
+        let cache = StateCache::open(&path).unwrap();
+        assert_eq!((cache.get(&key_of(&1)), cache.get(&key_of(&2))), (Some(state(1.0)), None));
+        cache.put(key_of(&3), &state(3.0)).unwrap();
+        drop(cache);
+        let cache = StateCache::open(&path).unwrap();
+        assert_eq!((cache.len(), cache.get(&key_of(&3))), (2, Some(state(3.0))));
     }
 }

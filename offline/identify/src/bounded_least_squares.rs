@@ -1,23 +1,20 @@
 //! Least squares with bounds: Levenberg–Marquardt (crate `levenberg-marquardt`, MINPACK's algorithm) on variables
 //! that a sine holds inside their bounds [James & Roos 1975, MINUIT].
 
-use std::cell::RefCell;
-
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
-use nalgebra_lm::{DMatrix, DVector, Dyn, storage::Owned};
+use fingerpad_least_squares::{self as least_squares, LevenbergMarquardt, Problem, TerminationReason};
 
 use super::IdentifyError;
 
 /// One variable of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variable {
-    /// Where to begin.
+    /// Value at the start.
     pub value: f64,
     /// Bounds.
     pub bounds: [f64; 2],
 }
 
-/// When a fit is done.
+/// Criteria of a fit's end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the sum of squares and of the variables.
@@ -26,7 +23,7 @@ pub struct Stop {
     pub evaluations: usize,
 }
 
-/// Where a fit ended.
+/// The end of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// Variables.
@@ -37,7 +34,7 @@ pub struct Solution {
     pub jacobian: Vec<Vec<f64>>,
     /// Evaluations of all residuals.
     pub evaluations: usize,
-    /// How it ended.
+    /// The minimiser's end in words.
     pub ended: String,
 }
 
@@ -58,56 +55,47 @@ pub trait Model {
 /// Size of the residuals that stand for a failed evaluation.
 const TURNED_BACK: f64 = 1e3;
 
+/// The model's variables as sines of unbounded angles; counts evaluations and keeps the model's failure.
 struct Bounded<'a> {
-    model: RefCell<&'a mut dyn Model>,
+    model: &'a mut dyn Model,
     bounds: Vec<[f64; 2]>,
-    inner: DVector<f64>,
+    /// Number of residuals.
     count: usize,
-    evaluations: RefCell<usize>,
-    failure: RefCell<Option<IdentifyError>>,
+    evaluations: usize,
+    failure: Option<IdentifyError>,
 }
 
 impl Bounded<'_> {
-    fn outer(&self) -> Vec<f64> {
-        self.inner.iter().zip(&self.bounds).map(|(u, [a, b])| a + 0.5 * (b - a) * (u.sin() + 1.0)).collect()
+    /// Variables at the unbounded angles `angles`.
+    fn variables(&self, angles: &[f64]) -> Vec<f64> {
+        angles.iter().zip(&self.bounds).map(|(u, [a, b])| a + 0.5 * (b - a) * (u.sin() + 1.0)).collect()
     }
 }
 
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Bounded<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, x: &DVector<f64>) {
-        self.inner.copy_from(x);
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.inner.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        *self.evaluations.borrow_mut() += 1;
-        match self.model.borrow_mut().residuals(&self.outer()) {
-            Ok(residuals) => Some(DVector::from_vec(residuals)),
-            Err(error) if error.is_local() && *self.evaluations.borrow() > 1 => {
-                Some(DVector::from_element(self.count, TURNED_BACK))
-            }
+impl Problem for Bounded<'_> {
+    fn residuals(&mut self, angles: &[f64]) -> Option<Vec<f64>> {
+        self.evaluations += 1;
+        match self.model.residuals(&self.variables(angles)) {
+            Ok(residuals) => Some(residuals),
+            Err(error) if error.is_local() && self.evaluations > 1 => Some(vec![TURNED_BACK; self.count]),
             Err(error) => {
-                *self.failure.borrow_mut() = Some(error);
+                self.failure = Some(error);
                 None
             }
         }
     }
 
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        match self.model.borrow_mut().jacobian(&self.outer()) {
-            Ok(columns) => {
-                let chain = |k: usize| 0.5 * (self.bounds[k][1] - self.bounds[k][0]) * self.inner[k].cos();
-                Some(DMatrix::from_fn(self.count, columns.len(), |i, k| columns[k][i] * chain(k)))
+    fn jacobian(&mut self, angles: &[f64]) -> Option<Vec<Vec<f64>>> {
+        match self.model.jacobian(&self.variables(angles)) {
+            Ok(mut columns) => {
+                for ((column, [a, b]), angle) in columns.iter_mut().zip(&self.bounds).zip(angles) {
+                    let chain = 0.5 * (b - a) * angle.cos();
+                    column.iter_mut().for_each(|v| *v *= chain);
+                }
+                Some(columns)
             }
             Err(error) => {
-                *self.failure.borrow_mut() = Some(error);
+                self.failure = Some(error);
                 None
             }
         }
@@ -129,31 +117,20 @@ pub fn minimise(
         // On a bound the sine's slope is zero and the variable could not leave it.
         (2.0 * (v.value - a) / (b - a) - 1.0).clamp(-0.999, 0.999).asin()
     });
-    let inner = DVector::from_iterator(variables.len(), start);
-    let bounds: Vec<_> = variables.iter().map(|v| v.bounds).collect();
-    let count = {
-        let outer: Vec<f64> =
-            inner.iter().zip(&bounds).map(|(u, [a, b])| a + 0.5 * (b - a) * (u.sin() + 1.0)).collect();
-        model.residuals(&outer)?.len()
-    };
-    let problem = Bounded {
-        model: RefCell::new(model),
-        bounds,
-        inner,
-        count,
-        evaluations: RefCell::new(0),
-        failure: RefCell::new(None),
-    };
-    let patience = (stop.evaluations / (variables.len() + 1)).max(2);
-    let (problem, report) = LevenbergMarquardt::new()
+    let angles: Vec<f64> = start.collect();
+    let bounds = variables.iter().map(|v| v.bounds).collect();
+    let mut problem = Bounded { model, bounds, count: 0, evaluations: 0, failure: None };
+    let outset = problem.variables(&angles);
+    problem.count = problem.model.residuals(&outset)?.len();
+    let minimiser = LevenbergMarquardt::new()
         .with_ftol(stop.tolerance)
         .with_xtol(stop.tolerance)
         .with_gtol(stop.tolerance)
-        .with_patience(patience)
+        .with_patience((stop.evaluations / (variables.len() + 1)).max(2))
         // MINPACK's cautious end of the usual range: a finger may not survive a bold first step.
-        .with_stepbound(0.5)
-        .minimize(problem);
-    let evaluations = *problem.evaluations.borrow();
+        .with_stepbound(0.5);
+    let (angles, report) = least_squares::minimise(&mut problem, &angles, &minimiser);
+    let evaluations = problem.evaluations;
     let ended = match report.termination {
         TerminationReason::Converged { .. }
         | TerminationReason::Orthogonal
@@ -161,22 +138,20 @@ pub fn minimise(
         | TerminationReason::NoImprovementPossible(_) => "converged",
         TerminationReason::LostPatience => "stopped at the largest number of evaluations",
         other => {
-            if let Some(error) = problem.failure.into_inner() {
+            if let Some(error) = problem.failure {
                 return Err(error);
             }
-            let residual = (2.0 * report.objective_function).sqrt();
             return Err(IdentifyError::Fit {
                 what: what.to_owned(),
                 problem: format!("{other:?}"),
                 evaluations,
-                residual,
+                residual: (2.0 * report.objective_function).sqrt(),
             });
         }
     };
-    let values = problem.outer();
-    let model = problem.model.into_inner();
-    let residuals = model.residuals(&values)?;
-    let jacobian = model.jacobian(&values)?;
+    let values = problem.variables(&angles);
+    let residuals = problem.model.residuals(&values)?;
+    let jacobian = problem.model.jacobian(&values)?;
     Ok(Solution { values, residuals, jacobian, evaluations, ended: ended.to_owned() })
 }
 

@@ -1,12 +1,12 @@
-//! The law as a function of finite elements, the finger held.
+//! Friction coefficients of a friction law by finite elements, on a finger whose parameters are held.
 
-use super::{IdentifyError, LawPoint, Query, Rig, Steady, surrogate};
+use super::{FeModel, IdentifyError, LawPoint, Query, Steady, surrogate};
 use fingerpad_fe::contact::RubberFriction;
 
-/// Friction coefficients of finite elements on a finger that is held.
-pub struct OnRig<'r, 'a> {
+/// Finite-element slides of one finger at the depths of a table, as a function of the friction law.
+pub struct FeFriction<'r, 'a> {
     /// The finger.
-    pub rig: &'r mut Rig<'a>,
+    pub fe_model: &'r mut FeModel<'a>,
     /// Depth of every slot, offset included, mm.
     pub depths_mm: Vec<f64>,
     /// Factor on every stiffness.
@@ -17,13 +17,13 @@ pub struct OnRig<'r, 'a> {
     pub evaluations: usize,
 }
 
-impl OnRig<'_, '_> {
-    /// The same on another finger, which may slide beside this one in another thread.
-    pub fn beside<'r, 'b>(&self, rig: &'r mut Rig<'b>) -> OnRig<'r, 'b> {
-        OnRig { rig, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
+impl FeFriction<'_, '_> {
+    /// This function on another model of the same finger, for a search in another thread.
+    pub fn beside<'r, 'b>(&self, fe_model: &'r mut FeModel<'b>) -> FeFriction<'r, 'b> {
+        FeFriction { fe_model, depths_mm: self.depths_mm.clone(), evaluations: 0, ..*self }
     }
 
-    /// Steady states per slot.
+    /// Steady states per slot (index of the depth) under a law.
     ///
     /// # Errors
     /// [`IdentifyError`].
@@ -31,7 +31,7 @@ impl OnRig<'_, '_> {
         self.slides(law.friction(&self.base))
     }
 
-    /// The same under a law with a regularisation of its own.
+    /// Steady states per slot under a law whose regularisation is given.
     ///
     /// # Errors
     /// [`IdentifyError`].
@@ -39,11 +39,11 @@ impl OnRig<'_, '_> {
         self.evaluations += 1;
         let query = |(slot, &depth_mm): (usize, &f64)| (slot, vec![Query { depth_mm, law, stiffness: self.stiffness }]);
         let queries: Vec<_> = self.depths_mm.iter().enumerate().map(query).collect();
-        Ok(self.rig.steady(&queries)?.into_iter().flatten().collect())
+        Ok(self.fe_model.steady(&queries)?.into_iter().flatten().collect())
     }
 }
 
-impl surrogate::Friction for OnRig<'_, '_> {
+impl surrogate::FrictionModel for FeFriction<'_, '_> {
     fn coefficients(&mut self, law: &LawPoint) -> Result<Vec<f64>, IdentifyError> {
         Ok(self.states(law)?.iter().map(Steady::friction_coefficient).collect())
     }
@@ -55,7 +55,7 @@ impl surrogate::Friction for OnRig<'_, '_> {
         let queries: Vec<_> = (self.depths_mm.iter().enumerate())
             .map(|(slot, &depth_mm)| (slot, laws.iter().map(|law| query(depth_mm, law)).collect()))
             .collect();
-        // What is found is remembered; what failed fails again when it is asked for, and is told then.
-        let _ = self.rig.steady(&queries);
+        // States that are found stay in the cache; a slide that failed fails again, and is reported, when it is asked for.
+        let _ = self.fe_model.steady(&queries);
     }
 }

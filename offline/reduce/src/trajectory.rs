@@ -1,6 +1,6 @@
-//! The reduced model along a path of corners, driven by displacements or forces.
+//! The reduced model along a path of waypoints, driven by displacements or forces.
 //!
-//! Main types: [`follow`], [`Row`]. Uses `fingerpad` and slide's [`Path`].
+//! Main types: [`follow`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
 
 use fingerpad::{
     Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Response, StateOf, Surroundings, Tangential,
@@ -15,9 +15,9 @@ const STEP_N: f64 = 0.005;
 /// Distance between rows within a segment, steps.
 const STEPS_PER_ROW: usize = 5;
 
-/// One row: what a finite-element response has, and what only the reduced model knows.
+/// One row: the quantities of a finite-element response, and those that only the reduced model gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct TrajectoryRow {
     /// Position and forces; the centre of pressure is NaN.
     pub response: load_path::Response,
     /// Largest friction in the direction of the present one, N.
@@ -30,8 +30,8 @@ pub struct Row {
     pub band_friction_n: f64,
 }
 
-fn row(t_s: f64, at: [f64; 3], r: &Response) -> Row {
-    Row {
+fn row(t_s: f64, at: [f64; 3], r: &Response) -> TrajectoryRow {
+    TrajectoryRow {
         response: load_path::Response {
             t_s,
             depth_mm: at[0],
@@ -53,10 +53,10 @@ fn row(t_s: f64, at: [f64; 3], r: &Response) -> Row {
     }
 }
 
-/// Follows `path` in steps of at most 0.02 mm or 5 mN and returns a row at every corner and at every fifth step between.
+/// Simulates `path` in steps of at most 0.02 mm or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
 /// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag.
-pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<Row> {
+pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<TrajectoryRow> {
     let mut state = StateOf::default();
     let by_force = path.drives.map(|d| d == Drive::Force);
     along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
@@ -81,16 +81,16 @@ pub fn follow<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &
     })
 }
 
-/// The same with the effects of a model file, in surroundings that do not change along the path but for the clock of the
+/// Simulates `path` with the effects of a model file, in surroundings that are constant but for the clock of the
 /// series, which starts at theirs. Forces are the sensor's readings where the file has a tare or cross-talk.
 ///
 /// `None` for a path that is driven by force: effects know motions alone.
-pub fn follow_with_effects<const M: usize, const N: usize>(
+pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     surroundings: Surroundings,
     path: &Path,
-) -> Option<Vec<Row>> {
+) -> Option<Vec<TrajectoryRow>> {
     if path.drives.contains(&Drive::Force) {
         return None;
     }
@@ -108,8 +108,11 @@ pub fn follow_with_effects<const M: usize, const N: usize>(
     }))
 }
 
-/// Walks a path: `go` steps to a target and moves the position to where it came.
-fn along(path: &Path, go: &mut dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response) -> Vec<Row> {
+/// One step: from target, duration (s) and position, which it moves, to the response there.
+type Step<'a> = dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response + 'a;
+
+/// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
+fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
     let corner = |w: &Waypoint| [w.normal, w.x, w.y];
     let first = &path.waypoints[0];
     let by_force = path.drives.map(|d| d == Drive::Force);
@@ -158,9 +161,9 @@ mod tests {
         };
         let last = |slots: &[EffectSlot], surroundings| {
             let effects = Effects::new(slots).unwrap();
-            follow_with_effects(&model, &effects, surroundings, &path).unwrap().pop().unwrap().response
+            simulate_path_with_effects(&model, &effects, surroundings, &path).unwrap().pop().unwrap().response
         };
-        let plain = follow(&model, &path).pop().unwrap().response;
+        let plain = simulate_path(&model, &path).pop().unwrap().response;
         assert_eq!(last(&[], Surroundings::default()).friction_x_n, plain.friction_x_n);
         let slot = |kind, a, b| EffectSlot { kind, reserved: 0, values: [a, b, 0.0, 0.0, 0.0, 0.0] };
         // Temperature, 3 % per degree, 3 degrees below; speed, 5 % per e-fold, at 10 mm/s instead of 2.
@@ -173,6 +176,6 @@ mod tests {
         let found = last(&[slot(6, 0.2, 1.4)], Surroundings::default()).normal_force_n / plain.normal_force_n;
         assert!((found - (1.0 - 0.2 * (1.0 - (-2.5f64 / 1.4).exp()))).abs() < 2e-2, "{found}");
         let forced = Path { drives: [Drive::Force, Drive::Displacement, Drive::Displacement], ..path.clone() };
-        assert!(follow_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &forced).is_none());
+        assert!(simulate_path_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &forced).is_none());
     }
 }

@@ -1,15 +1,15 @@
-//! The numbers that the fit turns, as one vector, and the model's parameters that they make.
+//! Parameterisation of the reduced model: the vector of numbers that the fit varies, and the model's parameters from it.
 //!
-//! Main type: [`Layout`]. Monotone tables are sums of exponentials and shares are normalised exponentials, so that
+//! Main type: [`Parameterisation`]. Monotone tables are sums of exponentials and shares are normalised exponentials, so that
 //! every vector is a model; what passivity allows at most is cut off at its bound. Uses tables and `fingerpad`.
 
 use fingerpad::{Node, ParamsOf, Slider};
 
 use super::tables::Knots;
 
-/// How the vector is laid out.
+/// Layout of the parameter vector.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
+pub struct Parameterisation {
     /// Depth of the last node, mm.
     pub depth_max_mm: f64,
     /// Knots of the quantities that rise with depth.
@@ -20,9 +20,9 @@ pub struct Layout {
     pub pressure_exponent: f64,
 }
 
-/// A physical starting point: power laws `factor d^exponent` and constants.
+/// Initial guess of the fit in physical quantities: power laws `factor d^exponent` of the depth d in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
+pub struct InitialGuess {
     /// Normal force, N.
     pub normal: [f64; 2],
     /// Contact area, mm².
@@ -44,7 +44,7 @@ const SHEAR_MAX: f64 = 0.5;
 /// Largest tilt of the limit.
 const TILT_MAX: f64 = 0.249;
 
-/// A reader that hands out the vector piece by piece.
+/// Reads the vector piece by piece.
 struct Cursor<'a>(&'a [f64]);
 
 impl<'a> Cursor<'a> {
@@ -75,8 +75,8 @@ fn shares(theta: &[f64]) -> Vec<f64> {
     parts.iter().map(|p| p / sum).collect()
 }
 
-impl Layout {
-    /// A layout with these numbers of knots.
+impl Parameterisation {
+    /// A parameterisation with `rising` and `gentle` knots over depth.
     pub fn new(rising: usize, gentle: usize, depth_max_mm: f64, pressure_exponent: f64) -> Self {
         Self {
             depth_max_mm,
@@ -91,8 +91,8 @@ impl Layout {
         4 * self.rising.0.len() + 6 * self.gentle.0.len() + 2 + 2 * elements + 4
     }
 
-    /// The vector that makes `start`.
-    pub fn start(&self, elements: usize, start: &Start) -> Vec<f64> {
+    /// The vector of an initial guess.
+    pub fn start(&self, elements: usize, start: &InitialGuess) -> Vec<f64> {
         let mut theta = Vec::with_capacity(self.len(elements));
         for [factor, exponent] in [start.normal, start.area, start.limit, start.stiffness] {
             let mut last = 0.0;
@@ -232,9 +232,14 @@ mod tests {
     /// Every vector is a model that the core accepts: the fit cannot leave the passive ones.
     #[test]
     fn any_vector_is_a_passive_model() {
-        let layout = Layout::new(12, 6, 2.5, 0.46);
-        let start =
-            Start { normal: [0.33, 1.6], area: [65.0, 1.0], limit: [0.5, 1.3], stiffness: [0.3, 0.5], ratio: 0.65 };
+        let parameterisation = Parameterisation::new(12, 6, 2.5, 0.46);
+        let start = InitialGuess {
+            normal: [0.33, 1.6],
+            area: [65.0, 1.0],
+            limit: [0.5, 1.3],
+            stiffness: [0.3, 0.5],
+            ratio: 0.65,
+        };
         let mut seed = 7u64;
         let mut next = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -242,11 +247,11 @@ mod tests {
         };
         let mut accepted = 0;
         for case in 0..2000 {
-            let mut theta = layout.start(3, &start);
+            let mut theta = parameterisation.start(3, &start);
             for t in &mut theta {
                 *t += 1.5 * next();
             }
-            match layout.params::<3, 37>(&theta).try_build() {
+            match parameterisation.params::<3, 37>(&theta).try_build() {
                 Ok(_) => accepted += 1,
                 // Yield positions may leave their range; nothing else may be refused.
                 Err(fingerpad::Error::Range { .. }) => {}

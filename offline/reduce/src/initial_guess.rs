@@ -1,8 +1,8 @@
-//! Where the fit starts: power laws through what the runs show without a model.
+//! Initial guess of the fit: power laws over depth, read directly from presses and straight slides.
 //!
-//! Uses runs and layout's [`Start`].
+//! Uses runs and [`InitialGuess`].
 
-use super::layout::Start;
+use super::parameterisation::InitialGuess;
 use super::{Kind, ReduceError, Run, Sample};
 
 /// Least-squares power law `factor d^exponent` through positive points (depth, value).
@@ -22,8 +22,11 @@ fn power_law(points: &[(f64, f64)], what: &str) -> Result<[f64; 2], ReduceError>
     Ok([((sy - exponent * sx) / n).exp(), exponent.clamp(0.2, 3.0)])
 }
 
-/// Looks at presses for normal force and area, at straight slides for limit, stiffness and its ratio.
-pub fn start(runs: &[&Run]) -> Result<Start, ReduceError> {
+/// Reads normal force and area from presses; friction limit, stiffness and its ratio from straight slides.
+///
+/// # Errors
+/// [`ReduceError::Runs`] if there are too few of them.
+pub fn initial_guess(runs: &[&Run]) -> Result<InitialGuess, ReduceError> {
     let (mut normal, mut area, mut limit, mut stiffness_x, mut stiffness_y) = (vec![], vec![], vec![], vec![], vec![]);
     let mut below_limit = vec![];
     for run in runs {
@@ -63,7 +66,7 @@ pub fn start(runs: &[&Run]) -> Result<Start, ReduceError> {
     }
     let x = power_law(&stiffness_x, "the stiffness along x (slides within 11° of it)")?;
     let y = power_law(&stiffness_y, "the stiffness along y (slides within 11° of it)")?;
-    Ok(Start {
+    Ok(InitialGuess {
         normal: power_law(&normal, "the normal force (presses)")?,
         area: power_law(&area, "the contact area (presses)")?,
         limit: power_law(&limit, "the friction limit (slides until everything slips)")?,

@@ -1,43 +1,43 @@
-//! The paper's search run on finite elements, and the error surface that it walks on.
+//! Searches without derivatives on finite elements: the downhill simplex of Yoshida et al. 2011 and its continuation.
 
 use std::{collections::BTreeMap, sync::Mutex};
 
 use super::{
-    Hooks, IdentifyError, LawPoint, Region, Rig, Settings, Table,
+    FeModel, Hooks, IdentifyError, LawPoint, Region, Settings, Table,
+    fe_friction::FeFriction,
     friction_fit::Target,
-    on_rig::OnRig,
     outcome::Surface,
     settings::Simplex,
     simplex,
-    surrogate::{Aligned, Friction},
+    surrogate::{AlignedSurrogate, FrictionModel},
 };
 use fingerpad_fe::contact::RubberFriction;
 
 /// The paper's procedure from every start of the settings, side by side.
 ///
-/// * `rigs`: fingers like that of `fe`, one for each start
+/// * `fe_models`: fingers like that of `fe`, one for each start
 ///
 /// # Errors
 /// The first [`IdentifyError`] of a start.
 pub fn searches(
     settings: &Settings,
     table: &Table,
-    fe: &OnRig,
-    rigs: &mut [Rig<'_>],
+    fe: &FeFriction,
+    fe_models: &mut [FeModel<'_>],
     hooks: &Hooks,
 ) -> Result<Vec<simplex::SimplexRun>, IdentifyError> {
-    let told = Mutex::new(BTreeMap::new());
-    let tell = |start: usize, text: &str| {
-        let mut told = told.lock().expect("no panic while locked");
-        told.insert(start, text.to_owned());
-        let all: Vec<&str> = told.values().map(String::as_str).collect();
+    let progress = Mutex::new(BTreeMap::new());
+    let report = |start: usize, text: &str| {
+        let mut lines = progress.lock().expect("no panic while locked");
+        lines.insert(start, text.to_owned());
+        let all: Vec<&str> = lines.values().map(String::as_str).collect();
         (hooks.tell)("simplex", &all.join(" | "));
     };
-    let mut fingers: Vec<OnRig> = rigs.iter_mut().map(|rig| fe.beside(rig)).collect();
+    let mut fingers: Vec<FeFriction> = fe_models.iter_mut().map(|fe_model| fe.beside(fe_model)).collect();
     std::thread::scope(|scope| {
-        let tell = &tell;
+        let report = &report;
         let threads: Vec<_> = (settings.simplex.starts.iter().zip(&mut fingers).enumerate())
-            .map(|(k, (start, fe))| scope.spawn(move || paper(settings, table, *start, fe, &|text| tell(k, text))))
+            .map(|(k, (start, fe))| scope.spawn(move || paper(settings, table, *start, fe, &|text| report(k, text))))
             .collect();
         threads.into_iter().map(|t| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     })
@@ -48,8 +48,8 @@ fn paper(
     settings: &Settings,
     table: &Table,
     start: [f64; 2],
-    fe: &mut OnRig,
-    tell: &dyn Fn(&str),
+    fe: &mut FeFriction,
+    report: &dyn Fn(&str),
 ) -> Result<simplex::SimplexRun, IdentifyError> {
     let plain = Target::of(table, None, settings.region, false);
     let base = fe.base;
@@ -63,7 +63,7 @@ fn paper(
         let law = LawPoint::of(&law);
         let found = turned_back(fe.coefficients(&law).map(|c| plain.sum_of_squares(&c)))?;
         if let Ok(value) = found {
-            tell(&format!("{count}: beta {beta:.4}, {value:.3e}"));
+            report(&format!("{count}: beta {beta:.4}, {value:.3e}"));
         }
         Ok(found)
     })
@@ -79,11 +79,11 @@ pub fn continued(
     settings: &Settings,
     target: &Target,
     start: &LawPoint,
-    fe: &OnRig,
+    fe: &FeFriction,
     hooks: &Hooks,
 ) -> Result<simplex::SimplexRun, IdentifyError> {
-    let mut rig = fe.rig.beside();
-    let mut fe = fe.beside(&mut rig);
+    let mut fe_model = fe.fe_model.beside();
+    let mut fe = fe.beside(&mut fe_model);
     let base = fe.base;
     let law = |x: [f64; 2]| LawPoint { tau_ref_kpa: x[0].exp(), beta: x[1], ..*start };
     let tight = Simplex { tolx: CONTINUED, tolf: CONTINUED, first_side: FIRST_SIDE, ..settings.simplex.clone() };
@@ -145,7 +145,7 @@ pub fn routes_differ(run: &simplex::SimplexRun, law: &LawPoint) -> [f64; 2] {
 }
 
 /// The sum of squares around the searches' paths.
-pub fn surface(table: &Table, runs: &[simplex::SimplexRun], law: &LawPoint, aligned: &mut Aligned) -> Surface {
+pub fn surface(table: &Table, runs: &[simplex::SimplexRun], law: &LawPoint, aligned: &mut AlignedSurrogate) -> Surface {
     let plain = Target::of(table, None, Region::default(), false);
     let visited = runs.iter().flat_map(|r| r.visits.iter().filter(|v| v.turned_back.is_none()));
     let mut points: Vec<[f64; 2]> = visited.map(|v| [v.lambda.ln(), v.beta]).collect();
@@ -156,7 +156,7 @@ pub fn surface(table: &Table, runs: &[simplex::SimplexRun], law: &LawPoint, alig
         (0..81).map(|i| low + (high - low) * f64::from(i) / 80.0).collect()
     };
     let (ln_lambda, betas) = (along(0, 0.6), along(1, 0.15));
-    let value = |l: f64, beta: f64, aligned: &mut Aligned| {
+    let value = |l: f64, beta: f64, aligned: &mut AlignedSurrogate| {
         let law = LawPoint::of(&RubberFriction { lambda: l.exp(), beta, ..Default::default() });
         aligned.coefficients(&law).map_or(f64::NAN, |c| plain.sum_of_squares(&c))
     };

@@ -1,4 +1,4 @@
-//! Fingers on the plane, as many slides side by side as there are depths.
+//! Evaluation of steady slides by finite elements: one slide per depth, side by side on threads, cached.
 
 use std::{
     collections::BTreeMap,
@@ -13,22 +13,22 @@ use rayon::prelude::*;
 use super::settings::Settings;
 use super::{
     Effort, IdentifyError, Limits, Place, Slider, Start, Steady,
-    memo::{Key, Memo, key_of},
+    state_cache::{Key, StateCache, key_of},
 };
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, Problem};
 use fingerpad_fe::mesh::{self, Fingertip, FingertipShape};
 
-/// What the caller wants to know and may say during a run.
+/// The caller's hooks into a run: progress and interruption.
 pub struct Hooks<'a> {
-    /// Whether to go on; asked before every equilibrium.
+    /// False interrupts the run; called before every equilibrium.
     pub go_on: &'a (dyn Fn() -> bool + Sync),
-    /// Told what is being done: stage, and a line about it.
+    /// Receives progress: the stage's name, and a line about it.
     pub tell: &'a (dyn Fn(&str, &str) + Sync),
 }
 
-/// A steady slide that is asked for.
+/// A steady slide to be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Query {
     /// Depth, mm, > 0.
@@ -40,7 +40,7 @@ pub struct Query {
 }
 
 impl Query {
-    /// The same slide on the finger of stiffness 1: forces and pressures there are `1/stiffness` of those here.
+    /// This slide on the finger of stiffness 1, whose forces and pressures are `1/stiffness` times as large.
     fn unscaled(&self) -> Place {
         let (s, law) = (self.stiffness, self.law);
         Place {
@@ -64,31 +64,40 @@ impl Query {
     }
 }
 
-/// Settings, memory and threads that all fingers of a run share.
-pub struct Bench<'a> {
+/// A slot with the slides to be evaluated there, one after the other.
+type SlotQueries = (usize, Vec<Query>);
+
+/// Evaluator of steady slides: the settings, cache and threads that all finite-element models of a run share.
+pub struct Evaluator<'a> {
     /// Mesh preset, tissue, numerics; its shape is the one to begin with.
     pub config: &'a Config,
     /// Calibration and identification.
     pub settings: &'a Settings,
-    /// Finished states.
-    pub memo: Memo,
-    /// Conversation with the caller.
+    /// Cache of finished states.
+    pub cache: StateCache,
+    /// The caller's hooks.
     pub hooks: &'a Hooks<'a>,
-    /// By slot: where the last slide there stood.
+    /// Last equilibrium of each slot (index of a depth), from which the next model there starts.
     starts: Mutex<BTreeMap<usize, Start>>,
     pool: rayon::ThreadPool,
     effort: Mutex<Effort>,
     found: AtomicU32,
 }
 
-impl<'a> Bench<'a> {
-    /// A bench with `jobs` threads.
-    pub fn new(config: &'a Config, settings: &'a Settings, memo: Memo, hooks: &'a Hooks<'a>, jobs: usize) -> Self {
+impl<'a> Evaluator<'a> {
+    /// An evaluator with `jobs` threads.
+    pub fn new(
+        config: &'a Config,
+        settings: &'a Settings,
+        cache: StateCache,
+        hooks: &'a Hooks<'a>,
+        jobs: usize,
+    ) -> Self {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().expect("threads can be started");
         Self {
             config,
             settings,
-            memo,
+            cache,
             hooks,
             starts: Mutex::default(),
             pool,
@@ -97,12 +106,12 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// What all slides cost so far.
+    /// Cost of all slides so far.
     pub fn effort(&self) -> Effort {
         *self.effort.lock().expect("no panic while locked")
     }
 
-    /// States that were computed, not remembered.
+    /// Number of states that were computed, not read from the cache.
     pub fn computed(&self) -> u32 {
         self.found.load(Ordering::Relaxed)
     }
@@ -117,7 +126,7 @@ impl<'a> Bench<'a> {
         Ok(Finger::new(Fingertip { mesh, touch, outer_faces }, &self.config.tissue)?)
     }
 
-    /// What states of a shape depend on besides depth, law and stiffness.
+    /// Hash of everything that a shape's states depend on besides depth, law and stiffness.
     fn key(&self, shape: &FingertipShape) -> Key {
         let config = self.config;
         key_of(&(
@@ -145,36 +154,44 @@ impl<'a> Bench<'a> {
         }
         let finger = self.finger(shape)?;
         let problem = self.config.problem(&finger);
-        Rig { bench: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
+        FeModel { evaluator: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
             .steady(queries)
     }
 
     fn remembered(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
-        queries.iter().map(|(_, list)| list.iter().map(|q| self.memo.get(&key_of(&(finger, q)))).collect()).collect()
+        queries.iter().map(|(_, list)| list.iter().map(|q| self.cache.get(&key_of(&(finger, q)))).collect()).collect()
     }
 }
 
-/// One finger with a slide per slot (a slot is a depth, or what stays near one).
-pub struct Rig<'a> {
-    bench: &'a Bench<'a>,
+/// Finite-element model of one finger, with a slide per slot (a slot is a depth, or stays near one).
+pub struct FeModel<'a> {
+    evaluator: &'a Evaluator<'a>,
     shape: FingertipShape,
     problem: &'a Problem<'a>,
     key: Key,
     sliders: BTreeMap<usize, Slider<'a>>,
-    /// Where a finger beside others starts from; others start from where the last one stood, and say where they stand.
+    /// Equilibria per slot from which a model that runs beside others starts. Without them a model starts from the
+    /// evaluator's last equilibria and updates these.
     from: Option<BTreeMap<usize, Start>>,
 }
 
-impl<'a> Rig<'a> {
-    /// The finger of `problem`, whose shape is `shape`.
-    pub fn new(bench: &'a Bench<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
-        Self { bench, shape: shape.clone(), problem, key: bench.key(shape), sliders: BTreeMap::new(), from: None }
+impl<'a> FeModel<'a> {
+    /// The model of `problem`, whose finger has the shape `shape`.
+    pub fn new(evaluator: &'a Evaluator<'a>, shape: &FingertipShape, problem: &'a Problem<'a>) -> Self {
+        Self {
+            evaluator,
+            shape: shape.clone(),
+            problem,
+            key: evaluator.key(shape),
+            sliders: BTreeMap::new(),
+            from: None,
+        }
     }
 
-    /// Another finger like this one for a search beside others. It starts from where slides stand now, whatever others
-    /// do until then, and what it does changes no other one's start.
+    /// Another model of this finger for a search beside others. It starts from the present equilibria, whatever others
+    /// do until then, and changes no other model's start.
     pub fn beside(&self) -> Self {
-        let from = Some(self.bench.starts.lock().expect("no panic while locked").clone());
+        let from = Some(self.evaluator.starts.lock().expect("no panic while locked").clone());
         Self { shape: self.shape.clone(), sliders: BTreeMap::new(), from, ..*self }
     }
 
@@ -188,36 +205,36 @@ impl<'a> Rig<'a> {
     /// # Errors
     /// [`IdentifyError`] of the first slide that fails.
     pub fn steady(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
-        if let Some(known) = self.bench.remembered(&self.key, queries) {
+        if let Some(known) = self.evaluator.remembered(&self.key, queries) {
             return Ok(known);
         }
         self.put_on_the_plane(queries)?;
-        let (bench, key, leads) = (self.bench, self.key, self.from.is_none());
-        let mut work: Vec<(&(usize, Vec<Query>), Slider<'a>, Vec<Steady>)> = queries
+        let (evaluator, key, leads) = (self.evaluator, self.key, self.from.is_none());
+        let mut work: Vec<(&SlotQueries, Slider<'a>, Vec<Steady>)> = queries
             .iter()
             .map(|item| (item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
             .collect();
-        let result = bench.pool.install(|| {
+        let result = evaluator.pool.install(|| {
             // The deepest take longest.
             work.par_iter_mut().rev().with_max_len(1).try_for_each(|((slot, list), slider, out)| {
                 let before = slider.effort;
                 let result = list.iter().try_for_each(|query| {
                     let id = key_of(&(&key, query));
-                    let steady = match bench.memo.get(&id) {
+                    let steady = match evaluator.cache.get(&id) {
                         Some(steady) => steady,
                         None => {
                             let steady = query.scaled(self::go(slider, query.unscaled())?);
-                            bench.memo.put(id, &steady)?;
-                            bench.found.fetch_add(1, Ordering::Relaxed);
+                            evaluator.cache.put(id, &steady)?;
+                            evaluator.found.fetch_add(1, Ordering::Relaxed);
                             steady
                         }
                     };
                     out.push(steady);
                     Ok(())
                 });
-                bench.effort.lock().expect("no panic while locked").add(&slider.effort.since(&before));
+                evaluator.effort.lock().expect("no panic while locked").add(&slider.effort.since(&before));
                 if leads {
-                    bench.starts.lock().expect("no panic while locked").insert(*slot, slider.start());
+                    evaluator.starts.lock().expect("no panic while locked").insert(*slot, slider.start());
                 }
                 result
             })
@@ -234,16 +251,16 @@ impl<'a> Rig<'a> {
 
     /// A slider in contact for every slot: where the slot's last finger stood, else by a press without friction.
     fn put_on_the_plane(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<(), IdentifyError> {
-        let bench = self.bench;
+        let evaluator = self.evaluator;
         let mut cold: Vec<(usize, Place)> = Vec::new();
         for (slot, list) in queries {
             if self.sliders.contains_key(slot) {
                 continue;
             }
-            let mut slider = Slider::new(self.problem, bench.settings.tolerance, bench.hooks.go_on);
+            let mut slider = Slider::new(self.problem, evaluator.settings.tolerance, evaluator.hooks.go_on);
             let start = match &self.from {
                 Some(from) => from.get(slot).cloned(),
-                None => bench.starts.lock().expect("no panic while locked").get(slot).cloned(),
+                None => evaluator.starts.lock().expect("no panic while locked").get(slot).cloned(),
             };
             if !start.is_some_and(|start| slider.restart(&start)) {
                 let mut place = list[0].unscaled();
@@ -269,7 +286,7 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// Goes there; where the way from the last state fails, lifts off and comes again.
+/// Moves the slider to a place; if the move from its last equilibrium fails, it lifts off and presses anew.
 fn go(slider: &mut Slider, to: Place) -> Result<Steady, IdentifyError> {
     match slider.go(to, Limits::Stop) {
         Err(error) if error.is_local() => {

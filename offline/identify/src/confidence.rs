@@ -1,4 +1,4 @@
-//! How sure fitted constants are: linear standard errors and correlation, profile likelihood, region.
+//! Confidence of fitted constants: linearised standard errors and correlations, profile likelihood, region.
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -6,12 +6,12 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::{
     IdentifyError, LawPoint,
+    bounded_least_squares::Stop,
     friction_fit::{Target, fit},
-    least_squares::Stop,
-    surrogate::Friction,
+    surrogate::FrictionModel,
 };
 
-/// What a sum of squares may grow by inside a confidence region.
+/// Growth of the sum of squares above its least value that a confidence region allows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
     /// For one constant (interval), the others at their best.
@@ -23,7 +23,7 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// From the least sum of squares of `rows` residuals and `constants`; none without degrees of freedom unless
+    /// Growth from the least sum of squares of `rows` residuals and `constants`; none without degrees of freedom unless
     /// the errors are known.
     pub fn of(least: f64, rows: usize, constants: usize, known: bool, confidence: f64) -> Option<Self> {
         if known {
@@ -94,7 +94,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Whether the table says nothing: neither side is bounded.
+    /// Whether the table leaves the constant undetermined: neither side is bounded.
     pub fn is_flat(&self) -> bool {
         self.bounded == [false, false]
     }
@@ -105,7 +105,7 @@ impl Interval {
 /// # Errors
 /// [`IdentifyError`] of a fit with the coordinate pinned.
 pub fn profile(
-    friction: &mut dyn Friction,
+    friction: &mut dyn FrictionModel,
     target: &Target,
     best: &LawPoint,
     k: usize,
@@ -177,7 +177,7 @@ pub struct Map {
 /// # Errors
 /// [`IdentifyError`] of a fit.
 pub fn map(
-    friction: &mut dyn Friction,
+    friction: &mut dyn FrictionModel,
     target: &Target,
     best: &LawPoint,
     growth: f64,

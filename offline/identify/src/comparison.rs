@@ -1,13 +1,13 @@
-//! The model beside the table.
+//! Comparison of model and measurement, row by row of the table.
 
 use super::{
     LawPoint, Point, Steady, Table,
-    outcome::{Against, Modelled},
+    outcome::{ModelDataComparison, Modelled},
 };
 use fingerpad_fe::contact::RubberFriction;
 
-/// States of all slots beside the table.
-pub fn against(table: &Table, law: &LawPoint, base: &RubberFriction, states: &[Steady]) -> Against {
+/// Compares the states of all slots (depths) with the table's rows.
+pub fn compare(table: &Table, law: &LawPoint, base: &RubberFriction, states: &[Steady]) -> ModelDataComparison {
     let percent = |model: f64, measured: f64| 100.0 * (model / measured - 1.0);
     let rows: Vec<Modelled> = table
         .points
@@ -31,5 +31,11 @@ pub fn against(table: &Table, law: &LawPoint, base: &RubberFriction, states: &[S
     let difference = |(row, point): (&Modelled, &Point)| row.friction_coefficient - point.friction_coefficient;
     let sum_of_squares = rows.iter().zip(&table.points).map(difference).map(|d| d * d).sum();
     let friction = law.friction(base);
-    Against { lambda: friction.lambda, beta: friction.beta, tau0_mpa: friction.tau0_mpa, rows, sum_of_squares }
+    ModelDataComparison {
+        lambda: friction.lambda,
+        beta: friction.beta,
+        tau0_mpa: friction.tau0_mpa,
+        rows,
+        sum_of_squares,
+    }
 }
