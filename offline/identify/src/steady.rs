@@ -12,7 +12,7 @@ use super::{
     history::{History, distance},
 };
 use fingerpad_fe::assembly::{Body, Configuration};
-use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction};
+use fingerpad_fe::contact::{Friction, FrictionLaw, PenaltySettings, RubberFriction};
 use fingerpad_fe::load_path::Problem;
 use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats, Target};
 

@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::{Cost, Drive, FaceState, Path, Response, Snapshot, Trajectory, Waypoint};
 use crate::assembly::{Body, Configuration, rotation_vector};
-use crate::contact::{Friction, PenaltySettings, Plane, RubberFriction};
+use crate::contact::{Friction, FrictionLaw, PenaltySettings, Plane, RubberFriction};
 use crate::solve::{Axis, Settings, SolveError, Solver, State, Stats, Target};
 
 /// Sizes of the increments.
