@@ -20,8 +20,9 @@ use super::{
     tau0::tau0_test,
 };
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::experiment::{Config, ConfigError, bone_height_mm};
+use fingerpad_fe::experiment::{Config, ConfigError};
 use fingerpad_fe::load_path::BoneKind;
+use fingerpad_fe::load_path::Clearance;
 
 /// What is identified from what.
 pub struct Input<'a> {
@@ -90,7 +91,7 @@ pub fn identify(input: &Input, memo: Memo, hooks: &Hooks) -> Result<Outcome, Ide
     let (made_finger, made_problem);
     let mut made_rig;
     let finger = bench.finger(&start.shape)?;
-    check_depths(&table, bone_height_mm(&finger))?;
+    check_depths(&table, Clearance::of(&finger).depth_mm)?;
     let nodes = finger.mesh.nodes.len();
     let problem = config.problem(&finger);
     let mut rig = Rig::new(&bench, &start.shape, &problem);

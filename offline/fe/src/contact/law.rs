@@ -75,6 +75,26 @@ pub struct RubberFriction {
     pub regular_pressure_mpa: f64,
 }
 
+/// Bounds of the exponent, the upper one excluded.
+const LEAST_BETA: f64 = -1.0;
+const MOST_BETA: f64 = 2.0;
+/// Pressure of a pressed fingertip, MPa, at which the strength is held against [`MOST_COEFFICIENT`].
+const TYPICAL_MPA: f64 = 0.01;
+/// Largest strength over pressure there.
+const MOST_COEFFICIENT: f64 = 20.0;
+
+/// A constant that no friction law of skin has.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{name} = {value}: must be {bound}")]
+pub struct LawError {
+    /// Name of the constant.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it must be.
+    pub bound: &'static str,
+}
+
 /// Share of the elastic slip's limit within which a point counts as held at the limit.
 const AT_LIMIT: f64 = 1e-6;
 
@@ -89,6 +109,41 @@ impl RubberFriction {
     /// Coulomb's law with coefficient `mu` and elastic slip `gamma_crit_mm`.
     pub fn coulomb(mu: f64, gamma_crit_mm: f64) -> Self {
         Self { lambda: mu, beta: 1.0, gamma_crit_mm, ..Self::default() }
+    }
+
+    /// Refuses constants that are no friction of skin: with them equilibrium is sought long and found hardly ever.
+    ///
+    /// # Errors
+    /// [`LawError`] with the value and its bound.
+    pub fn check(&self) -> Result<(), LawError> {
+        let refuse = |name, value, bound| Err(LawError { name, value, bound });
+        if !(self.beta >= LEAST_BETA) {
+            return refuse(
+                "beta",
+                self.beta,
+                "at least -1; contact theory of rubber knows 0 to 1 [Yoshida et al. 2011]",
+            );
+        }
+        if !(self.beta < MOST_BETA) {
+            return refuse("beta", self.beta, "below 2, where the strength starts with a slope of zero");
+        }
+        if !(self.gamma_crit_mm > 0.0 && self.gamma_crit_mm.is_finite()) {
+            return refuse("gamma_crit_mm", self.gamma_crit_mm, "greater than 0");
+        }
+        if !(self.regular_pressure_mpa > 0.0 && self.regular_pressure_mpa.is_finite()) {
+            return refuse("regular_pressure_mpa", self.regular_pressure_mpa, "greater than 0");
+        }
+        for (name, value, law) in [
+            ("lambda", self.lambda, Self { tau0_mpa: 0.0, ..*self }),
+            ("tau0_mpa", self.tau0_mpa, Self { lambda: 0.0, ..*self }),
+        ] {
+            let coefficient = law.strength(TYPICAL_MPA).0 / TYPICAL_MPA;
+            if !(value >= 0.0 && coefficient <= MOST_COEFFICIENT) {
+                let bound = "a strength of 0 to 20 times the pressure at 0.01 MPa, a fingertip's; skin has 0.1 to 5";
+                return refuse(name, value, bound);
+            }
+        }
+        Ok(())
     }
 
     /// The law that acts on this tissue as `strength` times this law would on a tissue `stiffness` times as stiff.
@@ -211,6 +266,25 @@ mod tests {
                     assert!((slope - wanted_slope).abs() < 1e-12 * wanted_slope.abs().max(1e-3), "{law:?} {pressure}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn constants_that_are_no_friction_of_skin_are_refused_by_name_and_value() {
+        RubberFriction::default().check().unwrap();
+        RubberFriction::coulomb(5.0, 1e-4).check().unwrap();
+        let base = RubberFriction::default();
+        for (law, what) in [
+            (RubberFriction { lambda: 50.0, ..base }, "lambda = 50:"),
+            (RubberFriction { lambda: 1e9, ..base }, "lambda = 1000000000:"),
+            (RubberFriction { beta: -5.0, ..base }, "beta = -5:"),
+            (RubberFriction { beta: 2.0, ..base }, "beta = 2:"),
+            (RubberFriction { beta: f64::NAN, ..base }, "beta = NaN:"),
+            (RubberFriction { tau0_mpa: 3.0, ..base }, "tau0_mpa = 3:"),
+            (RubberFriction { lambda: f64::INFINITY, ..base }, "lambda = inf:"),
+        ] {
+            let message = law.check().unwrap_err().to_string();
+            assert!(message.starts_with(what), "{message}");
         }
     }
 

@@ -8,6 +8,6 @@ mod point;
 mod state;
 mod surface;
 
-pub use law::{FrictionLaw, RubberFriction, Sliding};
+pub use law::{FrictionLaw, LawError, RubberFriction, Sliding};
 pub use state::{ContactState, Friction, PenaltySettings, Plane, PointState, Quadrature, Totals};
 pub use surface::{Evaluation, FaceTangent, Surface};

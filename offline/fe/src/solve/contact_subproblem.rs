@@ -1,4 +1,4 @@
-//! The contact problem of one equilibrium iteration: the bulk is linear, the contact is not.
+//! The contact subproblem of one equilibrium iteration: the bulk is linear, the contact is not.
 //!
 //! With `G` the compliance of the contact dofs and `y` where they would go without contact forces, find the
 //! displacement `x` with `h(x) = x − y + G f(x) = 0`, `f` the contact residual; a force-driven axis adds the
@@ -7,11 +7,12 @@
 
 use nalgebra::Vector3;
 
+use super::increment::SolveError;
 use super::linear::{DenseLu, Factor};
 use crate::contact::{ContactState, Evaluation, Friction, Plane, Surface};
 
 /// What stays the same during the iterations.
-pub(super) struct Inner<'a> {
+pub(super) struct ContactSubproblem<'a> {
     pub surface: &'a Surface,
     pub friction: &'a Friction,
     pub last: &'a ContactState,
@@ -54,7 +55,7 @@ struct Trial {
     norm: f64,
 }
 
-impl Inner<'_> {
+impl ContactSubproblem<'_> {
     fn positions(&self, x: &[f64]) -> Vec<Vector3<f64>> {
         self.base
             .iter()
@@ -96,11 +97,20 @@ impl Inner<'_> {
     }
 
     /// Solves from the guess `x`, `plane`; with `predict_stick` the first linearisation lets no stuck point slip.
-    pub fn solve(&self, x: Vec<f64>, plane: Plane, predict_stick: bool) -> Solution {
+    ///
+    /// `go_on` is asked before every iteration.
+    pub fn solve(
+        &self,
+        x: Vec<f64>,
+        plane: Plane,
+        predict_stick: bool,
+        go_on: &mut dyn FnMut() -> Result<(), SolveError>,
+    ) -> Result<Solution, SolveError> {
         let force_scale = self.force_scale();
         let mut current = self.trial(x, plane, force_scale, predict_stick, true);
         let mut iterations = 0;
         while (iterations == 0 || !(current.norm <= self.tolerance)) && iterations < self.max_iterations {
+            go_on()?;
             let predicted = predict_stick && iterations == 0;
             iterations += 1;
             let Some((dx, d_plane)) = self.newton_step(&current, force_scale) else { break };
@@ -120,7 +130,8 @@ impl Inner<'_> {
             };
             current = next;
         }
-        Solution { x: current.x, plane: current.plane, force: current.force, iterations, norm: current.norm }
+        let Trial { x, plane, force, norm, .. } = current;
+        Ok(Solution { x, plane, force, iterations, norm })
     }
 
     /// What turns an imbalance of driven forces into a displacement norm: the pad's compliance under an even load.
