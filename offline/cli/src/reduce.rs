@@ -298,8 +298,8 @@ fn run_one(
     let (trajectory, ended_early): (Trajectory, _) = match result {
         Ok(trajectory) => (trajectory, None),
         // A path that got stuck is kept as far as it came, and says so.
-        Err(LoadPathError::NoEquilibrium { reached, source, t_s, .. }) => {
-            (*reached, Some(format!("t = {t_s} s: {source}")))
+        Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
+            (*reached, Some(format!("t = {t_s} s: {cause}")))
         }
         Err(LoadPathError::Interrupted { .. }) => {
             return Err(Failure::Interrupted("finished paths are kept".to_owned()));

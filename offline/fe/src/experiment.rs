@@ -111,7 +111,7 @@ pub enum ConfigError {
     Depths(String),
     /// A friction law that is none of skin.
     #[error("friction: {0}")]
-    Friction(#[from] LawError),
+    Friction(LawError),
     /// A path that cannot be followed.
     #[error("data row {row}: {problem}")]
     Path {
@@ -233,7 +233,7 @@ impl Config {
     /// # Errors
     /// [`ConfigError`].
     pub fn finger(&self) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
-        self.friction.check()?;
+        self.friction.check().map_err(ConfigError::Friction)?;
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
         Ok((Finger::new(fingertip, &self.tissue)?, touch))

@@ -423,7 +423,7 @@ impl LoadSteps for Run<'_, '_> {
             row: self.run.row,
             increment: self.run.trajectory.cost.increments + 1,
             step_share: step.size,
-            source: step.error,
+            cause: step.error,
             reached: self.reached(),
         })
     }

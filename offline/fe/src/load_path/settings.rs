@@ -85,7 +85,7 @@ pub enum LoadPathError {
     /// An increment failed however small.
     #[error(
         "no equilibrium beyond t = {t_s} s (depth {depth_mm:.4} mm, slide {slide_x_mm:.4}, {slide_y_mm:.4} mm, row {row}): \
-         increment {increment} of {step_share:.1e} of the largest step failed: {source}"
+         increment {increment} of {step_share:.1e} of the largest step failed: {cause}"
     )]
     NoEquilibrium {
         /// Time of the last equilibrium, s.
@@ -103,14 +103,14 @@ pub enum LoadPathError {
         /// Size of the last attempt.
         step_share: f64,
         /// The last failure.
-        source: SolveError,
+        cause: SolveError,
         /// What was reached.
         reached: Box<Trajectory>,
     },
     /// A driven friction force is more than friction holds.
     #[error(
         "row {row} drives a friction force of {wanted_n:.4} N, beyond what friction holds here \
-         ({holds_n:.4} N at this load, {normal_force_n:.4} N; t = {t_s} s)"
+         ({holds_n:.4} N at this load, {normal_force_n:.4} N; t = {t_s:.4} s)"
     )]
     BeyondFriction {
         /// Time of the last equilibrium, s.
@@ -129,7 +129,7 @@ pub enum LoadPathError {
     /// The plane reached what holds the finger.
     #[error(
         "row {row}: the plane meets the held section of the finger or its bone at a depth of {clearance_mm:.3} mm \
-         (t = {t_s} s, {normal_force_n:.3} N)"
+         (t = {t_s:.4} s, {normal_force_n:.3} N)"
     )]
     NotClear {
         /// Time of the last equilibrium, s.
