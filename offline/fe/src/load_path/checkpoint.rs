@@ -29,14 +29,16 @@ const FORMAT: u32 = 1;
 pub(super) struct Saves<'a> {
     checkpoint: Checkpoint<'a>,
     key: String,
-    last: Instant,
+    last_write: Instant,
+    /// The state to be written, with the key.
+    bytes: Option<Vec<u8>>,
 }
 
 impl<'a> Saves<'a> {
     pub fn new(checkpoint: Checkpoint<'a>, path: &Path, snapshots: &[usize]) -> Self {
         let run = serde_json::to_string(&(FORMAT, checkpoint.key, path, snapshots)).expect("plain numbers");
         let key = Sha256::digest(run).iter().map(|byte| format!("{byte:02x}")).collect();
-        Self { checkpoint, key, last: Instant::now() }
+        Self { checkpoint, key, last_write: Instant::now(), bytes: None }
     }
 
     /// What was saved of this very run; None if there is no such file, or one of another run.
@@ -46,16 +48,21 @@ impl<'a> Saves<'a> {
         (key == self.key).then(|| postcard::from_bytes(rest).ok()).flatten()
     }
 
-    /// Whether it is time to save.
-    pub fn due(&self) -> bool {
-        self.last.elapsed() >= self.checkpoint.period
+    /// Takes the state at the end of an increment, and saves it if it is time.
+    ///
+    /// Within an increment the run changes what the increment starts from (the factor, the step size): only the state
+    /// at its end gives the same numbers again.
+    pub fn take<T: Serialize>(&mut self, state: &T) -> Result<(), fingerpad_formats::Error> {
+        self.bytes = Some(postcard::to_stdvec(&(&self.key, state)).expect("plain numbers"));
+        if self.last_write.elapsed() >= self.checkpoint.period { self.write() } else { Ok(()) }
     }
 
-    /// Saves `state` in place of what was saved before.
-    pub fn write<T: Serialize>(&mut self, state: &T) -> Result<(), fingerpad_formats::Error> {
-        let bytes = postcard::to_stdvec(&(&self.key, state)).expect("plain numbers");
-        fingerpad_formats::atomic_write(self.checkpoint.file, |w| w.write_all(&bytes))?;
-        self.last = Instant::now();
+    /// Saves the last state taken in place of what was saved before.
+    pub fn write(&mut self) -> Result<(), fingerpad_formats::Error> {
+        if let Some(bytes) = self.bytes.take() {
+            fingerpad_formats::atomic_write(self.checkpoint.file, |w| w.write_all(&bytes))?;
+            self.last_write = Instant::now();
+        }
         Ok(())
     }
 

@@ -309,17 +309,10 @@ impl<'a, 'p> Run<'a, 'p> {
     }
 
     fn interrupted(&mut self) -> LoadPathError {
-        if let Err(error) = self.save() {
-            return error;
+        if let Some(Err(error)) = self.saves.as_mut().map(Saves::write) {
+            return error.into();
         }
         LoadPathError::Interrupted { reached: self.reached() }
-    }
-
-    fn save(&mut self) -> Result<(), LoadPathError> {
-        if let Some(saves) = &mut self.saves {
-            saves.write(&(&self.run, self.solver.factor_record()))?;
-        }
-        Ok(())
     }
 
     /// Refuses a driven friction force that the contact, which slips nearly everywhere, cannot hold.
@@ -441,8 +434,8 @@ impl LoadSteps for Run<'_, '_> {
         }
         self.run.standing = standing;
         self.record();
-        if self.saves.as_ref().is_some_and(Saves::due) {
-            self.save()?;
+        if let Some(saves) = &mut self.saves {
+            saves.take(&(&self.run, self.solver.factor_record()))?;
         }
         let report = Progress {
             share: self.share(),
