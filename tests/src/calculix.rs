@@ -17,10 +17,10 @@ use fingerpad_fe::compare_ccx::{Contact, Deck, Error as CalculixError, Friction,
 use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
 use fingerpad_fe::element::Hex8;
 use fingerpad_fe::load_path::{
-    Bone, BoneKind, Drive, Finger, MarchSettings, Path, Problem, Tissue, Trajectory, Waypoint, march,
+    Bone, BoneKind, Drive, Finger, LoadSettings, Path, Problem, Tissue, Trajectory, Waypoint, follow_path,
 };
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Nail, Region, fingertip, set};
-use fingerpad_fe::solve::Settings;
+use fingerpad_fe::solve::SolverSettings;
 use nalgebra::Vector3;
 
 /// Penalty of both programs, MPa/mm.
@@ -187,15 +187,16 @@ pub fn problem(finger: &Finger, law: Law) -> Problem<'_> {
         pad_faces: &finger.mesh.pad_faces,
         friction,
         penalty: PenaltySettings { penalty_mpa_per_mm: PENALTY_MPA_PER_MM, augment: false, ..Default::default() },
-        settings: Settings::default(),
-        march: MarchSettings::default(),
+        settings: SolverSettings::default(),
+        load_steps: LoadSettings::default(),
+        clearance_mm: f64::INFINITY,
     }
 }
 
 /// Follows the path to its end with a snapshot at every row.
 pub fn run(problem: &Problem, path: &Path) -> Trajectory {
     let rows: Vec<usize> = (0..path.waypoints.len()).collect();
-    march(problem, path, &rows, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|e| panic!("our run: {e}"))
+    follow_path(problem, path, &rows, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|e| panic!("our run: {e}"))
 }
 
 /// CPU seconds of this process (all its threads, user and system) that `work` takes, with its result.

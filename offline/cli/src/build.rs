@@ -5,12 +5,12 @@ use std::{
     fs,
     path::{Path, PathBuf},
     sync::Mutex,
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use anyhow::Context;
 use fingerpad_fe::experiment::{self, Config};
-use fingerpad_fe::load_path::{BoneKind, Finger, MarchError, PressLimit, Trajectory, march};
+use fingerpad_fe::load_path::{BoneKind, Checkpoint, Finger, LoadPathError, PressLimit, Trajectory, follow_path};
 use fingerpad_fe::mesh;
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce as reduce;
@@ -21,7 +21,7 @@ use indicatif::MultiProgress;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::config::ConfigFile;
-use super::{Failure, Model, bar, go_on, make_finger, march_failure, show};
+use super::{Failure, Model, bar, go_on, make_finger, run_failure, show};
 
 /// The main job: mesh, press and slide at the measured depths, report.
 #[derive(clap::Args)]
@@ -32,7 +32,7 @@ Examples:
   fingerpad build --shape a --config fixed.toml --out a_fixed
   fingerpad build --print-config > my.toml          all settings with their defaults
 
-A build that was killed goes on where it was: finished depths are not run again. A folder that holds another run's
+A build that was killed goes on where it was: finished depths are not run again, an unfinished one loses some seconds. A folder that holds another run's
 settings is refused.")]
 pub struct Args {
     #[command(flatten)]
@@ -130,12 +130,12 @@ fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failur
         && let Some(stored) = runs.iter().find(|run| run.name == AGAIN)
     {
         let bar = bar(AGAIN.into());
-        let again = march(&config.problem(finger), &stored.path, &[], &mut |progress| {
+        let again = follow_path(&config.problem(finger), &stored.path, &[], &mut |progress| {
             show(&bar, &progress);
             go_on()
         });
         bar.finish_and_clear();
-        let again = again.map_err(|e| march_failure(e, AGAIN, "the results so far are kept".into()))?;
+        let again = again.map_err(|e| run_failure(e, AGAIN, "the results so far are kept".into()))?;
         let [normal, friction] = stored.difference(&again.responses);
         println!(
             "stored run {AGAIN} made again: normal force within {:.2} %, friction within {:.2} % of their largest",
@@ -208,6 +208,9 @@ fn claim(out: &Path, config: &Config, hash: &str, full: bool) -> Result<PathBuf,
     claimed().map_err(Failure::Input)?;
     Ok(runs)
 }
+
+/// Time between two saves of an unfinished piece.
+const CHECKPOINT_PERIOD: Duration = Duration::from_secs(5);
 
 /// All pieces of the experiment.
 struct Runs {
@@ -293,7 +296,9 @@ fn run_depth(
 ) -> Result<Stored<Trajectory>, Failure> {
     let start = Instant::now();
     let bar = bars.add(bar(format!("depth {depth_mm:.2} mm")));
-    let result = experiment::press_and_slide(config, finger, depth_mm, &mut |progress| {
+    let checkpoint_file = file.with_extension("checkpoint");
+    let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: hash };
+    let result = experiment::press_and_slide(config, finger, depth_mm, Some(checkpoint), &mut |progress| {
         show(&bar, &progress);
         go_on()
     });
@@ -315,7 +320,9 @@ fn run_frictionless(
 ) -> Result<Stored<Vec<PressLimit>>, Failure> {
     let start = Instant::now();
     let bar = bars.add(bar("frictionless".into()));
-    let result = experiment::frictionless(config, finger, &mut |progress| {
+    let checkpoint_file = file.with_extension("checkpoint");
+    let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: hash };
+    let result = experiment::frictionless(config, finger, Some(checkpoint), &mut |progress| {
         show(&bar, &progress);
         go_on()
     });
@@ -324,9 +331,9 @@ fn run_frictionless(
     store(file, Stored { settings_hash: hash.to_owned(), wall_s: start.elapsed().as_secs_f64(), result })
 }
 
-fn piece_failure(error: MarchError, what: &str, file: &Path) -> Failure {
+fn piece_failure(error: LoadPathError, what: &str, file: &Path) -> Failure {
     let folder = file.parent().unwrap_or(Path::new("."));
-    march_failure(error, what, format!("finished depths are kept in {}", folder.display()))
+    run_failure(error, what, format!("finished depths are kept in {}", folder.display()))
 }
 
 fn store<T: Serialize>(file: &Path, stored: Stored<T>) -> Result<Stored<T>, Failure> {

@@ -6,8 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use fingerpad_confirm::{Confirmation, FeRow, FeStroke, Prepared, Ran};
 use fingerpad_diagnose::Evidence;
-use fingerpad_fe::experiment::bone_height_mm;
-use fingerpad_fe::load_path::{MarchError, Problem};
+use fingerpad_fe::load_path::{Clearance, LoadPathError, Problem};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats as formats;
 use fingerpad_smooth::ReferenceCurves;
@@ -41,10 +40,10 @@ pub fn confirm(
     }
     let prepared = Prepared::new(reference, evidence, config.friction, strokes);
     let (finger, _) = make_finger(&config)?;
-    let (room, depth) = (bone_height_mm(&finger), prepared.depth_mm());
+    let (room, depth) = (Clearance::of(&finger).depth_mm, prepared.depth_mm());
     if !(depth < room) {
         return Err(Failure::Input(anyhow::anyhow!(
-            "--confirm-fe: a stroke goes {depth:.2} mm deep, and the bone of shape {} lies {room:.2} mm above first \
+            "--confirm-fe: a stroke goes {depth:.2} mm deep, and the bone or the held section of shape {} lies {room:.2} mm above first \
              touch: give the finger's own geometry by --shape or --config",
             config.geometry_name()
         )));
@@ -107,7 +106,7 @@ impl Runner<'_> {
             return Ok(rows);
         }
         let rows = stroke.march(&self.problem, &mut |_| go_on()).map_err(|error| match error {
-            MarchError::Interrupted { .. } => self.interrupted(),
+            LoadPathError::Interrupted { .. } => self.interrupted(),
             error => Failure::Input(error.into()),
         })?;
         let text = serde_json::to_vec(&rows).map_err(|e| Failure::Numerics(e.into()))?;

@@ -41,7 +41,7 @@ use std::{
 use clap::{Parser, Subcommand, ValueEnum};
 use config::ConfigFile;
 use fingerpad_fe::experiment::{Config, ConfigError};
-use fingerpad_fe::load_path::{Finger, MarchError, Progress};
+use fingerpad_fe::load_path::{Finger, LoadPathError, Progress};
 use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -256,11 +256,15 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     ));
 }
 
-/// A failed march as a failure; `kept` says what was saved.
-fn march_failure(error: MarchError, what: &str, kept: String) -> Failure {
+/// A failed run as a failure; `kept` says what was saved.
+fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
     match error {
-        MarchError::Interrupted { .. } => Failure::Interrupted(kept),
-        MarchError::Path(_) => Failure::Input(anyhow::Error::new(error).context(what.to_owned())),
-        MarchError::Stuck { .. } => Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})"))),
+        LoadPathError::Interrupted { .. } => Failure::Interrupted(kept),
+        LoadPathError::Path(_) | LoadPathError::Checkpoint(_) => {
+            Failure::Input(anyhow::Error::new(error).context(what.to_owned()))
+        }
+        LoadPathError::NoEquilibrium { .. } | LoadPathError::BeyondFriction { .. } | LoadPathError::NotClear { .. } => {
+            Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})")))
+        }
     }
 }

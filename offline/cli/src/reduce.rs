@@ -9,7 +9,7 @@ use std::{
 
 use anyhow::Context;
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Finger, MarchError, Trajectory, march};
+use fingerpad_fe::load_path::{Finger, LoadPathError, Trajectory, follow_path};
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce::{self as reduce, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings};
 use fingerpad_report as report;
@@ -310,7 +310,7 @@ fn run_one(
     bars: &MultiProgress,
 ) -> Result<(), Failure> {
     let bar = bars.add(bar(experiment.name.clone()));
-    let result = march(&config.problem(finger), &experiment.path, &[], &mut |progress| {
+    let result = follow_path(&config.problem(finger), &experiment.path, &[], &mut |progress| {
         show(&bar, &progress);
         go_on()
     });
@@ -318,12 +318,17 @@ fn run_one(
     let (trajectory, ended_early): (Trajectory, _) = match result {
         Ok(trajectory) => (trajectory, None),
         // A path that got stuck is kept as far as it came, and says so.
-        Err(MarchError::Stuck { reached, source, t_s, .. }) => (*reached, Some(format!("t = {t_s} s: {source}"))),
-        Err(MarchError::Interrupted { .. }) => {
+        Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
+            (*reached, Some(format!("t = {t_s} s: {cause}")))
+        }
+        Err(LoadPathError::Interrupted { .. }) => {
             return Err(Failure::Interrupted("finished paths are kept".to_owned()));
         }
-        Err(error @ MarchError::Path(_)) => {
+        Err(error @ (LoadPathError::Path(_) | LoadPathError::Checkpoint(_))) => {
             return Err(Failure::Input(anyhow::Error::new(error).context(experiment.name.clone())));
+        }
+        Err(mut error @ (LoadPathError::BeyondFriction { .. } | LoadPathError::NotClear { .. })) => {
+            (error.take_reached(), Some(error.to_string()))
         }
     };
     if let Some(problem) = &ended_early {

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use fingerpad_fe::experiment::bone_height_mm;
-use fingerpad_fe::load_path::{Drive, MarchError, Trajectory, march};
+use std::time::Duration;
 
-use super::{Failure, Model, bar, go_on, make_finger, march_failure, show};
+use fingerpad_fe::load_path::{Checkpoint, Trajectory, follow_path_from};
+
+use super::{Failure, Model, bar, go_on, make_finger, run_failure, show};
 
 /// Follow a path of the plane with the finite-element model.
 #[derive(clap::Args)]
@@ -47,6 +48,9 @@ pub struct Args {
     frictionless_press: bool,
 }
 
+/// Time between two saves of an unfinished run.
+const CHECKPOINT_PERIOD: Duration = Duration::from_secs(5);
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut config = args.model.config()?;
@@ -64,23 +68,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             *target = value;
         }
     }
-    config.numerics.march.friction_while_pressing &= !args.frictionless_press;
+    config.numerics.load_steps.friction_while_pressing &= !args.frictionless_press;
     let path = fingerpad_fe::load_path::path_csv::read(&args.path)?;
     let (finger, _) = make_finger(&config)?;
-    if path.drives[0] == Drive::Displacement {
-        let room = bone_height_mm(&finger);
-        if let Some((row, point)) = path.waypoints.iter().enumerate().find(|(_, p)| !(p.normal < room)) {
-            return Err(Failure::Input(anyhow::anyhow!(
-                "{}: data row {}: depth_mm {} reaches the bone, whose lowest point is {room:.2} mm above first touch",
-                args.path.display(),
-                row + 1,
-                point.normal
-            )));
-        }
-    }
+    config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow::anyhow!("{}: {e}", args.path.display())))?;
     let snapshots: Vec<usize> = if args.vtu.is_some() { (0..path.waypoints.len()).collect() } else { Vec::new() };
     let bar = bar("simulate".into());
-    let result = march(&config.problem(&finger), &path, &snapshots, &mut |progress| {
+    let checkpoint_file = args.out.with_extension("checkpoint");
+    let hash = config.hash()?;
+    let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: &hash };
+    let result = follow_path_from(&config.problem(&finger), &path, &snapshots, checkpoint, &mut |progress| {
         show(&bar, &progress);
         go_on()
     });
@@ -112,14 +109,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             // What was reached goes beside the output, under a name that nobody takes for the whole.
             let partial = args.out.with_extension("partial.csv");
             let mut kept = "nothing was kept".to_owned();
-            if let MarchError::Stuck { reached, .. } | MarchError::Interrupted { reached } = &mut error
-                && !reached.responses.is_empty()
-            {
-                let reached = std::mem::take(reached);
+            let reached = error.take_reached();
+            if !reached.responses.is_empty() {
                 save(&reached, &partial)?;
                 kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
             }
-            Err(march_failure(error, &args.path.display().to_string(), kept))
+            Err(run_failure(error, &args.path.display().to_string(), kept))
         }
     }
 }

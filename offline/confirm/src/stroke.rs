@@ -5,7 +5,9 @@ use std::ops::ControlFlow;
 use fingerpad_diagnose::laws::{Change, REFERENCE_AREA_MM2, Row};
 use fingerpad_diagnose::{ActiveLaw, Run};
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::load_path::{Drive, MarchError, Path, Problem, Progress, Response, Waypoint, march_with_law};
+use fingerpad_fe::load_path::{
+    Drive, LoadPathError, Path, Problem, Progress, Response, Waypoint, follow_path_with_law,
+};
 
 use super::scale::{FingerScale, Refit};
 
@@ -103,18 +105,18 @@ impl<'a> FeStroke<'a> {
     /// Follows the stroke; `None` where no equilibrium is found.
     ///
     /// # Errors
-    /// [`MarchError::Interrupted`] and [`MarchError::Path`].
+    /// [`LoadPathError`], but not [`LoadPathError::NoEquilibrium`].
     pub fn march(
         &self,
         problem: &Problem<'_>,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<Option<Vec<FeRow>>, MarchError> {
-        match march_with_law(problem, &self.path, &|t_s| self.law_at(t_s), progress) {
+    ) -> Result<Option<Vec<FeRow>>, LoadPathError> {
+        match follow_path_with_law(problem, &self.path, &|t_s| self.law_at(t_s), progress) {
             Ok(trajectory) => {
                 let at = |t_s: f64| trajectory.responses.iter().rfind(|r| r.t_s == t_s).map(FeRow::from);
                 Ok(self.path.waypoints[self.first_row..].iter().map(|w| at(w.t_s)).collect())
             }
-            Err(MarchError::Stuck { .. }) => Ok(None),
+            Err(LoadPathError::NoEquilibrium { .. }) => Ok(None),
             Err(error) => Err(error),
         }
     }

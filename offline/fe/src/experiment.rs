@@ -3,23 +3,19 @@
 //! Main types: [`Config`], [`Experiment`].
 //! May use: load_path and what it may use; `fingerpad-formats` for label volumes and imported meshes.
 
-use std::{
-    ops::ControlFlow,
-    path::{Path as FilePath, PathBuf},
-};
+use std::path::{Path as FilePath, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::contact::RubberFriction;
+use crate::contact::{LawError, RubberFriction};
 use crate::load_path::{
-    BoneKind, Drive, Finger, MarchError, Numerics, Path, PressLimit, Problem, Progress, Tissue, Trajectory, Waypoint,
-    march, press_limits,
+    BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Numerics, OnProgress, Path, PressLimit, Problem,
+    Tissue, Trajectory, Waypoint, follow_path, follow_path_from, press_limits,
 };
 use crate::mesh::{
     self, Fingertip, FingertipShape, MeshError, MeshPreset,
     imported::{ImportError, ImportReport, ImportedGeometry, RawMesh, imported_fingertip},
-    set,
     volume::{LabelVolume, VolumeError, VolumeGeometry, VolumeReport, volume_fingertip},
 };
 use fingerpad_formats as formats;
@@ -113,6 +109,17 @@ pub enum ConfigError {
     /// Depths that cannot be pressed.
     #[error("experiment.depths_mm: {0}")]
     Depths(String),
+    /// A friction law that is none of skin.
+    #[error("friction: {0}")]
+    Friction(LawError),
+    /// A path that cannot be followed.
+    #[error("data row {row}: {problem}")]
+    Path {
+        /// Row, from 1.
+        row: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The shape cannot be meshed.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -221,17 +228,18 @@ impl Config {
         }
     }
 
-    /// Mesh and body, checked.
+    /// Mesh and body, checked; the friction law too, before the seconds that a mesh takes.
     ///
     /// # Errors
     /// [`ConfigError`].
     pub fn finger(&self) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
+        self.friction.check().map_err(ConfigError::Friction)?;
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
         Ok((Finger::new(fingertip, &self.tissue)?, touch))
     }
 
-    /// Refuses depths that are not numbers, do not rise, or reach the bone.
+    /// Refuses depths that are not numbers, do not rise, or reach the bone or the held section.
     ///
     /// # Errors
     /// [`ConfigError::Depths`].
@@ -247,9 +255,39 @@ impl Config {
             }
             last = depth;
         }
-        let room = bone_height_mm(finger);
-        if last >= room {
-            return refuse(format!("{last} mm reaches the bone, whose lowest point is {room:.2} mm above first touch"));
+        Clearance::of(finger).refusal(last).map_or(Ok(()), refuse)
+    }
+
+    /// Refuses a path that leads to what holds the finger, or to numbers that no fingertip bears.
+    ///
+    /// # Errors
+    /// [`ConfigError::Path`] names the first such row.
+    pub fn check_path(&self, path: &Path, finger: &Finger) -> Result<(), ConfigError> {
+        let clearance = Clearance::of(finger);
+        for (k, point) in path.waypoints.iter().enumerate() {
+            let refuse = |problem| Err(ConfigError::Path { row: k + 1, problem });
+            if path.drives[0] == Drive::Displacement
+                && let Some(problem) = clearance.refusal(point.normal)
+            {
+                return refuse(format!("depth_mm {problem}"));
+            }
+            let keys = [("normal_force_n", point.normal), ("friction_x_n", point.x), ("friction_y_n", point.y)];
+            for ((key, value), drive) in keys.into_iter().zip(path.drives) {
+                if drive == Drive::Force && !(value.abs() <= LARGEST_FORCE_N) {
+                    return refuse(format!(
+                        "{key} {value} N: at most {LARGEST_FORCE_N} N, beyond which the pulp is pressed to the bone"
+                    ));
+                }
+            }
+            for ((key, value), drive) in
+                [("slide_x_mm", point.x), ("slide_y_mm", point.y)].into_iter().zip(&path.drives[1..])
+            {
+                if *drive == Drive::Displacement && !(value.abs() <= LONGEST_SLIDE_MM) {
+                    return refuse(format!(
+                        "{key} {value} mm: at most {LONGEST_SLIDE_MM} mm; a slide is steady after some millimetres"
+                    ));
+                }
+            }
         }
         Ok(())
     }
@@ -282,7 +320,8 @@ impl Config {
             friction: Some(self.friction),
             penalty: self.numerics.contact,
             settings: self.numerics.solver,
-            march: self.numerics.march,
+            load_steps: self.numerics.load_steps,
+            clearance_mm: Clearance::of(finger).depth_mm,
         }
     }
 }
@@ -313,26 +352,27 @@ fn read_mesh(settings: &ImportedGeometry) -> Result<RawMesh, ConfigError> {
     }
 }
 
-/// Height of the bones' lowest point above first touch, mm; infinite without bones.
-pub fn bone_height_mm(finger: &Finger) -> f64 {
-    let bones = [set::DISTAL_BONE, set::PROXIMAL_BONE];
-    let nodes = bones.iter().flat_map(|name| finger.mesh.node_set(name));
-    nodes.map(|&n| finger.mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min)
-}
+/// Largest force that may be driven, N. The hardest press of a fingertip is some 50 N, and long before it the pulp is
+/// flat on the bone.
+const LARGEST_FORCE_N: f64 = 100.0;
+/// Longest slide that may be driven, mm.
+const LONGEST_SLIDE_MM: f64 = 1000.0;
 
 /// Slides at which fields are kept, mm, if the slide is as long.
 const SNAPSHOT_SLIDES_MM: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 6.0];
 
-/// Presses to `depth_mm`, then slides from proximal to distal; fields at five slides.
+/// Presses to `depth_mm`, then slides from proximal to distal; fields at five slides. With a checkpoint the run goes on
+/// from what is saved there.
 ///
 /// # Errors
-/// [`MarchError`], with what was reached.
+/// [`LoadPathError`], with what was reached.
 pub fn press_and_slide(
     config: &Config,
     finger: &Finger,
     depth_mm: f64,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Trajectory, MarchError> {
+    checkpoint: Option<Checkpoint>,
+    progress: OnProgress,
+) -> Result<Trajectory, LoadPathError> {
     let experiment = &config.experiment;
     let mut slides: Vec<f64> =
         SNAPSHOT_SLIDES_MM.into_iter().filter(|&s| s > 0.0 && s < experiment.slide_mm - 1e-9).collect();
@@ -350,19 +390,25 @@ pub fn press_and_slide(
     }));
     let snapshots: Vec<usize> = (1..waypoints.len()).collect();
     let path = Path { drives: [Drive::Displacement; 3], waypoints };
-    march(&config.problem(finger), &path, &snapshots, progress)
+    let problem = config.problem(finger);
+    match checkpoint {
+        Some(checkpoint) => follow_path_from(&problem, &path, &snapshots, checkpoint, progress),
+        None => follow_path(&problem, &path, &snapshots, progress),
+    }
 }
 
 /// Normal force, area and the law's integral over the frictionless pressure at each depth.
 ///
 /// # Errors
-/// [`MarchError`].
+/// [`LoadPathError`].
 pub fn frictionless(
     config: &Config,
     finger: &Finger,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Vec<PressLimit>, MarchError> {
-    press_limits(&config.problem(finger), &config.friction, &config.experiment.depths_mm, progress)
+    checkpoint: Option<Checkpoint>,
+    progress: OnProgress,
+) -> Result<Vec<PressLimit>, LoadPathError> {
+    let problem = config.problem(finger);
+    press_limits(&problem, &config.friction, &config.experiment.depths_mm, checkpoint, progress)
 }
 
 #[cfg(test)]

@@ -139,6 +139,7 @@ impl Region {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fingerpad_fe::contact::FrictionLaw;
 
     #[test]
     fn constants_go_there_and_back() {

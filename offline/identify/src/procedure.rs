@@ -23,8 +23,9 @@ use super::{
     tau0::tau0_test,
 };
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::experiment::{Config, ConfigError, bone_height_mm};
+use fingerpad_fe::experiment::{Config, ConfigError};
 use fingerpad_fe::load_path::BoneKind;
+use fingerpad_fe::load_path::Clearance;
 
 /// An identification problem: table, finger and settings.
 pub struct Input<'a> {
@@ -88,7 +89,7 @@ pub fn identify(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Outco
     let clock = Clock { evaluator: &evaluator, stages: RefCell::default() };
     let given = FingerPoint::of(config.fingertip_shape()?);
     let finger = evaluator.finger(&given.shape)?;
-    check_depths(&table, bone_height_mm(&finger))?;
+    check_depths(&table, Clearance::of(&finger).depth_mm)?;
     let problem = config.problem(&finger);
     let mut fe_model = FeModel::new(&evaluator, &given.shape, &problem);
 

@@ -9,7 +9,7 @@ use super::{
 };
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::{Config, press_and_slide};
-use fingerpad_fe::load_path::{Finger, MarchError};
+use fingerpad_fe::load_path::{Finger, LoadPathError};
 use fingerpad_fe::mesh;
 
 /// Published findings that were not fitted, beside ours.
@@ -101,12 +101,12 @@ fn stick_line(
     };
     let depth_mm = table.depths_mm[table.depths_mm.len() / 2] + finger.depth_offset_mm;
     (hooks.tell)("stick ratio over load", &format!("slide at depth {depth_mm:.3} mm"));
-    let result = press_and_slide(&config, &fingertip, depth_mm, &mut |_| {
+    let result = press_and_slide(&config, &fingertip, depth_mm, None, &mut |_| {
         if (hooks.go_on)() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
     let trajectory = match result {
         Ok(trajectory) => trajectory,
-        Err(MarchError::Interrupted { .. }) => return Err(IdentifyError::Interrupted),
+        Err(LoadPathError::Interrupted { .. }) => return Err(IdentifyError::Interrupted),
         Err(_) => return Ok(None),
     };
     let slide: Vec<_> = trajectory.responses.iter().filter(|r| r.slide_x_mm > 0.0).collect();

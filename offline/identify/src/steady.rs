@@ -1,4 +1,4 @@
-//! Steady full slip at one depth, without marching there.
+//! Steady full slip at one depth, solved for directly.
 //!
 //! When a rate-independent finger has slid far enough, it no longer deforms: every contact point slips along the
 //! plane's motion and bears its strength. That state depends on depth and law alone, not on how it was reached, so
@@ -12,16 +12,20 @@ use super::{
     history::{History, distance},
 };
 use fingerpad_fe::assembly::{Body, Configuration};
-use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction};
-use fingerpad_fe::load_path::Problem;
-use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats, Target};
+use fingerpad_fe::contact::{Friction, FrictionLaw, PenaltySettings, RubberFriction};
+use fingerpad_fe::load_path::{
+    FailedStep, LimitPointRule, LoadSteps, Problem, Standing, StepRule, load_along, pass_limit_point,
+};
+use fingerpad_fe::solve::{Axis, Guess, SolveError, Solver, SolverSettings, State, Stats, Target};
+use std::ops::ControlFlow;
 
 /// Elastic slip of every contact point before the return map, mm: its direction is then +x within 1e-8.
 const SATURATED_MM: f64 = 1e9;
-/// Share of a move below which a step is taken for one over a limit point.
-const SNAP_BELOW: f64 = 1.0 / 20.0;
-/// Viscous steps over a limit point before a move is given up.
-const SNAP_STEPS: usize = 12;
+/// Step sizes; a size of 1 is the whole move.
+const STEPS: StepRule =
+    StepRule { easy_iterations: 7, after_hard: 0.7, cut: 0.5, limit_point_below: 1.0 / 20.0, after_limit_point: 0.1 };
+/// How a limit point is passed.
+const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 12, release: 0.4, hold: 10.0, largest: 1e2 };
 /// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
 const PATIENCE: u32 = 200;
 
@@ -145,7 +149,7 @@ impl<'a> Slider<'a> {
         let law = RubberFriction { lambda: 0.0, tau0_mpa: 0.0, ..problem.friction.unwrap_or_default() };
         let penalty = PenaltySettings { augment: false, ..problem.penalty };
         // A step that needs more than this is cheaper in two.
-        let settings = Settings {
+        let settings = SolverSettings {
             tolerance,
             max_iterations: 15,
             max_contact_iterations: 25,
@@ -160,7 +164,7 @@ impl<'a> Slider<'a> {
             state,
             at: Place { depth_mm: 0.0, law },
             history: History::default(),
-            max_depth_step_mm: problem.march.max_depth_step_mm,
+            max_depth_step_mm: problem.load_steps.max_depth_step_mm,
             go_on,
             effort: Effort::default(),
         }
@@ -239,68 +243,37 @@ impl<'a> Slider<'a> {
 
     fn move_to(&mut self, to: Place, limits: Limits) -> Result<(), IdentifyError> {
         let from = self.at;
-        let mut pace = self.first_share(&from, &to);
-        let mut done = 0.0f64;
-        let mut spent = 0;
-        let mut snaps = u32::from(limits == Limits::Stop);
-        let mut failed = false;
-        while done < 1.0 {
-            if !(self.go_on)() {
-                return Err(IdentifyError::Interrupted);
-            }
-            let left = 1.0 - done;
-            let size = if pace >= left { left } else { left / (left / pace - 1e-9).ceil() };
-            let share = if size >= left { 1.0 } else { done + size };
-            let place = if share == 1.0 { to } else { between(&from, &to, share) };
-            let prediction = self.history.predict(self.body, &self.coordinates(&place)).filter(|_| !failed);
-            let (guess, led) = prediction.unwrap_or_else(|| (self.state.configuration.clone(), false));
-            let extrapolated = led || place.depth_mm == self.at.depth_mm;
-            let last = saturated(&self.state);
-            self.solver.set_friction(Friction::On(place.law));
-            let target = [Axis::Displacement(0.0), Axis::Displacement(0.0), Axis::Displacement(place.depth_mm)];
-            let plane = [0.0, 0.0, place.depth_mm];
-            let mut stats = Stats::default();
-            let result = self.solver.step(&last, target, guess, plane, extrapolated, &mut stats);
-            self.effort.iterations += stats.iterations;
-            self.effort.factorisations += stats.factorisations;
-            spent += stats.iterations;
-            match result {
-                Ok(next) => {
-                    self.effort.solves += 1;
-                    self.state = next;
-                    self.at = place;
-                    self.history.keep(self.coordinates(&place), place, &self.state.configuration);
-                    failed = false;
-                    done = share;
-                    pace = match stats.iterations {
-                        0..=7 => 1.5 * size,
-                        8..=14 => size,
-                        _ => 0.7 * size,
-                    };
-                }
-                Err(error) => {
-                    self.effort.cutbacks += 1;
-                    failed = true;
-                    pace = 0.5 * size;
-                    let given_up = spent > PATIENCE;
-                    if pace >= SNAP_BELOW && !given_up {
-                        continue;
-                    }
-                    snaps += 1;
-                    if !given_up && snaps <= 1 && self.snap(target)? {
-                        self.at = place;
-                        // What was known before the snap belongs to another branch.
-                        self.history.clear();
-                        self.history.keep(self.coordinates(&place), place, &self.state.configuration);
-                        done = share;
-                        pace = 0.1;
-                    } else {
-                        return Err(IdentifyError::Steady { depth_mm: place.depth_mm, law: place.law, cause: error });
-                    }
-                }
-            }
-        }
-        Ok(())
+        let size = self.first_share(&from, &to);
+        let passages_left = u32::from(limits == Limits::Pass);
+        let mut moving = Move { slider: self, from, to, iterations: 0, passages_left, failed: false };
+        load_along(&mut moving, &STEPS, 1.0, Standing { done: 0.0, size }).map(|_| ())
+    }
+
+    /// Solves, asking whether to go on many times within; adds the effort.
+    fn solve<T>(
+        &mut self,
+        search: impl FnOnce(
+            &mut Solver<'a>,
+            &State,
+            &mut Stats,
+            &mut dyn FnMut(&Stats) -> ControlFlow<()>,
+        ) -> Result<T, SolveError>,
+    ) -> (Result<T, SolveError>, u32) {
+        let mut stats = Stats::default();
+        let go_on = self.go_on;
+        let mut watch = |_: &Stats| if go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+        let result = search(&mut self.solver, &self.state, &mut stats, &mut watch);
+        self.effort.iterations += stats.iterations;
+        self.effort.factorisations += stats.factorisations;
+        (result, stats.iterations)
+    }
+
+    /// Takes up an equilibrium found at a place.
+    fn take(&mut self, at: Place, state: State) {
+        self.effort.solves += 1;
+        self.state = state;
+        self.at = at;
+        self.history.keep(self.coordinates(&at), at, &self.state.configuration);
     }
 
     /// A place in steps that are likely to converge.
@@ -318,45 +291,6 @@ impl<'a> Slider<'a> {
         1.0 / far.min(2.0 * self.history.distance(&b)).max(1.0)
     }
 
-    /// Steps past a limit point: viscous steps at a fixed target until equilibrium holds without them.
-    ///
-    /// Returns whether it was reached; the state is untouched if not.
-    fn snap(&mut self, target: Target) -> Result<bool, IdentifyError> {
-        let mut state = self.state.clone();
-        let mut coefficient = 1e-3;
-        for _ in 0..SNAP_STEPS {
-            if !(self.go_on)() {
-                return Err(IdentifyError::Interrupted);
-            }
-            let mut stats = Stats::default();
-            let last = saturated(&state);
-            match self.solver.damped_step(&last, target, coefficient, &mut stats) {
-                Ok(next) => {
-                    state = next;
-                    coefficient *= 0.4;
-                    if coefficient < 1e-2 {
-                        let (last, guess) = (saturated(&state), state.configuration.clone());
-                        let plane = state.contact.plane;
-                        if let Ok(next) = self.solver.step(&last, target, guess, plane, true, &mut stats) {
-                            self.state = next;
-                            self.effort.solves += 1;
-                            self.effort.iterations += stats.iterations;
-                            self.effort.factorisations += stats.factorisations;
-                            return Ok(true);
-                        }
-                    }
-                }
-                Err(_) => coefficient *= 10.0,
-            }
-            self.effort.iterations += stats.iterations;
-            self.effort.factorisations += stats.factorisations;
-            if coefficient > 1e2 {
-                break;
-            }
-        }
-        Ok(false)
-    }
-
     fn steady(&self) -> Steady {
         let State { contact, totals, .. } = &self.state;
         Steady {
@@ -367,6 +301,92 @@ impl<'a> Slider<'a> {
             penetration_mm: totals.penetration,
             pressure: contact.points.iter().filter(|p| p.pressure > 0.0).map(|p| [p.pressure, p.area]).collect(),
         }
+    }
+}
+
+/// A move from one place to another.
+struct Move<'s, 'a> {
+    slider: &'s mut Slider<'a>,
+    from: Place,
+    to: Place,
+    /// Equilibrium iterations of the move so far.
+    iterations: u32,
+    /// Limit points that may still be passed.
+    passages_left: u32,
+    /// Whether the last step failed.
+    failed: bool,
+}
+
+impl Move<'_, '_> {
+    fn place(&self, share: f64) -> Place {
+        if share == 1.0 { self.to } else { between(&self.from, &self.to, share) }
+    }
+}
+
+/// The plane at a place.
+fn target(place: &Place) -> Target {
+    [Axis::Displacement(0.0), Axis::Displacement(0.0), Axis::Displacement(place.depth_mm)]
+}
+
+impl LoadSteps for Move<'_, '_> {
+    type Error = IdentifyError;
+
+    fn try_step(&mut self, share: f64, _: f64) -> Result<u32, SolveError> {
+        let place = self.place(share);
+        let slider = &mut *self.slider;
+        let prediction = slider.history.predict(slider.body, &slider.coordinates(&place)).filter(|_| !self.failed);
+        let (configuration, led) = prediction.unwrap_or_else(|| (slider.state.configuration.clone(), false));
+        let follows_plane = led || place.depth_mm == slider.at.depth_mm;
+        let guess = Guess { configuration, plane: [0.0, 0.0, place.depth_mm], follows_plane };
+        slider.solver.set_friction(Friction::On(place.law));
+        let (result, iterations) = slider
+            .solve(|solver, state, stats, watch| solver.step(&saturated(state), target(&place), guess, stats, watch));
+        self.iterations += iterations;
+        slider.take(place, result?);
+        self.failed = false;
+        Ok(iterations)
+    }
+
+    fn failed(&mut self, _: f64, error: &SolveError) -> Result<(), IdentifyError> {
+        if *error == SolveError::Interrupted {
+            return Err(IdentifyError::Interrupted);
+        }
+        self.slider.effort.cutbacks += 1;
+        self.failed = true;
+        Ok(())
+    }
+
+    fn out_of_patience(&self) -> bool {
+        self.iterations > PATIENCE
+    }
+
+    fn pass_limit_point(&mut self, share: f64) -> Result<bool, IdentifyError> {
+        if self.out_of_patience() || self.passages_left == 0 {
+            return Ok(false);
+        }
+        self.passages_left -= 1;
+        let place = self.place(share);
+        let (result, _) = self.slider.solve(|solver, state, stats, watch| {
+            pass_limit_point(solver, state, target(&place), &LIMIT_POINT, &saturated, stats, watch)
+        });
+        let Ok(passage) = result else { return Err(IdentifyError::Interrupted) };
+        let Some(passage) = passage else { return Ok(false) };
+        // What was known before the limit point belongs to another branch.
+        self.slider.history.clear();
+        self.slider.take(place, passage.state);
+        Ok(true)
+    }
+
+    fn give_up(&mut self, step: FailedStep) -> Result<(), IdentifyError> {
+        if !step.at_limit_point {
+            return Ok(());
+        }
+        let Place { depth_mm, law } = self.place(step.share);
+        Err(IdentifyError::Steady { depth_mm, law, cause: step.error })
+    }
+
+    fn accepted(&mut self, _: Standing) -> Result<(), IdentifyError> {
+        Ok(())
     }
 }
 

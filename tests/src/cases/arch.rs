@@ -3,7 +3,7 @@
 //! Here the snap is the whole event, so that its work is a large share; that of the fingers is held under 1 % by `deep`.
 
 use fingerpad_fe::assembly::{Body, BodyError, Joint, Material, Supports};
-use fingerpad_fe::load_path::{Drive, Problem, Response, march};
+use fingerpad_fe::load_path::{Drive, Problem, Response, follow_path};
 use fingerpad_fe::material::Ogden;
 use fingerpad_fe::mesh::{
     Mesh,
@@ -66,11 +66,11 @@ pub fn arch(_: Effort) -> Result<Vec<Check>, Failure> {
     let target_n = 2.0 * limit_n;
 
     let mut driven = problem.clone();
-    driven.march.max_force_step_n = 0.05 * limit_n;
+    driven.load_steps.max_force_step_n = 0.05 * limit_n;
     // Near the limit point a force that is 1e-5 off moves the crown by hundredths of a millimetre.
     driven.settings.tolerance = 1e-7;
     let force_path = path([Drive::Force, Drive::Displacement, Drive::Displacement], &[[0.0; 3], [target_n, 0.0, 0.0]]);
-    let run = march(&driven, &force_path, &[1], &mut |_| ControlFlow::Continue(()))?;
+    let run = follow_path(&driven, &force_path, &[1], &mut |_| ControlFlow::Continue(()))?;
     let snaps: Vec<&Response> = run.responses.iter().filter(|r| r.status == Status::STABILISED).collect();
     let snap = snaps.first().ok_or("the limit point was not noticed")?;
     let end = run.responses.last().ok_or("no response")?;

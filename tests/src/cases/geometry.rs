@@ -17,7 +17,7 @@ use crate::Check;
 
 fn press(config: &Config) -> Result<Vec<PressLimit>, Failure> {
     let (finger, _) = config.finger()?;
-    Ok(frictionless(config, &finger, &mut |_| ControlFlow::Continue(()))?)
+    Ok(frictionless(config, &finger, None, &mut |_| ControlFlow::Continue(()))?)
 }
 
 /// Normal force and area at each depth against those of `reference`.

@@ -1,8 +1,8 @@
 //! What the friction law does in time: no creep under a held load, elastic slip as a length of the law.
 
 use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction};
-use fingerpad_fe::load_path::{Drive, MarchSettings, Problem, Trajectory};
-use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats};
+use fingerpad_fe::load_path::{Drive, LoadSettings, Problem, Trajectory};
+use fingerpad_fe::solve::{Axis, Guess, Solver, SolverSettings, State, Stats, unwatched};
 
 use super::{Effort, Failure};
 use crate::{
@@ -39,7 +39,7 @@ pub fn creep(effort: Effort) -> Result<Vec<Check>, Failure> {
 
     // The same with every increment sought anew from a disturbed guess, at a tolerance that resolves the bound; with
     // the default penalty rounding alone leaves residuals of 1e-9.
-    let settings = Settings { tolerance: 3e-10, ..Default::default() };
+    let settings = SolverSettings { tolerance: 3e-10, ..Default::default() };
     let penalty = PenaltySettings { augment: false, penalty_mpa_per_mm: 20.0, ..Default::default() };
     let mut solver = Solver::new(&dome.body, &dome.mesh.pad_faces, Friction::On(law), penalty, settings);
     let mut state = solver.initial_state([0.0; 3]);
@@ -55,7 +55,8 @@ pub fn creep(effort: Effort) -> Result<Vec<Check>, Failure> {
             plane[2] += 0.02;
         }
         let target = [Axis::Force(load), Axis::Displacement(0.0), Axis::Force(normal)];
-        solver.step(from, target, guess, plane, false, &mut Stats::default())
+        let guess = Guess { configuration: guess, plane, follows_plane: false };
+        solver.step(from, target, guess, &mut Stats::default(), &mut unwatched)
     };
     for share in [0.1, 0.3, 0.6, 1.0] {
         state = step(&mut solver, &state, [share * HELD_N, 0.0], 0.0, 0)?;
@@ -87,9 +88,9 @@ pub fn elastic_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     let run = |dome: &Dome, gamma_mm: f64, slides: &[f64]| {
         let mut corners = vec![[0.0; 3], [DEPTH_MM, 0.0, 0.0]];
         corners.extend(slides.iter().map(|&s| [DEPTH_MM, s, 0.0]));
-        let march = MarchSettings { friction_while_pressing: false, ..Default::default() };
+        let load_steps = LoadSettings { friction_while_pressing: false, ..Default::default() };
         let friction = Some(RubberFriction::coulomb(0.2, gamma_mm));
-        follow(&Problem { friction, march, ..problem(&dome.body, &dome.mesh.pad_faces) }, &placed(&corners))
+        follow(&Problem { friction, load_steps, ..problem(&dome.body, &dome.mesh.pad_faces) }, &placed(&corners))
     };
     let grid: Vec<f64> = (1..=STEPS).map(|k| k as f64 * STEP_MM).collect();
     let coarse = [run(&domes[0], GAMMA_MM, &grid)?, run(&domes[0], 0.1 * GAMMA_MM, &grid)?];

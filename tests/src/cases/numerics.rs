@@ -1,6 +1,6 @@
 //! What must not depend on numerics, and the energy balance, on the coarse shape A with fixed bone.
 
-use fingerpad_fe::load_path::{BoneKind, Finger, MarchSettings, Problem, Trajectory};
+use fingerpad_fe::load_path::{BoneKind, Finger, LoadSettings, Problem, Trajectory};
 use fingerpad_fe::mesh::MeshPreset;
 
 use super::{Effort, Failure};
@@ -46,12 +46,12 @@ pub fn step_size(effort: Effort) -> Result<Vec<Check>, Failure> {
         problem.penalty.penalty_mpa_per_mm *= factor;
         let name = |what: &str| format!("relative change of {what}, penalty {}", problem.penalty.penalty_mpa_per_mm);
         let whole = press_and_slide(&problem)?;
-        let march = MarchSettings {
-            max_depth_step_with_friction_mm: 0.25 * problem.march.max_depth_step_with_friction_mm,
-            max_slide_step_mm: 0.25 * problem.march.max_slide_step_mm,
-            ..problem.march
+        let load_steps = LoadSettings {
+            max_depth_step_with_friction_mm: 0.25 * problem.load_steps.max_depth_step_with_friction_mm,
+            max_slide_step_mm: 0.25 * problem.load_steps.max_slide_step_mm,
+            ..problem.load_steps
         };
-        let quarter = press_and_slide(&Problem { march, ..problem.clone() })?;
+        let quarter = press_and_slide(&Problem { load_steps, ..problem.clone() })?;
         checks.push(Check::at_most(name("friction over s"), friction_change(&whole, &quarter), bound));
         checks.push(Check::at_most(name("normal force"), normal_change(&whole, &quarter), bound));
         checks.push(Check::told("increments", whole.cost.increments.into()));
@@ -112,8 +112,8 @@ pub fn loops(_: Effort) -> Result<Vec<Check>, Failure> {
     ];
     let gamma = problem.friction.ok_or("friction is on")?.gamma_crit_mm;
     // The work is a trapezoidal sum; over the default increments its own error is larger than the bound.
-    problem.march.max_depth_step_with_friction_mm = 0.0625;
-    problem.march.max_slide_step_mm *= 0.25;
+    problem.load_steps.max_depth_step_with_friction_mm = 0.0625;
+    problem.load_steps.max_slide_step_mm *= 0.25;
     let mut checks = Vec::new();
     for (name, corners) in paths {
         let run = follow(&problem, &placed(corners))?;

@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 use fingerpad_fe::assembly::Body;
 use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
 use fingerpad_fe::load_path::{
-    BoneKind, Drive, Finger, MarchError, MarchSettings, Path, Problem, Tissue, Trajectory, Waypoint, march,
+    BoneKind, Drive, Finger, LoadPathError, LoadSettings, Path, Problem, Tissue, Trajectory, Waypoint, follow_path,
 };
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
-use fingerpad_fe::solve::Settings;
+use fingerpad_fe::solve::SolverSettings;
 
 use crate::Failure;
 
@@ -34,8 +34,9 @@ pub fn problem<'a>(body: &'a Body, pad_faces: &'a [[u32; 4]]) -> Problem<'a> {
         pad_faces,
         friction: Some(RubberFriction::default()),
         penalty: PenaltySettings::default(),
-        settings: Settings::default(),
-        march: MarchSettings::default(),
+        settings: SolverSettings::default(),
+        load_steps: LoadSettings::default(),
+        clearance_mm: f64::INFINITY,
     }
 }
 
@@ -54,9 +55,9 @@ pub fn placed(corners: &[[f64; 3]]) -> Path {
 /// Follows the path to its end.
 ///
 /// # Errors
-/// [`MarchError`].
-pub fn follow(problem: &Problem, path: &Path) -> Result<Trajectory, MarchError> {
-    march(problem, path, &[], &mut |_| ControlFlow::Continue(()))
+/// [`LoadPathError`].
+pub fn follow(problem: &Problem, path: &Path) -> Result<Trajectory, LoadPathError> {
+    follow_path(problem, path, &[], &mut |_| ControlFlow::Continue(()))
 }
 
 /// The response at whole second `t`, that is at corner `t`.

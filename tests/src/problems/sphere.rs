@@ -10,7 +10,7 @@ use fingerpad_fe::mesh::{
     Mesh,
     block::{coordinates, curved_block},
 };
-use fingerpad_fe::solve::{Axis, Settings, SolveError, Solver, State, Stats};
+use fingerpad_fe::solve::{Axis, Guess, SolveError, Solver, SolverSettings, State, Stats, unwatched};
 use nalgebra::Vector3;
 
 use crate::half_space::{HalfSpace, Hertz, PointLoads};
@@ -113,7 +113,7 @@ impl Sphere {
 
     /// Solver without friction.
     pub fn solver(&self, penalty: PenaltySettings) -> Solver<'_> {
-        Solver::new(&self.body, &self.pad_faces, Friction::Off, penalty, Settings::default())
+        Solver::new(&self.body, &self.pad_faces, Friction::Off, penalty, SolverSettings::default())
     }
 
     /// `from` with the boundary where `loads` put it.
@@ -146,8 +146,8 @@ impl Sphere {
         to: [f64; 3],
         loads: &PointLoads,
     ) -> Result<State, SolveError> {
-        let guess = self.placed(&from.configuration, loads);
-        solver.step(from, to.map(Axis::Displacement), guess, to, false, &mut Stats::default())
+        let guess = Guess { configuration: self.placed(&from.configuration, loads), plane: to, follows_plane: false };
+        solver.step(from, to.map(Axis::Displacement), guess, &mut Stats::default(), &mut unwatched)
     }
 
     /// Radius of a disc of the contact's area, mm.

@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::load_path::{Drive, MarchError, Path, Problem, Waypoint, march_with_law};
+use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, Waypoint, follow_path_with_law};
 
 use super::effects::{At, Effect, Influence};
 use super::finger::Scatter;
@@ -102,13 +102,13 @@ fn between(rows: &[Moment], t_s: f64) -> Moment {
 /// Readings of the finite-element finger along a stroke: normal, x, y per row, N.
 ///
 /// # Errors
-/// Those of the march.
+/// Those of the run along the path.
 pub fn readings(
     problem: &Problem<'_>,
     stroke: &Stroke,
     effects: &[Effect],
     scatter: &Scatter,
-) -> Result<Vec<[f64; 3]>, MarchError> {
+) -> Result<Vec<[f64; 3]>, LoadPathError> {
     let rows = moments(stroke);
     let law = problem.friction.unwrap_or_default();
     let factors = |m: &Moment| {
@@ -128,7 +128,7 @@ pub fn readings(
         })
         .collect();
     let path = Path { drives: [Drive::Displacement; 3], waypoints };
-    let responses = march_with_law(problem, &path, &law_at, &mut |_| ControlFlow::Continue(()))?.responses;
+    let responses = follow_path_with_law(problem, &path, &law_at, &mut |_| ControlFlow::Continue(()))?.responses;
     Ok(rows
         .iter()
         .map(|m| {

@@ -12,7 +12,7 @@ use fingerpad_confirm::{FeStroke, Prepared, Ran};
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{Evidence, FeConfirmation, RunSet};
 use fingerpad_fe::experiment::{Config, Shape};
-use fingerpad_fe::load_path::MarchError;
+use fingerpad_fe::load_path::LoadPathError;
 use fingerpad_fe::mesh::MeshPreset;
 
 /// A stored set.
@@ -80,7 +80,7 @@ pub fn confirm(evidence: &Evidence, shape: &str, strokes: usize, threads: usize)
     let problem = config.problem(&finger);
     let reference = super::score::reference();
     let prepared = Prepared::new(&reference, evidence, config.friction, strokes);
-    let mut run = |_: &str, list: &[FeStroke<'_>]| -> Result<Ran, MarchError> {
+    let mut run = |_: &str, list: &[FeStroke<'_>]| -> Result<Ran, LoadPathError> {
         let out = Mutex::new(vec![None; list.len()]);
         let next = AtomicUsize::new(0);
         std::thread::scope(|scope| {

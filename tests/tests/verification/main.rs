@@ -5,6 +5,7 @@
 mod cook;
 mod energy;
 mod fingertip_meshes;
+mod long_runs;
 mod ogden;
 mod patch;
 mod rotation;

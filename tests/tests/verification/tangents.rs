@@ -10,7 +10,7 @@ use fingerpad_fe::mesh::{
     block::{coordinates, curved_block},
     fingertip,
 };
-use fingerpad_fe::solve::{Axis, Settings, Solver, State, Stats};
+use fingerpad_fe::solve::{Axis, Guess, Solver, SolverSettings, State, Stats, unwatched};
 use fingerpad_tests::{
     differences::{unit_directions, worst_error},
     equilibrium::multiply_symmetric,
@@ -282,8 +282,8 @@ fn bodies() {
 /// Moves the plane to `place` in one increment.
 fn moved(solver: &mut Solver, last: &State, place: [f64; 3]) -> State {
     let target = place.map(Axis::Displacement);
-    let guess = last.configuration.clone();
-    solver.step(last, target, guess, place, false, &mut Stats::default()).unwrap()
+    let guess = Guess { plane: place, ..Guess::at(last) };
+    solver.step(last, target, guess, &mut Stats::default(), &mut unwatched).unwrap()
 }
 
 #[test]
@@ -298,7 +298,7 @@ fn contact_on_a_deformed_state() {
     let friction = Friction::On(RubberFriction::default());
     // Corners of Lobatto's rule at the rim may lie within the differences' step of the plane.
     let penalty = PenaltySettings { quadrature: Quadrature::Gauss, ..PenaltySettings::default() };
-    let mut solver = Solver::new(&body, &mesh.pad_faces, friction, penalty, Settings::default());
+    let mut solver = Solver::new(&body, &mesh.pad_faces, friction, penalty, SolverSettings::default());
     let mut pressed = solver.initial_state([0.0; 3]);
     for depth in [0.05, 0.1, 0.2] {
         pressed = moved(&mut solver, &pressed, [0.0, 0.0, depth]);

@@ -237,18 +237,12 @@ impl Body {
         values.resize(self.dofs.pattern.row.len(), 0.0);
         let mut hex = Tangent::new();
         for group in &self.hexes {
-            match group.material {
-                Material::Ogden(law) => group.batch.tangent(&law, &at.x, &mut hex),
-                Material::Linear(law) => group.batch.tangent(&law, &at.x, &mut hex),
-            }
+            group.tangent(at, &mut hex);
             self.add_tangent(group, at, &hex, values);
         }
         let mut tet = Tangent::new();
         for group in &self.tets {
-            match group.material {
-                Material::Ogden(law) => group.batch.tangent(&law, &at.x, &mut tet),
-                Material::Linear(law) => group.batch.tangent(&law, &at.x, &mut tet),
-            }
+            group.tangent(at, &mut tet);
             self.add_tangent(group, at, &tet, values);
         }
         if self.dofs.rigid_dof.is_some() {
@@ -280,10 +274,7 @@ impl Body {
         let mut density = vec![0.0; self.hex_count];
         let mut total = 0.0;
         for group in &self.hexes {
-            let energies = match group.material {
-                Material::Ogden(law) => group.batch.energies(&law, &at.x),
-                Material::Linear(law) => group.batch.energies(&law, &at.x),
-            };
+            let energies = group.energies(at);
             let volumes = group.batch.volumes();
             for (lane, &e) in group.elements.iter().enumerate() {
                 total += energies[lane];
@@ -291,10 +282,7 @@ impl Body {
             }
         }
         for group in &self.tets {
-            let energies = match group.material {
-                Material::Ogden(law) => group.batch.energies(&law, &at.x),
-                Material::Linear(law) => group.batch.energies(&law, &at.x),
-            };
+            let energies = group.energies(at);
             total += energies[..group.elements.len()].iter().sum::<f64>();
         }
         if self.dofs.rigid_dof.is_some() {

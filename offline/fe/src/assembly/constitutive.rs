@@ -1,8 +1,9 @@
 //! Materials as elements ask for them.
 
+use nalgebra::Vector3;
 use wide::f64x8;
 
-use crate::element::Constitutive;
+use crate::element::{Batch, Constitutive, Forces, Tangent};
 use crate::material::{Ogden, SaintVenantKirchhoff};
 
 /// The law of a region.
@@ -13,6 +14,38 @@ pub enum Material {
     Ogden(Ogden),
     /// Bone, nail: linear elasticity in a total-Lagrangian frame.
     Linear(SaintVenantKirchhoff),
+}
+
+impl Material {
+    /// The law, as a batch of elements uses it; the one place that tells laws apart.
+    pub(super) fn law<const N: usize, const Q: usize>(&self) -> &dyn BatchLaw<N, Q> {
+        match self {
+            Self::Ogden(law) => law,
+            Self::Linear(law) => law,
+        }
+    }
+}
+
+/// Forces, stiffness and energies of a batch of elements whose material is `self`.
+pub(super) trait BatchLaw<const N: usize, const Q: usize> {
+    /// Forces and smallest det F at the positions `x`, mm.
+    fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> Forces<N>;
+    /// Derivative of the forces over positions, N/mm.
+    fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Tangent<N>);
+    /// Energy of each element, mJ.
+    fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8];
+}
+
+impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
+    fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> Forces<N> {
+        batch.forces(self, x)
+    }
+    fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Tangent<N>) {
+        batch.tangent(self, x, out);
+    }
+    fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8] {
+        batch.energies(self, x)
+    }
 }
 
 impl Constitutive for Ogden {

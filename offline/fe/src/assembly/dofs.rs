@@ -51,48 +51,58 @@ pub(super) struct Part {
     pub matrix: SMatrix<f64, 3, 6>,
 }
 
-impl DofMap {
-    /// Numbers the dofs in elimination order: bulk by nested dissection, the rigid body, contact last.
-    ///
-    /// Nodes that belong to no element of `elements` get no dof.
-    pub fn new(mesh: &Mesh, supports: &Supports, elements: &[Vec<u32>]) -> Self {
-        let n = mesh.nodes.len();
-        const FREE: usize = 0;
-        let mut role = vec![Role::Free { dof: FREE }; n];
-        let mut used = vec![false; n];
-        for element in elements {
-            for &node in element {
-                used[node as usize] = true;
+/// What moves each node; the dofs of free ones are not numbered yet.
+fn roles(mesh: &Mesh, supports: &Supports, elements: &[Vec<u32>]) -> Vec<Role> {
+    const NOT_NUMBERED: usize = 0;
+    let n = mesh.nodes.len();
+    let mut role = vec![Role::Free { dof: NOT_NUMBERED }; n];
+    let mut used = vec![false; n];
+    for element in elements {
+        for &node in element {
+            used[node as usize] = true;
+        }
+    }
+    for (tie, t) in mesh.ties.iter().enumerate() {
+        role[t.slave as usize] = Role::Tied { tie };
+        if used[t.slave as usize] {
+            for (master, _) in &t.masters {
+                used[*master as usize] = true;
             }
         }
-        let ties: Vec<Vec<(u32, f64)>> = mesh.ties.iter().map(|tie| tie.masters.clone()).collect();
-        for (tie, t) in mesh.ties.iter().enumerate() {
-            role[t.slave as usize] = Role::Tied { tie };
-            if used[t.slave as usize] {
-                for (master, _) in &t.masters {
-                    used[*master as usize] = true;
-                }
-            }
+    }
+    for &node in &supports.rigid {
+        role[node as usize] = Role::Rigid;
+    }
+    for &node in &supports.fixed {
+        role[node as usize] = Role::Fixed;
+    }
+    for (node, used) in used.iter().enumerate() {
+        if !used {
+            role[node] = Role::Fixed;
         }
-        for &node in &supports.rigid {
-            role[node as usize] = Role::Rigid;
-        }
-        for &node in &supports.fixed {
-            role[node as usize] = Role::Fixed;
-        }
-        for (node, used) in used.iter().enumerate() {
-            if !used {
-                role[node] = Role::Fixed;
-            }
-        }
-        // Units of the graph: free nodes; the rigid body is one more.
-        let mut unit_of = vec![usize::MAX; n];
-        let mut node_of = Vec::new();
-        for node in 0..n {
-            if matches!(role[node], Role::Free { .. }) {
-                unit_of[node] = node_of.len();
-                node_of.push(node);
-            }
+    }
+    role
+}
+
+/// Which unknowns meet in an element. Its units are the free nodes and, after them, the rigid body.
+struct Graph {
+    /// Unit of each node; usize::MAX for one that is not free.
+    unit_of: Vec<usize>,
+    /// Node of each unit but the rigid body.
+    node_of: Vec<usize>,
+    rigid_unit: usize,
+    has_rigid: bool,
+    /// Neighbours of each unit, ascending.
+    adjacent: Vec<Vec<u32>>,
+}
+
+impl Graph {
+    fn new(role: &[Role], ties: &[Vec<(u32, f64)>], elements: &[Vec<u32>]) -> Self {
+        let is_free = |node: usize| matches!(role[node], Role::Free { .. });
+        let node_of: Vec<usize> = (0..role.len()).filter(|&node| is_free(node)).collect();
+        let mut unit_of = vec![usize::MAX; role.len()];
+        for (unit, &node) in node_of.iter().enumerate() {
+            unit_of[node] = unit;
         }
         let rigid_unit = node_of.len();
         let mut has_rigid = false;
@@ -107,12 +117,10 @@ impl DofMap {
                         has_rigid = true;
                         units.push(rigid_unit as u32);
                     }
-                    Role::Tied { tie } => units.extend(
-                        ties[tie]
-                            .iter()
-                            .filter(|(m, _)| matches!(role[*m as usize], Role::Free { .. }))
-                            .map(|(m, _)| unit_of[*m as usize] as u32),
-                    ),
+                    Role::Tied { tie } => {
+                        let masters = ties[tie].iter().map(|(master, _)| *master as usize);
+                        units.extend(masters.filter(|&m| is_free(m)).map(|m| unit_of[m] as u32));
+                    }
                 }
             }
             units.sort_unstable();
@@ -125,60 +133,82 @@ impl DofMap {
             list.sort_unstable();
             list.dedup();
         }
-        let mut is_contact = vec![false; rigid_unit + 1];
+        Self { unit_of, node_of, rigid_unit, has_rigid, adjacent }
+    }
+
+    /// Dofs of a unit.
+    fn width(&self, unit: usize) -> usize {
+        if unit == self.rigid_unit { 6 } else { 3 }
+    }
+
+    /// Units in elimination order (bulk, rigid body, contact), and those of the `contact` nodes.
+    fn elimination(&self, contact: &[u32]) -> (Vec<usize>, Vec<usize>) {
+        let mut is_contact = vec![false; self.rigid_unit + 1];
         let mut contact_units = Vec::new();
-        for &node in &supports.contact {
-            let unit = unit_of[node as usize];
+        for &node in contact {
+            let unit = self.unit_of[node as usize];
             if unit != usize::MAX && !std::mem::replace(&mut is_contact[unit], true) {
                 contact_units.push(unit);
             }
         }
-        // Bulk graph without rigid body and contact.
-        let mut bulk_of = vec![u32::MAX; rigid_unit + 1];
-        let mut bulk = Vec::new();
-        for unit in 0..rigid_unit {
-            if !is_contact[unit] {
-                bulk_of[unit] = bulk.len() as u32;
-                bulk.push(unit);
-            }
+        let bulk: Vec<usize> = (0..self.rigid_unit).filter(|&unit| !is_contact[unit]).collect();
+        let mut bulk_of = vec![u32::MAX; self.rigid_unit + 1];
+        for (k, &unit) in bulk.iter().enumerate() {
+            bulk_of[unit] = k as u32;
         }
-        let bulk_graph: Vec<Vec<u32>> = bulk
-            .iter()
-            .map(|&unit| adjacent[unit].iter().map(|&w| bulk_of[w as usize]).filter(|&w| w != u32::MAX).collect())
-            .collect();
+        let neighbours = |&unit: &usize| {
+            self.adjacent[unit].iter().map(|&w| bulk_of[w as usize]).filter(|&w| w != u32::MAX).collect()
+        };
+        let bulk_graph: Vec<Vec<u32>> = bulk.iter().map(neighbours).collect();
         let mut order: Vec<usize> = elimination_order(&bulk_graph).into_iter().map(|k| bulk[k]).collect();
-        if has_rigid {
-            order.push(rigid_unit);
+        if self.has_rigid {
+            order.push(self.rigid_unit);
         }
         order.extend(&contact_units);
+        (order, contact_units)
+    }
 
-        let width = |unit: usize| if unit == rigid_unit { 6 } else { 3 };
-        let mut dof_of_unit = vec![usize::MAX; rigid_unit + 1];
-        let mut count = 0;
-        for &unit in &order {
-            dof_of_unit[unit] = count;
-            count += width(unit);
-        }
-        for node in 0..n {
-            if unit_of[node] != usize::MAX {
-                role[node] = Role::Free { dof: dof_of_unit[unit_of[node]] };
-            }
-        }
+    /// Sparsity of the tangent with the dofs numbered as given.
+    fn pattern(&self, order: &[usize], dof_of_unit: &[usize]) -> Pattern {
         let mut pattern = Pattern { column_start: vec![0], row: Vec::new() };
-        for &unit in &order {
+        for &unit in order {
             let dof = dof_of_unit[unit];
-            let mut below: Vec<(usize, usize)> = adjacent[unit]
+            let mut below: Vec<(usize, usize)> = self.adjacent[unit]
                 .iter()
-                .map(|&w| (dof_of_unit[w as usize], width(w as usize)))
+                .map(|&w| (dof_of_unit[w as usize], self.width(w as usize)))
                 .filter(|&(other, _)| other != usize::MAX && other > dof)
                 .collect();
             below.sort_unstable();
-            for column in dof..dof + width(unit) {
-                pattern.row.extend(column..dof + width(unit));
+            for column in dof..dof + self.width(unit) {
+                pattern.row.extend(column..dof + self.width(unit));
                 for &(first, width) in &below {
                     pattern.row.extend(first..first + width);
                 }
                 pattern.column_start.push(pattern.row.len());
+            }
+        }
+        pattern
+    }
+}
+
+impl DofMap {
+    /// Numbers the dofs in elimination order: bulk by nested dissection, the rigid body, contact last.
+    ///
+    /// Nodes that belong to no element of `elements` get no dof.
+    pub fn new(mesh: &Mesh, supports: &Supports, elements: &[Vec<u32>]) -> Self {
+        let ties: Vec<Vec<(u32, f64)>> = mesh.ties.iter().map(|tie| tie.masters.clone()).collect();
+        let mut role = roles(mesh, supports, elements);
+        let graph = Graph::new(&role, &ties, elements);
+        let (order, contact_units) = graph.elimination(&supports.contact);
+        let mut dof_of_unit = vec![usize::MAX; graph.rigid_unit + 1];
+        let mut count = 0;
+        for &unit in &order {
+            dof_of_unit[unit] = count;
+            count += graph.width(unit);
+        }
+        for (role, &unit) in role.iter_mut().zip(&graph.unit_of) {
+            if unit != usize::MAX {
+                *role = Role::Free { dof: dof_of_unit[unit] };
             }
         }
         let held = supports
@@ -192,12 +222,12 @@ impl DofMap {
         Self {
             role,
             ties,
-            rigid_dof: has_rigid.then(|| dof_of_unit[rigid_unit]),
+            rigid_dof: graph.has_rigid.then(|| dof_of_unit[graph.rigid_unit]),
             count,
             first_contact_dof: count - 3 * contact_units.len(),
-            contact_nodes: contact_units.iter().map(|&unit| node_of[unit] as u32).collect(),
+            contact_nodes: contact_units.iter().map(|&unit| graph.node_of[unit] as u32).collect(),
             held,
-            pattern,
+            pattern: graph.pattern(&order, &dof_of_unit),
         }
     }
 

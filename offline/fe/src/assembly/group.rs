@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use wide::f64x8;
 
 use super::{BodyError, Configuration, DofMap, Material};
-use crate::element::{Batch, Forces};
+use crate::element::{Batch, Forces, Tangent};
 
 pub(super) struct Group<const N: usize, const Q: usize> {
     pub material: Material,
@@ -34,10 +34,17 @@ pub(super) enum BlockPlace {
 impl<const N: usize, const Q: usize> Group<N, Q> {
     /// Forces and smallest det F of the elements.
     pub fn forces(&self, at: &Configuration) -> Forces<N> {
-        match self.material {
-            Material::Ogden(law) => self.batch.forces(&law, &at.x),
-            Material::Linear(law) => self.batch.forces(&law, &at.x),
-        }
+        self.material.law().forces(&self.batch, &at.x)
+    }
+
+    /// Derivative of the forces over positions.
+    pub fn tangent(&self, at: &Configuration, out: &mut Tangent<N>) {
+        self.material.law().tangent(&self.batch, &at.x, out);
+    }
+
+    /// Energy of each element, mJ.
+    pub fn energies(&self, at: &Configuration) -> [f64; 8] {
+        self.material.law().energies(&self.batch, &at.x)
     }
 
     /// Adds the forces to those of all nodes, N.

@@ -1,4 +1,50 @@
-//! Rubber friction: the local shear strength as a power of the pressure.
+//! Friction laws of a contact point: strength over pressure, traction over elastic slip.
+
+/// Local friction law with elastic slip: what a contact point needs to know of friction.
+///
+/// To add a law: implement this trait and add a variant to [`super::Friction`], which is the one place that tells
+/// laws apart.
+pub trait FrictionLaw {
+    /// Strength `tau_crit` (MPa, >= 0) at pressure `pressure_mpa` (compression positive) and its slope
+    /// d tau_crit / d pressure. Zero without pressure.
+    fn strength(&self, pressure_mpa: f64) -> (f64, f64);
+
+    /// Return map of the elastic slip.
+    ///
+    /// * `trial_mm`: elastic slip of the last increment plus the slip since, mm.
+    /// * `pressure_mpa`: pressure, compression positive.
+    /// * `force_stick`: leaves the elastic slip unbounded (for a predictor).
+    fn return_map(&self, trial_mm: [f64; 2], pressure_mpa: f64, force_stick: bool) -> Sliding;
+}
+
+/// Answer of a friction law to a trial slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sliding {
+    /// Traction that the plane exerts on the skin, MPa, along the elastic slip.
+    pub traction: [f64; 2],
+    /// Elastic slip after the return, mm.
+    pub elastic_slip: [f64; 2],
+    /// Whether the point was left to stick: its trial slip is within the limit, or it was forced to.
+    pub stuck: bool,
+    /// Whether the point is at rest: its elastic slip stays below the limit. A point held at its limit is not.
+    pub at_rest: bool,
+    /// Derivative of the traction over the trial slip, MPa/mm, `by_slip[i][k] = d traction_i / d trial_k`.
+    pub by_slip: [[f64; 2]; 2],
+    /// Derivative of the traction over the pressure.
+    pub by_pressure: [f64; 2],
+}
+
+impl Sliding {
+    /// A point that bears no tangential traction and counts as stuck.
+    pub const FRICTIONLESS: Self = Self {
+        traction: [0.0; 2],
+        elastic_slip: [0.0; 2],
+        stuck: true,
+        at_rest: true,
+        by_slip: [[0.0; 2]; 2],
+        by_pressure: [0.0; 2],
+    };
+}
 
 /// Local friction law `tau_crit = tau_0 + lambda sigma^beta` with elastic slip.
 ///
@@ -29,6 +75,29 @@ pub struct RubberFriction {
     pub regular_pressure_mpa: f64,
 }
 
+/// Bounds of the exponent, the upper one excluded.
+const LEAST_BETA: f64 = -1.0;
+const MOST_BETA: f64 = 2.0;
+/// Pressure of a pressed fingertip, MPa, at which the strength is held against [`MOST_COEFFICIENT`].
+const TYPICAL_MPA: f64 = 0.01;
+/// Largest strength over pressure there.
+const MOST_COEFFICIENT: f64 = 20.0;
+
+/// A constant that no friction law of skin has.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{name} = {value}: must be {bound}")]
+pub struct LawError {
+    /// Name of the constant.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it must be.
+    pub bound: &'static str,
+}
+
+/// Share of the elastic slip's limit within which a point counts as held at the limit.
+const AT_LIMIT: f64 = 1e-6;
+
 impl Default for RubberFriction {
     /// The constants published by Yoshida et al. 2011, regularised below 1e-4 MPa.
     fn default() -> Self {
@@ -42,25 +111,55 @@ impl RubberFriction {
         Self { lambda: mu, beta: 1.0, gamma_crit_mm, ..Self::default() }
     }
 
-    /// Strength `tau_crit` (MPa) at pressure `sigma` (MPa, compression positive) and its slope d tau/d sigma.
+    /// Refuses constants that are no friction of skin: with them equilibrium is sought long and found hardly ever.
     ///
-    /// Zero without pressure.
-    pub fn strength(&self, sigma: f64) -> (f64, f64) {
-        if !(sigma > 0.0) {
-            return (0.0, 0.0);
+    /// # Errors
+    /// [`LawError`] with the value and its bound.
+    pub fn check(&self) -> Result<(), LawError> {
+        let refuse = |name, value, bound| Err(LawError { name, value, bound });
+        if !(self.beta >= LEAST_BETA) {
+            return refuse(
+                "beta",
+                self.beta,
+                "at least -1; contact theory of rubber knows 0 to 1 [Yoshida et al. 2011]",
+            );
         }
-        let (power, power_slope) = self.regular_power(sigma, self.beta);
-        let (constant, constant_slope) = if self.tau0_mpa > 0.0 { self.regular_power(sigma, 0.0) } else { (0.0, 0.0) };
-        (self.lambda * power + self.tau0_mpa * constant, self.lambda * power_slope + self.tau0_mpa * constant_slope)
+        if !(self.beta < MOST_BETA) {
+            return refuse("beta", self.beta, "below 2, where the strength starts with a slope of zero");
+        }
+        if !(self.gamma_crit_mm > 0.0 && self.gamma_crit_mm.is_finite()) {
+            return refuse("gamma_crit_mm", self.gamma_crit_mm, "greater than 0");
+        }
+        if !(self.regular_pressure_mpa > 0.0 && self.regular_pressure_mpa.is_finite()) {
+            return refuse("regular_pressure_mpa", self.regular_pressure_mpa, "greater than 0");
+        }
+        for (name, value, law) in [
+            ("lambda", self.lambda, Self { tau0_mpa: 0.0, ..*self }),
+            ("tau0_mpa", self.tau0_mpa, Self { lambda: 0.0, ..*self }),
+        ] {
+            let coefficient = law.strength(TYPICAL_MPA).0 / TYPICAL_MPA;
+            if !(value >= 0.0 && coefficient <= MOST_COEFFICIENT) {
+                let bound = "a strength of 0 to 20 times the pressure at 0.01 MPa, a fingertip's; skin has 0.1 to 5";
+                return refuse(name, value, bound);
+            }
+        }
+        Ok(())
     }
 
-    /// The law of a finger whose strength is `strength` and whose tissue is `stiffness` times that of this one, as the
-    /// unchanged tissue sees it: with all moduli times s the same motion gives s times all stresses, so that
-    /// tau_crit(s sigma) / s acts on the unchanged tissue, and every force it returns is to be multiplied by s.
+    /// The law that acts on this tissue as `strength` times this law would on a tissue `stiffness` times as stiff.
+    ///
+    /// With all moduli times `stiffness` the same motion gives `stiffness` times all stresses. A stiffer finger can
+    /// therefore be computed on the unchanged tissue under the law
+    ///
+    /// `tau_scaled(p) = strength tau_crit(stiffness p) / stiffness`,
+    ///
+    /// exactly, at every pressure p (the regularisation pressure is a stress and scales too); every force found is
+    /// then to be multiplied by `stiffness`.
     pub fn scaled(&self, strength: f64, stiffness: f64) -> Self {
         Self {
             lambda: self.lambda * strength * stiffness.powf(self.beta - 1.0),
             tau0_mpa: self.tau0_mpa * strength / stiffness,
+            regular_pressure_mpa: self.regular_pressure_mpa / stiffness,
             ..*self
         }
     }
@@ -79,22 +178,8 @@ impl RubberFriction {
         }
     }
 
-    /// Traction (MPa) along the elastic slip after a return map.
-    ///
-    /// * `trial`: elastic slip of the last increment plus the slip since, mm.
-    /// * `tau_crit`: strength, MPa.
-    /// * `force_stick`: leave the elastic slip unbounded (predictor).
-    ///
-    /// Returns traction, elastic slip (mm) and whether the point sticks.
-    pub fn return_map(&self, trial: [f64; 2], tau_crit: f64, force_stick: bool) -> ([f64; 2], [f64; 2], bool) {
-        let length = trial[0].hypot(trial[1]);
-        let stuck = length <= self.gamma_crit_mm || force_stick;
-        let elastic = if stuck { trial } else { trial.map(|g| g * (self.gamma_crit_mm / length)) };
-        (elastic.map(|g| g * (tau_crit / self.gamma_crit_mm)), elastic, stuck)
-    }
-
-    /// Derivative of the traction of [`Self::return_map`] over the trial slip, MPa/mm, shape (2, 2).
-    pub fn slip_stiffness(&self, trial: [f64; 2], tau_crit: f64, stuck: bool) -> [[f64; 2]; 2] {
+    /// Derivative of the traction over the trial slip, MPa/mm, shape (2, 2).
+    fn slip_stiffness(&self, trial: [f64; 2], tau_crit: f64, stuck: bool) -> [[f64; 2]; 2] {
         if stuck {
             let k = tau_crit / self.gamma_crit_mm;
             return [[k, 0.0], [0.0, k]];
@@ -103,6 +188,33 @@ impl RubberFriction {
         let n = trial.map(|g| g / length);
         let k = tau_crit / length;
         [[k * (1.0 - n[0] * n[0]), -k * n[0] * n[1]], [-k * n[0] * n[1], k * (1.0 - n[1] * n[1])]]
+    }
+}
+
+impl FrictionLaw for RubberFriction {
+    fn strength(&self, pressure_mpa: f64) -> (f64, f64) {
+        if !(pressure_mpa > 0.0) {
+            return (0.0, 0.0);
+        }
+        let (power, power_slope) = self.regular_power(pressure_mpa, self.beta);
+        let (constant, constant_slope) =
+            if self.tau0_mpa > 0.0 { self.regular_power(pressure_mpa, 0.0) } else { (0.0, 0.0) };
+        (self.lambda * power + self.tau0_mpa * constant, self.lambda * power_slope + self.tau0_mpa * constant_slope)
+    }
+
+    fn return_map(&self, trial_mm: [f64; 2], pressure_mpa: f64, force_stick: bool) -> Sliding {
+        let (tau_crit, slope) = self.strength(pressure_mpa);
+        let length = trial_mm[0].hypot(trial_mm[1]);
+        let stuck = length <= self.gamma_crit_mm || force_stick;
+        let elastic_slip = if stuck { trial_mm } else { trial_mm.map(|g| g * (self.gamma_crit_mm / length)) };
+        Sliding {
+            traction: elastic_slip.map(|g| g * (tau_crit / self.gamma_crit_mm)),
+            elastic_slip,
+            stuck,
+            at_rest: elastic_slip[0].hypot(elastic_slip[1]) < self.gamma_crit_mm * (1.0 - AT_LIMIT),
+            by_slip: self.slip_stiffness(trial_mm, tau_crit, stuck),
+            by_pressure: elastic_slip.map(|g| g / self.gamma_crit_mm * slope),
+        }
     }
 }
 
@@ -136,12 +248,43 @@ mod tests {
     }
 
     #[test]
-    fn a_scaled_law_is_the_law_of_a_stiffer_tissue() {
-        let law = RubberFriction { tau0_mpa: 5e-4, ..Default::default() };
-        for (strength, stiffness) in [(1.0, 1.0), (1.3, 1.0), (0.8, 1.7), (1.1, 0.4)] {
-            let there = law.scaled(strength, stiffness).strength(0.004).0 * stiffness;
-            let here = law.strength(0.004 * stiffness).0 * strength;
-            assert!((there - here).abs() < 1e-15, "{strength} {stiffness}");
+    fn a_scaled_law_is_the_law_of_a_stiffer_tissue_at_every_pressure() {
+        let laws = [
+            RubberFriction { tau0_mpa: 5e-4, ..Default::default() },
+            RubberFriction { beta: 1.3, regular_pressure_mpa: 2e-3, ..Default::default() },
+            RubberFriction { beta: -0.3, tau0_mpa: 1e-3, ..Default::default() },
+            RubberFriction::coulomb(0.8, 0.006),
+        ];
+        for law in laws {
+            for (strength, stiffness) in [(1.0, 1.0), (1.3, 1.0), (0.8, 1.7), (1.1, 0.4)] {
+                for pressure in [1e-6, 2e-5, 9e-5, 1.1e-4, 5e-4, 4e-3, 0.1] {
+                    let (tau, slope) = law.scaled(strength, stiffness).strength(pressure);
+                    let (wanted, wanted_slope) = law.strength(pressure * stiffness);
+                    let wanted = wanted * strength / stiffness;
+                    assert!((tau - wanted).abs() < 1e-13 * wanted, "{law:?} {strength} {stiffness} {pressure}");
+                    let wanted_slope = wanted_slope * strength;
+                    assert!((slope - wanted_slope).abs() < 1e-12 * wanted_slope.abs().max(1e-3), "{law:?} {pressure}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn constants_that_are_no_friction_of_skin_are_refused_by_name_and_value() {
+        RubberFriction::default().check().unwrap();
+        RubberFriction::coulomb(5.0, 1e-4).check().unwrap();
+        let base = RubberFriction::default();
+        for (law, what) in [
+            (RubberFriction { lambda: 50.0, ..base }, "lambda = 50:"),
+            (RubberFriction { lambda: 1e9, ..base }, "lambda = 1000000000:"),
+            (RubberFriction { beta: -5.0, ..base }, "beta = -5:"),
+            (RubberFriction { beta: 2.0, ..base }, "beta = 2:"),
+            (RubberFriction { beta: f64::NAN, ..base }, "beta = NaN:"),
+            (RubberFriction { tau0_mpa: 3.0, ..base }, "tau0_mpa = 3:"),
+            (RubberFriction { lambda: f64::INFINITY, ..base }, "lambda = inf:"),
+        ] {
+            let message = law.check().unwrap_err().to_string();
+            assert!(message.starts_with(what), "{message}");
         }
     }
 
@@ -154,24 +297,29 @@ mod tests {
     }
 
     #[test]
-    fn return_map_follows_the_published_law_on_a_straight_path_and_its_stiffness_is_its_derivative() {
+    fn return_map_follows_the_published_law_on_a_straight_path_and_its_derivatives_are_its_slopes() {
         let law = RubberFriction::default();
-        let (traction, elastic, stuck) = law.return_map([0.003, 0.0], 0.01, false);
-        assert!(stuck && (traction[0] - 0.005).abs() < 1e-15 && elastic[0] == 0.003);
-        let (traction, elastic, stuck) = law.return_map([0.3, 0.4], 0.01, false);
-        assert!(!stuck && (traction[0] - 0.006).abs() < 1e-15 && (elastic[1] - 0.0048).abs() < 1e-15);
+        let pressure = 0.004;
+        let tau = law.strength(pressure).0;
+        let at = law.return_map([0.003, 0.0], pressure, false);
+        assert!(at.stuck && at.at_rest && (at.traction[0] - 0.5 * tau).abs() < 1e-15 && at.elastic_slip[0] == 0.003);
+        let at = law.return_map([0.3, 0.4], pressure, false);
+        assert!(!at.stuck && !at.at_rest && (at.traction[0] - 0.6 * tau).abs() < 1e-15);
+        assert!((at.elastic_slip[1] - 0.0048).abs() < 1e-15);
+        assert_eq!(law.return_map([0.3, 0.4], pressure, true).elastic_slip, [0.3, 0.4]);
         for trial in [[0.002, -0.001], [0.02, 0.07]] {
-            let (_, _, stuck) = law.return_map(trial, 0.01, false);
-            let stiffness = law.slip_stiffness(trial, 0.01, stuck);
-            for k in 0..2 {
-                let (mut up, mut down) = (trial, trial);
-                up[k] += 1e-8;
-                down[k] -= 1e-8;
-                for i in 0..2 {
-                    let numeric =
-                        (law.return_map(up, 0.01, false).0[i] - law.return_map(down, 0.01, false).0[i]) / 2e-8;
-                    assert!((numeric - stiffness[i][k]).abs() < 1e-6 * 0.01 / 0.006);
+            let exact = law.return_map(trial, pressure, false);
+            let traction = |trial, pressure| law.return_map(trial, pressure, false).traction;
+            for i in 0..2 {
+                for k in 0..2 {
+                    let (mut up, mut down) = (trial, trial);
+                    up[k] += 1e-8;
+                    down[k] -= 1e-8;
+                    let numeric = (traction(up, pressure)[i] - traction(down, pressure)[i]) / 2e-8;
+                    assert!((numeric - exact.by_slip[i][k]).abs() < 1e-6 * 0.01 / 0.006);
                 }
+                let numeric = (traction(trial, pressure + 1e-8)[i] - traction(trial, pressure - 1e-8)[i]) / 2e-8;
+                assert!((numeric - exact.by_pressure[i]).abs() < 1e-6);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::RubberFriction;
+use super::{FrictionLaw, RubberFriction, Sliding};
 use crate::element::gauss_legendre;
 
 /// Place of the plane, mm: displacement along x and y, height z (equal to the depth).
@@ -69,8 +69,24 @@ pub enum Friction {
     On(RubberFriction),
 }
 
+impl FrictionLaw for Friction {
+    fn strength(&self, pressure_mpa: f64) -> (f64, f64) {
+        match self {
+            Self::Off => (0.0, 0.0),
+            Self::On(law) => law.strength(pressure_mpa),
+        }
+    }
+
+    fn return_map(&self, trial_mm: [f64; 2], pressure_mpa: f64, force_stick: bool) -> Sliding {
+        match self {
+            Self::Off => Sliding::FRICTIONLESS,
+            Self::On(law) => law.return_map(trial_mm, pressure_mpa, force_stick),
+        }
+    }
+}
+
 /// What a contact point remembers from increment to increment.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PointState {
     /// Elastic slip (plane minus skin), mm.
     pub elastic_slip: [f64; 2],
@@ -89,7 +105,7 @@ pub struct PointState {
 }
 
 /// State of the whole contact at the end of an increment.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ContactState {
     /// Points, face by face.
     pub points: Vec<PointState>,
@@ -100,7 +116,7 @@ pub struct ContactState {
 }
 
 /// Sums over the contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Totals {
     /// Force that the plane exerts on the finger, N.
     pub force: Vector3<f64>,

@@ -5,7 +5,8 @@
 
 use nalgebra::Vector3;
 
-use super::{ContactState, Friction, PenaltySettings, Plane, PointState, Totals};
+use super::point::{FaceMotion, RulePoint, TractionChange, contact_point, interpolate};
+use super::{ContactState, FrictionLaw, PenaltySettings, Plane, PointState, Totals};
 use crate::element::{quad4, quad4_gradient};
 
 /// Tangent of one face: derivative of the residual forces of its nodes over their positions.
@@ -27,12 +28,6 @@ pub struct Evaluation {
     pub plane_columns: Vec<[Vector3<f64>; 3]>,
     /// Force that the plane exerts, N.
     pub force: Vector3<f64>,
-}
-
-struct RulePoint {
-    shape: [f64; 4],
-    gradient: [[f64; 2]; 4],
-    weight: f64,
 }
 
 /// Share of the mean pressure from which on a point counts wholly as area.
@@ -85,7 +80,7 @@ impl Surface {
     /// With `predict_stick` points that stuck at the end of the last increment are not let slip.
     pub fn evaluate(
         &self,
-        friction: &Friction,
+        law: &dyn FrictionLaw,
         last: &ContactState,
         position: &[Vector3<f64>],
         plane: Plane,
@@ -97,91 +92,30 @@ impl Surface {
             plane_columns: if tangent { vec![[Vector3::zeros(); 3]; self.nodes.len()] } else { Vec::new() },
             ..Default::default()
         };
-        let plane_step = [plane[0] - last.plane[0], plane[1] - last.plane[1]];
         for (f, face) in self.faces.iter().enumerate() {
-            let x = face.map(|n| position[n]);
+            let motion = FaceMotion::new(face, last, position, plane);
             let states = &last.points[f * self.rule.len()..][..self.rule.len()];
-            if self.is_clear(&x, plane[2], states) {
+            if self.is_clear(&motion, states) {
                 continue;
             }
-            let moved = face.map(|n| position[n] - last.position[n]);
             let mut force = [Vector3::zeros(); 4];
             let mut block: Option<Box<[[f64; 12]; 12]>> = None;
             for (rule, state) in self.rule.iter().zip(states) {
-                let z = interpolate(&rule.shape, &x, 2);
-                let pressure = state.multiplier + self.penalty * (plane[2] - z);
-                if !(pressure > 0.0) {
-                    continue;
-                }
-                let (tangent_xi, tangent_eta) = tangents(&rule.gradient, &x);
-                let jacobian = tangent_xi.y * tangent_eta.x - tangent_xi.x * tangent_eta.y;
-                if !(jacobian > 0.0) {
-                    continue;
-                }
-                let area = jacobian * rule.weight;
-                let mut t = Vector3::new(0.0, 0.0, pressure);
-                let mut stiffness = [[0.0; 2]; 2];
-                let mut over_pressure = [0.0; 2];
-                let mut over_share = [0.0; 2];
-                let mut share_per_advance = 0.0;
-                if let Friction::On(law) = friction {
-                    let step = [0, 1].map(|k| plane_step[k] - interpolate(&rule.shape, &moved, k));
-                    let touch = Touch::of(state, gap_before(rule, face, last), plane[2] - last.plane[2]);
-                    let trial = [0, 1].map(|k| state.elastic_slip[k] + touch.share * step[k]);
-                    let (strength, slope) = law.strength(pressure);
-                    let force_stick = predict_stick && state.stuck;
-                    let (traction, elastic, stuck) = law.return_map(trial, strength, force_stick);
-                    t.x = traction[0];
-                    t.y = traction[1];
-                    if tangent {
-                        stiffness = law.slip_stiffness(trial, strength, stuck);
-                        over_pressure = elastic.map(|g| g / law.gamma_crit_mm * slope);
-                        over_share = [0, 1].map(|k| stiffness[k][0] * step[0] + stiffness[k][1] * step[1]);
-                        share_per_advance = touch.share_per_advance;
-                        stiffness = stiffness.map(|row| row.map(|s| s * touch.share));
-                    }
-                }
+                let Some(point) = contact_point(rule, state, &motion, self.penalty) else { continue };
+                let sliding = law.return_map(point.trial_slip(state), point.pressure, predict_stick && state.stuck);
+                let traction = Vector3::new(sliding.traction[0], sliding.traction[1], point.pressure);
                 for a in 0..4 {
-                    force[a] += t * (rule.shape[a] * area);
+                    force[a] += traction * (rule.shape[a] * point.area);
                 }
-                if !tangent {
-                    continue;
-                }
-                let block = block.get_or_insert_with(|| Box::new([[0.0; 12]; 12]));
-                for b in 0..4 {
-                    // dt/dx_b, columns x, y, z; the area changes with x and y alone.
-                    let n = rule.shape[b];
-                    let [b_xi, b_eta] = rule.gradient[b];
-                    let dt = [
-                        Vector3::new(-stiffness[0][0], -stiffness[1][0], 0.0) * (n * area),
-                        Vector3::new(-stiffness[0][1], -stiffness[1][1], 0.0) * (n * area),
-                        Vector3::new(over_pressure[0], over_pressure[1], 1.0) * (-self.penalty * n * area),
-                    ];
-                    let d_area = [
-                        (tangent_xi.y * b_eta - b_xi * tangent_eta.y) * rule.weight,
-                        (b_xi * tangent_eta.x - tangent_xi.x * b_eta) * rule.weight,
-                        0.0,
-                    ];
-                    for k in 0..3 {
-                        let column = dt[k] + t * d_area[k];
-                        for a in 0..4 {
-                            let value = column * (-rule.shape[a]);
-                            let target = &mut block[3 * b + k];
-                            target[3 * a] += value.x;
-                            target[3 * a + 1] += value.y;
-                            target[3 * a + 2] += value.z;
+                if tangent {
+                    let change = TractionChange::of(&point, &sliding);
+                    let block = block.get_or_insert_with(|| Box::new([[0.0; 12]; 12]));
+                    point.add_tangent(rule, traction, &change, block);
+                    let by_plane = point.change_with_plane(&change);
+                    for a in 0..4 {
+                        for k in 0..3 {
+                            out.plane_columns[face[a]][k] -= by_plane[k] * rule.shape[a];
                         }
-                    }
-                }
-                let by_plane = [
-                    Vector3::new(stiffness[0][0], stiffness[1][0], 0.0) * area,
-                    Vector3::new(stiffness[0][1], stiffness[1][1], 0.0) * area,
-                    Vector3::new(over_pressure[0], over_pressure[1], 1.0) * (self.penalty * area)
-                        + Vector3::new(over_share[0], over_share[1], 0.0) * (share_per_advance * area),
-                ];
-                for a in 0..4 {
-                    for k in 0..3 {
-                        out.plane_columns[face[a]][k] -= by_plane[k] * rule.shape[a];
                     }
                 }
             }
@@ -199,55 +133,38 @@ impl Surface {
     /// New state of every point at `position` and `plane`, and the sums over them.
     pub fn commit(
         &self,
-        friction: &Friction,
+        law: &dyn FrictionLaw,
         last: &ContactState,
         position: &[Vector3<f64>],
         plane: Plane,
     ) -> (ContactState, Totals) {
         let mut points = vec![PointState::default(); last.points.len()];
         let mut totals = Totals { min_dissipation_density: f64::INFINITY, ..Default::default() };
-        let plane_step = [plane[0] - last.plane[0], plane[1] - last.plane[1]];
         for (f, face) in self.faces.iter().enumerate() {
-            let x = face.map(|n| position[n]);
+            let motion = FaceMotion::new(face, last, position, plane);
             let range = f * self.rule.len()..(f + 1) * self.rule.len();
             let states = &last.points[range.clone()];
-            if self.is_clear(&x, plane[2], states) {
+            if self.is_clear(&motion, states) {
                 continue;
             }
-            let moved = face.map(|n| position[n] - last.position[n]);
             for ((rule, state), new) in self.rule.iter().zip(states).zip(&mut points[range]) {
-                let z = interpolate(&rule.shape, &x, 2);
-                let pressure = state.multiplier + self.penalty * (plane[2] - z);
-                let (tangent_xi, tangent_eta) = tangents(&rule.gradient, &x);
-                let jacobian = tangent_xi.y * tangent_eta.x - tangent_xi.x * tangent_eta.y;
-                if !(pressure > 0.0) || !(jacobian > 0.0) {
-                    continue;
-                }
-                let area = jacobian * rule.weight;
-                totals.penetration = totals.penetration.max(plane[2] - z);
-                *new = PointState { multiplier: state.multiplier, pressure, area, stuck: true, ..*new };
-                let touch = Touch::of(state, gap_before(rule, face, last), plane[2] - last.plane[2]);
-                let step = [0, 1].map(|k| touch.share * (plane_step[k] - interpolate(&rule.shape, &moved, k)));
-                new.slip = [0, 1].map(|k| state.slip[k] + step[k]);
-                if let Friction::On(law) = friction {
-                    let trial = [0, 1].map(|k| state.elastic_slip[k] + step[k]);
-                    let (strength, _) = law.strength(pressure);
-                    let (traction, elastic, _) = law.return_map(trial, strength, false);
-                    new.traction = traction;
-                    new.elastic_slip = elastic;
-                    // A point that is held at its limit has not come to rest.
-                    new.stuck = elastic[0].hypot(elastic[1]) < law.gamma_crit_mm * (1.0 - 1e-6);
-                    let plastic = (0..2).map(|k| traction[k] * (trial[k] - elastic[k])).sum::<f64>();
-                    totals.min_dissipation_density = totals.min_dissipation_density.min(plastic);
-                    totals.dissipation += plastic * area;
-                    let stored = (0..2).map(|k| traction[k] * elastic[k]).sum::<f64>();
-                    totals.elastic_energy += 0.5 * stored * area;
-                }
-                totals.force += Vector3::new(new.traction[0], new.traction[1], pressure) * area;
+                let Some(point) = contact_point(rule, state, &motion, self.penalty) else { continue };
+                let trial = point.trial_slip(state);
+                let sliding = law.return_map(trial, point.pressure, false);
+                let step = point.slip_step();
+                *new = PointState {
+                    elastic_slip: sliding.elastic_slip,
+                    slip: [0, 1].map(|k| state.slip[k] + step[k]),
+                    multiplier: state.multiplier,
+                    pressure: point.pressure,
+                    traction: sliding.traction,
+                    area: point.area,
+                    stuck: sliding.at_rest,
+                };
+                totals.add(&point, &sliding, trial);
                 for k in 0..2 {
-                    totals.pressure_moment[k] += pressure * area * interpolate(&rule.shape, &x, k);
+                    totals.pressure_moment[k] += point.pressure * point.area * interpolate(&rule.shape, &motion.x, k);
                 }
-                totals.area += area;
             }
         }
         totals.stuck_area = self.stuck_area(&points);
@@ -317,58 +234,15 @@ impl Surface {
     }
 
     /// Whether no point of the face can be in contact.
-    fn is_clear(&self, x: &[Vector3<f64>; 4], height: f64, states: &[PointState]) -> bool {
-        x.iter().all(|x| x.z > height) && states.iter().all(|s| s.multiplier == 0.0)
+    fn is_clear(&self, motion: &FaceMotion, states: &[PointState]) -> bool {
+        motion.x.iter().all(|x| x.z > motion.plane[2]) && states.iter().all(|s| s.multiplier == 0.0)
     }
-}
-
-/// Gap of a contact point at the start of the increment, mm.
-fn gap_before(rule: &RulePoint, face: &[usize; 4], last: &ContactState) -> f64 {
-    (0..4).map(|a| rule.shape[a] * last.position[face[a]].z).sum::<f64>() - last.plane[2]
-}
-
-/// How much of an increment's motion a contact point sees: all of it, or what is left after the plane reached it.
-struct Touch {
-    /// 0 to 1.
-    share: f64,
-    /// Derivative of `share` over the plane's advance, 1/mm.
-    share_per_advance: f64,
-}
-
-impl Touch {
-    /// * `gap`, mm: at the start of the increment
-    /// * `advance`, mm: of the plane toward the finger in the increment
-    fn of(state: &PointState, gap: f64, advance: f64) -> Self {
-        if state.pressure > 0.0 || !(gap > 0.0) || !(advance > 0.0) {
-            return Self { share: 1.0, share_per_advance: 0.0 };
-        }
-        if gap >= advance {
-            // The skin came to the plane rather than the plane to the skin: the less the plane advanced, the less does
-            // its advance say of when. Smooth to the whole motion of a slide at fixed depth.
-            let part = advance / gap;
-            return Self { share: 1.0 - part * part, share_per_advance: -2.0 * part / gap };
-        }
-        Self { share: 1.0 - gap / advance, share_per_advance: gap / (advance * advance) }
-    }
-}
-
-fn interpolate(shape: &[f64; 4], values: &[Vector3<f64>; 4], k: usize) -> f64 {
-    shape[0] * values[0][k] + shape[1] * values[1][k] + shape[2] * values[2][k] + shape[3] * values[3][k]
-}
-
-fn tangents(gradient: &[[f64; 2]; 4], x: &[Vector3<f64>; 4]) -> (Vector3<f64>, Vector3<f64>) {
-    let mut sums = (Vector3::zeros(), Vector3::zeros());
-    for a in 0..4 {
-        sums.0 += x[a] * gradient[a][0];
-        sums.1 += x[a] * gradient[a][1];
-    }
-    sums
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{Quadrature, RubberFriction};
+    use crate::contact::{Friction, Quadrature, RubberFriction};
 
     fn surface(quadrature: Quadrature) -> (Surface, Vec<Vector3<f64>>) {
         // Two faces side by side, normals toward -z (counter-clockwise from below), somewhat uneven.

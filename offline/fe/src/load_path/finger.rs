@@ -2,12 +2,12 @@
 
 use nalgebra::Vector3;
 
-use super::MarchSettings;
+use super::LoadSettings;
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::PenaltySettings;
 use crate::material::{Ogden, SaintVenantKirchhoff};
 use crate::mesh::{Fingertip, Mesh, Region, set};
-use crate::solve::Settings;
+use crate::solve::SolverSettings;
 
 /// What the bones are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -76,9 +76,10 @@ pub struct Numerics {
     /// Contact.
     pub contact: PenaltySettings,
     /// Equilibrium.
-    pub solver: Settings,
-    /// Increments.
-    pub march: MarchSettings,
+    pub solver: SolverSettings,
+    /// Increments. The key is `march`, which the settings' hash of stored runs holds.
+    #[serde(rename = "march")]
+    pub load_steps: LoadSettings,
 }
 
 /// A finger ready to be pressed.

@@ -1,19 +1,32 @@
-//! A path (press, slide, lift) becomes a trajectory of responses.
+//! A path (press, slide, lift) becomes a trajectory of responses, by adaptive load steps.
 //!
-//! Main types: [`Path`], [`Response`], [`Snapshot`], [`Trajectory`].
+//! Main types: [`Finger`], [`Problem`], [`Path`], [`Response`], [`Snapshot`], [`Trajectory`]; [`follow_path`] runs one.
+//! [`LoadSteps`] with [`load_along`] is the load stepping itself, [`pass_limit_point`] its way past limit points.
 //! May use: solve, assembly, contact, material, element, mesh.
 
+mod checkpoint;
+mod clearance;
 mod finger;
-mod march;
+mod follow;
+mod limit_point;
 pub mod path_csv;
+mod response;
 pub mod response_csv;
+mod run;
+mod settings;
+mod stepping;
 pub mod vtu;
 
 use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
+pub use checkpoint::Checkpoint;
+pub use clearance::{Clearance, Obstacle};
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
-pub use march::{MarchError, MarchSettings, PressLimit, Problem, Progress, march, march_with_law, press_limits};
+pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
+pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
+pub use settings::{LoadPathError, LoadSettings, OnProgress, Problem, Progress};
+pub use stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
 
 /// How one axis of the plane is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -148,4 +161,19 @@ pub struct Trajectory {
     pub cost: Cost,
     /// Work.
     pub work: Work,
+}
+
+/// What a frictionless press says of friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct PressLimit {
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Normal force, N.
+    pub normal_force_n: f64,
+    /// Contact area, mm².
+    pub contact_area_mm2: f64,
+    /// Integral of the friction law over the frictionless pressure, N.
+    pub friction_limit_n: f64,
+    /// Largest penetration, mm.
+    pub penetration_mm: f64,
 }

@@ -136,8 +136,8 @@ fn ties(mesh: &Mesh, kinds: &[Kind]) -> Result<(), MeshError> {
         if !((sum - 1.0).abs() < 1e-12) {
             return refuse("the weights must sum to 1", sum);
         }
-        let foot: nalgebra::Vector3<f64> = tie.masters.iter().map(|&(n, w)| mesh.nodes[n as usize] * w).sum();
-        let offset = (foot - mesh.nodes[tie.slave as usize]).norm();
+        let closest: nalgebra::Vector3<f64> = tie.masters.iter().map(|&(n, w)| mesh.nodes[n as usize] * w).sum();
+        let offset = (closest - mesh.nodes[tie.slave as usize]).norm();
         if !(offset < 1e-9) {
             return refuse("the slave must lie where its masters' weights put it; offset in mm", offset);
         }

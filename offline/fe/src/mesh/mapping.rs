@@ -3,10 +3,10 @@
 
 use nalgebra::Vector3;
 
-use super::arcs::{Meridian, SectionArc, graded};
+use super::boundary_curves::{Meridian, SectionArc, graded};
+use super::first_touch::FirstTouch;
 use super::grid::Point;
 use super::surface::Body;
-use super::touch::FirstTouch;
 use super::{Divisions, FingertipShape};
 
 /// Choices that place the grid: a search over all shapes and presets for the worst scaled Jacobian, with the

@@ -10,13 +10,15 @@
 // `!(x > 0.0)` refuses NaN as well.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
-mod arcs;
 pub mod block;
 mod boundary;
+mod boundary_curves;
 mod check;
+mod closest_point;
 mod divisions;
 mod error;
-mod foot;
+mod first_touch;
+mod first_touch_of_points;
 mod grid;
 pub mod imported;
 mod mapping;
@@ -25,8 +27,6 @@ mod parametric;
 mod quality;
 mod shape;
 mod surface;
-mod touch;
-mod touch_points;
 pub mod volume;
 
 pub use check::{HEX_FACES, TET_FACES, check};
@@ -34,7 +34,7 @@ pub use fingerpad_formats::mesh::{Hex, Mesh, Region, Tet, Tie, set};
 
 pub use divisions::{Divisions, MeshPreset};
 pub use error::MeshError;
+pub use first_touch::FirstTouch;
 pub use parametric::{Fingertip, fingertip};
 pub use quality::{QualityReport, RegionQuality, quality};
 pub use shape::{FingertipShape, Nail};
-pub use touch::FirstTouch;

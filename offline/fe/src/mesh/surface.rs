@@ -139,16 +139,16 @@ impl Body {
     }
 
     /// The point of the surface under a point near it, along the normal, mm.
-    pub(super) fn foot(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        let mut foot = *point;
+    pub(super) fn closest_point(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let mut closest = *point;
         for _ in 0..3 {
-            foot -= self.distance(&foot) * self.normal(&foot);
+            closest -= self.distance(&closest) * self.normal(&closest);
         }
         // Take out what the steps slid along the surface.
-        let normal = self.normal(&foot);
-        let slid = (point - foot) - (point - foot).dot(&normal) * normal;
-        foot += slid;
-        foot - self.distance(&foot) * self.normal(&foot)
+        let normal = self.normal(&closest);
+        let slid = (point - closest) - (point - closest).dot(&normal) * normal;
+        closest += slid;
+        closest - self.distance(&closest) * self.normal(&closest)
     }
 
     /// Lowest level of this body over the points `depth_mm` under the surface of `outer`: above 1 if the
@@ -233,7 +233,11 @@ mod tests {
             for off in [-0.4, -0.05, 0.05, 0.5] {
                 let beside = point + off * body.normal(&point);
                 assert!((body.distance(&beside) / off - 1.0).abs() < 0.15, "{}", body.distance(&beside));
-                assert!((body.foot(&beside) - point).norm() < 0.06 * off.abs(), "{}", body.foot(&beside) - point);
+                assert!(
+                    (body.closest_point(&beside) - point).norm() < 0.06 * off.abs(),
+                    "{}",
+                    body.closest_point(&beside) - point
+                );
             }
         }
     }

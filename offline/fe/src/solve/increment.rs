@@ -1,13 +1,15 @@
 //! What an increment is asked, what it answers, why it fails.
 
+use std::ops::ControlFlow;
+
 use super::linear::NotPositiveDefinite;
 use crate::assembly::{BodyError, Configuration};
-use crate::contact::{ContactState, Totals};
+use crate::contact::{ContactState, Plane, Totals};
 
 /// How equilibrium is sought.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Settings {
+pub struct SolverSettings {
     /// Residual over contact force (norms over all dofs) at convergence.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub tolerance: f64,
@@ -32,7 +34,7 @@ pub struct Settings {
     pub max_augmentations: usize,
 }
 
-impl Default for Settings {
+impl Default for SolverSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-5,
@@ -74,6 +76,14 @@ pub struct Stats {
     pub residual: f64,
 }
 
+/// Told the effort so far, many times within an increment; may stop the search.
+pub type Watch<'w> = &'w mut dyn FnMut(&Stats) -> ControlFlow<()>;
+
+/// A [`Watch`] that never stops a search.
+pub fn unwatched(_: &Stats) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
 /// Why an increment failed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SolveError {
@@ -95,6 +105,9 @@ pub enum SolveError {
     /// The bulk stiffness is not positive definite even when mixed with that of the undeformed body.
     #[error(transparent)]
     Stiffness(#[from] NotPositiveDefinite),
+    /// The watch stopped the search.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 /// Viscous forces that hold the body back in one increment: `coefficient * stiffness diagonal * motion`.
@@ -109,8 +122,27 @@ pub struct Damping<'a> {
     pub from: &'a Configuration,
 }
 
-/// A state in equilibrium.
+/// Where a search for equilibrium starts.
 #[derive(Clone, Debug)]
+pub struct Guess {
+    /// Positions; fixed nodes hold their prescribed ones.
+    pub configuration: Configuration,
+    /// Place of the plane; along its displacement-driven axes the target counts.
+    pub plane: Plane,
+    /// The configuration already follows the plane's motion (extrapolation), so that points in contact need not be
+    /// predicted to stick.
+    pub follows_plane: bool,
+}
+
+impl Guess {
+    /// From where `state` stands.
+    pub fn at(state: &State) -> Self {
+        Self { configuration: state.configuration.clone(), plane: state.contact.plane, follows_plane: false }
+    }
+}
+
+/// A state in equilibrium.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct State {
     /// Positions of all nodes.
     pub configuration: Configuration,

@@ -44,12 +44,23 @@ const SINGLE_RESIDUAL: f64 = 1e-2;
 /// factor turns to double for good; the solver asks for the same where a new factor brings it no nearer to equilibrium.
 pub struct Factor {
     symbolic: SymbolicCholesky<usize>,
-    numeric: Precision,
+    numeric: Numbers,
     contact: usize,
     compliance: Mat<f64>,
 }
 
-enum Precision {
+/// In which precision a factor is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Precision {
+    /// Single; it remains to be seen whether it solves a load well enough.
+    SingleUnproven,
+    /// Single, which has solved a load well enough.
+    Single,
+    /// Double, for good.
+    Double,
+}
+
+enum Numbers {
     Single { numeric: Numeric<f32>, proven: bool },
     Double(Numeric<f64>),
 }
@@ -67,7 +78,7 @@ impl Factor {
         let symbolic = factorize_symbolic_cholesky(symbolic(&upper), Side::Upper, SymmetricOrdering::Identity, params)
             .expect("enough memory for the symbolic factor");
         Self {
-            numeric: Precision::Single { numeric: Numeric::new(&symbolic, contact), proven: false },
+            numeric: Numbers::Single { numeric: Numeric::new(&symbolic, contact), proven: false },
             symbolic,
             contact,
             compliance: Mat::zeros(contact, contact),
@@ -81,13 +92,31 @@ impl Factor {
 
     /// Whether the factor is held in single precision.
     pub fn is_single(&self) -> bool {
-        matches!(self.numeric, Precision::Single { .. })
+        matches!(self.numeric, Numbers::Single { .. })
+    }
+
+    /// In which precision the factor is held.
+    pub fn precision(&self) -> Precision {
+        match self.numeric {
+            Numbers::Single { proven: false, .. } => Precision::SingleUnproven,
+            Numbers::Single { proven: true, .. } => Precision::Single,
+            Numbers::Double(_) => Precision::Double,
+        }
+    }
+
+    /// Takes up the precision that [`Self::precision`] told of another factor of this matrix.
+    pub fn set_precision(&mut self, precision: Precision) {
+        match (precision, &mut self.numeric) {
+            (Precision::Double, _) => self.use_double_precision(),
+            (Precision::Single, Numbers::Single { proven, .. }) => *proven = true,
+            _ => {}
+        }
     }
 
     /// Factors from the next one on are held in double precision.
     pub fn use_double_precision(&mut self) {
         if self.is_single() {
-            self.numeric = Precision::Double(Numeric::new(&self.symbolic, self.contact));
+            self.numeric = Numbers::Double(Numeric::new(&self.symbolic, self.contact));
         }
     }
 
@@ -96,7 +125,7 @@ impl Factor {
     /// # Errors
     /// [`NotPositiveDefinite`].
     pub fn factorise(&mut self, pattern: &Pattern, values: &[f64]) -> Result<(), NotPositiveDefinite> {
-        if let Precision::Single { numeric, proven } = &mut self.numeric {
+        if let Numbers::Single { numeric, proven } = &mut self.numeric {
             if numeric.factorise(&self.symbolic, pattern, values).is_ok() {
                 *proven = *proven || numeric.residual(&self.symbolic, pattern, values) <= SINGLE_RESIDUAL;
                 if *proven {
@@ -106,7 +135,7 @@ impl Factor {
             }
             self.use_double_precision();
         }
-        let Precision::Double(numeric) = &mut self.numeric else { unreachable!("just made double") };
+        let Numbers::Double(numeric) = &mut self.numeric else { unreachable!("just made double") };
         numeric.factorise(&self.symbolic, pattern, values)?;
         numeric.compliance(self.compliance.as_mut());
         Ok(())
@@ -129,32 +158,32 @@ impl Factor {
     /// Forward half of a solve: overwrites `x` by `L^-1 x`.
     pub fn forward(&mut self, x: &mut [f64]) {
         match &mut self.numeric {
-            Precision::Single { numeric, .. } => numeric.solve_half(&self.symbolic, x, Half::Forward),
-            Precision::Double(numeric) => numeric.solve_half(&self.symbolic, x, Half::Forward),
+            Numbers::Single { numeric, .. } => numeric.solve_half(&self.symbolic, x, Half::Forward),
+            Numbers::Double(numeric) => numeric.solve_half(&self.symbolic, x, Half::Forward),
         }
     }
 
     /// Backward half of a solve: overwrites `x` by `L^-T x`.
     pub fn backward(&mut self, x: &mut [f64]) {
         match &mut self.numeric {
-            Precision::Single { numeric, .. } => numeric.solve_half(&self.symbolic, x, Half::Backward),
-            Precision::Double(numeric) => numeric.solve_half(&self.symbolic, x, Half::Backward),
+            Numbers::Single { numeric, .. } => numeric.solve_half(&self.symbolic, x, Half::Backward),
+            Numbers::Double(numeric) => numeric.solve_half(&self.symbolic, x, Half::Backward),
         }
     }
 
     /// Contact part of the solution from the contact part of a forward-solved right-hand side.
     pub fn contact_backward(&mut self, x: &mut [f64]) {
         match &mut self.numeric {
-            Precision::Single { numeric, .. } => numeric.solve_trailing(x, Half::Backward),
-            Precision::Double(numeric) => numeric.solve_trailing(x, Half::Backward),
+            Numbers::Single { numeric, .. } => numeric.solve_trailing(x, Half::Backward),
+            Numbers::Double(numeric) => numeric.solve_trailing(x, Half::Backward),
         }
     }
 
     /// Forward solve of a right-hand side that is zero but on the contact dofs.
     pub fn contact_forward(&mut self, x: &mut [f64]) {
         match &mut self.numeric {
-            Precision::Single { numeric, .. } => numeric.solve_trailing(x, Half::Forward),
-            Precision::Double(numeric) => numeric.solve_trailing(x, Half::Forward),
+            Numbers::Single { numeric, .. } => numeric.solve_trailing(x, Half::Forward),
+            Numbers::Double(numeric) => numeric.solve_trailing(x, Half::Forward),
         }
     }
 }

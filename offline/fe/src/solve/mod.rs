@@ -1,14 +1,15 @@
 //! Equilibrium of body and contact: Newton with a frozen bulk factor, the contact solved exactly on its dense
 //! compliance, every axis of the plane driven by displacement or by force.
 //!
-//! Main types: [`Solver`], [`State`], [`Target`], [`Settings`], [`Stats`], [`SolveError`].
+//! Main types: [`Solver`], [`State`], [`Target`], [`SolverSettings`], [`Stats`], [`SolveError`].
 //! May use: assembly, contact, element, material, mesh.
 
+mod contact_subproblem;
+mod equilibrium;
 mod increment;
-mod inner;
 pub mod linear;
 mod newton;
 mod stiffness;
 
-pub use increment::{Axis, Damping, Settings, SolveError, State, Stats, Target};
-pub use newton::Solver;
+pub use increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch, unwatched};
+pub use newton::{FactorRecord, Solver};

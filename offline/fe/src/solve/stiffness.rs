@@ -1,8 +1,11 @@
 //! The bulk stiffness that the solver factorises.
 
+use super::linear::NotPositiveDefinite;
 use super::{
     Solver,
-    increment::{Damping, SolveError, Stats},
+    equilibrium::go_on,
+    increment::{Damping, SolveError, Stats, Watch},
+    newton::FactorOrigin,
 };
 use crate::assembly::Configuration;
 use crate::contact::{ContactState, Plane};
@@ -33,9 +36,10 @@ impl Solver<'_> {
         plane: Plane,
         damping: Option<Damping>,
         stats: &mut Stats,
+        watch: Watch,
     ) -> Result<(), SolveError> {
         let pattern = &self.body.dofs.pattern;
-        let first = self.body.dofs.first_contact_dof;
+        self.factor_is_set = false;
         self.body.tangent(at, &mut self.values);
         if let Some(damping) = damping {
             for (dof, k) in self.viscosity.iter().enumerate() {
@@ -43,48 +47,80 @@ impl Solver<'_> {
             }
         }
         self.shift.fill(0.0);
+        go_on(watch, stats)?;
         let mut result = self.factor.factorise(pattern, &self.values);
         stats.factorisations += 1;
         if result.is_err() {
-            let evaluation =
-                self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
-            let touching: Vec<usize> = evaluation
-                .residual
-                .iter()
-                .zip(&self.slot)
-                .filter_map(|(force, slot)| slot.filter(|_| force.norm_squared() > 0.0))
-                .flat_map(|s| s..s + 3)
-                .filter(|&j| !self.held[j])
-                .collect();
-            let diagonal = |j: usize| pattern.column_start[first + j];
-            let mean =
-                touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>() / touching.len().max(1) as f64;
-            for factor in [1.0, 10.0, 100.0] {
-                for &j in &touching {
-                    self.values[diagonal(j)] += factor * mean - self.shift[j];
-                    self.shift[j] = factor * mean;
-                }
-                result = self.factor.factorise(pattern, &self.values);
-                stats.factorisations += 1;
-                if result.is_ok() {
-                    break;
-                }
-            }
+            result = self.factorise_with_springs(at, last, plane, stats, watch)?;
         }
-        for share in [0.1, 0.3, 1.0] {
+        if result.is_err() {
+            result = self.factorise_mixed(stats, watch)?;
+        }
+        self.factor_is_set = result.is_ok();
+        self.factor_origin =
+            damping.is_none().then(|| FactorOrigin { configuration: at.clone(), last: last.clone(), plane });
+        Ok(result?)
+    }
+
+    /// Factorises with ever stiffer springs on the touching contact dofs.
+    fn factorise_with_springs(
+        &mut self,
+        at: &Configuration,
+        last: &ContactState,
+        plane: Plane,
+        stats: &mut Stats,
+        watch: Watch,
+    ) -> Result<Result<(), NotPositiveDefinite>, SolveError> {
+        let pattern = &self.body.dofs.pattern;
+        let first = self.body.dofs.first_contact_dof;
+        let evaluation = self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
+        let touching: Vec<usize> = evaluation
+            .residual
+            .iter()
+            .zip(&self.slot)
+            .filter_map(|(force, slot)| slot.filter(|_| force.norm_squared() > 0.0))
+            .flat_map(|s| s..s + 3)
+            .filter(|&j| !self.held[j])
+            .collect();
+        let diagonal = |j: usize| pattern.column_start[first + j];
+        let mean = touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>() / touching.len().max(1) as f64;
+        let mut result = Ok(());
+        for factor in [1.0, 10.0, 100.0] {
+            for &j in &touching {
+                self.values[diagonal(j)] += factor * mean - self.shift[j];
+                self.shift[j] = factor * mean;
+            }
+            go_on(watch, stats)?;
+            result = self.factor.factorise(pattern, &self.values);
+            stats.factorisations += 1;
             if result.is_ok() {
                 break;
             }
-            if self.undeformed_stiffness.is_empty() {
-                self.body.tangent(self.body.undeformed(), &mut self.undeformed_stiffness);
-            }
+        }
+        Ok(result)
+    }
+
+    /// Factorises with ever larger shares of the undeformed body's stiffness.
+    fn factorise_mixed(
+        &mut self,
+        stats: &mut Stats,
+        watch: Watch,
+    ) -> Result<Result<(), NotPositiveDefinite>, SolveError> {
+        if self.undeformed_stiffness.is_empty() {
+            self.body.tangent(self.body.undeformed(), &mut self.undeformed_stiffness);
+        }
+        let mut result = Ok(());
+        for share in [0.1, 0.3, 1.0] {
             let mixed: Vec<f64> =
                 self.values.iter().zip(&self.undeformed_stiffness).map(|(k, k0)| k + share * k0).collect();
-            result = self.factor.factorise(pattern, &mixed);
+            go_on(watch, stats)?;
+            result = self.factor.factorise(&self.body.dofs.pattern, &mixed);
             stats.factorisations += 1;
             stats.mixed += 1;
+            if result.is_ok() {
+                break;
+            }
         }
-        self.factor_is_set = result.is_ok();
-        Ok(result?)
+        Ok(result)
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Vector3;
 
-use super::super::foot::nearest_on_faces;
+use super::super::closest_point::nearest_on_faces;
 use super::super::{HEX_FACES, Mesh, Region, TET_FACES, set};
 use super::{Draft, ImportError, ImportedGeometry, Near, region_name, sorted};
 
@@ -108,9 +108,9 @@ pub(super) fn attach_bones(draft: &mut Draft, settings: &ImportedGeometry) {
         if around.is_empty() {
             continue;
         }
-        let foot = nearest_on_faces(&place, &around, &mesh.nodes);
-        if (foot.position - place).norm() <= settings.tie_mm {
-            found.push((region_of[&foot.masters[0].0], node));
+        let closest = nearest_on_faces(&place, &around, &mesh.nodes);
+        if (closest.position - place).norm() <= settings.tie_mm {
+            found.push((region_of[&closest.masters[0].0], node));
         }
     }
     draft.report.attached_nodes = found.len();

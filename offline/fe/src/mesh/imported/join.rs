@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::Vector3;
 
-use super::super::foot::nearest_on_faces;
+use super::super::closest_point::nearest_on_faces;
 use super::super::{Hex, Mesh, Region, Tet, Tie};
 use super::named;
 use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, REGION_NAMES, RawKind, RawMesh, bodies, sorted};
@@ -171,14 +171,14 @@ pub(super) fn ties(draft: &mut Draft, raw: &RawMesh, settings: &ImportedGeometry
             return Err(ImportError::Support(what));
         }
         let masters: Vec<(u32, f64)> = masters.into_iter().map(|(n, w)| (n, w / sum)).collect();
-        let foot: Vector3<f64> = masters.iter().map(|(n, w)| draft.mesh.nodes[*n as usize] * *w).sum();
-        let off = (foot - draft.mesh.nodes[slave as usize]).norm();
+        let closest: Vector3<f64> = masters.iter().map(|(n, w)| draft.mesh.nodes[*n as usize] * *w).sum();
+        let off = (closest - draft.mesh.nodes[slave as usize]).norm();
         if off > settings.tie_mm {
             let what = format!("tie of node {}: it lies {off:.3e} mm off its masters (tie_mm)", tie.slave);
             return Err(ImportError::Support(what));
         }
         draft.report.tie_moved_mm = draft.report.tie_moved_mm.max(off);
-        draft.mesh.nodes[slave as usize] = foot;
+        draft.mesh.nodes[slave as usize] = closest;
         draft.mesh.ties.push(Tie { slave, masters });
     }
     tie_tets(draft, settings.tie_mm);
@@ -211,15 +211,15 @@ fn tie_tets(draft: &mut Draft, tie_mm: f64) {
         if around.is_empty() {
             continue;
         }
-        let foot = nearest_on_faces(&place, &around, &mesh.nodes);
-        let off = (foot.position - place).norm();
+        let closest = nearest_on_faces(&place, &around, &mesh.nodes);
+        let off = (closest.position - place).norm();
         if off <= tie_mm {
-            found.push((slave, foot, off));
+            found.push((slave, closest, off));
         }
     }
-    for (slave, foot, off) in found {
-        draft.mesh.nodes[slave as usize] = foot.position;
-        draft.mesh.ties.push(Tie { slave, masters: foot.masters });
+    for (slave, closest, off) in found {
+        draft.mesh.nodes[slave as usize] = closest.position;
+        draft.mesh.ties.push(Tie { slave, masters: closest.masters });
         draft.report.tied_nodes += 1;
         draft.report.tie_moved_mm = draft.report.tie_moved_mm.max(off);
     }

@@ -22,7 +22,7 @@ pub use fingerpad_formats::raw_mesh::{RawElement, RawKind, RawMesh, RawTie};
 pub use settings::{ImportFrame, ImportedGeometry, RegionNames, SetNames};
 
 use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian};
-use super::{Fingertip, FirstTouch, Hex, Mesh, Region, Tet, set, touch_points};
+use super::{Fingertip, FirstTouch, Hex, Mesh, Region, Tet, first_touch_of_points, set};
 
 /// A fingertip from another program's mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -176,7 +176,7 @@ fn lowest(points: &[Vector3<f64>], inclination_deg: f64) -> Result<FirstTouch, I
     // As far as enough points for a paraboloid lie.
     [2.0, 2.5, 3.0, 3.5, 4.0, 4.5]
         .into_iter()
-        .find_map(|reach| touch_points::lowest(points, inclination_deg, reach))
+        .find_map(|reach| first_touch_of_points::lowest(points, inclination_deg, reach))
         .ok_or_else(|| {
             ImportError::Touch(
                 "the outer faces have no rounded lowest point: check frame, axes and inclination_deg".into(),

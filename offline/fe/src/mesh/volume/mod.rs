@@ -25,10 +25,10 @@ pub use fingerpad_formats::label_volume::LabelVolume;
 pub use phantom::{PhantomSettings, label, phantom};
 pub use settings::{Labels, VolumeGeometry, VoxelAxis};
 
+use super::first_touch_of_points;
 use super::grid::{CappedBox, Point};
 use super::mapping::Mapping;
 use super::parametric::finish;
-use super::touch_points;
 use super::{Divisions, Fingertip, FingertipShape, FirstTouch};
 use core_box::Core;
 use grid::FineGrid;
@@ -101,7 +101,7 @@ pub fn volume_fingertip(
     let (skin, bone) =
         rayon::join(|| fine.skin(&template, &tissue, settings.noise), || fine.bone(&template, &tissue, settings.noise));
     let ((skin, skin_report), (bone, bone_report)) = (skin?, bone?);
-    let touch = touch_points::lowest(&skin.positions, settings.inclination_deg, 2.0)
+    let touch = first_touch_of_points::lowest(&skin.positions, settings.inclination_deg, 2.0)
         .ok_or_else(|| VolumeError::Fit("the pad has no lowest point before the cut: check the axes".into()))?;
 
     let mut nodes = vec![Vector3::zeros(); grid.node_count()];

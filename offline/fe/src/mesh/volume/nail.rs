@@ -38,12 +38,12 @@ fn from_label(shape: &FingertipShape, tissue: &Tissue, pose: Pose) -> Option<Mea
     let (mut volume, mut area, mut under) = (0.0, 0.0, 0.0);
     for (voxel, _) in tissue.kinds.iter().enumerate().filter(|(_, k)| **k == Kind::Nail) {
         let point = pose.to_finger(&tissue.middle(tissue.place(voxel)));
-        let foot = body.foot(&point);
-        along.push(foot.x);
-        angles.push(foot.y.atan2(foot.z - body.taper.height(foot.x)).to_degrees().abs());
+        let closest = body.closest_point(&point);
+        along.push(closest.x);
+        angles.push(closest.y.atan2(closest.z - body.taper.height(closest.x)).to_degrees().abs());
         volume += voxel_mm3;
         // The flux of the normal through the staircase under the nail is its area.
-        let normal = pose.rotation * body.normal(&foot);
+        let normal = pose.rotation * body.normal(&closest);
         for (neighbour, axis, sign) in tissue.neighbours(voxel) {
             if tissue.kinds[neighbour].is_inside() {
                 area -= sign * normal[axis] * voxel_mm3 / h[axis];

@@ -126,10 +126,10 @@ impl<'a> Rasteriser<'a> {
         if thickness == 0.0 || !reach.contains(&point.x) {
             return false;
         }
-        let foot = self.outer.foot(point);
-        let angle = foot.y.atan2(foot.z - self.outer.taper.height(foot.x));
-        (point - foot).norm() < thickness
-            && (shape.nail_start_mm..=shape.nail_end_mm).contains(&foot.x)
+        let closest = self.outer.closest_point(point);
+        let angle = closest.y.atan2(closest.z - self.outer.taper.height(closest.x));
+        (point - closest).norm() < thickness
+            && (shape.nail_start_mm..=shape.nail_end_mm).contains(&closest.x)
             && angle.abs() <= shape.nail_half_angle_deg.to_radians()
     }
 }

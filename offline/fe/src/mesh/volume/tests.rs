@@ -4,7 +4,7 @@ use nalgebra::Rotation3;
 
 use super::phantom::Rasteriser;
 use super::*;
-use crate::mesh::foot::nearest_on_faces;
+use crate::mesh::closest_point::nearest_on_faces;
 use crate::mesh::surface::Body;
 use crate::mesh::{Mesh, MeshPreset, Region, fingertip, quality, set};
 
@@ -179,8 +179,8 @@ fn a_finger_that_is_no_template_is_followed() {
                 continue;
             }
             let point = touch.to_plane(&(at(low) - frame));
-            let foot = nearest_on_faces(&point, &made.fingertip.outer_faces, &mesh.nodes);
-            far = far.max((foot.position - point).norm());
+            let closest = nearest_on_faces(&point, &made.fingertip.outer_faces, &mesh.nodes);
+            far = far.max((closest.position - point).norm());
         }
     }
     println!("the true surface is up to {far:.3} mm from the mesh (facets included)");

@@ -1,4 +1,4 @@
-//! The contact problem of one equilibrium iteration: the bulk is linear, the contact is not.
+//! The contact subproblem of one equilibrium iteration: the bulk is linear, the contact is not.
 //!
 //! With `G` the compliance of the contact dofs and `y` where they would go without contact forces, find the
 //! displacement `x` with `h(x) = x − y + G f(x) = 0`, `f` the contact residual; a force-driven axis adds the
@@ -7,11 +7,12 @@
 
 use nalgebra::Vector3;
 
+use super::increment::SolveError;
 use super::linear::{DenseLu, Factor};
 use crate::contact::{ContactState, Evaluation, Friction, Plane, Surface};
 
 /// What stays the same during the iterations.
-pub(super) struct Inner<'a> {
+pub(super) struct ContactSubproblem<'a> {
     pub surface: &'a Surface,
     pub friction: &'a Friction,
     pub last: &'a ContactState,
@@ -54,7 +55,7 @@ struct Trial {
     norm: f64,
 }
 
-impl Inner<'_> {
+impl ContactSubproblem<'_> {
     fn positions(&self, x: &[f64]) -> Vec<Vector3<f64>> {
         self.base
             .iter()
@@ -96,11 +97,20 @@ impl Inner<'_> {
     }
 
     /// Solves from the guess `x`, `plane`; with `predict_stick` the first linearisation lets no stuck point slip.
-    pub fn solve(&self, x: Vec<f64>, plane: Plane, predict_stick: bool) -> Solution {
+    ///
+    /// `go_on` is asked before every iteration.
+    pub fn solve(
+        &self,
+        x: Vec<f64>,
+        plane: Plane,
+        predict_stick: bool,
+        go_on: &mut dyn FnMut() -> Result<(), SolveError>,
+    ) -> Result<Solution, SolveError> {
         let force_scale = self.force_scale();
         let mut current = self.trial(x, plane, force_scale, predict_stick, true);
         let mut iterations = 0;
         while (iterations == 0 || !(current.norm <= self.tolerance)) && iterations < self.max_iterations {
+            go_on()?;
             let predicted = predict_stick && iterations == 0;
             iterations += 1;
             let Some((dx, d_plane)) = self.newton_step(&current, force_scale) else { break };
@@ -120,7 +130,8 @@ impl Inner<'_> {
             };
             current = next;
         }
-        Solution { x: current.x, plane: current.plane, force: current.force, iterations, norm: current.norm }
+        let Trial { x, plane, force, norm, .. } = current;
+        Ok(Solution { x, plane, force, iterations, norm })
     }
 
     /// What turns an imbalance of driven forces into a displacement norm: the pad's compliance under an even load.
@@ -135,10 +146,23 @@ impl Inner<'_> {
         sum / (nodes * nodes) * nodes.sqrt()
     }
 
-    /// Newton step; None if the system is singular.
+    /// Newton step of all contact dofs and of the plane; None if the system is singular.
     fn newton_step(&self, at: &Trial, force_scale: f64) -> Option<(Vec<f64>, Plane)> {
+        let unknowns = self.unknowns(at);
+        let plane_force: Vec<Vec<f64>> = unknowns.driven.iter().map(|&k| self.force_per_plane(at, k)).collect();
+        let (matrix, size) = self.system(at, &unknowns, &plane_force, force_scale);
+        let mut step: Vec<f64> = unknowns.active.iter().map(|&i| -at.h[i]).collect();
+        step.extend(unknowns.driven.iter().map(|&k| -at.balance[k]));
+        DenseLu::new(&matrix, size).solve(&mut step);
+        if step.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+        Some(self.whole_step(at, &unknowns, &plane_force, &step))
+    }
+
+    /// The dofs of faces in contact, those with a shift, and the force-driven axes.
+    fn unknowns(&self, at: &Trial) -> Unknowns {
         let n = self.y.len();
-        // Active dofs: those of faces in contact.
         let mut index = vec![usize::MAX; n];
         let mut active = Vec::new();
         for tangent in &at.evaluation.tangents {
@@ -159,7 +183,25 @@ impl Inner<'_> {
                 active.push(j);
             }
         }
-        let driven: Vec<usize> = (0..3).filter(|&k| self.force_target[k].is_some()).collect();
+        let driven = (0..3).filter(|&k| self.force_target[k].is_some()).collect();
+        Unknowns { index, active, driven }
+    }
+
+    /// Contact dof of row or column `a` of a face's tangent, if it moves freely.
+    fn face_dof(&self, face: usize, a: usize) -> Option<usize> {
+        let node = self.surface.faces[face][a / 3];
+        self.slot[node].map(|s| s + a % 3).filter(|&d| !self.held[d])
+    }
+
+    /// Derivative of the contact residual over the plane's coordinate `axis`, contact dofs, N/mm.
+    fn force_per_plane(&self, at: &Trial, axis: usize) -> Vec<f64> {
+        let nodal: Vec<Vector3<f64>> = at.evaluation.plane_columns.iter().map(|c| c[axis]).collect();
+        self.gather(&nodal)
+    }
+
+    /// The matrix of the Newton step, column-major, and its size: equations of the active dofs, then force balances.
+    fn system(&self, at: &Trial, unknowns: &Unknowns, plane_force: &[Vec<f64>], force_scale: f64) -> (Vec<f64>, usize) {
+        let Unknowns { index, active, driven } = unknowns;
         let (na, size) = (active.len(), active.len() + driven.len());
         // Rows of G on the active dofs, contiguous per column.
         let mut g = vec![0.0; na * na];
@@ -181,10 +223,8 @@ impl Inner<'_> {
         }
         // d(balance_k)/d(column) = -force_scale * sum over nodes of the residual's component k.
         for tangent in &at.evaluation.tangents {
-            let face = self.surface.faces[tangent.face];
-            let dof = |a: usize| self.slot[face[a / 3]].map(|s| s + a % 3).filter(|&d| !self.held[d]);
             for column in 0..12 {
-                let Some(j) = dof(column) else { continue };
+                let Some(j) = self.face_dof(tangent.face, column) else { continue };
                 let c = index[j];
                 let target = &mut matrix[c * size..(c + 1) * size];
                 for row in 0..12 {
@@ -192,7 +232,7 @@ impl Inner<'_> {
                     if value == 0.0 {
                         continue;
                     }
-                    if let Some(i) = dof(row) {
+                    if let Some(i) = self.face_dof(tangent.face, row) {
                         let source = &g[index[i] * na..(index[i] + 1) * na];
                         for (t, s) in target[..na].iter_mut().zip(source) {
                             *t += s * value;
@@ -204,45 +244,39 @@ impl Inner<'_> {
                 }
             }
         }
-        let mut plane_force = Vec::new();
         for (p, &k) in driven.iter().enumerate() {
-            let nodal: Vec<Vector3<f64>> = at.evaluation.plane_columns.iter().map(|c| c[k]).collect();
-            let force = self.gather(&nodal);
             let target = &mut matrix[(na + p) * size..(na + p + 1) * size];
             for (c, &j) in active.iter().enumerate() {
-                if force[j] != 0.0 {
+                if plane_force[p][j] != 0.0 {
                     for (t, s) in target[..na].iter_mut().zip(&g[c * na..(c + 1) * na]) {
-                        *t += s * force[j];
+                        *t += s * plane_force[p][j];
                     }
                 }
             }
             for (q, &axis) in driven.iter().enumerate() {
-                target[na + q] = -force_scale * nodal.iter().map(|v| v[axis]).sum::<f64>();
+                let sum = at.evaluation.plane_columns.iter().map(|column| column[k][axis]).sum::<f64>();
+                target[na + q] = -force_scale * sum;
             }
-            plane_force.push(force);
         }
-        let mut step: Vec<f64> = active.iter().map(|&i| -at.h[i]).collect();
-        step.extend(driven.iter().map(|&k| -at.balance[k]));
-        DenseLu::new(&matrix, size).solve(&mut step);
-        if step.iter().any(|v| !v.is_finite()) {
-            return None;
-        }
+        (matrix, size)
+    }
+
+    /// The step of all contact dofs and of the plane from that of the unknowns: dx = -h - G df.
+    fn whole_step(&self, at: &Trial, unknowns: &Unknowns, plane_force: &[Vec<f64>], step: &[f64]) -> (Vec<f64>, Plane) {
+        let Unknowns { index, active, driven } = unknowns;
         let mut d_plane = [0.0; 3];
         for (p, &k) in driven.iter().enumerate() {
-            d_plane[k] = step[na + p];
+            d_plane[k] = step[active.len() + p];
         }
-        // The remaining dofs follow from their own equation: dx = -h - G df.
-        let mut d_force = vec![0.0; n];
+        let mut d_force = vec![0.0; self.y.len()];
         for (c, &j) in active.iter().enumerate() {
             d_force[j] -= self.shift[j] * step[c];
         }
         for tangent in &at.evaluation.tangents {
-            let face = self.surface.faces[tangent.face];
-            let dof = |a: usize| self.slot[face[a / 3]].map(|s| s + a % 3).filter(|&d| !self.held[d]);
             for column in 0..12 {
-                let Some(j) = dof(column) else { continue };
+                let Some(j) = self.face_dof(tangent.face, column) else { continue };
                 for row in 0..12 {
-                    if let Some(i) = dof(row) {
+                    if let Some(i) = self.face_dof(tangent.face, row) {
                         d_force[i] += tangent.block[column][row] * step[index[j]];
                     }
                 }
@@ -258,6 +292,16 @@ impl Inner<'_> {
         for d in &mut dx {
             *d = -*d;
         }
-        Some((dx, d_plane))
+        (dx, d_plane)
     }
+}
+
+/// Unknowns of a Newton step.
+struct Unknowns {
+    /// Place of each contact dof among the active ones; usize::MAX if it is none.
+    index: Vec<usize>,
+    /// Active contact dofs.
+    active: Vec<usize>,
+    /// Force-driven axes of the plane.
+    driven: Vec<usize>,
 }

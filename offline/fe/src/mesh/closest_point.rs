@@ -3,19 +3,19 @@
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// A point of a face, with the nodes and weights that make it.
-pub(super) struct Foot {
+pub(super) struct ClosestPoint {
     pub(super) position: Vector3<f64>,
     pub(super) masters: Vec<(u32, f64)>,
 }
 
 /// Closest point to `point` on the bilinear faces.
-pub(super) fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> Foot {
+pub(super) fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: &[Vector3<f64>]) -> ClosestPoint {
     let mut near: Vec<&[u32; 4]> = faces.iter().collect();
     near.sort_by(|a, b| {
         let distance = |f: &[u32; 4]| (center(f, nodes) - point).norm_squared();
         distance(a).total_cmp(&distance(b))
     });
-    let mut best: Option<(f64, Foot)> = None;
+    let mut best: Option<(f64, ClosestPoint)> = None;
     for face in near.into_iter().take(12) {
         let corners = face.map(|n| nodes[n as usize]);
         let weights = closest_weights(point, &corners);
@@ -24,7 +24,7 @@ pub(super) fn nearest_on_faces(point: &Vector3<f64>, faces: &[[u32; 4]], nodes: 
         if best.as_ref().is_none_or(|(d, _)| distance < *d) {
             let masters = face.iter().copied().zip(weights);
             let masters = masters.filter(|(_, w)| *w > 0.0).collect();
-            best = Some((distance, Foot { position, masters }));
+            best = Some((distance, ClosestPoint { position, masters }));
         }
     }
     best.expect("the skin has dorsal faces").1
@@ -83,10 +83,10 @@ mod tests {
         ];
         for (u, v, off) in [(0.3, 0.8, 0.2), (0.0, 0.4, 0.1), (1.0, 1.0, 0.0)] {
             let w = bilinear(Vector2::new(u, v));
-            let foot: Vector3<f64> = corners.iter().zip(w).map(|(c, w)| c * w).sum();
+            let closest: Vector3<f64> = corners.iter().zip(w).map(|(c, w)| c * w).sum();
             let along_u = (corners[1] - corners[0]) * (1.0 - v) + (corners[2] - corners[3]) * v;
             let along_v = (corners[3] - corners[0]) * (1.0 - u) + (corners[2] - corners[1]) * u;
-            let point = foot + off * along_u.cross(&along_v).normalize();
+            let point = closest + off * along_u.cross(&along_v).normalize();
             let found = closest_weights(&point, &corners);
             for (found, expected) in found.iter().zip(w) {
                 assert!((found - expected).abs() < 1e-9);

@@ -1,0 +1,53 @@
+//! How deep the plane may come before it meets what holds the finger.
+
+use super::Finger;
+use crate::mesh::set;
+
+/// What the plane would meet first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// A bone.
+    Bone,
+    /// A surface of the finger that is held fixed: its proximal section, or the nail.
+    HeldSection,
+}
+
+/// The depth at which the plane meets what holds the finger, by the undeformed shape.
+///
+/// Beyond it the model has no meaning: what is held cannot yield, so that the forces grow without bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// Height of the obstacle's lowest point above first touch, mm; infinite if nothing is held.
+    pub depth_mm: f64,
+    /// What is met there.
+    pub obstacle: Obstacle,
+}
+
+impl Clearance {
+    /// The clearance of a finger under the plane.
+    pub fn of(finger: &Finger) -> Self {
+        let lowest = |sets: &[&str]| {
+            let nodes = sets.iter().flat_map(|name| finger.mesh.node_set(name));
+            nodes.map(|&n| finger.mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min)
+        };
+        let bone = lowest(&[set::DISTAL_BONE, set::PROXIMAL_BONE]);
+        let held = lowest(&[set::PROXIMAL_FIX, set::NAIL_FIX]);
+        if held < bone {
+            Self { depth_mm: held, obstacle: Obstacle::HeldSection }
+        } else {
+            Self { depth_mm: bone, obstacle: Obstacle::Bone }
+        }
+    }
+
+    /// Why the plane cannot come to `depth_mm`; None if it can.
+    pub fn refusal(&self, depth_mm: f64) -> Option<String> {
+        if depth_mm < self.depth_mm {
+            return None;
+        }
+        let what = match self.obstacle {
+            Obstacle::Bone => "the bone, whose lowest point",
+            Obstacle::HeldSection => "the held section of the finger (raise its inclination_deg), whose lowest point",
+        };
+        Some(format!("{depth_mm} mm reaches {what} is {:.2} mm above first touch", self.depth_mm))
+    }
+}

@@ -1,0 +1,485 @@
+//! The run along a path: increments of the plane's motion, recorded as responses.
+
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
+use cpu_time::ThreadTime;
+use fingerpad::Status;
+use nalgebra::Rotation3;
+
+use super::checkpoint::{Checkpoint, Saves};
+use super::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
+use super::response::{response, snapshot};
+use super::settings::{LoadPathError, OnProgress, Problem, Progress};
+use super::stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
+use super::{Cost, Drive, Path, PressLimit, Trajectory, Waypoint};
+use crate::assembly::{Body, Configuration, rotation_vector};
+use crate::contact::{Friction, FrictionLaw, Plane, RubberFriction};
+use crate::solve::{Axis, FactorRecord, Guess, SolveError, Solver, State, Stats, Target};
+
+/// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`].
+const STEPS: StepRule =
+    StepRule { easy_iterations: 6, after_hard: 0.6, cut: 0.4, limit_point_below: 5e-3, after_limit_point: 0.2 };
+/// How a limit point is passed.
+const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 60, release: 0.5, hold: 8.0, largest: 1e3 };
+/// Least size of the first step of a row.
+const LEAST_FIRST_SIZE: f64 = 0.1;
+/// Penetration from which a driven normal force is sought before first touch, mm.
+const FIRST_PENETRATION_MM: f64 = 0.02;
+/// Share of the strength that must be used before a failed step is taken for the limit of friction.
+const USED_STRENGTH: f64 = 0.9;
+
+/// Where a run along a path stands: all that a checkpoint keeps besides the factor.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct RunState {
+    /// Row being approached, and whether the way to it has begun.
+    row: usize,
+    row_has_begun: bool,
+    /// Where the stepping stands on the way to the row.
+    standing: Standing,
+    state: State,
+    time_s: f64,
+    /// The state before the last increment and the size of that increment, for extrapolation.
+    before: Option<(Configuration, Plane, f64)>,
+    /// Length of the rows done, in largest steps.
+    length_done: f64,
+    /// Flags of the next response.
+    status: Status,
+    trajectory: Trajectory,
+    limits: Vec<PressLimit>,
+}
+
+/// A run along a path.
+pub(super) struct Run<'a, 'p> {
+    problem: &'a Problem<'a>,
+    path: &'a Path,
+    /// Rows at which the field is kept.
+    snapshots: &'a [usize],
+    /// The friction law of a time, where it changes along the path.
+    pub law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
+    /// A law whose integral over the pressure is taken at every row.
+    pub limit_law: Option<&'a RubberFriction>,
+    solver: Solver<'a>,
+    run: RunState,
+    saves: Option<Saves<'a>>,
+    progress: OnProgress<'p>,
+    clock: ThreadTime,
+    /// CPU time before this session, s.
+    earlier_cpu_s: f64,
+    /// Length of the whole path and of the way to the row being approached, in largest steps.
+    length: f64,
+    row_length: f64,
+}
+
+impl<'a, 'p> Run<'a, 'p> {
+    pub fn new(
+        problem: &'a Problem<'a>,
+        path: &'a Path,
+        snapshots: &'a [usize],
+        progress: OnProgress<'p>,
+    ) -> Result<Self, LoadPathError> {
+        check(path)?;
+        let start = &path.waypoints[0];
+        let place = |drive: Drive, value: f64| if drive == Drive::Displacement { value } else { 0.0 };
+        let plane =
+            [place(path.drives[1], start.x), place(path.drives[2], start.y), place(path.drives[0], start.normal)];
+        let friction = problem.friction.map_or(Friction::Off, Friction::On);
+        let solver = Solver::new(problem.body, problem.pad_faces, friction, problem.penalty, problem.settings);
+        let state = solver.initial_state(plane);
+        let mut run = Self {
+            problem,
+            path,
+            snapshots,
+            law_at: None,
+            limit_law: None,
+            solver,
+            run: RunState {
+                row: 0,
+                row_has_begun: false,
+                standing: Standing { done: 0.0, size: 1.0 },
+                state,
+                time_s: start.t_s,
+                before: None,
+                length_done: 0.0,
+                status: Status::OK,
+                trajectory: Trajectory::default(),
+                limits: Vec::new(),
+            },
+            saves: None,
+            progress,
+            clock: ThreadTime::now(),
+            earlier_cpu_s: 0.0,
+            length: 0.0,
+            row_length: 0.0,
+        };
+        run.length = (1..path.waypoints.len()).map(|row| run.length_of(row)).sum();
+        Ok(run)
+    }
+
+    /// Saves the run as `checkpoint` says, and goes on from what is saved there of this very run.
+    pub fn keep(&mut self, checkpoint: Checkpoint<'a>) -> Result<(), LoadPathError> {
+        let saves = Saves::new(checkpoint, self.path, self.snapshots);
+        if let Some((run, factor)) = saves.read::<(RunState, FactorRecord)>()
+            && run.state.configuration.x.len() == self.run.state.configuration.x.len()
+        {
+            self.solver.set_friction(self.friction_of(run.row));
+            let progress = &mut self.progress;
+            let Some(&response) = run.trajectory.responses.last() else { return Ok(()) };
+            let report = Progress { share: 0.0, cost: run.trajectory.cost, response };
+            match self.solver.restore_factor(&factor, &mut |_| progress(report)) {
+                Ok(()) => {
+                    self.earlier_cpu_s = run.trajectory.cost.cpu_s;
+                    self.run = run;
+                }
+                Err(SolveError::Interrupted) => {
+                    return Err(LoadPathError::Interrupted { reached: Box::new(run.trajectory) });
+                }
+                Err(_) => {}
+            }
+        }
+        self.saves = Some(saves);
+        Ok(())
+    }
+
+    /// Follows the path to its end.
+    pub fn follow(mut self) -> Result<(Trajectory, Vec<PressLimit>), LoadPathError> {
+        let result = self.follow_rows();
+        if !matches!(result, Err(LoadPathError::Interrupted { .. }))
+            && let Some(saves) = &self.saves
+        {
+            saves.remove();
+        }
+        result.map(|()| (self.run.trajectory, self.run.limits))
+    }
+
+    fn follow_rows(&mut self) -> Result<(), LoadPathError> {
+        if self.run.trajectory.responses.is_empty() {
+            self.record();
+            self.end_row();
+        }
+        while self.run.row < self.path.waypoints.len() {
+            self.go_to_row()?;
+            self.end_row();
+        }
+        Ok(())
+    }
+
+    fn go_to_row(&mut self) -> Result<(), LoadPathError> {
+        self.row_length = self.length_of(self.run.row);
+        self.solver.set_friction(self.friction_of(self.run.row));
+        if !self.run.row_has_begun {
+            self.run.before = None;
+            self.run.standing = Standing { done: 0.0, size: self.run.standing.size.max(LEAST_FIRST_SIZE) };
+            self.run.row_has_begun = true;
+        }
+        let (length, standing) = (self.row_length, self.run.standing);
+        self.run.standing.size = load_along(self, &STEPS, length, standing)?;
+        self.run.length_done += length;
+        Ok(())
+    }
+
+    /// Takes what is wanted of the row that was reached, and turns to the next.
+    fn end_row(&mut self) {
+        let run = &mut self.run;
+        if self.snapshots.contains(&run.row) {
+            let response = *run.trajectory.responses.last().expect("recorded before");
+            let field = snapshot(self.problem.body, &self.solver, &run.state, response);
+            run.trajectory.snapshots.push(field);
+        }
+        if let Some(law) = self.limit_law.filter(|_| run.row > 0) {
+            let response = run.trajectory.responses.last().expect("recorded before");
+            run.limits.push(PressLimit {
+                depth_mm: response.depth_mm,
+                normal_force_n: response.normal_force_n,
+                contact_area_mm2: response.contact_area_mm2,
+                friction_limit_n: strength_n(law, &run.state),
+                penetration_mm: run.state.totals.penetration,
+            });
+        }
+        run.row += 1;
+        run.row_has_begun = false;
+    }
+
+    /// The law that acts on the way to this row.
+    fn friction_of(&self, row: usize) -> Friction {
+        let slides = || self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y);
+        match self.problem.friction {
+            Some(law) if self.problem.load_steps.friction_while_pressing || slides() => Friction::On(law),
+            _ => Friction::Off,
+        }
+    }
+
+    /// Length of the way to a row, in largest steps.
+    fn length_of(&self, row: usize) -> f64 {
+        let (a, b) = (&self.path.waypoints[row - 1], &self.path.waypoints[row]);
+        let largest = &self.problem.load_steps;
+        let step = |drive: Drive, displacement: f64| match drive {
+            Drive::Displacement => displacement,
+            Drive::Force => largest.max_force_step_n,
+        };
+        let depth_step = match self.friction_of(row) {
+            Friction::On(_) => largest.max_depth_step_with_friction_mm,
+            Friction::Off => largest.max_depth_step_mm,
+        };
+        let normal = (b.normal - a.normal).abs() / step(self.path.drives[0], depth_step);
+        let x = (b.x - a.x) / step(self.path.drives[1], largest.max_slide_step_mm);
+        let y = (b.y - a.y) / step(self.path.drives[2], largest.max_slide_step_mm);
+        normal.max(x.hypot(y)).max(1e-3)
+    }
+
+    /// The point `share` of the way to the row being approached.
+    fn point(&self, share: f64) -> Waypoint {
+        interpolate(&self.path.waypoints[self.run.row - 1], &self.path.waypoints[self.run.row], share)
+    }
+
+    fn target(&self, point: &Waypoint) -> Target {
+        let axis = |drive: Drive, value: f64| match drive {
+            Drive::Displacement => Axis::Displacement(value),
+            Drive::Force => Axis::Force(value),
+        };
+        let drives = &self.path.drives;
+        [axis(drives[1], point.x), axis(drives[2], point.y), axis(drives[0], point.normal)]
+    }
+
+    /// Where the search for a step of `size` starts: the last motion continued, if it was not much shorter.
+    fn guess(&self, size: f64) -> Guess {
+        let run = &self.run;
+        let mut guess = Guess::at(&run.state);
+        if let Some((before, plane_before, last_size)) = &run.before
+            && size <= 2.0 * last_size
+        {
+            let ratio = size / last_size;
+            for (place, before) in guess.plane.iter_mut().zip(plane_before) {
+                *place += (*place - before) * ratio;
+            }
+            guess.configuration = extrapolate(self.problem.body, before, &run.state.configuration, ratio);
+            guess.follows_plane = true;
+        }
+        if self.path.drives[0] == Drive::Force && run.state.totals.force.z <= 0.0 {
+            // Before first touch a force has no depth.
+            let lowest = run.state.contact.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+            guess.plane[2] = lowest + FIRST_PENETRATION_MM;
+        }
+        guess
+    }
+
+    /// Solves with the progress told many times within; adds the cost.
+    fn solve<T>(
+        &mut self,
+        stats: &mut Stats,
+        search: impl FnOnce(
+            &mut Solver<'a>,
+            &RunState,
+            &mut Stats,
+            &mut dyn FnMut(&Stats) -> ControlFlow<()>,
+        ) -> Result<T, SolveError>,
+    ) -> Result<T, SolveError> {
+        let last_response = self.run.trajectory.responses.last().copied().unwrap_or_default();
+        let share = self.share();
+        let (clock, earlier_cpu_s) = (&self.clock, self.earlier_cpu_s);
+        let so_far = Cell::new(self.run.trajectory.cost);
+        let with = |stats: &Stats| {
+            let mut cost: Cost = so_far.get();
+            cost.iterations += stats.iterations;
+            cost.factorisations += stats.factorisations;
+            cost.cpu_s = earlier_cpu_s + clock.elapsed().as_secs_f64();
+            cost
+        };
+        let progress = &mut self.progress;
+        let result = search(&mut self.solver, &self.run, stats, &mut |stats| {
+            progress(Progress { share, cost: with(stats), response: last_response })
+        });
+        self.run.trajectory.cost = with(stats);
+        result
+    }
+
+    /// Done share of the path.
+    fn share(&self) -> f64 {
+        ((self.run.length_done + self.run.standing.done) / self.length).min(1.0)
+    }
+
+    fn record(&mut self) {
+        let response = response(&self.solver, &self.run.state, self.run.time_s, self.run.status);
+        self.run.trajectory.responses.push(response);
+        self.run.status = Status::OK;
+    }
+
+    fn reached(&mut self) -> Box<Trajectory> {
+        Box::new(std::mem::take(&mut self.run.trajectory))
+    }
+
+    fn interrupted(&mut self) -> LoadPathError {
+        if let Some(Err(error)) = self.saves.as_mut().map(Saves::write) {
+            return error.into();
+        }
+        LoadPathError::Interrupted { reached: self.reached() }
+    }
+
+    /// Refuses a driven friction force that the contact, which slips nearly everywhere, cannot hold.
+    fn check_friction(&mut self, share: f64) -> Result<(), LoadPathError> {
+        let point = self.point(share);
+        let drives = &self.path.drives;
+        let state = &self.run.state;
+        let (holds_n, friction) = (strength_n(self.solver.friction(), state), state.totals.force.xy());
+        let along = |k: usize, driven: f64| if drives[k + 1] == Drive::Force { driven } else { friction[k] };
+        let wanted_n = along(0, point.x).hypot(along(1, point.y));
+        let is_driven = drives[1] == Drive::Force || drives[2] == Drive::Force;
+        if !(is_driven && state.totals.force.z > 0.0 && wanted_n > holds_n && friction.norm() > USED_STRENGTH * holds_n)
+        {
+            return Ok(());
+        }
+        let end = self.path.waypoints[self.run.row];
+        Err(LoadPathError::BeyondFriction {
+            t_s: self.run.time_s,
+            row: self.run.row,
+            wanted_n: along(0, end.x).hypot(along(1, end.y)),
+            holds_n,
+            normal_force_n: state.totals.force.z,
+            reached: self.reached(),
+        })
+    }
+}
+
+impl LoadSteps for Run<'_, '_> {
+    type Error = LoadPathError;
+
+    fn try_step(&mut self, share: f64, size: f64) -> Result<u32, SolveError> {
+        let point = self.point(share);
+        if let Some(law_at) = self.law_at {
+            self.solver.set_friction(Friction::On(law_at(point.t_s)));
+        }
+        let (target, guess) = (self.target(&point), self.guess(size));
+        let mut stats = Stats::default();
+        let next =
+            self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
+        let run = &mut self.run;
+        run.trajectory.work.plane_mj += plane_work_mj_between(&run.state, &next);
+        run.trajectory.work.friction_mj += next.totals.dissipation;
+        let cost = &mut run.trajectory.cost;
+        cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
+        cost.min_dissipation_mpa_mm = cost.min_dissipation_mpa_mm.min(next.totals.min_dissipation_density);
+        cost.max_residual = cost.max_residual.max(stats.residual);
+        cost.increments += 1;
+        let before = std::mem::replace(&mut run.state, next);
+        run.before = Some((before.configuration, before.contact.plane, size));
+        run.time_s = point.t_s;
+        Ok(stats.iterations)
+    }
+
+    fn failed(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
+        if *error == SolveError::Interrupted {
+            return Err(self.interrupted());
+        }
+        self.run.trajectory.cost.cutbacks += 1;
+        self.run.before = None;
+        self.check_friction(share)
+    }
+
+    fn out_of_patience(&self) -> bool {
+        false
+    }
+
+    fn pass_limit_point(&mut self, share: f64) -> Result<bool, LoadPathError> {
+        let point = self.point(share);
+        let target = self.target(&point);
+        let mut stats = Stats::default();
+        let passage = self.solve(&mut stats, |solver, run, stats, watch| {
+            pass_limit_point(solver, &run.state, target, &LIMIT_POINT, &State::clone, stats, watch)
+        });
+        let Ok(passage) = passage else { return Err(self.interrupted()) };
+        let Some(passage) = passage else { return Ok(false) };
+        let (body, run) = (self.problem.body, &mut self.run);
+        let energy = |state: &State| body.energy(&state.configuration).0;
+        // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
+        let stored = energy(&passage.state) - energy(&run.state);
+        let work = &mut run.trajectory.work;
+        work.plane_mj += passage.plane_work_mj;
+        work.friction_mj += passage.friction_work_mj;
+        work.stabilisation_mj += (passage.plane_work_mj - passage.friction_work_mj - stored).max(0.0);
+        run.trajectory.cost.increments += 1;
+        run.status = run.status.with(Status::STABILISED);
+        run.state = passage.state;
+        run.time_s = point.t_s;
+        Ok(true)
+    }
+
+    fn give_up(&mut self, step: FailedStep) -> Result<(), LoadPathError> {
+        if step.next_size >= self.problem.load_steps.min_step_share {
+            return Ok(());
+        }
+        let [x, y, z] = self.run.state.contact.plane;
+        Err(LoadPathError::NoEquilibrium {
+            t_s: self.run.time_s,
+            depth_mm: z,
+            slide_x_mm: x,
+            slide_y_mm: y,
+            row: self.run.row,
+            increment: self.run.trajectory.cost.increments + 1,
+            step_share: step.size,
+            cause: step.error,
+            reached: self.reached(),
+        })
+    }
+
+    fn accepted(&mut self, standing: Standing) -> Result<(), LoadPathError> {
+        if self.run.state.contact.plane[2] >= self.problem.clearance_mm {
+            let last = self.run.trajectory.responses.last().copied().unwrap_or_default();
+            return Err(LoadPathError::NotClear {
+                t_s: last.t_s,
+                row: self.run.row,
+                clearance_mm: self.problem.clearance_mm,
+                normal_force_n: last.normal_force_n,
+                reached: self.reached(),
+            });
+        }
+        self.run.standing = standing;
+        self.record();
+        if let Some(saves) = &mut self.saves {
+            saves.take(&(&self.run, self.solver.factor_record()))?;
+        }
+        let report = Progress {
+            share: self.share(),
+            cost: self.run.trajectory.cost,
+            response: *self.run.trajectory.responses.last().expect("just recorded"),
+        };
+        if (self.progress)(report).is_break() { Err(self.interrupted()) } else { Ok(()) }
+    }
+}
+
+fn check(path: &Path) -> Result<(), LoadPathError> {
+    if path.waypoints.len() < 2 {
+        return Err(LoadPathError::Path(format!("{} rows; at least 2 are needed", path.waypoints.len())));
+    }
+    for (row, pair) in path.waypoints.windows(2).enumerate() {
+        if !(pair[1].t_s > pair[0].t_s) {
+            return Err(LoadPathError::Path(format!("time does not grow at row {}: {}", row + 1, pair[1].t_s)));
+        }
+    }
+    Ok(())
+}
+
+/// Integral of a law's strength over the pressure of a state, N.
+fn strength_n(law: &dyn FrictionLaw, state: &State) -> f64 {
+    state.contact.points.iter().map(|p| law.strength(p.pressure).0 * p.area).sum()
+}
+
+fn interpolate(a: &Waypoint, b: &Waypoint, share: f64) -> Waypoint {
+    if share >= 1.0 {
+        return *b;
+    }
+    let mix = |a: f64, b: f64| a + share * (b - a);
+    Waypoint { t_s: mix(a.t_s, b.t_s), normal: mix(a.normal, b.normal), x: mix(a.x, b.x), y: mix(a.y, b.y) }
+}
+
+/// `to` continued by `ratio` times the motion from `from`.
+fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64) -> Configuration {
+    let mut next = to.clone();
+    for (x, (a, b)) in next.x.iter_mut().zip(from.x.iter().zip(&to.x)) {
+        *x += (b - a) * ratio;
+    }
+    next.rigid_centre += (to.rigid_centre - from.rigid_centre) * ratio;
+    let turn = rotation_vector(&(to.rigid_rotation * from.rigid_rotation.inverse()));
+    next.rigid_rotation = Rotation3::new(turn * ratio) * to.rigid_rotation;
+    body.follow(&mut next);
+    next
+}

@@ -1,0 +1,168 @@
+//! What a run along a path is given, and why it may end early.
+
+use std::ops::ControlFlow;
+
+use super::{Cost, Response, Trajectory};
+use crate::assembly::Body;
+use crate::contact::{PenaltySettings, RubberFriction};
+use crate::solve::{SolveError, SolverSettings};
+
+/// Sizes of the increments.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LoadSettings {
+    /// Largest increment of depth without friction, mm.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub max_depth_step_mm: f64,
+    /// Largest increment of depth while friction acts, mm: the shear that a press leaves behind is of first order in it.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub max_depth_step_with_friction_mm: f64,
+    /// Largest increment of slide, mm.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub max_slide_step_mm: f64,
+    /// Largest increment of a driven force, N.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub max_force_step_n: f64,
+    /// An increment is not cut below this share of the largest.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub min_step_share: f64,
+    /// Whether friction acts from the first touch on, or only from the first row of the path that slides.
+    pub friction_while_pressing: bool,
+}
+
+impl Default for LoadSettings {
+    fn default() -> Self {
+        Self {
+            max_depth_step_mm: 0.25,
+            max_depth_step_with_friction_mm: 0.08,
+            max_slide_step_mm: 0.2,
+            max_force_step_n: 0.1,
+            min_step_share: 1e-4,
+            friction_while_pressing: true,
+        }
+    }
+}
+
+/// Everything that a run needs besides body and path.
+#[derive(Clone)]
+pub struct Problem<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Faces that may touch the plane, as mesh node numbers.
+    pub pad_faces: &'a [[u32; 4]],
+    /// Friction law; None presses and slides without friction.
+    pub friction: Option<RubberFriction>,
+    /// Contact.
+    pub penalty: PenaltySettings,
+    /// Equilibrium.
+    pub settings: SolverSettings,
+    /// Increments.
+    pub load_steps: LoadSettings,
+    /// Depth at which the plane reaches what holds the finger, mm; a run ends before. Infinite where there is no such depth.
+    pub clearance_mm: f64,
+}
+
+/// How far a run has come, told after every increment and, with the effort so far, many times within.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Done share of the path, 0 to 1, by length.
+    pub share: f64,
+    /// Cost so far, that of the increment under way included.
+    pub cost: Cost,
+    /// Last response.
+    pub response: Response,
+}
+
+/// Told how far a run has come; may end it.
+pub type OnProgress<'p> = &'p mut dyn FnMut(Progress) -> ControlFlow<()>;
+
+/// Why a run ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadPathError {
+    /// The path cannot be followed.
+    #[error("path: {0}")]
+    Path(String),
+    /// An increment failed however small.
+    #[error(
+        "no equilibrium beyond t = {t_s} s (depth {depth_mm:.4} mm, slide {slide_x_mm:.4}, {slide_y_mm:.4} mm, row {row}): \
+         increment {increment} of {step_share:.1e} of the largest step failed: {cause}"
+    )]
+    NoEquilibrium {
+        /// Time of the last equilibrium, s.
+        t_s: f64,
+        /// Depth there, mm.
+        depth_mm: f64,
+        /// Slide there, mm.
+        slide_x_mm: f64,
+        /// Slide there, mm.
+        slide_y_mm: f64,
+        /// Row of the path that was being approached (0 is the start).
+        row: usize,
+        /// Number of the increment.
+        increment: u32,
+        /// Size of the last attempt.
+        step_share: f64,
+        /// The last failure.
+        cause: SolveError,
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
+    /// A driven friction force is more than friction holds.
+    #[error(
+        "row {row} drives a friction force of {wanted_n:.4} N, beyond what friction holds here \
+         ({holds_n:.4} N at this load, {normal_force_n:.4} N; t = {t_s:.4} s)"
+    )]
+    BeyondFriction {
+        /// Time of the last equilibrium, s.
+        t_s: f64,
+        /// Row of the path that was being approached (0 is the start).
+        row: usize,
+        /// Friction force that the row asks for, N.
+        wanted_n: f64,
+        /// Sum of the strengths of all contact points, N.
+        holds_n: f64,
+        /// Normal force, N.
+        normal_force_n: f64,
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
+    /// The plane reached what holds the finger.
+    #[error(
+        "row {row}: the plane meets the held section of the finger or its bone at a depth of {clearance_mm:.3} mm \
+         (t = {t_s:.4} s, {normal_force_n:.3} N)"
+    )]
+    NotClear {
+        /// Time of the last equilibrium, s.
+        t_s: f64,
+        /// Row of the path that was being approached (0 is the start).
+        row: usize,
+        /// Depth at which they meet, mm.
+        clearance_mm: f64,
+        /// Normal force at the last equilibrium, N.
+        normal_force_n: f64,
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
+    /// The state of the run cannot be saved.
+    #[error(transparent)]
+    Checkpoint(#[from] fingerpad_formats::Error),
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Interrupted {
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
+}
+
+impl LoadPathError {
+    /// What was reached before the run ended; empty if nothing was.
+    pub fn take_reached(&mut self) -> Trajectory {
+        match self {
+            Self::NoEquilibrium { reached, .. }
+            | Self::BeyondFriction { reached, .. }
+            | Self::NotClear { reached, .. }
+            | Self::Interrupted { reached } => std::mem::take(reached),
+            Self::Path(_) | Self::Checkpoint(_) => Trajectory::default(),
+        }
+    }
+}

@@ -1,0 +1,419 @@
+//! The search for one equilibrium: Newton's method with a bulk factor that is kept while it serves.
+//!
+//! Each iteration solves the contact subproblem exactly on the factor's compliance, moves the body, and judges by the
+//! residual how well the factor still serves.
+
+use nalgebra::Vector3;
+
+use super::{
+    Solver,
+    contact_subproblem::{ContactSubproblem, Solution},
+    increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch},
+};
+use crate::assembly::Configuration;
+use crate::contact::{ContactState, Plane};
+
+/// Residual over contact force after the first iteration above which the factor is renewed at once.
+///
+/// The first step moves the pad by as much as the plane, and its quadratic error stands in the bulk modulus, several
+/// contact forces high; the next iteration takes it off whether the factor is fresh or not. Only more than that says
+/// that the factor is bad.
+const FIRST_RESIDUAL: f64 = 10.0;
+
+/// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
+const SINGLE_CONTRACTION: f64 = 0.7;
+
+/// Error of the contact problem over the way that contact pushes its dofs, below which there is rounding.
+const CONTACT_ROUNDING: f64 = 2e-12;
+
+/// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the contact problem may
+/// leave. Its error is a length; the penalty makes a force of it.
+const CONTACT_ERROR: f64 = 0.1;
+
+/// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
+const CONTACT_CONTRACTION: f64 = 0.5;
+
+/// What is out of balance, N.
+pub(super) struct Residual {
+    /// All dofs.
+    total: Vec<f64>,
+    /// The contact's own part, contact dofs.
+    contact: Vec<f64>,
+    /// Norm of `total` and of the imbalance of driven forces.
+    norm: f64,
+    /// Contact force that `norm` is held against: the norm of `contact`, or the force floor.
+    reference: f64,
+}
+
+/// Residual over the last one with a new factor above which the search is given up.
+const DIVERGENCE: f64 = 4.0;
+
+/// What one search for equilibrium is given.
+pub(super) struct Increment<'a> {
+    /// The contact at the start of the increment.
+    last: &'a ContactState,
+    target: Target,
+    /// Force that a force-driven axis (x, y, z) must reach, N.
+    force_target: [Option<f64>; 3],
+    damping: Option<Damping<'a>>,
+}
+
+impl<'a> Increment<'a> {
+    pub fn new(last: &'a ContactState, target: Target, damping: Option<Damping<'a>>) -> Self {
+        let force_target = target.map(|axis| match axis {
+            Axis::Displacement(_) => None,
+            Axis::Force(force) => Some(force),
+        });
+        Self { last, target, force_target, damping }
+    }
+
+    /// The plane at `guess` along its force-driven axes, at its target along the others.
+    fn plane(&self, guess: Plane) -> Plane {
+        std::array::from_fn(|k| match self.target[k] {
+            Axis::Displacement(place) => place,
+            Axis::Force(_) => guess[k],
+        })
+    }
+}
+
+/// Where the search stands.
+struct Iterate {
+    at: Configuration,
+    plane: Plane,
+    /// Internal forces at `at`, N.
+    internal: Vec<f64>,
+}
+
+/// How the search has gone so far, and what it says of the factor and of the contact subproblem.
+struct Convergence {
+    iteration: u32,
+    /// Norms of the last two residuals, N; infinite where they say nothing of a rate.
+    previous: f64,
+    before: f64,
+    /// Whether the factor is to be renewed.
+    factor_is_stale: bool,
+    /// Whether the last iteration had a new factor.
+    factor_is_new: bool,
+    /// Whether the residual grew much although the factor was new.
+    diverges: bool,
+    /// How far contact pushed its dofs in the last iteration, mm.
+    displacement_scale: f64,
+    /// Contact subproblems, one after the other, that ended without a solution.
+    unsolved: usize,
+    /// What the contact subproblem may leave and what it left last, mm.
+    contact_tolerance: f64,
+    contact_error: f64,
+}
+
+impl Convergence {
+    fn new() -> Self {
+        Self {
+            iteration: 0,
+            previous: f64::INFINITY,
+            before: f64::INFINITY,
+            factor_is_stale: false,
+            factor_is_new: false,
+            diverges: false,
+            displacement_scale: 0.0,
+            unsolved: 0,
+            contact_tolerance: f64::INFINITY,
+            contact_error: 0.0,
+        }
+    }
+
+    /// Gives up a search that has taken too long or does not stay finite.
+    fn check(&self, residual: &Residual, settings: &SolverSettings) -> Result<(), SolveError> {
+        let gives_up = self.iteration as usize >= settings.max_iterations
+            || self.unsolved >= settings.max_unsolved_contacts
+            || !residual.norm.is_finite();
+        if gives_up { Err(self.stalled(residual, settings)) } else { Ok(()) }
+    }
+
+    fn stalled(&self, residual: &Residual, settings: &SolverSettings) -> SolveError {
+        SolveError::Stalled {
+            iterations: self.iteration,
+            residual: residual.norm / residual.reference,
+            tolerance: settings.tolerance,
+        }
+    }
+
+    /// Judges by the new residual whether the factor is stale and how exact contact must be solved; returns whether the
+    /// factor is to turn to double precision.
+    fn judge(&mut self, residual: &Residual, settings: &SolverSettings) -> bool {
+        let Residual { norm, reference, .. } = *residual;
+        let mut needs_double = false;
+        if self.iteration > 1 {
+            let contact_may_be_rough = norm > CONTACT_CONTRACTION * self.previous
+                && self.unsolved == 0
+                && self.contact_error > CONTACT_ROUNDING * self.displacement_scale;
+            if contact_may_be_rough {
+                self.contact_tolerance = 0.01 * self.contact_error;
+            }
+            let contraction = norm / self.previous;
+            // Good and bad iterations alternate (a displacement of the soft modes leaves a residual of the stiff
+            // ones, which the next iteration takes off), so that the rate is that of the last two.
+            let rate = if self.before.is_finite() { (norm / self.before).sqrt() } else { contraction };
+            // Iterations still needed at this rate, against what a new factor costs.
+            let left = (settings.tolerance * reference / norm).ln() / rate.min(0.999).ln();
+            if left > settings.refresh_cost_iterations {
+                self.factor_is_stale = true;
+            }
+            needs_double = self.factor_is_new
+                && contraction > SINGLE_CONTRACTION
+                && norm < 0.01 * reference
+                && !contact_may_be_rough;
+            self.diverges = self.factor_is_new && contraction > DIVERGENCE;
+        } else if self.iteration == 1 && norm > FIRST_RESIDUAL * reference {
+            self.factor_is_stale = true;
+        }
+        self.factor_is_stale |= needs_double;
+        // The guess hardly strains the stiff modes: its residual says nothing of a rate.
+        self.before = if self.factor_is_new || self.iteration <= 1 { f64::INFINITY } else { self.previous };
+        self.previous = norm;
+        self.factor_is_new = false;
+        needs_double
+    }
+
+    fn factor_renewed(&mut self) {
+        self.factor_is_stale = false;
+        self.factor_is_new = true;
+    }
+}
+
+/// A correction of the configuration (dof order, to be subtracted) and the plane's new place.
+struct Correction {
+    step: Vec<f64>,
+    plane: Plane,
+}
+
+impl Solver<'_> {
+    /// The equilibrium of `increment`, sought from `guess`.
+    pub(super) fn equilibrium(
+        &mut self,
+        increment: &Increment,
+        guess: Guess,
+        stats: &mut Stats,
+        watch: Watch,
+    ) -> Result<State, SolveError> {
+        let Guess { configuration, plane, follows_plane } = guess;
+        let mut iterate = Iterate { at: configuration, plane: increment.plane(plane), internal: Vec::new() };
+        self.internal_forces(&iterate.at, increment.damping, &mut iterate.internal)?;
+        let mut convergence = Convergence::new();
+        loop {
+            go_on(watch, stats)?;
+            let residual = self.residual(&iterate, increment);
+            stats.residual = residual.norm / residual.reference;
+            if residual.norm <= self.settings.tolerance * residual.reference {
+                return Ok(self.committed(iterate, increment.last));
+            }
+            convergence.check(&residual, &self.settings)?;
+            if convergence.judge(&residual, &self.settings) {
+                self.factor.use_double_precision();
+            }
+            if convergence.diverges {
+                return Err(convergence.stalled(&residual, &self.settings));
+            }
+            if !self.factor_is_set || convergence.factor_is_stale {
+                self.refresh(&iterate.at, increment.last, iterate.plane, increment.damping, stats, watch)?;
+                convergence.factor_renewed();
+            }
+            let norm = residual.norm;
+            let correction =
+                self.correction(&iterate, residual, increment, follows_plane, &mut convergence, stats, watch)?;
+            let whole = self.move_by(&mut iterate, &correction, increment, convergence.iteration > 0, norm)?;
+            convergence.factor_is_stale |= !whole;
+            convergence.iteration += 1;
+        }
+    }
+
+    /// The state of an iterate in equilibrium.
+    fn committed(&self, iterate: Iterate, last: &ContactState) -> State {
+        let positions = self.surface_positions(&iterate.at);
+        let (contact, totals) = self.surface.commit(&self.friction, last, &positions, iterate.plane);
+        State { configuration: iterate.at, contact, totals }
+    }
+
+    /// Solves the linear bulk with the contact subproblem on it.
+    #[expect(clippy::too_many_arguments, reason = "a private step with all that it depends on")]
+    fn correction(
+        &mut self,
+        iterate: &Iterate,
+        residual: Residual,
+        increment: &Increment,
+        follows_plane: bool,
+        convergence: &mut Convergence,
+        stats: &mut Stats,
+        watch: Watch,
+    ) -> Result<Correction, SolveError> {
+        let first = self.body.dofs.first_contact_dof;
+        // Only what is out of balance goes through the factor, whose precision then limits no result.
+        let mut work = residual.total;
+        self.factor.forward(&mut work);
+        let mut y = work[first..].to_vec();
+        self.factor.contact_backward(&mut y);
+        for v in &mut y {
+            *v = -*v;
+        }
+        self.factor.add_compliance_times(&residual.contact, &mut y);
+        if convergence.iteration == 0 {
+            // Without contact forces the contact dofs would move by y.
+            convergence.displacement_scale = y.iter().map(|y| y * y).sum::<f64>().sqrt();
+        }
+        let base = self.surface_positions(&iterate.at);
+        let mut x = vec![0.0; y.len()];
+        let predict =
+            convergence.iteration == 0 && !follows_plane && self.predict(increment.last, &base, iterate.plane, &mut x);
+        let subproblem = ContactSubproblem {
+            surface: &self.surface,
+            friction: &self.friction,
+            last: increment.last,
+            factor: &self.factor,
+            base: &base,
+            slot: &self.slot,
+            held: &self.held,
+            shift: &self.shift,
+            y: &y,
+            force_target: increment.force_target,
+            tolerance: self.contact_tolerance(residual.norm, residual.reference, convergence),
+            max_iterations: self.settings.max_contact_iterations,
+        };
+        let solution = subproblem.solve(x, iterate.plane, predict, &mut || go_on(watch, stats))?;
+        stats.iterations += 1;
+        stats.contact_iterations += solution.iterations as u32;
+        let solved = solution.iterations < self.settings.max_contact_iterations;
+        let Solution { x, plane, mut force, norm, .. } = solution;
+        convergence.contact_error = norm;
+        convergence.unsolved = if solved { 0 } else { convergence.unsolved + 1 };
+        convergence.displacement_scale = x.iter().zip(&y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
+        for (force, at_start) in force.iter_mut().zip(&residual.contact) {
+            *force -= at_start;
+        }
+        self.factor.contact_forward(&mut force);
+        for (w, f) in work[first..].iter_mut().zip(&force) {
+            *w += f;
+        }
+        self.factor.backward(&mut work);
+        Ok(Correction { step: work, plane })
+    }
+
+    /// What the contact subproblem may leave, mm.
+    fn contact_tolerance(&self, norm: f64, reference: f64, convergence: &Convergence) -> f64 {
+        let &Convergence { displacement_scale, contact_tolerance, .. } = convergence;
+        (0.02 * self.settings.tolerance * displacement_scale)
+            .min(CONTACT_ERROR * (self.settings.tolerance * reference).max(1e-3 * norm) / self.penalty_stiffness)
+            .min(contact_tolerance)
+            .max(CONTACT_ROUNDING * displacement_scale)
+    }
+
+    /// Moves by the correction, less while an element is inside out or, with `watch_growth`, the residual outgrows `norm`.
+    ///
+    /// Returns whether it was the whole correction.
+    fn move_by(
+        &self,
+        iterate: &mut Iterate,
+        correction: &Correction,
+        increment: &Increment,
+        watch_growth: bool,
+        norm: f64,
+    ) -> Result<bool, SolveError> {
+        let mut scale = -1.0;
+        let mut internal = std::mem::take(&mut iterate.internal);
+        loop {
+            let at = self.body.advance(&iterate.at, &correction.step, scale);
+            let plane = std::array::from_fn(|k| iterate.plane[k] - scale * (correction.plane[k] - iterate.plane[k]));
+            let failure = match self.internal_forces(&at, increment.damping, &mut internal) {
+                Ok(()) => {
+                    let trial = Iterate { at, plane, internal };
+                    let grows = watch_growth
+                        && scale < -0.2
+                        && self.residual(&trial, increment).norm > self.settings.growth * norm;
+                    if !grows {
+                        *iterate = trial;
+                        return Ok(scale == -1.0);
+                    }
+                    internal = trial.internal;
+                    None
+                }
+                Err(error) => Some(error),
+            };
+            scale *= 0.5;
+            if let Some(error) = failure
+                && scale > -0.05
+            {
+                return Err(error.into());
+            }
+        }
+    }
+
+    /// Guess of the contact dofs: points in contact follow the plane, along it only where they stick.
+    ///
+    /// Returns whether anything was in contact.
+    fn predict(&self, last: &ContactState, base: &[Vector3<f64>], plane: Plane, x: &mut [f64]) -> bool {
+        let per_face = self.surface.points_per_face();
+        let mut touching = false;
+        let mut sticks = vec![false; base.len()];
+        let mut touches = vec![false; base.len()];
+        for (f, face) in self.surface.faces.iter().enumerate() {
+            let points = &last.points[f * per_face..(f + 1) * per_face];
+            let in_contact = points.iter().filter(|p| p.pressure > 0.0).count();
+            if in_contact == 0 {
+                continue;
+            }
+            touching = true;
+            let stuck = points.iter().filter(|p| p.stuck).count();
+            for &n in face {
+                touches[n] = true;
+                sticks[n] |= 2 * stuck >= in_contact;
+            }
+        }
+        for (n, slot) in self.slot.iter().enumerate() {
+            let Some(s) = *slot else { continue };
+            let from = last.position[n] - base[n];
+            if touches[n] {
+                x[s + 2] = from.z + plane[2] - last.plane[2];
+                if sticks[n] {
+                    x[s] = from.x + plane[0] - last.plane[0];
+                    x[s + 1] = from.y + plane[1] - last.plane[1];
+                }
+            }
+        }
+        touching
+    }
+
+    fn residual(&self, iterate: &Iterate, increment: &Increment) -> Residual {
+        let Iterate { at, plane, internal } = iterate;
+        let first = self.body.dofs.first_contact_dof;
+        let evaluation =
+            self.surface.evaluate(&self.friction, increment.last, &self.surface_positions(at), *plane, false, false);
+        let mut contact = vec![0.0; internal.len() - first];
+        for (f, slot) in evaluation.residual.iter().zip(&self.slot) {
+            if let Some(s) = slot {
+                for k in 0..3 {
+                    if !self.held[s + k] {
+                        contact[s + k] += f[k];
+                    }
+                }
+            }
+        }
+        let mut total = internal.clone();
+        for (total, f) in total[first..].iter_mut().zip(&contact) {
+            *total += f;
+        }
+        let mut sum: f64 = total.iter().map(|r| r * r).sum();
+        for k in 0..3 {
+            if let Some(target) = increment.force_target[k] {
+                sum += (evaluation.force[k] - target).powi(2);
+            }
+        }
+        let contact_norm = contact.iter().map(|f| f * f).sum::<f64>().sqrt();
+        Residual { total, contact, norm: sum.sqrt(), reference: contact_norm.max(self.settings.force_floor_n) }
+    }
+}
+
+/// Asks `watch` whether to go on.
+pub(super) fn go_on(
+    watch: &mut dyn FnMut(&Stats) -> std::ops::ControlFlow<()>,
+    stats: &Stats,
+) -> Result<(), SolveError> {
+    if watch(stats).is_break() { Err(SolveError::Interrupted) } else { Ok(()) }
+}

@@ -1,0 +1,178 @@
+//! Runs that are stopped, saved, resumed, or led to where nothing can follow them.
+
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use fingerpad_fe::experiment::{Config, Experiment};
+use fingerpad_fe::load_path::{
+    BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Obstacle, Path, Problem, Tissue, Trajectory,
+    follow_path, follow_path_from,
+};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
+use fingerpad_tests::problems::fingers::{finger, path, placed, problem};
+
+const D: Drive = Drive::Displacement;
+const F: Drive = Drive::Force;
+
+fn coarse() -> Finger {
+    finger("e", MeshPreset::Coarse, BoneKind::Floating, 1.0).unwrap()
+}
+
+/// All numbers of a trajectory but its times, as text that also compares NaN.
+fn numbers(trajectory: &Trajectory) -> String {
+    let cost = &trajectory.cost;
+    let counts = (cost.increments, cost.cutbacks, cost.iterations, cost.factorisations);
+    format!("{:?} {:?} {counts:?} {:?}", trajectory.responses, trajectory.snapshots, trajectory.work)
+}
+
+/// Follows `path`, stopped every so many calls of progress, that is at an increment's end or within one, and resumed
+/// from what was saved.
+fn in_pieces(problem: &Problem, path: &Path, file: &std::path::Path, calls: usize) -> (Trajectory, usize) {
+    let checkpoint = Checkpoint { file, period: Duration::from_secs(1), key: "settings" };
+    for stops in 0.. {
+        let mut left = calls;
+        let result = follow_path_from(problem, path, &[1, 2], checkpoint, &mut |_| {
+            left -= 1;
+            if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        match result {
+            Ok(trajectory) => return (trajectory, stops),
+            Err(LoadPathError::Interrupted { .. }) => {}
+            Err(error) => panic!("{error}"),
+        }
+    }
+    unreachable!()
+}
+
+#[test]
+fn a_run_that_was_stopped_and_resumed_finds_the_same_numbers_to_the_last_bit() {
+    let finger = coarse();
+    let problem = problem(&finger.body, &finger.mesh.pad_faces);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.checkpoint");
+    for path in [
+        placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 1.0, 0.2], [0.4, 0.8, 0.2]]),
+        path([F, F, D], &[[0.0; 3], [0.4, 0.0, 0.0], [0.4, 0.2, 0.0], [0.3, -0.1, 0.1]]),
+    ] {
+        let whole = follow_path(&problem, &path, &[1, 2], &mut |_| ControlFlow::Continue(())).unwrap();
+        for calls in [97, 150] {
+            let (pieces, stops) = in_pieces(&problem, &path, &file, calls);
+            assert!(stops >= 1);
+            assert_eq!(numbers(&pieces), numbers(&whole));
+            assert!(!file.exists(), "a run that has ended leaves no checkpoint");
+        }
+    }
+}
+
+#[test]
+fn a_checkpoint_of_another_run_is_not_used() {
+    let finger = coarse();
+    let problem = problem(&finger.body, &finger.mesh.pad_faces);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.checkpoint");
+    let path = placed(&[[0.0; 3], [0.4, 0.0, 0.0]]);
+    let follow = |key, stop_at: u32| {
+        let checkpoint = Checkpoint { file: &file, period: Duration::ZERO, key };
+        let mut least = u32::MAX;
+        let result = follow_path_from(&problem, &path, &[], checkpoint, &mut |progress| {
+            least = least.min(progress.cost.increments);
+            if progress.cost.increments >= stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        (result.is_ok(), least)
+    };
+    assert_eq!(follow("a", 3), (false, 0));
+    assert!(file.exists());
+    assert_eq!(follow("b", 1), (false, 0));
+    assert_eq!(follow("b", 2), (false, 1));
+    std::fs::write(&file, b"cut off").unwrap();
+    assert_eq!(follow("b", 99), (true, 0));
+}
+
+#[test]
+fn progress_is_told_and_a_stop_is_heard_within_an_increment() {
+    let finger = coarse();
+    let problem = problem(&finger.body, &finger.mesh.pad_faces);
+    let path = placed(&[[0.0; 3], [0.8, 0.0, 0.0]]);
+    for stop_at in [1, 7, 40] {
+        let mut calls = 0;
+        let result = follow_path(&problem, &path, &[], &mut |_| {
+            calls += 1;
+            if calls >= stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let Err(LoadPathError::Interrupted { reached }) = result else { panic!("not stopped") };
+        assert_eq!(calls, stop_at, "nothing is computed after a stop");
+        // Many calls to an increment: an increment of the coarse mesh takes some tenths of a second.
+        assert!(reached.responses.len() <= 1 + stop_at / 4, "{} rows", reached.responses.len());
+    }
+}
+
+#[test]
+fn a_driven_friction_beyond_the_limit_ends_soon_with_the_number() {
+    let finger = coarse();
+    let problem = problem(&finger.body, &finger.mesh.pad_faces);
+    for path in [
+        path([F, F, F], &[[0.0; 3], [0.3, 0.0, 0.0], [0.3, 5.0, 0.0]]),
+        path([D, D, F], &[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 0.0, -5.0]]),
+    ] {
+        let result = follow_path(&problem, &path, &[], &mut |_| ControlFlow::Continue(()));
+        let error = result.unwrap_err();
+        let text = error.to_string();
+        let LoadPathError::BeyondFriction { wanted_n, holds_n, normal_force_n, reached, .. } = error else {
+            panic!("{text}")
+        };
+        assert!(text.contains(&format!("beyond what friction holds here ({holds_n:.4} N at this load")), "{text}");
+        assert!((wanted_n - 5.0).abs() < 0.01 && holds_n > normal_force_n && holds_n < 2.0 * normal_force_n, "{text}");
+        let last = reached.responses.last().unwrap();
+        let held = last.friction_x_n.hypot(last.friction_y_n);
+        assert!(held > 0.9 * holds_n && held < 1.001 * holds_n, "{held} of {holds_n} N");
+        assert!(reached.cost.iterations < 400, "{} iterations", reached.cost.iterations);
+    }
+}
+
+#[test]
+fn the_plane_stays_clear_of_what_is_held() {
+    let flat = FingertipShape { inclination_deg: 10.0, ..FingertipShape::named("e").unwrap() };
+    let tip = fingertip(&flat, &MeshPreset::Coarse.divisions()).unwrap();
+    let finger = Finger::new(tip, &Tissue::default()).unwrap();
+    let clearance = Clearance::of(&finger);
+    assert!(clearance.obstacle == Obstacle::HeldSection && (clearance.depth_mm - 1.63).abs() < 0.02, "{clearance:?}");
+
+    let config = Config::default();
+    config.check_depths(&[1.0, 1.5], &finger).unwrap();
+    for refused in [
+        config.check_depths(&[1.0, 1.8], &finger).unwrap_err().to_string(),
+        config.check_path(&placed(&[[0.0; 3], [1.8, 0.0, 0.0]]), &finger).unwrap_err().to_string(),
+    ] {
+        assert!(refused.contains("1.8 mm reaches the held section") && refused.contains("1.63 mm"), "{refused}");
+    }
+
+    // Driven by force, the depth is not known beforehand.
+    let pressed = path([F, D, D], &[[0.0; 3], [20.0, 0.0, 0.0]]);
+    config.check_path(&pressed, &finger).unwrap();
+    let mut problem = config.problem(&finger);
+    problem.load_steps.max_force_step_n = 0.5;
+    let error = follow_path(&problem, &pressed, &[], &mut |_| ControlFlow::Continue(())).unwrap_err();
+    let LoadPathError::NotClear { clearance_mm, reached, .. } = error else { panic!("{error}") };
+    assert_eq!(clearance_mm, clearance.depth_mm);
+    assert!(reached.responses.len() > 2 && reached.responses.iter().all(|r| r.depth_mm < clearance_mm));
+}
+
+#[test]
+fn numbers_that_no_fingertip_bears_are_refused_at_the_door() {
+    let config = Config { experiment: Experiment::default(), ..Config::default() };
+    let finger = coarse();
+    for (drives, corner, what) in [
+        ([F, D, D], [300.0, 0.0, 0.0], "data row 2: normal_force_n 300 N"),
+        ([D, F, D], [0.5, -300.0, 0.0], "data row 2: friction_x_n -300 N"),
+        ([D, D, D], [0.5, 1e6, 0.0], "data row 2: slide_x_mm 1000000 mm"),
+        ([D, D, D], [50.0, 0.0, 0.0], "data row 2: depth_mm 50 mm reaches the"),
+    ] {
+        let message = config.check_path(&path(drives, &[[0.0; 3], corner]), &finger).unwrap_err().to_string();
+        assert!(message.starts_with(what), "{message}");
+    }
+    for (lambda, beta) in [(50.0, 0.46), (1e9, 0.46), (0.086, -5.0)] {
+        let mut config = Config::default();
+        (config.friction.lambda, config.friction.beta) = (lambda, beta);
+        assert!(config.finger().is_err_and(|error| error.to_string().starts_with("friction: ")));
+    }
+}
