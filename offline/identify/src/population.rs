@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Outcome;
+use super::{Outcome, REFERENCE_MPA};
 
 /// The K-th of N shares, K from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +40,8 @@ impl Share {
 pub struct Subject {
     /// Name: the table's file name without ending.
     pub name: String,
+    /// Whether the law was searched for; otherwise it is the published one.
+    pub law_searched: bool,
     /// Strength at 5 kPa, kPa.
     pub tau_ref_kpa: f64,
     /// Its standard error.
@@ -61,24 +63,28 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// In short; none if no law was searched for.
-    pub fn of(name: &str, outcome: &Outcome) -> Option<Self> {
-        let law = outcome.law.as_ref()?;
+    /// In short.
+    pub fn of(name: &str, outcome: &Outcome) -> Self {
+        let law = outcome.law.as_ref();
+        let against = law.map_or(&outcome.published, |law| &law.against);
         let worst =
-            |of: fn(&super::outcome::Modelled) -> f64| law.against.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max);
+            |of: fn(&super::outcome::Modelled) -> f64| against.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max);
         let finger = outcome.calibration.as_ref().map(|c| &c.finger);
-        Some(Self {
+        let error = |k: usize| law.and_then(|law| law.constants[k].standard_error);
+        let published = 1e3 * (against.tau0_mpa + against.lambda * REFERENCE_MPA.powf(against.beta));
+        Self {
             name: name.to_owned(),
-            tau_ref_kpa: law.law.tau_ref_kpa,
-            tau_ref_error_kpa: law.constants[0].standard_error,
-            beta: law.law.beta,
-            beta_error: law.constants[1].standard_error,
-            lambda: law.lambda,
+            law_searched: law.is_some(),
+            tau_ref_kpa: law.map_or(published, |law| law.law.tau_ref_kpa),
+            tau_ref_error_kpa: error(0),
+            beta: law.map_or(against.beta, |law| law.law.beta),
+            beta_error: error(1),
+            lambda: law.map_or(against.lambda, |law| law.lambda),
             stiffness: finger.map_or(1.0, |f| f.stiffness),
             depth_offset_mm: finger.map_or(0.0, |f| f.depth_offset_mm),
             worst_friction_percent: worst(|r| r.friction_coefficient_difference_percent),
             worst_normal_force_percent: worst(|r| r.normal_force_difference_percent),
-        })
+        }
     }
 }
 
@@ -108,9 +114,9 @@ pub struct Population {
     pub subjects: Vec<Subject>,
     /// Tables without a result, by name.
     pub missing: Vec<String>,
-    /// How the constants vary.
+    /// How the constants vary; those of the law over the subjects whose law was searched for.
     pub spreads: Vec<Spread>,
-    /// Correlation of ln strength and beta over subjects; none below three.
+    /// Correlation of ln strength and beta over subjects whose law was searched for; none below three.
     pub correlation: Option<f64>,
 }
 
@@ -126,13 +132,16 @@ impl Population {
             ("stiffness factor", |s| s.stiffness, |_| None),
             ("depth offset, mm", |s| s.depth_offset_mm, |_| None),
         ];
+        let searched: Vec<Subject> = subjects.iter().filter(|s| s.law_searched).cloned().collect();
         let spreads = picks
             .iter()
-            .filter(|_| !subjects.is_empty())
-            .map(|(name, value, error)| spread(name, &subjects, value, error))
+            .enumerate()
+            .map(|(i, pick)| (if i < 3 { &searched } else { &subjects }, pick))
+            .filter(|(over, _)| !over.is_empty())
+            .map(|(over, (name, value, error))| spread(name, over, value, error))
             .collect();
-        let correlation = (subjects.len() > 2).then(|| {
-            let pairs: Vec<[f64; 2]> = subjects.iter().map(|s| [s.tau_ref_kpa.ln(), s.beta]).collect();
+        let correlation = (searched.len() > 2).then(|| {
+            let pairs: Vec<[f64; 2]> = searched.iter().map(|s| [s.tau_ref_kpa.ln(), s.beta]).collect();
             let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
             let (a, b) = (mean(0), mean(1));
             let sum = |i: usize, j: usize| {

@@ -24,7 +24,7 @@ pub use design::{DEPTH_MAX_MM, Experiment, Kind, design, halton};
 pub use error::ReduceError;
 pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
-pub use follow::{Row, follow, follow_with_effects};
+pub use follow::{Row, follow, follow_with_effects, steps};
 pub use model::{Meta, Ranges, Reduced, reduce};
 pub use replay::{STEP_MM, replay, replay_steps};
 pub use runs::{Run, Sample, settings_hash};
