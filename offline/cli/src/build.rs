@@ -43,9 +43,10 @@ pub struct Args {
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
     full: bool,
-    /// Folder of the stored runs behind the reduced model; used where the settings are theirs
-    #[arg(long, value_name = "DIR", default_value = "data/runs")]
-    runs: PathBuf,
+    /// Folder of the stored runs behind the reduced model; used where the settings are theirs [default: those that ship
+    /// with the program, of the default settings]
+    #[arg(long, value_name = "DIR")]
+    runs: Option<PathBuf>,
     /// Threads; each depth runs on one [default: the machine's]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -99,6 +100,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let table = read_table(args.table.as_deref())?;
+    if !args.full {
+        // A folder that cannot be read is refused now, not after minutes.
+        super::reduce::read_runs(args.runs.as_deref())?;
+    }
     let inputs = args.model.inputs(&config).into_iter().chain([("--table", args.table.as_deref())]);
     Outputs::beside(inputs).folder("--out", &args.out, NAMES).prepare()?;
     let (finger, touch) = make_finger(&config)?;
@@ -131,14 +136,16 @@ const AGAIN: &str = "straight-00";
 /// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
 fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failure> {
     let hash = reduce::settings_hash(config)?;
-    let folder = if args.full { args.out.join("design") } else { args.runs.clone() };
+    let design = args.out.join("design");
     if args.full {
-        super::reduce::run_design(config, &folder, args.jobs)?;
+        super::reduce::run_design(config, &design, args.jobs)?;
     }
-    let mut runs = if folder.is_dir() { super::reduce::read_runs(&folder)? } else { Vec::new() };
+    let folder = if args.full { Some(design.as_path()) } else { args.runs.as_deref() };
+    let mut runs = super::reduce::read_runs(folder)?;
     runs.retain(|run| run.settings_hash == hash);
     if runs.is_empty() {
-        println!("no reduced model: {} has no runs of settings {hash}; --full makes them", folder.display());
+        let place = folder.map_or("the program".into(), |f| f.display().to_string());
+        println!("no reduced model: {place} has no runs of settings {hash}; --full makes them");
         return Ok(());
     }
     if !args.full
@@ -507,8 +514,7 @@ fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<()
             &depth.trajectory.snapshots,
         )?;
     }
-    let mut files: Vec<_> =
-        rendered.figures.into_iter().map(|(name, png)| (format!("figures/{name}"), png)).collect();
+    let mut files: Vec<_> = rendered.figures.into_iter().map(|(name, png)| (format!("figures/{name}"), png)).collect();
     files.push(("report.json".to_owned(), rendered.json.into_bytes()));
     files.push(("report.html".to_owned(), rendered.html.into_bytes()));
     results::write(out, &files)

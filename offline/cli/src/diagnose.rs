@@ -6,8 +6,8 @@ use std::time::Instant;
 use anyhow::anyhow;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    Brief, CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment, Options, Reference, RunSet,
-    Settings, Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
+    Brief, CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment, Options,
+    Reference, RunSet, Settings, Verdict, corrected, diagnose, diagnose_forces, diagnose_table, laws::Column,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
@@ -208,7 +208,10 @@ fn forces(args: &Args) -> Result<(), Failure> {
     for (i, out) in folders.iter().enumerate() {
         if let Some(k) = folders[..i].iter().position(|other| other == out) {
             let [a, b] = [k, i].map(|n| args.measured[n].display());
-            return Err(Failure::Input(anyhow!("--measured {a} and {b}: the results of both would go to {}", out.display())));
+            return Err(Failure::Input(anyhow!(
+                "--measured {a} and {b}: the results of both would go to {}",
+                out.display()
+            )));
         }
     }
     prepare(args, &folders.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use fingerpad::{Effects, ModelFile, Status, Surroundings};
 use fingerpad_diagnose::{Correction, replay_all};
-use fingerpad_formats as formats;
 use fingerpad_fe::load_path::{Drive, Path as PlanePath, path_csv, response_csv};
+use fingerpad_formats as formats;
 use fingerpad_reduce::{Row, follow, follow_with_effects, steps};
 
 use super::{Failure, Outputs, model, progress::during};
@@ -16,9 +16,9 @@ use super::{Failure, Outputs, model, progress::during};
 #[command(after_help = "\
 Examples:
   printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
-  fingerpad eval --path path.csv --out response.csv                            the fingertip that ships
-  fingerpad eval --model model.fpm --path path.csv --out response.csv          a model of your own
-  fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  a diagnosis against measured runs
+  fingerpad eval --path path.csv --out response.csv                            the shipped fingertip
+  fingerpad eval --model model.fpm --path path.csv --out response.csv          your own model
+  fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n. The response has the
 columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
@@ -59,7 +59,7 @@ pub struct Args {
 }
 
 /// Longest path, steps of the reduced model: about a second of computing.
-const MOST_STEPS: f64 = 2e6;
+const MOST_STEPS: f64 = 1e6;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
             during("writing", |_| response_csv::write_with_extra(&args.out, &responses, &extra))?;
             println!("{}: {} rows", args.out.display(), rows.len());
-            warn(&plane, &rows);
+            warn(&plane, &rows, file.file().model.depth_max_mm());
             Ok(())
         }
         (None, None) => Err(Failure::Input(anyhow!("--path is missing"))),
@@ -102,7 +102,7 @@ fn read_path(file: &Path) -> Result<PlanePath, Failure> {
         let length = |k: usize| (0..3).map(|i| (corner(k)[i] - corner(k - 1)[i]).abs()).fold(0.0, f64::max);
         let longest = (1..path.waypoints.len()).max_by(|a, b| length(*a).total_cmp(&length(*b))).unwrap_or(1);
         return Err(Failure::Input(anyhow!(
-            "{}: the path takes {needed:.1e} steps of 0.02 mm or 5 mN, at most {MOST_STEPS:.0e} (40 m) are followed; \
+            "{}: the path takes {needed:.1e} steps of 0.02 mm or 5 mN, at most {MOST_STEPS:.0e} (20 m) are followed; \
              most of them lead to data row {}, {:?}",
             file.display(),
             longest + 1,
@@ -151,11 +151,14 @@ const FLAGS: [(Status, &str); 5] = [
 ];
 
 /// Says on standard error what the response's flags say, and what looks like a wrong unit or sign.
-fn warn(path: &PlanePath, rows: &[Row]) {
+///
+/// * `range_mm`: the depth up to which the model was fitted
+fn warn(path: &PlanePath, rows: &[Row], range_mm: f32) {
     for (flag, meaning) in FLAGS {
         let of_flag = |r: &&Row| r.response.status.contains(flag);
         let Some(first) = rows.iter().position(|r| of_flag(&r)) else { continue };
         let count = rows.iter().filter(of_flag).count();
+        let meaning = meaning.replace("was fitted", &format!("was fitted ({range_mm} mm)"));
         eprintln!(
             "warning: {flag} in {count} of {} rows, first in data row {} (t_s {:.4}, depth_mm {}): {meaning}",
             rows.len(),

@@ -22,7 +22,7 @@ use super::{Failure, Model, Outputs, go_on, keeping, results};
 #[command(after_help = "\
 Examples:
   fingerpad identify                                       Table 1 of Yoshida et al. 2011, into identify_out/
-  fingerpad identify --mesh-preset coarse --out quick      seconds instead of minutes
+  fingerpad identify --mesh-preset coarse --out quick      a first look; constants need the default mesh
   fingerpad identify --data my.csv --joint --out mine      finger, depths and law fitted at once as well
   fingerpad identify --published --out published           no search: the published constants beside the table
   fingerpad identify --data subjects/ --out study          a folder of tables: one fit each, then the population

@@ -119,11 +119,7 @@ impl Outputs {
 }
 
 fn overwrites(flag: &str, path: &Path, input: &str, read: &Path) -> anyhow::Error {
-    anyhow!(
-        "{flag} {}: would overwrite {}, which {input} reads: give another {flag}",
-        path.display(),
-        read.display()
-    )
+    anyhow!("{flag} {}: would overwrite {}, which {input} reads: give another {flag}", path.display(), read.display())
 }
 
 fn is_stream(path: &Path) -> bool {

@@ -11,7 +11,9 @@ use anyhow::Context;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, MarchError, Trajectory, march};
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce::{self as reduce, CurvePoint, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings};
+use fingerpad_reduce::{
+    self as reduce, CurvePoint, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings,
+};
 use fingerpad_report as report;
 
 use super::progress::{counter, during};
@@ -23,6 +25,7 @@ use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, results, show};
 Examples:
   fingerpad reduce --design --mesh-preset coarse --runs runs   run what is missing of the design of experiments
   fingerpad reduce --runs runs --out model.fpm                 fit, replay through the core, write the model file
+  fingerpad reduce --out model.fpm                             the same from the runs that ship with the program
   fingerpad reduce --design --runs runs --out model.fpm        both
   fingerpad reduce --runs runs --out model.fpm --report report --curve
                                                                with pictures, and what accuracy costs
@@ -32,9 +35,9 @@ file of its own in the folder; a killed design goes on where it was. Runs of oth
 in their names. The folder of --report holds one report: its files.txt lists what was written, and the next report there
 removes it; other files stay.")]
 pub struct Args {
-    /// Folder of the runs
-    #[arg(long, value_name = "DIR")]
-    runs: PathBuf,
+    /// Folder of the runs [default: those that ship with the program, of the default settings]
+    #[arg(long, value_name = "DIR", required_if_eq("design", "true"))]
+    runs: Option<PathBuf>,
     /// Model file to write
     #[arg(long, value_name = "MODEL.fpm", required_unless_present = "design")]
     out: Option<PathBuf>,
@@ -85,15 +88,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         outputs = outputs.shared_folder("--report", folder, NAMES);
     }
-    if args.design {
-        outputs = outputs.folder("--runs", &args.runs, &[]);
+    let design = args.runs.as_deref().filter(|_| args.design);
+    if let Some(folder) = design {
+        outputs = outputs.folder("--runs", folder, &[]);
     }
     outputs.prepare()?;
-    if args.design {
-        run_design(&config, &args.runs, args.jobs)?;
+    if let Some(folder) = design {
+        run_design(&config, folder, args.jobs)?;
     }
     let Some(out) = &args.out else { return Ok(()) };
-    let mut runs = read_runs(&args.runs)?;
+    let mut runs = read_runs(args.runs.as_deref())?;
     if args.design {
         // The folder may hold the design of other settings as well.
         let hash = reduce::settings_hash(&config)?;
@@ -154,8 +158,17 @@ fn write_report(
     Ok(())
 }
 
-/// All runs of the folder, which must be of one kind of settings.
-pub(super) fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
+/// The runs that ship with the program: names and contents.
+const SHIPPED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped_runs.rs"));
+
+/// All runs of a folder; without one, those that ship with the program.
+pub(super) fn read_runs(folder: Option<&Path>) -> Result<Vec<Run>, Failure> {
+    let Some(folder) = folder else {
+        return Ok(SHIPPED
+            .iter()
+            .map(|(name, bytes)| Run::from_bytes(bytes, Path::new(name)))
+            .collect::<Result<_, _>>()?);
+    };
     let place = || folder.display().to_string();
     let entries = fs::read_dir(folder).with_context(place).map_err(Failure::Input)?;
     let mut files = Vec::new();

@@ -27,7 +27,8 @@ pub fn listed(folder: &Path) -> Vec<String> {
         return Vec::new();
     }
     // A list that somebody edited must not lead out of the folder.
-    let inside = |name: &&str| !name.is_empty() && Path::new(name).components().all(|c| matches!(c, Component::Normal(_)));
+    let inside =
+        |name: &&str| !name.is_empty() && Path::new(name).components().all(|c| matches!(c, Component::Normal(_)));
     lines.filter(inside).map(str::to_owned).collect()
 }
 

@@ -74,9 +74,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     config.numerics.march.friction_while_pressing &= !args.frictionless_press;
     let path = fingerpad_fe::load_path::path_csv::read(&args.path)?;
     let partial = args.out.with_extension("partial.csv");
-    let outputs = Outputs::beside(args.model.inputs(&config).into_iter().chain([("--path", Some(args.path.as_path()))]))
-        .file("--out", Some(&args.out))
-        .file("--out", Some(&partial));
+    let outputs =
+        Outputs::beside(args.model.inputs(&config).into_iter().chain([("--path", Some(args.path.as_path()))]))
+            .file("--out", Some(&args.out))
+            .file("--out", Some(&partial));
     match &args.vtu {
         Some(folder) => outputs.folder("--vtu", folder, &[]).prepare()?,
         None => outputs.prepare()?,

@@ -19,8 +19,7 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 ///
 /// Errors: [`Error::File`] with `path`; whatever `fill` returns is wrapped the same way.
 pub fn atomic_write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
-    write(path, fill)
-        .map_err(|error| Error::File { path: path.to_path_buf(), source: without_temporary_name(error) })
+    write(path, fill).map_err(|error| Error::File { path: path.to_path_buf(), source: without_temporary_name(error) })
 }
 
 /// Removes the temporary files of all writes under way in this process, for a program that ends in the middle of them.

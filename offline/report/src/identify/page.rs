@@ -418,7 +418,11 @@ pub fn population(p: &Population, pictures: &[Picture]) -> String {
     out += &table("Between subjects: what is left when the fits’ own errors are taken off", &heads, body);
     let published = p.subjects.iter().filter(|s| !s.law_searched).count();
     if published > 0 {
-        let _ = writeln!(out, "<p>{published} of {} subjects stand with the published law, none was searched for.</p>", p.subjects.len());
+        let _ = writeln!(
+            out,
+            "<p>{published} of {} subjects stand with the published law, none was searched for.</p>",
+            p.subjects.len()
+        );
     }
     if let Some(r) = p.correlation {
         let _ = writeln!(out, "<p>Correlation of ln strength and β over subjects: {}.</p>", fixed(r, 2));
