@@ -61,8 +61,14 @@ fn prepare(at: &Path) {
         }
     }
     fs::write(at.join("fixed.toml"), "[tissue.bone]\nkind = \"fixed\"\n").unwrap();
-    for line in ["fingerpad mesh --mesh-preset coarse --out theirs.msh", "fingerpad phantom --out scan.nii.gz"] {
-        assert!(runs(line, at).is_ok());
+    for line in [
+        "mesh --mesh-preset coarse --out theirs.msh",
+        "phantom --voxels 256 64 64 --out scan.nii.gz",
+        "phantom --voxels 256 64 64 --out finger.nrrd",
+    ] {
+        let arguments = line.split_whitespace();
+        let made = Command::new(env!("CARGO_BIN_EXE_fingerpad")).args(arguments).current_dir(at).output().unwrap();
+        assert!(made.status.success());
     }
 }
 
