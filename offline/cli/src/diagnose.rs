@@ -19,9 +19,10 @@ use super::{Failure, Model, Outputs, bar, go_on, progress::during, results};
 #[command(after_help = "\
 Examples:
   fingerpad diagnose --calibration calibration.csv --measured measured.csv --out diagnosis
-  fingerpad diagnose --calibration c.csv --measured m.csv --holdout h.csv --covariate-sd hydration_au=2 --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --holdout h.csv --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --covariate-sd hydration_au=2 --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --confirm-fe --shape d --out d
-  fingerpad diagnose --force-only --measured trace.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
+  fingerpad diagnose --force-only --measured t.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
   fingerpad diagnose --table data/yoshida2011.csv --out d
 
 Measured runs are described in docs/diagnose.md. The verdict is one of none, named, ambiguous and

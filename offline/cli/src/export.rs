@@ -13,7 +13,7 @@ use super::{Failure, Outputs, model};
 #[command(after_help = "\
 Examples:
   fingerpad export --model model.fpm --format rust --out src/model.rs   `MODEL.model()?` steps it
-  fingerpad export --model model.fpm --format c --out model.h           for fingerpad_model_load of the C library
+  fingerpad export --model model.fpm --format c --out model.h           for the C library
   fingerpad export --model model.fpm --format json --out model.json     all numbers with their names")]
 pub struct Args {
     /// Model file; without it the one that ships with the program

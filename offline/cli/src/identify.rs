@@ -21,14 +21,14 @@ use super::{Failure, Model, Outputs, go_on, keeping, results};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad identify                                       Table 1 of Yoshida et al. 2011, into identify_out/
-  fingerpad identify --mesh-preset coarse --out quick      a first look; constants need the default mesh
-  fingerpad identify --data my.csv --joint --out mine      finger, depths and law fitted at once as well
-  fingerpad identify --published --out published           no search: the published constants beside the table
-  fingerpad identify --data subjects/ --out study          a folder of tables: one fit each, then the population
-  fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares (for a cluster)
+  fingerpad identify                                       Table 1 of Yoshida et al. 2011
+  fingerpad identify --mesh-preset coarse --out trial      a first look, not for constants
+  fingerpad identify --data my.csv --joint --out mine      finger, depths and law at once as well
+  fingerpad identify --published --out published           no search: the published constants
+  fingerpad identify --data subjects/ --out study          a folder of tables, then the population
+  fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares
   fingerpad identify --data subjects/ --out study --collect    merges what the shares left
-  fingerpad identify --print-config                        all settings; the section [identify] is this command's
+  fingerpad identify --print-config                        all settings
 
 A table has the columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2.
 What was computed is kept in DIR/states.bin: a run that was killed, or is run again with more options, goes on there.

@@ -18,9 +18,9 @@ Examples:
   fingerpad mesh --out finger.vtu                       ParaView
   fingerpad mesh --shape a --out finger.msh             Gmsh 4.1
   fingerpad mesh --mesh-preset coarse --out finger.inp  Abaqus, CalculiX: mesh and sets
-  fingerpad mesh --out press.inp --deck                 CalculiX: the frictionless press with fixed bones, whole
-  fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume, with a report of how well it was followed
-  fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh, checked
+  fingerpad mesh --out press.inp --deck                 CalculiX: the whole frictionless press
+  fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume
+  fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh
   fingerpad mesh --out finger.vtu --picture finger.png  and a picture")]
 pub struct Args {
     #[command(flatten)]

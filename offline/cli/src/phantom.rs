@@ -12,9 +12,9 @@ use super::{Failure, Model, Outputs, progress};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad phantom --out finger.nrrd                          512 x 128 x 128 voxels over 120 x 30 x 30 mm
+  fingerpad phantom --out finger.nrrd                          512 x 128 x 128 voxels
   fingerpad phantom --shape a --out finger.nii.gz              NIfTI
-  fingerpad phantom --voxels 200 100 60 --out flat.nrrd        voxels of 0.6 x 0.3 x 0.5 mm
+  fingerpad phantom --voxels 200 100 60 --out flat.nrrd        flat voxels
   fingerpad mesh --volume finger.nrrd --out finger.vtu         and back to a mesh")]
 pub struct Args {
     #[command(flatten)]

@@ -23,9 +23,9 @@ use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, results, show};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad reduce --design --mesh-preset coarse --runs runs   run what is missing of the design of experiments
-  fingerpad reduce --runs runs --out model.fpm                 fit, replay through the core, write the model file
-  fingerpad reduce --out model.fpm                             the same from the runs that ship with the program
+  fingerpad reduce --design --mesh-preset coarse --runs paths  run what the design lacks
+  fingerpad reduce --runs runs --out model.fpm                 fit and write the model
+  fingerpad reduce --out model.fpm                             the same from the shipped runs
   fingerpad reduce --design --runs runs --out model.fpm        both
   fingerpad reduce --runs runs --out model.fpm --report report --curve
                                                                with pictures, and what accuracy costs

@@ -26,7 +26,11 @@ fn help(command: &str) -> String {
 fn examples(command: &str) -> Vec<String> {
     let help = help(command);
     let (_, section) = help.split_once("Examples:\n").unwrap_or_else(|| panic!("{command} has no examples"));
-    let lines = section.lines().take_while(|line| !line.is_empty()).map(str::trim);
+    let lines: Vec<&str> = section.lines().take_while(|line| !line.is_empty()).collect();
+    // A line that is too long for 100 columns is broken, and its rest would stand where a command does.
+    let whole = ["  fingerpad ", "  printf ", "          "];
+    assert!(lines.iter().all(|line| whole.iter().any(|start| line.starts_with(start))), "{command}: {lines:#?}");
+    let lines = lines.into_iter().map(str::trim);
     let of_shell = lines.filter(|line| line.starts_with("fingerpad ") || line.starts_with("printf "));
     of_shell.map(|line| line.split("  ").next().unwrap().to_owned()).collect()
 }
@@ -44,7 +48,7 @@ fn prepare(at: &Path) {
     for table in ["data/yoshida2011.csv", "my.csv", "subjects/anna.csv", "subjects/bert.csv"] {
         copy(&data.join("yoshida2011.csv"), table);
     }
-    copy(&data.join("human_texture_exploration/July3_1_force_data_1.csv"), "trace.csv");
+    copy(&data.join("human_texture_exploration/July3_1_force_data_1.csv"), "t.csv");
     for entry in fs::read_dir(data.join("runs")).unwrap() {
         let file = entry.unwrap().path();
         copy(&file, &format!("runs/{}", file.file_name().unwrap().to_string_lossy()));
