@@ -52,7 +52,7 @@ use progress::{Bar, Bars, bar, show};
 /// Fingertip friction: finite-element contact of a soft finger on a rigid plane, with the rubber friction law
 /// tau_crit = tau_0 + lambda sigma^beta. Units: mm, N, s, MPa.
 #[derive(Parser)]
-#[command(name = "fingerpad", version, about, max_term_width = 110)]
+#[command(name = "fingerpad", version, max_term_width = 110)]
 #[command(after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 130 interrupted.")]
 struct Cli {
     #[command(subcommand)]
