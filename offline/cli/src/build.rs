@@ -17,11 +17,10 @@ use fingerpad_reduce as reduce;
 use fingerpad_report::{
     self as report, BuildReport, Check, DepthResult, FrictionConstants, MeshCounts, Provenance, Quantity, Stage, Steady,
 };
-use indicatif::MultiProgress;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::config::ConfigFile;
-use super::{Failure, Model, bar, go_on, make_finger, run_failure, show};
+use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger, results, run_failure, show};
 
 /// The main job: mesh, press and slide at the measured depths, report.
 #[derive(clap::Args)]
@@ -44,9 +43,10 @@ pub struct Args {
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
     full: bool,
-    /// Folder of the stored runs behind the reduced model; used where the settings are theirs
-    #[arg(long, value_name = "DIR", default_value = "data/runs")]
-    runs: PathBuf,
+    /// Folder of the stored runs behind the reduced model; used where the settings are theirs [default: those that ship
+    /// with the program, of the default settings]
+    #[arg(long, value_name = "DIR")]
+    runs: Option<PathBuf>,
     /// Threads; each depth runs on one [default: the machine's]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -74,6 +74,20 @@ struct Stored<T> {
     result: T,
 }
 
+/// What stands in the folder of results.
+const NAMES: &[&str] = &[
+    "run.json",
+    "report.json",
+    "report.html",
+    "model.fpm",
+    "mesh.vtu",
+    "runs/",
+    "design/",
+    "figures/",
+    "responses/",
+    "fields/",
+];
+
 const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
 
 /// Runs the command.
@@ -86,6 +100,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let table = read_table(args.table.as_deref())?;
+    if !args.full {
+        // A folder that cannot be read is refused now, not after minutes.
+        super::reduce::read_runs(args.runs.as_deref())?;
+    }
+    let inputs = args.model.inputs(&config).into_iter().chain([("--table", args.table.as_deref())]);
+    Outputs::beside(inputs).folder("--out", &args.out, NAMES).prepare()?;
     let (finger, touch) = make_finger(&config)?;
     let quality = mesh::quality(&finger.mesh);
     config.check_depths(&config.experiment.depths_mm, &finger)?;
@@ -116,14 +136,16 @@ const AGAIN: &str = "straight-00";
 /// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
 fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failure> {
     let hash = reduce::settings_hash(config)?;
-    let folder = if args.full { args.out.join("design") } else { args.runs.clone() };
+    let design = args.out.join("design");
     if args.full {
-        super::reduce::run_design(config, &folder, args.jobs)?;
+        super::reduce::run_design(config, &design, args.jobs)?;
     }
-    let mut runs = if folder.is_dir() { super::reduce::read_runs(&folder)? } else { Vec::new() };
+    let folder = if args.full { Some(design.as_path()) } else { args.runs.as_deref() };
+    let mut runs = super::reduce::read_runs(folder)?;
     runs.retain(|run| run.settings_hash == hash);
     if runs.is_empty() {
-        println!("no reduced model: {} has no runs of settings {hash}; --full makes them", folder.display());
+        let place = folder.map_or("the program".into(), |f| f.display().to_string());
+        println!("no reduced model: {place} has no runs of settings {hash}; --full makes them");
         return Ok(());
     }
     if !args.full
@@ -244,7 +266,8 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
         .jobs
         .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
         .clamp(1, queue.len().max(1));
-    let bars = MultiProgress::new();
+    let _keeping = keeping();
+    let bars = Bars::default();
     let queue = Mutex::new(queue);
     let results: Mutex<Vec<Result<Piece, Failure>>> = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
@@ -292,7 +315,7 @@ fn run_depth(
     depth_mm: f64,
     hash: &str,
     file: &Path,
-    bars: &MultiProgress,
+    bars: &Bars,
 ) -> Result<Stored<Trajectory>, Failure> {
     let start = Instant::now();
     let bar = bars.add(bar(format!("depth {depth_mm:.2} mm")));
@@ -316,7 +339,7 @@ fn run_frictionless(
     finger: &Finger,
     hash: &str,
     file: &Path,
-    bars: &MultiProgress,
+    bars: &Bars,
 ) -> Result<Stored<Vec<PressLimit>>, Failure> {
     let start = Instant::now();
     let bar = bars.add(bar("frictionless".into()));
@@ -480,7 +503,7 @@ fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
 /// Writes everything, the page last.
 fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<(), Failure> {
     let rendered = report::render(report, &finger.mesh).map_err(|e| Failure::Input(e.into()))?;
-    for folder in ["figures", "responses", "fields"] {
+    for folder in ["responses", "fields"] {
         let folder = out.join(folder);
         fs::create_dir_all(&folder).with_context(|| format!("{}", folder.display())).map_err(Failure::Input)?;
     }
@@ -498,12 +521,10 @@ fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<()
             &depth.trajectory.snapshots,
         )?;
     }
-    for (name, bytes) in &rendered.figures {
-        atomic_write(&out.join("figures").join(name), |w| w.write_all(bytes))?;
-    }
-    atomic_write(&out.join("report.json"), |w| w.write_all(rendered.json.as_bytes()))?;
-    atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
-    Ok(())
+    let mut files: Vec<_> = rendered.figures.into_iter().map(|(name, png)| (format!("figures/{name}"), png)).collect();
+    files.push(("report.json".to_owned(), rendered.json.into_bytes()));
+    files.push(("report.html".to_owned(), rendered.html.into_bytes()));
+    results::write(out, &files)
 }
 
 fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {

@@ -10,17 +10,17 @@ use fingerpad_fe::load_path::{Clearance, LoadPathError, Problem};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats as formats;
 use fingerpad_smooth::ReferenceCurves;
-use indicatif::{ProgressBar, ProgressStyle};
 use sha2::{Digest, Sha256};
 
-use super::{Failure, INTERRUPTED, Model, go_on, make_finger};
+use super::progress::counter;
+use super::{Bar, Failure, Model, go_on, keeping, make_finger};
 
 /// Strokes of the finite elements with their folder.
 struct Runner<'a> {
     problem: Problem<'a>,
     settings: String,
     folder: PathBuf,
-    bar: ProgressBar,
+    bar: Bar,
     threads: usize,
 }
 
@@ -49,19 +49,18 @@ pub fn confirm(
         )));
     }
     std::fs::create_dir_all(folder).map_err(|source| formats::Error::File { path: folder.to_path_buf(), source })?;
-    let style = ProgressStyle::with_template("{prefix:>16} {bar:30} {pos}/{len} strokes  {msg}  {eta} left")
-        .expect("a valid template");
     let [least, _] = prepared.strokes();
     let runner = Runner {
         problem: config.problem(&finger),
         settings: config.hash()?,
         folder: folder.to_path_buf(),
-        bar: ProgressBar::new(least as u64).with_style(style).with_prefix("finite elements"),
+        bar: counter("finite elements", least, "strokes"),
         threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
     let mesh = serde_json::to_value(config.mesh_preset).ok().and_then(|v| v.as_str().map(str::to_owned));
+    let _keeping = keeping();
     let done = prepared.confirm(&mesh.unwrap_or_default(), &config.geometry_name(), &mut |what, list| {
-        runner.bar.set_message(what.to_owned());
+        runner.bar.say(what.to_owned());
         runner.run(list)
     });
     runner.bar.finish_and_clear();
@@ -70,8 +69,7 @@ pub fn confirm(
 
 impl Runner<'_> {
     fn run(&self, strokes: &[FeStroke<'_>]) -> Result<Ran, Failure> {
-        let ahead = self.bar.length().unwrap_or(0).max(self.bar.position() + strokes.len() as u64);
-        self.bar.set_length(ahead);
+        self.bar.expect(strokes.len());
         let out = Mutex::new(vec![None; strokes.len()]);
         let failure: Mutex<Option<Failure>> = Mutex::new(None);
         let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -88,7 +86,7 @@ impl Runner<'_> {
                                 *failure.lock().expect("no thread panics with it") = Some(e);
                             }
                         }
-                        self.bar.inc(1);
+                        self.bar.count();
                     }
                 });
             }
@@ -111,7 +109,7 @@ impl Runner<'_> {
         })?;
         let text = serde_json::to_vec(&rows).map_err(|e| Failure::Numerics(e.into()))?;
         formats::atomic_write(&file, |w| w.write_all(&text))?;
-        if INTERRUPTED.load(Ordering::Relaxed) {
+        if go_on().is_break() {
             return Err(self.interrupted());
         }
         // The numbers as a later run reads them, to the last bit: the next round's strokes depend on them.

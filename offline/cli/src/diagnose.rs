@@ -3,26 +3,28 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use anyhow::anyhow;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, InputFile, Options, ReducedDiagnosis, RunSet,
-    SelectionSettings, Verdict, corrected_model, diagnose, diagnose_forces, diagnose_table, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment, Options,
+    ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model, diagnose, diagnose_forces, diagnose_table,
+    laws::Column,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 use fingerpad_smooth::ReferenceCurves;
-use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Failure, INTERRUPTED, Model};
+use super::{Failure, Model, Outputs, bar, go_on, progress::during, results};
 
 /// Find where simulation and measurement disagree, name the missing effect, add it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   fingerpad diagnose --calibration calibration.csv --measured measured.csv --out diagnosis
-  fingerpad diagnose --calibration c.csv --measured m.csv --holdout h.csv --covariate-sd hydration_au=2 --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --holdout h.csv --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --covariate-sd hydration_au=2 --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --confirm-fe --shape d --out d
-  fingerpad diagnose --force-only --measured trace.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
+  fingerpad diagnose --force-only --measured t.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
   fingerpad diagnose --table data/yoshida2011.csv --out d
 
 Measured runs are described in docs/diagnose.md. The verdict is one of none, named, ambiguous and
@@ -32,7 +34,10 @@ stands.
 
 --confirm-fe fits the finite-element finger (--shape, --config, --mesh-preset) to some calibration strokes, switches the
 named effect on inside its law and re-runs some of the held-out strokes (of the measured ones without a hold-out file);
-its own gap before and after is in the report. Finished strokes are kept in DIR/fe, and Ctrl-C loses none of them.")]
+its own gap before and after is in the report. Finished strokes are kept in DIR/fe, and Ctrl-C loses none of them.
+
+DIR holds one diagnosis: DIR/files.txt lists its files, and the next diagnosis there removes them before it writes its
+own. Other files in DIR are never touched; one with a name that a diagnosis needs is refused.")]
 pub struct Args {
     /// Runs without an effect, under reference conditions (CSV)
     #[arg(long, value_name = "C.csv", required_unless_present_any = ["force_only", "table"])]
@@ -81,6 +86,29 @@ pub struct Args {
     report: Option<PathBuf>,
 }
 
+/// Files of a diagnosis.
+const CORRECTED: &str = "corrected.fpm";
+const NEXT: &str = "next_experiment.csv";
+const JSON: &str = "report.json";
+const PAGE: &str = "report.html";
+/// All of them, the pictures included.
+const NAMES: &[&str] = &[
+    CORRECTED,
+    NEXT,
+    JSON,
+    PAGE,
+    "map_before.png",
+    "map_after.png",
+    "driver_1.png",
+    "driver_2.png",
+    "driver_3.png",
+    "driver_4.png",
+    "evidence.png",
+    "heldout.png",
+    "confirmation.png",
+    "forces.png",
+];
+
 fn covariate(text: &str) -> Result<CovariateError, String> {
     let (name, sd) = text.split_once('=').ok_or("expected COLUMN=SD, as in hydration_au=2")?;
     let column = [Column::Dwell, Column::Occlusion, Column::Hydration, Column::Temperature, Column::Width]
@@ -105,12 +133,10 @@ impl From<DiagnoseError> for Failure {
 
 /// Measured runs from a file, with a bar.
 pub fn read(path: &Path) -> Result<RunSet, Failure> {
-    let style =
-        ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {eta} left").expect("a valid template");
-    let bar = ProgressBar::new(1000).with_style(style).with_prefix("reading");
+    let bar = bar("reading".into());
     let result = runs_csv::read(path, &mut |share| {
-        bar.set_position((share * 1000.0) as u64);
-        !INTERRUPTED.load(std::sync::atomic::Ordering::Relaxed)
+        bar.set_share(share);
+        go_on().is_continue()
     });
     bar.finish_and_clear();
     result.map_err(|e| match e {
@@ -131,51 +157,96 @@ fn input(role: &str, set: &RunSet) -> InputFile {
     }
 }
 
+/// Where report.json goes, if not among the other results.
+fn elsewhere(args: &Args) -> Option<&Path> {
+    args.report.as_deref().filter(|path| **path != args.out.join(JSON))
+}
+
+/// Checks the files of the command and makes its folders.
+fn prepare(args: &Args, folders: &[&Path]) -> Result<(), Failure> {
+    let config = args.finger.config()?;
+    let given = [
+        ("--calibration", &args.calibration),
+        ("--holdout", &args.holdout),
+        ("--model", &args.model),
+        ("--table", &args.table),
+    ];
+    let inputs = given.map(|(flag, path)| (flag, path.as_deref()));
+    let measured = args.measured.iter().map(|path| ("--measured", Some(path.as_path())));
+    let mut outputs = Outputs::beside(inputs.into_iter().chain(measured).chain(args.finger.inputs(&config)))
+        .file("--report", elsewhere(args));
+    for folder in folders {
+        outputs = outputs.shared_folder("--out", folder, NAMES);
+    }
+    outputs.prepare()
+}
+
+/// Rows of a table: depth, normal force, coefficient, area.
+fn table(path: &Path) -> Result<Vec<[f64; 4]>, Failure> {
+    let table = fingerpad_identify::table_csv::read(path)?;
+    let mut rows = Vec::new();
+    for (i, r) in table.iter().enumerate() {
+        let area = r.contact_area_mm2.ok_or_else(|| {
+            Failure::Input(anyhow!("{}: data row {}: column contact_area_mm2 is missing", path.display(), i + 1))
+        })?;
+        rows.push([r.depth_mm, r.normal_force_n, r.friction_coefficient, area]);
+    }
+    if rows.len() < 4 {
+        return Err(Failure::Input(anyhow!("{}: {} rows where at least 4 are needed", path.display(), rows.len())));
+    }
+    Ok(rows)
+}
+
+/// Diagnoses traces of forces alone; each of several goes into a folder of its own.
+fn forces(args: &Args) -> Result<(), Failure> {
+    let several = args.measured.len() > 1;
+    if several && args.report.is_some() {
+        return Err(Failure::Input(anyhow!("--report: one file for several traces; each has its own in --out")));
+    }
+    let folder = |path: &PathBuf| match several {
+        true => args.out.join(path.file_stem().unwrap_or_default()),
+        false => args.out.clone(),
+    };
+    let folders: Vec<PathBuf> = args.measured.iter().map(folder).collect();
+    for (i, out) in folders.iter().enumerate() {
+        if let Some(k) = folders[..i].iter().position(|other| other == out) {
+            let [a, b] = [k, i].map(|n| args.measured[n].display());
+            return Err(Failure::Input(anyhow!(
+                "--measured {a} and {b}: the results of both would go to {}",
+                out.display()
+            )));
+        }
+    }
+    prepare(args, &folders.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    for (path, out) in args.measured.iter().zip(&folders) {
+        let trace = fingerpad_diagnose::trace_csv::read(path, args.map.as_deref())?;
+        let found = during("forces", |_| diagnose_forces(&trace, args.alpha));
+        brief(args, path, out, found, trace.len())?;
+    }
+    Ok(())
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.alpha > 0.0 && args.alpha < 0.5) {
-        return Err(Failure::Input(anyhow::anyhow!("--alpha {}: not between 0 and 0.5", args.alpha)));
+        return Err(Failure::Input(anyhow!("--alpha {}: not between 0 and 0.5", args.alpha)));
     }
-    std::fs::create_dir_all(&args.out).map_err(|source| formats::Error::File { path: args.out.clone(), source })?;
     let started = Instant::now();
     if let Some(path) = &args.table {
-        let table = fingerpad_identify::table_csv::read(path)?;
-        let mut rows = Vec::new();
-        for (i, r) in table.iter().enumerate() {
-            let area = r.contact_area_mm2.ok_or_else(|| {
-                Failure::Input(anyhow::anyhow!(
-                    "{}: data row {}: column contact_area_mm2 is missing",
-                    path.display(),
-                    i + 1
-                ))
-            })?;
-            rows.push([r.depth_mm, r.normal_force_n, r.friction_coefficient, area]);
-        }
-        if rows.len() < 4 {
-            return Err(Failure::Input(anyhow::anyhow!(
-                "{}: {} rows where at least 4 are needed",
-                path.display(),
-                rows.len()
-            )));
-        }
+        prepare(args, &[&args.out])?;
+        let rows = table(path)?;
         return brief(args, path, &args.out, diagnose_table(&rows), rows.len());
     }
     if args.force_only {
-        let several = args.measured.len() > 1;
-        for path in &args.measured {
-            let trace = fingerpad_diagnose::trace_csv::read(path, args.map.as_deref())?;
-            let out = if several { args.out.join(path.file_stem().unwrap_or_default()) } else { args.out.clone() };
-            std::fs::create_dir_all(&out).map_err(|source| formats::Error::File { path: out.clone(), source })?;
-            brief(args, path, &out, diagnose_forces(&trace, args.alpha), trace.len())?;
-        }
-        return Ok(());
+        return forces(args);
     }
     let [measured_path] = &args.measured[..] else {
-        return Err(Failure::Input(anyhow::anyhow!("--measured takes one file here; several belong to --force-only")));
+        return Err(Failure::Input(anyhow!("--measured takes one file here; several belong to --force-only")));
     };
     let Some(calibration_path) = &args.calibration else {
-        return Err(Failure::Input(anyhow::anyhow!("--calibration is missing")));
+        return Err(Failure::Input(anyhow!("--calibration is missing")));
     };
+    prepare(args, &[&args.out])?;
     let calibration = read(calibration_path)?;
     let measured = read(measured_path)?;
     let (file, model) = super::model::load(args.model.as_deref())?;
@@ -187,46 +258,34 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let selection = SelectionSettings { alpha: args.alpha, seed: args.seed, ..SelectionSettings::default() };
     let options = Options { settings: selection, errors, model };
-    let spinner = ProgressBar::new_spinner();
-    spinner.enable_steady_tick(std::time::Duration::from_millis(120));
     let mut held: Option<InputFile> = None;
-    let (mut report, evidence) = diagnose::<Failure>(
-        &calibration,
-        &measured,
-        &reference,
-        &options,
-        || match &args.holdout {
+    let (mut report, evidence) = during("diagnosis", |tell| {
+        let open_holdout = || match &args.holdout {
             None => Ok(None),
             Some(path) => {
                 let set = read(path)?;
                 held = Some(input("holdout", &set));
                 Ok(Some(set))
             }
-        },
-        &mut |stage| spinner.set_message(stage.to_owned()),
-    )?;
-    spinner.finish_and_clear();
+        };
+        diagnose::<Failure>(&calibration, &measured, &reference, &options, open_holdout, &mut |stage| tell(stage))
+    })?;
     report.input = vec![input("calibration", &calibration), input("measured", &measured)];
     report.input.extend(held);
-    let model_file = args.out.join("corrected.fpm");
-    if report.effects.is_empty() || report.holdout.refused_after_n.is_some() {
-        let _ = std::fs::remove_file(&model_file);
-    } else {
-        match corrected_model(&data, &reference, &evidence) {
+    let mut model_bytes = None;
+    if !report.effects.is_empty() && report.holdout.refused_after_n.is_none() {
+        match during("corrected model", |_| corrected_model(&data, &reference, &evidence)) {
             Ok(made) => {
-                formats::atomic_write(&model_file, |w| w.write_all(&made.bytes))?;
-                report.corrected_model = Some("corrected.fpm".into());
+                report.corrected_model = Some(CORRECTED.into());
                 report.corrected_rms_n = Some(made.rms_n);
+                model_bytes = Some(made.bytes);
             }
-            Err(reason) => {
-                let _ = std::fs::remove_file(&model_file);
-                eprintln!("warning: corrected.fpm is not written: {reason}");
-            }
+            Err(reason) => eprintln!("warning: {CORRECTED} is not written: {reason}"),
         }
     }
     report.elapsed_s = started.elapsed().as_secs_f64();
     // The finite elements take minutes: what stands is written before.
-    write(args, &report, &evidence)?;
+    write(args, &report, &evidence, model_bytes.as_deref())?;
     if args.confirm_fe && report.effects.is_empty() {
         println!("--confirm-fe: nothing is claimed, so there is nothing to switch on");
     } else if args.confirm_fe {
@@ -235,7 +294,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let confirmation = super::confirm::confirm(&args.finger, &reference, &evidence, strokes, &folder)?;
         report.fe_confirmation = Some(confirmation.report);
         report.elapsed_s = started.elapsed().as_secs_f64();
-        write(args, &report, &evidence)?;
+        write(args, &report, &evidence, model_bytes.as_deref())?;
     }
     println!("{}", report::diagnosis::summary(&report));
     Ok(())
@@ -255,39 +314,33 @@ fn brief(args: &Args, path: &Path, out: &Path, mut brief: ReducedDiagnosis, rows
     }];
     brief.report.seed = args.seed;
     let rendered = report::diagnosis::render_brief(&brief).map_err(|e| Failure::Numerics(e.into()))?;
-    let json = args.report.clone().unwrap_or_else(|| out.join("report.json"));
-    formats::atomic_write(&json, |w| w.write_all(rendered.json.as_bytes()))?;
-    formats::atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
-    for (name, png) in &rendered.figures {
-        formats::atomic_write(&out.join(name), |w| w.write_all(png))?;
-    }
-    if let Some(plan) = &brief.report.next_experiment {
-        let text = report::diagnosis::plan_csv(plan);
-        formats::atomic_write(&out.join("next_experiment.csv"), |w| w.write_all(text.as_bytes()))?;
-    }
+    write_files(args, out, rendered, brief.report.next_experiment.as_ref(), None)?;
     println!("{}: verdict: {}", path.display(), report::diagnosis::word(&brief.report));
     brief.sentences.iter().for_each(|s| println!("{s}"));
     Ok(())
 }
 
-fn write(args: &Args, report: &Diagnosis, evidence: &fingerpad_diagnose::Evidence) -> Result<(), Failure> {
+fn write(args: &Args, report: &Diagnosis, evidence: &Evidence, model: Option<&[u8]>) -> Result<(), Failure> {
     let rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
-    let json = args.report.clone().unwrap_or_else(|| args.out.join("report.json"));
-    formats::atomic_write(&json, |w| w.write_all(rendered.json.as_bytes()))?;
-    formats::atomic_write(&args.out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
-    for (name, png) in &rendered.figures {
-        formats::atomic_write(&args.out.join(name), |w| w.write_all(png))?;
+    let plan = report.next_experiment.as_ref().filter(|_| report.verdict == Verdict::Ambiguous);
+    write_files(args, &args.out, rendered, plan, model)
+}
+
+/// Writes a diagnosis in place of the folder's earlier one, the page last.
+fn write_files(
+    args: &Args,
+    out: &Path,
+    rendered: report::Rendered,
+    plan: Option<&NextExperiment>,
+    model: Option<&[u8]>,
+) -> Result<(), Failure> {
+    let mut files = rendered.figures;
+    files.extend(model.map(|bytes| (CORRECTED.to_owned(), bytes.to_vec())));
+    files.extend(plan.map(|plan| (NEXT.to_owned(), report::diagnosis::plan_csv(plan).into_bytes())));
+    match elsewhere(args) {
+        Some(json) => formats::atomic_write(json, |w| w.write_all(rendered.json.as_bytes()))?,
+        None => files.push((JSON.to_owned(), rendered.json.into_bytes())),
     }
-    let next = args.out.join("next_experiment.csv");
-    match &report.next_experiment {
-        Some(plan) if report.verdict == Verdict::Ambiguous => {
-            let text = report::diagnosis::plan_csv(plan);
-            formats::atomic_write(&next, |w| w.write_all(text.as_bytes()))?;
-        }
-        // One of an earlier diagnosis would be taken for this one's.
-        _ => {
-            let _ = std::fs::remove_file(&next);
-        }
-    }
-    Ok(())
+    files.push((PAGE.to_owned(), rendered.html.into_bytes()));
+    results::write(out, &files)
 }

@@ -1,34 +1,37 @@
 //! `fingerpad eval`: the reduced model, through the core, along a path.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use fingerpad::{Effects, ModelFile, Surroundings};
+use anyhow::anyhow;
+use fingerpad::{Effects, ModelFile, Status, Surroundings};
 use fingerpad_diagnose::{Correction, replay_all};
+use fingerpad_fe::load_path::{Drive, Path as PlanePath, path_csv, response_csv};
 use fingerpad_formats as formats;
-use fingerpad_reduce::{simulate_path, simulate_path_with_effects};
+use fingerpad_reduce::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};
 
-use super::Failure;
+use super::{Failure, Outputs, model, progress::during};
 
 /// Follow a path of the plane with the reduced model
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
-  fingerpad eval --model model.fpm --path path.csv --out response.csv
-  fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv
+  fingerpad eval --path path.csv --out response.csv                            the shipped fingertip
+  fingerpad eval --model model.fpm --path path.csv --out response.csv          your own model
+  fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n. The response has the
 columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
 95 % of the finite-element runs lie that the fit did not see. Steps are at most 0.02 mm; all arithmetic is that of the
-package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached.
+package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached. Flags
+of the column status are counted on standard error.
 
 --runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
 prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report.")]
 pub struct Args {
-    /// Model file
+    /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
-    model: PathBuf,
+    model: Option<PathBuf>,
     /// Path of the plane (CSV)
     #[arg(long, value_name = "PATH.csv", required_unless_present = "runs")]
     path: Option<PathBuf>,
@@ -55,60 +58,133 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// A model file from disk, refused with its reason.
-pub fn read_model(path: &std::path::Path) -> Result<ModelFile, Failure> {
-    let bytes = std::fs::read(path).with_context(|| path.display().to_string()).map_err(Failure::Input)?;
-    ModelFile::new(&bytes)
-        .map_err(|error| Failure::Input(anyhow::Error::new(error).context(path.display().to_string())))
-}
+/// Longest path, steps of the reduced model: about a second of computing.
+const MOST_STEPS: f64 = 1e6;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let file = read_model(&args.model)?;
-    if let Some(runs) = &args.runs {
-        return along_runs(args, &file, runs);
+    let (file, model_name) = model::load(args.model.as_deref())?;
+    let inputs = [("--model", &args.model), ("--path", &args.path), ("--runs", &args.runs)];
+    let outputs = Outputs::beside(inputs.map(|(flag, path)| (flag, path.as_deref()))).file("--out", Some(&args.out));
+    match (&args.runs, &args.path) {
+        (Some(runs), _) => {
+            outputs.prepare()?;
+            along_runs(args, &file, &model_name, runs)
+        }
+        (None, Some(path)) => {
+            let plane = read_path(path)?;
+            outputs.prepare()?;
+            let rows = during("path", |_| along_path(args, &file, &model_name, path, &plane))?;
+            let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
+            let extra: Vec<_> =
+                rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
+            during("writing", |_| response_csv::write_with_extra(&args.out, &responses, &extra))?;
+            println!("{}: {} rows", args.out.display(), rows.len());
+            warn(&plane, &rows, file.file().model.depth_max_mm());
+            Ok(())
+        }
+        (None, None) => Err(Failure::Input(anyhow!("--path is missing"))),
     }
-    let Some(path_file) = &args.path else { return Err(Failure::Input(anyhow::anyhow!("--path is missing"))) };
-    let path = fingerpad_fe::load_path::path_csv::read(path_file)?;
-    let mixed = path.drives[1] != path.drives[2];
-    if mixed {
-        return Err(Failure::Input(anyhow::anyhow!(
+}
+
+/// A path that the reduced model can follow.
+fn read_path(file: &Path) -> Result<PlanePath, Failure> {
+    let path = path_csv::read(file)?;
+    if path.drives[1] != path.drives[2] {
+        return Err(Failure::Input(anyhow!(
             "{}: one slide is driven by displacement and the other by force; the reduced model drives both alike",
-            path_file.display()
+            file.display()
         )));
     }
+    let needed = steps(&path);
+    if needed > MOST_STEPS {
+        let corner = |k: usize| [path.waypoints[k].normal, path.waypoints[k].x, path.waypoints[k].y];
+        let length = |k: usize| (0..3).map(|i| (corner(k)[i] - corner(k - 1)[i]).abs()).fold(0.0, f64::max);
+        let longest = (1..path.waypoints.len()).max_by(|a, b| length(*a).total_cmp(&length(*b))).unwrap_or(1);
+        return Err(Failure::Input(anyhow!(
+            "{}: the path takes {needed:.1e} steps of 0.02 mm or 5 mN, at most {MOST_STEPS:.0e} (20 m) are followed; \
+             most of them lead to data row {}, {:?}",
+            file.display(),
+            longest + 1,
+            corner(longest)
+        )));
+    }
+    Ok(path)
+}
+
+fn along_path(
+    args: &Args,
+    file: &ModelFile,
+    model_name: &str,
+    path_file: &Path,
+    path: &PlanePath,
+) -> Result<Vec<TrajectoryRow>, Failure> {
     let file = file.file();
-    let rows = if file.effects.is_empty() {
-        simulate_path(&file.model, &path)
-    } else {
-        let effects = Effects::new(file.effects)
-            .map_err(|error| Failure::Input(anyhow::Error::new(error).context(args.model.display().to_string())))?;
-        let surroundings = Surroundings {
-            hydration_au: args.hydration_au,
-            temperature_c: args.temperature_c,
-            finger_width_mm: args.finger_width_mm,
-            series_s: args.series_s,
-            occlusion_s: args.occlusion_s,
-            ..Surroundings::default()
-        };
-        simulate_path_with_effects(&file.model, &effects, surroundings, &path).ok_or_else(|| {
-            Failure::Input(anyhow::anyhow!(
-                "{}: driven by force; {} has effects, which know motions alone",
-                path_file.display(),
-                args.model.display()
-            ))
-        })?
+    if file.effects.is_empty() {
+        return Ok(simulate_path(&file.model, path));
+    }
+    let effects = Effects::new(file.effects)
+        .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
+    let surroundings = Surroundings {
+        hydration_au: args.hydration_au,
+        temperature_c: args.temperature_c,
+        finger_width_mm: args.finger_width_mm,
+        series_s: args.series_s,
+        occlusion_s: args.occlusion_s,
+        ..Surroundings::default()
     };
-    let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
-    let extra: Vec<_> =
-        rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
-    fingerpad_fe::load_path::response_csv::write_with_extra(&args.out, &responses, &extra)?;
-    println!("{}: {} rows", args.out.display(), rows.len());
-    Ok(())
+    simulate_path_with_effects(&file.model, &effects, surroundings, path).ok_or_else(|| {
+        Failure::Input(anyhow!(
+            "{}: driven by force; {model_name} has effects, which know motions alone",
+            path_file.display()
+        ))
+    })
+}
+
+/// What each flag of the status means.
+const FLAGS: [(Status, &str); 5] = [
+    (Status::BAD_INPUT, "a depth or slide that is no number"),
+    (Status::BAD_TIME_STEP, "a time step that is not positive"),
+    (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted: the answer is that of the largest depth"),
+    (Status::LARGE_INCREMENT, "a slide of one step beyond 64 slip lengths, cut to that"),
+    (Status::LOAD_NOT_REACHED, "a force out of reach: the nearest state stands there"),
+];
+
+/// Says on standard error what the response's flags say, and what looks like a wrong unit or sign.
+///
+/// * `range_mm`: the depth up to which the model was fitted
+fn warn(path: &PlanePath, rows: &[TrajectoryRow], range_mm: f32) {
+    for (flag, meaning) in FLAGS {
+        let of_flag = |r: &&TrajectoryRow| r.response.status.contains(flag);
+        let Some(first) = rows.iter().position(|r| of_flag(&r)) else { continue };
+        let count = rows.iter().filter(of_flag).count();
+        let meaning = meaning.replace("was fitted", &format!("was fitted ({range_mm} mm)"));
+        eprintln!(
+            "warning: {flag} in {count} of {} rows, first in data row {} (t_s {:.4}, depth_mm {}): {meaning}",
+            rows.len(),
+            first + 1,
+            rows[first].response.t_s,
+            rows[first].response.depth_mm
+        );
+    }
+    if path.drives[0] != Drive::Displacement {
+        return;
+    }
+    let deepest = path.waypoints.iter().map(|w| w.normal).fold(f64::NEG_INFINITY, f64::max);
+    if deepest <= 0.0 {
+        eprintln!(
+            "warning: no row touches: depth_mm is {deepest} at most and counts from first touch into the finger; is its \
+             sign turned round?"
+        );
+    } else if deepest < 0.02 {
+        eprintln!("warning: depth_mm is {deepest} at most; is the column in metres?");
+    } else if deepest > 10.0 {
+        eprintln!("warning: depth_mm goes up to {deepest} mm into a fingertip; is the column in micrometres?");
+    }
 }
 
 /// Prediction and residual of measured runs, in the conditions that were recorded.
-fn along_runs(args: &Args, file: &ModelFile, path: &std::path::Path) -> Result<(), Failure> {
+fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> Result<(), Failure> {
     let mut set = super::diagnose::read(path)?;
     let file = file.file();
     // A diagnosis that corrected columns with reading errors left the way in the file.
@@ -118,8 +194,8 @@ fn along_runs(args: &Args, file: &ModelFile, path: &std::path::Path) -> Result<(
         .unwrap_or_default();
     corrections.iter().for_each(|c| c.apply(&mut set));
     let effects = Effects::new(file.effects)
-        .map_err(|error| Failure::Input(anyhow::Error::new(error).context(args.model.display().to_string())))?;
-    let (rms_n, predicted) = replay_all(&file.model, &effects, &set);
+        .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
+    let (rms_n, predicted) = during("runs", |_| replay_all(&file.model, &effects, &set));
     formats::atomic_write(&args.out, |out| {
         writeln!(
             out,

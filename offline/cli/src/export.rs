@@ -6,19 +6,19 @@ use clap::ValueEnum;
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce as reduce;
 
-use super::{Failure, eval::read_model};
+use super::{Failure, Outputs, model};
 
 /// Write a model as a Rust constant, a C array or JSON
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   fingerpad export --model model.fpm --format rust --out src/model.rs   `MODEL.model()?` steps it
-  fingerpad export --model model.fpm --format c --out model.h           for fingerpad_model_load of the C library
+  fingerpad export --model model.fpm --format c --out model.h           for the C library
   fingerpad export --model model.fpm --format json --out model.json     all numbers with their names")]
 pub struct Args {
-    /// Model file
+    /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
-    model: PathBuf,
+    model: Option<PathBuf>,
     /// What to write
     #[arg(long, value_name = "FORMAT")]
     format: Format,
@@ -39,7 +39,8 @@ enum Format {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let file = read_model(&args.model)?;
+    let (file, _) = model::load(args.model.as_deref())?;
+    Outputs::beside([("--model", args.model.as_deref())]).file("--out", Some(&args.out)).prepare()?;
     let format = match args.format {
         Format::Rust => reduce::Format::Rust,
         Format::C => reduce::Format::C,

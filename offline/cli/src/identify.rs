@@ -17,23 +17,24 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Deserialize, Serialize};
 
 use super::config::ConfigFile;
-use super::{Failure, Model, go_on};
+use super::{Failure, Model, Outputs, go_on, keeping, results};
 
 /// Calibrate the finger on a measured table and identify lambda and beta of its friction.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad identify                                       Table 1 of Yoshida et al. 2011, into identify_out/
-  fingerpad identify --mesh-preset coarse --out trial      a trial in a minute; constants need the default mesh
-  fingerpad identify --data my.csv --joint --out mine      finger, depths and law fitted at once as well
-  fingerpad identify --published --out published           no search: the published constants beside the table
-  fingerpad identify --data subjects/ --out study          a folder of tables: one fit each, then the population
-  fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares (for a cluster)
+  fingerpad identify                                       Table 1 of Yoshida et al. 2011
+  fingerpad identify --mesh-preset coarse --out trial      a first look, not for constants
+  fingerpad identify --data my.csv --joint --out mine      finger, depths and law at once as well
+  fingerpad identify --published --out published           no search: the published constants
+  fingerpad identify --data subjects/ --out study          a folder of tables, then the population
+  fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares
   fingerpad identify --data subjects/ --out study --collect    merges what the shares left
-  fingerpad identify --print-config                        all settings; the section [identify] is this command's
+  fingerpad identify --print-config                        all settings
 
 A table has the columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2.
-What was computed is kept in OUT/states.bin: a run that was killed, or is run again with more options, goes on there.")]
+What was computed is kept in DIR/states.bin: a run that was killed, or is run again with more options, goes on there.
+DIR/files.txt lists the results; those of a run with other options are removed before new ones are written.")]
 pub struct Args {
     #[command(flatten)]
     model: Model,
@@ -75,6 +76,9 @@ pub struct Args {
     print_config: bool,
 }
 
+/// What stands in the folder of results and could be read as an input.
+const NAMES: &[&str] = &["run.json", "states.bin", "finger.toml", "calibrated.toml", "report.json", "report.html"];
+
 const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
 
 impl From<IdentifyError> for Failure {
@@ -110,9 +114,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         data => {
             let (name, points) = table(data.as_deref())?;
+            prepare(args, &config, data.as_deref(), &[&args.out])?;
             subject(args, (&config, &settings), &name, points, &args.out).map(|_| ())
         }
     }
+}
+
+/// Checks the folders of results against the files that are read, and makes them.
+fn prepare(args: &Args, config: &Config, table: Option<&Path>, folders: &[&Path]) -> Result<(), Failure> {
+    let inputs = args.model.inputs(config).into_iter().chain([("--data", table)]);
+    let outputs = Outputs::beside(inputs);
+    folders.iter().fold(outputs, |outputs, folder| outputs.folder("--out", folder, NAMES)).prepare()
 }
 
 /// Rows of a table and its name.
@@ -143,7 +155,13 @@ struct Identity {
 fn claim(out: &Path, config: &ConfigFile, hash: &str, full: bool) -> anyhow::Result<()> {
     fs::create_dir_all(out).with_context(|| format!("{}", out.display()))?;
     let identity_file = out.join("run.json");
-    if !identity_file.exists() && fs::read_dir(out)?.next().is_some() {
+    let is_ours = || -> anyhow::Result<bool> {
+        let text = fs::read_to_string(&identity_file).with_context(|| format!("{}", identity_file.display()))?;
+        let found: Identity = serde_json::from_str(&text).with_context(|| format!("{}", identity_file.display()))?;
+        // A folder of `build` has the same file; the section is this command's alone.
+        Ok(found.config.get("identify").is_some())
+    };
+    if fs::read_dir(out)?.next().is_some() && !(identity_file.exists() && is_ours()?) {
         bail!("{} is not empty and not a folder of this command: give another --out", out.display());
     }
     if full && out.join("states.bin").exists() {
@@ -184,6 +202,7 @@ fn subject(
         return Ok(outcome);
     }
     claim(out, &ConfigFile::of(config, settings), &hash, args.full).map_err(Failure::Input)?;
+    let _keeping = keeping();
     let cache = StateCache::open(&out.join("states.bin"))?;
     if !cache.is_empty() {
         println!("{} steady states were found before", cache.len());
@@ -219,15 +238,11 @@ fn subject(
 /// Writes everything, the page last.
 fn write_results((config, settings): (&Config, &Settings), outcome: &Outcome, out: &Path) -> Result<(), Failure> {
     let rendered = report::identify::render(outcome).map_err(|e| Failure::Input(e.into()))?;
-    let figures = out.join("figures");
-    fs::create_dir_all(&figures).with_context(|| format!("{}", figures.display())).map_err(Failure::Input)?;
-    for (name, bytes) in &rendered.figures {
-        atomic_write(&figures.join(name), |w| w.write_all(bytes))?;
-    }
+    let mut files = in_figures(rendered.figures);
     if let Some(calibration) = &outcome.calibration {
         let text = toml::to_string(&calibration.finger.shape).map_err(|e| Failure::Input(e.into()))?;
         let text = format!("# Shape found by the calibration on {}.\n{text}", outcome.provenance.table);
-        atomic_write(&out.join("finger.toml"), |w| w.write_all(text.as_bytes()))?;
+        files.push(("finger.toml".to_owned(), text.into_bytes()));
         let mut config = config.clone();
         calibration.finger.apply(&mut config);
         config.shape.0 = "finger.toml".into();
@@ -240,11 +255,16 @@ fn write_results((config, settings): (&Config, &Settings), outcome: &Outcome, ou
             "# Finger and law identified from {}; depths with the calibration's offset.\n{text}",
             outcome.provenance.table
         );
-        atomic_write(&out.join("calibrated.toml"), |w| w.write_all(text.as_bytes()))?;
+        files.push(("calibrated.toml".to_owned(), text.into_bytes()));
     }
-    atomic_write(&out.join("report.json"), |w| w.write_all(rendered.json.as_bytes()))?;
-    atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
-    Ok(())
+    files.push(("report.json".to_owned(), rendered.json.into_bytes()));
+    files.push(("report.html".to_owned(), rendered.html.into_bytes()));
+    results::write(out, &files)
+}
+
+/// Figures within their own folder.
+fn in_figures(figures: Vec<(String, Vec<u8>)>) -> Vec<(String, Vec<u8>)> {
+    figures.into_iter().map(|(name, png)| (format!("figures/{name}"), png)).collect()
 }
 
 /// Tables of a folder, by name.
@@ -269,7 +289,11 @@ fn study(args: &Args, config: (&Config, &Settings), folder: &Path) -> Result<(),
     let tables = tables(folder).map_err(Failure::Input)?;
     let share = args.task.unwrap_or(population::Share::ALL);
     if !args.collect {
-        fs::create_dir_all(&args.out).with_context(|| format!("{}", args.out.display())).map_err(Failure::Input)?;
+        let own: Vec<PathBuf> = (tables.iter().enumerate())
+            .filter(|(i, _)| share.has(*i))
+            .map(|(_, (stem, _))| args.out.join(stem))
+            .collect();
+        prepare(args, config.0, None, &own.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
         let mut failed: Option<Failure> = None;
         for (i, (stem, path)) in tables.iter().enumerate() {
             if !share.has(i) {
@@ -309,8 +333,8 @@ fn collect(args: &Args, tables: &[(String, PathBuf)]) -> Result<(), Failure> {
                 .with_context(|| format!("{}", file.display()))
                 .map_err(Failure::Input)
         });
-        match outcome.transpose()?.and_then(|o| population::Subject::of(stem, &o)) {
-            Some(subject) => subjects.push(subject),
+        match outcome.transpose()? {
+            Some(outcome) => subjects.push(population::Subject::of(stem, &outcome)),
             None => missing.push(stem.clone()),
         }
     }
@@ -319,13 +343,10 @@ fn collect(args: &Args, tables: &[(String, PathBuf)]) -> Result<(), Failure> {
     }
     let population = population::Population::of(subjects, missing);
     let rendered = report::identify::render_population(&population).map_err(|e| Failure::Input(e.into()))?;
-    let figures = args.out.join("figures");
-    fs::create_dir_all(&figures).with_context(|| format!("{}", figures.display())).map_err(Failure::Input)?;
-    for (name, bytes) in &rendered.figures {
-        atomic_write(&figures.join(name), |w| w.write_all(bytes))?;
-    }
-    atomic_write(&args.out.join("population.json"), |w| w.write_all(rendered.json.as_bytes()))?;
-    atomic_write(&args.out.join("population.html"), |w| w.write_all(rendered.html.as_bytes()))?;
+    let mut files = in_figures(rendered.figures);
+    files.push(("population.json".to_owned(), rendered.json.into_bytes()));
+    files.push(("population.html".to_owned(), rendered.html.into_bytes()));
+    results::write(&args.out, &files)?;
     println!("\n{} subjects, {} without a result", population.subjects.len(), population.missing.len());
     for spread in &population.spreads {
         println!(

@@ -23,32 +23,36 @@ mod diagnose;
 mod eval;
 mod export;
 mod identify;
+mod interrupt;
 mod mesh;
 mod model;
+mod outputs;
 mod phantom;
+mod progress;
 mod reduce;
+mod results;
 mod simulate;
 
 use std::{
     fmt,
     io::{self, Write as _},
-    ops::ControlFlow,
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::ExitCode,
-    sync::atomic::{AtomicBool, Ordering},
 };
 
 use clap::{Parser, Subcommand, ValueEnum};
 use config::ConfigFile;
 use fingerpad_fe::experiment::{Config, ConfigError};
-use fingerpad_fe::load_path::{Finger, LoadPathError, Progress};
+use fingerpad_fe::load_path::{Finger, LoadPathError};
 use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
-use indicatif::{ProgressBar, ProgressStyle};
+use interrupt::{go_on, keeping};
+use outputs::Outputs;
+use progress::{Bar, Bars, bar, show};
 
 /// Fingertip friction: finite-element contact of a soft finger on a rigid plane, with the rubber friction law
 /// tau_crit = tau_0 + lambda sigma^beta. Units: mm, N, s, MPa.
 #[derive(Parser)]
-#[command(version, about, max_term_width = 110)]
+#[command(name = "fingerpad", version, max_term_width = 110)]
 #[command(after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 130 interrupted.")]
 struct Cli {
     #[command(subcommand)]
@@ -108,6 +112,16 @@ enum Preset {
 }
 
 impl Model {
+    /// The files that a configuration names, with the flags that stand for them.
+    fn inputs<'a>(&'a self, config: &'a Config) -> [(&'static str, Option<&'a Path>); 4] {
+        [
+            ("--config", self.config.as_deref()),
+            ("--shape", Some(Path::new(&config.shape.0))),
+            ("--volume", config.volume.as_ref().map(|v| v.file.as_path())),
+            ("--imported", config.imported.as_ref().map(|i| i.file.as_path())),
+        ]
+    }
+
     /// What the finite elements are given.
     fn config(&self) -> Result<Config, Failure> {
         Ok(self.settings()?.0)
@@ -164,26 +178,10 @@ impl From<fingerpad_formats::Error> for Failure {
     }
 }
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Whether the run may go on; to be returned by progress callbacks.
-fn go_on() -> ControlFlow<()> {
-    if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-}
-
 /// Runs the program.
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    // A second Ctrl-C ends at once.
-    let handler = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!("interrupted: finishing the increment, keeping what is done (again to stop at once)");
-    });
-    if let Err(error) = handler {
-        eprintln!("warning: Ctrl-C will not keep unfinished work: {error}");
-    }
+    interrupt::handle_signals();
     let result = match cli.command {
         Command::Build(args) => build::run(&args),
         Command::Identify(args) => identify::run(&args),
@@ -198,18 +196,30 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input(error)) => {
-            eprintln!("error: {error:#}");
+            eprintln!("error: {}", told(&error));
             ExitCode::from(2)
         }
         Err(Failure::Numerics(error)) => {
-            eprintln!("error: {error:#}");
+            eprintln!("error: {}", told(&error));
             ExitCode::from(3)
         }
         Err(Failure::Interrupted(kept)) => {
             eprintln!("interrupted: {kept}");
-            ExitCode::from(130)
+            ExitCode::from(interrupt::EXIT_CODE)
         }
     }
+}
+
+/// An error with its causes, each once: many errors already tell their cause in their own words.
+fn told(error: &anyhow::Error) -> String {
+    let mut text = error.to_string().trim_end().to_owned();
+    for cause in error.chain().skip(1) {
+        let cause = cause.to_string();
+        if !text.contains(cause.trim_end()) {
+            text = format!("{text}: {}", cause.trim_end());
+        }
+    }
+    text
 }
 
 /// Writes to a standard stream. What cannot be written because nobody reads it any more is dropped; anything else,
@@ -224,36 +234,9 @@ fn say(stream: &mut dyn io::Write, text: fmt::Arguments) {
     }
 }
 
-/// Spinner for a step of a few seconds whose length is not known.
-fn busy(what: &str) -> ProgressBar {
-    let bar = ProgressBar::new_spinner().with_message(what.to_owned());
-    bar.enable_steady_tick(std::time::Duration::from_millis(100));
-    bar
-}
-
 /// Mesh and body of a configuration; a volume takes some seconds.
 fn make_finger(config: &Config) -> Result<(Finger, FirstTouch), ConfigError> {
-    let spinner = busy("mesh");
-    let made = config.finger();
-    spinner.finish_and_clear();
-    made
-}
-
-/// Bar that shows a run's share, increments, iterations, cutbacks and time left.
-fn bar(name: String) -> ProgressBar {
-    let style = ProgressStyle::with_template("{prefix:>16} {bar:30} {percent:>3} %  {msg}  {eta} left")
-        .expect("a valid template");
-    ProgressBar::new(1000).with_style(style).with_prefix(name)
-}
-
-/// Shows progress on a bar.
-fn show(bar: &ProgressBar, progress: &Progress) {
-    bar.set_position((progress.share * 1000.0) as u64);
-    let cost = &progress.cost;
-    bar.set_message(format!(
-        "increment {}, {} iterations, {} cut back",
-        cost.increments, cost.iterations, cost.cutbacks
-    ));
+    progress::during("mesh", |_| config.finger())
 }
 
 /// A failed run as a failure; `kept` says what was saved.

@@ -9,7 +9,7 @@ use fingerpad_fe::mesh::{Region, imported::ImportReport, volume::VolumeReport};
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 
-use super::{Failure, Model, busy};
+use super::{Failure, Model, Outputs, progress};
 
 /// Write the fingertip's mesh, or the whole problem for another program.
 #[derive(clap::Args)]
@@ -18,9 +18,9 @@ Examples:
   fingerpad mesh --out finger.vtu                       ParaView
   fingerpad mesh --shape a --out finger.msh             Gmsh 4.1
   fingerpad mesh --mesh-preset coarse --out finger.inp  Abaqus, CalculiX: mesh and sets
-  fingerpad mesh --out press.inp --deck                 CalculiX: the frictionless press with fixed bones, whole
-  fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume, with a report of how well it was followed
-  fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh, checked
+  fingerpad mesh --out press.inp --deck                 CalculiX: the whole frictionless press
+  fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume
+  fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh
   fingerpad mesh --out finger.vtu --picture finger.png  and a picture")]
 pub struct Args {
     #[command(flatten)]
@@ -42,13 +42,21 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = args.model.config()?;
-    let spinner = busy("mesh");
-    let made = config.fingertip();
-    spinner.finish_and_clear();
-    let (fingertip, origin) = made?;
+    let ending = args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if !["vtu", "msh", "inp"].contains(&ending.as_str()) {
+        let out = args.out.display();
+        return Err(Failure::Input(anyhow::anyhow!("--out {out}: the ending must be .vtu, .msh or .inp")));
+    }
+    if args.deck && ending != "inp" {
+        return Err(Failure::Input(anyhow::anyhow!("--deck: needs an --out that ends in .inp")));
+    }
+    Outputs::beside(args.model.inputs(&config))
+        .file("--out", Some(&args.out))
+        .file("--picture", args.picture.as_deref())
+        .prepare()?;
+    let (fingertip, origin) = progress::during("mesh", |_| config.fingertip())?;
     let touch = fingertip.touch;
     let finger = Finger::new(fingertip, &config.tissue).map_err(ConfigError::from)?;
-    let ending = args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
         "vtu" => fingerpad_fe::load_path::vtu::write_mesh(&args.out, &finger.mesh)?,
         "msh" => formats::msh::write(&args.out, &finger.mesh)?,
@@ -56,13 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let text = deck(&config, &finger.mesh)?;
             formats::atomic_write(&args.out, |w| w.write_all(text.as_bytes()))?;
         }
-        "inp" => formats::inp::write(&args.out, &finger.mesh, &Default::default())?,
-        _ => {
-            return Err(Failure::Input(anyhow::anyhow!(
-                "--out {}: the ending must be .vtu, .msh or .inp",
-                args.out.display()
-            )));
-        }
+        _ => formats::inp::write(&args.out, &finger.mesh, &Default::default())?,
     }
     if let Some(path) = &args.picture {
         let png = report::mesh_picture(&finger.mesh).map_err(|e| Failure::Numerics(e.into()))?;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use anyhow::Context;
 use fingerpad::ModelFile;
 
 use super::Failure;
@@ -11,7 +12,6 @@ const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
 
 /// A model file and its name; without a path the one that ships.
 pub fn load(path: Option<&Path>) -> Result<(ModelFile, String), Failure> {
-    let refuse = |path: &Path, e: &dyn std::fmt::Display| Failure::Input(anyhow::anyhow!("{}: {e}", path.display()));
     match path {
         None => {
             let file = ModelFile::new(SHIPPED)
@@ -19,8 +19,9 @@ pub fn load(path: Option<&Path>) -> Result<(ModelFile, String), Failure> {
             Ok((file, "fingertip.fpm (shipped)".into()))
         }
         Some(path) => {
-            let bytes = std::fs::read(path).map_err(|e| refuse(path, &e))?;
-            let file = ModelFile::new(&bytes).map_err(|e| refuse(path, &e))?;
+            let place = || path.display().to_string();
+            let bytes = std::fs::read(path).with_context(place).map_err(Failure::Input)?;
+            let file = ModelFile::new(&bytes).with_context(place).map_err(Failure::Input)?;
             Ok((file, path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())))
         }
     }

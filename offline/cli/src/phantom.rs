@@ -6,15 +6,15 @@ use fingerpad_fe::experiment::ConfigError;
 use fingerpad_fe::mesh::volume::{PhantomSettings, label, phantom};
 use fingerpad_formats as formats;
 
-use super::{Failure, Model, busy};
+use super::{Failure, Model, Outputs, progress};
 
 /// Write the parametric fingertip as a labelled volume (outside 0, soft tissue 1, bone 2, nail 3).
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad phantom --out finger.nrrd                          512 x 128 x 128 voxels over 120 x 30 x 30 mm
+  fingerpad phantom --out finger.nrrd                          512 x 128 x 128 voxels
   fingerpad phantom --shape a --out finger.nii.gz              NIfTI
-  fingerpad phantom --voxels 200 100 60 --out flat.nrrd        voxels of 0.6 x 0.3 x 0.5 mm
+  fingerpad phantom --voxels 200 100 60 --out flat.nrrd        flat voxels
   fingerpad mesh --volume finger.nrrd --out finger.vtu         and back to a mesh")]
 pub struct Args {
     #[command(flatten)]
@@ -36,6 +36,9 @@ pub struct Args {
     no_nail: bool,
 }
 
+/// Most voxels of a volume, a byte each.
+const MOST_VOXELS: u128 = 500_000_000;
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = args.model.config()?;
@@ -55,12 +58,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let shape = config.fingertip_shape()?;
     formats::volume::check_name(&args.out)?;
-    let spinner = busy("voxels");
-    let made = phantom(&shape, &settings).map_err(ConfigError::from);
-    spinner.finish_and_clear();
-    let volume = made?;
-    formats::volume::write(&args.out, &volume)?;
     let [i, j, k] = settings.voxels;
+    let voxels = [i, j, k].iter().map(|n| *n as u128).product::<u128>();
+    if voxels > MOST_VOXELS {
+        return Err(Failure::Input(anyhow::anyhow!(
+            "--voxels {i} {j} {k}: {voxels:.2e} voxels; at most {MOST_VOXELS:.0e} are written",
+            voxels = voxels as f64,
+            MOST_VOXELS = MOST_VOXELS as f64
+        )));
+    }
+    Outputs::beside(args.model.inputs(&config)).file("--out", Some(&args.out)).prepare()?;
+    let volume = progress::during("voxels", |_| phantom(&shape, &settings)).map_err(ConfigError::from)?;
+    progress::during("writing", |_| formats::volume::write(&args.out, &volume))?;
     let [hx, hy, hz] = settings.spacing_mm();
     println!("{}: {i} x {j} x {k} voxels of {hx:.4} x {hy:.4} x {hz:.4} mm", args.out.display());
     let names =

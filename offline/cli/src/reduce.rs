@@ -11,29 +11,33 @@ use anyhow::Context;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, LoadPathError, Trajectory, follow_path};
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce::{self as reduce, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings};
+use fingerpad_reduce::{
+    self as reduce, CurvePoint, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings,
+};
 use fingerpad_report as report;
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-use super::{Failure, Model, bar, go_on, show};
+use super::progress::{counter, during};
+use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, results, show};
 
 /// Fit the reduced model to finite-element runs, or make these runs
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad reduce --design --mesh-preset coarse --runs runs   run what is missing of the design of experiments
-  fingerpad reduce --runs runs --out model.fpm                 fit, replay through the core, write the model file
+  fingerpad reduce --design --mesh-preset coarse --runs paths  run what the design lacks
+  fingerpad reduce --runs runs --out model.fpm                 fit and write the model
+  fingerpad reduce --out model.fpm                             the same from the shipped runs
   fingerpad reduce --design --runs runs --out model.fpm        both
   fingerpad reduce --runs runs --out model.fpm --report report --curve
                                                                with pictures, and what accuracy costs
 
 The design has about 150 paths in seven kinds, half of them held out: the fit never sees them. Each finished path is a
 file of its own in the folder; a killed design goes on where it was. Runs of other settings are kept apart by the hash
-in their names.")]
+in their names. The folder of --report holds one report: its files.txt lists what was written, and the next report there
+removes it; other files stay.")]
 pub struct Args {
-    /// Folder of the runs
-    #[arg(long, value_name = "DIR")]
-    runs: PathBuf,
+    /// Folder of the runs [default: those that ship with the program, of the default settings]
+    #[arg(long, value_name = "DIR", required_if_eq("design", "true"))]
+    runs: Option<PathBuf>,
     /// Model file to write
     #[arg(long, value_name = "MODEL.fpm", required_unless_present = "design")]
     out: Option<PathBuf>,
@@ -56,6 +60,18 @@ pub struct Args {
     jobs: Option<usize>,
 }
 
+/// Files of the report.
+const NAMES: &[&str] = &[
+    "reduced.html",
+    "reduced.json",
+    "reduced_backbone_x.png",
+    "reduced_backbone_y.png",
+    "reduced_loops.png",
+    "reduced_errors.png",
+    "reduced_worst.png",
+    "reduced_sizes.png",
+];
+
 impl From<ReduceError> for Failure {
     fn from(error: ReduceError) -> Self {
         match error {
@@ -70,12 +86,21 @@ impl From<ReduceError> for Failure {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.design {
-        run_design(&args.model.config()?, &args.runs, args.jobs)?;
+    let config = args.model.config()?;
+    let mut outputs = Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref());
+    if let Some(folder) = &args.report {
+        outputs = outputs.shared_folder("--report", folder, NAMES);
+    }
+    let design = args.runs.as_deref().filter(|_| args.design);
+    if let Some(folder) = design {
+        outputs = outputs.folder("--runs", folder, &[]);
+    }
+    outputs.prepare()?;
+    if let Some(folder) = design {
+        run_design(&config, folder, args.jobs)?;
     }
     let Some(out) = &args.out else { return Ok(()) };
-    let mut runs = read_runs(&args.runs)?;
-    let config = args.model.config()?;
+    let mut runs = read_runs(args.runs.as_deref())?;
     if args.design {
         // The folder may hold the design of other settings as well.
         let hash = reduce::settings_hash(&config)?;
@@ -94,11 +119,7 @@ pub(super) fn fit(runs: &[Run], exponent: f64, settings: &Settings, out: &Path) 
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     let hash = runs.first().map_or("", |r| &r.settings_hash);
     println!("{} runs of settings {hash}, {early} ended early", runs.len());
-    let spinner = ProgressBar::new_spinner().with_message("fitting, every step through the core");
-    spinner.enable_steady_tick(std::time::Duration::from_millis(120));
-    let reduced = reduce::reduce(runs, exponent, settings);
-    spinner.finish_and_clear();
-    let reduced = reduced?;
+    let reduced = during("fitting, every step through the core", |_| reduce::reduce(runs, exponent, settings))?;
     let bytes = reduced.file(&[])?;
     atomic_write(out, |w| w.write_all(&bytes))?;
     print_summary(&reduced);
@@ -107,7 +128,8 @@ pub(super) fn fit(runs: &[Run], exponent: f64, settings: &Settings, out: &Path) 
     Ok(reduced)
 }
 
-/// Page, numbers and figures of the fit; with settings for a `curve` other sizes are fitted for it.
+/// Page, numbers and figures of the fit; with settings for a `curve` other sizes are fitted for it, which takes minutes:
+/// the report is written before without them.
 fn write_report(
     folder: &Path,
     runs: &[Run],
@@ -115,33 +137,41 @@ fn write_report(
     exponent: f64,
     curve: Option<&Settings>,
 ) -> Result<(), Failure> {
-    fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
-    let mut points = Vec::new();
+    let write = |points: &[CurvePoint]| -> Result<(), Failure> {
+        let report = report::reduced_report(runs, reduced, points).map_err(|e| Failure::Numerics(e.into()))?;
+        let rendered = report::render_reduced(&report).map_err(|e| Failure::Numerics(e.into()))?;
+        let figures = rendered.figures.len();
+        let mut files = rendered.figures;
+        files.push(("reduced.json".to_owned(), rendered.json.into_bytes()));
+        files.push(("reduced.html".to_owned(), rendered.html.into_bytes()));
+        results::write(folder, &files)?;
+        println!("{}: {figures} figures", folder.join("reduced.html").display());
+        Ok(())
+    };
+    write(&[])?;
     if let Some(settings) = curve {
-        let bar = bar("other sizes".into());
-        points = reduce::curve(runs, exponent, settings, |share| {
-            bar.set_position((share * 1000.0) as u64);
-            go_on().is_continue()
+        let points = during("other sizes", |tell| {
+            reduce::curve(runs, exponent, settings, |share| {
+                tell(&format!("other sizes, {:.0} %", 100.0 * share));
+                true
+            })
         })?;
-        bar.finish_and_clear();
-    }
-    let numbers = |e: anyhow::Error| Failure::Numerics(e);
-    let report = report::reduced_report(runs, reduced, &points).map_err(|e| numbers(e.into()))?;
-    let rendered = report::render_reduced(&report).map_err(|e| numbers(e.into()))?;
-    atomic_write(&folder.join("reduced.html"), |w| w.write_all(rendered.html.as_bytes()))?;
-    atomic_write(&folder.join("reduced.json"), |w| w.write_all(rendered.json.as_bytes()))?;
-    for (name, png) in &rendered.figures {
-        atomic_write(&folder.join(name), |w| w.write_all(png))?;
-    }
-    println!("{}: {} figures", folder.join("reduced.html").display(), rendered.figures.len());
-    if go_on().is_break() {
-        return Err(Failure::Interrupted("the model and a report without the whole curve are kept".into()));
+        write(&points)?;
     }
     Ok(())
 }
 
-/// All runs of the folder, which must be of one kind of settings.
-pub(super) fn read_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
+/// The runs that ship with the program: names and contents.
+const SHIPPED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped_runs.rs"));
+
+/// All runs of a folder; without one, those that ship with the program.
+pub(super) fn read_runs(folder: Option<&Path>) -> Result<Vec<Run>, Failure> {
+    let Some(folder) = folder else {
+        return Ok(SHIPPED
+            .iter()
+            .map(|(name, bytes)| Run::from_bytes(bytes, Path::new(name)))
+            .collect::<Result<_, _>>()?);
+    };
     let place = || folder.display().to_string();
     let entries = fs::read_dir(folder).with_context(place).map_err(Failure::Input)?;
     let mut files = Vec::new();
@@ -252,13 +282,12 @@ pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) ->
         return Ok(());
     }
     let threads = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, missing);
-    let bars = MultiProgress::new();
-    let style =
-        ProgressStyle::with_template("{prefix:>16} {bar:30} {pos}/{len} paths  {eta} left").expect("a valid template");
-    let total = bars.add(ProgressBar::new(missing as u64).with_style(style).with_prefix("design"));
+    let _keeping = keeping();
+    let bars = Bars::default();
+    let total = bars.add(counter("design", missing, "paths"));
     let run = |experiment: &Experiment| {
         let done = run_one(config, &finger, experiment, &hash, &file(experiment), &bars);
-        done.inspect(|()| total.inc(1))
+        done.inspect(|()| total.count())
     };
     // The paths of the initial guess first: they show whether the reduced model can hold this finger with its law.
     let (first, rest): (Vec<_>, Vec<_>) = queue.into_iter().partition(|e| e.is_for_initial_guess());
@@ -267,7 +296,7 @@ pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) ->
         if go_on().is_break() {
             return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
         }
-        let runs: Vec<Run> = read_runs(folder)?.into_iter().filter(|run| run.settings_hash == hash).collect();
+        let runs: Vec<Run> = read_runs(Some(folder))?.into_iter().filter(|run| run.settings_hash == hash).collect();
         reduce::slip_length::check_runs(&runs, config.friction.beta)?;
     }
     total.finish_and_clear();
@@ -307,7 +336,7 @@ fn run_one(
     experiment: &Experiment,
     hash: &str,
     file: &Path,
-    bars: &MultiProgress,
+    bars: &Bars,
 ) -> Result<(), Failure> {
     let bar = bars.add(bar(experiment.name.clone()));
     let result = follow_path(&config.problem(finger), &experiment.path, &[], &mut |progress| {
@@ -332,7 +361,7 @@ fn run_one(
         }
     };
     if let Some(problem) = &ended_early {
-        bars.println(format!("{}: ended early, {problem}", experiment.name)).ok();
+        bars.line(&format!("{}: ended early, {problem}", experiment.name));
     }
     let run = Run {
         name: experiment.name.clone(),

@@ -1,12 +1,16 @@
 //! `fingerpad simulate`: the finite-element model along a path.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use std::time::Duration;
 
+use anyhow::Context;
 use fingerpad_fe::load_path::{Checkpoint, Trajectory, follow_path_from};
 
-use super::{Failure, Model, bar, go_on, make_finger, run_failure, show};
+use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger, run_failure, show};
 
 /// Follow a path of the plane with the finite-element model.
 #[derive(clap::Args)]
@@ -18,7 +22,10 @@ Examples:
 
 The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, straight between rows; normal_force_n in place of
 depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. The response has a row at least at
-every row of the path.")]
+every row of the path.
+
+The folders of --out and --vtu are made if they are missing. Files of an earlier series of the same name in the folder
+of --vtu are removed. A run that is stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv.")]
 pub struct Args {
     /// Path of the plane (CSV)
     #[arg(long, value_name = "PATH.csv")]
@@ -40,7 +47,7 @@ pub struct Args {
     /// Elastic slip at the strength, mm
     #[arg(long, value_name = "G")]
     gamma_crit_mm: Option<f64>,
-    /// Folder for ParaView files, one per row of the path, with a .pvd
+    /// Folder for ParaView files, two per row of the path, with a .pvd
     #[arg(long, value_name = "DIR")]
     vtu: Option<PathBuf>,
     /// Press without friction until the first row that slides
@@ -70,10 +77,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     config.numerics.load_steps.friction_while_pressing &= !args.frictionless_press;
     let path = fingerpad_fe::load_path::path_csv::read(&args.path)?;
+    let partial = args.out.with_extension("partial.csv");
+    let outputs =
+        Outputs::beside(args.model.inputs(&config).into_iter().chain([("--path", Some(args.path.as_path()))]))
+            .file("--out", Some(&args.out))
+            .file("--out", Some(&partial));
+    match &args.vtu {
+        Some(folder) => outputs.folder("--vtu", folder, &[]).prepare()?,
+        None => outputs.prepare()?,
+    }
     let (finger, _) = make_finger(&config)?;
     config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow::anyhow!("{}: {e}", args.path.display())))?;
     let snapshots: Vec<usize> = if args.vtu.is_some() { (0..path.waypoints.len()).collect() } else { Vec::new() };
     let bar = bar("simulate".into());
+    let _keeping = keeping();
     let checkpoint_file = args.out.with_extension("checkpoint");
     let hash = config.hash()?;
     let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: &hash };
@@ -86,6 +103,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         fingerpad_fe::load_path::response_csv::write(out, &trajectory.responses)?;
         if let Some(folder) = &args.vtu {
             let name = out.file_stem().map_or("fields".into(), |s| s.to_string_lossy());
+            remove_series(folder, &name).map_err(Failure::Input)?;
             fingerpad_fe::load_path::vtu::write_series(folder, &name, &finger.mesh, &trajectory.snapshots)?;
         }
         Ok(())
@@ -107,7 +125,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         Err(mut error) => {
             // What was reached goes beside the output, under a name that nobody takes for the whole.
-            let partial = args.out.with_extension("partial.csv");
             let mut kept = "nothing was kept".to_owned();
             let reached = error.take_reached();
             if !reached.responses.is_empty() {
@@ -117,4 +134,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Err(run_failure(error, &args.path.display().to_string(), kept))
         }
     }
+}
+
+/// Removes the files of an earlier series: `NAME.pvd`, `NAME_0000.vtu`, `NAME_pad_0000.vtu` and so on.
+fn remove_series(folder: &Path, name: &str) -> anyhow::Result<()> {
+    let of_series = |file: &str| {
+        let Some(rest) = file.strip_prefix(name) else { return false };
+        let number = rest.strip_suffix(".vtu").map(|r| r.strip_prefix("_pad").unwrap_or(r));
+        let digits = number.and_then(|n| n.strip_prefix('_'));
+        rest == ".pvd" || digits.is_some_and(|d| d.len() >= 4 && d.bytes().all(|b| b.is_ascii_digit()))
+    };
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let file = entry.with_context(|| folder.display().to_string())?.path();
+        if file.file_name().is_some_and(|f| of_series(&f.to_string_lossy())) {
+            fs::remove_file(&file).with_context(|| file.display().to_string())?;
+        }
+    }
+    Ok(())
 }

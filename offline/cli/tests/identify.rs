@@ -130,6 +130,35 @@ fn a_folder_of_tables_in_shares_and_collected() {
     assert!(stages.as_array().unwrap().iter().all(|s| s["states"] == 0), "{stages}");
 }
 
+/// As the Snakefile runs it: one share for each table, then the summary, with the same options.
+#[test]
+fn published_constants_are_collected_over_subjects() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::create_dir(at.join("subjects")).unwrap();
+    write(at, "quick.toml", FINGER);
+    for (name, first) in [("anna", "2.6"), ("bert", "2.7")] {
+        write(at, &format!("subjects/{name}.csv"), &format!("{HEAD}{}", SUBJECT.replace("2.6", first)));
+    }
+    for step in [&["--task", "1/2"][..], &["--task", "2/2"], &["--collect"]] {
+        let study = ["identify", "--config", "quick.toml", "--data", "subjects", "--out", "study"];
+        let arguments = [&study[..], step, &["--published", "--no-prediction"]].concat();
+        let (code, stdout, stderr) = run(&arguments, at);
+        assert_eq!(code, Some(0), "{stdout}{stderr}");
+    }
+    let text = fs::read_to_string(at.join("study/population.json")).unwrap();
+    let population: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let subjects = population["subjects"].as_array().unwrap();
+    assert_eq!(subjects.len(), 2);
+    for subject in subjects {
+        assert!(subject["law_searched"] == false && subject["beta"] == RubberFriction::default().beta, "{population}");
+    }
+    let spreads: Vec<_> = population["spreads"].as_array().unwrap().iter().map(|s| s["name"].clone()).collect();
+    assert_eq!(spreads, ["stiffness factor", "depth offset, mm"]);
+    let page = fs::read_to_string(at.join("study/population.html")).unwrap();
+    assert!(page.contains("2 of 2 subjects stand with the published law"), "{page}");
+}
+
 #[test]
 fn it_explains_itself_with_examples() {
     let (code, stdout, _) = run(&["identify", "--help"], Path::new("."));

@@ -1,10 +1,16 @@
 //! Writing a file so that it is either whole or not there.
 
 use std::fs;
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::NamedTempFile;
 
 use super::Error;
+
+/// Files that are being written, under their temporary names.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Writes a file beside its final place and renames it there once all of it is on the disk.
 ///
@@ -12,11 +18,25 @@ use super::Error;
 /// the file it points to is replaced. What is not a regular file (a pipe, `/dev/stdout`) is written directly.
 ///
 /// Errors: [`Error::File`] with `path`; whatever `fill` returns is wrapped the same way.
-pub fn atomic_write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Error> {
-    write(path, fill).map_err(|source| Error::File { path: path.to_path_buf(), source })
+pub fn atomic_write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    write(path, fill).map_err(|error| Error::File { path: path.to_path_buf(), source: without_temporary_name(error) })
 }
 
-fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {
+/// Removes the temporary files of all writes under way in this process, for a program that ends in the middle of them.
+pub fn discard_unfinished() {
+    for file in unfinished().drain(..) {
+        // One that is already in its final place is no longer under this name.
+        let _ = fs::remove_file(file);
+    }
+}
+
+/// The system's error alone: `tempfile` adds the temporary file's name, which says nothing to a reader.
+fn without_temporary_name(error: io::Error) -> io::Error {
+    let system = error.get_ref().and_then(|named| named.source()?.downcast_ref::<io::Error>()?.raw_os_error());
+    system.map_or(error, io::Error::from_raw_os_error)
+}
+
+fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     // Replacing a device node by a file would be worse than a half-written stream.
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file() && !meta.is_dir()) {
         let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
@@ -25,7 +45,7 @@ fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) 
     }
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     if target.is_dir() {
-        return Err(std::io::ErrorKind::IsADirectory.into());
+        return Err(io::ErrorKind::IsADirectory.into());
     }
     let folder = match target.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -39,11 +59,28 @@ fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) 
         // tempfile's own default is private to the owner; a result is an ordinary file, less the umask.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut out = BufWriter::new(builder.tempfile_in(folder)?);
+    let file = builder.tempfile_in(folder)?;
+    let name = file.path().to_path_buf();
+    unfinished().push(name.clone());
+    let written = fill_and_rename(file, &target, fill);
+    unfinished().retain(|other| *other != name);
+    written
+}
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn fill_and_rename(
+    file: NamedTempFile,
+    target: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut out = BufWriter::new(file);
     fill(&mut out)?;
-    let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.as_file().sync_all()?;
-    file.persist(&target).map_err(|e| e.error)?;
+    file.persist(target).map_err(|e| e.error)?;
     Ok(())
 }
 
@@ -71,11 +108,26 @@ mod tests {
     }
 
     #[test]
+    fn an_unfinished_file_is_discarded() {
+        let dir = tempfile::tempdir().unwrap();
+        let (path, mut seen) = (dir.path().join("a.csv"), Vec::new());
+        let error = atomic_write(&path, |_| {
+            seen = names(dir.path());
+            discard_unfinished();
+            assert_eq!(names(dir.path()), [""; 0]);
+            Ok(())
+        });
+        assert!(seen.len() == 1 && seen[0].starts_with(".partial-"), "{seen:?}");
+        assert!(error.is_err() && !path.exists());
+    }
+
+    #[test]
     fn a_missing_folder_is_named() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("no/such/a.csv");
         let error = atomic_write(&path, |w| w.write_all(b"x")).unwrap_err();
         assert!(error.to_string().contains("no/such/a.csv: "), "{error}");
+        assert!(!error.to_string().contains(".partial-"), "{error}");
     }
 
     #[cfg(target_os = "linux")]

@@ -22,7 +22,7 @@ pub mod units;
 pub mod volume;
 pub mod vtu;
 
-pub use atomic::atomic_write;
+pub use atomic::{atomic_write, discard_unfinished};
 pub use columns::{Columns, Row};
 pub use error::Error;
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Outcome;
+use super::{Outcome, REFERENCE_MPA};
 
 /// The K-th of N shares, K from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +40,8 @@ impl Share {
 pub struct Subject {
     /// Name: the table's file name without ending.
     pub name: String,
+    /// Whether the law was searched for; otherwise it is the published one.
+    pub law_searched: bool,
     /// Strength at 5 kPa, kPa.
     pub tau_ref_kpa: f64,
     /// Its standard error.
@@ -61,25 +63,28 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Summary of an outcome; none if no law was searched for.
-    pub fn of(name: &str, outcome: &Outcome) -> Option<Self> {
-        let law = outcome.law.as_ref()?;
-        let worst = |of: fn(&super::outcome::Modelled) -> f64| {
-            law.comparison.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max)
-        };
+    /// Summary of an outcome; under the published law if none was searched for.
+    pub fn of(name: &str, outcome: &Outcome) -> Self {
+        let law = outcome.law.as_ref();
+        let comparison = law.map_or(&outcome.published, |law| &law.comparison);
+        let worst =
+            |of: fn(&super::outcome::Modelled) -> f64| comparison.rows.iter().map(|r| of(r).abs()).fold(0.0, f64::max);
         let finger = outcome.calibration.as_ref().map(|c| &c.finger);
-        Some(Self {
+        let error = |k: usize| law.and_then(|law| law.constants[k].standard_error);
+        let published = 1e3 * (comparison.tau0_mpa + comparison.lambda * REFERENCE_MPA.powf(comparison.beta));
+        Self {
             name: name.to_owned(),
-            tau_ref_kpa: law.law.tau_ref_kpa,
-            tau_ref_error_kpa: law.constants[0].standard_error,
-            beta: law.law.beta,
-            beta_error: law.constants[1].standard_error,
-            lambda: law.lambda,
+            law_searched: law.is_some(),
+            tau_ref_kpa: law.map_or(published, |law| law.law.tau_ref_kpa),
+            tau_ref_error_kpa: error(0),
+            beta: law.map_or(comparison.beta, |law| law.law.beta),
+            beta_error: error(1),
+            lambda: law.map_or(comparison.lambda, |law| law.lambda),
             stiffness: finger.map_or(1.0, |f| f.stiffness),
             depth_offset_mm: finger.map_or(0.0, |f| f.depth_offset_mm),
             worst_friction_percent: worst(|r| r.friction_coefficient_difference_percent),
             worst_normal_force_percent: worst(|r| r.normal_force_difference_percent),
-        })
+        }
     }
 }
 
@@ -109,9 +114,10 @@ pub struct Population {
     pub subjects: Vec<Subject>,
     /// Tables without a result, by name.
     pub missing: Vec<String>,
-    /// Variation of the constants.
+    /// Variation of the constants; those of the law over the subjects whose law was searched for.
     pub spreads: Vec<Spread>,
-    /// Correlation of ln strength and beta over subjects; none below three or where one of the two does not vary.
+    /// Correlation of ln strength and beta over subjects whose law was searched for; none below three or where one of the
+    /// two does not vary.
     pub correlation: Option<f64>,
 }
 
@@ -127,12 +133,15 @@ impl Population {
             ("stiffness factor", |s| s.stiffness, |_| None),
             ("depth offset, mm", |s| s.depth_offset_mm, |_| None),
         ];
+        let searched: Vec<Subject> = subjects.iter().filter(|s| s.law_searched).cloned().collect();
         let spreads = picks
             .iter()
-            .filter(|_| !subjects.is_empty())
-            .map(|(name, value, error)| spread(name, &subjects, value, error))
+            .enumerate()
+            .map(|(i, pick)| (if i < 3 { &searched } else { &subjects }, pick))
+            .filter(|(over, _)| !over.is_empty())
+            .map(|(over, (name, value, error))| spread(name, over, value, error))
             .collect();
-        let correlation = correlation(&subjects);
+        let correlation = correlation(&searched);
         Self { subjects, missing, spreads, correlation }
     }
 
@@ -140,7 +149,7 @@ impl Population {
     pub fn correlation_statement(&self) -> String {
         match self.correlation {
             Some(r) => format!("correlation of ln strength and beta over subjects: {r:.2}"),
-            None if self.subjects.len() < 3 => {
+            None if self.subjects.iter().filter(|s| s.law_searched).count() < 3 => {
                 "correlation of ln strength and beta over subjects: needs three subjects at least".into()
             }
             None => "correlation of ln strength and beta over subjects: undefined, because all subjects have the same \
@@ -206,6 +215,7 @@ mod tests {
     #[test]
     fn spread_between_subjects_is_what_their_errors_leave() {
         let subject = |name: &str, beta: f64| Subject {
+            law_searched: true,
             name: name.into(),
             tau_ref_kpa: 7.0 + beta,
             tau_ref_error_kpa: None,

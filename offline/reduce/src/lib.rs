@@ -32,4 +32,4 @@ pub use model::{Meta, Ranges, Reduced, reduce};
 pub use replay::{STEP_MM, replay, replay_steps};
 pub use runs::{Run, Sample, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};
-pub use trajectory::{TrajectoryRow, simulate_path, simulate_path_with_effects};
+pub use trajectory::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};

@@ -108,12 +108,25 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     }))
 }
 
+/// Steps that a path takes, as a float since a path may be absurdly long.
+pub fn steps(path: &Path) -> f64 {
+    path.waypoints.windows(2).map(|pair| steps_between(path, corner(&pair[0]), corner(&pair[1]))).sum()
+}
+
+fn corner(w: &Waypoint) -> [f64; 3] {
+    [w.normal, w.x, w.y]
+}
+
+fn steps_between(path: &Path, from: [f64; 3], to: [f64; 3]) -> f64 {
+    let longest = |k: usize| if path.drives[k] == Drive::Force { STEP_N } else { STEP_MM };
+    (0..3).map(|k| (to[k] - from[k]).abs() / longest(k)).fold(0.0, f64::max).ceil().max(1.0)
+}
+
 /// One step: from target, duration (s) and position, which it moves, to the response there.
 type Step<'a> = dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response + 'a;
 
 /// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
 fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
-    let corner = |w: &Waypoint| [w.normal, w.x, w.y];
     let first = &path.waypoints[0];
     let by_force = path.drives.map(|d| d == Drive::Force);
     let start = corner(first);
@@ -123,8 +136,7 @@ fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
     rows.push(row(first.t_s, at, &response));
     for pair in path.waypoints.windows(2) {
         let (from, to) = (corner(&pair[0]), corner(&pair[1]));
-        let share = |k: usize| (to[k] - from[k]).abs() / if by_force[k] { STEP_N } else { STEP_MM };
-        let steps = (0..3).map(share).fold(0.0, f64::max).ceil().max(1.0) as usize;
+        let steps = steps_between(path, from, to) as usize;
         let dt = (pair[1].t_s - pair[0].t_s) / steps as f64;
         for k in 1..=steps {
             let s = k as f64 / steps as f64;

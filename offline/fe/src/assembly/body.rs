@@ -13,7 +13,7 @@ use crate::mesh::{Mesh, Region};
 
 /// Spring between the rigid bone and the ground, at the bone's reference point.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Joint {
     /// Stiffness against translation of the reference point, N/mm, >= 0.
     #[serde(deserialize_with = "fingerpad_formats::units::non_negative")]

@@ -1,11 +1,12 @@
 //! A finger: mesh, materials and supports, from a configuration file.
 
 use nalgebra::Vector3;
+use serde::Deserializer;
 
 use super::LoadSettings;
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::PenaltySettings;
-use crate::material::{Ogden, SaintVenantKirchhoff};
+use crate::material::{Ogden, SaintVenantKirchhoff, partly};
 use crate::mesh::{Fingertip, Mesh, Region, set};
 use crate::solve::SolverSettings;
 
@@ -29,6 +30,7 @@ pub struct Bone {
     /// What they are.
     pub kind: BoneKind,
     /// Law of deformable bones.
+    #[serde(deserialize_with = "elastic")]
     pub elastic: SaintVenantKirchhoff,
     /// Joint of the floating phalanx.
     pub joint: Joint,
@@ -49,10 +51,13 @@ impl Default for Bone {
 #[serde(deny_unknown_fields, default)]
 pub struct Tissue {
     /// Superficial layer.
+    #[serde(deserialize_with = "skin")]
     pub skin: Ogden,
     /// Layer between skin and bone.
+    #[serde(deserialize_with = "subcutaneous")]
     pub subcutaneous: Ogden,
     /// Nail plate.
+    #[serde(deserialize_with = "nail")]
     pub nail: SaintVenantKirchhoff,
     /// Bones.
     pub bone: Bone,
@@ -67,6 +72,22 @@ impl Default for Tissue {
             bone: Bone::default(),
         }
     }
+}
+
+fn skin<'de, D: Deserializer<'de>>(from: D) -> Result<Ogden, D::Error> {
+    partly::ogden(from, Tissue::default().skin)
+}
+
+fn subcutaneous<'de, D: Deserializer<'de>>(from: D) -> Result<Ogden, D::Error> {
+    partly::ogden(from, Tissue::default().subcutaneous)
+}
+
+fn nail<'de, D: Deserializer<'de>>(from: D) -> Result<SaintVenantKirchhoff, D::Error> {
+    partly::saint_venant_kirchhoff(from, Tissue::default().nail)
+}
+
+fn elastic<'de, D: Deserializer<'de>>(from: D) -> Result<SaintVenantKirchhoff, D::Error> {
+    partly::saint_venant_kirchhoff(from, Bone::default().elastic)
 }
 
 /// Everything that the numerics are set by.

@@ -9,6 +9,7 @@
 
 mod eigen;
 mod ogden;
+pub(crate) mod partly;
 mod svk;
 
 pub use ogden::Ogden;

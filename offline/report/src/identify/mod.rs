@@ -113,7 +113,7 @@ pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
 /// [`ReportError`] if a figure cannot be drawn.
 pub fn render_population(population: &Population) -> Result<Rendered, ReportError> {
     let mut gallery = Gallery::default();
-    if !population.subjects.is_empty() {
+    if population.subjects.iter().any(|s| s.law_searched) {
         gallery.add(
             "population",
             "Strength and exponent of the subjects",

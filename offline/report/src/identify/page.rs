@@ -417,6 +417,14 @@ pub fn population(p: &Population, pictures: &[Picture]) -> String {
     out += "<section class=\"tables\">\n<h2>How the constants vary</h2>\n";
     let heads = ["", "mean", "standard deviation", "of it between subjects", "least", "median", "largest"];
     out += &table("Between subjects: what is left when the fits’ own errors are taken off", &heads, body);
+    let published = p.subjects.iter().filter(|s| !s.law_searched).count();
+    if published > 0 {
+        let _ = writeln!(
+            out,
+            "<p>{published} of {} subjects stand with the published law, none was searched for.</p>",
+            p.subjects.len()
+        );
+    }
     let _ = writeln!(out, "<p>{}.</p>", prose(&p.correlation_statement()));
     if !p.missing.is_empty() {
         let _ = writeln!(out, "<p class=\"fail\">Without a result: {}.</p>", escape(&p.missing.join(", ")));

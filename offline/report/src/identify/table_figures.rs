@@ -114,7 +114,7 @@ impl Figure for LeftOutErrors<'_> {
             height: 310.0,
             x,
             y: Scale::linear(
-                "Predicted F/N over measured less 1, %",
+                "Error of the predicted F/N, % of the measured F/N",
                 [-5.0, 5.0],
                 rows.iter().flat_map(|r| r.differences_percent.into_iter().flatten()).map(|d| 1.08 * d),
                 6,

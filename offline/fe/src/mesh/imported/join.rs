@@ -1,6 +1,6 @@
 //! Elements out of the file's numbers; nodes that should be one; ties.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Vector3;
 
@@ -23,7 +23,8 @@ pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Dra
             });
         }
     }
-    let solids = || raw.elements.iter().filter(|e| e.kind.is_solid());
+    let plane = plane(raw, &regions);
+    let solids = || raw.elements.iter().filter(|e| e.kind.is_solid() && !plane.contains(&e.label));
     let mut used: Vec<u64> = solids().flat_map(|e| e.nodes.iter().copied()).collect();
     used.sort_unstable();
     used.dedup();
@@ -38,6 +39,9 @@ pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Dra
         ..ImportReport::default()
     };
     let (index, node_labels, nodes) = merged(&used, &places, &tied_slaves(raw), settings.merge_mm);
+    if !plane.is_empty() {
+        report.ignored.push(format!("the plane ({} element(s) of the set {PLANE})", plane.len()));
+    }
     report.merged_nodes = used.len() - nodes.len();
 
     let mut mesh = Mesh { nodes, ..Mesh::default() };
@@ -89,6 +93,15 @@ pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Dra
     }
     hex_labels.extend(tet_labels);
     Ok(Draft { mesh, node_labels, index, element_labels: hex_labels, report })
+}
+
+/// Element set of the plane that presses the finger in a whole contact problem, as the decks for CalculiX name it.
+const PLANE: &str = "PLANE";
+
+/// Elements of the plane, which is a body beside the finger.
+fn plane(raw: &RawMesh, regions: &BTreeMap<u64, Vec<Region>>) -> HashSet<u64> {
+    let members = named(&raw.element_sets, PLANE).into_iter().flatten().copied();
+    members.filter(|label| !regions.contains_key(label)).collect()
 }
 
 /// Regions of each element.

@@ -34,7 +34,9 @@ pub(super) fn named_sets(draft: &mut Draft, raw: &RawMesh, settings: &ImportedGe
     for (key, name, given) in
         [("bone", set::DISTAL_BONE, &names.bone), ("proximal_bone", set::PROXIMAL_BONE, &names.proximal_bone)]
     {
-        if let Some(given) = given {
+        // A bone that has no elements, as in a deck where it is held, is known by its nodes.
+        let usual = (draft.mesh.node_set(name).is_empty() && named(&raw.node_sets, name).is_some()).then_some(name);
+        if let Some(given) = given.as_deref().or(usual) {
             let mut nodes = nodes_of(draft, raw, key, given)?;
             nodes.extend(draft.mesh.node_set(name));
             draft.mesh.node_sets.insert(name.into(), sorted(nodes));

@@ -1,0 +1,147 @@
+//! Progress of whatever takes longer than two seconds: a bar on a terminal, a plain line on standard error every few
+//! seconds where that is a file or a pipe.
+
+use std::{
+    sync::{
+        Mutex,
+        atomic::{AtomicU64, Ordering},
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
+    time::Duration,
+};
+
+use fingerpad_fe::load_path::Progress;
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+/// When the first plain line is written.
+const FIRST_LINE: Duration = Duration::from_secs(2);
+/// Time between plain lines.
+const BETWEEN_LINES: Duration = Duration::from_secs(5);
+
+/// Bars of work that goes on at once, one below the other.
+#[derive(Default)]
+pub struct Bars(MultiProgress);
+
+impl Bars {
+    /// Puts a bar below the others.
+    pub fn add(&self, bar: Bar) -> Bar {
+        Bar { bar: self.0.add(bar.bar), ..bar }
+    }
+
+    /// Writes a line that stays.
+    pub fn line(&self, text: &str) {
+        self.0.suspend(|| eprintln!("{text}"));
+    }
+}
+
+/// How far a piece of work has come.
+pub struct Bar {
+    bar: ProgressBar,
+    /// When the next plain line is due, ms from the start.
+    next_line_ms: AtomicU64,
+}
+
+/// A bar for a run of the finite elements, or for anything else that knows its share.
+pub fn bar(name: String) -> Bar {
+    Bar::new(name, 1000, "{prefix:>16} {bar:30} {percent:>3} %  {msg}  {eta} left")
+}
+
+/// A bar that counts pieces, whose name is put behind the numbers.
+pub fn counter(name: &str, pieces: usize, what: &str) -> Bar {
+    let template = format!("{{prefix:>16}} {{bar:30}} {{pos}}/{{len}} {what}  {{msg}}  {{eta}} left");
+    Bar::new(name.to_owned(), pieces as u64, &template)
+}
+
+/// Shows how far a run of the finite elements is.
+pub fn show(bar: &Bar, progress: &Progress) {
+    let cost = &progress.cost;
+    bar.bar.set_message(format!(
+        "increment {}, {} iterations, {} cut back",
+        cost.increments, cost.iterations, cost.cutbacks
+    ));
+    bar.set_share(progress.share);
+}
+
+impl Bar {
+    fn new(name: String, length: u64, template: &str) -> Self {
+        let style = ProgressStyle::with_template(template).expect("a valid template");
+        let bar = ProgressBar::new(length).with_style(style).with_prefix(name);
+        Self { bar, next_line_ms: AtomicU64::new(FIRST_LINE.as_millis() as u64) }
+    }
+
+    /// Sets the share that is done, 0 to 1.
+    pub fn set_share(&self, share: f64) {
+        let length = self.bar.length().unwrap_or(0);
+        self.bar.set_position((share * length as f64) as u64);
+        self.line();
+    }
+
+    /// Counts one piece more.
+    pub fn count(&self) {
+        self.bar.inc(1);
+        self.line();
+    }
+
+    /// Expects `more` pieces from here on, if that is more than was thought.
+    pub fn expect(&self, more: usize) {
+        let ahead = self.bar.position() + more as u64;
+        self.bar.set_length(self.bar.length().unwrap_or(0).max(ahead));
+    }
+
+    /// Says what is being done.
+    pub fn say(&self, message: String) {
+        self.bar.set_message(message);
+        self.line();
+    }
+
+    /// Takes the bar away.
+    pub fn finish_and_clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    /// Writes a plain line if nobody sees the bar and one is due.
+    fn line(&self) {
+        if !self.bar.is_hidden() {
+            return;
+        }
+        let now = self.bar.elapsed().as_millis() as u64;
+        let due = self.next_line_ms.load(Ordering::Relaxed);
+        let next = now + BETWEEN_LINES.as_millis() as u64;
+        // Only one thread writes the line that is due.
+        if now >= due && self.next_line_ms.compare_exchange(due, next, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+            let length = self.bar.length().unwrap_or(0).max(1);
+            let percent = 100 * self.bar.position() / length;
+            let message = self.bar.message();
+            let separator = if message.is_empty() { "" } else { ", " };
+            eprintln!("{}: {percent} %{separator}{message}", self.bar.prefix());
+        }
+    }
+}
+
+/// Does `work`, whose length is not known, beside a spinner or plain lines with its name and time. `work` is handed a
+/// function that tells what it is doing instead.
+pub fn during<T>(what: &str, work: impl FnOnce(&dyn Fn(&str)) -> T) -> T {
+    let spinner = ProgressBar::new_spinner().with_message(what.to_owned());
+    if !spinner.is_hidden() {
+        spinner.enable_steady_tick(Duration::from_millis(100));
+        let done = work(&|stage| spinner.set_message(stage.to_owned()));
+        spinner.finish_and_clear();
+        return done;
+    }
+    let stage = Mutex::new(what.to_owned());
+    let (stage, spinner) = (&stage, &spinner);
+    let (sender, ended) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            let mut wait = FIRST_LINE;
+            while ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+                eprintln!("{}: {:.0} s", stage.lock().expect("no panic while locked"), spinner.elapsed().as_secs_f64());
+                wait = BETWEEN_LINES;
+            }
+        });
+        // The sender is dropped at the end of the work, which ends the lines.
+        let _sender = sender;
+        work(&|told| told.clone_into(&mut stage.lock().expect("no panic while locked")))
+    })
+}

@@ -1,0 +1,77 @@
+//! A folder of results that holds one result only.
+//!
+//! The folder's list, [`LIST`], names every file that was written there. The next result removes exactly these; what
+//! the list does not name is somebody else's and stays.
+
+use std::{
+    fs,
+    path::{Component, Path},
+};
+
+use anyhow::Context;
+use fingerpad_formats::atomic_write;
+
+use super::Failure;
+
+/// Name of the list.
+pub const LIST: &str = "files.txt";
+
+/// First line of the list.
+const HEADER: &str = "# Files of this result, written by fingerpad; the next result in this folder removes them.";
+
+/// Files that an earlier result left in a folder, by its list.
+pub fn listed(folder: &Path) -> Vec<String> {
+    let text = fs::read_to_string(folder.join(LIST)).unwrap_or_default();
+    let mut lines = text.lines();
+    if lines.next() != Some(HEADER) {
+        return Vec::new();
+    }
+    // A list that somebody edited must not lead out of the folder.
+    let inside =
+        |name: &&str| !name.is_empty() && Path::new(name).components().all(|c| matches!(c, Component::Normal(_)));
+    lines.filter(inside).map(str::to_owned).collect()
+}
+
+/// Refuses a folder where one of `names` is not of an earlier result.
+///
+/// Errors: the file that is in the way.
+pub fn check(folder: &Path, names: &[&str]) -> anyhow::Result<()> {
+    let own = listed(folder);
+    match names.iter().find(|name| folder.join(name).exists() && !own.iter().any(|o| o == *name)) {
+        None => Ok(()),
+        Some(name) => anyhow::bail!(
+            "{}: is there and not of a result that this program wrote ({LIST} does not name it): remove it, or give \
+             another folder",
+            folder.join(name).display()
+        ),
+    }
+}
+
+/// Writes a result in place of the earlier one.
+///
+/// * `files`: names within the folder, with `/`, and contents; the page last, so that it never stands without the rest
+///
+/// Errors: [`Failure::Input`] with the file.
+pub fn write(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+    let place = |path: &Path| path.display().to_string();
+    // The page goes first and the list stays until all is gone: whatever ends the program leaves no mixture.
+    for name in listed(folder).iter().rev() {
+        let old = folder.join(name);
+        if old.exists() {
+            fs::remove_file(&old).with_context(|| place(&old)).map_err(Failure::Input)?;
+        }
+    }
+    let mut list = format!("{HEADER}\n");
+    for (name, _) in files {
+        list += &format!("{name}\n");
+    }
+    atomic_write(&folder.join(LIST), |w| w.write_all(list.as_bytes()))?;
+    for (name, content) in files {
+        let file = folder.join(name);
+        if let Some(parent) = file.parent() {
+            fs::create_dir_all(parent).with_context(|| place(parent)).map_err(Failure::Input)?;
+        }
+        atomic_write(&file, |w| w.write_all(content))?;
+    }
+    Ok(())
+}
