@@ -158,7 +158,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 rows.len()
             )));
         }
-        return brief(args, path, &args.out, diagnose_table(&rows), rows.len());
+        return write_reduced(args, path, &args.out, diagnose_table(&rows), rows.len());
     }
     if args.force_only {
         let several = args.measured.len() > 1;
@@ -166,7 +166,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let trace = fingerpad_diagnose::trace_csv::read(path, args.map.as_deref())?;
             let out = if several { args.out.join(path.file_stem().unwrap_or_default()) } else { args.out.clone() };
             std::fs::create_dir_all(&out).map_err(|source| formats::Error::File { path: out.clone(), source })?;
-            brief(args, path, &out, diagnose_forces(&trace, args.alpha), trace.len())?;
+            write_reduced(args, path, &out, diagnose_forces(&trace, args.alpha), trace.len())?;
         }
         return Ok(());
     }
@@ -241,7 +241,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Writes a diagnosis of forces alone or of a table.
-fn brief(args: &Args, path: &Path, out: &Path, mut brief: ReducedDiagnosis, rows: usize) -> Result<(), Failure> {
+fn write_reduced(args: &Args, path: &Path, out: &Path, mut brief: ReducedDiagnosis, rows: usize) -> Result<(), Failure> {
     use sha2::Digest;
     let bytes = std::fs::read(path).map_err(|source| formats::Error::File { path: path.to_path_buf(), source })?;
     brief.report.input = vec![InputFile {
@@ -253,7 +253,7 @@ fn brief(args: &Args, path: &Path, out: &Path, mut brief: ReducedDiagnosis, rows
         notes: brief.sentences.clone(),
     }];
     brief.report.seed = args.seed;
-    let rendered = report::diagnosis::render_brief(&brief).map_err(|e| Failure::Numerics(e.into()))?;
+    let rendered = report::diagnosis::render_reduced(&brief).map_err(|e| Failure::Numerics(e.into()))?;
     let json = args.report.clone().unwrap_or_else(|| out.join("report.json"));
     formats::atomic_write(&json, |w| w.write_all(rendered.json.as_bytes()))?;
     formats::atomic_write(&out.join("report.html"), |w| w.write_all(rendered.html.as_bytes()))?;
