@@ -221,7 +221,7 @@ fn forces(args: &Args) -> Result<(), Failure> {
     for (path, out) in args.measured.iter().zip(&folders) {
         let trace = fingerpad_diagnose::trace_csv::read(path, args.map.as_deref())?;
         let found = during("forces", |_| diagnose_forces(&trace, args.alpha));
-        brief(args, path, out, found, trace.len())?;
+        write_reduced(args, path, out, found, trace.len())?;
     }
     Ok(())
 }
@@ -235,7 +235,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.table {
         prepare(args, &[&args.out])?;
         let rows = table(path)?;
-        return brief(args, path, &args.out, diagnose_table(&rows), rows.len());
+        return write_reduced(args, path, &args.out, diagnose_table(&rows), rows.len());
     }
     if args.force_only {
         return forces(args);
@@ -301,22 +301,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Writes a diagnosis of forces alone or of a table.
-fn brief(args: &Args, path: &Path, out: &Path, mut brief: ReducedDiagnosis, rows: usize) -> Result<(), Failure> {
+fn write_reduced(
+    args: &Args,
+    path: &Path,
+    out: &Path,
+    mut found: ReducedDiagnosis,
+    rows: usize,
+) -> Result<(), Failure> {
     use sha2::Digest;
     let bytes = std::fs::read(path).map_err(|source| formats::Error::File { path: path.to_path_buf(), source })?;
-    brief.report.input = vec![InputFile {
+    found.report.input = vec![InputFile {
         role: "measured".into(),
         file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
         sha256: sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
         rows,
-        runs: brief.report.holdout.runs,
-        notes: brief.sentences.clone(),
+        runs: found.report.holdout.runs,
+        notes: found.sentences.clone(),
     }];
-    brief.report.seed = args.seed;
-    let rendered = report::diagnosis::render_brief(&brief).map_err(|e| Failure::Numerics(e.into()))?;
-    write_files(args, out, rendered, brief.report.next_experiment.as_ref(), None)?;
-    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&brief.report));
-    brief.sentences.iter().for_each(|s| println!("{s}"));
+    found.report.seed = args.seed;
+    let rendered = report::diagnosis::render_reduced(&found).map_err(|e| Failure::Numerics(e.into()))?;
+    write_files(args, out, rendered, found.report.next_experiment.as_ref(), None)?;
+    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&found.report));
+    found.sentences.iter().for_each(|s| println!("{s}"));
     Ok(())
 }
 

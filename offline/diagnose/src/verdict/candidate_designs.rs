@@ -111,7 +111,7 @@ pub fn candidate_designs(set: &RunSet, depth_mm: [f64; 2]) -> Vec<(&'static str,
     out
 }
 
-/// ReferenceCurves conditions of the strokes.
+/// Conditions of a stroke where the design says nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferenceConditions {
     /// Depth, mm.
@@ -150,9 +150,9 @@ pub fn rows_of(plan: &[PlannedRun], conditions: ReferenceConditions) -> Vec<(Lab
             points.push((press_s + dwell, depth, 0.0));
             let total = if run.reverse == Some(true) { 1.5 } else { 1.0 } * length;
             for k in 1..=16 {
-                let way = total * (f64::from(k) / 16.0).powf(1.3);
-                let place = if way > length { 2.0 * length - way } else { way };
-                points.push((press_s + dwell + way / speed, depth, place));
+                let path = total * (f64::from(k) / 16.0).powf(1.3);
+                let place = if path > length { 2.0 * length - path } else { path };
+                points.push((press_s + dwell + path / speed, depth, place));
             }
             let rows = points
                 .iter()

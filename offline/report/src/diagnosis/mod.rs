@@ -70,18 +70,18 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
 /// Page, numbers and figure of a diagnosis of forces alone or of a table.
 ///
 /// Errors: [`ReportError`] if the figure cannot be drawn.
-pub fn render_brief(brief: &ReducedDiagnosis) -> Result<Rendered, ReportError> {
-    let json = serde_json::to_string_pretty(&brief.report)? + "\n";
+pub fn render_reduced(reduced: &ReducedDiagnosis) -> Result<Rendered, ReportError> {
+    let json = serde_json::to_string_pretty(&reduced.report)? + "\n";
     let mut files = Vec::new();
     let mut picture = None;
-    if let Some(plot) = &brief.plot {
+    if let Some(plot) = &reduced.plot {
         let figure = figures::Scatter { plot };
         let (png, svg) = (canvas::png(&figure)?, canvas::svg(&figure)?);
         files.push(("forces.png".to_owned(), png.clone()));
         let (title, caption) = (plot.title.clone(), plot.caption.clone());
         picture = Some(Picture { name: "forces".into(), title, caption, png, svg: Some(svg) });
     }
-    Ok(Rendered { html: page::brief(&brief.report, &brief.sentences, picture.as_ref()), json, figures: files })
+    Ok(Rendered { html: page::reduced(&reduced.report, &reduced.sentences, picture.as_ref()), json, figures: files })
 }
 
 /// The strokes of the next experiment as a CSV file; blank cells are the reference conditions.

@@ -51,7 +51,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
 }
 
 /// The page of a diagnosis that has sentences instead of figures.
-pub fn brief(report: &Diagnosis, sentences: &[String], picture: Option<&Picture>) -> String {
+pub fn reduced(report: &Diagnosis, sentences: &[String], picture: Option<&Picture>) -> String {
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>fingerpad diagnose</title>\n<style>\n{STYLE}{}</style>\n\
          </head>\n<body>\n<main>\n<h1>Verdict: {}</h1>\n",
@@ -226,4 +226,24 @@ fn tables(report: &Diagnosis) -> String {
         );
     }
     out + "</tbody>\n</table>\n</section>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use fingerpad_diagnose::{diagnose_forces, trace_csv};
+
+    use super::*;
+
+    #[test]
+    fn a_trace_without_runs_is_told_no_sign_flips() {
+        let path =
+            concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/human_texture_exploration/July3_1_force_data_1.csv");
+        let trace = trace_csv::read(Path::new(path), Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp")).unwrap();
+        let mut found = diagnose_forces(&trace, 0.01);
+        assert!(!reduced(&found.report, &found.sentences, None).contains("sign flips"));
+        found.report.holdout.method = "k-fold by run".into();
+        assert!(reduced(&found.report, &found.sentences, None).contains("sign flips over runs"));
+    }
 }
