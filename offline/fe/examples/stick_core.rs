@@ -11,6 +11,7 @@ use std::ops::ControlFlow;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, Path, Snapshot, Waypoint, march};
 use fingerpad_fe::mesh::Mesh;
+use nalgebra::Vector3;
 
 const DEPTH_MM: f64 = 1.0;
 const SLIDES_MM: [f64; 6] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0];
@@ -18,7 +19,7 @@ const SLIDES_MM: [f64; 6] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0];
 const WINDOW_MM: [f64; 4] = [-6.5, 8.0, -6.0, 6.0];
 const PX_PER_MM: f64 = 10.0;
 const GAP_PX: f64 = 10.0;
-const HEAD_PX: f64 = 24.0;
+const HEAD_PX: f64 = 42.0;
 const STUCK: [f64; 3] = [11.0, 83.0, 148.0];
 const SLIPPING: [f64; 3] = [242.0, 193.0, 78.0];
 const UNTOUCHED: [f64; 3] = [243.0, 244.0, 246.0];
@@ -51,7 +52,7 @@ fn picture(snapshots: &[Snapshot], mesh: &Mesh) -> String {
     let [left, right, low, high] = WINDOW_MM;
     let (width, height) = ((right - left) * PX_PER_MM, (high - low) * PX_PER_MM);
     let all = snapshots.len() as f64 * (width + GAP_PX) + GAP_PX;
-    let tall = HEAD_PX + height + 46.0;
+    let tall = HEAD_PX + height + 40.0;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {all} {tall}\" font-family=\"sans-serif\" \
          font-size=\"13\" fill=\"#1f2328\">\n<rect width=\"{all}\" height=\"{tall}\" fill=\"white\"/>\n"
@@ -59,8 +60,14 @@ fn picture(snapshots: &[Snapshot], mesh: &Mesh) -> String {
     for (i, snapshot) in snapshots.iter().enumerate() {
         let x = GAP_PX + i as f64 * (width + GAP_PX);
         let r = &snapshot.response;
-        let title = format!("slide {} mm: {:.0} % sticks", r.slide_x_mm, 100.0 * r.stick_ratio);
-        let _ = writeln!(svg, "<text x=\"{}\" y=\"16\" text-anchor=\"middle\">{title}</text>", x + width / 2.0);
+        let middle = x + width / 2.0;
+        let sticks = 100.0 * r.stick_ratio;
+        let _ = writeln!(
+            svg,
+            "<text x=\"{middle}\" y=\"16\" text-anchor=\"middle\" font-weight=\"bold\">slide {} mm</text>\n\
+             <text x=\"{middle}\" y=\"33\" text-anchor=\"middle\">{sticks:.0} % sticks</text>",
+            r.slide_x_mm
+        );
         let _ = writeln!(svg, "<svg x=\"{x}\" y=\"{HEAD_PX}\" width=\"{width}\" height=\"{height}\">");
         svg += &map(snapshot, mesh);
         let _ = writeln!(svg, "<rect width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"#dde1e6\"/>\n</svg>");
@@ -83,24 +90,27 @@ fn picture(snapshots: &[Snapshot], mesh: &Mesh) -> String {
 
 /// The faces of the pad as the plane sees them, those that touch on top.
 fn map(snapshot: &Snapshot, mesh: &Mesh) -> String {
-    let [left, _, _, high] = WINDOW_MM;
+    let [left, right, low, high] = WINDOW_MM;
     let mut out = String::new();
-    for touching in [false, true] {
-        for (face, state) in
-            mesh.pad_faces.iter().zip(&snapshot.faces).filter(|f| (f.1.contact_fraction > 0.0) == touching)
-        {
-            let points = face.map(|node| {
-                let p = mesh.nodes[node as usize] + snapshot.displacement_mm[node as usize];
-                ((p.x - left) * PX_PER_MM, (high - p.y) * PX_PER_MM)
-            });
+    for (touching, stroke) in [(false, "stroke=\"#dde1e6\""), (true, "stroke-opacity=\"0.2\" stroke=\"white\"")] {
+        let _ = writeln!(out, "<g stroke-width=\"0.4\" fill=\"{}\" {stroke}>", hex(UNTOUCHED));
+        for (face, state) in mesh.pad_faces.iter().zip(&snapshot.faces) {
+            let corners = face.map(|node| mesh.nodes[node as usize] + snapshot.displacement_mm[node as usize]);
+            let seen = corners.iter().any(|p| left < p.x && p.x < right && low < p.y && p.y < high);
+            if (state.contact_fraction > 0.0) != touching || !seen {
+                continue;
+            }
+            let point = |p: Vector3<f64>| format!("{:.1},{:.1}", (p.x - left) * PX_PER_MM, (high - p.y) * PX_PER_MM);
+            let points = corners.map(point).join(" ");
             // A face that touches in part is as pale as the part is small.
             let contact = mix(SLIPPING, STUCK, state.stick_fraction);
-            let fill = hex(mix(UNTOUCHED, contact, state.contact_fraction));
-            let edge = if touching { fill.clone() } else { "#dde1e6".to_owned() };
-            let corners = points.map(|(x, y)| format!("{x:.1},{y:.1}")).join(" ");
-            let _ =
-                writeln!(out, "<polygon points=\"{corners}\" fill=\"{fill}\" stroke=\"{edge}\" stroke-width=\"0.4\"/>");
+            let fill = match touching {
+                true => format!(" fill=\"{}\"", hex(mix(UNTOUCHED, contact, state.contact_fraction))),
+                false => String::new(),
+            };
+            let _ = writeln!(out, "<polygon points=\"{points}\"{fill}/>");
         }
+        out += "</g>\n";
     }
     out
 }
