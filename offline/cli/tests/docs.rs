@@ -135,7 +135,7 @@ fn the_first_diagnosis_finds_what_the_examples_hide() {
         serde_json::from_str(&fs::read_to_string(folder.0.path().join("diagnosis/report.json")).unwrap()).unwrap();
     assert_eq!(report["verdict"], "named");
     assert_eq!(report["effects"].as_array().unwrap().len(), 1);
-    assert_eq!(report["effects"][0]["name"], "hydration_bell");
+    assert_eq!(report["effects"][0]["law"], "hydration_bell");
 }
 
 fn root() -> PathBuf {
@@ -168,6 +168,7 @@ fn inline(text: &str) -> Vec<String> {
     let sentences: String = text.split("\n```").step_by(2).collect();
     let spans =
         sentences.split('`').skip(1).step_by(2).map(|span| span.split_whitespace().collect::<Vec<_>>().join(" "));
+    let spans = spans.map(|span| span.split(" > ").next().unwrap_or_default().to_owned());
     let commands = spans.filter(|span| span.starts_with("fingerpad ") || span.starts_with("cargo "));
     commands.filter(|span| !span.contains(['[', '…', '<'])).collect()
 }
@@ -208,8 +209,9 @@ impl Sandbox {
     /// Whether a command would be accepted: its options exist, and so do the files that it reads.
     fn parse(&self, command: &str) -> Result<String, String> {
         let words: Vec<&str> = command.split(' ').collect();
+        let ours = words[0] == "fingerpad" || words.starts_with(&["cargo", "run", "--release", "--"]);
         let made_here = words.contains(&"--design").then_some("--runs");
-        let inputs = words.windows(2).filter(|pair| INPUTS.contains(&pair[0]) && made_here != Some(pair[0]));
+        let inputs = words.windows(2).filter(|pair| ours && INPUTS.contains(&pair[0]) && made_here != Some(pair[0]));
         for file in inputs.map(|pair| pair[1]) {
             if !self.0.path().join(file).exists() {
                 return Err(format!("{file} is not there"));
