@@ -1,0 +1,329 @@
+//! What the documents tell the reader to type: every command of README and the pages is run, or at least parsed.
+//!
+//! A command is a line of a fenced `sh` block. Those of a page run in their order in one temporary folder that holds a
+//! copy of `data`, so that a later one may use what an earlier one made. `cargo run --release --` and `fingerpad` stand
+//! for the program as it was just built.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Commands that take too long to be run here, by their beginning and why; they are parsed and their input is looked for.
+const LONG: &[(&str, &str)] = &[
+    ("fingerpad identify --data data/yoshida2011.csv --out", "the paper's simplex: a quarter of an hour of CPU"),
+    ("fingerpad identify --data data/yoshida2011.csv --fast", "the default mesh: minutes of CPU"),
+    ("fingerpad identify --data data/yoshida2011.csv --joint", "the default mesh: minutes of CPU"),
+    ("fingerpad identify --published", "the default mesh: a minute of CPU"),
+    ("fingerpad reduce", "160 finite-element paths, or their fit"),
+    (
+        "fingerpad diagnose --calibration data/examples/calibration.csv --measured data/examples/measured.csv --confirm-fe",
+        "strokes of the finite elements: a minute of CPU",
+    ),
+    ("cargo ", "builds other programs; the commands of cargo and of the chores are parsed"),
+];
+
+/// Options of `fingerpad` whose value is a file that must be there.
+const INPUTS: [&str; 9] =
+    ["--path", "--config", "--data", "--calibration", "--measured", "--holdout", "--table", "--model", "--runs"];
+
+#[test]
+fn every_command_of_the_documents_runs() {
+    let mut used = BTreeSet::new();
+    let mut wrong = Vec::new();
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        let folder = Sandbox::new();
+        for command in fenced(&text) {
+            let long = LONG.iter().find(|(beginning, _)| command.starts_with(beginning));
+            used.extend(long.map(|(beginning, _)| *beginning));
+            let result = if long.is_some() { folder.parse(&command) } else { folder.run(&command) };
+            println!("{}: {command}: {result:?}", page.display());
+            wrong.extend(result.err().map(|problem| format!("{}: {command}\n    {problem}", page.display())));
+        }
+    }
+    let unused: Vec<_> = LONG.iter().filter(|(beginning, _)| !used.contains(beginning)).collect();
+    assert!(unused.is_empty(), "no document has a command that begins like this: {unused:?}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Commands within a sentence have placeholders for files; their options must exist all the same.
+#[test]
+fn every_command_within_a_sentence_is_parsed() {
+    let folder = Sandbox::new();
+    let mut wrong = Vec::new();
+    for page in pages() {
+        for command in inline(&fs::read_to_string(&page).unwrap()) {
+            let result = folder.accepts(&command);
+            wrong.extend(result.err().map(|problem| format!("{}: {command}\n    {problem}", page.display())));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let mut wrong = Vec::new();
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            if link.contains("://") || link.contains('[') || link.contains(' ') {
+                continue;
+            }
+            let target = if file.is_empty() { page.clone() } else { page.parent().unwrap().join(file) };
+            let there = match fs::read_to_string(&target) {
+                Ok(text) => heading.is_empty() || headings(&text).contains(heading),
+                Err(_) => heading.is_empty() && target.exists(),
+            };
+            if !there {
+                wrong.push(format!("{}: {link}", page.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The checks themselves: each of these mistakes is seen, and the same without it is not.
+#[test]
+fn a_mistake_in_a_command_is_seen() {
+    let folder = Sandbox::new();
+    let text =
+        "Text.\n```sh\nfingerpad eval --model data/models/fingertip.fpm \\\n    --path p.csv --out r.csv  # why\n```\n";
+    assert_eq!(fenced(text), ["fingerpad eval --model data/models/fingertip.fpm --path p.csv --out r.csv"]);
+    assert_eq!(inline("a `fingerpad mesh\n--out F` b `--json` c"), ["fingerpad mesh --out F"]);
+
+    let eval = "fingerpad eval --model data/models/fingertip.fpm --path data/examples/path.csv --out r.csv";
+    folder.run(eval).unwrap();
+    folder.parse(eval).unwrap();
+    for (from, to, said) in
+        [("--model", "--modle", "--modle"), ("path.csv", "paht.csv", "paht.csv"), ("eval", "evaluate", "evaluate")]
+    {
+        let bad = eval.replace(from, to);
+        for problem in [folder.run(&bad).unwrap_err(), folder.parse(&bad).unwrap_err()] {
+            assert!(problem.contains(said), "{bad}: {problem}");
+        }
+    }
+    for (good, bad) in [
+        ("cargo xtask bench peer", "cargo xtask bench pear"),
+        ("cargo xtask thumb run control", "cargo xtask thumb walk control"),
+        ("cargo xtask verify hertz", "cargo xtask verify herz"),
+        ("cargo run --release -- build --jobs 2", "cargo run --release -- build --job-count 2"),
+        ("cargo test -p fingerpad-tests --test shipped", "cargo test -p fingerpad-tests --test shiped"),
+        (
+            "cargo run --release -p fingerpad-fe --example stick_core",
+            "cargo run --release -p fingerpad --example stick_core",
+        ),
+        ("cargo install --path offline/cli", "cargo install --path offline/client"),
+        ("cargo build --release", "cargo build --relase"),
+    ] {
+        folder.parse(good).unwrap();
+        folder.parse(bad).expect_err(bad);
+    }
+}
+
+/// The documented first diagnosis finds what `data/examples/SOURCE.md` says is hidden, and prints what the page shows.
+#[test]
+fn the_first_diagnosis_finds_what_the_examples_hide() {
+    let folder = Sandbox::new();
+    let page = fs::read_to_string(root().join("docs/first-diagnosis.md")).unwrap();
+    let command = fenced(&page).remove(0);
+    let said = folder.run(&command).unwrap();
+    let shown = page.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
+    assert_eq!(said.lines().next(), shown.lines().next());
+    let report: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.0.path().join("diagnosis/report.json")).unwrap()).unwrap();
+    assert_eq!(report["verdict"], "named");
+    assert_eq!(report["effects"].as_array().unwrap().len(), 1);
+    assert_eq!(report["effects"][0]["law"], "hydration_bell");
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
+}
+
+/// README and all pages, in a fixed order.
+fn pages() -> Vec<PathBuf> {
+    let root = root();
+    let mut pages = vec![root.join("README.md")];
+    for folder in ["docs", "docs/notes", "docs/pictures", "core", "core/docs", "firmware-example", "data/examples"] {
+        let files = fs::read_dir(root.join(folder)).into_iter().flatten().map(|entry| entry.unwrap().path());
+        pages.extend(files.filter(|file| file.extension().is_some_and(|e| e == "md")));
+    }
+    pages[1..].sort();
+    pages
+}
+
+/// The commands of the fenced `sh` blocks: lines joined at a backslash, comments taken off.
+fn fenced(text: &str) -> Vec<String> {
+    let blocks = text.split("\n```").skip(1).step_by(2).filter_map(|block| block.strip_prefix("sh\n"));
+    let lines = blocks.flat_map(|block| block.replace("\\\n", " ").lines().map(str::to_owned).collect::<Vec<_>>());
+    let bare =
+        lines.map(|line| line.split(" #").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" "));
+    bare.filter(|line| !line.is_empty() && !line.starts_with('#')).collect()
+}
+
+/// Code within sentences that is a command, without those that leave something out.
+fn inline(text: &str) -> Vec<String> {
+    let sentences: String = text.split("\n```").step_by(2).collect();
+    let spans =
+        sentences.split('`').skip(1).step_by(2).map(|span| span.split_whitespace().collect::<Vec<_>>().join(" "));
+    let spans = spans.map(|span| span.split(" > ").next().unwrap_or_default().to_owned());
+    let commands = spans.filter(|span| span.starts_with("fingerpad ") || span.starts_with("cargo "));
+    commands.filter(|span| !span.contains(['[', '…', '<'])).collect()
+}
+
+/// Anchors of a page's headings, as they are made for links.
+fn headings(text: &str) -> BTreeSet<String> {
+    let titles = text
+        .lines()
+        .filter(|line| line.starts_with('#'))
+        .map(|line| line.trim_start_matches('#').trim().to_lowercase());
+    let anchor = |c: char| match c {
+        ' ' => Some('-'),
+        c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c),
+        _ => None,
+    };
+    titles.map(|title| title.chars().filter_map(anchor).collect()).collect()
+}
+
+/// A folder to run commands in.
+struct Sandbox(tempfile::TempDir);
+
+impl Sandbox {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        copy(&root().join("data"), &folder.path().join("data"));
+        Self(folder)
+    }
+
+    /// Runs a command of `fingerpad`; what it printed.
+    fn run(&self, command: &str) -> Result<String, String> {
+        let words: Vec<&str> = command.split(' ').collect();
+        match words.split_first() {
+            Some((&"fingerpad", rest)) => said(self.fingerpad().args(rest)),
+            _ => Err("is neither run nor on the list of those that are only parsed".into()),
+        }
+    }
+
+    /// Whether a command would be accepted: its options exist, and so do the files that it reads.
+    fn parse(&self, command: &str) -> Result<String, String> {
+        let words: Vec<&str> = command.split(' ').collect();
+        let ours = words[0] == "fingerpad" || words.starts_with(&["cargo", "run", "--release", "--"]);
+        let made_here = words.contains(&"--design").then_some("--runs");
+        let inputs = words.windows(2).filter(|pair| ours && INPUTS.contains(&pair[0]) && made_here != Some(pair[0]));
+        for file in inputs.map(|pair| pair[1]) {
+            if !self.0.path().join(file).exists() {
+                return Err(format!("{file} is not there"));
+            }
+        }
+        self.accepts(command)
+    }
+
+    /// Whether the options of a command exist.
+    fn accepts(&self, command: &str) -> Result<String, String> {
+        let words: Vec<&str> = command.split(' ').collect();
+        match words[..] {
+            ["fingerpad", ref rest @ ..] | ["cargo", "run", "--release", "--", ref rest @ ..] => {
+                said(self.fingerpad().args(rest).arg("--help"))
+            }
+            ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
+            ["cargo", "xtask", "bench", "core"] => Ok(String::new()),
+            ["cargo", "xtask", "bench", name, ref rest @ ..] => {
+                said(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
+            }
+            ["cargo", "xtask", ref rest @ ..] => said(program("xtask", "xtask")?.args(rest).arg("--help")),
+            ["cargo", "install", "--path", folder] => match root().join(folder).join("Cargo.toml").exists() {
+                true => Ok(String::new()),
+                false => Err(format!("{folder} is no package")),
+            },
+            ["cargo", ref rest @ ..] => cargo(rest),
+            _ => Err("is no command that is known here".into()),
+        }
+    }
+
+    fn fingerpad(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
+        command.current_dir(self.0.path());
+        command
+    }
+}
+
+/// A command of cargo: its own options, the package and the target that it names, the options of the program it runs.
+fn cargo(words: &[&str]) -> Result<String, String> {
+    let (own, handed_on) = match words.iter().position(|word| *word == "--") {
+        Some(at) => (&words[..at], &words[at + 1..]),
+        None => (words, &[][..]),
+    };
+    said(Command::new(env!("CARGO")).current_dir(root()).args(own).arg("--help"))?;
+    let value = |names: &[&str]| own.windows(2).find(|pair| names.contains(&pair[0])).map(|pair| pair[1]);
+    let Some(package) = value(&["-p", "--package"]) else { return Ok(String::new()) };
+    let metadata = said(Command::new(env!("CARGO")).current_dir(root()).args([
+        "metadata",
+        "--no-deps",
+        "--offline",
+        "--format-version",
+        "1",
+    ]))?;
+    let metadata: serde_json::Value = serde_json::from_str(&metadata).map_err(|e| e.to_string())?;
+    let packages = metadata["packages"].as_array().ok_or("no packages")?;
+    let found = packages.iter().find(|p| p["name"] == package).ok_or(format!("there is no package {package}"))?;
+    for kind in ["bin", "test", "bench", "example"] {
+        let Some(name) = value(&[&format!("--{kind}")]) else { continue };
+        let mut targets = found["targets"].as_array().into_iter().flatten();
+        if !targets.any(|t| t["name"] == name && t["kind"][0] == kind) {
+            return Err(format!("{package} has no {kind} {name}"));
+        }
+        if kind == "bin" {
+            return match name {
+                "verify" => verification_cases(handed_on),
+                _ => said(program(name, package)?.args(handed_on).arg("--help")),
+            };
+        }
+    }
+    Ok(String::new())
+}
+
+/// Names of verification cases, as the program lists them.
+fn verification_cases(words: &[&str]) -> Result<String, String> {
+    let list = said(program("verify", "fingerpad-tests")?.arg("--list"))?;
+    for word in words.iter().filter(|word| !["--list", "--quick"].contains(word)) {
+        if !list.lines().any(|line| line.starts_with(word)) {
+            return Err(format!("there is no case {word}"));
+        }
+    }
+    Ok(list)
+}
+
+/// Another program of the workspace: beside ours, where tests of the whole workspace have built it; else built now.
+fn program(name: &str, package: &str) -> Result<Command, String> {
+    let ours = Path::new(env!("CARGO_BIN_EXE_fingerpad"));
+    let program = ours.with_file_name(name).with_extension(std::env::consts::EXE_EXTENSION);
+    if !program.exists() {
+        let optimised = ours.parent().is_some_and(|folder| folder.ends_with("release"));
+        let profile = if optimised { "release" } else { "dev" };
+        let arguments = ["build", "--quiet", "--profile", profile, "--package", package, "--bin", name];
+        said(Command::new(env!("CARGO")).current_dir(root()).args(arguments))?;
+    }
+    Ok(Command::new(program))
+}
+
+/// What a command prints; what it says on standard error where it fails.
+fn said(command: &mut Command) -> Result<String, String> {
+    let output = command.output().map_err(|error| error.to_string())?;
+    match output.status.success() {
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        false => Err(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let target = to.join(entry.file_name());
+        match entry.file_type().unwrap().is_dir() {
+            true => copy(&entry.path(), &target),
+            false => drop(fs::copy(entry.path(), target).unwrap()),
+        }
+    }
+}
