@@ -105,7 +105,7 @@ fn a_mistake_in_a_command_is_seen() {
         }
     }
     for (good, bad) in [
-        ("cargo xtask bench peer", "cargo xtask bench pear"),
+        ("cargo xtask bench calculix", "cargo xtask bench calculux"),
         ("cargo xtask thumb run control", "cargo xtask thumb walk control"),
         ("cargo xtask verify hertz", "cargo xtask verify herz"),
         ("cargo run --release -- build --jobs 2", "cargo run --release -- build --job-count 2"),

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Drive, Path, Snapshot, Waypoint, march};
+use fingerpad_fe::load_path::{Drive, Path, Snapshot, Waypoint, follow_path};
 use fingerpad_fe::mesh::Mesh;
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let path = Path { drives: [Drive::Displacement; 3], waypoints };
     let pressed_and_slid: Vec<usize> = (1..=SLIDES_MM.len()).collect();
-    let run = march(&config.problem(&finger), &path, &pressed_and_slid, &mut |_| ControlFlow::Continue(()))?;
+    let run = follow_path(&config.problem(&finger), &path, &pressed_and_slid, &mut |_| ControlFlow::Continue(()))?;
     std::fs::write(&file, picture(&run.snapshots, &finger.mesh))?;
     for Snapshot { response: r, .. } in &run.snapshots {
         println!(

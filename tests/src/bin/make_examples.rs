@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use fingerpad_tests::hidden::effects::Effect;
-use fingerpad_tests::hidden::finger::{Finger, Noise};
-use fingerpad_tests::hidden::protocol::{self, Plan};
-use fingerpad_tests::hidden::sets::measure;
-use fingerpad_tests::hidden::{Dice, csv};
+use fingerpad_tests::synthetic_truth::effects::Effect;
+use fingerpad_tests::synthetic_truth::finger::{Finger, Noise};
+use fingerpad_tests::synthetic_truth::protocol::{self, Plan};
+use fingerpad_tests::synthetic_truth::sets::measure;
+use fingerpad_tests::synthetic_truth::{Random, csv};
 
 #[derive(Parser)]
 #[command(about = "The measured runs of data/examples", name = "make_examples")]
@@ -28,15 +28,15 @@ const MOISTURE: Effect = Effect { name: "hydration_bell", amplitude: 0.6, shape:
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args = Args::parse();
-    let mut dice = Dice::new(args.seed);
-    let finger = Finger::random(&mut dice);
-    let noise = Noise::random(&mut dice);
-    let calibration = protocol::calibration(16, &mut dice);
-    let measured = protocol::measured(16, 0, &mut dice);
-    let holdout = protocol::measured(8, 0, &mut dice);
+    let mut random = Random::new(args.seed);
+    let finger = Finger::random(&mut random);
+    let noise = Noise::random(&mut random);
+    let calibration = protocol::calibration(16, &mut random);
+    let measured = protocol::measured(16, 0, &mut random);
+    let holdout = protocol::measured(8, 0, &mut random);
     let mut write = |name: &str, plans: &[Plan], hidden: &[Effect]| {
         let strokes = protocol::strokes(plans, ROWS);
-        let set = measure(&finger, &strokes, hidden, &noise, &mut dice, name, None);
+        let set = measure(&finger, &strokes, hidden, &noise, &mut random, name, None);
         std::fs::write(args.out.join(format!("{name}.csv")), rounded(&csv::text(&set)))
     };
     write("calibration", &calibration, &[])?;
