@@ -169,10 +169,8 @@ fn set_field(header: &mut Header, field: &str, value: &str) -> Result<(), String
             let found = scalar(&value.to_lowercase());
             header.scalar = Some(found.ok_or("is not a type of numbers (uint8, int16, float, ...)")?);
         }
-        "dimension" => {
-            if value != "3" {
-                return Err("is not 3: a label volume has three axes, one label per voxel".into());
-            }
+        "dimension" if value != "3" => {
+            return Err("is not 3: a label volume has three axes, one label per voxel".into());
         }
         "sizes" => {
             let sizes: Vec<usize> = numbers(value)?;

@@ -85,7 +85,7 @@ mod tests {
 
     /// A cube of skin whose lower face is the pad, with a nail tetrahedron on its top.
     fn hex_and_tet() -> Mesh {
-        let corner = |k: usize| Vector3::new(((k + 1) / 2 % 2) as f64, (k / 2 % 2) as f64, (k / 4) as f64);
+        let corner = |k: usize| Vector3::new((k.div_ceil(2) % 2) as f64, (k / 2 % 2) as f64, (k / 4) as f64);
         let mut nodes: Vec<_> = (0..8).map(corner).collect();
         nodes.extend([[0.5, 0.5, 1.0], [0.9, 0.5, 1.3], [0.5, 0.9, 1.3], [0.5, 0.5, 1.6]].map(Vector3::from));
         Mesh {

@@ -27,8 +27,8 @@ pub fn jacobi(a: &Sym<f64x8>) -> ([f64x8; 3], [[f64x8; 3]; 3]) {
             let t = two_apq.copysign_of(diff) / safe;
             let c = one / (t * t + one).sqrt();
             let s = t * c;
-            d[p] = d[p] - t * apq;
-            d[q] = d[q] + t * apq;
+            d[p] -= t * apq;
+            d[q] += t * apq;
             o[r] = zero;
             let (arp, arq) = (o[q], o[p]);
             o[q] = c * arp - s * arq;
