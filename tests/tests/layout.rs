@@ -83,6 +83,16 @@ fn the_crates_have_one_direction() {
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
+/// The core takes either of two versions of nalgebra; the lock names the one that the host crates are held to.
+#[test]
+fn one_nalgebra_is_compiled() {
+    let tree = ["tree", "--package", CLI, "--edges", "normal,build", "--prefix", "none", "--format", "{p}"];
+    let tree = cargo(&tree);
+    let versions: BTreeSet<&str> =
+        tree.lines().filter_map(|line| line.strip_prefix("nalgebra ")?.split(" ").next()).collect();
+    assert_eq!(versions.len(), 1, "{versions:?}: set the version of `fingerpad` in Cargo.lock to that of the others");
+}
+
 /// A diagnosis needs no sparse solver, whose compilation takes longest of all.
 #[test]
 fn diagnose_is_built_without_faer() {
