@@ -527,6 +527,16 @@ fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<()
     results::write(out, &files)
 }
 
+/// A measured value, the model's and their difference; dashes where nothing was measured at that depth.
+fn beside((measured, model): (Option<f64>, f64), width: [usize; 2], digits: [usize; 2]) -> String {
+    let [wide, narrow] = width;
+    let model_text = format!("{model:narrow$.0$}", digits[1]);
+    match measured {
+        Some(m) => format!("{m:wide$.0$} {model_text} {1:+5.0} %", digits[0], 100.0 * (model / m - 1.0)),
+        None => format!("{:>wide$} {model_text} {:>5}  ", "-", "-"),
+    }
+}
+
 fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {
     println!("\n          normal force, N        contact area, mm²       friction coefficient F/N");
     println!(
@@ -534,23 +544,19 @@ fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {
     );
     for depth in &report.depths {
         let model = &depth.kinetic;
-        let nan = Steady { normal_force_n: f64::NAN, friction_coefficient: f64::NAN, contact_area_mm2: f64::NAN };
-        let measured = depth.measured.as_ref().unwrap_or(&nan);
+        let [force, area, coefficient] =
+            [|s: &Steady| s.normal_force_n, |s: &Steady| s.contact_area_mm2, |s: &Steady| s.friction_coefficient]
+                .map(|of| (depth.measured.as_ref().map(of), of(model)));
         let percent = |a: f64, b: f64| 100.0 * (a / b - 1.0);
         println!(
-            "{:4.2} mm {:8.3} {:7.3} {:+5.0} % {:8.1} {:7.1} {:+5.0} % {:8.2} {:7.3} {:+5.0} % {:10.3} ({:+.1} %)",
+            "{:4.2} mm {} {} {} {}",
             depth.depth_mm,
-            measured.normal_force_n,
-            model.normal_force_n,
-            percent(model.normal_force_n, measured.normal_force_n),
-            measured.contact_area_mm2,
-            model.contact_area_mm2,
-            percent(model.contact_area_mm2, measured.contact_area_mm2),
-            measured.friction_coefficient,
-            model.friction_coefficient,
-            percent(model.friction_coefficient, measured.friction_coefficient),
-            depth.frictionless_friction_coefficient.unwrap_or(f64::NAN),
-            percent(depth.frictionless_friction_coefficient.unwrap_or(f64::NAN), model.friction_coefficient),
+            beside(force, [8, 7], [3, 3]),
+            beside(area, [8, 7], [1, 1]),
+            beside(coefficient, [8, 7], [2, 3]),
+            depth.frictionless_friction_coefficient.map_or(String::new(), |law| {
+                format!("{law:10.3} ({:+.1} %)", percent(law, model.friction_coefficient))
+            }),
         );
     }
     for check in report.checks.iter().filter(|c| !c.passed) {

@@ -103,7 +103,7 @@ impl Runner<'_> {
         if let Some(rows) = std::fs::read(&file).ok().and_then(|b| serde_json::from_slice(&b).ok()) {
             return Ok(rows);
         }
-        let rows = stroke.march(&self.problem, &mut |_| go_on()).map_err(|error| match error {
+        let rows = stroke.follow(&self.problem, &mut |_| go_on()).map_err(|error| match error {
             LoadPathError::Interrupted { .. } => self.interrupted(),
             error => Failure::Input(error.into()),
         })?;

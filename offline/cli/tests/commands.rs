@@ -1,36 +1,15 @@
 //! The program as a person runs it: what it refuses and how, what it keeps when it is stopped.
 
+mod common;
+
 use std::{
     fs,
     path::Path,
-    process::{Child, Command, Output, Stdio},
+    process::{Child, Command},
     time::{Duration, Instant},
 };
 
-fn fingerpad(arguments: &[&str], folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
-    command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-fn run(arguments: &[&str], folder: &Path) -> (Option<i32>, String, String) {
-    let Output { status, stdout, stderr } = fingerpad(arguments, folder).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (status.code(), text(stdout), text(stderr))
-}
-
-/// Runs and expects exit code 2 and every one of `said` on stderr.
-fn refused(arguments: &[&str], folder: &Path, said: &[&str]) {
-    let (code, _, stderr) = run(arguments, folder);
-    assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
-    for part in said {
-        assert!(stderr.contains(part), "{arguments:?}: no `{part}` in: {stderr}");
-    }
-}
-
-fn write(folder: &Path, name: &str, text: &str) {
-    fs::write(folder.join(name), text).unwrap();
-}
+use common::{fingerpad, refused, run, write};
 
 const PATH: &str = "t_s,depth_mm,slide_x_mm,slide_y_mm\n0,0,0,0\n1,0.5,0,0\n2,0.5,0.4,0\n";
 const QUICK: &str = "mesh_preset = \"coarse\"\n[experiment]\ndepths_mm = [0.4, 0.6, 0.8]\nslide_mm = 1.5\n";

@@ -1,42 +1,21 @@
 //! What a person meets in the first hour: places of outputs, units, settings left out, progress, an end when asked.
 
+mod common;
+
 use std::{
     fs,
     io::{BufRead as _, BufReader, Read as _},
     path::Path,
-    process::{Child, Command, Output, Stdio},
+    process::{Child, Command},
     time::{Duration, Instant},
 };
 
-fn fingerpad(arguments: &[&str], folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
-    command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-fn run(arguments: &[&str], folder: &Path) -> (Option<i32>, String, String) {
-    let Output { status, stdout, stderr } = fingerpad(arguments, folder).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (status.code(), text(stdout), text(stderr))
-}
+use common::{fingerpad, refused, run, write};
 
 fn done(arguments: &[&str], folder: &Path) -> (String, String) {
     let (code, stdout, stderr) = run(arguments, folder);
     assert_eq!(code, Some(0), "{arguments:?}: {stdout}{stderr}");
     (stdout, stderr)
-}
-
-/// Runs and expects exit code 2 and every one of `said` on stderr.
-fn refused(arguments: &[&str], folder: &Path, said: &[&str]) {
-    let (code, _, stderr) = run(arguments, folder);
-    assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
-    for part in said {
-        assert!(stderr.contains(part), "{arguments:?}: no `{part}` in: {stderr}");
-    }
-}
-
-fn write(folder: &Path, name: &str, text: &str) {
-    fs::write(folder.join(name), text).unwrap();
 }
 
 fn names(folder: &Path) -> Vec<String> {

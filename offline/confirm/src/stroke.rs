@@ -106,7 +106,7 @@ impl<'a> FeStroke<'a> {
     ///
     /// # Errors
     /// [`LoadPathError`], but not [`LoadPathError::NoEquilibrium`].
-    pub fn march(
+    pub fn follow(
         &self,
         problem: &Problem<'_>,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,

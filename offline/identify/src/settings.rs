@@ -8,7 +8,7 @@ use super::{CalibrationParameter, IdentifyError, Region};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Residual over contact force of a steady state; finer than for a march, because derivatives are taken.
+    /// Residual over contact force of a steady state; finer than along a path, because derivatives are taken.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub tolerance: f64,
     /// Whether tau_0 is searched for beside lambda and beta; without, it keeps its value of `[friction]`.

@@ -76,7 +76,7 @@ pub const CASES: &[Case] = &[
     Case { name: "deep", about: "default mesh: A fixed and E floating 2.5 mm, B at half stiffness", run: paths::deep },
     Case {
         name: "direct_slip",
-        about: "coarse shape E, floating bone: steady slide solved directly, and marched to",
+        about: "coarse shape E, floating bone: steady slide solved directly, and reached along the path",
         run: identify::direct_slip,
     },
     Case {

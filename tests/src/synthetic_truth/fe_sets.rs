@@ -89,7 +89,7 @@ pub fn confirm(evidence: &Evidence, shape: &str, strokes: usize, threads: usize)
                     loop {
                         let i = next.fetch_add(1, Ordering::Relaxed);
                         let Some(stroke) = list.get(i) else { break };
-                        let rows = stroke.march(&problem, &mut |_| ControlFlow::Continue(())).expect("a sound path");
+                        let rows = stroke.follow(&problem, &mut |_| ControlFlow::Continue(())).expect("a sound path");
                         out.lock().expect("no thread panics with it")[i] = rows;
                     }
                 });

@@ -9,7 +9,7 @@ use super::Error;
 pub(super) struct Block {
     /// The words before `for set`, such as `total force (fx,fy,fz)`.
     pub quantity: String,
-    /// Set name, upper case as the peer prints it.
+    /// Set name, upper case as CalculiX prints it.
     pub set: String,
     /// Total time since the first step began (here: travel, mm), printed with seven digits.
     pub time: f64,

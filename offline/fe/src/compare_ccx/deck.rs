@@ -1,6 +1,6 @@
 //! One problem (mesh, materials, contact with a rigid plane, steps) as a CalculiX deck.
 //!
-//! The peer takes numbers of up to 20 characters, hence `{:.12e}` throughout.
+//! CalculiX takes numbers of up to 20 characters, hence `{:.12e}` throughout.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,11 +17,11 @@ pub(super) const PLANE_NODES: &str = "PLANE_NODES";
 /// Node set of the pad in the deck.
 pub(super) const PAD_NODES: &str = "PEER_PAD";
 
-/// A law of the peer with the constants of ours.
+/// A law of CalculiX with the constants of ours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Material {
     /// U = 2 mu/alpha² (l1^alpha + l2^alpha + l3^alpha − 3) + (1/D)(J − 1)², l deviatoric principal stretches.
-    /// The peer's own convention is the same, checked by `one_element_has_our_ogden_law`.
+    /// CalculiX's own convention is the same, checked by `one_element_has_our_ogden_law`.
     Ogden {
         /// mu, MPa.
         mu_mpa: f64,
@@ -56,7 +56,7 @@ impl Material {
     }
 }
 
-/// Coulomb friction of the peer.
+/// Coulomb friction of CalculiX.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
     /// Friction coefficient.
@@ -74,7 +74,7 @@ pub struct Contact {
     pub friction: Option<Friction>,
 }
 
-/// A straight motion of the plane. The peer's time runs as travel in mm, so that increments are lengths.
+/// A straight motion of the plane. CalculiX's time runs as travel in mm, so that increments are lengths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// Slide along x and y, and depth, at the end of the step, mm.
@@ -91,7 +91,7 @@ pub struct Step {
 impl Step {
     /// Press from first touch, with outputs at these depths (mm, increasing).
     ///
-    /// One step for all depths: the peer forgets its extrapolation at the start of a step, which costs iterations
+    /// One step for all depths: CalculiX forgets its extrapolation at the start of a step, which costs iterations
     /// (864 hexahedra to 1.5 mm: 59 with a step per depth, 31 with one). Increments as long as the outputs allow are
     /// its fastest (2048 hexahedra: 26 iterations from 0.75 mm, 30 from 0.5 mm, 35 from 0.25 mm, 88 from 0.125 mm).
     pub fn press(depths_mm: &[f64]) -> Self {
@@ -106,7 +106,7 @@ impl Step {
 
     /// Slide along +x at constant depth from slide 0, with outputs at these slides (mm, increasing).
     ///
-    /// The first increment is short: a long one costs the peer an attempt that it then cuts anyway. Largest
+    /// The first increment is short: a long one costs CalculiX an attempt that it then cuts anyway. Largest
     /// increments of 0.1, 0.25 and 0.5 mm differ by 0.1 % in the force after 2 mm (2048 hexahedra, mu 1.5).
     pub fn slide_x(depth_mm: f64, slides_mm: &[f64]) -> Self {
         let end = slides_mm.last().copied().unwrap_or(0.0);
@@ -124,12 +124,12 @@ impl Step {
     }
 }
 
-/// Choices that concern the peer alone.
+/// Choices that concern CalculiX alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Element type of hexahedra; C3D8 locks at the tissue's Poisson ratio.
     pub hex_type: String,
-    /// Iterations after which an increment in contact is given up and cut. The peer's own default is 60; attempts
+    /// Iterations after which an increment in contact is given up and cut. CalculiX's own default is 60; attempts
     /// that went past 20 nearly all failed (one converged, in 21), and 20 saved a fifth of the iterations of a slide.
     pub contact_iterations: u32,
     /// Smallest increment, mm.
@@ -142,7 +142,7 @@ impl Default for Settings {
     }
 }
 
-/// One problem for the peer.
+/// One problem for CalculiX.
 #[derive(Clone, Debug)]
 pub struct Deck<'a> {
     /// Mesh in the frame of the plane.
@@ -155,7 +155,7 @@ pub struct Deck<'a> {
     pub contact: Contact,
     /// Motions of the plane, from first touch.
     pub steps: Vec<Step>,
-    /// The peer's own settings.
+    /// CalculiX's own settings.
     pub settings: Settings,
 }
 
@@ -312,7 +312,7 @@ impl Deck<'_> {
         let length = step.length_mm();
         let max = step.max_increment_mm.min(length);
         let first = step.first_increment_mm.min(max);
-        // 0.001, 0.1 and 100 are the peer's own defaults of the fields before.
+        // 0.001, 0.1 and 100 are CalculiX's own defaults of the fields before.
         let _ = write!(
             text,
             "*STEP, NLGEOM, INC=10000\n*CONTROLS, PARAMETERS=CONTACT\n0.001, 0.1, 100, {}\n\

@@ -14,7 +14,7 @@ use fingerpad_formats::atomic_write;
 /// Debian and Ubuntu package that has `ccx`.
 pub const PACKAGE: &str = "calculix-ccx";
 
-/// How to run the peer: one thread, in a temporary folder.
+/// How to run CalculiX: one thread, in a temporary folder.
 #[derive(Clone, Debug)]
 pub struct Runner {
     /// Program, looked for on PATH.
@@ -53,7 +53,7 @@ impl Point {
     }
 }
 
-/// What the peer found, and what it took.
+/// What CalculiX found, and what it took.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
     /// Outputs in the order of the steps; values have seven digits.
@@ -84,7 +84,7 @@ pub(super) struct Raw {
 impl Runner {
     /// Runs the deck to its end.
     ///
-    /// Errors: [`Error::NotInstalled`]; [`Error::Stopped`], with everything up to there, when the peer gave up or the
+    /// Errors: [`Error::NotInstalled`]; [`Error::Stopped`], with everything up to there, when CalculiX gave up or the
     /// time was over; [`Error::Deck`], [`Error::System`], [`Error::Output`].
     pub fn run(&self, deck: &Deck) -> Result<Run, Error> {
         let raw = self.run_text(&deck.to_text()?)?;
@@ -146,7 +146,7 @@ impl Runner {
             .spawn()
             .map_err(|e| self.cannot_start(e))?;
         let Ended { cpu_s, timed_out, success } =
-            wait(child, start + self.timeout).map_err(system("waiting for the peer"))?;
+            wait(child, start + self.timeout).map_err(system("waiting for CalculiX"))?;
         Ok(Raw {
             dat: read(&folder.join("job.dat")),
             sta: read(&folder.join("job.sta")),
@@ -171,7 +171,7 @@ fn system(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Error {
     move |source| Error::System { what, source }
 }
 
-/// What is not there (the peer stopped before it wrote any) is empty.
+/// What is not there (CalculiX stopped before it wrote any) is empty.
 fn read(file: &Path) -> String {
     fs::read(file).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
 }
@@ -215,7 +215,7 @@ fn wait(mut child: Child, deadline: Instant) -> std::io::Result<Ended> {
     }
 }
 
-/// The peer's own error lines, or the end of its log.
+/// CalculiX's own error lines, or the end of its log.
 fn complaint(log: &str) -> String {
     let lines: Vec<&str> = log.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     match lines.iter().position(|line| line.contains("*ERROR")) {

@@ -95,9 +95,9 @@ impl Hex8 {
     /// Shape gradients `B_a` are the means over the undeformed element. The hourglass force is
     /// `s C_1111 sum_k gamma_k (gamma_k . u)`, `s = 0.0005 V sum_a |B_a|²`, with the current Lagrangian modulus, which
     /// is mostly the bulk modulus: nearly incompressible tissue gets a lot of it. The paper's hourglass vectors are
-    /// `gamma_k = Gamma_k − sum_i (Gamma_k . X_i) B_i`; the peer keeps the term i = z alone, so that its vectors see
+    /// `gamma_k = Gamma_k − sum_i (Gamma_k . X_i) B_i`; CalculiX keeps the term i = z alone, so that its vectors see
     /// homogeneous strains too unless the element is a parallelepiped, and so do these. With the whole sum the normal
-    /// force of the coarse fingertips is 0.2 to 1 % below the peer's, as it is here within 0.05 %.
+    /// force of the coarse fingertips is 0.2 to 1 % below CalculiX's, as it is here within 0.05 %.
     ///
     /// The hourglass force is left out of the energy, and its modulus's derivative out of the tangent.
     pub fn uniform_strain(elements: &[[u32; 8]], positions: &[Vector3<f64>]) -> Option<Self> {
