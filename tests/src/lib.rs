@@ -2,7 +2,7 @@
 //!
 //! * [`cases`]: verification. A [`Case`] is a function of [`Effort`] that returns [`Check`]s, numbers beside their reference
 //!   and bound. The tests run the cases with [`Effort::Quick`], the binary `verify` with [`Effort::Full`]. References are
-//!   closed forms or quadratures of them ([`reference`], [`half_space`]), never an earlier output of this code.
+//!   closed forms or quadratures of them ([`mod@reference`], [`half_space`]), never an earlier output of this code.
 //! * [`calculix`]: the same problems in CalculiX (binary `verify_calculix`).
 //! * [`problems`]: the bodies and runs that cases share.
 //! * [`synthetic_truth`]: measured sets with a hidden effect, from a simulator of its own, and their score.

@@ -8,7 +8,7 @@ use crate::solve::SolveError;
 pub struct StepRule {
     /// A step that took no more equilibrium iterations than this is followed by a longer one.
     pub easy_iterations: u32,
-    /// Factor on the size of a step that took more than [`FAIR_ITERATIONS`], for the next one.
+    /// Factor on the size of a step that took more than `FAIR_ITERATIONS`, for the next one.
     pub after_hard: f64,
     /// Factor on the size of a step that failed.
     pub cut: f64,
