@@ -19,7 +19,7 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 ///
 /// Errors: [`Error::File`] with `path`; whatever `fill` returns is wrapped the same way.
 pub fn atomic_write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
-    write(path, fill).map_err(|error| Error::File { path: path.to_path_buf(), source: without_temporary_name(error) })
+    write(path, fill).map_err(|source| Error::File { path: path.to_path_buf(), source })
 }
 
 /// Removes the temporary files of all writes under way in this process, for a program that ends in the middle of them.
@@ -28,12 +28,6 @@ pub fn discard_unfinished() {
         // One that is already in its final place is no longer under this name.
         let _ = fs::remove_file(file);
     }
-}
-
-/// The system's error alone: `tempfile` adds the temporary file's name, which says nothing to a reader.
-fn without_temporary_name(error: io::Error) -> io::Error {
-    let system = error.get_ref().and_then(|named| named.source()?.downcast_ref::<io::Error>()?.raw_os_error());
-    system.map_or(error, io::Error::from_raw_os_error)
 }
 
 fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -59,7 +53,9 @@ fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io
         // tempfile's own default is private to the owner; a result is an ordinary file, less the umask.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let file = builder.tempfile_in(folder)?;
+    fs::metadata(folder)?;
+    // The crate's own message names the temporary file, which says nothing to a reader.
+    let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
     let name = file.path().to_path_buf();
     unfinished().push(name.clone());
     let written = fill_and_rename(file, &target, fill);

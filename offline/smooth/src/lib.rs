@@ -22,7 +22,6 @@
 //! Main types: [`ReferenceCurves`] (a model file's curves), [`Parameters`], [`SmoothModel`], [`SimulationInputs`]; main
 //! functions: [`simulate`], [`export_to_core`], [`replay_stroke`]. May use: `fingerpad` (model files and their step).
 
-mod change;
 mod core_export;
 mod core_replay;
 mod model;
@@ -31,7 +30,6 @@ mod reference;
 mod simulation;
 mod trajectory;
 
-pub use change::{ModelChange, REFERENCE_AREA_MM2};
 pub use core_export::{CoreExport, export_to_core};
 pub use core_replay::replay_stroke;
 pub use model::{DepthValues, ELEMENTS, MIDDLE_MM, SmoothModel, U_RANGE};
@@ -39,6 +37,9 @@ pub use parameter::{Parameter, ParameterInfo, Parameters};
 pub use reference::{ReferenceCurves, fit_cubic};
 pub use simulation::{ElementHistory, SimulationInputs};
 pub use trajectory::{BatchedTrajectory, LANES, Sample, Stroke};
+
+/// What effects, random effects and perturbations do to the model at one sample; `default` changes nothing.
+pub type ModelChange = fingerpad::effects::Change<f64>;
 
 /// Readings of the model alone along strokes, three a sample, N: normal, x, y.
 pub fn simulate(model: &SmoothModel, strokes: &[Stroke]) -> Vec<f64> {

@@ -6,7 +6,7 @@ use fingerpad::Surroundings;
 use fingerpad_smooth::{BatchedTrajectory, ModelChange, Sample, SimulationInputs, SmoothModel, Stroke};
 
 use crate::data::runs::Run;
-use crate::laws::{Change, Row};
+use crate::laws::Row;
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::{RandomEffect, RandomEffects};
 
@@ -64,12 +64,11 @@ pub fn strokes_of(runs: &[Run]) -> Vec<Stroke> {
 }
 
 /// The change of the model in one row with the laws on top of another change.
-fn with_laws(laws: &[ActiveLaw], row: &Row, mut change: Change) -> ModelChange {
+fn with_laws(laws: &[ActiveLaw], row: &Row, mut change: ModelChange) -> ModelChange {
     for active in laws {
         active.law.apply(&active.values, row, &mut change);
     }
-    let Change { strength, stiffness, depth_mm, reading_n, cross, drag_n, adhesion_n } = change;
-    ModelChange { strength, stiffness, depth_mm, reading_n, cross, drag_n, adhesion_n }
+    change
 }
 
 /// Changes of the model in every row, run by run: by a perturbation, by the run's random effects, and by laws.
@@ -82,11 +81,11 @@ pub fn changes(
     let mut out = Vec::with_capacity(runs.iter().map(|r| r.rows.len()).sum());
     for (i, run) in runs.iter().enumerate() {
         let own = random_effects.get(i).copied().unwrap_or_default();
-        let uniform = Change {
+        let uniform = ModelChange {
             strength: perturbation.strength * own[RandomEffect::Strength.index()].exp(),
             stiffness: perturbation.stiffness * own[RandomEffect::Stiffness.index()].exp(),
             depth_mm: perturbation.depth_mm + own[RandomEffect::DepthZero.index()],
-            ..Change::default()
+            ..ModelChange::default()
         };
         out.extend(run.rows.iter().map(|row| with_laws(laws, row, uniform)));
     }

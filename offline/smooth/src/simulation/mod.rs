@@ -12,7 +12,9 @@ use std::borrow::Cow;
 
 use wide::f64x8;
 
-use crate::change::{ModelChange, REFERENCE_AREA_MM2};
+use fingerpad::effects::REFERENCE_AREA_MM2;
+
+use crate::ModelChange;
 use crate::model::{ODD_SHAPE, SmoothModel};
 use crate::parameter::Parameter;
 use crate::trajectory::{BatchedSample, BatchedTrajectory, LANES, Stroke, Substep};
@@ -55,7 +57,7 @@ impl<'a> SimulationInputs<'a> {
             [f64x8::new(pairs.map(|p| p.0)), f64x8::new(pairs.map(|p| p.1))]
         };
         let factors = trajectory.samples.iter().map(lanes).collect();
-        let acts_on_readings = changes.iter().any(ModelChange::acts_on_readings);
+        let acts_on_readings = changes.iter().any(ModelChange::reads);
         Self { trajectory, changes, factors, acts_on_readings }
     }
 
