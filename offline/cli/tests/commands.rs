@@ -26,7 +26,7 @@ fn configurations_are_refused_with_file_line_and_value() {
         ("[tissue.skin]\nmu_mpa = 0\n", &["bad.toml", "line 2", "0"]),
         ("mesh_preset = \"medium\"\n", &["bad.toml", "line 1", "medium", "coarse"]),
         ("[experiment]\ndepths_mm = [0.5, nan]\n", &["depths_mm", "NaN"]),
-        ("[experiment]\ndepths_mm = [0.5, 25.0]\n", &["depths_mm", "25 mm reaches the bone"]),
+        ("[experiment]\ndepths_mm = [0.5, 25.0]\n", &["depths_mm", "25 mm reaches the held section"]),
         ("[experiment]\ndepths_mm = [1.0, 0.5]\n", &["depths_mm", "0.5"]),
         ("shape = \"zz\"\n", &["zz"]),
         ("shape = \"none.toml\"\n", &["none.toml"]),
@@ -73,7 +73,7 @@ fn paths_and_tables_are_refused_with_file_line_column_and_value() {
         (&format!("{header}0,0,0,0\n1,1e3x,0,0\n"), &["p.csv", "3", "depth_mm", "1e3x"]),
         (&format!("{header}0,0,0,0\n1,1,0\n"), &["p.csv", "3"]),
         (&format!("{header}0,0,0,0\n1,1,0,0\n1,1,1,0\n"), &["p.csv", "4", "t_s"]),
-        (&format!("{header}0,0,0,0\n1,20,0,0\n"), &["p.csv", "20", "bone"]),
+        (&format!("{header}0,0,0,0\n1,20,0,0\n"), &["p.csv", "20", "held section"]),
     ] {
         write(at, "p.csv", text);
         refused(&["simulate", "--path", "p.csv", "--mesh-preset", "coarse", "--out", "r.csv"], at, said);
