@@ -132,7 +132,7 @@ fn what_the_table_allows_passes_and_has_no_circle() {
 fn a_forbidden_arrow_is_named() {
     for (from, to, kind) in [
         (DIAGNOSE, FE, Value::Null),
-        (FE, CORE, Value::Null),
+        (FE, REDUCE, Value::Null),
         (REPORT, CONFIRM, json!("build")),
         (FORMATS, TESTS, json!("dev")),
         (CLI, XTASK, Value::Null),
