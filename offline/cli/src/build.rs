@@ -469,7 +469,7 @@ fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
     let penetration = costs().map(|c| c.max_penetration_mm).fold(0.0, f64::max);
     let tolerance = config.numerics.contact.penetration_tolerance_mm;
     let residual = costs().map(|c| c.max_residual).fold(0.0, f64::max);
-    let dissipation = costs().map(|c| c.min_dissipation_mpa_mm).fold(0.0, f64::min);
+    let dissipation = costs().map(|c| c.min_dissipation_mj).fold(0.0, f64::min);
     let stabilised = runs
         .depths
         .iter()

@@ -133,8 +133,8 @@ pub struct Cost {
     pub cpu_s: f64,
     /// Largest penetration of any increment, mm.
     pub max_penetration_mm: f64,
-    /// Smallest product of traction and plastic slip of any contact point, MPa mm; never negative.
-    pub min_dissipation_mpa_mm: f64,
+    /// Smallest product of friction and plastic slip of any contact node in an increment, mJ; never negative.
+    pub min_dissipation_mj: f64,
     /// Largest residual of an accepted increment, over its contact force.
     pub max_residual: f64,
 }

@@ -14,7 +14,7 @@ use super::settings::{LoadPathError, OnProgress, Problem, Progress};
 use super::stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
 use super::{Cost, Drive, Path, PressLimit, Trajectory, Waypoint};
 use crate::assembly::{Body, Configuration, rotation_vector};
-use crate::contact::{Friction, FrictionLaw, Plane, RubberFriction};
+use crate::contact::{Friction, FrictionLaw, Plane, RubberFriction, plane};
 use crate::solve::{Axis, FactorRecord, Guess, SolveError, Solver, State, Stats, Target};
 
 /// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`].
@@ -238,7 +238,7 @@ impl<'a, 'p> Run<'a, 'p> {
             Drive::Force => Axis::Force(value),
         };
         let drives = &self.path.drives;
-        [axis(drives[1], point.x), axis(drives[2], point.y), axis(drives[0], point.normal)]
+        [axis(drives[1], point.x), axis(drives[2], point.y), axis(drives[0], point.normal)].into()
     }
 
     /// Where the search for a step of `size` starts: the last motion continued, if it was not much shorter.
@@ -249,7 +249,7 @@ impl<'a, 'p> Run<'a, 'p> {
             && size <= 2.0 * last_size
         {
             let ratio = size / last_size;
-            for (place, before) in guess.plane.iter_mut().zip(plane_before) {
+            for (place, before) in guess.plane.at.iter_mut().zip(plane_before.at) {
                 *place += (*place - before) * ratio;
             }
             guess.configuration = extrapolate(self.problem.body, before, &run.state.configuration, ratio);
@@ -258,7 +258,7 @@ impl<'a, 'p> Run<'a, 'p> {
         if self.path.drives[0] == Drive::Force && run.state.totals.force.z <= 0.0 {
             // Before first touch a force has no depth.
             let lowest = run.state.contact.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
-            guess.plane[2] = lowest + FIRST_PENETRATION_MM;
+            guess.plane.at[plane::DEPTH] += lowest + FIRST_PENETRATION_MM;
         }
         guess
     }
@@ -299,7 +299,7 @@ impl<'a, 'p> Run<'a, 'p> {
     }
 
     fn record(&mut self) {
-        let response = response(&self.solver, &self.run.state, self.run.time_s, self.run.status);
+        let response = response(&self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
         self.run.status = Status::OK;
     }
@@ -353,11 +353,11 @@ impl LoadSteps for Run<'_, '_> {
         let next =
             self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
         let run = &mut self.run;
-        run.trajectory.work.plane_mj += plane_work_mj_between(&run.state, &next);
+        run.trajectory.work.plane_mj += plane_work_mj_between(&self.solver, &run.state, &next);
         run.trajectory.work.friction_mj += next.totals.dissipation;
         let cost = &mut run.trajectory.cost;
         cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
-        cost.min_dissipation_mpa_mm = cost.min_dissipation_mpa_mm.min(next.totals.min_dissipation_density);
+        cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
         cost.max_residual = cost.max_residual.max(stats.residual);
         cost.increments += 1;
         let before = std::mem::replace(&mut run.state, next);
@@ -407,7 +407,7 @@ impl LoadSteps for Run<'_, '_> {
         if step.next_size >= self.problem.load_steps.min_step_share {
             return Ok(());
         }
-        let [x, y, z] = self.run.state.contact.plane;
+        let [x, y, z, ..] = self.run.state.contact.plane.at;
         Err(LoadPathError::NoEquilibrium {
             t_s: self.run.time_s,
             depth_mm: z,
@@ -422,7 +422,7 @@ impl LoadSteps for Run<'_, '_> {
     }
 
     fn accepted(&mut self, standing: Standing) -> Result<(), LoadPathError> {
-        if self.run.state.contact.plane[2] >= self.problem.clearance_mm {
+        if self.run.state.contact.plane.at[plane::DEPTH] >= self.problem.clearance_mm {
             let last = self.run.trajectory.responses.last().copied().unwrap_or_default();
             return Err(LoadPathError::NotClear {
                 t_s: last.t_s,
@@ -460,7 +460,7 @@ fn check(path: &Path) -> Result<(), LoadPathError> {
 
 /// Integral of a law's strength over the pressure of a state, N.
 fn strength_n(law: &dyn FrictionLaw, state: &State) -> f64 {
-    state.contact.points.iter().map(|p| law.strength(p.pressure).0 * p.area).sum()
+    state.contact.nodes.iter().map(|n| law.strength(n.pressure_mpa()).0 * n.area).sum()
 }
 
 fn interpolate(a: &Waypoint, b: &Waypoint, share: f64) -> Waypoint {
