@@ -256,7 +256,7 @@ mod tests {
         assert!(reason(|m| m.ties[4].masters[0].0 = m.hexes[0].nodes[0]).contains("bone"));
         assert!(reason(|m| m.ties[4].masters[0].0 = m.tets[0].nodes[0]).contains("no hexahedron"));
         assert!(reason(|m| m.ties.push(m.ties[0].clone())).contains("twice"));
-        assert!(reason(|m| m.ties[4].masters = vec![(m.hexes[0].nodes[0], 1.0)]).contains("offset"));
+        assert!(reason(|m| m.ties[4].masters = vec![(m.hexes[m.hexes.len() - 1].nodes[0], 1.0)]).contains("offset"));
         let missing = refused(finger(), |m| m.ties.push(Tie { slave: 0, masters: vec![(1 << 30, 1.0)] }));
         assert!(matches!(missing, MeshError::NoSuchNode { kind: "tie", .. }));
     }

@@ -269,7 +269,7 @@ mod tests {
             assert!(largest * factor < before, "{largest} {before}");
             // Layers through the skin under first touch: it was one.
             let skin: Vec<f64> = {
-                let near = |n: &&u32| mesh.nodes[**n as usize].xy().norm() < 0.6;
+                let near = |n: &&u32| mesh.nodes[**n as usize].xy().norm() < 0.6 && mesh.nodes[**n as usize].z < 1.0;
                 mesh.node_set(set::SKIN).iter().filter(near).map(|&n| mesh.nodes[n as usize].z).collect()
             };
             let thickness = skin.iter().copied().fold(0.0, f64::max);
