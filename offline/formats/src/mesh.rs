@@ -44,9 +44,10 @@ pub struct Tet {
 /// A multi-point constraint: the displacement of `slave` is the weighted sum of its masters'.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tie {
-    /// Constrained node; belongs to tetrahedra only.
+    /// Constrained node: of tetrahedra, tied to the hexahedra that they lie on; or of hexahedra, in the middle of an
+    /// edge or a face of a larger one.
     pub slave: u32,
-    /// Master nodes (of hexahedra) with weights that sum to 1.
+    /// Master nodes (of hexahedra, not tied themselves) with weights that sum to 1.
     pub masters: Vec<(u32, f64)>,
 }
 
@@ -66,7 +67,7 @@ pub mod set {
     pub const NAIL_FIX: &str = "nail_fix";
     /// Nodes of the proximal section, held fixed.
     pub const PROXIMAL_FIX: &str = "proximal_fix";
-    /// Nodes of the pad faces (contact candidates).
+    /// Nodes of the pad faces that are not tied (contact candidates).
     pub const PAD: &str = "pad";
 }
 
@@ -83,7 +84,7 @@ pub struct Mesh {
     pub node_sets: BTreeMap<String, Vec<u32>>,
     /// Faces of the skin that may touch the plane, each a hex face, counter-clockwise seen from outside.
     pub pad_faces: Vec<[u32; 4]>,
-    /// Multi-point constraints that tie tetrahedra to hexahedra.
+    /// Multi-point constraints: tetrahedra on hexahedra, small hexahedra beside large ones.
     pub ties: Vec<Tie>,
 }
 

@@ -5,6 +5,7 @@
 mod cook;
 mod energy;
 mod fingertip_meshes;
+mod hanging_nodes;
 mod long_runs;
 mod ogden;
 mod patch;

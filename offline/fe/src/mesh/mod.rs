@@ -25,8 +25,10 @@ mod mapping;
 mod nail;
 mod parametric;
 mod quality;
+mod refinement;
 mod shape;
 mod surface;
+mod touching;
 pub mod volume;
 
 pub use check::{HEX_FACES, TET_FACES, check};
@@ -38,3 +40,4 @@ pub use first_touch::FirstTouch;
 pub use parametric::{Fingertip, fingertip};
 pub use quality::{QualityReport, RegionQuality, quality};
 pub use shape::{FingertipShape, Nail};
+pub use touching::touching_faces;
