@@ -317,6 +317,7 @@ impl Config {
         Problem {
             body: &finger.body,
             pad_faces: &finger.mesh.pad_faces,
+            half: finger.half.as_ref().filter(|_| self.numerics.symmetry.is_auto()),
             friction: Some(self.friction),
             penalty: self.numerics.contact,
             settings: self.numerics.solver,

@@ -112,6 +112,8 @@ impl Effort {
 /// A finger on the plane that moves from one steady state to the next.
 pub struct Slider<'a> {
     body: &'a Body,
+    /// How many times the model makes up the finger.
+    copies: f64,
     solver: Solver<'a>,
     state: State,
     at: Place,
@@ -156,10 +158,12 @@ impl<'a> Slider<'a> {
             max_unsolved_contacts: 3,
             ..problem.settings
         };
-        let solver = Solver::new(problem.body, problem.pad_faces, Friction::On(law), penalty, settings);
+        let model = problem.symmetric_model();
+        let solver = Solver::new(model.body, model.pad_faces, Friction::On(law), penalty, settings);
         let state = solver.initial_state([0.0; 3]);
         Self {
-            body: problem.body,
+            body: model.body,
+            copies: model.copies(),
             solver,
             state,
             at: Place { depth_mm: 0.0, law },
@@ -293,13 +297,16 @@ impl<'a> Slider<'a> {
 
     fn steady(&self) -> Steady {
         let State { contact, totals, .. } = &self.state;
+        let copies = self.copies;
+        let area_mm2: f64 = self.solver.surface().contact_areas(contact).iter().map(|a| a[0]).sum();
+        let points = contact.points.iter().filter(|p| p.pressure > 0.0);
         Steady {
             depth_mm: contact.plane[2],
-            normal_force_n: totals.force.z,
-            friction_x_n: totals.force.x,
-            contact_area_mm2: self.solver.surface().contact_areas(contact).iter().map(|a| a[0]).sum(),
+            normal_force_n: copies * totals.force.z,
+            friction_x_n: copies * totals.force.x,
+            contact_area_mm2: copies * area_mm2,
             penetration_mm: totals.penetration,
-            pressure: contact.points.iter().filter(|p| p.pressure > 0.0).map(|p| [p.pressure, p.area]).collect(),
+            pressure: points.map(|p| [p.pressure, copies * p.area]).collect(),
         }
     }
 }

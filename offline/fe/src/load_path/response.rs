@@ -2,37 +2,39 @@
 
 use fingerpad::{Regime, Status};
 
-use super::{FaceState, Response, Snapshot};
-use crate::assembly::Body;
+use super::{FaceState, Model, Response, Snapshot};
 use crate::contact::PointState;
 use crate::solve::{Solver, State};
 
 /// The row of a state.
-pub(super) fn response(solver: &Solver, state: &State, t_s: f64, status: Status) -> Response {
+pub(super) fn response(model: &Model, solver: &Solver, state: &State, t_s: f64, status: Status) -> Response {
+    let copies = model.copies();
     let totals = &state.totals;
     let [slide_x_mm, slide_y_mm, depth_mm] = state.contact.plane;
-    let contact_area_mm2 = solver.surface().contact_areas(&state.contact).iter().map(|a| a[0]).sum();
+    let area_mm2: f64 = solver.surface().contact_areas(&state.contact).iter().map(|a| a[0]).sum();
     let in_contact = totals.area > 0.0;
     let stick_ratio = if in_contact { totals.stuck_area / totals.area } else { 0.0 };
     let centre = |k: usize| if in_contact { totals.pressure_moment[k] / totals.force.z } else { f64::NAN };
+    // What the two halves bear along y cancels.
+    let across = |whole: f64| if model.half.is_some() { 0.0 } else { whole };
     Response {
         t_s,
         depth_mm,
         slide_x_mm,
         slide_y_mm,
-        normal_force_n: totals.force.z,
-        friction_x_n: totals.force.x,
-        friction_y_n: totals.force.y,
-        contact_area_mm2,
+        normal_force_n: copies * totals.force.z,
+        friction_x_n: copies * totals.force.x,
+        friction_y_n: across(totals.force.y),
+        contact_area_mm2: copies * area_mm2,
         stick_ratio,
         regime: Regime::classify(in_contact, stick_ratio as f32),
         status,
-        centre_of_pressure_mm: [centre(0), centre(1)],
+        centre_of_pressure_mm: [centre(0), if in_contact { across(centre(1)) } else { f64::NAN }],
     }
 }
 
 /// The field of a state.
-pub(super) fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> Snapshot {
+pub(super) fn snapshot(model: &Model, solver: &Solver, state: &State, response: Response) -> Snapshot {
     let areas = solver.surface().contact_areas(&state.contact);
     let per_face = solver.surface().points_per_face();
     let faces = state
@@ -55,11 +57,15 @@ pub(super) fn snapshot(body: &Body, solver: &Solver, state: &State, response: Re
             }
         })
         .collect();
-    let undeformed = &body.undeformed().x;
-    Snapshot {
+    let undeformed = &model.body.undeformed().x;
+    let field = Snapshot {
         response,
         displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
         faces,
-        strain_energy_density_mpa: body.energy(&state.configuration).1,
+        strain_energy_density_mpa: model.body.energy(&state.configuration).1,
+    };
+    match model.half {
+        Some(half) => half.whole(&field),
+        None => field,
     }
 }

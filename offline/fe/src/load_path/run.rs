@@ -12,7 +12,7 @@ use super::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
 use super::stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
-use super::{Cost, Drive, Path, PressLimit, Trajectory, Waypoint};
+use super::{Cost, Drive, Model, Path, PressLimit, Trajectory, Waypoint};
 use crate::assembly::{Body, Configuration, rotation_vector};
 use crate::contact::{Friction, FrictionLaw, Plane, RubberFriction};
 use crate::solve::{Axis, FactorRecord, Guess, SolveError, Solver, State, Stats, Target};
@@ -52,6 +52,7 @@ struct RunState {
 /// A run along a path.
 pub(super) struct Run<'a, 'p> {
     problem: &'a Problem<'a>,
+    model: Model<'a>,
     path: &'a Path,
     /// Rows at which the field is kept.
     snapshots: &'a [usize],
@@ -84,10 +85,12 @@ impl<'a, 'p> Run<'a, 'p> {
         let plane =
             [place(path.drives[1], start.x), place(path.drives[2], start.y), place(path.drives[0], start.normal)];
         let friction = problem.friction.map_or(Friction::Off, Friction::On);
-        let solver = Solver::new(problem.body, problem.pad_faces, friction, problem.penalty, problem.settings);
+        let model = problem.model(path);
+        let solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, problem.settings);
         let state = solver.initial_state(plane);
         let mut run = Self {
             problem,
+            model,
             path,
             snapshots,
             law_at: None,
@@ -118,7 +121,7 @@ impl<'a, 'p> Run<'a, 'p> {
 
     /// Saves the run as `checkpoint` says, and goes on from what is saved there of this very run.
     pub fn keep(&mut self, checkpoint: Checkpoint<'a>) -> Result<(), LoadPathError> {
-        let saves = Saves::new(checkpoint, self.path, self.snapshots);
+        let saves = Saves::new(checkpoint, self.path, self.snapshots, self.model.half.is_some());
         if let Some((run, factor)) = saves.read::<(RunState, FactorRecord)>()
             && run.state.configuration.x.len() == self.run.state.configuration.x.len()
         {
@@ -183,7 +186,7 @@ impl<'a, 'p> Run<'a, 'p> {
         let run = &mut self.run;
         if self.snapshots.contains(&run.row) {
             let response = *run.trajectory.responses.last().expect("recorded before");
-            let field = snapshot(self.problem.body, &self.solver, &run.state, response);
+            let field = snapshot(&self.model, &self.solver, &run.state, response);
             run.trajectory.snapshots.push(field);
         }
         if let Some(law) = self.limit_law.filter(|_| run.row > 0) {
@@ -192,7 +195,7 @@ impl<'a, 'p> Run<'a, 'p> {
                 depth_mm: response.depth_mm,
                 normal_force_n: response.normal_force_n,
                 contact_area_mm2: response.contact_area_mm2,
-                friction_limit_n: strength_n(law, &run.state),
+                friction_limit_n: self.model.copies() * strength_n(law, &run.state),
                 penetration_mm: run.state.totals.penetration,
             });
         }
@@ -235,7 +238,7 @@ impl<'a, 'p> Run<'a, 'p> {
     fn target(&self, point: &Waypoint) -> Target {
         let axis = |drive: Drive, value: f64| match drive {
             Drive::Displacement => Axis::Displacement(value),
-            Drive::Force => Axis::Force(value),
+            Drive::Force => Axis::Force(value / self.model.copies()),
         };
         let drives = &self.path.drives;
         [axis(drives[1], point.x), axis(drives[2], point.y), axis(drives[0], point.normal)]
@@ -252,7 +255,7 @@ impl<'a, 'p> Run<'a, 'p> {
             for (place, before) in guess.plane.iter_mut().zip(plane_before) {
                 *place += (*place - before) * ratio;
             }
-            guess.configuration = extrapolate(self.problem.body, before, &run.state.configuration, ratio);
+            guess.configuration = extrapolate(self.model.body, before, &run.state.configuration, ratio);
             guess.follows_plane = true;
         }
         if self.path.drives[0] == Drive::Force && run.state.totals.force.z <= 0.0 {
@@ -299,7 +302,7 @@ impl<'a, 'p> Run<'a, 'p> {
     }
 
     fn record(&mut self) {
-        let response = response(&self.solver, &self.run.state, self.run.time_s, self.run.status);
+        let response = response(&self.model, &self.solver, &self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
         self.run.status = Status::OK;
     }
@@ -320,12 +323,13 @@ impl<'a, 'p> Run<'a, 'p> {
         let point = self.point(share);
         let drives = &self.path.drives;
         let state = &self.run.state;
-        let (holds_n, friction) = (strength_n(self.solver.friction(), state), state.totals.force.xy());
-        let along = |k: usize, driven: f64| if drives[k + 1] == Drive::Force { driven } else { friction[k] };
+        let force = state.totals.force * self.model.copies();
+        let holds_n = self.model.copies() * strength_n(self.solver.friction(), state);
+        let along = |k: usize, driven: f64| if drives[k + 1] == Drive::Force { driven } else { force[k] };
         let wanted_n = along(0, point.x).hypot(along(1, point.y));
         let is_driven = drives[1] == Drive::Force || drives[2] == Drive::Force;
-        if !(is_driven && state.totals.force.z > 0.0 && wanted_n > holds_n && friction.norm() > USED_STRENGTH * holds_n)
-        {
+        let used_n = force.xy().norm();
+        if !(is_driven && force.z > 0.0 && wanted_n > holds_n && used_n > USED_STRENGTH * holds_n) {
             return Ok(());
         }
         let end = self.path.waypoints[self.run.row];
@@ -334,7 +338,7 @@ impl<'a, 'p> Run<'a, 'p> {
             row: self.run.row,
             wanted_n: along(0, end.x).hypot(along(1, end.y)),
             holds_n,
-            normal_force_n: state.totals.force.z,
+            normal_force_n: force.z,
             reached: self.reached(),
         })
     }
@@ -353,8 +357,9 @@ impl LoadSteps for Run<'_, '_> {
         let next =
             self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
         let run = &mut self.run;
-        run.trajectory.work.plane_mj += plane_work_mj_between(&run.state, &next);
-        run.trajectory.work.friction_mj += next.totals.dissipation;
+        let copies = self.model.copies();
+        run.trajectory.work.plane_mj += copies * plane_work_mj_between(&run.state, &next);
+        run.trajectory.work.friction_mj += copies * next.totals.dissipation;
         let cost = &mut run.trajectory.cost;
         cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
         cost.min_dissipation_mpa_mm = cost.min_dissipation_mpa_mm.min(next.totals.min_dissipation_density);
@@ -388,14 +393,14 @@ impl LoadSteps for Run<'_, '_> {
         });
         let Ok(passage) = passage else { return Err(self.interrupted()) };
         let Some(passage) = passage else { return Ok(false) };
-        let (body, run) = (self.problem.body, &mut self.run);
+        let (body, copies, run) = (self.model.body, self.model.copies(), &mut self.run);
         let energy = |state: &State| body.energy(&state.configuration).0;
         // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
         let stored = energy(&passage.state) - energy(&run.state);
         let work = &mut run.trajectory.work;
-        work.plane_mj += passage.plane_work_mj;
-        work.friction_mj += passage.friction_work_mj;
-        work.stabilisation_mj += (passage.plane_work_mj - passage.friction_work_mj - stored).max(0.0);
+        work.plane_mj += copies * passage.plane_work_mj;
+        work.friction_mj += copies * passage.friction_work_mj;
+        work.stabilisation_mj += copies * (passage.plane_work_mj - passage.friction_work_mj - stored).max(0.0);
         run.trajectory.cost.increments += 1;
         run.status = run.status.with(Status::STABILISED);
         run.state = passage.state;

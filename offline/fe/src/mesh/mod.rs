@@ -27,6 +27,7 @@ mod parametric;
 mod quality;
 mod shape;
 mod surface;
+mod symmetry;
 pub mod volume;
 
 pub use check::{HEX_FACES, TET_FACES, check};
@@ -38,3 +39,4 @@ pub use first_touch::FirstTouch;
 pub use parametric::{Fingertip, fingertip};
 pub use quality::{QualityReport, RegionQuality, quality};
 pub use shape::{FingertipShape, Nail};
+pub use symmetry::HalfMesh;
