@@ -2,6 +2,7 @@
 //!
 //! `cargo test --release -p fingerpad-tests --test verification -- --nocapture` prints them all.
 
+mod branches;
 mod cook;
 mod energy;
 mod fingertip_meshes;

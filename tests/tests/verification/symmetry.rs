@@ -8,15 +8,20 @@ use fingerpad_tests::problems::fingers::{finger, path, placed, problem};
 
 const D: Drive = Drive::Displacement;
 const F: Drive = Drive::Force;
+/// Residual over contact force, less than by default.
+const TOLERANCE: f64 = 1e-6;
 
-/// Both runs along `path` with fields at all rows: by the whole, by the half. Steps of fixed size, so that both take the
-/// same.
+fn run(problem: &Problem, path: &Path, snapshots: &[usize]) -> Trajectory {
+    follow_path(problem, path, snapshots, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Both runs along `path` with fields at all rows: by the whole, by the half.
 fn both(finger: &Finger, path: &Path) -> [Trajectory; 2] {
     let rows: Vec<usize> = (0..path.waypoints.len()).collect();
     let mut whole = problem(&finger.body, &finger.mesh.pad_faces);
-    whole.settings.tolerance = 1e-8;
+    whole.settings.tolerance = TOLERANCE;
     let half = Problem { half: Some(finger.half.as_ref().expect("a parametric finger is symmetric")), ..whole.clone() };
-    [whole, half].map(|problem| follow_path(&problem, path, &rows, &mut |_| ControlFlow::Continue(())).unwrap())
+    [whole, half].map(|problem| run(&problem, path, &rows))
 }
 
 /// Largest difference of the fields, over their largest values.
@@ -41,7 +46,7 @@ fn field_difference(a: &Snapshot, b: &Snapshot) -> [f64; 3] {
 #[test]
 fn the_half_finger_gives_what_the_whole_does() {
     let slides =
-        placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 0.5, 0.0], [0.8, -0.3, 0.0], [0.5, -0.3, 0.0], [-0.1, 0.0, 0.0]]);
+        placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 0.5, 0.0], [0.8, -0.3, 0.0], [0.5, -0.3, 0.0], [0.9, 0.0, 0.0]]);
     let forces = path([F, D, D], &[[0.0; 3], [0.2, 0.0, 0.0], [0.2, 0.6, 0.0]]);
     for (shape, bone, path) in
         [("e", BoneKind::Floating, &slides), ("a", BoneKind::Fixed, &slides), ("e", BoneKind::Deformable, &forces)]
@@ -51,20 +56,23 @@ fn the_half_finger_gives_what_the_whole_does() {
         let what = format!("{shape} {bone:?}");
         assert_eq!(whole.responses.len(), half.responses.len(), "{what}");
         let largest = whole.responses.iter().map(|r| r.normal_force_n).fold(0.0, f64::max);
+        let mut worst = 0.0f64;
         for (a, b) in whole.responses.iter().zip(&half.responses) {
             let t_s = a.t_s;
             let close = |of: &str, a: f64, b: f64, tolerance: f64| {
                 assert!((a - b).abs() < tolerance, "{what}, {of}: {a} {b} at {t_s:.3} s");
             };
+            worst = worst.max((a.normal_force_n - b.normal_force_n).abs() / largest);
+            worst = worst.max((a.friction_x_n - b.friction_x_n).abs() / largest);
             close("time", a.t_s, b.t_s, 1e-12);
-            close("N", a.normal_force_n, b.normal_force_n, 1e-6 * largest);
-            close("F", a.friction_x_n, b.friction_x_n, 1e-6 * largest);
-            close("Fy", a.friction_y_n, 0.0, 1e-6 * largest);
-            close("area", a.contact_area_mm2, b.contact_area_mm2, 1e-4);
-            close("stick ratio", a.stick_ratio, b.stick_ratio, 1e-6);
+            close("N", a.normal_force_n, b.normal_force_n, 1e-4 * largest);
+            close("F", a.friction_x_n, b.friction_x_n, 1e-4 * largest);
+            close("Fy", a.friction_y_n, 0.0, 1e-4 * largest);
+            close("area", a.contact_area_mm2, b.contact_area_mm2, 0.02);
+            close("stick ratio", a.stick_ratio, b.stick_ratio, 1e-3);
             assert_eq!(b.friction_y_n, 0.0);
             if a.normal_force_n > 0.0 {
-                close("centre x", a.centre_of_pressure_mm[0], b.centre_of_pressure_mm[0], 1e-5);
+                close("centre x", a.centre_of_pressure_mm[0], b.centre_of_pressure_mm[0], 1e-3);
                 assert_eq!(b.centre_of_pressure_mm[1], 0.0);
             }
         }
@@ -73,13 +81,16 @@ fn the_half_finger_gives_what_the_whole_does() {
             (whole.work.friction_mj, half.work.friction_mj),
             (whole.cost.max_penetration_mm, half.cost.max_penetration_mm),
         ] {
-            assert!((a - b).abs() < 1e-5 * a.abs(), "{what}: {a} {b}");
+            assert!((a - b).abs() < 1e-3 * a.abs(), "{what}: {a} {b}");
         }
         for (a, b) in whole.snapshots.iter().zip(&half.snapshots) {
             let difference = field_difference(a, b);
-            assert!(difference.iter().all(|&d| d < 1e-4), "{what}: {difference:?}");
+            assert!(difference.iter().all(|&d| d < 2e-3), "{what}: {difference:?}");
         }
-        println!("{what}: CPU {:.2} s whole, {:.2} s half", whole.cost.cpu_s, half.cost.cpu_s);
+        println!(
+            "{what}: forces within {worst:.1e}; CPU {:.2} s whole, {:.2} s half",
+            whole.cost.cpu_s, half.cost.cpu_s
+        );
     }
 }
 
@@ -92,8 +103,7 @@ fn a_path_along_y_is_followed_with_the_whole() {
         placed(&[[0.0; 3], [0.3, 0.0, 0.0], [0.3, 0.1, 0.1]]),
         path([D, D, F], &[[0.0; 3], [0.3, 0.0, 0.0], [0.3, 0.1, 0.01]]),
     ] {
-        let [a, b] = [&whole, &half]
-            .map(|problem| follow_path(problem, &path, &[], &mut |_| ControlFlow::Continue(())).unwrap());
+        let [a, b] = [&whole, &half].map(|problem| run(problem, &path, &[]));
         assert!(a.responses[1..] == b.responses[1..] && b.responses.last().unwrap().friction_y_n > 1e-3);
     }
 }

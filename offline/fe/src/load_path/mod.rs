@@ -11,10 +11,12 @@ mod follow;
 mod half;
 mod limit_point;
 pub mod path_csv;
+mod path_end;
 mod response;
 pub mod response_csv;
 mod run;
 mod settings;
+mod steady_slip;
 mod stepping;
 pub mod vtu;
 
@@ -27,6 +29,7 @@ pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
 pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
 pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
+pub use path_end::{PathEnd, follow_path_on, follow_to_end};
 pub use settings::{LoadPathError, LoadSettings, OnProgress, Problem, Progress};
 pub use stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
 

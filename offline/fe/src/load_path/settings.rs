@@ -21,6 +21,10 @@ pub struct LoadSettings {
     /// Largest increment of slide, mm.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub max_slide_step_mm: f64,
+    /// Largest increment of slide once all of the contact slips and nothing changes any more, mm. Left out of the settings'
+    /// hash where it is the default.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive", skip_serializing_if = "is_default_steady_step")]
+    pub max_steady_slide_step_mm: f64,
     /// Largest increment of a driven force, N.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub max_force_step_n: f64,
@@ -37,11 +41,16 @@ impl Default for LoadSettings {
             max_depth_step_mm: 0.25,
             max_depth_step_with_friction_mm: 0.08,
             max_slide_step_mm: 0.2,
+            max_steady_slide_step_mm: 2.0,
             max_force_step_n: 0.1,
             min_step_share: 1e-4,
             friction_while_pressing: true,
         }
     }
+}
+
+fn is_default_steady_step(step_mm: &f64) -> bool {
+    *step_mm == LoadSettings::default().max_steady_slide_step_mm
 }
 
 /// Everything that a run needs besides body and path.
