@@ -113,6 +113,8 @@ impl Effort {
 /// A finger on the plane that moves from one steady state to the next.
 pub struct Slider<'a> {
     body: &'a Body,
+    /// How many times the model makes up the finger.
+    copies: f64,
     solver: Solver<'a>,
     state: State,
     at: Place,
@@ -157,10 +159,12 @@ impl<'a> Slider<'a> {
             max_unsolved_contacts: 3,
             ..problem.settings
         };
-        let solver = Solver::new(problem.body, problem.pad_faces, Friction::On(law), penalty, settings);
+        let model = problem.symmetric_model();
+        let solver = Solver::new(model.body, model.pad_faces, Friction::On(law), penalty, settings);
         let state = solver.initial_state([0.0; 3]);
         Self {
-            body: problem.body,
+            body: model.body,
+            copies: model.copies(),
             solver,
             state,
             at: Place { depth_mm: 0.0, law },
@@ -294,13 +298,15 @@ impl<'a> Slider<'a> {
 
     fn steady(&self) -> Steady {
         let State { contact, totals, .. } = &self.state;
+        let copies = self.copies;
+        let nodes = contact.nodes.iter().filter(|n| n.area > 0.0);
         Steady {
             depth_mm: contact.plane.at[DEPTH],
-            normal_force_n: totals.force.z,
-            friction_x_n: totals.force.x,
-            contact_area_mm2: totals.area,
+            normal_force_n: copies * totals.force.z,
+            friction_x_n: copies * totals.force.x,
+            contact_area_mm2: copies * totals.area,
             penetration_mm: totals.penetration,
-            pressure: contact.nodes.iter().filter(|n| n.area > 0.0).map(|n| [n.pressure_mpa(), n.area]).collect(),
+            pressure: nodes.map(|n| [n.pressure_mpa(), copies * n.area]).collect(),
         }
     }
 }

@@ -32,6 +32,7 @@ pub fn problem<'a>(body: &'a Body, pad_faces: &'a [[u32; 4]]) -> Problem<'a> {
     Problem {
         body,
         pad_faces,
+        half: None,
         friction: Some(RubberFriction::default()),
         penalty: PenaltySettings::default(),
         settings: SolverSettings::default(),

@@ -2,6 +2,7 @@
 //!
 //! `cargo test --release -p fingerpad-tests --test verification -- --nocapture` prints them all.
 
+mod branches;
 mod cook;
 mod energy;
 mod fingertip_meshes;
@@ -10,5 +11,6 @@ mod long_runs;
 mod ogden;
 mod patch;
 mod rotation;
+mod symmetry;
 mod tangents;
 mod tie;

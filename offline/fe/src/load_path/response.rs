@@ -2,43 +2,49 @@
 
 use fingerpad::{Regime, Status};
 
-use super::{FaceState, Response, Snapshot};
-use crate::assembly::Body;
+use super::{FaceState, Model, Response, Snapshot};
 use crate::contact::{NodeState, plane};
 use crate::solve::{Solver, State};
 
 /// The row of a state.
-pub(super) fn response(state: &State, t_s: f64, status: Status) -> Response {
+pub(super) fn response(model: &Model, state: &State, t_s: f64, status: Status) -> Response {
+    let copies = model.copies();
     let totals = &state.totals;
     let at = &state.contact.plane.at;
     let in_contact = totals.area > 0.0;
     let stick_ratio = if in_contact { totals.stuck_area / totals.area } else { 0.0 };
     let centre = |moment: f64| if in_contact { moment / totals.force.z } else { f64::NAN };
+    // What the two halves bear along y, and about the other axes, cancels.
+    let across = |whole: f64| if model.half.is_some() { 0.0 } else { whole };
     Response {
         t_s,
         depth_mm: at[plane::DEPTH],
         slide_x_mm: at[plane::X],
         slide_y_mm: at[plane::Y],
-        normal_force_n: totals.force.z,
-        friction_x_n: totals.force.x,
-        friction_y_n: totals.force.y,
-        contact_area_mm2: totals.area,
+        normal_force_n: copies * totals.force.z,
+        friction_x_n: copies * totals.force.x,
+        friction_y_n: across(totals.force.y),
+        contact_area_mm2: copies * totals.area,
         stick_ratio,
         regime: Regime::classify(in_contact, stick_ratio as f32),
         status,
-        centre_of_pressure_mm: [centre(-totals.moment.y), centre(totals.moment.x)],
+        centre_of_pressure_mm: [centre(-totals.moment.y), centre(across(totals.moment.x))],
     }
 }
 
 /// The field of a state.
-pub(super) fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> Snapshot {
+pub(super) fn snapshot(model: &Model, solver: &Solver, state: &State, response: Response) -> Snapshot {
     let faces = faces(solver, state);
-    let undeformed = &body.undeformed().x;
-    Snapshot {
+    let undeformed = &model.body.undeformed().x;
+    let field = Snapshot {
         response,
         displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
         faces,
-        strain_energy_density_mpa: body.energy(&state.configuration).1,
+        strain_energy_density_mpa: model.body.energy(&state.configuration).1,
+    };
+    match model.half {
+        Some(half) => half.whole(&field),
+        None => field,
     }
 }
 

@@ -28,6 +28,7 @@ mod quality;
 mod refinement;
 mod shape;
 mod surface;
+mod symmetry;
 mod touching;
 pub mod volume;
 
@@ -40,4 +41,5 @@ pub use first_touch::FirstTouch;
 pub use parametric::{Fingertip, fingertip};
 pub use quality::{QualityReport, RegionQuality, quality};
 pub use shape::{FingertipShape, Nail};
+pub use symmetry::HalfMesh;
 pub use touching::touching_faces;

@@ -23,7 +23,8 @@ pub(super) struct Plate {
     pub(super) outer: Vec<u32>,
 }
 
-/// Makes the plate on those of the skin's `dorsal` faces whose middles lie under the nail, a column of boxes on each.
+/// Makes the plate on those of the skin's `dorsal` faces whose middles lie under the nail, a column of boxes on each,
+/// symmetric about y = 0 where the faces are.
 ///
 /// Its inner nodes lie on the skin's and follow one each. So the skin is held under every face of the nail and
 /// nowhere else, from edge to edge to half a face (at the tip's edge at the latest): a plate with a grid of its own would hold the faces that it covers in part as wholes, an error of the
@@ -39,6 +40,7 @@ pub(super) fn plate(
     let body = Body::outer(shape);
     let footprint = Footprint::new(shape);
     let layers = divisions.nail_layers;
+    let mirrored = mirrored(nodes, dorsal);
     let first = nodes.len() as u32;
     let mut plate = Plate { nodes: vec![], tets: vec![], ties: vec![], outer: vec![] };
     // Lowest new node over each skin node.
@@ -62,12 +64,25 @@ pub(super) fn plate(
             });
         }
         for layer in 0..layers as u32 {
-            let [a, b, c, d] = face.map(|skin| over[&skin] + layer);
-            let corners = [a, b, c, d, a + 1, b + 1, c + 1, d + 1];
-            plate.tets.extend(BOX_TO_TETS.map(|t| Tet { nodes: t.map(|n| corners[n]), region: Region::Nail }));
+            let on_right = middle.y < 0.0;
+            let corners = if on_right { mirrored.map(|k| face[k]) } else { *face }.map(|skin| over[&skin] + layer);
+            let corner = |n: usize| corners[n % 4] + n as u32 / 4;
+            plate.tets.extend(BOX_TO_TETS.map(|[p, q, r, s]| {
+                // A mirrored tetrahedron would be inside out.
+                let order = if on_right { [q, p, r, s] } else { [p, q, r, s] };
+                Tet { nodes: order.map(corner), region: Region::Nail }
+            }));
         }
     }
     plate
+}
+
+/// Places in a face of the corners' mirror images, about y = 0, in the face that is its own.
+///
+/// The diagonals of a box's faces across y are the same in its mirror image, so that neighbours still agree.
+fn mirrored(nodes: &[Vector3<f64>], faces: &[[u32; 4]]) -> [usize; 4] {
+    let across = |k: usize| faces.iter().map(|f| (nodes[f[k] as usize].y - nodes[f[0] as usize].y).abs()).sum::<f64>();
+    if across(1) > across(3) { [1, 0, 3, 2] } else { [3, 2, 1, 0] }
 }
 
 /// Where the nail is.
