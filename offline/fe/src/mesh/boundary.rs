@@ -45,7 +45,7 @@ impl Hanging {
     }
 
     /// An edge, or its halves.
-    fn parts(&self, edge: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
+    pub(super) fn parts(&self, edge: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
         let [from, to] = edge;
         let middle = self.edges.get(&sorted(edge)).copied();
         let first = [from, middle.unwrap_or(to)];
