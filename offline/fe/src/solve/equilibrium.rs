@@ -104,6 +104,8 @@ struct Convergence {
     diverges: bool,
     /// How far contact pushed its dofs in the last iteration, mm.
     displacement_scale: f64,
+    /// Whether the last correction was not taken whole.
+    was_cut: bool,
     /// Contact subproblems, one after the other, that ended without a solution.
     unsolved: usize,
     /// What the contact subproblem may leave and what it left last, mm.
@@ -121,6 +123,7 @@ impl Convergence {
             factor_is_new: false,
             diverges: false,
             displacement_scale: 0.0,
+            was_cut: false,
             unsolved: 0,
             contact_tolerance: f64::INFINITY,
             contact_error: 0.0,
@@ -207,9 +210,8 @@ impl Solver<'_> {
         let mut convergence = Convergence::new();
         loop {
             go_on(watch, stats)?;
-            if convergence.iteration < AREA_ITERATIONS {
-                let positions = self.surface_positions(&iterate.at);
-                iterate.areas = self.surface.areas(increment.last, &positions, &iterate.plane);
+            if convergence.iteration < AREA_ITERATIONS && !convergence.was_cut {
+                iterate.areas = self.areas(&iterate, increment.last, convergence.iteration == 0);
             }
             let residual = self.residual(&iterate, increment);
             stats.residual = residual.norm / residual.reference;
@@ -232,6 +234,7 @@ impl Solver<'_> {
                 self.correction(&iterate, residual, increment, follows_plane, &mut convergence, stats, watch)?;
             let whole = self.move_by(&mut iterate, &correction, increment, convergence.iteration > 0, norm)?;
             convergence.factor_is_stale |= !whole;
+            convergence.was_cut = !whole;
             convergence.iteration += 1;
         }
     }
@@ -357,6 +360,21 @@ impl Solver<'_> {
                 return Err(error.into());
             }
         }
+    }
+
+    /// Parts of the contact area at an iterate; at a `guess`, which need not follow the plane, with the nodes in contact
+    /// brought to where they stood over it.
+    fn areas(&self, iterate: &Iterate, last: &ContactState, guess: bool) -> Vec<f64> {
+        let mut positions = self.surface_positions(&iterate.at);
+        if guess {
+            let frame = self.surface.frame(&iterate.plane);
+            let touching = last.nodes.iter().zip(&last.position).zip(&mut positions);
+            for ((_, before), x) in touching.filter(|((node, _), _)| node.normal_force_n > 0.0) {
+                let here = frame.to_plane(x);
+                *x = frame.from_plane(&Vector3::new(here.x, here.y, before.z));
+            }
+        }
+        self.surface.areas(last, &positions, &iterate.plane)
     }
 
     /// Guess of the contact dofs: nodes in contact follow the plane, along it only where they stick.
