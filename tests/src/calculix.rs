@@ -172,7 +172,7 @@ pub fn press_and_slide(depths_mm: &[f64], slides_mm: &[f64]) -> Path {
     waypoints.extend(depths_mm.iter().map(|d| Waypoint { t_s: *d, normal: *d, x: 0.0, y: 0.0 }));
     let depth = depths_mm.last().copied().unwrap_or(0.0);
     waypoints.extend(slides_mm.iter().map(|s| Waypoint { t_s: depth + s, normal: depth, x: *s, y: 0.0 }));
-    Path { drives: [Drive::Displacement; 3], waypoints }
+    Path::new([Drive::Displacement; 3], waypoints)
 }
 
 /// Our run with CalculiX's kind of contact.

@@ -43,7 +43,7 @@ use std::{
 use clap::{Parser, Subcommand, ValueEnum};
 use config::ConfigFile;
 use fingerpad_fe::experiment::{Config, ConfigError};
-use fingerpad_fe::load_path::{Finger, LoadPathError};
+use fingerpad_fe::load_path::{Finger, LoadPathError, Path};
 use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
 use interrupt::{go_on, keeping};
 use outputs::Outputs;
@@ -242,6 +242,11 @@ fn make_finger(config: &Config) -> Result<(Finger, FirstTouch), ConfigError> {
     progress::during("mesh", |_| config.finger())
 }
 
+/// The same with a pad of what these paths may touch.
+fn make_finger_for(config: &Config, paths: &[&Path]) -> Result<(Finger, FirstTouch), ConfigError> {
+    progress::during("mesh", |_| config.finger_for(paths))
+}
+
 /// A failed run as a failure; `kept` says what was saved.
 fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
     match error {
@@ -249,7 +254,10 @@ fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
         LoadPathError::Path(_) | LoadPathError::Checkpoint(_) => {
             Failure::Input(anyhow::Error::new(error).context(what.to_owned()))
         }
-        LoadPathError::NoEquilibrium { .. } | LoadPathError::BeyondFriction { .. } | LoadPathError::NotClear { .. } => {
+        LoadPathError::NoEquilibrium { .. }
+        | LoadPathError::BeyondFriction { .. }
+        | LoadPathError::NotClear { .. }
+        | LoadPathError::BesidePad { .. } => {
             Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})")))
         }
     }

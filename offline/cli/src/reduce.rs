@@ -356,7 +356,11 @@ fn run_one(
         Err(error @ (LoadPathError::Path(_) | LoadPathError::Checkpoint(_))) => {
             return Err(Failure::Input(anyhow::Error::new(error).context(experiment.name.clone())));
         }
-        Err(mut error @ (LoadPathError::BeyondFriction { .. } | LoadPathError::NotClear { .. })) => {
+        Err(
+            mut error @ (LoadPathError::BeyondFriction { .. }
+            | LoadPathError::NotClear { .. }
+            | LoadPathError::BesidePad { .. }),
+        ) => {
             (error.take_reached(), Some(error.to_string()))
         }
     };

@@ -10,7 +10,7 @@ use std::time::Duration;
 use anyhow::Context;
 use fingerpad_fe::load_path::{Checkpoint, Trajectory, follow_path_from};
 
-use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger, run_failure, show};
+use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, run_failure, show};
 
 /// Follow a path of the plane with the finite-element model.
 #[derive(clap::Args)]
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Some(folder) => outputs.folder("--vtu", folder, &[]).prepare()?,
         None => outputs.prepare()?,
     }
-    let (finger, _) = make_finger(&config)?;
+    let (finger, _) = make_finger_for(&config, &[&path])?;
     config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow::anyhow!("{}: {e}", args.path.display())))?;
     let snapshots: Vec<usize> = if args.vtu.is_some() { (0..path.waypoints.len()).collect() } else { Vec::new() };
     let bar = bar("simulate".into());

@@ -5,13 +5,14 @@
 
 use std::path::{Path as FilePath, PathBuf};
 
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::contact::{LawError, RubberFriction};
+use crate::contact::{LawError, Plane, RubberFriction, plane};
 use crate::load_path::{
     BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Numerics, OnProgress, Path, PathEnd, PressLimit,
-    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end, press_limits,
+    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end, neutral_pitch_deg, press_limits,
 };
 use crate::mesh::{
     self, Fingertip, FingertipShape, MeshError, MeshPreset,
@@ -239,6 +240,21 @@ impl Config {
         Ok((Finger::new(fingertip, &self.tissue)?, touch))
     }
 
+    /// As [`Self::finger`], with a pad of the faces that may touch on these paths: the fewer, the faster.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn finger_for(&self, paths: &[&Path]) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
+        self.friction.check().map_err(ConfigError::Friction)?;
+        let (fingertip, _) = self.fingertip()?;
+        let touch = fingertip.touch;
+        let fingertip = match poses(paths, neutral_pitch_deg(&touch)) {
+            Some((rotations, deepest_mm)) => fingertip.with_pad_for(&rotations, deepest_mm + PAD_MARGIN_MM),
+            None => fingertip,
+        };
+        Ok((Finger::new(fingertip, &self.tissue)?, touch))
+    }
+
     /// Refuses depths that are not numbers, do not rise, or reach the bone or the held section.
     ///
     /// # Errors
@@ -266,10 +282,21 @@ impl Config {
         let clearance = Clearance::of(finger);
         for (k, point) in path.waypoints.iter().enumerate() {
             let refuse = |problem| Err(ConfigError::Path { row: k + 1, problem });
-            if path.drives[0] == Drive::Displacement
+            if let Some(problem) = path.refused_pose(k) {
+                return refuse(problem);
+            }
+            let by_depth = path.drives[0] == Drive::Displacement;
+            if by_depth
+                && path.turns.is_none()
                 && let Some(problem) = clearance.refusal(point.normal)
             {
                 return refuse(format!("depth_mm {problem}"));
+            }
+            if by_depth
+                && !path.turns.is_none()
+                && let Some(problem) = Clearance::refusal_in_pose(finger, path, k)
+            {
+                return refuse(problem);
             }
             let keys = [("normal_force_n", point.normal), ("friction_x_n", point.x), ("friction_y_n", point.y)];
             for ((key, value), drive) in keys.into_iter().zip(path.drives) {
@@ -322,6 +349,9 @@ impl Config {
             penalty: self.numerics.contact,
             settings: self.numerics.solver,
             load_steps: self.numerics.load_steps,
+            neutral_pitch_deg: finger.neutral_pitch_deg,
+            obstacles: &finger.obstacles,
+            beside_pad: &finger.beside_pad,
             clearance_mm: Clearance::of(finger).depth_mm,
         }
     }
@@ -353,6 +383,47 @@ fn read_mesh(settings: &ImportedGeometry) -> Result<RawMesh, ConfigError> {
     }
 }
 
+/// How much higher than the deepest press skin may lie, mm, and still be taken to touch.
+const PAD_MARGIN_MM: f64 = 0.3;
+/// Turn between two poses whose pads are united, rad.
+const POSE_STEP_RAD: f64 = 0.09;
+/// Turn that a driven moment may give, rad.
+const MOMENT_TURN_RAD: f64 = 0.17;
+
+/// Rotations of the finger along paths, and the deepest press; None where a driven force leaves the depth open.
+fn poses(paths: &[&Path], neutral_pitch_deg: f64) -> Option<(Vec<Matrix3<f64>>, f64)> {
+    let mut rotations = Vec::new();
+    let mut deepest_mm: f64 = 0.0;
+    for path in paths {
+        if path.drives[0] == Drive::Force {
+            return None;
+        }
+        let drives = path.coordinate_drives();
+        let corners = || (0..path.waypoints.len()).map(|row| path.coordinates(row, neutral_pitch_deg));
+        deepest_mm = corners().map(|at| at[plane::DEPTH]).fold(deepest_mm, f64::max);
+        let mut turns: Vec<[f64; 2]> = Vec::new();
+        for at in corners() {
+            let [pitch, roll] = [plane::PITCH, plane::ROLL].map(|k| match drives[k] {
+                Drive::Displacement => [at[k], at[k]],
+                Drive::Force => [-MOMENT_TURN_RAD, MOMENT_TURN_RAD],
+            });
+            for turn in [[pitch[0], roll[0]], [pitch[1], roll[1]]] {
+                let from = *turns.last().unwrap_or(&turn);
+                let steps = ((turn[0] - from[0]).hypot(turn[1] - from[1]) / POSE_STEP_RAD).ceil().max(1.0);
+                turns.extend((1..=steps as usize).map(|i| {
+                    let share = i as f64 / steps;
+                    [0, 1].map(|k| from[k] + share * (turn[k] - from[k]))
+                }));
+            }
+        }
+        turns.dedup();
+        rotations.extend(turns.into_iter().map(|[pitch, roll]| {
+            Plane::new([0.0, 0.0, 0.0, 0.0, pitch, roll]).tilt().inverse().into_inner()
+        }));
+    }
+    Some((rotations, deepest_mm))
+}
+
 /// Largest force that may be driven, N. The hardest press of a fingertip is some 50 N, and long before it the pulp is
 /// flat on the bone.
 const LARGEST_FORCE_N: f64 = 100.0;
@@ -375,7 +446,7 @@ pub fn press(
     checkpoint: Option<Checkpoint>,
     progress: OnProgress,
 ) -> Result<PathEnd, LoadPathError> {
-    let path = Path { drives: [Drive::Displacement; 3], waypoints: press_waypoints(&config.experiment, depth_mm) };
+    let path = Path::new([Drive::Displacement; 3], press_waypoints(&config.experiment, depth_mm));
     follow_to_end(&config.problem(finger), &path, from, checkpoint, progress)
 }
 
@@ -406,7 +477,7 @@ pub fn press_and_slide(
         y: 0.0,
     }));
     let snapshots: Vec<usize> = (pressed..waypoints.len()).collect();
-    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let path = Path::new([Drive::Displacement; 3], waypoints);
     let problem = config.problem(finger);
     match (from, checkpoint) {
         (Some(from), checkpoint) => follow_path_on(&problem, &path, &snapshots, from, checkpoint, progress),

@@ -154,7 +154,7 @@ impl PathBuilder {
     }
 
     fn finish(self) -> Path {
-        Path { drives: [Drive::Displacement; 3], waypoints: self.0 }
+        Path::new([Drive::Displacement; 3], self.0)
     }
 }
 

@@ -45,7 +45,7 @@ pub fn problem<'a>(body: &'a Body, pad_faces: &'a [[u32; 4]]) -> Problem<'a> {
 pub fn path(drives: [Drive; 3], corners: &[[f64; 3]]) -> Path {
     let waypoints =
         corners.iter().enumerate().map(|(k, &[normal, x, y])| Waypoint { t_s: k as f64, normal, x, y }).collect();
-    Path { drives, waypoints }
+    Path::new(drives, waypoints)
 }
 
 /// A path of depth and slides.

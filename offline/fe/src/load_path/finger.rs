@@ -7,7 +7,7 @@ use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::PenaltySettings;
 use crate::material::{Ogden, SaintVenantKirchhoff, partly};
-use crate::mesh::{Fingertip, HalfMesh, Mesh, Region, set};
+use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
 use crate::solve::SolverSettings;
 
 /// What the bones are.
@@ -112,6 +112,12 @@ pub struct Finger {
     pub mesh: Mesh,
     /// Its body.
     pub body: Body,
+    /// Angle between its axis and the plane in the pose of its mesh, tip down, degrees.
+    pub neutral_pitch_deg: f64,
+    /// Points of what holds it, and of its bones, mm.
+    pub obstacles: Vec<Vector3<f64>>,
+    /// Nodes of the skin's outside that are not of the pad: the plane must not reach them.
+    pub beside_pad: Vec<u32>,
     /// Its half, if it is symmetric about y = 0.
     pub half: Option<HalfFinger>,
 }
@@ -122,7 +128,14 @@ impl Finger {
     /// # Errors
     /// [`BodyError::InvertedMesh`] for a mesh with an inverted element.
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
+        let neutral_pitch_deg = neutral_pitch_deg(&fingertip.touch);
+        let mut beside_pad: Vec<u32> = fingertip.outer_faces.iter().flatten().copied().collect();
+        beside_pad.sort_unstable();
+        beside_pad.dedup();
         let mesh = fingertip.mesh;
+        let mut pad: Vec<u32> = mesh.pad_faces.iter().flatten().copied().collect();
+        pad.sort_unstable();
+        beside_pad.retain(|node| pad.binary_search(node).is_err());
         let supports = supports(&mesh, tissue.bone.kind);
         let reference = joint_point(&mesh);
         let body = body(&mesh, tissue, &supports, reference, tissue.bone.joint)?;
@@ -130,8 +143,18 @@ impl Finger {
             Some(half) => Some(half_finger(half, tissue, supports, reference)?),
             None => None,
         };
-        Ok(Self { mesh, body, half })
+        let sets = [set::DISTAL_BONE, set::PROXIMAL_BONE, set::PROXIMAL_FIX, set::NAIL_FIX];
+        let mut obstacles: Vec<u32> = sets.iter().flat_map(|name| mesh.node_set(name)).copied().collect();
+        obstacles.sort_unstable();
+        obstacles.dedup();
+        let obstacles = obstacles.into_iter().map(|n| mesh.nodes[n as usize]).collect();
+        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, half })
     }
+}
+
+/// Angle between the finger's axis and the plane in the pose of its mesh, tip down, degrees.
+pub fn neutral_pitch_deg(touch: &FirstTouch) -> f64 {
+    (-(touch.rotation * Vector3::x()).z).asin().to_degrees()
 }
 
 /// What holds a finger with such bones, and where it may touch.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{FaceState, Path, Snapshot};
+use super::{FaceState, Snapshot};
 use crate::assembly::Body;
 use crate::mesh::HalfMesh;
 
@@ -74,11 +74,4 @@ impl Model<'_> {
     pub fn copies(&self) -> f64 {
         if self.half.is_some() { 2.0 } else { 1.0 }
     }
-}
-
-/// Whether a path leads a finger that is symmetric about y = 0 through symmetric states only: no motion and no driven force
-/// along y.
-pub(super) fn is_symmetric(path: &Path) -> bool {
-    let y = path.waypoints[0].y;
-    path.drives[2] == super::Drive::Displacement && path.waypoints.iter().all(|point| point.y == y)
 }

@@ -2,12 +2,12 @@
 
 use fingerpad::{Regime, Status};
 
-use super::{FaceState, Model, Response, Snapshot};
+use super::{FaceState, Model, Problem, Response, Snapshot};
 use crate::contact::{NodeState, plane};
 use crate::solve::{Solver, State};
 
 /// The row of a state.
-pub(super) fn response(model: &Model, state: &State, t_s: f64, status: Status) -> Response {
+pub(super) fn response(problem: &Problem, model: &Model, state: &State, t_s: f64, status: Status) -> Response {
     let copies = model.copies();
     let totals = &state.totals;
     let at = &state.contact.plane.at;
@@ -29,6 +29,10 @@ pub(super) fn response(model: &Model, state: &State, t_s: f64, status: Status) -
         regime: Regime::classify(in_contact, stick_ratio as f32),
         status,
         centre_of_pressure_mm: [centre(-totals.moment.y), centre(across(totals.moment.x))],
+        spin_deg: at[plane::SPIN].to_degrees(),
+        pitch_deg: problem.neutral_pitch_deg + at[plane::PITCH].to_degrees(),
+        roll_deg: at[plane::ROLL].to_degrees(),
+        moment_n_mm: [across(totals.moment.x), copies * totals.moment.y, across(totals.moment.z)],
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) fn slips_steadily(before: &State, after: &State) -> bool {
 /// Whether the way to `row` is a straight slide under constant depth or normal force.
 pub(super) fn is_slide(path: &Path, row: usize) -> bool {
     let (a, b) = (&path.waypoints[row - 1], &path.waypoints[row]);
-    path.drives[1..] == [Drive::Displacement; 2] && a.normal == b.normal && (a.x != b.x || a.y != b.y)
+    path.turns.is_none() && path.drives[1..] == [Drive::Displacement; 2] && a.normal == b.normal && (a.x != b.x || a.y != b.y)
 }
 
 /// Whether the way to `row` goes on as the way to the row before it: a slide in the same direction.
