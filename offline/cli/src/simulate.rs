@@ -18,11 +18,15 @@ use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, run_f
 Examples:
   printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv
+  printf 't_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg\\n0,0,0,0,0\\n1,1,0,0,0\\n2,1,0,0,20\\n' > twist.csv
+  fingerpad simulate --path twist.csv --mesh-preset coarse --out twist_response.csv
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
 The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, straight between rows; normal_force_n in place of
-depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. The response has a row at least at
-every row of the path.
+depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. spin_deg (turn of the plane about its
+normal, counter-clockwise from above), pitch_deg (angle of the finger to the plane, 10 to 70) and roll_deg (-30 to 30)
+may follow, or spin_moment_n_mm, moment_y_n_mm and moment_x_n_mm in their place; without them the finger keeps the pose
+of its shape. The response has a row at least at every row of the path.
 
 The folders of --out and --vtu are made if they are missing. Files of an earlier series of the same name in the folder
 of --vtu are removed. A run that is stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv.")]

@@ -249,7 +249,7 @@ impl Config {
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
         let fingertip = match poses(paths, neutral_pitch_deg(&touch)) {
-            Some((rotations, deepest_mm)) => fingertip.with_pad_for(&rotations, deepest_mm + PAD_MARGIN_MM),
+            Some((rotations, deepest_mm)) => fingertip.with_pad_for(&rotations, PAD_SHARE * deepest_mm + PAD_MARGIN_MM),
             None => fingertip,
         };
         Ok((Finger::new(fingertip, &self.tissue)?, touch))
@@ -383,8 +383,10 @@ fn read_mesh(settings: &ImportedGeometry) -> Result<RawMesh, ConfigError> {
     }
 }
 
-/// How much higher than the deepest press skin may lie, mm, and still be taken to touch.
-const PAD_MARGIN_MM: f64 = 0.3;
+/// Height up to which skin is taken to touch, share of the deepest press and more, mm: the rim of a contact lies at half the
+/// depth, since the skin around it gives way; a run in which other skin is reached ends with an error.
+const PAD_SHARE: f64 = 0.8;
+const PAD_MARGIN_MM: f64 = 0.2;
 /// Turn between two poses whose pads are united, rad.
 const POSE_STEP_RAD: f64 = 0.09;
 /// Turn that a driven moment may give, rad.
