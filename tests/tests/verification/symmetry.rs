@@ -15,9 +15,9 @@ fn run(problem: &Problem, path: &Path, snapshots: &[usize]) -> Trajectory {
     follow_path(problem, path, snapshots, &mut |_| ControlFlow::Continue(())).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Both runs along `path` with fields at all rows: by the whole, by the half.
+/// Both runs along `path` with fields at all rows but the start: by the whole, by the half.
 fn both(finger: &Finger, path: &Path) -> [Trajectory; 2] {
-    let rows: Vec<usize> = (0..path.waypoints.len()).collect();
+    let rows: Vec<usize> = (1..path.waypoints.len()).collect();
     let mut whole = problem(&finger.body, &finger.mesh.pad_faces);
     whole.settings.tolerance = TOLERANCE;
     let half = Problem { half: Some(finger.half.as_ref().expect("a parametric finger is symmetric")), ..whole.clone() };
