@@ -49,7 +49,7 @@ fn the_half_finger_gives_what_the_whole_does() {
         placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 0.5, 0.0], [0.8, -0.3, 0.0], [0.5, -0.3, 0.0], [0.9, 0.0, 0.0]]);
     let forces = path([F, D, D], &[[0.0; 3], [0.2, 0.0, 0.0], [0.2, 0.6, 0.0]]);
     for (shape, bone, path) in
-        [("e", BoneKind::Floating, &slides), ("a", BoneKind::Fixed, &slides), ("e", BoneKind::Deformable, &forces)]
+        [("e", BoneKind::Floating, &slides), ("a", BoneKind::Fixed, &slides), ("b", BoneKind::Floating, &forces)]
     {
         let finger = finger(shape, MeshPreset::Coarse, bone, 1.0).unwrap();
         let [whole, half] = both(&finger, path);
