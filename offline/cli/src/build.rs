@@ -272,7 +272,7 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
     let depths = &config.experiment.depths_mm;
     let mut frictionless = read_stored(&pieces.frictionless_file(), hash);
     let mut done: Vec<Option<Stored<Trajectory>>> =
-        depths.iter().map(|&d| read_stored(&pieces.file("depth", d), hash)).collect();
+        depths.iter().map(|&d| read_stored(&pieces.file(d), hash)).collect();
 
     let finished = done.iter().flatten().count() + usize::from(frictionless.is_some());
     if finished > 0 {
@@ -319,8 +319,13 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
 }
 
 impl Pieces<'_> {
-    fn file(&self, what: &str, depth_mm: f64) -> PathBuf {
-        self.folder.join(format!("{what}_{depth_mm:.4}mm.bin"))
+    fn file(&self, depth_mm: f64) -> PathBuf {
+        self.folder.join(format!("depth_{depth_mm:.4}mm.bin"))
+    }
+
+    /// Where the press stood at a depth.
+    fn pressed_file(&self, depth_mm: f64) -> PathBuf {
+        self.folder.join(format!("pressed_{depth_mm:.4}mm.state"))
     }
 
     fn frictionless_file(&self) -> PathBuf {
@@ -335,7 +340,7 @@ impl Pieces<'_> {
     fn press(&self, missing: &[usize], reached: mpsc::Sender<Work>) {
         let mut from: Option<Stored<PathEnd>> = None;
         for k in 0..missing.last().map_or(0, |last| last + 1) {
-            let file = self.file("pressed", self.config.experiment.depths_mm[k]);
+            let file = self.pressed_file(self.config.experiment.depths_mm[k]);
             let pressed = match read_stored(&file, self.hash) {
                 Some(pressed) => Ok(pressed),
                 None => self.press_on(k, from.as_ref().map(|from| &from.result), &file),
@@ -381,7 +386,7 @@ impl Pieces<'_> {
     fn slides(&self, k: usize, pressed: Stored<PathEnd>) -> Result<Stored<Trajectory>, Failure> {
         let depth_mm = self.config.experiment.depths_mm[k];
         let Stored { wall_s, cpu_s, result: from, .. } = pressed;
-        let file = self.file("depth", depth_mm);
+        let file = self.file(depth_mm);
         let mut stored = self.run(&format!("depth {depth_mm:.2} mm"), &file, |checkpoint, progress| {
             let (config, finger) = (self.config, self.finger);
             let slid = experiment::press_and_slide(config, finger, depth_mm, Some(&from), Some(checkpoint), progress)?;
