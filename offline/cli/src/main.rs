@@ -43,7 +43,7 @@ use std::{
 use clap::{Parser, Subcommand, ValueEnum};
 use config::ConfigFile;
 use fingerpad_fe::experiment::{Config, ConfigError};
-use fingerpad_fe::load_path::{Finger, LoadPathError, Path};
+use fingerpad_fe::load_path::{self, Finger, LoadPathError};
 use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
 use interrupt::{go_on, keeping};
 use outputs::Outputs;
@@ -243,7 +243,7 @@ fn make_finger(config: &Config) -> Result<(Finger, FirstTouch), ConfigError> {
 }
 
 /// The same with a pad of what these paths may touch.
-fn make_finger_for(config: &Config, paths: &[&Path]) -> Result<(Finger, FirstTouch), ConfigError> {
+fn make_finger_for(config: &Config, paths: &[&load_path::Path]) -> Result<(Finger, FirstTouch), ConfigError> {
     progress::during("mesh", |_| config.finger_for(paths))
 }
 
