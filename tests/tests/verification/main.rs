@@ -9,5 +9,6 @@ mod long_runs;
 mod ogden;
 mod patch;
 mod rotation;
+mod stress;
 mod tangents;
 mod tie;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use wide::f64x8;
 
 use super::{BodyError, Configuration, DofMap, Material};
-use crate::element::{Batch, Forces, Tangent};
+use crate::element::{Batch, ElementStress, Forces, Tangent};
 
 pub(super) struct Group<const N: usize, const Q: usize> {
     pub material: Material,
@@ -45,6 +45,11 @@ impl<const N: usize, const Q: usize> Group<N, Q> {
     /// Energy of each element, mJ.
     pub fn energies(&self, at: &Configuration) -> [f64; 8] {
         self.material.law().energies(&self.batch, &at.x)
+    }
+
+    /// Mean stress and strain of each element.
+    pub fn stresses(&self, at: &Configuration) -> [ElementStress; 8] {
+        self.material.law().stresses(&self.batch, &at.x)
     }
 
     /// Adds the forces to those of all nodes, N.

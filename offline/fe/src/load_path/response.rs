@@ -61,5 +61,6 @@ pub(super) fn snapshot(body: &Body, solver: &Solver, state: &State, response: Re
         displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
         faces,
         strain_energy_density_mpa: body.energy(&state.configuration).1,
+        stresses: body.stresses(&state.configuration),
     }
 }
