@@ -123,8 +123,7 @@ fn mean_stress_follows_from_the_forces() {
 
 /// Force that the held section exerts on the finger by the stress of the elements behind it, N.
 fn section_force(mesh: &Mesh, snapshot: &Snapshot) -> Vector3<f64> {
-    const FACES: [[usize; 4]; 6] =
-        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+    const FACES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
     let held = mesh.node_set(set::PROXIMAL_FIX);
     let mut force = Vector3::zeros();
     for (hex, stress) in mesh.hexes.iter().zip(&snapshot.stresses) {
