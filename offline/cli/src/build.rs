@@ -10,18 +10,16 @@ use std::{
 use anyhow::Context;
 use fingerpad_fe::experiment::{self, Config};
 use fingerpad_fe::load_path::{
-    BoneKind, Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory, follow_path,
+    Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory, follow_path,
 };
 use fingerpad_fe::mesh;
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce as reduce;
-use fingerpad_report::{
-    self as report, BuildReport, Check, DepthResult, FrictionConstants, MeshCounts, Provenance, Quantity, Stage, Steady,
-};
+use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::config::ConfigFile;
-use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger, results, run_failure, show};
+use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger, provenance, results, run_failure, show};
 
 /// The main job: mesh, press and slide at the measured depths, report.
 #[derive(clap::Args)]
@@ -117,7 +115,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     println!(
         "shape {}, {} bones, {} nodes, {} hexes, {} free dofs; settings {hash}",
         config.geometry_name(),
-        bones(&config),
+        provenance::bones(&config),
         finger.mesh.nodes.len(),
         finger.mesh.hexes.len(),
         finger.body.dofs.count
@@ -174,14 +172,6 @@ fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failur
         &args.out.join("model.fpm"),
     )?;
     Ok(())
-}
-
-fn bones(config: &Config) -> &'static str {
-    match config.tissue.bone.kind {
-        BoneKind::Fixed => "fixed",
-        BoneKind::Floating => "floating",
-        BoneKind::Deformable => "deformable",
-    }
 }
 
 fn read_table(path: Option<&Path>) -> Result<Vec<fingerpad_identify::table_csv::Row>, Failure> {
@@ -477,21 +467,8 @@ fn assemble(
             measured,
         });
     }
-    let law = &config.friction;
     BuildReport {
         provenance: Provenance {
-            shape: config.geometry_name(),
-            bones: bones(config).into(),
-            mesh_preset: format!("{:?}", config.mesh_preset).to_lowercase(),
-            settings_hash: hash.into(),
-            program_version: env!("CARGO_PKG_VERSION").into(),
-            mesh: MeshCounts {
-                nodes: finger.mesh.nodes.len(),
-                hexes: finger.mesh.hexes.len(),
-                tets: finger.mesh.tets.len(),
-                pad_faces: finger.mesh.pad_faces.len(),
-                free_dofs: finger.body.dofs.count,
-            },
             quality: vec![
                 quantity("worst scaled Jacobian, hexahedra", quality.worst_hex_scaled_jacobian, ""),
                 quantity("worst scaled Jacobian, nail tetrahedra", quality.worst_tet_scaled_jacobian, ""),
@@ -500,15 +477,10 @@ fn assemble(
                 quantity("longest edge", quality.max_edge_mm, "mm"),
                 quantity("pad radius along the finger at first touch", curvature_radius_mm, "mm"),
             ],
-            friction: FrictionConstants {
-                lambda: law.lambda,
-                beta: law.beta,
-                tau0_mpa: law.tau0_mpa,
-                gamma_crit_mm: law.gamma_crit_mm,
-            },
             stages,
+            ..provenance::provenance(config, finger, hash)
         },
-        checks: checks(config, runs, &depths),
+        checks: checks(config, &depths),
         depths,
         continuous: Vec::new(),
         left_out: Vec::new(),
@@ -527,24 +499,7 @@ fn kinetic(trajectory: &Trajectory) -> Steady {
     }
 }
 
-fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
-    let costs = || runs.depths.iter().map(|stored| stored.result.cost);
-    let check = |name: &str, value: f64, unit: &str, bound: f64, passed: bool| Check {
-        name: name.into(),
-        value,
-        unit: unit.into(),
-        bound,
-        passed,
-    };
-    let penetration = costs().map(|c| c.max_penetration_mm).fold(0.0, f64::max);
-    let tolerance = config.numerics.contact.penetration_tolerance_mm;
-    let residual = costs().map(|c| c.max_residual).fold(0.0, f64::max);
-    let dissipation = costs().map(|c| c.min_dissipation_mj).fold(0.0, f64::min);
-    let stabilised = runs
-        .depths
-        .iter()
-        .map(|stored| stored.result.work.stabilisation_mj.abs() / stored.result.work.plane_mj.abs())
-        .fold(0.0, f64::max);
+fn checks(config: &Config, depths: &[DepthResult]) -> Vec<Check> {
     // How much friction still changes over the last tenth of the slide.
     let drift = depths
         .iter()
@@ -555,19 +510,11 @@ fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
             Some((before.friction_x_n / end.friction_x_n - 1.0).abs() * 100.0)
         })
         .fold(0.0, f64::max);
-    vec![
-        check("largest penetration", penetration * 1e3, "µm", tolerance * 1e3, penetration <= tolerance),
-        check(
-            "largest residual over contact force",
-            residual,
-            "",
-            config.numerics.solver.tolerance,
-            residual <= config.numerics.solver.tolerance,
-        ),
-        check("least dissipation at any contact point", dissipation, "mJ/mm²", 0.0, dissipation >= 0.0),
-        check("work of stabilisation", stabilised * 100.0, "%", 1.0, stabilised <= 0.01),
-        check("friction's change over the last tenth of the slide", drift, "%", 1.0, drift <= 1.0),
-    ]
+    let all: Vec<&Trajectory> = depths.iter().map(|depth| &depth.trajectory).collect();
+    let mut checks = provenance::checks(config, &all);
+    let change = "friction's change over the last tenth of the slide";
+    checks.push(provenance::check(change, drift, "%", 1.0, drift <= 1.0));
+    checks
 }
 
 /// Writes everything, the page last.

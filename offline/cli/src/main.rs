@@ -29,6 +29,7 @@ mod model;
 mod outputs;
 mod phantom;
 mod progress;
+mod provenance;
 mod reduce;
 mod results;
 mod simulate;

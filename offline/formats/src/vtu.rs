@@ -8,7 +8,7 @@ use vtkio::model::{
     Version, VertexNumbers, Vtk,
 };
 
-use super::{Error, atomic_write, number, region_index};
+use super::{Error, REGIONS, atomic_write, number, region_index};
 use crate::mesh::Mesh;
 
 /// Values of a field, one a point or one a cell.
@@ -20,6 +20,8 @@ pub enum Values {
     Scalars(Vec<f64>),
     /// Vectors; x, y, z.
     Vectors(Vec<Vector3<f64>>),
+    /// Symmetric tensors; xx, yy, zz, xy, yz, xz, the order in which ParaView names six components.
+    SymmetricTensors(Vec<[f64; 6]>),
 }
 
 impl Values {
@@ -28,6 +30,7 @@ impl Values {
             Self::Integers(v) => v.len(),
             Self::Scalars(v) => v.len(),
             Self::Vectors(v) => v.len(),
+            Self::SymmetricTensors(v) => v.len(),
         }
     }
 }
@@ -55,12 +58,16 @@ pub struct Grid {
     connectivity: Vec<u64>,
     offsets: Vec<u64>,
     types: Vec<CellType>,
+    /// Arrays of words that belong to the grid as a whole, by their names.
+    words: Vec<(&'static str, Vec<&'static str>)>,
 }
 
 impl Grid {
-    /// All elements of a mesh, hexahedra first; points are undeformed, mm.
+    /// All elements of a mesh, hexahedra first; points are undeformed, mm. Carries the array of words `region_names`, whose
+    /// entry `i` is the name of the region that [`regions`] calls `i`.
     pub fn of_body(mesh: &Mesh) -> Self {
-        let mut grid = Self { points: mesh.nodes.clone(), ..Self::default() };
+        let names = ("region_names", REGIONS.map(|(_, name)| name).to_vec());
+        let mut grid = Self { points: mesh.nodes.clone(), words: vec![names], ..Self::default() };
         mesh.hexes.iter().for_each(|h| grid.push(CellType::Hexahedron, &h.nodes));
         mesh.tets.iter().for_each(|t| grid.push(CellType::Tetra, &t.nodes));
         grid
@@ -85,7 +92,7 @@ impl Grid {
     }
 }
 
-/// Region of every element of [`Grid::of_body`]: 0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail.
+/// Region of every element of [`Grid::of_body`], as its place in [`REGIONS`].
 pub fn regions(mesh: &Mesh) -> Field {
     let regions = mesh.hexes.iter().map(|h| h.region).chain(mesh.tets.iter().map(|t| t.region));
     Field::new("region", Values::Integers(regions.map(|region| region_index(region) as i32).collect()))
@@ -115,6 +122,7 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
             cell: cell.into_iter().map(attribute).collect(),
         },
     };
+    let words = field_data(&grid.words);
     let grid = Vtk {
         version: Version::new_xml(1, 0),
         title: String::new(),
@@ -125,7 +133,24 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
     let mut bytes = Vec::new();
     grid.write_xml(&mut bytes)
         .map_err(|e| Error::Content { path: file.to_path_buf(), problem: format!("VTK: {e}") })?;
-    atomic_write(file, |w| w.write_all(&bytes))
+    let text = String::from_utf8_lossy(&bytes).replacen(GRID_OPENS, &format!("{GRID_OPENS}{words}"), 1);
+    atomic_write(file, |w| w.write_all(text.as_bytes()))
+}
+
+/// Where a grid begins in a file.
+const GRID_OPENS: &str = "<UnstructuredGrid>";
+
+/// Arrays of words as VTK's field data, which the crate that writes the rest does not know: each word as its bytes and a 0.
+fn field_data(words: &[(&str, Vec<&str>)]) -> String {
+    let mut text = String::new();
+    for (name, words) in words {
+        let bytes: Vec<String> =
+            words.iter().flat_map(|word| word.bytes().chain([0])).map(|byte| byte.to_string()).collect();
+        let count = words.len();
+        text += &format!("<DataArray type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">");
+        text += &format!("{}</DataArray>", bytes.join(" "));
+    }
+    if text.is_empty() { text } else { format!("<FieldData>{text}</FieldData>") }
 }
 
 /// A file of a collection.
@@ -160,6 +185,7 @@ fn attribute(field: Field) -> Attribute {
         Values::Integers(values) => DataArray::scalars(field.name, 1).with_data(values),
         Values::Scalars(values) => DataArray::scalars(field.name, 1).with_data(values),
         Values::Vectors(values) => DataArray::vectors(field.name).with_data(coordinates(&values)),
+        Values::SymmetricTensors(values) => DataArray::new(field.name, 6).with_data(values.into_flattened()),
     })
 }
 
@@ -172,15 +198,30 @@ mod tests {
     use super::*;
     use crate::test_mesh;
 
+    /// The words of the only array of words in a file.
+    fn words(file: &str) -> Vec<String> {
+        let start = "<DataArray type=\"String\" Name=\"region_names\" NumberOfTuples=\"5\" format=\"ascii\">";
+        let (_, from) = file.split_once(start).unwrap();
+        let codes = from.split_once('<').unwrap().0.split(' ').map(|code| code.parse::<u8>().unwrap());
+        let text = String::from_utf8(codes.collect()).unwrap();
+        text.strip_suffix('\0').unwrap().split('\0').map(str::to_owned).collect()
+    }
+
     #[test]
     fn a_grid_reads_back_and_a_field_that_does_not_fit_is_refused() {
         let mesh = test_mesh::hex_and_tet();
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("body.vtu");
-        write(&file, Grid::of_body(&mesh), Vec::new(), vec![regions(&mesh)]).unwrap();
+        let stress = vec![[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [-1.0, 0.0, 0.0, 0.0, 0.0, 0.5]];
+        let stress_field = Field::new("cauchy_stress_mpa", Values::SymmetricTensors(stress.clone()));
+        write(&file, Grid::of_body(&mesh), Vec::new(), vec![regions(&mesh), stress_field]).unwrap();
+        assert_eq!(words(&std::fs::read_to_string(&file).unwrap()), REGIONS.map(|(_, name)| name));
         let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(&file).unwrap().data else { panic!() };
         let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
         assert_eq!((piece.num_points(), piece.cells.num_cells()), (12, 2));
+        let Attribute::DataArray(back) = &piece.data.cell[1] else { panic!() };
+        assert_eq!((back.name.as_str(), back.elem.num_comp()), ("cauchy_stress_mpa", 6));
+        assert_eq!(back.data.clone().into_vec::<f64>().unwrap(), stress.into_flattened());
         let (pad, nodes) = Grid::of_pad(&mesh);
         assert_eq!(nodes, [0, 1, 2, 3]);
         let short = vec![Field::new("pressure_mpa", Values::Scalars(vec![]))];

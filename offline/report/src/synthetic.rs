@@ -6,6 +6,7 @@ use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
 use super::*;
+use fingerpad_fe::element::ElementStress;
 use fingerpad_fe::load_path::{Cost, FaceState, Response, Snapshot, Work};
 use fingerpad_fe::mesh::{Hex, Region, Tet};
 
@@ -194,6 +195,7 @@ fn snapshot(mesh: &Mesh, response: Response, slip_at: f64) -> Snapshot {
         response,
         displacement_mm,
         faces: mesh.pad_faces.iter().map(face).collect(),
-        strain_energy_density_mpa: vec![0.0; mesh.hexes.len()],
+        strain_energy_density_mpa: vec![0.0; mesh.hexes.len() + mesh.tets.len()],
+        stresses: vec![ElementStress::default(); mesh.hexes.len() + mesh.tets.len()],
     }
 }

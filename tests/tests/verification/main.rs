@@ -11,6 +11,7 @@ mod long_runs;
 mod ogden;
 mod patch;
 mod rotation;
+mod stress;
 mod symmetry;
 mod tangents;
 mod tie;

@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 use wide::f64x8;
 
 /// alpha of the finger, neo-Hookean, and stiffening in compression and in tension.
-fn laws() -> [Ogden; 4] {
+pub fn laws() -> [Ogden; 4] {
     [(1.4, 1.0), (2.0, 10.0), (-2.5, 1.0), (9.0, 0.1)].map(|(alpha, d_per_mpa)| Ogden {
         mu_mpa: 0.034,
         alpha,
@@ -39,7 +39,7 @@ fn kirchhoff(law: &Ogden, f: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// Root of an increasing or decreasing function by bisection, to the last digit.
-fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let sign = f(low).signum();
     assert!(sign != f(high).signum(), "no root between");
     for _ in 0..200 {
@@ -50,19 +50,19 @@ fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Principal first Piola-Kirchhoff stress `dU/dlambda_k` written out from the energy, MPa.
-fn principal_piola(law: &Ogden, l: [f64; 3], k: usize) -> f64 {
+pub fn principal_piola(law: &Ogden, l: [f64; 3], k: usize) -> f64 {
     let j = l[0] * l[1] * l[2];
     let power = l.map(|l| l.powf(law.alpha) * j.powf(-law.alpha / 3.0));
     let isochoric = 2.0 * law.mu_mpa / law.alpha * (power[k] - (power[0] + power[1] + power[2]) / 3.0);
     (isochoric + 2.0 / law.d_per_mpa * (j - 1.0) * j) / l[k]
 }
 
-fn unit_cube() -> Mesh {
+pub fn unit_cube() -> Mesh {
     block(&[0.0, 1.0], &[0.0, 1.0], &[0.0, 1.0])
 }
 
 /// A unit cube on three symmetry planes whose faces x1 (and y1) are moved: its equilibrium and body.
-fn pulled(law: &Ogden, moved: &[(&str, usize, f64)]) -> (Body, Configuration) {
+pub fn pulled(law: &Ogden, moved: &[(&str, usize, f64)]) -> (Body, Configuration) {
     let mesh = unit_cube();
     let mut fixed_components = Vec::new();
     for (set, axis) in [("x0", 0), ("y0", 1), ("z0", 2)].into_iter().chain(moved.iter().map(|m| (m.0, m.1))) {
@@ -143,7 +143,7 @@ fn equibiaxial() {
 /// With the larger stretch `l`, `l − 1/l = gamma`: tau_xy = (2 mu/alpha)(l^alpha − l^−alpha)/(l + 1/l),
 /// tau_xx − tau_yy = gamma tau_xy (universal for isotropic solids), tau_zz from the unit stretch, all with the
 /// pressure `J dU/dJ` at `J = s³`.
-fn simple_shear(law: &Ogden, gamma: f64, s: f64) -> Matrix3<f64> {
+pub fn simple_shear(law: &Ogden, gamma: f64, s: f64) -> Matrix3<f64> {
     let l = 0.5 * gamma + (1.0 + 0.25 * gamma * gamma).sqrt();
     let (up, down) = (l.powf(law.alpha), l.powf(-law.alpha));
     let factor = 2.0 * law.mu_mpa / law.alpha;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use wide::f64x8;
 
-use crate::element::{Batch, Constitutive, Forces, Tangent};
+use crate::element::{Batch, Constitutive, ElementStress, Forces, Tangent};
 use crate::material::{Ogden, SaintVenantKirchhoff};
 
 /// The law of a region.
@@ -26,7 +26,7 @@ impl Material {
     }
 }
 
-/// Forces, stiffness and energies of a batch of elements whose material is `self`.
+/// Forces, stiffness, energies and stresses of a batch of elements whose material is `self`.
 pub(super) trait BatchLaw<const N: usize, const Q: usize> {
     /// Forces and smallest det F at the positions `x`, mm.
     fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> Forces<N>;
@@ -36,6 +36,8 @@ pub(super) trait BatchLaw<const N: usize, const Q: usize> {
     fn plane_strain_modulus_mpa(&self) -> f64;
     /// Energy of each element, mJ.
     fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8];
+    /// Mean stress and strain of each element.
+    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [ElementStress; 8];
 }
 
 impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
@@ -55,6 +57,9 @@ impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
     }
     fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8] {
         batch.energies(self, x)
+    }
+    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [ElementStress; 8] {
+        batch.stresses(self, x)
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use wide::f64x8;
 
 use super::{BodyError, Configuration, DofMap, Material, constitutive::BatchLaw};
-use crate::element::{Batch, Forces, Tangent};
+use crate::element::{Batch, ElementStress, Forces, Tangent};
 
 pub(super) struct Group<const N: usize, const Q: usize> {
     pub material: Material,
@@ -50,6 +50,11 @@ impl<const N: usize, const Q: usize> Group<N, Q> {
     /// Plane-strain modulus of the undeformed material, MPa.
     pub fn plane_strain_modulus_mpa(&self) -> f64 {
         BatchLaw::<N, Q>::plane_strain_modulus_mpa(self.material.law())
+    }
+
+    /// Mean stress and strain of each element.
+    pub fn stresses(&self, at: &Configuration) -> [ElementStress; 8] {
+        self.material.law().stresses(&self.batch, &at.x)
     }
 
     /// Adds the forces to those of all nodes, N.

@@ -24,6 +24,8 @@ pub mod vtu;
 use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
+use crate::element::ElementStress;
+
 pub use checkpoint::Checkpoint;
 pub use clearance::{Clearance, Obstacle};
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg};
@@ -102,8 +104,11 @@ pub struct Snapshot {
     pub displacement_mm: Vec<Vector3<f64>>,
     /// One entry per pad face of the mesh.
     pub faces: Vec<FaceState>,
-    /// Strain energy density of every hex, MPa (mJ/mm³), mean over its quadrature points; 0 in rigid bones.
+    /// Strain energy density of every element, MPa (mJ/mm³), mean over its undeformed volume; hexahedra first, then
+    /// tetrahedra; 0 in rigid bones.
     pub strain_energy_density_mpa: Vec<f64>,
+    /// Mean stress and strain of every element, in the same order; 0 in rigid bones.
+    pub stresses: Vec<ElementStress>,
 }
 
 /// What it cost to get there.

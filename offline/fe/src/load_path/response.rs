@@ -45,6 +45,7 @@ pub(super) fn snapshot(model: &Model, solver: &Solver, state: &State, response: 
         displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
         faces,
         strain_energy_density_mpa: model.body.energy(&state.configuration).1,
+        stresses: model.body.stresses(&state.configuration),
     };
     match model.half {
         Some(half) => half.whole(&field),
