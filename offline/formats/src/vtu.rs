@@ -85,7 +85,8 @@ impl Grid {
     }
 }
 
-/// Region of every element of [`Grid::of_body`]: 0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail.
+/// Region of every element of [`Grid::of_body`]: 0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail, from 5 the
+/// named soft regions.
 pub fn regions(mesh: &Mesh) -> Field {
     let regions = mesh.hexes.iter().map(|h| h.region).chain(mesh.tets.iter().map(|t| t.region));
     Field::new("region", Values::Integers(regions.map(|region| region_index(region) as i32).collect()))

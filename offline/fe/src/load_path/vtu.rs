@@ -14,8 +14,8 @@ use crate::mesh::Mesh;
 
 /// Writes `FOLDER/NAME.pvd` with `NAME_0000.vtu`, `NAME_pad_0000.vtu` and so on beside it; returns the `.pvd`'s path.
 ///
-/// Body: point data `displacement_mm`; cell data `region` (0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail)
-/// and `strain_energy_density_mpa` (0 in tetrahedra, which snapshots do not carry).
+/// Body: point data `displacement_mm`; cell data `region` (0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail, from
+/// 5 the named soft regions) and `strain_energy_density_mpa` (0 in tetrahedra, which snapshots do not carry).
 /// Pad: point data `displacement_mm`; cell data `pressure_mpa`, `traction_mpa`, `slip_mm` (x, y, 0),
 /// `stick_fraction`, `contact_fraction`. Points are undeformed: "warp by vector" shows the deformed body.
 /// The `.pvd` is written last, so it never names a file that is not there. Time is the response's `t_s`.
