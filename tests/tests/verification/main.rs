@@ -5,9 +5,10 @@
 mod cook;
 mod energy;
 mod fingertip_meshes;
+mod hyperelastic;
 mod long_runs;
-mod ogden;
 mod patch;
 mod rotation;
+mod soft_regions;
 mod tangents;
 mod tie;
