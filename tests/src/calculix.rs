@@ -12,8 +12,8 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
-use fingerpad_fe::assembly::{self, Body, Supports};
-use fingerpad_fe::compare_ccx::{Contact, Deck, Error as CalculixError, Friction, Material, Point, Run, Runner, Step};
+use fingerpad_fe::assembly::{Body, Supports};
+use fingerpad_fe::compare_ccx::{Contact, Deck, Error as CalculixError, Friction, Point, Run, Runner, Step};
 use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
 use fingerpad_fe::element::Hex8;
 use fingerpad_fe::load_path::{
@@ -136,12 +136,7 @@ impl Case {
             contact: mesh.node_set(set::PAD).to_vec(),
             ..Supports::default()
         };
-        let material = |region: Region| match region {
-            Region::Skin => Some(assembly::Material::Ogden(tissue.skin)),
-            Region::Subcutaneous => Some(assembly::Material::Ogden(tissue.subcutaneous)),
-            Region::Nail => Some(assembly::Material::Linear(tissue.nail)),
-            Region::DistalBone | Region::ProximalBone => None,
-        };
+        let material = |region: Region| tissue.material(&mesh, region);
         let joint = tissue.bone.joint;
         let body = Body::with_hexes(Hex8::uniform_strain, &mesh, material, &supports, Vector3::zeros(), joint);
         Finger { body: body.expect("a body"), mesh, half: None }
@@ -155,14 +150,8 @@ impl Case {
     /// The same problem for CalculiX.
     pub fn deck<'a>(&self, finger: &'a Finger, friction: Option<Friction>, steps: Vec<Step>) -> Deck<'a> {
         let tissue = Self::tissue();
-        let ogden = |law: fingerpad_fe::material::Ogden| Material::Ogden {
-            mu_mpa: law.mu_mpa,
-            alpha: law.alpha,
-            d_per_mpa: law.d_per_mpa,
-        };
-        let nail = Material::Elastic { young_mpa: tissue.nail.young_mpa, poisson: tissue.nail.poisson };
         let contact = Contact { penalty_mpa_mm: PENALTY_MPA_PER_MM, friction };
-        Deck::finger(&finger.mesh, ogden(tissue.skin), ogden(tissue.subcutaneous), nail, contact, steps)
+        Deck::finger(&finger.mesh, |region| tissue.material(&finger.mesh, region), contact, steps)
     }
 }
 

@@ -149,6 +149,11 @@ pub enum ConfigError {
          imported mesh they are left out or meshed apart: use \"fixed\" or \"floating\""
     )]
     BonesNotMeshed,
+    /// Named soft regions where the geometry has none.
+    #[error(
+        "tissue.regions.{0}: {1} has the soft regions skin and subcutaneous only; others come with an imported mesh"
+    )]
+    NoSuchRegion(String, &'static str),
     /// Both a volume and a mesh.
     #[error("`volume` and `imported` are both given; a finger has one geometry")]
     TwoGeometries,
@@ -205,6 +210,10 @@ impl Config {
     /// # Errors
     /// [`ConfigError`]: of the shape, of the file, or of what the file holds.
     pub fn fingertip(&self) -> Result<(Fingertip, Origin), ConfigError> {
+        if let (Some(name), None) = (self.tissue.regions.keys().next(), &self.imported) {
+            let geometry = if self.volume.is_some() { "a label volume" } else { "a parametric fingertip" };
+            return Err(ConfigError::NoSuchRegion(name.clone(), geometry));
+        }
         match (&self.volume, &self.imported) {
             (Some(_), Some(_)) => Err(ConfigError::TwoGeometries),
             (Some(settings), None) => {
@@ -214,7 +223,8 @@ impl Config {
                 Ok((made.fingertip, Origin::Volume(Box::new(made.template), made.report)))
             }
             (None, Some(settings)) => {
-                let made = imported_fingertip(&read_mesh(settings)?, settings)
+                let soft_regions: Vec<String> = self.tissue.regions.keys().cloned().collect();
+                let made = imported_fingertip(&read_mesh(settings)?, settings, &soft_regions)
                     .map_err(|e| ConfigError::Import { path: settings.file.clone(), source: Box::new(e) })?;
                 let hollow = settings.sets.bone.is_some() || settings.sets.proximal_bone.is_some();
                 if self.tissue.bone.kind == BoneKind::Deformable && (hollow || made.report.attached_nodes > 0) {
@@ -325,7 +335,7 @@ impl Config {
     /// As [`Self::fingertip_shape`].
     pub fn hash(&self) -> Result<String, ConfigError> {
         let shape = self.fingertip_shape()?;
-        let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, self.tissue, self.friction, self.numerics);
+        let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, &self.tissue, self.friction, self.numerics);
         let mut text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
         // Where a file lies does not matter, what it holds does.
         if let Some(settings) = &self.volume {
@@ -531,6 +541,29 @@ mod tests {
         volume.labels[0] = 1;
         formats::volume::write(&a, &volume).unwrap();
         assert_ne!(first, hash(&a, 1.0));
+    }
+
+    /// The hash of stored runs is over this text.
+    #[test]
+    fn materials_of_today_are_hashed_as_ever() {
+        let elastic = "\"bone\":{\"kind\":\"floating\",\"elastic\":{\"young_mpa\":10000.0,\"poisson\":0.3},\
+                       \"joint\":{\"translation_n_per_mm\":1.0,\"rotation_nmm_per_rad\":50.0}}";
+        let expected = format!(
+            "{{\"skin\":{{\"mu_mpa\":0.034,\"alpha\":1.4,\"d_per_mpa\":1.0}},\
+             \"subcutaneous\":{{\"mu_mpa\":0.00684,\"alpha\":1.4,\"d_per_mpa\":10.0}},\
+             \"nail\":{{\"young_mpa\":100.0,\"poisson\":0.3}},{elastic}}}"
+        );
+        assert_eq!(serde_json::to_string(&Tissue::default()).unwrap(), expected);
+        let same: Config = toml::from_str("[tissue.skin]\nkind = \"ogden\"\nmu_mpa = 0.034\n").unwrap();
+        assert_eq!(same.hash().unwrap(), Config::default().hash().unwrap());
+        for text in [
+            "[tissue.skin]\nkind = \"neo_hooke\"\nmu_mpa = 0.034\nd_per_mpa = 1.0\n",
+            "[tissue.regions.gel]\n\
+            kind = \"elastic\"\nyoung_mpa = 0.1\npoisson = 0.45\n",
+        ] {
+            let other: Config = toml::from_str(text).unwrap();
+            assert_ne!(other.hash().unwrap(), same.hash().unwrap());
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use vtkio::model::{
     Version, VertexNumbers, Vtk,
 };
 
-use super::{Error, REGIONS, atomic_write, number, region_index};
+use super::{Error, atomic_write, number, region_index};
 use crate::mesh::Mesh;
 
 /// Values of a field, one a point or one a cell.
@@ -59,15 +59,15 @@ pub struct Grid {
     offsets: Vec<u64>,
     types: Vec<CellType>,
     /// Arrays of words that belong to the grid as a whole, by their names.
-    words: Vec<(&'static str, Vec<&'static str>)>,
+    words: Vec<(&'static str, Vec<String>)>,
 }
 
 impl Grid {
     /// All elements of a mesh, hexahedra first; points are undeformed, mm. Carries the array of words `region_names`, whose
     /// entry `i` is the name of the region that [`regions`] calls `i`.
     pub fn of_body(mesh: &Mesh) -> Self {
-        let names = ("region_names", REGIONS.map(|(_, name)| name).to_vec());
-        let mut grid = Self { points: mesh.nodes.clone(), words: vec![names], ..Self::default() };
+        let names = mesh.regions().into_iter().map(|(_, name)| name.to_owned()).collect();
+        let mut grid = Self { points: mesh.nodes.clone(), words: vec![("region_names", names)], ..Self::default() };
         mesh.hexes.iter().for_each(|h| grid.push(CellType::Hexahedron, &h.nodes));
         mesh.tets.iter().for_each(|t| grid.push(CellType::Tetra, &t.nodes));
         grid
@@ -92,7 +92,7 @@ impl Grid {
     }
 }
 
-/// Region of every element of [`Grid::of_body`], as its place in [`REGIONS`].
+/// Region of every element of [`Grid::of_body`], as its place in [`Mesh::regions`].
 pub fn regions(mesh: &Mesh) -> Field {
     let regions = mesh.hexes.iter().map(|h| h.region).chain(mesh.tets.iter().map(|t| t.region));
     Field::new("region", Values::Integers(regions.map(|region| region_index(region) as i32).collect()))
@@ -141,7 +141,7 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
 const GRID_OPENS: &str = "<UnstructuredGrid>";
 
 /// Arrays of words as VTK's field data, which the crate that writes the rest does not know: each word as its bytes and a 0.
-fn field_data(words: &[(&str, Vec<&str>)]) -> String {
+fn field_data(words: &[(&str, Vec<String>)]) -> String {
     let mut text = String::new();
     for (name, words) in words {
         let bytes: Vec<String> =
@@ -215,7 +215,7 @@ mod tests {
         let stress = vec![[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [-1.0, 0.0, 0.0, 0.0, 0.0, 0.5]];
         let stress_field = Field::new("cauchy_stress_mpa", Values::SymmetricTensors(stress.clone()));
         write(&file, Grid::of_body(&mesh), Vec::new(), vec![regions(&mesh), stress_field]).unwrap();
-        assert_eq!(words(&std::fs::read_to_string(&file).unwrap()), REGIONS.map(|(_, name)| name));
+        assert_eq!(words(&std::fs::read_to_string(&file).unwrap()), crate::REGIONS.map(|(_, name)| name));
         let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(&file).unwrap().data else { panic!() };
         let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
         assert_eq!((piece.num_points(), piece.cells.num_cells()), (12, 2));

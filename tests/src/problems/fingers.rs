@@ -21,8 +21,7 @@ pub fn finger(shape: &str, preset: MeshPreset, bone: BoneKind, stiffness: f64) -
     let mut tissue = Tissue::default();
     tissue.bone.kind = bone;
     for law in [&mut tissue.skin, &mut tissue.subcutaneous] {
-        law.mu_mpa *= stiffness;
-        law.d_per_mpa /= stiffness;
+        *law = law.stiffened(stiffness);
     }
     Ok(Finger::new(tip, &tissue)?)
 }

@@ -21,7 +21,7 @@ use fingerpad_tests::{
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use wide::f64x8;
 
-use crate::ogden::{pack, unpack};
+use crate::hyperelastic::{laws, pack, unpack};
 
 const BOUND: f64 = 1e-6;
 
@@ -79,6 +79,19 @@ fn material_errors(law: &impl Constitutive, modulus_mpa: f64, f: &Matrix3<f64>) 
     [energy, moduli]
 }
 
+/// [`material_errors`] of whatever law the material is.
+fn errors_of(material: &Material, f: &Matrix3<f64>) -> [f64; 2] {
+    let modulus_mpa = material.shear_mpa();
+    match material {
+        Material::NeoHooke(law) => material_errors(law, modulus_mpa, f),
+        Material::MooneyRivlin(law) => material_errors(law, modulus_mpa, f),
+        Material::Yeoh(law) => material_errors(law, modulus_mpa, f),
+        Material::OgdenSeries(law) => material_errors(law, modulus_mpa, f),
+        Material::Ogden(law) => material_errors(law, modulus_mpa, f),
+        Material::Linear(law) => material_errors(law, modulus_mpa, f),
+    }
+}
+
 #[test]
 fn materials() {
     let turn = Rotation3::new(Vector3::new(0.5, -0.3, 0.8)).into_inner();
@@ -103,6 +116,17 @@ fn materials() {
     }
     for f in [shear, principal(0.9, 1.05, 1.05), principal(0.97, 1.0, 1.1)] {
         note(2, material_errors(&svk(), 100.0, &f));
+    }
+    for (case, law) in laws().into_iter().filter(|(case, _)| *case != "Ogden") {
+        let mut worst = [0.0f64; 2];
+        for f in [shear, principal(0.5, 1.2, 1.9), principal(1.2, 1.2, 0.8), principal(1.2, 1.2003, 1.2), 1.01 * shear]
+        {
+            let errors = errors_of(&law, &f);
+            assert!(errors.iter().all(|e| e.is_finite()));
+            (0..2).for_each(|k| worst[k] = worst[k].max(errors[k]));
+        }
+        verify(&format!("tangent {case}"), "stress against energy", worst[0], BOUND);
+        verify(&format!("tangent {case}"), "moduli against stress", worst[1], BOUND);
     }
     for (slot, case) in ["Ogden", "Ogden, equal and near-equal stretches", "Saint Venant-Kirchhoff"].iter().enumerate()
     {

@@ -41,6 +41,12 @@ pub enum BodyError {
         /// Its region.
         region: Region,
     },
+    /// A soft region of the mesh without a law.
+    #[error("the mesh names a soft region (number {number}, from 0) that has no law in tissue.regions")]
+    NoLaw {
+        /// Its place in the mesh's list of soft regions.
+        number: usize,
+    },
     /// An element turned inside out under load.
     #[error("an element turned inside out (det F = {det_f:.3e})")]
     Inverted {

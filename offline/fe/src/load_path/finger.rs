@@ -1,5 +1,7 @@
 //! A finger: mesh, materials and supports, from a configuration file.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 use serde::Deserializer;
 
@@ -47,39 +49,72 @@ impl Default for Bone {
 }
 
 /// Materials of the finger [Yoshida et al. 2011 for all constants but the joint].
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tissue {
     /// Superficial layer.
     #[serde(deserialize_with = "skin")]
-    pub skin: Ogden,
+    pub skin: Material,
     /// Layer between skin and bone.
     #[serde(deserialize_with = "subcutaneous")]
-    pub subcutaneous: Ogden,
+    pub subcutaneous: Material,
     /// Nail plate.
     #[serde(deserialize_with = "nail")]
     pub nail: SaintVenantKirchhoff,
     /// Bones.
     pub bone: Bone,
+    /// Soft regions of an imported mesh beside skin and subcutaneous, by the names of their element sets.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty", deserialize_with = "partly::regions")]
+    pub regions: BTreeMap<String, Material>,
 }
+
+const SKIN: Ogden = Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 };
+const SUBCUTANEOUS: Ogden = Ogden { mu_mpa: 0.00684, alpha: 1.4, d_per_mpa: 10.0 };
 
 impl Default for Tissue {
     fn default() -> Self {
         Self {
-            skin: Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 },
-            subcutaneous: Ogden { mu_mpa: 0.00684, alpha: 1.4, d_per_mpa: 10.0 },
+            skin: Material::Ogden(SKIN),
+            subcutaneous: Material::Ogden(SUBCUTANEOUS),
             nail: SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 },
             bone: Bone::default(),
+            regions: BTreeMap::new(),
         }
     }
 }
 
-fn skin<'de, D: Deserializer<'de>>(from: D) -> Result<Ogden, D::Error> {
-    partly::ogden(from, Tissue::default().skin)
+impl Tissue {
+    /// The law of a region of `mesh`; None for what is rigid, and for a soft region that has none in [`Self::regions`].
+    pub fn material(&self, mesh: &Mesh, region: Region) -> Option<Material> {
+        match region {
+            Region::Skin => Some(self.skin),
+            Region::Subcutaneous => Some(self.subcutaneous),
+            Region::Nail => Some(Material::Linear(self.nail)),
+            Region::DistalBone | Region::ProximalBone => {
+                (self.bone.kind == BoneKind::Deformable).then_some(Material::Linear(self.bone.elastic))
+            }
+            Region::Soft(_) => self.regions.get(mesh.region_name(region)).copied(),
+        }
+    }
+
+    /// Every stiffness times `factor` (> 0): soft tissue, nail, bones, joint.
+    pub fn stiffen(&mut self, factor: f64) {
+        for law in [&mut self.skin, &mut self.subcutaneous].into_iter().chain(self.regions.values_mut()) {
+            *law = law.stiffened(factor);
+        }
+        self.nail = self.nail.stiffened(factor);
+        self.bone.elastic = self.bone.elastic.stiffened(factor);
+        self.bone.joint.translation_n_per_mm *= factor;
+        self.bone.joint.rotation_nmm_per_rad *= factor;
+    }
 }
 
-fn subcutaneous<'de, D: Deserializer<'de>>(from: D) -> Result<Ogden, D::Error> {
-    partly::ogden(from, Tissue::default().subcutaneous)
+fn skin<'de, D: Deserializer<'de>>(from: D) -> Result<Material, D::Error> {
+    partly::soft(from, SKIN)
+}
+
+fn subcutaneous<'de, D: Deserializer<'de>>(from: D) -> Result<Material, D::Error> {
+    partly::soft(from, SUBCUTANEOUS)
 }
 
 fn nail<'de, D: Deserializer<'de>>(from: D) -> Result<SaintVenantKirchhoff, D::Error> {
@@ -126,7 +161,8 @@ impl Finger {
     /// A finger of `tissue` on the mesh of `fingertip`.
     ///
     /// # Errors
-    /// [`BodyError::InvertedMesh`] for a mesh with an inverted element.
+    /// [`BodyError::InvertedMesh`] for a mesh with an inverted element, [`BodyError::NoLaw`] for a named soft region
+    /// without a law.
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
         let neutral_pitch_deg = neutral_pitch_deg(&fingertip.touch);
         let mut beside_pad: Vec<u32> = fingertip.outer_faces.iter().flatten().copied().collect();
@@ -136,6 +172,9 @@ impl Finger {
         let mut pad: Vec<u32> = mesh.pad_faces.iter().flatten().copied().collect();
         pad.sort_unstable();
         beside_pad.retain(|node| pad.binary_search(node).is_err());
+        if let Some(number) = mesh.soft_regions.iter().position(|name| !tissue.regions.contains_key(name)) {
+            return Err(BodyError::NoLaw { number });
+        }
         let supports = supports(&mesh, tissue.bone.kind);
         let reference = joint_point(&mesh);
         let body = body(&mesh, tissue, &supports, reference, tissue.bone.joint)?;
@@ -184,13 +223,7 @@ fn body(
     reference: Vector3<f64>,
     joint: Joint,
 ) -> Result<Body, BodyError> {
-    let deformable = tissue.bone.kind == BoneKind::Deformable;
-    let material = |region: Region| match region {
-        Region::Skin => Some(Material::Ogden(tissue.skin)),
-        Region::Subcutaneous => Some(Material::Ogden(tissue.subcutaneous)),
-        Region::Nail => Some(Material::Linear(tissue.nail)),
-        Region::DistalBone | Region::ProximalBone => deformable.then_some(Material::Linear(tissue.bone.elastic)),
-    };
+    let material = |region: Region| tissue.material(mesh, region);
     Body::new(mesh, material, supports, reference, joint)
 }
 

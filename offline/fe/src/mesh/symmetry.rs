@@ -54,6 +54,7 @@ impl HalfMesh {
             tets: tets.kept.iter().map(|&e| mesh.tets[e]).collect(),
             pad_faces: faces.kept.iter().map(|&f| mesh.pad_faces[f]).collect(),
             node_sets: mesh.node_sets.clone(),
+            soft_regions: mesh.soft_regions.clone(),
             ties,
         };
         let all = || 0..mesh.nodes.len() as u32;

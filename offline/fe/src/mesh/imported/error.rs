@@ -38,9 +38,9 @@ pub enum ImportError {
         node: u64,
     },
     /// A set or group that the settings name and the file does not have.
-    #[error("imported.{key}: the file has no `{name}`; {known}")]
+    #[error("{key}: the file has no `{name}`; {known}")]
     NoSuchSet {
-        /// Key of the settings.
+        /// Key of the configuration.
         key: String,
         /// The name looked for.
         name: String,
