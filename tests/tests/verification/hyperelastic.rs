@@ -16,14 +16,16 @@ use nalgebra::{Matrix3, Vector3};
 use wide::f64x8;
 
 /// Ogden with alpha of the finger, neo-Hookean, and stiffening in compression and in tension; Ogden's three terms for
-/// Treloar's rubber (Ogden 1972: m = 0.63, 0.0012, −0.01 MPa, mu = m alpha/2); neo-Hooke, Mooney-Rivlin, Yeoh.
+/// Treloar's rubber (Ogden 1972: m = 0.63, 0.0012, −0.01 MPa, mu = m alpha/2); a term with negative mu; neo-Hooke, Mooney-Rivlin, Yeoh.
 pub fn laws() -> Vec<(&'static str, Material)> {
     let ogden = [(1.4, 1.0), (2.0, 10.0), (-2.5, 1.0), (9.0, 0.1)]
         .map(|(alpha, d_per_mpa)| ("Ogden", Material::Ogden(Ogden { mu_mpa: 0.034, alpha, d_per_mpa })));
     let terms =
         [(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)].map(|(m, alpha)| OgdenTerm { mu_mpa: 0.5 * m * alpha, alpha });
+    let negative = [(0.4, 1.3), (-0.02, 0.5)].map(|(mu_mpa, alpha)| OgdenTerm { mu_mpa, alpha });
     let others = [
-        ("Ogden, 3 terms", Material::OgdenSeries(OgdenSeries::new(&terms, 0.1).unwrap())),
+        ("Ogden series", Material::OgdenSeries(OgdenSeries::new(&terms, 0.1).unwrap())),
+        ("Ogden series", Material::OgdenSeries(OgdenSeries::new(&negative, 0.1).unwrap())),
         ("neo-Hooke", Material::NeoHooke(NeoHooke { mu_mpa: 0.4, d_per_mpa: 0.2 })),
         ("Mooney-Rivlin", Material::MooneyRivlin(MooneyRivlin { c10_mpa: 0.16, c01_mpa: 0.05, d_per_mpa: 0.2 })),
         ("Yeoh", Material::Yeoh(Yeoh { c10_mpa: 0.2, c20_mpa: -0.01, c30_mpa: 0.004, d_per_mpa: 0.2 })),
