@@ -9,6 +9,7 @@ mod numerics;
 pub mod paths;
 mod retuned;
 mod sphere;
+mod spin;
 
 use crate::Check;
 
@@ -37,7 +38,16 @@ pub struct Case {
 /// All cases.
 pub const CASES: &[Case] = &[
     Case { name: "hertz", about: "paraboloid on the plane, frictionless, exact far field", run: sphere::hertz },
-    Case { name: "mindlin", about: "Cattaneo-Mindlin, Coulomb, nu 0.499, exact far field", run: sphere::mindlin },
+    Case {
+        name: "mindlin",
+        about: "Cattaneo-Mindlin and back and forth, Coulomb, nu 0.499, exact far field",
+        run: sphere::mindlin,
+    },
+    Case {
+        name: "spin",
+        about: "sphere that spins: Reissner-Sagoci, Lubkin, full spin, exact far field",
+        run: spin::spin,
+    },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
     Case {
         name: "volume",
