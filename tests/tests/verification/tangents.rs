@@ -7,16 +7,12 @@ use fingerpad_fe::contact::{
 use fingerpad_fe::element::{Batch, Constitutive, Hex8, Tangent, Tet4};
 use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
-use fingerpad_fe::mesh::{
-    FingertipShape, MeshPreset, Region,
-    block::{coordinates, curved_block},
-    fingertip,
-};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Region, block::coordinates, fingertip};
 use fingerpad_fe::solve::{Guess, Solver, SolverSettings, State, Stats, Target, unwatched};
 use fingerpad_tests::{
     differences::{unit_directions, worst_error},
     equilibrium::multiply_symmetric,
-    problems::blocks::{body_of, tied_block},
+    problems::blocks::{paraboloid, tied_block},
     random::Random,
     verify,
 };
@@ -307,12 +303,7 @@ fn product(surface: &Surface, exact: &Evaluation, position: &[Vector3<f64>], pla
 fn contact_on_a_deformed_state() {
     // A paraboloid of radius 6 mm on a plane that is pitched, rolled and spun, pressed and then moved in all six
     // coordinates: by less than the elastic slip, part of the way, far.
-    let line = coordinates(-2.0, 2.0, 8, 1.0);
-    let bulge = |p: Vector3<f64>| p + Vector3::z() * ((p.x * p.x + p.y * p.y) / 12.0 * (1.0 - p.z / 2.0));
-    let mesh = curved_block(&line, &line, &coordinates(0.0, 2.0, 3, 1.3), bulge);
-    let supports =
-        Supports { fixed: mesh.node_set("z1").to_vec(), contact: mesh.node_set("z0").to_vec(), ..Default::default() };
-    let body = body_of(&mesh, Material::Ogden(ogden(1.4)), &supports);
+    let (mesh, body) = paraboloid(&Rotation3::identity());
     let rubber = Friction::On(RubberFriction::default());
     for (case, friction, slides) in [
         ("without friction", Friction::Off, vec![0.1]),
