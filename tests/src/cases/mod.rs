@@ -77,6 +77,11 @@ pub const CASES: &[Case] = &[
         run: meshes::convergence,
     },
     Case {
+        name: "slides",
+        about: "default mesh against faces halved, 1 mm: stick ratio and F(s) over 3 mm and back",
+        run: meshes::slides,
+    },
+    Case {
         name: "elements",
         about: "three meshes of A, frictionless: mean dilatation against C3D8R",
         run: meshes::elements,
