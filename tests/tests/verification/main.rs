@@ -2,6 +2,7 @@
 //!
 //! `cargo test --release -p fingerpad-tests --test verification -- --nocapture` prints them all.
 
+mod balance;
 mod branches;
 mod cook;
 mod energy;

@@ -499,7 +499,8 @@ impl Totals {
         let stiffness = slip_stiffness(before);
         let slip = [from.x - to.x, from.y - to.y];
         let end = [0, 1].map(|k| before.elastic_slip[k] + slip[k]);
-        self.elastic_energy_by_pressure -= (0..2).map(|k| 0.5 * stiffness * before.elastic_slip[k] * end[k]).sum::<f64>();
+        self.elastic_energy_by_pressure -=
+            (0..2).map(|k| 0.5 * stiffness * before.elastic_slip[k] * end[k]).sum::<f64>();
     }
 
     /// Adds the energies of a node whose plastic slip in the increment was `plastic`, mm.
@@ -516,3 +517,6 @@ impl Totals {
         self.min_dissipation_mj = self.min_dissipation_mj.min(product);
     }
 }
+
+#[cfg(test)]
+mod tests;

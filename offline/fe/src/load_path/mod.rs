@@ -139,6 +139,8 @@ pub struct Work {
     pub plane_mj: f64,
     /// Dissipated by slip.
     pub friction_mj: f64,
+    /// Put into the elastic slip by changes of pressure and contact area, for which no motion pays.
+    pub pressure_mj: f64,
     /// Dissipated by viscous stabilisation; 0 unless a limit point was passed.
     pub stabilisation_mj: f64,
 }

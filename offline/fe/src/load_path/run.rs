@@ -449,6 +449,7 @@ impl LoadSteps for Run<'_, '_> {
         let copies = self.model.copies();
         run.trajectory.work.plane_mj += copies * plane_work_mj_between(&self.solver, &run.state, &next);
         run.trajectory.work.friction_mj += copies * next.totals.dissipation;
+        run.trajectory.work.pressure_mj += copies * next.totals.elastic_energy_by_pressure;
         let cost = &mut run.trajectory.cost;
         cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
         cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
@@ -487,13 +488,15 @@ impl LoadSteps for Run<'_, '_> {
         let Ok(passage) = passage else { return Err(self.interrupted()) };
         let Some(passage) = passage else { return Ok(false) };
         let (body, copies, run) = (self.model.body, self.model.copies(), &mut self.run);
-        let energy = |state: &State| body.energy(&state.configuration).0;
+        let energy = |state: &State| body.energy(&state.configuration).0 + state.totals.elastic_energy;
         // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
         let stored = energy(&passage.state) - energy(&run.state);
         let work = &mut run.trajectory.work;
         work.plane_mj += copies * passage.plane_work_mj;
         work.friction_mj += copies * passage.friction_work_mj;
-        work.stabilisation_mj += copies * (passage.plane_work_mj - passage.friction_work_mj - stored).max(0.0);
+        work.pressure_mj += copies * passage.pressure_work_mj;
+        let put_in = passage.plane_work_mj + passage.pressure_work_mj;
+        work.stabilisation_mj += copies * (put_in - passage.friction_work_mj - stored).max(0.0);
         run.trajectory.cost.increments += 1;
         run.status = run.status.with(Status::STABILISED);
         run.state = passage.state;

@@ -205,7 +205,8 @@ impl Solver<'_> {
         watch: Watch,
     ) -> Result<State, SolveError> {
         let Guess { configuration, plane, follows_plane } = guess;
-        let mut iterate = Iterate { at: configuration, plane: increment.plane(&plane), internal: Vec::new(), areas: Vec::new() };
+        let mut iterate =
+            Iterate { at: configuration, plane: increment.plane(&plane), internal: Vec::new(), areas: Vec::new() };
         self.internal_forces(&iterate.at, increment.damping, &mut iterate.internal)?;
         let mut convergence = Convergence::new();
         loop {
@@ -242,8 +243,7 @@ impl Solver<'_> {
     /// The state of an iterate in equilibrium.
     fn committed(&self, iterate: Iterate, last: &ContactState) -> State {
         let positions = self.surface_positions(&iterate.at);
-        let (contact, totals) =
-            self.surface.commit(&self.friction, last, &iterate.areas, &positions, iterate.plane);
+        let (contact, totals) = self.surface.commit(&self.friction, last, &iterate.areas, &positions, iterate.plane);
         State { configuration: iterate.at, contact, totals }
     }
 
@@ -410,8 +410,7 @@ impl Solver<'_> {
         let Iterate { at, plane, internal, areas } = iterate;
         let first = self.body.dofs.first_contact_dof;
         let positions = self.surface_positions(at);
-        let evaluation =
-            self.surface.evaluate(&self.friction, increment.last, areas, &positions, plane, false, false);
+        let evaluation = self.surface.evaluate(&self.friction, increment.last, areas, &positions, plane, false, false);
         let mut contact = vec![0.0; internal.len() - first];
         for (f, slots) in evaluation.residual.iter().zip(&self.slots) {
             for &(s, weight) in slots {
