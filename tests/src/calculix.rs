@@ -129,7 +129,7 @@ impl Case {
         if self.element == Element::MeanDilatation {
             return finger;
         }
-        let mesh = finger.mesh;
+        let mesh = finger.mesh.clone();
         let fixed = [set::PROXIMAL_FIX, set::NAIL_FIX, set::PROXIMAL_BONE, set::DISTAL_BONE];
         let supports = Supports {
             fixed: fixed.iter().flat_map(|name| mesh.node_set(name)).copied().collect(),
@@ -139,7 +139,7 @@ impl Case {
         let material = |region: Region| tissue.material(&mesh, region);
         let joint = tissue.bone.joint;
         let body = Body::with_hexes(Hex8::uniform_strain, &mesh, material, &supports, Vector3::zeros(), joint);
-        Finger { body: body.expect("a body"), mesh, half: None }
+        Finger { body: body.expect("a body"), mesh, half: None, ..finger }
     }
 
     /// What the mesh is.
@@ -179,6 +179,9 @@ pub fn problem(finger: &Finger, law: Law) -> Problem<'_> {
         penalty: PenaltySettings { penalty_mpa_per_mm: PENALTY_MPA_PER_MM, augment: false, ..Default::default() },
         settings: SolverSettings::default(),
         load_steps: LoadSettings::default(),
+        neutral_pitch_deg: 30.0,
+        obstacles: &[],
+        beside_pad: &[],
         clearance_mm: f64::INFINITY,
     }
 }

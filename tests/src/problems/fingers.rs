@@ -36,6 +36,9 @@ pub fn problem<'a>(body: &'a Body, pad_faces: &'a [[u32; 4]]) -> Problem<'a> {
         penalty: PenaltySettings::default(),
         settings: SolverSettings::default(),
         load_steps: LoadSettings::default(),
+        neutral_pitch_deg: 30.0,
+        obstacles: &[],
+        beside_pad: &[],
         clearance_mm: f64::INFINITY,
     }
 }
