@@ -58,16 +58,16 @@ pub struct Grid {
     connectivity: Vec<u64>,
     offsets: Vec<u64>,
     types: Vec<CellType>,
-    /// Arrays of words that belong to the grid as a whole, by their names.
-    words: Vec<(&'static str, Vec<String>)>,
+    /// Numbers that belong to the grid as a whole, by their names.
+    numbers: Vec<(String, usize)>,
 }
 
 impl Grid {
-    /// All elements of a mesh, hexahedra first; points are undeformed, mm. Carries the array of words `region_names`, whose
-    /// entry `i` is the name of the region that [`regions`] calls `i`.
+    /// All elements of a mesh, hexahedra first; points are undeformed, mm. The field data `region_skin` and so on hold the
+    /// number by which [`regions`] calls that region.
     pub fn of_body(mesh: &Mesh) -> Self {
-        let names = mesh.regions().into_iter().map(|(_, name)| name.to_owned()).collect();
-        let mut grid = Self { points: mesh.nodes.clone(), words: vec![("region_names", names)], ..Self::default() };
+        let numbers = mesh.regions().into_iter().enumerate().map(|(i, (_, name))| (format!("region_{name}"), i)).collect();
+        let mut grid = Self { points: mesh.nodes.clone(), numbers, ..Self::default() };
         mesh.hexes.iter().for_each(|h| grid.push(CellType::Hexahedron, &h.nodes));
         mesh.tets.iter().for_each(|t| grid.push(CellType::Tetra, &t.nodes));
         grid
@@ -122,7 +122,7 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
             cell: cell.into_iter().map(attribute).collect(),
         },
     };
-    let words = field_data(&grid.words);
+    let numbers = field_data(&grid.numbers);
     let grid = Vtk {
         version: Version::new_xml(1, 0),
         title: String::new(),
@@ -133,24 +133,20 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
     let mut bytes = Vec::new();
     grid.write_xml(&mut bytes)
         .map_err(|e| Error::Content { path: file.to_path_buf(), problem: format!("VTK: {e}") })?;
-    let text = String::from_utf8_lossy(&bytes).replacen(GRID_OPENS, &format!("{GRID_OPENS}{words}"), 1);
+    let text = String::from_utf8_lossy(&bytes).replacen(GRID_OPENS, &format!("{GRID_OPENS}{numbers}"), 1);
     atomic_write(file, |w| w.write_all(text.as_bytes()))
 }
 
 /// Where a grid begins in a file.
 const GRID_OPENS: &str = "<UnstructuredGrid>";
 
-/// Arrays of words as VTK's field data, which the crate that writes the rest does not know: each word as its bytes and a 0.
-fn field_data(words: &[(&str, Vec<String>)]) -> String {
-    let mut text = String::new();
-    for (name, words) in words {
-        let bytes: Vec<String> =
-            words.iter().flat_map(|word| word.bytes().chain([0])).map(|byte| byte.to_string()).collect();
-        let count = words.len();
-        text += &format!("<DataArray type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">");
-        text += &format!("{}</DataArray>", bytes.join(" "));
-    }
-    if text.is_empty() { text } else { format!("<FieldData>{text}</FieldData>") }
+/// Numbers as VTK's field data, which the crate that writes the rest does not know. Words would be refused by meshio.
+fn field_data(numbers: &[(String, usize)]) -> String {
+    let array = |(name, number): &(String, usize)| {
+        format!("<DataArray type=\"Int32\" Name=\"{name}\" NumberOfTuples=\"1\" format=\"ascii\">{number}</DataArray>")
+    };
+    let arrays: String = numbers.iter().map(array).collect();
+    if arrays.is_empty() { arrays } else { format!("<FieldData>{arrays}</FieldData>") }
 }
 
 /// A file of a collection.
@@ -198,15 +194,6 @@ mod tests {
     use super::*;
     use crate::test_mesh;
 
-    /// The words of the only array of words in a file.
-    fn words(file: &str) -> Vec<String> {
-        let start = "<DataArray type=\"String\" Name=\"region_names\" NumberOfTuples=\"5\" format=\"ascii\">";
-        let (_, from) = file.split_once(start).unwrap();
-        let codes = from.split_once('<').unwrap().0.split(' ').map(|code| code.parse::<u8>().unwrap());
-        let text = String::from_utf8(codes.collect()).unwrap();
-        text.strip_suffix('\0').unwrap().split('\0').map(str::to_owned).collect()
-    }
-
     #[test]
     fn a_grid_reads_back_and_a_field_that_does_not_fit_is_refused() {
         let mesh = test_mesh::hex_and_tet();
@@ -215,7 +202,13 @@ mod tests {
         let stress = vec![[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [-1.0, 0.0, 0.0, 0.0, 0.0, 0.5]];
         let stress_field = Field::new("cauchy_stress_mpa", Values::SymmetricTensors(stress.clone()));
         write(&file, Grid::of_body(&mesh), Vec::new(), vec![regions(&mesh), stress_field]).unwrap();
-        assert_eq!(words(&std::fs::read_to_string(&file).unwrap()), crate::REGIONS.map(|(_, name)| name));
+        let text = std::fs::read_to_string(&file).unwrap();
+        let (_, field_data) = text.split_once("<FieldData>").unwrap();
+        for (i, (region, name)) in crate::REGIONS.into_iter().enumerate() {
+            assert_eq!(i, region_index(region));
+            let array = format!("Name=\"region_{name}\" NumberOfTuples=\"1\" format=\"ascii\">{i}</DataArray>");
+            assert!(field_data.contains(&array), "{array}");
+        }
         let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(&file).unwrap().data else { panic!() };
         let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
         assert_eq!((piece.num_points(), piece.cells.num_cells()), (12, 2));

@@ -16,7 +16,7 @@ use crate::mesh::Mesh;
 /// Writes `FOLDER/NAME.pvd` with `NAME_0000.vtu`, `NAME_pad_0000.vtu` and so on beside it; returns the `.pvd`'s path.
 ///
 /// Body: point data `displacement_mm`; cell data, means over the element and 0 in rigid bones:
-/// * `region`: the place of its name in the field data `region_names`
+/// * `region`: a number; the field data `region_skin` and so on say whose
 /// * `cauchy_stress_mpa`: XX, YY, ZZ, XY, YZ, XZ (VTK's order) in the frame of the plane; tension positive
 /// * `von_mises_stress_mpa`, and `mean_pressure_mpa`, a third of minus the trace: compression positive
 /// * `green_lagrange_strain`: `(F^T F - I)/2`, XX, YY, ZZ, XY, YZ, XZ in the undeformed frame, shear of the tensor

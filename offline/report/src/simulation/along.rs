@@ -71,11 +71,13 @@ impl Along<'_> {
     }
 
     fn regimes<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, panel: &Panel) -> Drawn<DB> {
-        for pair in self.responses.windows(2) {
-            let (a, b) = (panel.at(pair[0].t_s, panel.y.max()), panel.at(pair[1].t_s, panel.y.max()));
-            if b.0 > a.0 {
-                canvas.rect(a.0, a.1, b.0 - a.0, panel.height, shade(pair[1].regime))?;
-            }
+        // An increment has the regime of its end; increments of one regime make one area.
+        let mut start = self.responses.first().map_or(0.0, |r| r.t_s);
+        for run in self.responses.chunk_by(|a, b| a.regime == b.regime) {
+            let end = run[run.len() - 1].t_s;
+            let [left, right] = [start, end].map(|t_s| panel.at(t_s, panel.y.max()).0);
+            canvas.rect(left, panel.top, right - left, panel.height, shade(run[0].regime))?;
+            start = end;
         }
         Ok(())
     }
@@ -96,20 +98,27 @@ impl Along<'_> {
         Ok(())
     }
 
-    /// Letters above the first panel and lines through all of them.
-    fn mark<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, x: &Axis, bottom: f64) -> Drawn<DB> {
-        let first = self.place(0, x, Axis::covering("", [0.0, 1.0], std::iter::empty(), 2));
+    /// Letters above the first panel.
+    fn letters<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, first: &Panel) -> Drawn<DB> {
         let [upper, lower] = [12.0, 27.0].map(|y| 12.0 + 22.0 * self.legend_rows() + y - 4.0);
         let mut last = (f64::NEG_INFINITY, lower);
         for (letter, response) in &self.marks.0 {
-            let at = first.at(response.t_s, 0.0).0;
+            let at = first.at(response.t_s, first.y.min()).0;
             // A letter that would stand on the one before goes above it.
             let y = if at - last.0 < 13.0 && last.1 == lower { upper } else { lower };
-            let dash = Line { colour: GREY, width: 0.8, dash: Some((3.0, 3.0)) };
-            canvas.line(&[(at, y + 8.0), (at, bottom)], dash)?;
             let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
             canvas.text(&letter.to_string(), (at, y), style)?;
             last = (at, y);
+        }
+        Ok(())
+    }
+
+    /// A line through a panel at every mark.
+    fn marks<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, panel: &Panel) -> Drawn<DB> {
+        let dash = Line { colour: GREY, width: 0.8, dash: Some((3.0, 3.0)) };
+        for (_, response) in &self.marks.0 {
+            let at = |y| panel.at(response.t_s, y);
+            canvas.line(&[at(panel.y.max()), at(panel.y.min())], dash)?;
         }
         Ok(())
     }
@@ -151,10 +160,9 @@ impl Figure for Along<'_> {
         let panels = self.panels();
         let times = || self.responses.iter().map(|r| r.t_s);
         let start = times().next().unwrap_or(0.0);
-        let count = if self.width < WIDE { 4 } else { 9 };
+        let count = if self.width < WIDE { 7 } else { 14 };
         let mut x = Axis::covering("", [start, start], times(), count);
         self.regime_legend(canvas)?;
-        let mut bottom = 0.0;
         for (k, (of, series)) in panels.iter().enumerate() {
             let values = series.iter().flat_map(|s| self.responses.iter().map(s.of));
             let y = Axis::covering("", of.least_or(values.clone()), values, 4);
@@ -164,10 +172,13 @@ impl Figure for Along<'_> {
             let panel = self.place(k, &x, y);
             self.regimes(canvas, &panel)?;
             panel.draw(canvas)?;
-            bottom = panel.top + panel.height;
+            self.marks(canvas, &panel)?;
             self.curves(canvas, &panel, of.label, series)?;
+            if k == 0 {
+                self.letters(canvas, &panel)?;
+            }
         }
-        self.mark(canvas, &x, bottom)
+        Ok(())
     }
 }
 

@@ -8,6 +8,7 @@ use super::series::{LOOPS, Loop};
 use crate::axes::{Axis, Panel};
 use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
 use crate::colour::{GREY, INK, MODEL};
+use crate::font;
 use fingerpad_fe::load_path::Response;
 
 /// Motions that are smaller than this, mm or degrees, make no panel.
@@ -100,36 +101,64 @@ impl Figure for Loops<'_> {
             for (tip, direction) in arrows(&line) {
                 canvas.arrow_head(tip, direction, 9.0, MODEL)?;
             }
-            self.letters(canvas, &panel, &at)?;
+            self.letters(canvas, &panel, &line, &at)?;
         }
         Ok(())
     }
 }
 
 impl Loops<'_> {
-    /// Marks with their letters, on the side of the point where the panel has room.
+    /// Marks with their letters, those of one place together, where the curve leaves most room.
     fn letters<DB: DrawingBackend>(
         &self,
         canvas: &mut Canvas<'_, DB>,
         panel: &Panel,
+        line: &[(f64, f64)],
         at: &dyn Fn(&Response) -> (f64, f64),
     ) -> Drawn<DB> {
-        let mut taken: Vec<(f64, f64)> = Vec::new();
+        let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
+        let mut labels: Vec<((f64, f64), String)> = Vec::new();
         for (letter, response) in &self.marks.0 {
             let point = at(response);
             canvas.marker(Marker::Circle, point, 3.0, INK, true)?;
-            let sides = [(0.0, -12.0), (11.0, 9.0), (-11.0, 9.0), (12.0, -7.0), (-12.0, -7.0), (0.0, 13.0)];
-            let free = |p: &(f64, f64)| {
-                let apart = |q: &(f64, f64)| (p.0 - q.0).hypot(p.1 - q.1) > 11.0;
-                let inside = p.0 > panel.left + 4.0 && p.0 < panel.left + panel.width + 14.0;
-                taken.iter().all(apart) && inside && p.1 > panel.top - 6.0 && p.1 < panel.top + panel.height - 6.0
+            match labels.iter_mut().find(|label| distance(label.0, point) < 14.0) {
+                Some((_, letters)) => letters.push(*letter),
+                None => labels.push((point, letter.to_string())),
+            }
+        }
+        let points: Vec<_> = labels.iter().map(|label| label.0).collect();
+        for (point, letters) in &labels {
+            let half = 0.5 * font::width(letters, style.em, true);
+            let side = half + 7.0;
+            let places = [(0.0, -14.0), (side, 10.0), (-side, -10.0), (side, -10.0), (-side, 10.0), (0.0, 15.0)]
+                .map(|s| (point.0 + s.0, point.1 + s.1));
+            let room = |place: &(f64, f64)| {
+                let inside = place.0 - half > panel.left && place.0 + half < panel.left + panel.width + 18.0;
+                let above_axis = place.1 > panel.top - 8.0 && place.1 < panel.top + panel.height - 6.0;
+                let ends = [-half, 0.0, half].map(|dx| (place.0 + dx, place.1));
+                let to_line = ends.map(|end| clearance(line, end)).into_iter().fold(f64::INFINITY, f64::min);
+                let others = points.iter().filter(|p| *p != point).map(|p| distance(*p, *place) - half);
+                if inside && above_axis { others.fold(to_line, f64::min) } else { f64::NEG_INFINITY }
             };
-            let places = sides.map(|s| (point.0 + s.0, point.1 + s.1));
-            let place = places.into_iter().find(free).unwrap_or(places[0]);
-            let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
-            canvas.text(&letter.to_string(), place, style)?;
-            taken.extend([place, point]);
+            let place = places.into_iter().max_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(*point);
+            canvas.text(letters, place, style)?;
         }
         Ok(())
     }
+}
+
+fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.0 - b.0).hypot(a.1 - b.1)
+}
+
+/// Distance of a point to a line, px; what is not finite is no part of the line.
+fn clearance(line: &[(f64, f64)], point: (f64, f64)) -> f64 {
+    let to_piece = |pair: &[(f64, f64)]| {
+        let (a, b) = (pair[0], pair[1]);
+        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+        let along = ((point.0 - a.0) * dx + (point.1 - a.1) * dy) / (dx * dx + dy * dy);
+        let share = if along.is_finite() { along.clamp(0.0, 1.0) } else { 0.0 };
+        distance(point, (a.0 + share * dx, a.1 + share * dy))
+    };
+    line.windows(2).map(to_piece).filter(|d| d.is_finite()).fold(f64::INFINITY, f64::min)
 }

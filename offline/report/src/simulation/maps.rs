@@ -215,8 +215,7 @@ impl Figure for ContactMap<'_> {
         }
         let bottom = corner.1 + height;
         let name = Text { em: 11.0, colour: GREY, h: HPos::Center, v: VPos::Top, ..Text::BODY };
-        canvas.text("x, mm", (corner.0 + width / 2.0, bottom + 21.0), name)?;
-        canvas.text("y, mm", (corner.0 - 4.0, corner.1 + 2.0), Text { h: HPos::Right, v: VPos::Top, ..name })?;
+        canvas.text("x to the right, y upwards, mm", (corner.0 + width / 2.0, bottom + 21.0), name)?;
         match self.shown {
             Shown::Stick => self.stick_legend(canvas, bottom + 46.0),
             _ => self.colour_bar(canvas, bottom + 44.0),

@@ -94,8 +94,8 @@ pub fn along_caption(marks: &Marks) -> String {
 
 /// The figure of loops.
 pub fn loops_caption() -> String {
-    "Arrows show the sense in which the path goes. The area inside a loop is the work that it costs; a way back that lies on \
-     the way there costs none."
+    "Arrows show the sense in which the path goes. The areas inside the loops of all panels together are the work that the \
+     path costs; a way back that lies on the way there costs none."
         .to_owned()
 }
 
