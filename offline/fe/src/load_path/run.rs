@@ -11,7 +11,7 @@ use super::checkpoint::{Checkpoint, Saves};
 use super::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
-use super::steady_slip::{goes_on_straight, is_slide, slips_steadily};
+use super::steady_slip::{goes_on_straight, slide, slips_steadily};
 use super::stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
 use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
 use crate::assembly::{Body, Configuration, rotation_vector};
@@ -35,6 +35,9 @@ const BESIDE_PAD_MM: f64 = 1e-3;
 
 /// Distance from the foot at which turns count as travel, mm: about the radius of a contact.
 const TURN_ARM_MM: f64 = 4.0;
+
+/// Largest spin of an increment in steady slip, rad: friction errs by a 24th of its square.
+const STEADY_SPIN_RAD: f64 = 0.15;
 
 /// A place on the way to a row.
 struct Point {
@@ -286,11 +289,12 @@ impl<'a, 'p> Run<'a, 'p> {
     /// Largest size of a step after one that led to `next`: in steady slip longer slides are allowed than before it.
     fn largest_size_after(&self, next: &State) -> f64 {
         let steps = &self.problem.load_steps;
-        let is_free = self.law_at.is_none() && is_slide(self.path, self.run.row);
-        if is_free && slips_steadily(&self.run.state, next) {
-            (steps.max_steady_slide_step_mm / steps.max_slide_step_mm).max(1.0)
-        } else {
-            1.0
+        match slide(self.path, self.run.row) {
+            Some([.., spin]) if self.law_at.is_none() && slips_steadily(&self.run.state, next) => {
+                let by_slide = steps.max_steady_slide_step_mm / steps.max_slide_step_mm;
+                by_slide.min(STEADY_SPIN_RAD * self.row_length / spin.abs()).max(1.0)
+            }
+            _ => 1.0,
         }
     }
 

@@ -14,7 +14,7 @@ fn patch() -> Surface {
         faces.map(|(i, j)| [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)]).collect();
     let undeformed: Vec<Vector3<f64>> =
         (0..25).map(|n| Vector3::new(f64::from(n / 5) - 2.0, f64::from(n % 5) - 2.0, 0.0)).collect();
-    let pad = Pad { quads: &quads, triangles: &[], undeformed: &undeformed, modulus_mpa: &[0.1; 25] };
+    let pad = Pad { quads: &quads, triangles: &[], undeformed: &undeformed, modulus_mpa: &[0.1; 25], bears: &|_| true };
     Surface::new(&pad, &PENALTY)
 }
 
