@@ -147,6 +147,7 @@ fn response(depth_mm: f64, slide: f64, n: f64, friction: f64, area: f64, stick_r
         regime: Regime::classify(area > 0.0, stick_ratio as f32),
         status: Status::OK,
         centre_of_pressure_mm: [0.0; 2],
+        ..Response::default()
     }
 }
 

@@ -63,6 +63,11 @@ fn pose_numbers(r: &Response) -> [f64; 8] {
 ///
 /// Errors: a value that is not finite is refused before anything is written; disk errors carry the path.
 pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
+    let turned = |r: &Response| pose_numbers(r)[..6].iter().position(|x| !x.is_finite());
+    if let Some((row, c)) = responses.iter().enumerate().find_map(|(row, r)| Some((row, turned(r)?))) {
+        let value = pose_numbers(&responses[row])[c];
+        return Err(not_finite(file, row, POSE_COLUMNS[c], value));
+    }
     let cell = |x: f64| if x.is_nan() { String::new() } else { number(x).to_string() };
     write_columns(file, responses, &POSE_COLUMNS, &|i| pose_numbers(&responses[i]).map(cell).to_vec())
 }
@@ -74,6 +79,16 @@ pub fn write_with_extra(file: &Path, responses: &[Response], extra: &[[f64; 4]])
     write_columns(file, responses, names, &cells)
 }
 
+fn not_finite(file: &Path, row: usize, column: &str, value: f64) -> Error {
+    Error::Value {
+        path: file.to_path_buf(),
+        line: row + 2,
+        column: column.to_owned(),
+        value: value.to_string(),
+        problem: "is not finite and was not written".to_owned(),
+    }
+}
+
 fn write_columns(
     file: &Path,
     responses: &[Response],
@@ -82,13 +97,7 @@ fn write_columns(
 ) -> Result<(), Error> {
     for (i, response) in responses.iter().enumerate() {
         if let Some(c) = numbers(response).iter().position(|x| !x.is_finite()) {
-            return Err(Error::Value {
-                path: file.to_path_buf(),
-                line: i + 2,
-                column: COLUMNS[c].to_owned(),
-                value: numbers(response)[c].to_string(),
-                problem: "is not finite and was not written".to_owned(),
-            });
+            return Err(not_finite(file, i, COLUMNS[c], numbers(response)[c]));
         }
     }
     atomic_write(file, |w| {
@@ -178,6 +187,10 @@ mod tests {
             regime: Regime::PartialSlip,
             status: Status::STABILISED,
             centre_of_pressure_mm: [f64::NAN; 2],
+            spin_deg: 7.5,
+            pitch_deg: 41.0,
+            roll_deg: -3.0,
+            moment_n_mm: [1.25, -2.0, 0.5],
             ..Response::default()
         }
     }
@@ -192,8 +205,8 @@ mod tests {
         // NaN differs from itself, so compare what is printed.
         assert_eq!(format!("{back:?}"), format!("{rows:?}"));
         let text = std::fs::read_to_string(&file).unwrap();
-        assert!(text.lines().nth(2).unwrap().ends_with(",partial_slip,stabilised"), "{text}");
-        assert!(text.lines().nth(1).unwrap().ends_with(",no_contact,ok"), "{text}");
+        assert!(text.lines().nth(2).unwrap().ends_with(",partial_slip,stabilised,7.5,41,-3,0.5,1.25,-2,,"), "{text}");
+        assert!(text.lines().nth(1).unwrap().ends_with(",no_contact,ok,0,0,0,0,0,0,,"), "{text}");
     }
 
     #[test]

@@ -53,7 +53,11 @@ fn present(panel: &PanelOf, responses: &[Response]) -> Vec<Series> {
 impl Along<'_> {
     fn panels(&self) -> Vec<(&'static PanelOf, Vec<Series>)> {
         let all = ALONG.iter().map(|panel| (panel, present(panel, self.responses)));
-        all.filter(|(_, series)| !series.is_empty()).collect()
+        let changes = |series: &Series| {
+            let mut values = self.responses.iter().map(series.of).filter(|v| v.is_finite());
+            values.next().is_some_and(|first| values.any(|v| v != first))
+        };
+        all.filter(|(_, series)| series.iter().any(changes)).collect()
     }
 
     /// The regimes' legend in lines, and its height.

@@ -1,6 +1,7 @@
 //! Rows of a path whose contact is worth a map.
 
-use fingerpad_fe::load_path::{Path, Waypoint};
+use fingerpad_fe::contact::{Coordinates, plane};
+use fingerpad_fe::load_path::Path;
 
 /// Most rows that are picked unasked.
 const MOST: usize = 6;
@@ -10,11 +11,11 @@ const MOST: usize = 6;
 ///
 /// Where the path turns more often, first and last stay and the turns between are thinned out evenly.
 pub fn default_map_rows(path: &Path) -> Vec<usize> {
-    let points = &path.waypoints;
-    let presses = |row: &usize| points[*row].normal > 0.0;
+    let points: Vec<Coordinates> = (0..path.waypoints.len()).map(|row| path.coordinates(row, 0.0)).collect();
+    let presses = |row: &usize| points[*row][plane::DEPTH] > 0.0;
     let inner = 1..points.len().saturating_sub(1);
     let Some(last) = (0..points.len()).rev().find(presses) else { return Vec::new() };
-    let mut rows: Vec<usize> = inner.filter(presses).filter(|row| turns(points, *row)).collect();
+    let mut rows: Vec<usize> = inner.filter(presses).filter(|row| turns(&points, *row)).collect();
     rows.retain(|row| *row < last);
     rows.push(last);
     if rows.len() > MOST {
@@ -24,33 +25,33 @@ pub fn default_map_rows(path: &Path) -> Vec<usize> {
     rows
 }
 
-/// Whether the press ends or begins at a row, the slide starts there, or turns by 45 degrees or more.
-fn turns(points: &[Waypoint], row: usize) -> bool {
-    let step = |k: usize| {
-        let (a, b) = (&points[k - 1], &points[k]);
-        [b.normal - a.normal, b.x - a.x, b.y - a.y]
-    };
+/// Whether the press ends or begins at a row, a slide or a turn of finger or plane starts there or goes back, or a slide
+/// changes its direction by 45 degrees or more.
+fn turns(points: &[Coordinates], row: usize) -> bool {
+    let step = |k: usize| -> Coordinates { std::array::from_fn(|c| points[k][c] - points[k - 1][c]) };
     let (before, after) = (step(row), step(row + 1));
-    let slide = |s: [f64; 3]| s[1].hypot(s[2]);
-    let along = before[1] * after[1] + before[2] * after[2];
+    let slide = |s: Coordinates| s[plane::X].hypot(s[plane::Y]);
+    let along = before[plane::X] * after[plane::X] + before[plane::Y] * after[plane::Y];
     let slides = [slide(before), slide(after)];
     let slide_turns = if slides[0] > 0.0 && slides[1] > 0.0 {
         along <= (0.5f64.sqrt() + 1e-9) * slides[0] * slides[1]
     } else {
         slides[0] != slides[1]
     };
-    slide_turns || before[0] * after[0] < 0.0
+    let goes_back = |k: usize| before[k] * after[k] < 0.0;
+    let starts = |k: usize| (before[k] == 0.0) != (after[k] == 0.0);
+    slide_turns || goes_back(plane::DEPTH) || (plane::SPIN..6).any(|k| goes_back(k) || starts(k))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fingerpad_fe::load_path::Drive;
+    use fingerpad_fe::load_path::{Drive, Waypoint};
 
     fn rows(corners: &[[f64; 3]]) -> Vec<usize> {
         let point = |(k, &[normal, x, y]): (usize, &[f64; 3])| Waypoint { t_s: k as f64, normal, x, y };
         let waypoints = corners.iter().enumerate().map(point).collect();
-        default_map_rows(&Path { drives: [Drive::Displacement; 3], waypoints })
+        default_map_rows(&Path::new([Drive::Displacement; 3], waypoints))
     }
 
     #[test]

@@ -11,7 +11,8 @@ pub struct Series {
     pub of: fn(&Response) -> f64,
 }
 
-/// Series with one unit, drawn into one panel. A series without any finite value is left out, a panel without any too.
+/// Series with one unit, drawn into one panel. A series without any finite value is left out, a panel in which nothing
+/// changes too.
 pub struct Panel {
     /// Quantity and unit.
     pub label: &'static str,
@@ -45,12 +46,30 @@ pub const ALONG: &[Panel] = &[
         ],
     },
     Panel {
+        label: "Turns, degrees",
+        least: [0.0, 1.0],
+        series: &[
+            Series { name: "spin", of: |r| r.spin_deg },
+            Series { name: "pitch", of: |r| r.pitch_deg },
+            Series { name: "roll", of: |r| r.roll_deg },
+        ],
+    },
+    Panel {
         label: "Force on the finger, N",
         least: [0.0, 0.01],
         series: &[
             Series { name: "normal", of: |r| r.normal_force_n },
             Series { name: "friction x", of: |r| r.friction_x_n },
             Series { name: "friction y", of: |r| r.friction_y_n },
+        ],
+    },
+    Panel {
+        label: "Moment on the finger about the foot, N mm",
+        least: [0.0, 0.1],
+        series: &[
+            Series { name: "about the normal", of: |r| r.moment_n_mm[2] },
+            Series { name: "about x", of: |r| r.moment_n_mm[0] },
+            Series { name: "about y", of: |r| r.moment_n_mm[1] },
         ],
     },
     Panel {
@@ -86,6 +105,12 @@ pub const LOOPS: &[Loop] = &[
         motion: |r| r.slide_x_mm,
         answer_label: "Friction x, N",
         answer: |r| r.friction_x_n,
+    },
+    Loop {
+        motion_label: "Spin, degrees",
+        motion: |r| r.spin_deg,
+        answer_label: "Moment about the normal, N mm",
+        answer: |r| r.moment_n_mm[2],
     },
     Loop {
         motion_label: "Slide y, mm",
