@@ -19,7 +19,7 @@ use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenan
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::config::ConfigFile;
-use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger, provenance, results, run_failure, show};
+use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show};
 
 /// The main job: mesh, press and slide at the measured depths, report.
 #[derive(clap::Args)]
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let inputs = args.model.inputs(&config).into_iter().chain([("--table", args.table.as_deref())]);
     Outputs::beside(inputs).folder("--out", &args.out, NAMES).prepare()?;
-    let (finger, touch) = make_finger(&config)?;
+    let (finger, touch) = make_finger_for(&config, &[&config.experiment.deepest_press()])?;
     let quality = mesh::quality(&finger.mesh);
     config.check_depths(&config.experiment.depths_mm, &finger)?;
     let hash = config.hash()?;
@@ -126,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = assemble(&config, &finger, &quality, touch.curvature_radius_mm, &hash, &table, &runs, mesh_s);
     write_results(&args.out, &finger, &report)?;
     print_summary(&args.out, &report, start.elapsed().as_secs_f64());
-    reduction(args, &config, &finger)?;
+    reduction(args, &config)?;
     Ok(())
 }
 
@@ -134,7 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 const AGAIN: &str = "straight-00";
 
 /// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
-fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failure> {
+fn reduction(args: &Args, config: &Config) -> Result<(), Failure> {
     let hash = reduce::settings_hash(config)?;
     let design = args.out.join("design");
     if args.full {
@@ -151,8 +151,9 @@ fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failur
     if !args.full
         && let Some(stored) = runs.iter().find(|run| run.name == AGAIN)
     {
+        let (finger, _) = make_finger_for(config, &[&stored.path])?;
         let bar = bar(AGAIN.into());
-        let again = follow_path(&config.problem(finger), &stored.path, &[], &mut |progress| {
+        let again = follow_path(&config.problem(&finger), &stored.path, &[], &mut |progress| {
             show(&bar, &progress);
             go_on()
         });

@@ -81,6 +81,15 @@ pub struct Experiment {
     pub speed_mm_s: f64,
 }
 
+impl Experiment {
+    /// The press to the deepest of the depths that are numbers.
+    pub fn deepest_press(&self) -> Path {
+        let deepest = self.depths_mm.iter().copied().filter(|depth| depth.is_finite()).fold(0.0, f64::max);
+        let corner = |t_s, normal| Waypoint { t_s, normal, x: 0.0, y: 0.0 };
+        Path::new([Drive::Displacement; 3], vec![corner(0.0, 0.0), corner(1.0, deepest)])
+    }
+}
+
 impl Default for Experiment {
     /// Yoshida et al. 2011: four depths, 2 mm/s; 6 mm of slide.
     fn default() -> Self {
