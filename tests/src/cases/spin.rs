@@ -24,7 +24,7 @@ pub fn spin(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (per_radius, extent, growth) = if effort == Effort::Quick { (6, 3.0, 1.5) } else { (12, 4.0, 1.4) };
     let sphere = Sphere::new(&Layout { part: Part::Whole, per_radius, extent, growth }, 0.4, CURVATURE_MM)?;
     // Coulomb's limit is the normal force's; the rubber law's sees the area, whose edge lies between nodes.
-    let (bounds, rubber_bound) = if effort == Effort::Quick { ([0.005, 0.02], 0.045) } else { ([0.005, 0.015], 0.02) };
+    let (bounds, rubber_bound) = if effort == Effort::Quick { ([0.005, 0.02], 0.045) } else { ([0.01, 0.02], 0.02) };
     let mut solver = sphere.solver(sphere.penalty(1e-3));
     let pressed = sphere.press(&mut solver)?;
     let mut checks = vec![
