@@ -171,11 +171,12 @@ fn copy_tracked(root: &Path, to: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether `cargo test --release` with these arguments succeeds on the copy; what others built is used again.
+/// Whether `cargo test --release` with these arguments succeeds on the copy; its builds are kept apart from the sound ones,
+/// whose names they share.
 fn test(root: &Path, copy: &Path, arguments: &[&str], options: &[&str]) -> Result<bool, Failure> {
     let status = Command::new(env!("CARGO"))
         .current_dir(copy)
-        .env("CARGO_TARGET_DIR", root.join("target"))
+        .env("CARGO_TARGET_DIR", root.join("target/planted_faults"))
         .args(["test", "--release"])
         .args(options)
         .args(arguments)

@@ -49,7 +49,9 @@ fn the_joint_bears_what_the_tissue_puts_on_the_bone() {
     let mesh = &finger.mesh;
     let x: Vec<Vector3<f64>> = mesh.nodes.iter().zip(&snapshot.displacement_mm).map(|(p, u)| p + u).collect();
     let forces = finger.body.nodal_forces(&Configuration { x: x.clone(), ..finger.body.undeformed().clone() });
-    let bone = mesh.node_set(set::DISTAL_BONE);
+    // The nodes inside the bone, which no element of tissue has, are not moved along.
+    let bone = mesh.node_set(set::DISTAL_BONE).iter().copied().filter(|&n| forces[n as usize] != Vector3::zeros());
+    let bone = &bone.collect::<Vec<u32>>();
     let turn = rotation(mesh, &x, bone);
     let joint = finger.body.undeformed().rigid_centre;
     let moved = middle(&x, bone) + turn * (joint - middle(&mesh.nodes, bone));
@@ -59,7 +61,7 @@ fn the_joint_bears_what_the_tissue_puts_on_the_bone() {
     let exact_force = (joint - moved) * 0.7;
     let exact_moment = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis() * -30.0;
     println!("joint: {exact_force:?} N, {exact_moment:?} N mm");
-    assert!(exact_force.norm() > 0.01 && exact_moment.norm() > 0.05);
+    assert!(exact_force.norm() > 0.005 && exact_moment.norm() > 0.02);
     verify("joint", "error of the force", (force - exact_force).norm() / exact_force.norm(), 1e-4);
     verify("joint", "error of the moment", (moment - exact_moment).norm() / exact_moment.norm(), 1e-4);
 }

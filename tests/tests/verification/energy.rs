@@ -66,14 +66,14 @@ fn stored(body: &Body, state: &State) -> f64 {
 
 /// Corners of a closed path from air to air through all six coordinates, with increments to each.
 const CORNERS: [(Coordinates, usize); 9] = [
-    ([0.0, 0.0, 0.25, 0.0, 0.0, 0.0], 20),
-    ([0.6, 0.0, 0.25, 0.0, 0.0, 0.0], 30),
-    ([0.6, 0.0, 0.25, 0.5, 0.0, 0.0], 30),
-    ([0.6, 0.0, 0.3, 0.5, 0.08, -0.06], 20),
-    ([-0.3, 0.2, 0.3, -0.4, 0.08, -0.06], 60),
-    ([-0.3, 0.2, 0.2, -0.4, -0.05, 0.0], 20),
-    ([0.0, 0.0, 0.25, 0.0, 0.0, 0.0], 30),
-    ([0.0, 0.0, -0.02, 0.0, 0.0, 0.0], 25),
+    ([0.0, 0.0, 0.25, 0.0, 0.0, 0.0], 40),
+    ([0.6, 0.0, 0.25, 0.0, 0.0, 0.0], 60),
+    ([0.6, 0.0, 0.25, 0.5, 0.0, 0.0], 60),
+    ([0.6, 0.0, 0.3, 0.5, 0.08, -0.06], 40),
+    ([-0.3, 0.2, 0.3, -0.4, 0.08, -0.06], 120),
+    ([-0.3, 0.2, 0.2, -0.4, -0.05, 0.0], 40),
+    ([0.0, 0.0, 0.25, 0.0, 0.0, 0.0], 60),
+    ([0.0, 0.0, -0.02, 0.0, 0.0, 0.0], 50),
     ([0.0, 0.0, -0.1, 0.0, 0.0, 0.0], 1),
 ];
 
@@ -82,7 +82,7 @@ fn work_of_the_plane_is_stored_or_dissipated() {
     let (mesh, body) = paraboloid(&Rotation3::identity());
     for (case, law) in [
         ("rubber law", RubberFriction { gamma_crit_mm: 0.02, ..Default::default() }),
-        ("Coulomb", RubberFriction::coulomb(1.2, 0.02)),
+        ("Coulomb", RubberFriction::coulomb(0.6, 0.02)),
     ] {
         let settings = SolverSettings { tolerance: 1e-7, ..Default::default() };
         let mut solver = Solver::new(&body, &mesh.pad_faces, Friction::On(law), PENALTY, settings);

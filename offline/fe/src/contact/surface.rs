@@ -277,7 +277,10 @@ impl Surface {
             totals.moment += (position[node] - foot).cross(&force);
             nodes[node] = new;
             if !new.stuck {
-                nodes[node].slip_since_stick_mm = before.slip_since_stick_mm + plastic[0].hypot(plastic[1]);
+                // A node that turns from slip one way to slip the other way stuck in between.
+                let along: f64 = (0..2).map(|k| before.elastic_slip[k] * plastic[k]).sum();
+                let since = if along < 0.0 { 0.0 } else { before.slip_since_stick_mm };
+                nodes[node].slip_since_stick_mm = since + plastic[0].hypot(plastic[1]);
             }
         }
         totals.force = frame.along_axes(&totals.force);
