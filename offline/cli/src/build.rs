@@ -41,7 +41,7 @@ pub struct Args {
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (160
+    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (289
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
     full: bool,
