@@ -156,7 +156,7 @@ fn settings_that_make_no_design_are_refused_by_name_and_value() {
         assert!(message.starts_with(parts[0]) && message.contains(parts[1]), "{message}");
     };
     refused(&|s| s.depth_mm = [0.05, 2.5], ["design.depth_mm = [0.05, 2.5]: ", "0.15"]);
-    refused(&|s| s.depth_mm = [1.0, f64::NAN], ["design.depth_mm = [1.0, NaN]: ", "[least, largest]"]);
+    refused(&|s| s.depth_mm = [1.0, f64::NAN], ["design.depth_mm = [1.0, NaN]: ", "finite"]);
     refused(&|s| s.depth_mm = [2.0, 1.0], ["design.depth_mm = [2.0, 1.0]: ", "[least, largest]"]);
     refused(&|s| s.depth_mm = [0.3, 2.0], ["design.axis_depths_mm = [0.3, ", "depth_mm [0.3, 2.0]"]);
     refused(&|s| s.axis_depths_mm = vec![f64::NAN], ["design.axis_depths_mm = [NaN]", "depth_mm"]);
