@@ -14,7 +14,8 @@ use fingerpad_fe::load_path::{
 };
 use fingerpad_fe::mesh;
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce as reduce;
+use fingerpad_identify::population::Share;
+use fingerpad_reduce::{self as reduce, DesignSettings};
 use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -38,7 +39,7 @@ pub struct Args {
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (160
+    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (289
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
     full: bool,
@@ -92,9 +93,9 @@ const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (config, identify) = args.model.settings()?;
+    let (config, identify, design) = args.model.settings()?;
     if args.print_config {
-        let text = toml::to_string(&ConfigFile::of(&config, &identify)).map_err(|e| Failure::Input(e.into()))?;
+        let text = toml::to_string(&ConfigFile::of(&config, &identify, &design)).map_err(|e| Failure::Input(e.into()))?;
         print!("{text}");
         return Ok(());
     }
@@ -126,7 +127,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = assemble(&config, &finger, &quality, touch.curvature_radius_mm, &hash, &table, &runs, mesh_s);
     write_results(&args.out, &finger, &report)?;
     print_summary(&args.out, &report, start.elapsed().as_secs_f64());
-    reduction(args, &config)?;
+    reduction(args, &config, &design)?;
     Ok(())
 }
 
@@ -134,13 +135,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 const AGAIN: &str = "straight-00";
 
 /// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
-fn reduction(args: &Args, config: &Config) -> Result<(), Failure> {
+fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<(), Failure> {
     let hash = reduce::settings_hash(config)?;
-    let design = args.out.join("design");
+    let made = args.out.join("design");
     if args.full {
-        super::reduce::run_design(config, &design, args.jobs)?;
+        super::design::run(config, design, &made, Share::ALL, args.jobs)?;
     }
-    let folder = if args.full { Some(design.as_path()) } else { args.runs.as_deref() };
+    let folder = if args.full { Some(made.as_path()) } else { args.runs.as_deref() };
     let mut runs = super::reduce::read_runs(folder)?;
     runs.retain(|run| run.settings_hash == hash);
     if runs.is_empty() {
@@ -167,7 +168,7 @@ fn reduction(args: &Args, config: &Config) -> Result<(), Failure> {
         );
     }
     super::reduce::fit(
-        &runs,
+        &super::reduce::representable(runs),
         config.friction.beta,
         &fingerpad_reduce::Settings::default(),
         &args.out.join("model.fpm"),

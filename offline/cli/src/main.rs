@@ -19,6 +19,7 @@ macro_rules! eprintln {
 mod build;
 mod config;
 mod confirm;
+mod design;
 mod diagnose;
 mod eval;
 mod export;
@@ -130,9 +131,9 @@ impl Model {
         Ok(self.settings()?.0)
     }
 
-    /// What the finite elements and the identification are given.
-    fn settings(&self) -> Result<(Config, fingerpad_identify::Settings), Failure> {
-        let (mut config, identify) = match &self.config {
+    /// What the finite elements, the identification and the design of experiments are given.
+    fn settings(&self) -> Result<config::Sections, Failure> {
+        let (mut config, identify, design) = match &self.config {
             Some(path) => ConfigFile::read(path)?,
             None => Default::default(),
         };
@@ -155,7 +156,7 @@ impl Model {
             Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
             None => {}
         }
-        Ok((config, identify))
+        Ok((config, identify, design))
     }
 }
 

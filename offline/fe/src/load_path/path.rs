@@ -40,16 +40,12 @@ pub struct Turn {
 
 /// Turns along a path; one that is absent stays as it is in the neutral pose.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default)]
 pub struct Turns {
     /// Spin of the plane about its normal, counter-clockwise seen from +z; moment about z.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub spin: Option<Turn>,
     /// Angle between the finger's axis and the plane, tip down; moment about y.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pitch: Option<Turn>,
     /// Turn of the finger about the neutral x axis, done before the pitch; moment about x.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub roll: Option<Turn>,
 }
 
@@ -73,7 +69,6 @@ pub struct Path {
     /// At least two corners; the first is where the run starts (out of contact or at first touch).
     pub waypoints: Vec<Waypoint>,
     /// Turns, a value a corner.
-    #[serde(default, skip_serializing_if = "Turns::is_none")]
     pub turns: Turns,
 }
 
@@ -129,7 +124,7 @@ impl Path {
 
     /// Whether it leads a finger that is symmetric about y = 0 through symmetric states only: no motion and no driven
     /// force along y, no spin and no roll.
-    pub(super) fn is_symmetric(&self) -> bool {
+    pub fn is_symmetric(&self) -> bool {
         let y = self.waypoints[0].y;
         let straight = self.drives[2] == Drive::Displacement && self.waypoints.iter().all(|point| point.y == y);
         straight && self.turns.spin.is_none() && self.turns.roll.is_none()
