@@ -59,7 +59,8 @@ impl ConfigFile {
     }
 
     fn parts(self) -> Sections {
-        let Self { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment, identify, design } = self;
+        let Self { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment, identify, design } =
+            self;
         (Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment }, identify, design)
     }
 }

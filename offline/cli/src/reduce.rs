@@ -24,7 +24,6 @@ Examples:
   fingerpad reduce --design --runs runs --out model.fpm        both
   fingerpad reduce --design --mesh-preset coarse --runs paths --task 2/8
                                                                the second of eight shares
-  fingerpad reduce --design --runs paths --check               what is missing
   fingerpad reduce --runs runs --out model.fpm --report report --curve
                                                                with pictures, and what accuracy costs
 

@@ -8,8 +8,8 @@ use std::io::{Read, Write};
 use flate2::{Compression, read::DeflateDecoder, write::DeflateEncoder};
 use serde::{Deserialize, Serialize};
 
-use super::runs::{Run, Sample, Turned};
 use super::Kind;
+use super::runs::{Run, Sample, Turned};
 use fingerpad::Regime;
 use fingerpad_fe::load_path::{Drive, Path, Waypoint};
 

@@ -74,7 +74,13 @@ fn common_corners(batch: &Batch, experiment: &Experiment) -> usize {
     }
     let same = mate.waypoints.iter().zip(&path.waypoints).take_while(|(a, b)| a == b).count();
     // A batch that shares a slide is not joined by a path that shares the press alone.
-    if same < batch.common { 0 } else if batch.common > 0 { batch.common } else { same }
+    if same < batch.common {
+        0
+    } else if batch.common > 0 {
+        batch.common
+    } else {
+        same
+    }
 }
 
 /// The batches of share `index` (from 1) of `of`: each batch, the most costly first, goes to the share with the least so

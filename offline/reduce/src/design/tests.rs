@@ -66,7 +66,13 @@ fn vibrations_combine_amplitudes_and_slides() {
         for e in all.iter().filter(|e| e.kind == Kind::Vibration && e.held_out == held_out) {
             let [held, up] = [2, 3].map(|k| e.path.waypoints[k]);
             let share = held.x.hypot(held.y) / DesignSettings::default().slip_slide_mm(held.normal);
-            let state = if share < 0.1 { "stick" } else if share < 0.9 { "partial slip" } else { "slip" };
+            let state = if share < 0.1 {
+                "stick"
+            } else if share < 0.9 {
+                "partial slip"
+            } else {
+                "slip"
+            };
             let amplitude_um = (1e3 * (up.normal - held.normal)).round() as i32;
             let of_depth = (100.0 * (up.normal - held.normal) / held.normal).round() as i32;
             let amplitude = [1, 10, 100].into_iter().find(|&a| a == amplitude_um).unwrap_or(-of_depth);

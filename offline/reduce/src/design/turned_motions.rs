@@ -66,7 +66,7 @@ pub(super) fn pose(settings: &DesignSettings, number: usize, point: &mut HaltonP
     path.press(depth);
     let angle = point.angle();
     path.slide(angle, full * point.between(0.5, 1.1));
-    if number % 2 == 0 {
+    if number.is_multiple_of(2) {
         path.slide(angle + point.sign() * point.between(0.6, 3.1), full * point.between(0.3, 0.7));
     } else {
         path.spin(point.sign() * settings.slip_spin_deg(depth) * point.between(0.3, 0.7), 0.0, 0.0);
