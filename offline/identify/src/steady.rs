@@ -154,7 +154,7 @@ impl<'a> Slider<'a> {
         // A step that needs more than this is cheaper in two.
         let settings = SolverSettings {
             tolerance,
-            max_iterations: 15,
+            max_iterations: 25,
             max_contact_iterations: 25,
             max_unsolved_contacts: 3,
             ..problem.settings

@@ -61,7 +61,7 @@ fn linear_fields_are_exact_on_distorted_meshes() {
     check(&tets).unwrap();
     for (kind, mesh) in [("hexes", &hexes), ("tets", &tets)] {
         let mut worst = [0.0f64; 3];
-        let laws = laws().into_iter().map(|(_, law)| (law, 0.05, 0.6));
+        let laws = laws().into_iter().map(|(_, law)| (law, 0.005, 0.6));
         for (material, start_mm, scale) in laws.chain([
             (soft, 0.05, 1.0),
             (soft, 0.05, 0.01),

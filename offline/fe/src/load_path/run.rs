@@ -31,7 +31,7 @@ const FIRST_PENETRATION_MM: f64 = 0.02;
 const USED_STRENGTH: f64 = 0.9;
 
 /// How far skin beside the pad may be behind the plane, mm: what its bending between nodes makes of a rim.
-const BESIDE_PAD_MM: f64 = 1e-3;
+const BESIDE_PAD_MM: f64 = 3e-3;
 
 /// Distance from the foot at which turns count as travel, mm: about the radius of a contact.
 const TURN_ARM_MM: f64 = 4.0;
