@@ -8,7 +8,7 @@ use super::{
     dofs::Role,
     group::{BlockPlace, Group, group},
 };
-use crate::element::{Hex8, Tangent, Tet4};
+use crate::element::{Hex8, Tangent, Tet4, Tet10};
 use crate::mesh::{Mesh, Region};
 
 /// Spring between the rigid bone and the ground, at the bone's reference point.
@@ -36,7 +36,7 @@ pub enum BodyError {
     /// An element is inverted in the undeformed mesh.
     #[error("element {element} of {region:?} is inverted or has no volume in the undeformed mesh")]
     InvertedMesh {
-        /// Index in the mesh (tetrahedra count on after the hexahedra).
+        /// Index in the mesh (4-node tetrahedra count on after the hexahedra, 10-node ones after these).
         element: usize,
         /// Its region.
         region: Region,
@@ -54,6 +54,7 @@ pub struct Body {
     undeformed: Configuration,
     hexes: Vec<Group<8, 8>>,
     tets: Vec<Group<4, 1>>,
+    tets10: Vec<Group<10, 4>>,
     hex_count: usize,
     rigid_arms: Vec<(u32, Vector3<f64>)>,
     tied: Vec<(u32, usize)>,
@@ -112,8 +113,12 @@ impl Body {
         let tets: Vec<(usize, Material)> = (0..mesh.tets.len())
             .filter_map(|e| active(&mesh.tets[e].nodes, mesh.tets[e].region).map(|m| (e, m)))
             .collect();
+        let tets10: Vec<(usize, Material)> = (0..mesh.tets10.len())
+            .filter_map(|e| active(&mesh.tets10[e].nodes, mesh.tets10[e].region).map(|m| (e, m)))
+            .collect();
         let mut elements: Vec<Vec<u32>> = hexes.iter().map(|&(e, _)| mesh.hexes[e].nodes.to_vec()).collect();
         elements.extend(tets.iter().map(|&(e, _)| mesh.tets[e].nodes.to_vec()));
+        elements.extend(tets10.iter().map(|&(e, _)| mesh.tets10[e].nodes.to_vec()));
         let dofs = DofMap::new(mesh, supports, &elements);
 
         let hexes = group(
@@ -129,6 +134,14 @@ impl Body {
             |e| mesh.tets[e].nodes,
             |nodes| Tet4::new(nodes, &mesh.nodes),
             |e| BodyError::InvertedMesh { element: mesh.hexes.len() + e, region: mesh.tets[e].region },
+        )?;
+        let first = mesh.hexes.len() + mesh.tets.len();
+        let tets10 = group(
+            &tets10,
+            &dofs,
+            |e| mesh.tets10[e].nodes,
+            |nodes| Tet10::new(nodes, &mesh.nodes),
+            |e| BodyError::InvertedMesh { element: first + e, region: mesh.tets10[e].region },
         )?;
         let nodes_with = |wanted: fn(&Role) -> bool| {
             (0..mesh.nodes.len() as u32).filter(|&n| wanted(&dofs.role[n as usize])).collect::<Vec<_>>()
@@ -152,6 +165,7 @@ impl Body {
             },
             hexes,
             tets,
+            tets10,
             hex_count: mesh.hexes.len(),
             rigid_arms,
             tied,
@@ -211,6 +225,9 @@ impl Body {
         for group in &self.tets {
             min_j = min_j.min(self.add_forces(group, at, out));
         }
+        for group in &self.tets10 {
+            min_j = min_j.min(self.add_forces(group, at, out));
+        }
         if !(min_j > 0.0) {
             return Err(BodyError::Inverted { det_f: min_j });
         }
@@ -244,6 +261,11 @@ impl Body {
         for group in &self.tets {
             group.tangent(at, &mut tet);
             self.add_tangent(group, at, &tet, values);
+        }
+        let mut tet10 = Tangent::new();
+        for group in &self.tets10 {
+            group.tangent(at, &mut tet10);
+            self.add_tangent(group, at, &tet10, values);
         }
         if self.dofs.rigid_dof.is_some() {
             self.add_rigid_geometry(at, values);
@@ -285,6 +307,10 @@ impl Body {
             let energies = group.energies(at);
             total += energies[..group.elements.len()].iter().sum::<f64>();
         }
+        for group in &self.tets10 {
+            let energies = group.energies(at);
+            total += energies[..group.elements.len()].iter().sum::<f64>();
+        }
         if self.dofs.rigid_dof.is_some() {
             let moved = (at.rigid_centre - self.undeformed.rigid_centre).norm_squared();
             total += 0.5 * self.joint.translation_n_per_mm * moved;
@@ -300,6 +326,9 @@ impl Body {
             group.accumulate(&group.forces(at), &mut out);
         }
         for group in &self.tets {
+            group.accumulate(&group.forces(at), &mut out);
+        }
+        for group in &self.tets10 {
             group.accumulate(&group.forces(at), &mut out);
         }
         out

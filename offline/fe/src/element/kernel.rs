@@ -47,6 +47,9 @@ struct Hourglass<const N: usize> {
     rest: [[f64x8; 3]; N],
 }
 
+/// Volume and shape gradients of an element's quadrature points; None if it is inverted.
+pub(super) type PointsOf<const N: usize, const Q: usize> = Option<([f64; Q], [[[f64; 3]; N]; Q])>;
+
 /// 8-node hexahedra with 2x2x2 points.
 pub type Hex8 = Batch<8, 8>;
 /// 4-node tetrahedra with one point.
@@ -139,26 +142,18 @@ impl Tet4 {
 }
 
 impl<const N: usize, const Q: usize> Batch<N, Q> {
+    /// Batch of elements whose shape gradients at the reference points are `reference`.
     fn with_rule(
         elements: &[[u32; N]],
         positions: &[Vector3<f64>],
         reference: [[[f64; 3]; N]; Q],
         reference_weight: f64,
     ) -> Option<Self> {
-        assert!((1..=8).contains(&elements.len()));
-        let lane_of = |lane: usize| &elements[lane.min(elements.len() - 1)];
-        let nodes: [[u32; 8]; N] = std::array::from_fn(|a| std::array::from_fn(|lane| lane_of(lane)[a]));
-        let zeros = vec![[[f64x8::ZERO; 3]; N]; Q].into_boxed_slice();
-        let Ok(mut gradient): Result<Box<[[[f64x8; 3]; N]; Q]>, _> = zeros.try_into() else {
-            unreachable!("length is Q")
-        };
-        let mut weight = [f64x8::ZERO; Q];
-        for q in 0..Q {
-            let mut w = [0.0; 8];
-            let mut g = [[[0.0; 8]; 3]; N];
-            for lane in 0..8 {
+        Self::with_points(elements, |nodes| {
+            let (mut weights, mut gradients) = ([0.0; Q], [[[0.0; 3]; N]; Q]);
+            for q in 0..Q {
                 let mut jacobian = nalgebra::Matrix3::zeros();
-                for (a, node) in lane_of(lane).iter().enumerate() {
+                for (a, node) in nodes.iter().enumerate() {
                     jacobian += positions[*node as usize] * nalgebra::RowVector3::from(reference[q][a]);
                 }
                 let det = jacobian.determinant();
@@ -166,21 +161,37 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                     return None;
                 }
                 let inverse = jacobian.try_inverse()?;
-                w[lane] = det * reference_weight;
-                for (a, reference) in reference[q].iter().enumerate() {
-                    let spatial = nalgebra::RowVector3::from(*reference) * inverse;
+                weights[q] = det * reference_weight;
+                gradients[q] = reference[q].map(|g| (nalgebra::RowVector3::from(g) * inverse).into());
+            }
+            Some((weights, gradients))
+        })
+    }
+
+    /// Batch of elements of whose nodes `points` makes the volume (mm³) and the shape gradients (1/mm) of every
+    /// quadrature point; None if it gives None for any of them.
+    pub(super) fn with_points(elements: &[[u32; N]], points: impl Fn(&[u32; N]) -> PointsOf<N, Q>) -> Option<Self> {
+        assert!((1..=8).contains(&elements.len()));
+        let lane_of = |lane: usize| &elements[lane.min(elements.len() - 1)];
+        let nodes: [[u32; 8]; N] = std::array::from_fn(|a| std::array::from_fn(|lane| lane_of(lane)[a]));
+        let mut weight = [[0.0; 8]; Q];
+        let mut gradient = vec![[[[0.0; 8]; 3]; N]; Q];
+        for lane in 0..8 {
+            let (weights, gradients) = points(lane_of(lane))?;
+            for q in 0..Q {
+                weight[q][lane] = weights[q];
+                for a in 0..N {
                     for i in 0..3 {
-                        g[a][i][lane] = spatial[i];
+                        gradient[q][a][i][lane] = gradients[q][a][i];
                     }
                 }
             }
-            weight[q] = f64x8::new(w);
-            gradient[q] = g.map(|node| node.map(f64x8::new));
         }
-        let mut volume = f64x8::ZERO;
-        for w in weight {
-            volume += w;
-        }
+        let gradient: Vec<[[f64x8; 3]; N]> =
+            gradient.into_iter().map(|point| point.map(|node| node.map(f64x8::new))).collect();
+        let Ok(gradient) = gradient.into_boxed_slice().try_into() else { unreachable!("length is Q") };
+        let weight = weight.map(f64x8::new);
+        let volume = weight.into_iter().fold(f64x8::ZERO, |sum, w| sum + w);
         Some(Self { len: elements.len(), nodes, weight, gradient, volume, hourglass: None })
     }
 
