@@ -61,8 +61,14 @@ fn linear_fields_are_exact_on_distorted_meshes() {
     let tets = into_tets(&hexes);
     let straight = into_second_order(&tets);
     let curved = bulged(&straight, 0.03);
-    let meshes = [("hexes", &hexes), ("tets", &tets), ("10-node tets", &straight), ("curved 10-node tets", &curved)];
-    for (kind, mesh) in meshes {
+    // Newton starts nearer where nodes lie closer.
+    let meshes = [
+        ("hexes", &hexes, 1.0),
+        ("tets", &tets, 1.0),
+        ("10-node tets", &straight, 0.1),
+        ("curved 10-node tets", &curved, 0.1),
+    ];
+    for (kind, mesh, nearer) in meshes {
         check(mesh).unwrap();
         let mut worst = [0.0f64; 3];
         for (material, start_mm, scale) in [
@@ -73,7 +79,7 @@ fn linear_fields_are_exact_on_distorted_meshes() {
             (linear, 0.05, 0.01),
         ] {
             let f = turn * (Matrix3::identity() + shape * scale);
-            for (w, e) in worst.iter_mut().zip(errors(mesh, material, start_mm, &f)) {
+            for (w, e) in worst.iter_mut().zip(errors(mesh, material, nearer * start_mm, &f)) {
                 *w = w.max(e);
             }
         }
@@ -99,29 +105,33 @@ fn uniform_pressure_on_the_pad_gives_uniform_stress() {
     let mut hexes = block(&axis, &axis, &coordinates(0.0, 1.5, 2, 0.8));
     distort(&mut hexes, 0.08, 9);
     let mesh = into_second_order(&into_tets(&hexes));
-    let law = Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 0.1 };
+    let law = Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 };
     // Rollers on three faces that meet: uniaxial stress.
     let roller = |name: &str, k: usize| mesh.node_set(name).iter().map(move |&n| (n, k)).collect::<Vec<_>>();
     let fixed_components = [roller("x0", 0), roller("y0", 1), roller("z1", 2)].concat();
     let body = body_of(&mesh, Material::Ogden(law), &Supports { fixed_components, ..Default::default() });
-    let pressure = 0.02;
-    let mut load = vec![0.0; body.dofs.count];
+    let pressure = 0.015;
+    let mut share = vec![0.0; body.dofs.count];
     for triangle in &mesh.pad_triangles {
         let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
-        let share = (b - a).cross(&(c - a)).norm() / 6.0;
-        triangle.iter().for_each(|n| load[body.dofs.node_dof(*n).unwrap() + 2] += pressure * share);
+        let third = (b - a).cross(&(c - a)).norm() / 6.0;
+        triangle.iter().for_each(|n| share[body.dofs.node_dof(*n).unwrap() + 2] += third);
     }
-    let solution = equilibrium(&body, body.undeformed().clone(), &load, 1e-12);
+    let mut at = body.undeformed().clone();
+    for part in [0.25, 0.5, 0.75, 1.0] {
+        let load: Vec<f64> = share.iter().map(|s| s * pressure * part).collect();
+        at = equilibrium(&body, at, &load, 1e-12).at;
+    }
     // A uniform stretch, whatever its size: every node lies where the corner farthest from the rollers says.
     let far = *mesh
         .node_set("x1")
         .iter()
         .find(|n| mesh.nodes[**n as usize] == nalgebra::Vector3::new(2.0, 2.0, 0.0))
         .unwrap();
-    let moved = solution.at.x[far as usize];
+    let moved = at.x[far as usize];
     let stretch = [moved.x / 2.0, moved.y / 2.0, (1.5 - moved.z) / 1.5];
     let f = Matrix3::from_diagonal(&nalgebra::Vector3::from(stretch));
-    let worst = mesh.nodes.iter().zip(&solution.at.x).map(|(p, x)| {
+    let worst = mesh.nodes.iter().zip(&at.x).map(|(p, x)| {
         let expected = nalgebra::Vector3::new(p.x * stretch[0], p.y * stretch[1], 1.5 - (1.5 - p.z) * stretch[2]);
         (x - expected).norm()
     });
