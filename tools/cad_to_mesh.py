@@ -31,12 +31,11 @@ def main():
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     try:
-        load(arguments)
+        low = load(arguments)
         if arguments.list:
             print(listing())
             return 0
         name_groups(arguments)
-        low = bottom(arguments)
         set_sizes(arguments, low)
         make_tetrahedra()
         place(arguments, low)
@@ -80,7 +79,7 @@ def parsed():
 
 
 def load(arguments):
-    """The geometry in mm."""
+    """The geometry in mm; its lowest point, in the file's frame."""
     if not os.path.isfile(arguments.file):
         raise Refused("no such file")
     kind = os.path.splitext(arguments.file)[1].lower()
@@ -102,6 +101,8 @@ def load(arguments):
         gmsh.merge(arguments.file)
         if arguments.unit_mm != 1.0:
             gmsh.model.mesh.affineTransform(scaled(arguments.unit_mm))
+        # Gmsh's surfaces are made of these very nodes, which must stay.
+        low = lowest(arguments)
         gmsh.model.mesh.classifySurfaces(math.radians(arguments.crease_deg), True, True, math.pi)
         gmsh.model.mesh.createGeometry()
         surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
@@ -111,6 +112,12 @@ def load(arguments):
         raise Refused("the name of a file to be meshed ends in .step, .stp or .stl")
     if not gmsh.model.getEntities(3):
         raise Refused("holds no volume: export it as a solid, not as surfaces")
+    if kind != ".stl":
+        gmsh.option.setNumber("Mesh.MeshSizeMax", arguments.pad_size_mm)
+        gmsh.model.mesh.generate(2)
+        low = lowest(arguments)
+        gmsh.model.mesh.clear()
+    return low
 
 
 def scaled(factor):
@@ -220,16 +227,12 @@ def to_plane(arguments):
     return [along, left, up]
 
 
-def bottom(arguments):
-    """Where a fine mesh of the surfaces lies lowest, in the file's frame, mm."""
+def lowest(arguments):
+    """The node that lies lowest, in the file's frame, mm."""
     up = to_plane(arguments)[2]
-    gmsh.option.setNumber("Mesh.MeshSizeMax", arguments.pad_size_mm)
-    gmsh.model.mesh.generate(2)
     _, places, _ = gmsh.model.mesh.getNodes()
     nodes = [places[n:n + 3] for n in range(0, len(places), 3)]
-    low = min(nodes, key=lambda p: sum(u * c for u, c in zip(up, p)))
-    gmsh.model.mesh.clear()
-    return low
+    return min(nodes, key=lambda p: sum(u * c for u, c in zip(up, p)))
 
 
 def set_sizes(arguments, low):
@@ -253,28 +256,45 @@ def make_tetrahedra():
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.optimize("Netgen")
         gmsh.model.mesh.setOrder(2)
-        gmsh.model.mesh.optimize("HighOrderFastCurving")
     except Exception as error:
         raise Refused(f"Gmsh could not mesh it ({error}): mend the geometry, or change the sizes")
     tags, nodes = gmsh.model.mesh.getElementsByType(11)
     if len(tags) == 0:
         raise Refused("Gmsh made no tetrahedra: is it a closed solid?")
+    nodes = [nodes[n:n + 10] for n in range(0, len(nodes), 10)]
+    straight = straighten(tags, nodes)
     shapes = gmsh.model.mesh.getElementQualities(tags, "minSJ")
     worst = min(range(len(tags)), key=lambda n: shapes[n])
     if not shapes[worst] > 0:
-        place = gmsh.model.mesh.getNode(nodes[10 * worst])[0]
-        raise Refused("tetrahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm is inverted: make --size-mm smaller than the curvature "
-                      "there".format(tags[worst], *place))
-    print(f"{len(tags)} tetrahedra, least scaled Jacobian {shapes[worst]:.3f}")
+        place = gmsh.model.mesh.getNode(nodes[worst][0])[0]
+        raise Refused("tetrahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm is inverted or flat: mend the geometry there, or "
+                      "change the sizes".format(tags[worst], *place))
+    print(f"{len(tags)} tetrahedra, {straight} of them with straightened edges, least scaled Jacobian {shapes[worst]:.3f}")
+
+
+def straighten(tags, nodes):
+    """Puts the edge nodes of elements that the curved surface squeezes to the middles of their edges; how many."""
+    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (2, 3), (1, 3)]
+    squeezed = set()
+    # Straightening one may squeeze its neighbour.
+    for _ in range(20):
+        shapes = gmsh.model.mesh.getElementQualities(tags, "minSJ")
+        more = [n for n in range(len(tags)) if shapes[n] < 0.15 and n not in squeezed]
+        if not more:
+            break
+        squeezed.update(more)
+        for n in more:
+            for edge, (a, b) in enumerate(edges):
+                ends = [gmsh.model.mesh.getNode(nodes[n][k])[0] for k in (a, b)]
+                gmsh.model.mesh.setNode(nodes[n][4 + edge], (ends[0] + ends[1]) / 2, [])
+    return len(squeezed)
 
 
 def place(arguments, low):
     rows = to_plane(arguments)
-    # The lowest node of the mesh itself, which a plane of z = 0 meets first.
-    _, places, _ = gmsh.model.mesh.getNodes()
+    # The plane z = 0 meets the mesh's own lowest node or, if that is lower, the geometry's.
     height = lambda p: sum(u * c for u, c in zip(rows[2], p))
-    lowest = min(height(places[n:n + 3]) for n in range(0, len(places), 3))
-    shifts = [0.0, 0.0, -min(lowest, height(low))]
+    shifts = [0.0, 0.0, -min(height(lowest(arguments)), height(low))]
     matrix = [value for row, shift in zip(rows, shifts) for value in (*row, shift)] + [0, 0, 0, 1]
     gmsh.model.mesh.affineTransform(matrix)
 
