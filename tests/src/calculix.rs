@@ -144,7 +144,7 @@ impl Case {
         };
         let joint = tissue.bone.joint;
         let body = Body::with_hexes(Hex8::uniform_strain, &mesh, material, &supports, Vector3::zeros(), joint);
-        Finger { body: body.expect("a body"), mesh }
+        Finger { body: body.expect("a body"), mesh, half: None }
     }
 
     /// What the mesh is.
@@ -184,7 +184,8 @@ pub fn problem(finger: &Finger, law: Law) -> Problem<'_> {
     };
     Problem {
         body: &finger.body,
-        pad_faces: &finger.mesh.pad_faces,
+        pad_faces: (&finger.mesh).into(),
+        half: None,
         friction,
         penalty: PenaltySettings { penalty_mpa_per_mm: PENALTY_MPA_PER_MM, augment: false, ..Default::default() },
         settings: SolverSettings::default(),

@@ -1,16 +1,17 @@
 //! `fingerpad build`: the main job.
 
 use std::{
-    collections::VecDeque,
     fs,
     path::{Path, PathBuf},
-    sync::Mutex,
+    sync::{Mutex, mpsc},
     time::{Duration, Instant},
 };
 
 use anyhow::Context;
 use fingerpad_fe::experiment::{self, Config};
-use fingerpad_fe::load_path::{BoneKind, Checkpoint, Finger, LoadPathError, PressLimit, Trajectory, follow_path};
+use fingerpad_fe::load_path::{
+    BoneKind, Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory, follow_path,
+};
 use fingerpad_fe::mesh;
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce as reduce;
@@ -67,10 +68,11 @@ struct Identity {
 }
 
 /// A finished piece, with the settings that made it.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 struct Stored<T> {
     settings_hash: String,
     wall_s: f64,
+    cpu_s: f64,
     result: T,
 }
 
@@ -240,58 +242,65 @@ struct Runs {
     depths: Vec<Stored<Trajectory>>,
 }
 
+/// A piece that is finished.
 enum Piece {
     Frictionless(Stored<Vec<PressLimit>>),
     Depth(usize, Stored<Trajectory>),
 }
 
-/// Runs what is not finished yet, a thread per piece.
+/// A piece that a free thread may run.
+enum Work {
+    Frictionless,
+    /// The slides at a depth, from where the press to it ended.
+    Slides(usize, Stored<PathEnd>),
+}
+
+/// Where pieces run and what they leave.
+struct Pieces<'a> {
+    config: &'a Config,
+    finger: &'a Finger,
+    hash: &'a str,
+    folder: &'a Path,
+    bars: Bars,
+    results: Mutex<Vec<Result<Piece, Failure>>>,
+}
+
+/// Runs what is not finished yet: one press through all depths on a thread, the slides from each depth that it reaches and
+/// the frictionless press on whichever is free.
 fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &Path) -> Result<Runs, Failure> {
+    let pieces = Pieces { config, finger, hash, folder, bars: Bars::default(), results: Mutex::default() };
     let depths = &config.experiment.depths_mm;
-    let file = |depth: f64| folder.join(format!("depth_{depth:.4}mm.bin"));
-    let frictionless_file = folder.join("frictionless.bin");
-    let mut frictionless = read_stored(&frictionless_file, hash);
-    let mut done: Vec<Option<Stored<Trajectory>>> = depths.iter().map(|&d| read_stored(&file(d), hash)).collect();
+    let mut frictionless = read_stored(&pieces.frictionless_file(), hash);
+    let mut done: Vec<Option<Stored<Trajectory>>> =
+        depths.iter().map(|&d| read_stored(&pieces.file("depth", d), hash)).collect();
 
     let finished = done.iter().flatten().count() + usize::from(frictionless.is_some());
     if finished > 0 {
         println!("{finished} of {} pieces were finished before", depths.len() + 1);
     }
-    // Deepest first: it takes longest. None stands for the frictionless press.
-    let mut queue: VecDeque<Option<usize>> = (0..depths.len()).rev().filter(|&k| done[k].is_none()).map(Some).collect();
-    if frictionless.is_none() {
-        queue.push_back(None);
-    }
+    let missing: Vec<usize> = (0..depths.len()).filter(|&k| done[k].is_none()).collect();
     let threads = args
         .jobs
         .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
-        .clamp(1, queue.len().max(1));
+        .clamp(1, missing.len() + usize::from(frictionless.is_none()).max(1));
     let _keeping = keeping();
-    let bars = Bars::default();
-    let queue = Mutex::new(queue);
-    let results: Mutex<Vec<Result<Piece, Failure>>> = Mutex::new(Vec::new());
+    let (send, work) = mpsc::channel();
+    let work = Mutex::new(work);
+    if frictionless.is_none() {
+        send.send(Work::Frictionless).expect("the other end is held here");
+    }
     std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let Some(next) = queue.lock().expect("no panic while locked").pop_front() else { return };
-                    if go_on().is_break() {
-                        return;
-                    }
-                    let result = match next {
-                        Some(k) => run_depth(config, finger, depths[k], hash, &file(depths[k]), &bars)
-                            .map(|stored| Piece::Depth(k, stored)),
-                        None => {
-                            run_frictionless(config, finger, hash, &frictionless_file, &bars).map(Piece::Frictionless)
-                        }
-                    };
-                    results.lock().expect("no panic while locked").push(result);
-                }
-            });
+        let (pieces, work) = (&pieces, &work);
+        scope.spawn(move || {
+            pieces.press(&missing, send);
+            pieces.work(work);
+        });
+        for _ in 1..threads {
+            scope.spawn(move || pieces.work(work));
         }
     });
     let mut failure = None;
-    for result in results.into_inner().expect("threads have ended") {
+    for result in pieces.results.into_inner().expect("threads have ended") {
         match result {
             Ok(Piece::Depth(k, stored)) => done[k] = Some(stored),
             Ok(Piece::Frictionless(stored)) => frictionless = Some(stored),
@@ -309,60 +318,120 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
     }
 }
 
-fn run_depth(
-    config: &Config,
-    finger: &Finger,
-    depth_mm: f64,
-    hash: &str,
-    file: &Path,
-    bars: &Bars,
-) -> Result<Stored<Trajectory>, Failure> {
-    let start = Instant::now();
-    let bar = bars.add(bar(format!("depth {depth_mm:.2} mm")));
-    let checkpoint_file = file.with_extension("checkpoint");
-    let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: hash };
-    let result = experiment::press_and_slide(config, finger, depth_mm, Some(checkpoint), &mut |progress| {
-        show(&bar, &progress);
-        go_on()
-    });
-    bar.finish_and_clear();
-    let result = result.map_err(|error| piece_failure(error, &format!("depth {depth_mm} mm"), file))?;
-    println!(
-        "depth {depth_mm:.2} mm: {} increments, {} iterations, {} cut back, {:.1} s CPU",
-        result.cost.increments, result.cost.iterations, result.cost.cutbacks, result.cost.cpu_s
-    );
-    store(file, Stored { settings_hash: hash.to_owned(), wall_s: start.elapsed().as_secs_f64(), result })
-}
+impl Pieces<'_> {
+    fn file(&self, what: &str, depth_mm: f64) -> PathBuf {
+        self.folder.join(format!("{what}_{depth_mm:.4}mm.bin"))
+    }
 
-fn run_frictionless(
-    config: &Config,
-    finger: &Finger,
-    hash: &str,
-    file: &Path,
-    bars: &Bars,
-) -> Result<Stored<Vec<PressLimit>>, Failure> {
-    let start = Instant::now();
-    let bar = bars.add(bar("frictionless".into()));
-    let checkpoint_file = file.with_extension("checkpoint");
-    let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: hash };
-    let result = experiment::frictionless(config, finger, Some(checkpoint), &mut |progress| {
-        show(&bar, &progress);
-        go_on()
-    });
-    bar.finish_and_clear();
-    let result = result.map_err(|error| piece_failure(error, "frictionless press", file))?;
-    store(file, Stored { settings_hash: hash.to_owned(), wall_s: start.elapsed().as_secs_f64(), result })
-}
+    fn frictionless_file(&self) -> PathBuf {
+        self.folder.join("frictionless.bin")
+    }
 
-fn piece_failure(error: LoadPathError, what: &str, file: &Path) -> Failure {
-    let folder = file.parent().unwrap_or(Path::new("."));
-    run_failure(error, what, format!("finished depths are kept in {}", folder.display()))
-}
+    fn add(&self, result: Result<Piece, Failure>) {
+        self.results.lock().expect("no panic while locked").push(result);
+    }
 
-fn store<T: Serialize>(file: &Path, stored: Stored<T>) -> Result<Stored<T>, Failure> {
-    let bytes = postcard::to_stdvec(&stored).map_err(|e| Failure::Input(e.into()))?;
-    atomic_write(file, |w| w.write_all(&bytes))?;
-    Ok(stored)
+    /// Presses through the depths, and hands on each of the `missing` ones (rising) as it is reached.
+    fn press(&self, missing: &[usize], reached: mpsc::Sender<Work>) {
+        let mut from: Option<Stored<PathEnd>> = None;
+        for k in 0..missing.last().map_or(0, |last| last + 1) {
+            let file = self.file("pressed", self.config.experiment.depths_mm[k]);
+            let pressed = match read_stored(&file, self.hash) {
+                Some(pressed) => Ok(pressed),
+                None => self.press_on(k, from.as_ref().map(|from| &from.result), &file),
+            };
+            match pressed {
+                Ok(pressed) => {
+                    if missing.contains(&k) {
+                        reached.send(Work::Slides(k, pressed.clone())).expect("the other end outlives the threads");
+                    }
+                    from = Some(pressed);
+                }
+                Err(failure) => return self.add(Err(failure)),
+            }
+        }
+    }
+
+    /// Presses from one depth to the next.
+    fn press_on(&self, k: usize, from: Option<&PathEnd>, file: &Path) -> Result<Stored<PathEnd>, Failure> {
+        let depth_mm = self.config.experiment.depths_mm[k];
+        self.run(&format!("press to {depth_mm:.2} mm"), file, |checkpoint, progress| {
+            let end = experiment::press(self.config, self.finger, depth_mm, from, Some(checkpoint), progress)?;
+            let cpu_s = end.cost().cpu_s - from.map_or(0.0, |from| from.cost().cpu_s);
+            Ok((end, cpu_s))
+        })
+    }
+
+    /// Runs pieces until none will come.
+    fn work(&self, pieces: &Mutex<mpsc::Receiver<Work>>) {
+        loop {
+            let next = pieces.lock().expect("no panic while locked").recv();
+            let Ok(next) = next else { return };
+            if go_on().is_break() {
+                return;
+            }
+            self.add(match next {
+                Work::Frictionless => self.frictionless().map(Piece::Frictionless),
+                Work::Slides(k, pressed) => self.slides(k, pressed).map(|stored| Piece::Depth(k, stored)),
+            });
+        }
+    }
+
+    /// The slides at a depth; the time of the press from the depth before is theirs.
+    fn slides(&self, k: usize, pressed: Stored<PathEnd>) -> Result<Stored<Trajectory>, Failure> {
+        let depth_mm = self.config.experiment.depths_mm[k];
+        let Stored { wall_s, cpu_s, result: from, .. } = pressed;
+        let file = self.file("depth", depth_mm);
+        let mut stored = self.run(&format!("depth {depth_mm:.2} mm"), &file, |checkpoint, progress| {
+            let (config, finger) = (self.config, self.finger);
+            let slid = experiment::press_and_slide(config, finger, depth_mm, Some(&from), Some(checkpoint), progress)?;
+            let slide_s = slid.cost.cpu_s - from.cost().cpu_s;
+            Ok((slid, cpu_s + slide_s))
+        })?;
+        stored.wall_s += wall_s;
+        let cost = &stored.result.cost;
+        println!(
+            "depth {depth_mm:.2} mm: {} increments, {} iterations, {} cut back, {:.1} s CPU",
+            cost.increments, cost.iterations, cost.cutbacks, stored.cpu_s
+        );
+        Ok(stored)
+    }
+
+    fn frictionless(&self) -> Result<Stored<Vec<PressLimit>>, Failure> {
+        self.run("frictionless", &self.frictionless_file(), |checkpoint, progress| {
+            let mut cpu_s = 0.0;
+            let limits = experiment::frictionless(self.config, self.finger, Some(checkpoint), &mut |now| {
+                cpu_s = now.cost.cpu_s;
+                progress(now)
+            })?;
+            Ok((limits, cpu_s))
+        })
+    }
+
+    /// Runs a piece under a bar of its own and stores what it gives; `run` returns that and its CPU time, s.
+    fn run<T: Serialize>(
+        &self,
+        what: &str,
+        file: &Path,
+        run: impl FnOnce(Checkpoint, OnProgress) -> Result<(T, f64), LoadPathError>,
+    ) -> Result<Stored<T>, Failure> {
+        let start = Instant::now();
+        let bar = self.bars.add(bar(what.into()));
+        let checkpoint_file = file.with_extension("checkpoint");
+        let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: self.hash };
+        let result = run(checkpoint, &mut |progress| {
+            show(&bar, &progress);
+            go_on()
+        });
+        bar.finish_and_clear();
+        let kept = || format!("finished depths are kept in {}", self.folder.display());
+        let (result, cpu_s) = result.map_err(|error| run_failure(error, what, kept()))?;
+        let stored =
+            Stored { settings_hash: self.hash.to_owned(), wall_s: start.elapsed().as_secs_f64(), cpu_s, result };
+        let bytes = postcard::to_stdvec(&stored).map_err(|e| Failure::Input(e.into()))?;
+        atomic_write(file, |w| w.write_all(&bytes))?;
+        Ok(stored)
+    }
 }
 
 /// A finished piece of the same settings; anything else counts as not there.
@@ -389,11 +458,7 @@ fn assemble(
         runs.depths.iter().zip(&config.experiment.depths_mm).zip(&runs.frictionless.result)
     {
         let trajectory = &stored.result;
-        stages.push(Stage {
-            name: format!("depth {depth_mm:.2} mm"),
-            wall_s: stored.wall_s,
-            cpu_s: trajectory.cost.cpu_s,
-        });
+        stages.push(Stage { name: format!("depth {depth_mm:.2} mm"), wall_s: stored.wall_s, cpu_s: stored.cpu_s });
         let measured = table.iter().find(|row| (row.depth_mm - depth_mm).abs() < 1e-6).map(|row| Steady {
             normal_force_n: row.normal_force_n,
             friction_coefficient: row.friction_coefficient,
@@ -418,8 +483,8 @@ fn assemble(
             mesh: MeshCounts {
                 nodes: finger.mesh.nodes.len(),
                 hexes: finger.mesh.hexes.len(),
-                tets: finger.mesh.tets.len(),
-                pad_faces: finger.mesh.pad_faces.len(),
+                tets: finger.mesh.tets.len() + finger.mesh.tets10.len(),
+                pad_faces: finger.mesh.pad_faces.len() + finger.mesh.pad_triangles.len(),
                 free_dofs: finger.body.dofs.count,
             },
             quality: vec![
@@ -469,7 +534,7 @@ fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
     let penetration = costs().map(|c| c.max_penetration_mm).fold(0.0, f64::max);
     let tolerance = config.numerics.contact.penetration_tolerance_mm;
     let residual = costs().map(|c| c.max_residual).fold(0.0, f64::max);
-    let dissipation = costs().map(|c| c.min_dissipation_mpa_mm).fold(0.0, f64::min);
+    let dissipation = costs().map(|c| c.min_dissipation_mj).fold(0.0, f64::min);
     let stabilised = runs
         .depths
         .iter()

@@ -106,6 +106,8 @@ enum Preset {
     /// About 2 300 nodes
     Coarse,
     /// About 11 000 nodes
+    Medium,
+    /// The medium mesh with the faces of the pad halved
     Default,
     /// About 58 000 nodes
     Fine,
@@ -147,6 +149,7 @@ impl Model {
         }
         match self.mesh_preset {
             Some(Preset::Coarse) => config.mesh_preset = MeshPreset::Coarse,
+            Some(Preset::Medium) => config.mesh_preset = MeshPreset::Medium,
             Some(Preset::Default) => config.mesh_preset = MeshPreset::Default,
             Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
             None => {}

@@ -24,7 +24,7 @@ fn configurations_are_refused_with_file_line_and_value() {
         ("[friction]\ngamma_crit_mm = nan\n", &["bad.toml", "line 2", "NaN"]),
         ("[friction]\ngamma_crit_m = 6e-6\n", &["bad.toml", "line 2", "gamma_crit_m"]),
         ("[tissue.skin]\nmu_mpa = 0\n", &["bad.toml", "line 2", "0"]),
-        ("mesh_preset = \"medium\"\n", &["bad.toml", "line 1", "medium", "coarse"]),
+        ("mesh_preset = \"dense\"\n", &["bad.toml", "line 1", "dense", "coarse"]),
         ("[experiment]\ndepths_mm = [0.5, nan]\n", &["depths_mm", "NaN"]),
         ("[experiment]\ndepths_mm = [0.5, 25.0]\n", &["depths_mm", "25 mm reaches the held section"]),
         ("[experiment]\ndepths_mm = [1.0, 0.5]\n", &["depths_mm", "0.5"]),

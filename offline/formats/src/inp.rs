@@ -147,11 +147,12 @@ fn write_parts(w: &mut dyn Write, mesh: &Mesh, settings: &Settings, pad: &[(usiz
             writeln!(w, "{element}, S{face}")?;
         }
     }
-    // A tie says something only where its own tetrahedra are written.
-    let tied = |tie: &&Tie| {
-        !settings.held.contains(&tie.slave)
-            && mesh.tets.iter().any(|tet| tet.nodes.contains(&tie.slave) && !settings.omit.contains(&tet.region))
-    };
+    // A tie says something only where its own elements are written.
+    let written = |region: &Region| !settings.omit.contains(region);
+    let tets = mesh.tets.iter().filter(|tet| written(&tet.region)).flat_map(|tet| tet.nodes);
+    let hexes = mesh.hexes.iter().filter(|hex| written(&hex.region)).flat_map(|hex| hex.nodes);
+    let in_elements: HashSet<u32> = tets.chain(hexes).collect();
+    let tied = |tie: &&Tie| !settings.held.contains(&tie.slave) && in_elements.contains(&tie.slave);
     for tie in mesh.ties.iter().filter(tied) {
         for dof in 1..=3 {
             writeln!(w, "*EQUATION\n{}", tie.masters.len() + 1)?;

@@ -86,9 +86,10 @@ impl Tet10 {
 /// A multi-point constraint: the displacement of `slave` is the weighted sum of its masters'.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tie {
-    /// Constrained node; belongs to tetrahedra only.
+    /// Constrained node: of tetrahedra, tied to the hexahedra that they lie on; or of hexahedra, in the middle of an
+    /// edge or a face of a larger one.
     pub slave: u32,
-    /// Master nodes (of hexahedra) with weights that sum to 1.
+    /// Master nodes (of hexahedra, not tied themselves) with weights that sum to 1.
     pub masters: Vec<(u32, f64)>,
 }
 
@@ -108,7 +109,7 @@ pub mod set {
     pub const NAIL_FIX: &str = "nail_fix";
     /// Nodes of the proximal section, held fixed.
     pub const PROXIMAL_FIX: &str = "proximal_fix";
-    /// Nodes of the pad faces (contact candidates).
+    /// Nodes of the pad faces that are not tied (contact candidates).
     pub const PAD: &str = "pad";
 }
 
@@ -130,7 +131,7 @@ pub struct Mesh {
     /// Linear triangles that may touch the plane, counter-clockwise seen from outside: the four between corners and
     /// edge nodes of each face of a 10-node tetrahedron.
     pub pad_triangles: Vec<[u32; 3]>,
-    /// Multi-point constraints that tie tetrahedra to hexahedra.
+    /// Multi-point constraints: tetrahedra on hexahedra, small hexahedra beside large ones.
     pub ties: Vec<Tie>,
 }
 

@@ -101,7 +101,7 @@ fn stick_line(
     };
     let depth_mm = table.depths_mm[table.depths_mm.len() / 2] + finger.depth_offset_mm;
     (hooks.tell)("stick ratio over load", &format!("slide at depth {depth_mm:.3} mm"));
-    let result = press_and_slide(&config, &fingertip, depth_mm, None, &mut |_| {
+    let result = press_and_slide(&config, &fingertip, depth_mm, None, None, &mut |_| {
         if (hooks.go_on)() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
     let trajectory = match result {

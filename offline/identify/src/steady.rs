@@ -12,6 +12,7 @@ use super::{
     history::{History, distance},
 };
 use fingerpad_fe::assembly::{Body, Configuration};
+use fingerpad_fe::contact::plane::DEPTH;
 use fingerpad_fe::contact::{Friction, FrictionLaw, PenaltySettings, RubberFriction};
 use fingerpad_fe::load_path::{
     FailedStep, LimitPointRule, LoadSteps, Problem, Standing, StepRule, load_along, pass_limit_point,
@@ -112,6 +113,8 @@ impl Effort {
 /// A finger on the plane that moves from one steady state to the next.
 pub struct Slider<'a> {
     body: &'a Body,
+    /// How many times the model makes up the finger.
+    copies: f64,
     solver: Solver<'a>,
     state: State,
     at: Place,
@@ -156,10 +159,12 @@ impl<'a> Slider<'a> {
             max_unsolved_contacts: 3,
             ..problem.settings
         };
-        let solver = Solver::new(problem.body, problem.pad_faces, Friction::On(law), penalty, settings);
+        let model = problem.symmetric_model();
+        let solver = Solver::new(model.body, model.pad_faces, Friction::On(law), penalty, settings);
         let state = solver.initial_state([0.0; 3]);
         Self {
-            body: problem.body,
+            body: model.body,
+            copies: model.copies(),
             solver,
             state,
             at: Place { depth_mm: 0.0, law },
@@ -293,13 +298,15 @@ impl<'a> Slider<'a> {
 
     fn steady(&self) -> Steady {
         let State { contact, totals, .. } = &self.state;
+        let copies = self.copies;
+        let nodes = contact.nodes.iter().filter(|n| n.area > 0.0);
         Steady {
-            depth_mm: contact.plane[2],
-            normal_force_n: totals.force.z,
-            friction_x_n: totals.force.x,
-            contact_area_mm2: self.solver.surface().contact_areas(contact).iter().map(|a| a[0]).sum(),
+            depth_mm: contact.plane.at[DEPTH],
+            normal_force_n: copies * totals.force.z,
+            friction_x_n: copies * totals.force.x,
+            contact_area_mm2: copies * totals.area,
             penetration_mm: totals.penetration,
-            pressure: contact.points.iter().filter(|p| p.pressure > 0.0).map(|p| [p.pressure, p.area]).collect(),
+            pressure: nodes.map(|n| [n.pressure_mpa(), copies * n.area]).collect(),
         }
     }
 }
@@ -325,7 +332,7 @@ impl Move<'_, '_> {
 
 /// The plane at a place.
 fn target(place: &Place) -> Target {
-    [Axis::Displacement(0.0), Axis::Displacement(0.0), Axis::Displacement(place.depth_mm)]
+    [Axis::Displacement(0.0), Axis::Displacement(0.0), Axis::Displacement(place.depth_mm)].into()
 }
 
 impl LoadSteps for Move<'_, '_> {
@@ -337,7 +344,7 @@ impl LoadSteps for Move<'_, '_> {
         let prediction = slider.history.predict(slider.body, &slider.coordinates(&place)).filter(|_| !self.failed);
         let (configuration, led) = prediction.unwrap_or_else(|| (slider.state.configuration.clone(), false));
         let follows_plane = led || place.depth_mm == slider.at.depth_mm;
-        let guess = Guess { configuration, plane: [0.0, 0.0, place.depth_mm], follows_plane };
+        let guess = Guess { configuration, plane: [0.0, 0.0, place.depth_mm].into(), follows_plane };
         slider.solver.set_friction(Friction::On(place.law));
         let (result, iterations) = slider
             .solve(|solver, state, stats, watch| solver.step(&saturated(state), target(&place), guess, stats, watch));
@@ -390,12 +397,12 @@ impl LoadSteps for Move<'_, '_> {
     }
 }
 
-/// The state with the elastic slip of every contact point far beyond its limit.
+/// The state with the elastic slip of every contact node far beyond its limit.
 fn saturated(state: &State) -> State {
     let mut state = state.clone();
-    for point in &mut state.contact.points {
-        point.elastic_slip = [SATURATED_MM, 0.0];
-        point.multiplier = 0.0;
+    for node in &mut state.contact.nodes {
+        node.elastic_slip = [SATURATED_MM, 0.0];
+        node.multiplier = 0.0;
     }
     state
 }

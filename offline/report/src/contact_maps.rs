@@ -77,8 +77,10 @@ impl Map {
             let p = mesh.nodes[*node as usize] + snapshot.displacement_mm[*node as usize];
             (p.x, p.y)
         };
-        let outline = |face: &[u32; 4]| face.iter().map(corner).collect::<Vec<_>>();
-        let faces = mesh.pad_faces.iter().map(outline).zip(snapshot.faces.iter().copied()).collect();
+        let outline = |face: &[u32]| face.iter().map(corner).collect::<Vec<_>>();
+        let quads = mesh.pad_faces.iter().map(|face| outline(face));
+        let outlines = quads.chain(mesh.pad_triangles.iter().map(|face| outline(face)));
+        let faces = outlines.zip(snapshot.faces.iter().copied()).collect();
         let (x, y) = (snapshot.response.slide_x_mm, snapshot.response.slide_y_mm);
         Self { slide_mm: x.hypot(y), along_x: x >= 0.0 && y.abs() <= 1e-6 * x, faces }
     }

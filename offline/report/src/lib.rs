@@ -274,14 +274,15 @@ fn check_snapshots(report: &BuildReport, mesh: &Mesh) -> Result<(), ReportError>
     for depth in &report.depths {
         for snapshot in &depth.trajectory.snapshots {
             let (nodes, faces) = (snapshot.displacement_mm.len(), snapshot.faces.len());
-            if (nodes, faces) != (mesh.nodes.len(), mesh.pad_faces.len()) {
+            let mesh_faces = mesh.pad_faces.len() + mesh.pad_triangles.len();
+            if (nodes, faces) != (mesh.nodes.len(), mesh_faces) {
                 return Err(ReportError::OtherMesh {
                     depth_mm: depth.depth_mm,
                     slide_mm: snapshot.response.slide_x_mm.hypot(snapshot.response.slide_y_mm),
                     nodes,
                     faces,
                     mesh_nodes: mesh.nodes.len(),
-                    mesh_faces: mesh.pad_faces.len(),
+                    mesh_faces,
                 });
             }
         }

@@ -37,7 +37,7 @@ struct Arguments {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let limit = Duration::from_secs(arguments.timeout_s);
-    let case = Case::new("a", if arguments.quick { MeshPreset::Coarse } else { MeshPreset::Default });
+    let case = Case::new("a", if arguments.quick { MeshPreset::Coarse } else { MeshPreset::Medium });
     println!("{}, penalty {PENALTY_MPA_PER_MM} MPa/mm", case.line(&case.finger()));
     println!("CalculiX: {}, C3D8R, SPOOLES, 1 thread", Runner::default().version().unwrap_or_else(|e| panic!("{e}")));
     let press = bench_press(&case, limit);

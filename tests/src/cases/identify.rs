@@ -72,7 +72,7 @@ pub fn direct_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (finger, _) = config.finger()?;
     let direct = with_fe_model(&config, depths, |fe| Ok(fe.states(&planted())?))?;
     for (state, &depth) in direct.iter().zip(depths) {
-        let slide = press_and_slide(&config, &finger, depth, None, &mut |_| ControlFlow::Continue(()))?;
+        let slide = press_and_slide(&config, &finger, depth, None, None, &mut |_| ControlFlow::Continue(()))?;
         let end = slide.responses.last().ok_or("an empty trajectory")?;
         let named = |what: &str| format!("{what} at {depth} mm: direct state, end of a 10 mm slide");
         checks.push(Check::relative(named("N (N)"), state.normal_force_n, end.normal_force_n, 1e-4));

@@ -12,7 +12,8 @@ use crate::{
     problems::fingers::{finger, follow, placed, problem},
 };
 
-const PRESETS: [MeshPreset; 3] = [MeshPreset::Coarse, MeshPreset::Default, MeshPreset::Fine];
+/// Meshes refined evenly.
+const PRESETS: [MeshPreset; 3] = [MeshPreset::Coarse, MeshPreset::Medium, MeshPreset::Fine];
 
 /// Normal force (N), contact area (mm²) and F/N in full slip at 1 mm.
 fn kinetic(finger: &Finger) -> Result<[f64; 3], Failure> {
@@ -57,13 +58,13 @@ pub fn convergence(effort: Effort) -> Result<Vec<Check>, Failure> {
                 checks.push(Check::told(format!("{shape} {bone:?}, {nodes} nodes: {what}"), value));
             }
         }
-        if let [coarse, default, fine] = values[..] {
+        if let [coarse, medium, fine] = values[..] {
             let h = PRESETS.map(|preset| 1.0 / preset.divisions().distal_rings as f64);
             for (k, what) in ["N", "area", "F/N"].iter().enumerate() {
-                let (order, limit) = extrapolated(h, [coarse[k], default[k], fine[k]]);
+                let (order, limit) = extrapolated(h, [coarse[k], medium[k], fine[k]]);
                 checks.push(Check::told(format!("{shape} {bone:?}: order of {what} (kept in 1..2)"), order));
-                let name = format!("{shape} {bone:?}: {what}, default mesh against the extrapolated");
-                checks.push(Check::relative(name, default[k], limit, 0.03));
+                let name = format!("{shape} {bone:?}: {what}, medium mesh against the extrapolated");
+                checks.push(Check::relative(name, medium[k], limit, 0.03));
             }
         }
     }

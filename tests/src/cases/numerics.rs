@@ -123,7 +123,7 @@ pub fn loops(_: Effort) -> Result<Vec<Check>, Failure> {
         checks.push(Check::at_least(format!("{name}: work of the plane (mJ)"), work.plane_mj, -0.5 * gamma * peak));
         checks.push(Check::at_least(
             format!("{name}: smallest dissipation (MPa mm)"),
-            run.cost.min_dissipation_mpa_mm,
+            run.cost.min_dissipation_mj,
             0.0,
         ));
         checks.push(Check::told(format!("{name}: dissipated by slip (mJ)"), work.friction_mj));

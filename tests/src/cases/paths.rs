@@ -86,7 +86,7 @@ fn run(finger: &Finger, name: &str, path: &Path) -> Vec<Check> {
             cost.max_penetration_mm,
             problem.penalty.penetration_tolerance_mm,
         ),
-        Check::at_least(format!("{name}: smallest dissipation (MPa mm)"), cost.min_dissipation_mpa_mm, 0.0),
+        Check::at_least(format!("{name}: smallest dissipation (MPa mm)"), cost.min_dissipation_mj, 0.0),
         Check::at_least(
             format!("{name}: work less slip's and stabilisation's (mJ)"),
             work.plane_mj - work.friction_mj - work.stabilisation_mj,

@@ -130,7 +130,7 @@ fn fresh(model: &Model<'_>, config: &Config, [size, stiffness, lambda]: [f64; 3]
 /// The settings that the model's runs were made with: the default ones on one of the meshes.
 fn settings_of(meta: &serde_json::Value) -> Result<Config, Failure> {
     let told = meta["settings_hash"].as_str().unwrap_or_default();
-    for mesh_preset in [MeshPreset::Default, MeshPreset::Coarse, MeshPreset::Fine] {
+    for mesh_preset in MeshPreset::ALL {
         let config = Config { mesh_preset, ..Config::default() };
         if settings_hash(&config)? == told {
             return Ok(config);

@@ -8,9 +8,9 @@ use fingerpad_fe::contact::{Friction, PenaltySettings};
 use fingerpad_fe::material::Ogden;
 use fingerpad_fe::mesh::{
     Mesh,
-    block::{coordinates, curved_block},
+    block::{block, coordinates, into_second_order, into_tets},
 };
-use fingerpad_fe::solve::{Axis, Guess, SolveError, Solver, SolverSettings, State, Stats, unwatched};
+use fingerpad_fe::solve::{Axis, Guess, PadFaces, SolveError, Solver, SolverSettings, State, Stats, unwatched};
 use nalgebra::Vector3;
 
 use crate::half_space::{HalfSpace, Hertz, PointLoads};
@@ -24,12 +24,23 @@ pub enum Part {
     Half,
 }
 
+/// What the body is meshed with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Elements {
+    /// Hexahedra.
+    Hexes,
+    /// 10-node tetrahedra, six in the place of eight hexahedra, with the same nodes.
+    Tets,
+}
+
 /// Size and mesh of the block; lengths in contact radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
     /// What is meshed.
     pub part: Part,
-    /// Elements per contact radius under the contact.
+    /// Elements.
+    pub elements: Elements,
+    /// Distances between nodes per contact radius under the contact.
     pub per_radius: usize,
     /// Half width and height of the block.
     pub extent: f64,
@@ -45,8 +56,10 @@ pub struct Sphere {
     pub mesh: Mesh,
     /// Body.
     pub body: Body,
-    /// Faces that may touch.
-    pub pad_faces: Vec<[u32; 4]>,
+    /// Quadrilaterals that may touch.
+    quads: Vec<[u32; 4]>,
+    /// Triangles that may touch.
+    triangles: Vec<[u32; 3]>,
     /// Nodes of the outer boundary with their places in the half-space.
     boundary: Vec<(u32, Vector3<f64>)>,
     /// How often the meshed part makes the whole.
@@ -64,7 +77,8 @@ impl Sphere {
     pub fn new(layout: &Layout, poisson: f64, curvature_mm: f64) -> Result<Self, BodyError> {
         let half_space = HalfSpace { shear_mpa: 1.0, poisson };
         let hertz = Hertz { half_space, curvature_mm, radius_mm: 1.0 };
-        let h = 1.0 / layout.per_radius as f64;
+        // A cell of six tetrahedra has nodes half-way.
+        let h = if layout.elements == Elements::Hexes { 1.0 } else { 2.0 } / layout.per_radius as f64;
         let even = (EVEN / h).round() as usize;
         let mut arm = coordinates(0.0, even as f64 * h, even, 1.0);
         arm.extend(outward(even as f64 * h, layout.extent, h, layout.growth).into_iter().skip(1));
@@ -73,10 +87,14 @@ impl Sphere {
         let up = outward(0.0, layout.extent, h, layout.growth);
         let xs = if layout.part == Part::Quarter { &arm } else { &whole };
         let height = layout.extent;
-        let flat = fingerpad_fe::mesh::block::block(xs, &arm, &up);
-        let mesh = curved_block(xs, &arm, &up, |p| {
-            p + Vector3::z() * ((p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height))
-        });
+        let flat = match layout.elements {
+            Elements::Hexes => block(xs, &arm, &up),
+            Elements::Tets => into_second_order(&into_tets(&block(xs, &arm, &up))),
+        };
+        let mut mesh = flat.clone();
+        for p in &mut mesh.nodes {
+            p.z += (p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height);
+        }
         let outer: &[&str] = if layout.part == Part::Quarter { &["x1", "y1", "z1"] } else { &["x0", "x1", "y1", "z1"] };
         let mut fixed: Vec<u32> = outer.iter().flat_map(|name| mesh.node_set(name)).copied().collect();
         fixed.sort_unstable();
@@ -85,12 +103,13 @@ impl Sphere {
         if layout.part == Part::Quarter {
             fixed_components.extend(mesh.node_set("x0").iter().map(|&n| (n, 0)));
         }
-        let near = |face: &&[u32; 4]| {
+        let near = |face: &[u32]| {
             face.iter().any(|&n| mesh.nodes[n as usize].xy().norm() < 0.5 * (1.0 + EVEN))
                 && face.iter().all(|&n| mesh.nodes[n as usize].xy().amax() < EVEN + 0.5 * h)
         };
-        let pad_faces: Vec<[u32; 4]> = mesh.pad_faces.iter().filter(near).copied().collect();
-        let mut contact: Vec<u32> = pad_faces.iter().flatten().copied().collect();
+        let quads: Vec<[u32; 4]> = mesh.pad_faces.iter().filter(|f| near(&f[..])).copied().collect();
+        let triangles: Vec<[u32; 3]> = mesh.pad_triangles.iter().filter(|f| near(&f[..])).copied().collect();
+        let mut contact: Vec<u32> = quads.iter().flatten().chain(triangles.iter().flatten()).copied().collect();
         contact.sort_unstable();
         contact.dedup();
         let bulk = 2.0 * half_space.shear_mpa * (1.0 + poisson) / (3.0 * (1.0 - 2.0 * poisson));
@@ -99,7 +118,7 @@ impl Sphere {
         let supports = Supports { fixed, fixed_components, contact, ..Default::default() };
         let body = Body::new(&mesh, |_| Some(Material::Ogden(law)), &supports, Vector3::zeros(), Joint::default())?;
         let copies = if layout.part == Part::Quarter { 4.0 } else { 2.0 };
-        Ok(Self { hertz, mesh, body, pad_faces, boundary, copies })
+        Ok(Self { hertz, mesh, body, quads, triangles, boundary, copies })
     }
 
     /// A penalty whose largest penetration is `share` of the approach.
@@ -113,7 +132,8 @@ impl Sphere {
 
     /// Solver without friction.
     pub fn solver(&self, penalty: PenaltySettings) -> Solver<'_> {
-        Solver::new(&self.body, &self.pad_faces, Friction::Off, penalty, SolverSettings::default())
+        let pad = PadFaces { quads: &self.quads, triangles: &self.triangles };
+        Solver::new(&self.body, pad, Friction::Off, penalty, SolverSettings::default())
     }
 
     /// `from` with the boundary where `loads` put it.
@@ -146,7 +166,7 @@ impl Sphere {
         to: [f64; 3],
         loads: &PointLoads,
     ) -> Result<State, SolveError> {
-        let guess = Guess { configuration: self.placed(&from.configuration, loads), plane: to, follows_plane: false };
+        let guess = Guess { configuration: self.placed(&from.configuration, loads), plane: to.into(), follows_plane: false };
         solver.step(from, to.map(Axis::Displacement), guess, &mut Stats::default(), &mut unwatched)
     }
 

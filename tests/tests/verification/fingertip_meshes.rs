@@ -7,7 +7,9 @@ use fingerpad_tests::verify;
 fn named_shapes_pass_the_check() {
     for name in ["a", "b", "d", "e", "base"] {
         let shape = FingertipShape::named(name).unwrap();
-        for (preset, label) in [(MeshPreset::Coarse, "coarse"), (MeshPreset::Default, "default")] {
+        for (preset, label) in
+            [(MeshPreset::Coarse, "coarse"), (MeshPreset::Medium, "medium"), (MeshPreset::Default, "default")]
+        {
             let mesh = fingertip(&shape, &preset.divisions()).unwrap().mesh;
             check(&mesh).unwrap_or_else(|e| panic!("shape {name} {label}: {e}"));
             let report = quality(&mesh);

@@ -2,12 +2,15 @@
 //!
 //! `cargo test --release -p fingerpad-tests --test verification -- --nocapture` prints them all.
 
+mod branches;
 mod cook;
 mod energy;
 mod fingertip_meshes;
+mod hanging_nodes;
 mod long_runs;
 mod ogden;
 mod patch;
 mod rotation;
+mod symmetry;
 mod tangents;
 mod tie;

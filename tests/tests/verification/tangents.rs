@@ -215,6 +215,7 @@ pub fn composite() -> Body {
     let supports = Supports {
         fixed: mesh.node_set("nail_fix").to_vec(),
         fixed_components: vec![(0, 0), (3, 2)],
+        held_rigid: vec![1, 4],
         rigid,
         contact: mesh.node_set("z0").to_vec(),
     };

@@ -179,6 +179,27 @@ impl Body {
         &self.undeformed
     }
 
+    /// Plane-strain modulus of the undeformed body at every node, the mean of its elements', MPa; 0 without elements.
+    pub fn plane_strain_moduli_mpa(&self) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0u32); self.undeformed.x.len()];
+        let mut add = |nodes: &[[u32; 8]], len: usize, modulus: f64| {
+            for node in nodes.iter().flat_map(|lanes| &lanes[..len]) {
+                sums[*node as usize].0 += modulus;
+                sums[*node as usize].1 += 1;
+            }
+        };
+        for group in &self.hexes {
+            add(&group.batch.nodes, group.batch.len, group.plane_strain_modulus_mpa());
+        }
+        for group in &self.tets {
+            add(&group.batch.nodes, group.batch.len, group.plane_strain_modulus_mpa());
+        }
+        for group in &self.tets10 {
+            add(&group.batch.nodes, group.batch.len, group.plane_strain_modulus_mpa());
+        }
+        sums.into_iter().map(|(sum, count)| if count > 0 { sum / f64::from(count) } else { 0.0 }).collect()
+    }
+
     /// `configuration` moved by `scale * step` (dof order; rotations are spatial rotation vectors).
     pub fn advance(&self, configuration: &Configuration, step: &[f64], scale: f64) -> Configuration {
         let mut next = configuration.clone();

@@ -32,6 +32,8 @@ pub(super) trait BatchLaw<const N: usize, const Q: usize> {
     fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> Forces<N>;
     /// Derivative of the forces over positions, N/mm.
     fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Tangent<N>);
+    /// Plane-strain modulus `E/(1 - nu²)` of the undeformed material, MPa.
+    fn plane_strain_modulus_mpa(&self) -> f64;
     /// Energy of each element, mJ.
     fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8];
 }
@@ -42,6 +44,14 @@ impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
     }
     fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Tangent<N>) {
         batch.tangent(self, x, out);
+    }
+    fn plane_strain_modulus_mpa(&self) -> f64 {
+        let one = f64x8::ONE;
+        let (_, c) = self.moduli(&[one, one, one, f64x8::ZERO, f64x8::ZERO, f64x8::ZERO], one);
+        let [along, across] = [c[0][0].to_array()[0], c[0][1].to_array()[0]];
+        let shear = 0.5 * (along - across);
+        let bulk = (along + 2.0 * across) / 3.0 + self.volumetric(one).2.to_array()[0];
+        4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
     }
     fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8] {
         batch.energies(self, x)

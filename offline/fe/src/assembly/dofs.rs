@@ -14,6 +14,8 @@ pub struct Supports {
     pub fixed_components: Vec<(u32, usize)>,
     /// Nodes that move as one rigid body with six degrees of freedom.
     pub rigid: Vec<u32>,
+    /// Degrees of freedom of the rigid body (0 to 2: translation of its reference point; 3 to 5: rotation) that are held.
+    pub held_rigid: Vec<usize>,
     /// Nodes that may come into contact; eliminated last.
     pub contact: Vec<u32>,
 }
@@ -211,7 +213,7 @@ impl DofMap {
                 *role = Role::Free { dof: dof_of_unit[unit] };
             }
         }
-        let held = supports
+        let mut held: Vec<usize> = supports
             .fixed_components
             .iter()
             .filter_map(|&(node, axis)| match role[node as usize] {
@@ -219,10 +221,12 @@ impl DofMap {
                 _ => None,
             })
             .collect();
+        let rigid_dof = graph.has_rigid.then(|| dof_of_unit[graph.rigid_unit]);
+        held.extend(rigid_dof.iter().flat_map(|first| supports.held_rigid.iter().map(move |k| first + k)));
         Self {
             role,
             ties,
-            rigid_dof: graph.has_rigid.then(|| dof_of_unit[graph.rigid_unit]),
+            rigid_dof,
             count,
             first_contact_dof: count - 3 * contact_units.len(),
             contact_nodes: contact_units.iter().map(|&unit| graph.node_of[unit] as u32).collect(),

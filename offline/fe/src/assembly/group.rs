@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use wide::f64x8;
 
-use super::{BodyError, Configuration, DofMap, Material};
+use super::{BodyError, Configuration, DofMap, Material, constitutive::BatchLaw};
 use crate::element::{Batch, Forces, Tangent};
 
 pub(super) struct Group<const N: usize, const Q: usize> {
@@ -45,6 +45,11 @@ impl<const N: usize, const Q: usize> Group<N, Q> {
     /// Energy of each element, mJ.
     pub fn energies(&self, at: &Configuration) -> [f64; 8] {
         self.material.law().energies(&self.batch, &at.x)
+    }
+
+    /// Plane-strain modulus of the undeformed material, MPa.
+    pub fn plane_strain_modulus_mpa(&self) -> f64 {
+        BatchLaw::<N, Q>::plane_strain_modulus_mpa(self.material.law())
     }
 
     /// Adds the forces to those of all nodes, N.

@@ -1,13 +1,16 @@
-//! Contact of pad faces with a rigid plane: gap, pressure, rubber friction with elastic slip.
+//! Contact of a body's surface with a rigid plane: gap, pressure, rubber friction with elastic slip, node by node.
 //!
 //! Main types: [`FrictionLaw`], [`RubberFriction`], [`Surface`], [`ContactState`], [`Plane`].
-//! May use: nothing of this crate but the face quadrature of element.
+//! May use: nothing of this crate.
 
+mod contour;
 mod law;
-mod point;
+pub mod plane;
 mod state;
 mod surface;
 
+pub use contour::Facet;
 pub use law::{FrictionLaw, LawError, RubberFriction, Sliding};
-pub use state::{ContactState, Friction, PenaltySettings, Plane, PointState, Quadrature, Totals};
-pub use surface::{Evaluation, FaceTangent, Surface};
+pub use plane::{Coordinates, Frame, Plane, Reach, Twist};
+pub use state::{ContactState, Friction, NodeState, PenaltySettings, Totals};
+pub use surface::{Evaluation, NodeTangent, Pad, Surface};

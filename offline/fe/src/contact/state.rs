@@ -2,13 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{FrictionLaw, RubberFriction, Sliding};
-use crate::element::gauss_legendre;
+use super::{FrictionLaw, Plane, RubberFriction, Sliding};
 
-/// Place of the plane, mm: displacement along x and y, height z (equal to the depth).
-pub type Plane = [f64; 3];
-
-/// How the non-penetration condition is kept.
+/// How the non-penetration condition is kept, and where the edge of the contact is seen.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PenaltySettings {
@@ -20,50 +16,23 @@ pub struct PenaltySettings {
     /// Largest penetration at convergence, mm (with `augment`).
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub penetration_tolerance_mm: f64,
-    /// Where in a face contact is asked for.
-    pub quadrature: Quadrature,
-}
-
-/// Points of a face at which gap and traction are taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Quadrature {
-    /// 3 x 3 Gauss-Lobatto points (Simpson's rule), corners among them.
-    ///
-    /// In a face that the edge of the contact cuts, hardly a point but the corners that touch lies below the plane, since
-    /// the gap is bilinear there: a rule without corners ends the contact at these corners, most of half a face too early
-    /// in the mean. The corners' share of Simpson's rule nearly makes up for it.
-    #[default]
-    Lobatto,
-    /// 4 x 4 Gauss-Legendre points, all inside the face.
-    Gauss,
-}
-
-impl Quadrature {
-    /// Points and weights of the one-dimensional rule on [−1, 1].
-    pub(super) fn rule(self) -> Vec<(f64, f64)> {
-        match self {
-            Self::Lobatto => vec![(-1.0, 1.0 / 3.0), (0.0, 4.0 / 3.0), (1.0, 1.0 / 3.0)],
-            Self::Gauss => gauss_legendre(4),
-        }
-    }
+    /// Gap of an open node as a negative pressure, per plane-strain modulus and gap over face size: where between the
+    /// last node that touches and the first that does not the edge of the contact is drawn. Fracture mechanics gives
+    /// 1.5 for any body that is even over the size of a face (see `Surface`).
+    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
+    pub edge_constant: f64,
 }
 
 impl Default for PenaltySettings {
     fn default() -> Self {
-        Self {
-            penalty_mpa_per_mm: 100.0,
-            augment: true,
-            penetration_tolerance_mm: 1e-3,
-            quadrature: Quadrature::default(),
-        }
+        Self { penalty_mpa_per_mm: 100.0, augment: true, penetration_tolerance_mm: 1e-3, edge_constant: 1.5 }
     }
 }
 
 /// Whether friction acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Friction {
-    /// No tangential traction; contact points count as stuck.
+    /// No tangential traction; contact nodes count as stuck.
     Off,
     /// The law acts.
     On(RubberFriction),
@@ -85,53 +54,66 @@ impl FrictionLaw for Friction {
     }
 }
 
-/// What a contact point remembers from increment to increment.
+/// What a contact node remembers from increment to increment. Tangential components are along the plane's material axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct PointState {
+pub struct NodeState {
     /// Elastic slip (plane minus skin), mm.
     pub elastic_slip: [f64; 2],
     /// Slip since it came into contact, mm.
     pub slip: [f64; 2],
+    /// Length of the plastic slip since it last stuck, mm.
+    pub slip_since_stick_mm: f64,
+    /// Direction in which the plane last moved past it; zero before the first motion.
+    pub direction: [f64; 2],
     /// Lagrange multiplier of the augmentation, MPa.
     pub multiplier: f64,
-    /// Pressure, MPa.
-    pub pressure: f64,
-    /// Tangential traction on the finger, MPa.
-    pub traction: [f64; 2],
-    /// Area that the point stands for, on the plane, mm².
+    /// Normal force, N, > 0 in contact.
+    pub normal_force_n: f64,
+    /// Tangential force on the finger, N.
+    pub tangential_force_n: [f64; 2],
+    /// Part of the contact area that it stands for, mm².
     pub area: f64,
     /// In contact and below its strength.
     pub stuck: bool,
 }
 
+impl NodeState {
+    /// Mean pressure over the node's part of the contact area, MPa.
+    pub fn pressure_mpa(&self) -> f64 {
+        if self.area > 0.0 { self.normal_force_n / self.area } else { 0.0 }
+    }
+}
+
 /// State of the whole contact at the end of an increment.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ContactState {
-    /// Points, face by face.
-    pub points: Vec<PointState>,
-    /// Positions of the surface nodes, mm.
+    /// Surface nodes.
+    pub nodes: Vec<NodeState>,
+    /// Positions of the surface nodes in the plane's material frame, mm; z is the height over the plane.
     pub position: Vec<Vector3<f64>>,
     /// Place of the plane.
     pub plane: Plane,
 }
 
-/// Sums over the contact.
+/// Sums over the contact, along the plane's axes, which spin does not turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Totals {
     /// Force that the plane exerts on the finger, N.
     pub force: Vector3<f64>,
-    /// Moment arm sums for the centre of pressure: pressure times position, N mm.
-    pub pressure_moment: [f64; 2],
-    /// Area of contact points and of stuck ones, mm².
+    /// Its moment about the plane's foot, N mm.
+    pub moment: Vector3<f64>,
+    /// Contact area, mm².
     pub area: f64,
     /// Stuck part of `area`.
     pub stuck_area: f64,
     /// Energy dissipated by slip in the increment, mJ.
     pub dissipation: f64,
-    /// Smallest product of traction and plastic slip over all points, MPa mm; never negative.
-    pub min_dissipation_density: f64,
+    /// Smallest product of force and plastic slip over all nodes, mJ; never negative.
+    pub min_dissipation_mj: f64,
     /// Elastic slip energy that is stored, mJ.
     pub elastic_energy: f64,
+    /// Energy that the changes of pressure and of area put into the elastic slip in the increment, mJ: no motion pays for it.
+    pub elastic_energy_by_pressure: f64,
     /// Largest penetration, mm.
     pub penetration: f64,
 }

@@ -1,349 +1,506 @@
-//! Contact forces of all faces and their tangent, integrated at face quadrature points.
+//! Contact forces of all surface nodes and their tangent.
 //!
-//! Virtual work is `int t . du dA` over the current area projected on the plane, `t` the traction that the
-//! plane exerts on the finger: pressure along +z, friction in x and y.
+//! The contact is nodal. A node bears the normal force `N = eps D max(-z, 0)`, `D` its part of the reference surface,
+//! z its height over the plane, and friction through one elastic slip of its own, so that as many tangential conditions
+//! act as there are displacements to meet them: what sticks, sticks exactly.
+//!
+//! The edge of the contact runs inside faces. It is the zero contour of a field that is the nominal pressure `N/D` at
+//! nodes that touch and `-c E* g/h` at nodes that are open by g (E* plane-strain modulus, h size of the faces there).
+//! Near the edge of any smooth contact the pressure falls as `K sqrt(s)` and the gap opens as `4 K s^1.5/(3 E*)`
+//! [K. L. Johnson, Contact Mechanics, 1985, sections 4.2 and 5.1]; a contour that is right in the mean over all
+//! places of the edge between two nodes has c = 1.5, which on a half-space gives the area of a Hertz contact of four
+//! faces' radius to 0.5 %. What the contour encloses of a face belongs to the corners that touch, in proportion to their
+//! shape functions there: the strip beyond the last node that touches bears friction too. A node's friction is bounded
+//! by `S = W tau_crit(N/W)`, W its part of the area. The parts are constant within an iteration of equilibrium, and after
+//! the first few iterations.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::point::{FaceMotion, RulePoint, TractionChange, contact_point, interpolate};
-use super::{ContactState, FrictionLaw, PenaltySettings, Plane, PointState, Totals};
-use crate::element::{quad4, quad4_gradient};
+use super::contour::Facet;
+use super::plane::{Frame, Reach, Twist};
+use super::{ContactState, FrictionLaw, NodeState, PenaltySettings, Plane, Sliding, Totals};
 
-/// Tangent of one face: derivative of the residual forces of its nodes over their positions.
-pub struct FaceTangent {
-    /// Face index.
-    pub face: usize,
-    /// Column-major, shape (12, 12).
-    pub block: Box<[[f64; 12]; 12]>,
+/// Tangential over normal constant of the edge: slip opens behind a stick front with 4 G in mode II and 2 G in mode III,
+/// 3 G in the mean, where a gap opens with 4 G (of an incompressible body, on a rigid plane).
+const SHEAR_EDGE: f64 = 0.75;
+
+/// Share of the largest nominal pressure at a face's corners from which on a corner takes its whole part of the face's
+/// contact area; below, its part goes over to the others, so that no part jumps when a node opens.
+const WHOLLY_BEARING: f64 = 0.25;
+
+/// Motion of the plane along itself from which on it has a direction, mm.
+const LEAST_MOTION_MM: f64 = 1e-9;
+
+/// Tangent of one node: derivative of its residual force over its position, N/mm, finger's frame.
+pub struct NodeTangent {
+    /// Surface node.
+    pub node: usize,
+    /// Derivative.
+    pub block: Matrix3<f64>,
 }
 
 /// Contact residual at trial positions.
 #[derive(Default)]
 pub struct Evaluation {
-    /// Residual force of each surface node (minus what the plane exerts), N.
+    /// Residual force of each surface node (minus what the plane exerts), N, finger's frame.
     pub residual: Vec<Vector3<f64>>,
-    /// Tangents of the faces in contact, if asked for.
-    pub tangents: Vec<FaceTangent>,
-    /// Derivative of the residual over the plane's x, y and z, per surface node, if asked for.
-    pub plane_columns: Vec<[Vector3<f64>; 3]>,
-    /// Force that the plane exerts, N.
-    pub force: Vector3<f64>,
+    /// Tangents of the nodes in contact, if asked for.
+    pub tangents: Vec<NodeTangent>,
+    /// Force that the plane exerts along its unspun axes, N, and its moment about the foot, N mm.
+    pub wrench: [f64; 6],
 }
 
-/// Share of the mean pressure from which on a point counts wholly as area.
-const FULL_SHARE: f64 = 0.05;
+/// What may touch the plane: faces of a mesh.
+pub struct Pad<'a> {
+    /// Quadrilaterals, mesh nodes counter-clockwise from outside.
+    pub quads: &'a [[u32; 4]],
+    /// Linear triangles, likewise.
+    pub triangles: &'a [[u32; 3]],
+    /// Undeformed positions of all mesh nodes, mm.
+    pub undeformed: &'a [Vector3<f64>],
+    /// Plane-strain modulus `E/(1 - nu²)` of the undeformed body at each mesh node, MPa.
+    pub modulus_mpa: &'a [f64],
+}
 
 /// Faces of a body that may touch the plane.
 pub struct Surface {
     /// Mesh node of each surface node.
     pub nodes: Vec<u32>,
-    /// Faces as surface node indices, counter-clockwise from outside.
-    pub faces: Vec<[usize; 4]>,
-    rule: Vec<RulePoint>,
+    /// Faces as surface nodes, counter-clockwise from outside.
+    pub facets: Vec<Facet>,
+    /// First touch in any pose.
+    pub reach: Reach,
+    /// Part of the reference surface of each surface node, mm².
+    reference_area: Vec<f64>,
+    /// Negative pressure that a gap stands for, MPa/mm.
+    per_gap: Vec<f64>,
     penalty: f64,
 }
 
+/// A node in contact.
+struct Touch {
+    normal_force: f64,
+    /// Elastic slip before the return map, mm.
+    trial: [f64; 2],
+    sliding: Sliding,
+    /// Area on which the law acts, mm².
+    area: f64,
+}
+
+impl Touch {
+    /// Force on the finger in the plane's frame, N.
+    fn force(&self) -> Vector3<f64> {
+        let [x, y] = self.sliding.traction.map(|t| t * self.area);
+        Vector3::new(x, y, self.normal_force)
+    }
+}
+
 impl Surface {
-    /// Surface of mesh faces (mesh node numbers, counter-clockwise from outside).
-    pub fn new(faces: &[[u32; 4]], settings: &PenaltySettings) -> Self {
-        let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
+    /// Surface of a pad.
+    pub fn new(pad: &Pad, settings: &PenaltySettings) -> Self {
+        let corners = || pad.quads.iter().flatten().chain(pad.triangles.iter().flatten());
+        let mut nodes: Vec<u32> = corners().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
         let place = |node: u32| nodes.binary_search(&node).expect("listed above");
-        let faces = faces.iter().map(|face| face.map(place)).collect();
-        let rule_1d = settings.quadrature.rule();
-        let rule = rule_1d
+        let quads = pad.quads.iter().map(|face| Facet::Quad(face.map(place)));
+        let facets: Vec<Facet> =
+            quads.chain(pad.triangles.iter().map(|face| Facet::Triangle(face.map(place)))).collect();
+        let undeformed: Vec<Vector3<f64>> = nodes.iter().map(|&n| pad.undeformed[n as usize]).collect();
+        let mut reference_area = vec![0.0; nodes.len()];
+        let mut face_area = vec![(0.0, 0); nodes.len()];
+        for facet in &facets {
+            let shares = reference_shares(facet, &undeformed);
+            let whole: f64 = shares.iter().sum();
+            for (&node, share) in facet.corners().iter().zip(shares) {
+                reference_area[node] += share;
+                face_area[node].0 += whole;
+                face_area[node].1 += 1;
+            }
+        }
+        let modulus = nodes.iter().map(|&n| pad.modulus_mpa[n as usize]);
+        let per_gap = face_area
             .iter()
-            .flat_map(|&(eta, w_eta)| {
-                rule_1d.iter().map(move |&(xi, w_xi)| RulePoint {
-                    shape: quad4(xi, eta),
-                    gradient: quad4_gradient(xi, eta),
-                    weight: w_xi * w_eta,
-                })
-            })
+            .zip(modulus)
+            .map(|(&(sum, count), modulus)| settings.edge_constant * modulus / (sum / f64::from(count)).sqrt())
             .collect();
-        Self { nodes, faces, rule, penalty: settings.penalty_mpa_per_mm }
+        Self {
+            nodes,
+            facets,
+            reach: Reach::of(undeformed),
+            reference_area,
+            per_gap,
+            penalty: settings.penalty_mpa_per_mm,
+        }
     }
 
-    /// Quadrature points per face.
-    pub fn points_per_face(&self) -> usize {
-        self.rule.len()
+    /// Half the side of a square of the surface's area, mm: a length for moments.
+    pub fn size_mm(&self) -> f64 {
+        0.5 * self.reference_area.iter().sum::<f64>().sqrt()
     }
 
-    /// State before any contact.
-    pub fn initial_state(&self, position: Vec<Vector3<f64>>, plane: Plane) -> ContactState {
-        ContactState { points: vec![PointState::default(); self.faces.len() * self.rule.len()], position, plane }
+    /// The frame of a place of the plane.
+    pub fn frame(&self, plane: &Plane) -> Frame {
+        plane.frame(&self.reach)
     }
 
-    /// Residual forces and, if `tangent`, their derivatives at trial `position` and `plane`.
+    /// Force on a node per penetration where it touches, in the mean, N/mm.
+    pub fn penalty_stiffness(&self) -> f64 {
+        self.penalty * self.reference_area.iter().sum::<f64>() / self.nodes.len() as f64
+    }
+
+    /// State before any contact; `position` in the finger's frame.
+    pub fn initial_state(&self, position: &[Vector3<f64>], plane: Plane) -> ContactState {
+        let frame = self.frame(&plane);
+        ContactState {
+            nodes: vec![NodeState::default(); self.nodes.len()],
+            position: position.iter().map(|x| frame.to_plane(x)).collect(),
+            plane,
+        }
+    }
+
+    /// Part of the contact area of each node at these positions, mm²; `last` holds the multipliers.
+    pub fn areas(&self, last: &ContactState, position: &[Vector3<f64>], plane: &Plane) -> Vec<f64> {
+        let frame = self.frame(plane);
+        let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
+        let force: Vec<f64> = place.iter().enumerate().map(|(n, y)| self.normal_force(n, y.z, last)).collect();
+        self.parts(&place, &self.contact_level(&place, &force), &force)
+    }
+
+    /// Residual forces and, if `tangent`, their derivatives at trial `position` and `plane`; `areas` of
+    /// [`Self::areas`].
     ///
-    /// With `predict_stick` points that stuck at the end of the last increment are not let slip.
+    /// With `predict_stick` nodes that stuck at the end of the last increment are not let slip.
+    #[expect(clippy::too_many_arguments, reason = "the state of an increment, spelled out")]
     pub fn evaluate(
         &self,
         law: &dyn FrictionLaw,
         last: &ContactState,
+        areas: &[f64],
         position: &[Vector3<f64>],
-        plane: Plane,
+        plane: &Plane,
         predict_stick: bool,
         tangent: bool,
     ) -> Evaluation {
-        let mut out = Evaluation {
-            residual: vec![Vector3::zeros(); self.nodes.len()],
-            plane_columns: if tangent { vec![[Vector3::zeros(); 3]; self.nodes.len()] } else { Vec::new() },
-            ..Default::default()
-        };
-        for (f, face) in self.faces.iter().enumerate() {
-            let motion = FaceMotion::new(face, last, position, plane);
-            let states = &last.points[f * self.rule.len()..][..self.rule.len()];
-            if self.is_clear(&motion, states) {
-                continue;
+        let frame = self.frame(plane);
+        let foot = frame.foot();
+        let mut out = Evaluation { residual: vec![Vector3::zeros(); self.nodes.len()], ..Default::default() };
+        let (mut sum, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for (node, x) in position.iter().enumerate() {
+            let place = frame.to_plane(x);
+            let Some(touch) = self.touch(law, last, node, &place, areas[node], predict_stick) else { continue };
+            let force = frame.to_finger(&touch.force());
+            out.residual[node] = -force;
+            sum += force;
+            moment += (x - foot).cross(&force);
+            if tangent {
+                let block = -frame.map_to_finger(&self.force_change(node, &touch));
+                out.tangents.push(NodeTangent { node, block });
             }
-            let mut force = [Vector3::zeros(); 4];
-            let mut block: Option<Box<[[f64; 12]; 12]>> = None;
-            for (rule, state) in self.rule.iter().zip(states) {
-                let Some(point) = contact_point(rule, state, &motion, self.penalty) else { continue };
-                let sliding = law.return_map(point.trial_slip(state), point.pressure, predict_stick && state.stuck);
-                let traction = Vector3::new(sliding.traction[0], sliding.traction[1], point.pressure);
-                for a in 0..4 {
-                    force[a] += traction * (rule.shape[a] * point.area);
-                }
-                if tangent {
-                    let change = TractionChange::of(&point, &sliding);
-                    let block = block.get_or_insert_with(|| Box::new([[0.0; 12]; 12]));
-                    point.add_tangent(rule, traction, &change, block);
-                    let by_plane = point.change_with_plane(&change);
-                    for a in 0..4 {
-                        for k in 0..3 {
-                            out.plane_columns[face[a]][k] -= by_plane[k] * rule.shape[a];
-                        }
-                    }
-                }
-            }
-            for a in 0..4 {
-                out.residual[face[a]] -= force[a];
-                out.force += force[a];
-            }
-            if let Some(block) = block {
-                out.tangents.push(FaceTangent { face: f, block });
-            }
+        }
+        let (sum, moment) = (frame.along_axes(&sum), frame.along_axes(&moment));
+        out.wrench = [sum.x, sum.y, sum.z, moment.x, moment.y, moment.z];
+        out
+    }
+
+    /// Derivative of the residual over a coordinate of the plane whose motion is `twist`.
+    pub fn change_with_plane(
+        &self,
+        evaluation: &Evaluation,
+        position: &[Vector3<f64>],
+        foot: &Vector3<f64>,
+        twist: &Twist,
+    ) -> Vec<Vector3<f64>> {
+        let mut out = vec![Vector3::zeros(); self.nodes.len()];
+        for NodeTangent { node, block } in &evaluation.tangents {
+            let velocity = twist.velocity(&(position[*node] - foot));
+            out[*node] = twist.turn.cross(&evaluation.residual[*node]) - block * velocity;
         }
         out
     }
 
-    /// New state of every point at `position` and `plane`, and the sums over them.
+    /// New state of every node at `position` and `plane`, and the sums over them; `areas` as in [`Self::evaluate`].
     pub fn commit(
         &self,
         law: &dyn FrictionLaw,
         last: &ContactState,
+        areas: &[f64],
         position: &[Vector3<f64>],
         plane: Plane,
     ) -> (ContactState, Totals) {
-        let mut points = vec![PointState::default(); last.points.len()];
-        let mut totals = Totals { min_dissipation_density: f64::INFINITY, ..Default::default() };
-        for (f, face) in self.faces.iter().enumerate() {
-            let motion = FaceMotion::new(face, last, position, plane);
-            let range = f * self.rule.len()..(f + 1) * self.rule.len();
-            let states = &last.points[range.clone()];
-            if self.is_clear(&motion, states) {
+        let (frame, frame_before) = (self.frame(&plane), self.frame(&last.plane));
+        let foot = frame.foot();
+        let mut nodes = vec![NodeState::default(); self.nodes.len()];
+        let mut totals = Totals { min_dissipation_mj: f64::INFINITY, ..Default::default() };
+        let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
+        for (node, y) in place.iter().enumerate() {
+            let before = &last.nodes[node];
+            let moved = frame.to_plane(&(frame_before.from_plane(y)));
+            let passed = [y.x - moved.x, y.y - moved.y];
+            let way = passed[0].hypot(passed[1]);
+            let direction = if way > LEAST_MOTION_MM { passed.map(|p| p / way) } else { before.direction };
+            let Some(touch) = self.touch(law, last, node, y, areas[node], false) else {
+                totals.leave(before, &last.position[node], y);
+                nodes[node].direction = direction;
                 continue;
-            }
-            for ((rule, state), new) in self.rule.iter().zip(states).zip(&mut points[range]) {
-                let Some(point) = contact_point(rule, state, &motion, self.penalty) else { continue };
-                let trial = point.trial_slip(state);
-                let sliding = law.return_map(trial, point.pressure, false);
-                let step = point.slip_step();
-                *new = PointState {
-                    elastic_slip: sliding.elastic_slip,
-                    slip: [0, 1].map(|k| state.slip[k] + step[k]),
-                    multiplier: state.multiplier,
-                    pressure: point.pressure,
-                    traction: sliding.traction,
-                    area: point.area,
-                    stuck: sliding.at_rest,
-                };
-                totals.add(&point, &sliding, trial);
-                for k in 0..2 {
-                    totals.pressure_moment[k] += point.pressure * point.area * interpolate(&rule.shape, &motion.x, k);
-                }
+            };
+            let force = touch.force();
+            let new = NodeState {
+                elastic_slip: touch.sliding.elastic_slip,
+                slip: [0, 1].map(|k| before.slip[k] + touch.trial[k] - before.elastic_slip[k]),
+                slip_since_stick_mm: 0.0,
+                direction,
+                multiplier: before.multiplier,
+                normal_force_n: touch.normal_force,
+                tangential_force_n: [force.x, force.y],
+                area: areas[node],
+                stuck: touch.sliding.at_rest,
+            };
+            let plastic = [0, 1].map(|k| touch.trial[k] - new.elastic_slip[k]);
+            totals.add(before, &new, plastic);
+            totals.penetration = totals.penetration.max(-y.z);
+            let force = frame.to_finger(&force);
+            totals.force += force;
+            totals.moment += (position[node] - foot).cross(&force);
+            nodes[node] = new;
+            if !new.stuck {
+                nodes[node].slip_since_stick_mm = before.slip_since_stick_mm + plastic[0].hypot(plastic[1]);
             }
         }
-        totals.stuck_area = self.stuck_area(&points);
-        (ContactState { points, position: position.to_vec(), plane }, totals)
+        totals.force = frame.along_axes(&totals.force);
+        totals.moment = frame.along_axes(&totals.moment);
+        let state = ContactState { nodes, position: place, plane };
+        totals.area = self.contact_areas(&state).iter().map(|a| a[0]).sum();
+        totals.stuck_area = self.stuck_areas(law, &state).iter().sum();
+        (state, totals)
     }
 
-    /// Area that sticks, mm², interpolated from the nodes.
-    ///
-    /// Between a node that sticks and one that slips the slip is bilinear, so that hardly a point of the faces between
-    /// them sticks, though the field's own boundary lies half-way in the mean: counting points would lose half a face
-    /// all around. A node sticks if any of the points next to it does.
-    fn stuck_area(&self, points: &[PointState]) -> f64 {
-        #[derive(Clone, Copy, Default)]
-        struct Node {
-            touches: bool,
-            sticks: bool,
-        }
-        let mut nodes = vec![Node::default(); self.nodes.len()];
-        let of_faces = || self.faces.iter().zip(points.chunks(self.rule.len()));
-        let touching = |points| self.rule.iter().zip(points).filter(|(_, point): &(_, &PointState)| point.area > 0.0);
-        for (face, points) in of_faces() {
-            for (rule, point) in touching(points) {
-                // Points half-way between nodes are next to none.
-                if let Some(node) = (0..4).find(|&a| rule.shape[a] > 0.5) {
-                    nodes[face[node]].touches = true;
-                    nodes[face[node]].sticks |= point.stuck;
-                }
-            }
-        }
-        let mut area = 0.0;
-        for (face, points) in of_faces() {
-            for (rule, point) in touching(points) {
-                let share_of = |has: fn(&Node) -> bool| -> f64 {
-                    (0..4).filter(|&a| has(&nodes[face[a]])).map(|a| rule.shape[a]).sum()
-                };
-                let touches = share_of(|n| n.touches);
-                let sticks =
-                    if touches > 0.0 { share_of(|n| n.sticks) / touches } else { f64::from(u8::from(point.stuck)) };
-                area += point.area * sticks;
-            }
-        }
-        area
+    /// Force or moment of the plane on the finger that does work in each coordinate, N or N mm.
+    pub fn generalised_forces(&self, plane: &Plane, totals: &Totals) -> [f64; 6] {
+        let frame = self.frame(plane);
+        let along = |v: &Vector3<f64>| frame.axis(0) * v.x + frame.axis(1) * v.y + frame.axis(2) * v.z;
+        let (force, moment) = (along(&totals.force), along(&totals.moment));
+        std::array::from_fn(|k| {
+            let twist = plane.twist(k, &self.reach);
+            force.dot(&twist.motion) + moment.dot(&twist.turn)
+        })
     }
 
     /// Moves the pressure of `converged` into the multipliers of `state` (one step of Uzawa's method).
     pub fn augment(&self, state: &mut ContactState, converged: &ContactState) {
-        for (point, new) in state.points.iter_mut().zip(&converged.points) {
-            point.multiplier = new.pressure;
+        for ((node, new), area) in state.nodes.iter_mut().zip(&converged.nodes).zip(&self.reference_area) {
+            node.multiplier = new.normal_force_n / area;
         }
     }
 
-    /// Current area in contact of each face and area of each whole face, projected on the plane, mm².
-    ///
-    /// Area of the points in contact; one that bears less than 5 % of the mean pressure counts in proportion to what it
-    /// bears, so that the area follows the path without jumps.
+    /// Contact area of each face and area of the whole face, on the plane, mm².
     pub fn contact_areas(&self, state: &ContactState) -> Vec<[f64; 2]> {
-        let (force, area) = state.points.iter().fold((0.0, 0.0), |(f, a), p| (f + p.pressure * p.area, a + p.area));
-        let full = if area > 0.0 { FULL_SHARE * force / area } else { f64::INFINITY };
-        let inside = |points: &[PointState]| points.iter().map(|p| p.area * (p.pressure / full).min(1.0)).sum();
-        let whole = |face: &[usize; 4]| {
-            let x = face.map(|n| state.position[n]);
-            let (a, b) = (x[2] - x[0], x[3] - x[1]);
-            0.5 * (a.y * b.x - a.x * b.y)
-        };
-        let faces = self.faces.iter().zip(state.points.chunks(self.rule.len()));
-        faces.map(|(face, points)| [inside(points), whole(face)]).collect()
+        let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
+        let level = self.contact_level(&state.position, &force);
+        self.facets
+            .iter()
+            .map(|facet| {
+                let (place, level) = (corner_places(facet, &state.position), corner_values(facet, &level));
+                let whole = facet.shares(&place, &[1.0; 4][..level.len()]).iter().sum();
+                [facet.shares(&place, &level).iter().sum(), whole]
+            })
+            .collect()
     }
 
-    /// Whether no point of the face can be in contact.
-    fn is_clear(&self, motion: &FaceMotion, states: &[PointState]) -> bool {
-        motion.x.iter().all(|x| x.z > motion.plane[2]) && states.iter().all(|s| s.multiplier == 0.0)
+    /// Stuck area of each face, mm², by the contour between nodes that stick and nodes that slip.
+    ///
+    /// A node that sticks counts with what is left of its strength along the plane's last motion, one that slips with its
+    /// slip since it last stuck as a negative traction, in the same way as a gap stands for a negative pressure.
+    pub fn stuck_areas(&self, law: &dyn FrictionLaw, state: &ContactState) -> Vec<f64> {
+        let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
+        let contact = self.contact_level(&state.position, &force);
+        if state.nodes.iter().all(|n| n.stuck || !(n.normal_force_n > 0.0)) {
+            return self.face_areas(&state.position, &contact);
+        }
+        let strengths: Vec<f64> = state.nodes.iter().map(|n| law.strength(n.pressure_mpa()).0 * n.area).collect();
+        let (strength, normal): (f64, f64) = (strengths.iter().sum(), force.iter().sum());
+        let ratio = strength / normal;
+        let level: Vec<f64> = state
+            .nodes
+            .iter()
+            .enumerate()
+            .map(|(k, node)| {
+                if !(node.normal_force_n > 0.0) {
+                    ratio * contact[k]
+                } else if node.stuck {
+                    let reserve = law.strength(node.pressure_mpa()).0 * reserve(law, node);
+                    reserve.min(ratio * contact[k])
+                } else {
+                    -SHEAR_EDGE * self.per_gap[k] * node.slip_since_stick_mm
+                }
+            })
+            .collect();
+        self.face_areas(&state.position, &level)
+    }
+
+    fn face_areas(&self, place: &[Vector3<f64>], level: &[f64]) -> Vec<f64> {
+        let area = |facet: &Facet| {
+            let shares = facet.shares(&corner_places(facet, place), &corner_values(facet, level));
+            shares.iter().sum()
+        };
+        self.facets.iter().map(area).collect()
+    }
+
+    /// Force with which the plane presses on a node, N.
+    fn normal_force(&self, node: usize, height: f64, last: &ContactState) -> f64 {
+        (self.reference_area[node] * (last.nodes[node].multiplier - self.penalty * height)).max(0.0)
+    }
+
+    /// The field whose zero contour is the edge of the contact, MPa.
+    fn contact_level(&self, place: &[Vector3<f64>], force: &[f64]) -> Vec<f64> {
+        (0..place.len())
+            .map(|n| {
+                if force[n] > 0.0 { force[n] / self.reference_area[n] } else { -self.per_gap[n] * place[n].z.max(0.0) }
+            })
+            .collect()
+    }
+
+    /// What the contour encloses, shared among the nodes that touch.
+    fn parts(&self, place: &[Vector3<f64>], level: &[f64], force: &[f64]) -> Vec<f64> {
+        let mut parts = vec![0.0; self.nodes.len()];
+        for facet in &self.facets {
+            let corners = facet.corners();
+            if corners.iter().all(|&n| !(force[n] > 0.0)) {
+                continue;
+            }
+            let shares = facet.shares(&corner_places(facet, place), &corner_values(facet, level));
+            let highest = corners.iter().map(|&n| level[n]).fold(0.0, f64::max);
+            let borne_by = |n: usize, share: f64| share * (level[n] / (WHOLLY_BEARING * highest)).clamp(0.0, 1.0);
+            let enclosed: f64 = shares.iter().sum();
+            let borne: f64 = corners.iter().zip(shares).map(|(&n, share)| borne_by(n, share)).sum();
+            if borne > 0.0 {
+                for (&n, share) in corners.iter().zip(shares) {
+                    parts[n] += borne_by(n, share) * (enclosed / borne);
+                }
+            }
+        }
+        parts
+    }
+
+    /// The node `node` at `place` in the plane's frame; None if it does not touch.
+    fn touch(
+        &self,
+        law: &dyn FrictionLaw,
+        last: &ContactState,
+        node: usize,
+        place: &Vector3<f64>,
+        area: f64,
+        predict_stick: bool,
+    ) -> Option<Touch> {
+        let normal_force = self.normal_force(node, place.z, last);
+        if !(normal_force > 0.0) {
+            return None;
+        }
+        let before = &last.nodes[node];
+        // The plane's material moves past the skin against what the skin moves in the plane's frame.
+        let from = &last.position[node];
+        let trial = [before.elastic_slip[0] + from.x - place.x, before.elastic_slip[1] + from.y - place.y];
+        let pressure = if area > 0.0 { normal_force / area } else { 0.0 };
+        let sliding = law.return_map(trial, pressure, predict_stick && before.stuck);
+        Some(Touch { normal_force, trial, sliding, area })
+    }
+
+    /// Derivative of a node's force over its place in the plane's frame, N/mm.
+    fn force_change(&self, node: usize, touch: &Touch) -> Matrix3<f64> {
+        let Sliding { by_slip, by_pressure, .. } = &touch.sliding;
+        let normal = self.penalty * self.reference_area[node];
+        let area = touch.area;
+        // The force is area times traction(N / area): per normal force the traction's own slope is left.
+        let by_force = if area > 0.0 { *by_pressure } else { [0.0; 2] };
+        Matrix3::new(
+            -by_slip[0][0] * area,
+            -by_slip[0][1] * area,
+            -by_force[0] * normal,
+            -by_slip[1][0] * area,
+            -by_slip[1][1] * area,
+            -by_force[1] * normal,
+            0.0,
+            0.0,
+            -normal,
+        )
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::contact::{Friction, Quadrature, RubberFriction};
-
-    fn surface(quadrature: Quadrature) -> (Surface, Vec<Vector3<f64>>) {
-        // Two faces side by side, normals toward -z (counter-clockwise from below), somewhat uneven.
-        let faces = [[0, 3, 4, 1], [1, 4, 5, 2]];
-        let positions = vec![
-            Vector3::new(0.0, 0.0, 0.02),
-            Vector3::new(1.1, 0.0, -0.01),
-            Vector3::new(2.0, 0.1, 0.05),
-            Vector3::new(0.0, 1.0, -0.02),
-            Vector3::new(0.9, 1.1, 0.0),
-            Vector3::new(2.1, 0.9, 0.03),
-        ];
-        (Surface::new(&faces, &PenaltySettings { quadrature, ..Default::default() }), positions)
+/// What is left of a stuck node's strength along the plane's last motion, as a share of it: by how far its elastic slip
+/// may still go in that direction.
+fn reserve(law: &dyn FrictionLaw, node: &NodeState) -> f64 {
+    let strength = law.strength(node.pressure_mpa()).0 * node.area;
+    if !(strength > 0.0) {
+        return 1.0;
     }
-
-    /// A state with elastic slip, some points stuck, some at their limit.
-    fn slid_state(surface: &Surface, x: &[Vector3<f64>], friction: &Friction) -> ContactState {
-        let start = surface.initial_state(x.to_vec(), [0.0, 0.0, -1.0]);
-        let plane = [0.004, -0.003, 0.03];
-        surface.commit(friction, &start, x, plane).0
+    let used = node.tangential_force_n.map(|t| t / strength);
+    let [dx, dy] = node.direction;
+    if dx == 0.0 && dy == 0.0 {
+        return 1.0 - used[0].hypot(used[1]);
     }
+    let along = used[0] * dx + used[1] * dy;
+    let across = used[1] * dx - used[0] * dy;
+    (1.0 - across * across).max(0.0).sqrt() - along
+}
 
-    #[test]
-    fn tangent_is_the_derivative_in_stick_slip_and_without_friction() {
-        for (quadrature, friction, step) in [
-            (Quadrature::Lobatto, Friction::On(RubberFriction::default()), [0.0005, 0.0002]),
-            (Quadrature::Gauss, Friction::On(RubberFriction::default()), [0.1, -0.06]),
-            (Quadrature::Lobatto, Friction::On(RubberFriction::coulomb(0.7, 0.002)), [0.003, 0.002]),
-            (Quadrature::Gauss, Friction::Off, [0.1, 0.0]),
-        ] {
-            let (surface, x) = surface(quadrature);
-            let last = slid_state(&surface, &x, &friction);
-            let plane = [last.plane[0] + step[0], last.plane[1] + step[1], 0.035];
-            let exact = surface.evaluate(&friction, &last, &x, plane, false, true);
-            assert!(!exact.tangents.is_empty());
-            let scale =
-                exact.tangents.iter().flat_map(|t| t.block.iter().flatten()).fold(0.0f64, |m, v| m.max(v.abs()));
-            let h = 1e-7;
-            for node in 0..x.len() {
-                for k in 0..3 {
-                    let moved = |sign: f64| {
-                        let mut y = x.clone();
-                        y[node][k] += sign * h;
-                        surface.evaluate(&friction, &last, &y, plane, false, false).residual
-                    };
-                    let (up, down) = (moved(1.0), moved(-1.0));
-                    let mut assembled = vec![Vector3::zeros(); x.len()];
-                    for t in &exact.tangents {
-                        let face = surface.faces[t.face];
-                        for b in 0..4 {
-                            if face[b] == node {
-                                for a in 0..4 {
-                                    for i in 0..3 {
-                                        assembled[face[a]][i] += t.block[3 * b + k][3 * a + i];
-                                    }
-                                }
-                            }
-                        }
-                    }
-                    for a in 0..x.len() {
-                        let numeric = (up[a] - down[a]) / (2.0 * h);
-                        assert!((numeric - assembled[a]).norm() < 1e-6 * scale, "{friction:?} node {node} axis {k}");
-                    }
-                }
-            }
-            for k in 0..3 {
-                let moved = |sign: f64| {
-                    let mut p = plane;
-                    p[k] += sign * h;
-                    surface.evaluate(&friction, &last, &x, p, false, false).residual
-                };
-                let (up, down) = (moved(1.0), moved(-1.0));
-                for a in 0..x.len() {
-                    let numeric = (up[a] - down[a]) / (2.0 * h);
-                    assert!((numeric - exact.plane_columns[a][k]).norm() < 1e-6 * scale);
-                }
-            }
+/// Integrals of the corners' shape functions over a face of the reference surface, mm².
+fn reference_shares(facet: &Facet, undeformed: &[Vector3<f64>]) -> [f64; 4] {
+    let x: Vec<Vector3<f64>> = facet.corners().iter().map(|&n| undeformed[n]).collect();
+    let area = |a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>| 0.5 * (b - a).cross(&(c - a)).norm();
+    let mut shares = [0.0; 4];
+    if let Facet::Triangle(_) = facet {
+        shares[..3].fill(area(x[0], x[1], x[2]) / 3.0);
+        return shares;
+    }
+    let centre = (x[0] + x[1] + x[2] + x[3]) * 0.25;
+    for k in 0..4 {
+        let next = (k + 1) % 4;
+        let third = area(x[k], x[next], centre) / 3.0;
+        shares[k] += third;
+        shares[next] += third;
+        for share in &mut shares {
+            *share += 0.25 * third;
         }
     }
+    shares
+}
 
-    #[test]
-    fn flat_face_carries_pressure_times_area_and_friction_at_its_strength() {
-        let faces = [[0, 3, 2, 1]];
-        let x = vec![
-            Vector3::new(0.0, 0.0, 0.0),
-            Vector3::new(2.0, 0.0, 0.0),
-            Vector3::new(2.0, 3.0, 0.0),
-            Vector3::new(0.0, 3.0, 0.0),
-        ];
-        let surface = Surface::new(&faces, &PenaltySettings::default());
-        let law = RubberFriction::default();
-        let friction = Friction::On(law);
-        let start = surface.initial_state(x.clone(), [0.0; 3]);
-        let (state, totals) = surface.commit(&friction, &start, &x, [0.5, 0.0, 0.001]);
-        let pressure = PenaltySettings::default().penalty_mpa_per_mm * 0.001;
-        assert!((totals.force.z - 6.0 * pressure).abs() < 1e-12);
-        assert!((totals.force.x - 6.0 * law.strength(pressure).0).abs() < 1e-12);
-        assert_eq!(totals.stuck_area, 0.0);
-        assert!((totals.area - 6.0).abs() < 1e-12);
-        assert!((surface.contact_areas(&state)[0][0] - 6.0).abs() < 1e-12);
-        let exact = 6.0 * law.strength(pressure).0 * (0.5 - law.gamma_crit_mm);
-        assert!((totals.dissipation - exact).abs() < 1e-12);
+fn corner_places(facet: &Facet, place: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
+    facet.corners().iter().map(|&n| place[n].xy()).collect()
+}
+
+fn corner_values(facet: &Facet, values: &[f64]) -> Vec<f64> {
+    facet.corners().iter().map(|&n| values[n]).collect()
+}
+
+/// Force per elastic slip of a node, N/mm.
+fn slip_stiffness(node: &NodeState) -> f64 {
+    let square = node.elastic_slip[0].powi(2) + node.elastic_slip[1].powi(2);
+    let product: f64 = (0..2).map(|k| node.tangential_force_n[k] * node.elastic_slip[k]).sum();
+    if square > 0.0 { product / square } else { 0.0 }
+}
+
+impl Totals {
+    /// Takes off the elastic slip energy of a node that lost contact, less what its force did on the way `from` `to`.
+    fn leave(&mut self, before: &NodeState, from: &Vector3<f64>, to: &Vector3<f64>) {
+        let stiffness = slip_stiffness(before);
+        let slip = [from.x - to.x, from.y - to.y];
+        let end = [0, 1].map(|k| before.elastic_slip[k] + slip[k]);
+        self.elastic_energy_by_pressure -=
+            (0..2).map(|k| 0.5 * stiffness * before.elastic_slip[k] * end[k]).sum::<f64>();
+    }
+
+    /// Adds the energies of a node whose plastic slip in the increment was `plastic`, mm.
+    ///
+    /// Forces act with their mean over the increment, as they do in the plane's work.
+    fn add(&mut self, before: &NodeState, new: &NodeState, plastic: [f64; 2]) {
+        for k in 0..2 {
+            self.dissipation += 0.5 * (before.tangential_force_n[k] + new.tangential_force_n[k]) * plastic[k];
+            self.elastic_energy += 0.5 * new.tangential_force_n[k] * new.elastic_slip[k];
+            self.elastic_energy_by_pressure +=
+                0.5 * (slip_stiffness(new) - slip_stiffness(before)) * before.elastic_slip[k] * new.elastic_slip[k];
+        }
+        let product = (0..2).map(|k| new.tangential_force_n[k] * plastic[k]).sum();
+        self.min_dissipation_mj = self.min_dissipation_mj.min(product);
     }
 }

@@ -23,7 +23,7 @@ pub struct Checkpoint<'a> {
 }
 
 /// Changes whenever what is saved does.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// The saves of one run.
 pub(super) struct Saves<'a> {
@@ -35,8 +35,8 @@ pub(super) struct Saves<'a> {
 }
 
 impl<'a> Saves<'a> {
-    pub fn new(checkpoint: Checkpoint<'a>, path: &Path, snapshots: &[usize]) -> Self {
-        let run = serde_json::to_string(&(FORMAT, checkpoint.key, path, snapshots)).expect("plain numbers");
+    pub fn new(checkpoint: Checkpoint<'a>, path: &Path, snapshots: &[usize], is_half: bool) -> Self {
+        let run = serde_json::to_string(&(FORMAT, checkpoint.key, path, snapshots, is_half)).expect("plain numbers");
         let key = Sha256::digest(run).iter().map(|byte| format!("{byte:02x}")).collect();
         Self { checkpoint, key, last_write: Instant::now(), bytes: None }
     }

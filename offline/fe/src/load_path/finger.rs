@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 use serde::Deserializer;
 
-use super::LoadSettings;
+use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::PenaltySettings;
 use crate::material::{Ogden, SaintVenantKirchhoff, partly};
-use crate::mesh::{Fingertip, Mesh, Region, set};
-use crate::solve::SolverSettings;
+use crate::mesh::{Fingertip, HalfMesh, Mesh, Region, set};
+use crate::solve::{PadFaces, SolverSettings};
 
 /// What the bones are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -101,6 +101,9 @@ pub struct Numerics {
     /// Increments. The key is `march`, which the settings' hash of stored runs holds.
     #[serde(rename = "march")]
     pub load_steps: LoadSettings,
+    /// Use of symmetry; left out of the settings' hash where it is the default.
+    #[serde(skip_serializing_if = "Symmetry::is_auto")]
+    pub symmetry: Symmetry,
 }
 
 /// A finger ready to be pressed.
@@ -109,6 +112,8 @@ pub struct Finger {
     pub mesh: Mesh,
     /// Its body.
     pub body: Body,
+    /// Its half, if it is symmetric about y = 0.
+    pub half: Option<HalfFinger>,
 }
 
 impl Finger {
@@ -118,31 +123,74 @@ impl Finger {
     /// [`BodyError::InvertedMesh`] for a mesh with an inverted element.
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
         let mesh = fingertip.mesh;
-        let mut fixed = mesh.node_set(set::PROXIMAL_FIX).to_vec();
-        fixed.extend(mesh.node_set(set::NAIL_FIX));
-        let mut rigid = Vec::new();
-        match tissue.bone.kind {
-            BoneKind::Fixed => {
-                fixed.extend(mesh.node_set(set::PROXIMAL_BONE));
-                fixed.extend(mesh.node_set(set::DISTAL_BONE));
-            }
-            BoneKind::Floating => {
-                fixed.extend(mesh.node_set(set::PROXIMAL_BONE));
-                rigid = mesh.node_set(set::DISTAL_BONE).to_vec();
-            }
-            BoneKind::Deformable => {}
-        }
-        let supports = Supports { fixed, rigid, contact: mesh.node_set(set::PAD).to_vec(), ..Default::default() };
-        let deformable = tissue.bone.kind == BoneKind::Deformable;
-        let material = |region: Region| match region {
-            Region::Skin => Some(Material::Ogden(tissue.skin)),
-            Region::Subcutaneous => Some(Material::Ogden(tissue.subcutaneous)),
-            Region::Nail => Some(Material::Linear(tissue.nail)),
-            Region::DistalBone | Region::ProximalBone => deformable.then_some(Material::Linear(tissue.bone.elastic)),
-        };
+        let supports = supports(&mesh, tissue.bone.kind);
         let reference = joint_point(&mesh);
-        let body = Body::new(&mesh, material, &supports, reference, tissue.bone.joint)?;
-        Ok(Self { mesh, body })
+        let body = body(&mesh, tissue, &supports, reference, tissue.bone.joint)?;
+        let half = match HalfMesh::of(&mesh) {
+            Some(half) => Some(half_finger(half, tissue, supports, reference)?),
+            None => None,
+        };
+        Ok(Self { mesh, body, half })
+    }
+}
+
+/// What holds a finger with such bones, and where it may touch.
+fn supports(mesh: &Mesh, bones: BoneKind) -> Supports {
+    let mut fixed = mesh.node_set(set::PROXIMAL_FIX).to_vec();
+    fixed.extend(mesh.node_set(set::NAIL_FIX));
+    let mut rigid = Vec::new();
+    match bones {
+        BoneKind::Fixed => {
+            fixed.extend(mesh.node_set(set::PROXIMAL_BONE));
+            fixed.extend(mesh.node_set(set::DISTAL_BONE));
+        }
+        BoneKind::Floating => {
+            fixed.extend(mesh.node_set(set::PROXIMAL_BONE));
+            rigid = mesh.node_set(set::DISTAL_BONE).to_vec();
+        }
+        BoneKind::Deformable => {}
+    }
+    Supports { fixed, rigid, contact: mesh.node_set(set::PAD).to_vec(), ..Default::default() }
+}
+
+/// The elements of `mesh` that deform.
+fn body(
+    mesh: &Mesh,
+    tissue: &Tissue,
+    supports: &Supports,
+    reference: Vector3<f64>,
+    joint: Joint,
+) -> Result<Body, BodyError> {
+    let deformable = tissue.bone.kind == BoneKind::Deformable;
+    let material = |region: Region| match region {
+        Region::Skin => Some(Material::Ogden(tissue.skin)),
+        Region::Subcutaneous => Some(Material::Ogden(tissue.subcutaneous)),
+        Region::Nail => Some(Material::Linear(tissue.nail)),
+        Region::DistalBone | Region::ProximalBone => deformable.then_some(Material::Linear(tissue.bone.elastic)),
+    };
+    Body::new(mesh, material, supports, reference, joint)
+}
+
+/// The half of a finger, held so that it moves as it does beside its mirror image.
+fn half_finger(
+    mesh: HalfMesh,
+    tissue: &Tissue,
+    mut supports: Supports,
+    reference: Vector3<f64>,
+) -> Result<HalfFinger, BodyError> {
+    supports.fixed_components = mesh.middle.iter().map(|&node| (node, 1)).collect();
+    // The bone shifts along y, and turns about x and z, in no symmetric state.
+    supports.held_rigid = vec![1, 3, 5];
+    let Joint { translation_n_per_mm, rotation_nmm_per_rad } = tissue.bone.joint;
+    let joint =
+        Joint { translation_n_per_mm: 0.5 * translation_n_per_mm, rotation_nmm_per_rad: 0.5 * rotation_nmm_per_rad };
+    let body = body(&mesh.mesh, tissue, &supports, Vector3::new(reference.x, 0.0, reference.z), joint)?;
+    Ok(HalfFinger { body, mesh })
+}
+
+impl<'a> From<&'a Mesh> for PadFaces<'a> {
+    fn from(mesh: &'a Mesh) -> Self {
+        Self { quads: &mesh.pad_faces, triangles: &mesh.pad_triangles }
     }
 }
 

@@ -1,7 +1,5 @@
 //! Passing a limit point: viscous steps at a fixed target until equilibrium holds without them.
 
-use nalgebra::Vector3;
-
 use crate::solve::{Guess, SolveError, Solver, State, Stats, Target, Watch};
 
 /// How viscous steps are taken past a limit point.
@@ -53,7 +51,7 @@ pub fn pass_limit_point(
         match solver.damped_step(&as_last(&state), target, viscosity, stats, watch) {
             Ok(next) => {
                 friction_work_mj += next.totals.dissipation;
-                plane_work_mj += plane_work_mj_between(&state, &next);
+                plane_work_mj += plane_work_mj_between(solver, &state, &next);
                 state = next;
                 viscosity *= rule.release;
             }
@@ -68,7 +66,7 @@ pub fn pass_limit_point(
             match solver.step(&as_last(&state), target, guess, stats, watch) {
                 Ok(next) => {
                     friction_work_mj += next.totals.dissipation;
-                    plane_work_mj += plane_work_mj_between(&state, &next);
+                    plane_work_mj += plane_work_mj_between(solver, &state, &next);
                     return Ok(Some(Passage { state: next, plane_work_mj, friction_work_mj }));
                 }
                 Err(SolveError::Interrupted) => return Err(SolveError::Interrupted),
@@ -80,7 +78,8 @@ pub fn pass_limit_point(
 }
 
 /// Work of the plane on the finger between two states, mJ, by the trapezoidal rule.
-pub(super) fn plane_work_mj_between(a: &State, b: &State) -> f64 {
-    let step: [f64; 3] = std::array::from_fn(|k| b.contact.plane[k] - a.contact.plane[k]);
-    ((a.totals.force + b.totals.force) * 0.5).dot(&Vector3::from(step))
+pub(super) fn plane_work_mj_between(solver: &Solver, a: &State, b: &State) -> f64 {
+    let forces = |state: &State| solver.surface().generalised_forces(&state.contact.plane, &state.totals);
+    let (at_a, at_b) = (forces(a), forces(b));
+    (0..6).map(|k| 0.5 * (at_a[k] + at_b[k]) * (b.contact.plane.at[k] - a.contact.plane.at[k])).sum()
 }

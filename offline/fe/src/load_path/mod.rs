@@ -8,12 +8,15 @@ mod checkpoint;
 mod clearance;
 mod finger;
 mod follow;
+mod half;
 mod limit_point;
 pub mod path_csv;
+mod path_end;
 mod response;
 pub mod response_csv;
 mod run;
 mod settings;
+mod steady_slip;
 mod stepping;
 pub mod vtu;
 
@@ -24,7 +27,9 @@ pub use checkpoint::Checkpoint;
 pub use clearance::{Clearance, Obstacle};
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
 pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
+pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
+pub use path_end::{PathEnd, follow_path_on, follow_to_end};
 pub use settings::{LoadPathError, LoadSettings, OnProgress, Problem, Progress};
 pub use stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
 
@@ -133,8 +138,8 @@ pub struct Cost {
     pub cpu_s: f64,
     /// Largest penetration of any increment, mm.
     pub max_penetration_mm: f64,
-    /// Smallest product of traction and plastic slip of any contact point, MPa mm; never negative.
-    pub min_dissipation_mpa_mm: f64,
+    /// Smallest product of friction and plastic slip of any contact node in an increment, mJ; never negative.
+    pub min_dissipation_mj: f64,
     /// Largest residual of an accepted increment, over its contact force.
     pub max_residual: f64,
 }

@@ -2,64 +2,81 @@
 
 use fingerpad::{Regime, Status};
 
-use super::{FaceState, Response, Snapshot};
-use crate::assembly::Body;
-use crate::contact::PointState;
+use super::{FaceState, Model, Response, Snapshot};
+use crate::contact::{NodeState, plane};
 use crate::solve::{Solver, State};
 
 /// The row of a state.
-pub(super) fn response(solver: &Solver, state: &State, t_s: f64, status: Status) -> Response {
+pub(super) fn response(model: &Model, state: &State, t_s: f64, status: Status) -> Response {
+    let copies = model.copies();
     let totals = &state.totals;
-    let [slide_x_mm, slide_y_mm, depth_mm] = state.contact.plane;
-    let contact_area_mm2 = solver.surface().contact_areas(&state.contact).iter().map(|a| a[0]).sum();
+    let at = &state.contact.plane.at;
     let in_contact = totals.area > 0.0;
     let stick_ratio = if in_contact { totals.stuck_area / totals.area } else { 0.0 };
-    let centre = |k: usize| if in_contact { totals.pressure_moment[k] / totals.force.z } else { f64::NAN };
+    let centre = |moment: f64| if in_contact { moment / totals.force.z } else { f64::NAN };
+    // What the two halves bear along y, and about the other axes, cancels.
+    let across = |whole: f64| if model.half.is_some() { 0.0 } else { whole };
     Response {
         t_s,
-        depth_mm,
-        slide_x_mm,
-        slide_y_mm,
-        normal_force_n: totals.force.z,
-        friction_x_n: totals.force.x,
-        friction_y_n: totals.force.y,
-        contact_area_mm2,
+        depth_mm: at[plane::DEPTH],
+        slide_x_mm: at[plane::X],
+        slide_y_mm: at[plane::Y],
+        normal_force_n: copies * totals.force.z,
+        friction_x_n: copies * totals.force.x,
+        friction_y_n: across(totals.force.y),
+        contact_area_mm2: copies * totals.area,
         stick_ratio,
         regime: Regime::classify(in_contact, stick_ratio as f32),
         status,
-        centre_of_pressure_mm: [centre(0), centre(1)],
+        centre_of_pressure_mm: [centre(-totals.moment.y), centre(across(totals.moment.x))],
     }
 }
 
 /// The field of a state.
-pub(super) fn snapshot(body: &Body, solver: &Solver, state: &State, response: Response) -> Snapshot {
-    let areas = solver.surface().contact_areas(&state.contact);
-    let per_face = solver.surface().points_per_face();
-    let faces = state
-        .contact
-        .points
-        .chunks(per_face)
-        .zip(areas)
-        .map(|(points, [inside, whole])| {
-            let area: f64 = points.iter().map(|p| p.area).sum();
-            let mean = |value: &dyn Fn(&PointState) -> f64| {
-                if area > 0.0 { points.iter().map(|p| p.area * value(p)).sum::<f64>() / area } else { 0.0 }
-            };
-            let over_face = if whole > 0.0 { area / whole } else { 0.0 };
-            FaceState {
-                pressure_mpa: mean(&|p| p.pressure) * over_face,
-                traction_mpa: [mean(&|p| p.traction[0]) * over_face, mean(&|p| p.traction[1]) * over_face],
-                slip_mm: [mean(&|p| p.slip[0]), mean(&|p| p.slip[1])],
-                contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
-                stick_fraction: mean(&|p| f64::from(u8::from(p.stuck))),
-            }
-        })
-        .collect();
-    let undeformed = &body.undeformed().x;
-    Snapshot {
+pub(super) fn snapshot(model: &Model, solver: &Solver, state: &State, response: Response) -> Snapshot {
+    let faces = faces(solver, state);
+    let undeformed = &model.body.undeformed().x;
+    let field = Snapshot {
         response,
         displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
         faces,
-        strain_energy_density_mpa: body.energy(&state.configuration).1,
+        strain_energy_density_mpa: model.body.energy(&state.configuration).1,
+    };
+    match model.half {
+        Some(half) => half.whole(&field),
+        None => field,
     }
+}
+
+/// The state of every face from that of its corners.
+fn faces(solver: &Solver, state: &State) -> Vec<FaceState> {
+    let surface = solver.surface();
+    let nodes = &state.contact.nodes;
+    let contact = surface.contact_areas(&state.contact);
+    let stuck = surface.stuck_areas(solver.friction(), &state.contact);
+    let frame = surface.frame(&state.contact.plane);
+    // Each face bears what its corners bear in proportion to its part of the area around them.
+    let mut around = vec![0.0; nodes.len()];
+    for (facet, [_, whole]) in surface.facets.iter().zip(&contact) {
+        let corners = facet.corners();
+        corners.iter().for_each(|&n| around[n] += whole / corners.len() as f64);
+    }
+    let of_face = |((facet, &[inside, whole]), stuck): ((&crate::contact::Facet, &[f64; 2]), &f64)| {
+        let corners = facet.corners();
+        let mean = |value: &dyn Fn(&NodeState) -> f64| {
+            let of_corner = |&n: &usize| if around[n] > 0.0 { value(&nodes[n]) / around[n] } else { 0.0 };
+            corners.iter().map(of_corner).sum::<f64>() / corners.len() as f64
+        };
+        let touching: Vec<&NodeState> = corners.iter().map(|&n| &nodes[n]).filter(|n| n.normal_force_n > 0.0).collect();
+        let slip = |k: usize| touching.iter().map(|n| n.slip[k]).sum::<f64>() / touching.len().max(1) as f64;
+        let traction = [mean(&|n| n.tangential_force_n[0]), mean(&|n| n.tangential_force_n[1])];
+        FaceState {
+            pressure_mpa: mean(&|n| n.normal_force_n),
+            traction_mpa: frame.unspun(traction),
+            slip_mm: frame.unspun([slip(0), slip(1)]),
+            contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
+            stick_fraction: if inside > 0.0 { (stuck / inside).min(1.0) } else { 0.0 },
+        }
+    };
+    surface.facets.iter().zip(&contact).zip(&stuck).map(of_face).collect()
 }

@@ -11,13 +11,14 @@ use super::checkpoint::{Checkpoint, Saves};
 use super::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
+use super::steady_slip::{goes_on_straight, is_slide, slips_steadily};
 use super::stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
-use super::{Cost, Drive, Path, PressLimit, Trajectory, Waypoint};
+use super::{Cost, Drive, Model, Path, PressLimit, Trajectory, Waypoint};
 use crate::assembly::{Body, Configuration, rotation_vector};
-use crate::contact::{Friction, FrictionLaw, Plane, RubberFriction};
+use crate::contact::{Friction, FrictionLaw, Plane, RubberFriction, plane};
 use crate::solve::{Axis, FactorRecord, Guess, SolveError, Solver, State, Stats, Target};
 
-/// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`].
+/// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`] but in steady slip.
 const STEPS: StepRule =
     StepRule { easy_iterations: 6, after_hard: 0.6, cut: 0.4, limit_point_below: 5e-3, after_limit_point: 0.2 };
 /// How a limit point is passed.
@@ -30,14 +31,16 @@ const FIRST_PENETRATION_MM: f64 = 0.02;
 const USED_STRENGTH: f64 = 0.9;
 
 /// Where a run along a path stands: all that a checkpoint keeps besides the factor.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct RunState {
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
+pub(super) struct RunState {
     /// Row being approached, and whether the way to it has begun.
-    row: usize,
+    pub row: usize,
     row_has_begun: bool,
     /// Where the stepping stands on the way to the row.
     standing: Standing,
-    state: State,
+    /// Largest size of a step at present: 1, and more in steady slip.
+    largest_size: f64,
+    pub state: State,
     time_s: f64,
     /// The state before the last increment and the size of that increment, for extrapolation.
     before: Option<(Configuration, Plane, f64)>,
@@ -45,16 +48,17 @@ struct RunState {
     length_done: f64,
     /// Flags of the next response.
     status: Status,
-    trajectory: Trajectory,
+    pub trajectory: Trajectory,
     limits: Vec<PressLimit>,
 }
 
 /// A run along a path.
 pub(super) struct Run<'a, 'p> {
     problem: &'a Problem<'a>,
-    path: &'a Path,
+    pub model: Model<'a>,
+    pub path: &'a Path,
     /// Rows at which the field is kept.
-    snapshots: &'a [usize],
+    pub snapshots: &'a [usize],
     /// The friction law of a time, where it changes along the path.
     pub law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
     /// A law whose integral over the pressure is taken at every row.
@@ -84,10 +88,12 @@ impl<'a, 'p> Run<'a, 'p> {
         let plane =
             [place(path.drives[1], start.x), place(path.drives[2], start.y), place(path.drives[0], start.normal)];
         let friction = problem.friction.map_or(Friction::Off, Friction::On);
-        let solver = Solver::new(problem.body, problem.pad_faces, friction, problem.penalty, problem.settings);
+        let model = problem.model(path);
+        let solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, problem.settings);
         let state = solver.initial_state(plane);
         let mut run = Self {
             problem,
+            model,
             path,
             snapshots,
             law_at: None,
@@ -97,6 +103,7 @@ impl<'a, 'p> Run<'a, 'p> {
                 row: 0,
                 row_has_begun: false,
                 standing: Standing { done: 0.0, size: 1.0 },
+                largest_size: 1.0,
                 state,
                 time_s: start.t_s,
                 before: None,
@@ -118,42 +125,58 @@ impl<'a, 'p> Run<'a, 'p> {
 
     /// Saves the run as `checkpoint` says, and goes on from what is saved there of this very run.
     pub fn keep(&mut self, checkpoint: Checkpoint<'a>) -> Result<(), LoadPathError> {
-        let saves = Saves::new(checkpoint, self.path, self.snapshots);
+        let saves = Saves::new(checkpoint, self.path, self.snapshots, self.model.half.is_some());
         if let Some((run, factor)) = saves.read::<(RunState, FactorRecord)>()
             && run.state.configuration.x.len() == self.run.state.configuration.x.len()
         {
-            self.solver.set_friction(self.friction_of(run.row));
-            let progress = &mut self.progress;
-            let Some(&response) = run.trajectory.responses.last() else { return Ok(()) };
-            let report = Progress { share: 0.0, cost: run.trajectory.cost, response };
-            match self.solver.restore_factor(&factor, &mut |_| progress(report)) {
-                Ok(()) => {
-                    self.earlier_cpu_s = run.trajectory.cost.cpu_s;
-                    self.run = run;
-                }
-                Err(SolveError::Interrupted) => {
-                    return Err(LoadPathError::Interrupted { reached: Box::new(run.trajectory) });
-                }
-                Err(_) => {}
+            let reached = run.trajectory.clone();
+            // A factor that cannot be made again leaves the run at its start.
+            if let Err(SolveError::Interrupted) = self.resume(run, &factor) {
+                return Err(LoadPathError::Interrupted { reached: Box::new(reached) });
             }
         }
         self.saves = Some(saves);
         Ok(())
     }
 
-    /// Follows the path to its end.
-    pub fn follow(mut self) -> Result<(Trajectory, Vec<PressLimit>), LoadPathError> {
+    /// Stands where this run, or another that came the same way, stood with this factor.
+    ///
+    /// # Errors
+    /// [`SolveError`] if the factor cannot be made again; the run then stands where it stood.
+    pub fn resume(&mut self, run: RunState, factor: &FactorRecord) -> Result<(), SolveError> {
+        self.solver.set_friction(self.friction_of(run.row));
+        let response = run.trajectory.responses.last().copied().unwrap_or_default();
+        let report = Progress { share: 0.0, cost: run.trajectory.cost, response };
+        let progress = &mut self.progress;
+        self.solver.restore_factor(factor, &mut |_| progress(report))?;
+        self.earlier_cpu_s = run.trajectory.cost.cpu_s;
+        self.run = run;
+        Ok(())
+    }
+
+    /// Whether nothing was done yet.
+    pub fn is_at_start(&self) -> bool {
+        self.run.trajectory.responses.is_empty()
+    }
+
+    /// Follows the path to its end; returns what was recorded and the integrals of the limit law.
+    pub fn follow(self) -> Result<(Trajectory, Vec<PressLimit>), LoadPathError> {
+        self.follow_to_end().map(|(run, _)| (run.trajectory, run.limits))
+    }
+
+    /// Follows the path to its end; returns where the run stands and what its factor depends on.
+    pub fn follow_to_end(mut self) -> Result<(RunState, FactorRecord), LoadPathError> {
         let result = self.follow_rows();
         if !matches!(result, Err(LoadPathError::Interrupted { .. }))
             && let Some(saves) = &self.saves
         {
             saves.remove();
         }
-        result.map(|()| (self.run.trajectory, self.run.limits))
+        result.map(|()| (self.run, self.solver.factor_record()))
     }
 
     fn follow_rows(&mut self) -> Result<(), LoadPathError> {
-        if self.run.trajectory.responses.is_empty() {
+        if self.is_at_start() {
             self.record();
             self.end_row();
         }
@@ -169,7 +192,11 @@ impl<'a, 'p> Run<'a, 'p> {
         self.solver.set_friction(self.friction_of(self.run.row));
         if !self.run.row_has_begun {
             self.run.before = None;
-            self.run.standing = Standing { done: 0.0, size: self.run.standing.size.max(LEAST_FIRST_SIZE) };
+            if !goes_on_straight(self.path, self.run.row) {
+                self.run.largest_size = 1.0;
+            }
+            let size = self.run.standing.size.clamp(LEAST_FIRST_SIZE, self.run.largest_size);
+            self.run.standing = Standing { done: 0.0, size };
             self.run.row_has_begun = true;
         }
         let (length, standing) = (self.row_length, self.run.standing);
@@ -179,11 +206,11 @@ impl<'a, 'p> Run<'a, 'p> {
     }
 
     /// Takes what is wanted of the row that was reached, and turns to the next.
-    fn end_row(&mut self) {
+    pub fn end_row(&mut self) {
         let run = &mut self.run;
         if self.snapshots.contains(&run.row) {
             let response = *run.trajectory.responses.last().expect("recorded before");
-            let field = snapshot(self.problem.body, &self.solver, &run.state, response);
+            let field = snapshot(&self.model, &self.solver, &run.state, response);
             run.trajectory.snapshots.push(field);
         }
         if let Some(law) = self.limit_law.filter(|_| run.row > 0) {
@@ -192,7 +219,7 @@ impl<'a, 'p> Run<'a, 'p> {
                 depth_mm: response.depth_mm,
                 normal_force_n: response.normal_force_n,
                 contact_area_mm2: response.contact_area_mm2,
-                friction_limit_n: strength_n(law, &run.state),
+                friction_limit_n: self.model.copies() * strength_n(law, &run.state),
                 penetration_mm: run.state.totals.penetration,
             });
         }
@@ -227,6 +254,17 @@ impl<'a, 'p> Run<'a, 'p> {
         normal.max(x.hypot(y)).max(1e-3)
     }
 
+    /// Largest size of a step after one that led to `next`: in steady slip longer slides are allowed than before it.
+    fn largest_size_after(&self, next: &State) -> f64 {
+        let steps = &self.problem.load_steps;
+        let is_free = self.law_at.is_none() && is_slide(self.path, self.run.row);
+        if is_free && slips_steadily(&self.run.state, next) {
+            (steps.max_steady_slide_step_mm / steps.max_slide_step_mm).max(1.0)
+        } else {
+            1.0
+        }
+    }
+
     /// The point `share` of the way to the row being approached.
     fn point(&self, share: f64) -> Waypoint {
         interpolate(&self.path.waypoints[self.run.row - 1], &self.path.waypoints[self.run.row], share)
@@ -235,10 +273,10 @@ impl<'a, 'p> Run<'a, 'p> {
     fn target(&self, point: &Waypoint) -> Target {
         let axis = |drive: Drive, value: f64| match drive {
             Drive::Displacement => Axis::Displacement(value),
-            Drive::Force => Axis::Force(value),
+            Drive::Force => Axis::Force(value / self.model.copies()),
         };
         let drives = &self.path.drives;
-        [axis(drives[1], point.x), axis(drives[2], point.y), axis(drives[0], point.normal)]
+        [axis(drives[1], point.x), axis(drives[2], point.y), axis(drives[0], point.normal)].into()
     }
 
     /// Where the search for a step of `size` starts: the last motion continued, if it was not much shorter.
@@ -249,16 +287,16 @@ impl<'a, 'p> Run<'a, 'p> {
             && size <= 2.0 * last_size
         {
             let ratio = size / last_size;
-            for (place, before) in guess.plane.iter_mut().zip(plane_before) {
+            for (place, before) in guess.plane.at.iter_mut().zip(plane_before.at) {
                 *place += (*place - before) * ratio;
             }
-            guess.configuration = extrapolate(self.problem.body, before, &run.state.configuration, ratio);
+            guess.configuration = extrapolate(self.model.body, before, &run.state.configuration, ratio);
             guess.follows_plane = true;
         }
         if self.path.drives[0] == Drive::Force && run.state.totals.force.z <= 0.0 {
             // Before first touch a force has no depth.
             let lowest = run.state.contact.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
-            guess.plane[2] = lowest + FIRST_PENETRATION_MM;
+            guess.plane.at[plane::DEPTH] += lowest + FIRST_PENETRATION_MM;
         }
         guess
     }
@@ -299,7 +337,7 @@ impl<'a, 'p> Run<'a, 'p> {
     }
 
     fn record(&mut self) {
-        let response = response(&self.solver, &self.run.state, self.run.time_s, self.run.status);
+        let response = response(&self.model, &self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
         self.run.status = Status::OK;
     }
@@ -320,12 +358,13 @@ impl<'a, 'p> Run<'a, 'p> {
         let point = self.point(share);
         let drives = &self.path.drives;
         let state = &self.run.state;
-        let (holds_n, friction) = (strength_n(self.solver.friction(), state), state.totals.force.xy());
-        let along = |k: usize, driven: f64| if drives[k + 1] == Drive::Force { driven } else { friction[k] };
+        let force = state.totals.force * self.model.copies();
+        let holds_n = self.model.copies() * strength_n(self.solver.friction(), state);
+        let along = |k: usize, driven: f64| if drives[k + 1] == Drive::Force { driven } else { force[k] };
         let wanted_n = along(0, point.x).hypot(along(1, point.y));
         let is_driven = drives[1] == Drive::Force || drives[2] == Drive::Force;
-        if !(is_driven && state.totals.force.z > 0.0 && wanted_n > holds_n && friction.norm() > USED_STRENGTH * holds_n)
-        {
+        let used_n = force.xy().norm();
+        if !(is_driven && force.z > 0.0 && wanted_n > holds_n && used_n > USED_STRENGTH * holds_n) {
             return Ok(());
         }
         let end = self.path.waypoints[self.run.row];
@@ -334,7 +373,7 @@ impl<'a, 'p> Run<'a, 'p> {
             row: self.run.row,
             wanted_n: along(0, end.x).hypot(along(1, end.y)),
             holds_n,
-            normal_force_n: state.totals.force.z,
+            normal_force_n: force.z,
             reached: self.reached(),
         })
     }
@@ -352,18 +391,25 @@ impl LoadSteps for Run<'_, '_> {
         let mut stats = Stats::default();
         let next =
             self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
+        let largest_size = self.largest_size_after(&next);
         let run = &mut self.run;
-        run.trajectory.work.plane_mj += plane_work_mj_between(&run.state, &next);
-        run.trajectory.work.friction_mj += next.totals.dissipation;
+        run.largest_size = largest_size;
+        let copies = self.model.copies();
+        run.trajectory.work.plane_mj += copies * plane_work_mj_between(&self.solver, &run.state, &next);
+        run.trajectory.work.friction_mj += copies * next.totals.dissipation;
         let cost = &mut run.trajectory.cost;
         cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
-        cost.min_dissipation_mpa_mm = cost.min_dissipation_mpa_mm.min(next.totals.min_dissipation_density);
+        cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
         cost.max_residual = cost.max_residual.max(stats.residual);
         cost.increments += 1;
         let before = std::mem::replace(&mut run.state, next);
         run.before = Some((before.configuration, before.contact.plane, size));
         run.time_s = point.t_s;
         Ok(stats.iterations)
+    }
+
+    fn largest_size(&self) -> f64 {
+        self.run.largest_size
     }
 
     fn failed(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
@@ -388,14 +434,14 @@ impl LoadSteps for Run<'_, '_> {
         });
         let Ok(passage) = passage else { return Err(self.interrupted()) };
         let Some(passage) = passage else { return Ok(false) };
-        let (body, run) = (self.problem.body, &mut self.run);
+        let (body, copies, run) = (self.model.body, self.model.copies(), &mut self.run);
         let energy = |state: &State| body.energy(&state.configuration).0;
         // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
         let stored = energy(&passage.state) - energy(&run.state);
         let work = &mut run.trajectory.work;
-        work.plane_mj += passage.plane_work_mj;
-        work.friction_mj += passage.friction_work_mj;
-        work.stabilisation_mj += (passage.plane_work_mj - passage.friction_work_mj - stored).max(0.0);
+        work.plane_mj += copies * passage.plane_work_mj;
+        work.friction_mj += copies * passage.friction_work_mj;
+        work.stabilisation_mj += copies * (passage.plane_work_mj - passage.friction_work_mj - stored).max(0.0);
         run.trajectory.cost.increments += 1;
         run.status = run.status.with(Status::STABILISED);
         run.state = passage.state;
@@ -407,7 +453,7 @@ impl LoadSteps for Run<'_, '_> {
         if step.next_size >= self.problem.load_steps.min_step_share {
             return Ok(());
         }
-        let [x, y, z] = self.run.state.contact.plane;
+        let [x, y, z, ..] = self.run.state.contact.plane.at;
         Err(LoadPathError::NoEquilibrium {
             t_s: self.run.time_s,
             depth_mm: z,
@@ -422,7 +468,7 @@ impl LoadSteps for Run<'_, '_> {
     }
 
     fn accepted(&mut self, standing: Standing) -> Result<(), LoadPathError> {
-        if self.run.state.contact.plane[2] >= self.problem.clearance_mm {
+        if self.run.state.contact.plane.at[plane::DEPTH] >= self.problem.clearance_mm {
             let last = self.run.trajectory.responses.last().copied().unwrap_or_default();
             return Err(LoadPathError::NotClear {
                 t_s: last.t_s,
@@ -460,7 +506,7 @@ fn check(path: &Path) -> Result<(), LoadPathError> {
 
 /// Integral of a law's strength over the pressure of a state, N.
 fn strength_n(law: &dyn FrictionLaw, state: &State) -> f64 {
-    state.contact.points.iter().map(|p| law.strength(p.pressure).0 * p.area).sum()
+    state.contact.nodes.iter().map(|n| law.strength(n.pressure_mpa()).0 * n.area).sum()
 }
 
 fn interpolate(a: &Waypoint, b: &Waypoint, share: f64) -> Waypoint {

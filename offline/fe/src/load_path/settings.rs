@@ -2,10 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use super::{Cost, Response, Trajectory};
+use super::half::is_symmetric;
+use super::{Cost, HalfFinger, Model, Path, Response, Trajectory};
 use crate::assembly::Body;
 use crate::contact::{PenaltySettings, RubberFriction};
-use crate::solve::{SolveError, SolverSettings};
+use crate::solve::{PadFaces, SolveError, SolverSettings};
 
 /// Sizes of the increments.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -20,6 +21,10 @@ pub struct LoadSettings {
     /// Largest increment of slide, mm.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub max_slide_step_mm: f64,
+    /// Largest increment of slide once all of the contact slips and nothing changes any more, mm. Left out of the settings'
+    /// hash where it is the default.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive", skip_serializing_if = "is_default_steady_step")]
+    pub max_steady_slide_step_mm: f64,
     /// Largest increment of a driven force, N.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub max_force_step_n: f64,
@@ -36,11 +41,16 @@ impl Default for LoadSettings {
             max_depth_step_mm: 0.25,
             max_depth_step_with_friction_mm: 0.08,
             max_slide_step_mm: 0.2,
+            max_steady_slide_step_mm: 2.0,
             max_force_step_n: 0.1,
             min_step_share: 1e-4,
             friction_while_pressing: true,
         }
     }
+}
+
+fn is_default_steady_step(step_mm: &f64) -> bool {
+    *step_mm == LoadSettings::default().max_steady_slide_step_mm
 }
 
 /// Everything that a run needs besides body and path.
@@ -49,7 +59,9 @@ pub struct Problem<'a> {
     /// The body.
     pub body: &'a Body,
     /// Faces that may touch the plane, as mesh node numbers.
-    pub pad_faces: &'a [[u32; 4]],
+    pub pad_faces: PadFaces<'a>,
+    /// The half of the body that stands for the whole on symmetric paths; None to follow all paths with the whole.
+    pub half: Option<&'a HalfFinger>,
     /// Friction law; None presses and slides without friction.
     pub friction: Option<RubberFriction>,
     /// Contact.
@@ -60,6 +72,25 @@ pub struct Problem<'a> {
     pub load_steps: LoadSettings,
     /// Depth at which the plane reaches what holds the finger, mm; a run ends before. Infinite where there is no such depth.
     pub clearance_mm: f64,
+}
+
+impl<'a> Problem<'a> {
+    /// What a run along `path` computes.
+    pub(super) fn model(&self, path: &Path) -> Model<'a> {
+        if is_symmetric(path) { self.symmetric_model() } else { self.whole_model() }
+    }
+
+    /// What computes states that are symmetric about y = 0: the half, if there is one.
+    pub fn symmetric_model(&self) -> Model<'a> {
+        match self.half {
+            Some(half) => Model { body: &half.body, pad_faces: (&half.mesh.mesh).into(), half: Some(half) },
+            None => self.whole_model(),
+        }
+    }
+
+    fn whole_model(&self) -> Model<'a> {
+        Model { body: self.body, pad_faces: self.pad_faces, half: None }
+    }
 }
 
 /// How far a run has come, told after every increment and, with the effort so far, many times within.

@@ -22,8 +22,6 @@ pub struct StepRule {
 const FAIR_ITERATIONS: u32 = 14;
 /// Factor on the size of an easy step, for the next one.
 const AFTER_EASY: f64 = 1.5;
-/// Largest step.
-const LARGEST: f64 = 1.0;
 
 /// A system that is loaded along a line.
 pub trait LoadSteps {
@@ -37,6 +35,11 @@ pub trait LoadSteps {
     /// # Errors
     /// [`SolveError`]; the system then stands where it stood.
     fn try_step(&mut self, share: f64, size: f64) -> Result<u32, SolveError>;
+
+    /// Largest size of the next step.
+    fn largest_size(&self) -> f64 {
+        1.0
+    }
 
     /// Hears of a failed step; an error ends the run at once.
     ///
@@ -108,7 +111,7 @@ pub fn load_along<S: LoadSteps>(
         let done = if share == 1.0 { length } else { standing.done + size };
         match system.try_step(share, size) {
             Ok(iterations) => {
-                let size = next_size(rule, iterations, size, wanted);
+                let size = next_size(rule, iterations, size, wanted).min(system.largest_size());
                 standing = Standing { done, size };
                 system.accepted(standing)?;
             }
@@ -142,7 +145,7 @@ fn even_size(left: f64, wanted: f64) -> f64 {
 /// The size to want after a step of `size`, where `wanted` was wanted, took so many iterations.
 fn next_size(rule: &StepRule, iterations: u32, size: f64, wanted: f64) -> f64 {
     if iterations <= rule.easy_iterations {
-        (AFTER_EASY * size).max(wanted).min(LARGEST)
+        (AFTER_EASY * size).max(wanted)
     } else if iterations <= FAIR_ITERATIONS {
         wanted
     } else {

@@ -51,7 +51,7 @@ fn write_body(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error
 
 fn write_pad(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error> {
     check(file, "displacements", snapshot.displacement_mm.len(), mesh.nodes.len())?;
-    check(file, "face states", snapshot.faces.len(), mesh.pad_faces.len())?;
+    check(file, "face states", snapshot.faces.len(), mesh.pad_faces.len() + mesh.pad_triangles.len())?;
     let (grid, nodes) = Grid::of_pad(mesh);
     let scalars = |of: fn(&FaceState) -> f64| Values::Scalars(snapshot.faces.iter().map(of).collect());
     let in_plane = |of: fn(&FaceState) -> [f64; 2]| {

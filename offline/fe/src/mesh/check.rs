@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::boundary::{boundary, sorted};
+use super::boundary::{Hanging, boundary, faces_of, sorted};
 use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian, tet10_scaled_jacobian};
 use super::{Mesh, MeshError, Region};
 
@@ -25,16 +25,25 @@ pub const FACE_TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3
 const DUPLICATE_MM: f64 = 1e-6;
 
 /// Checks a mesh: node numbers; element shapes; hexahedra and tetrahedra of each order one closed body without voids
-/// or tunnels; no node twice or unused; ties that hold rigid motions; pad faces on the boundary; sets sorted.
+/// or tunnels; no node twice or unused; ties that hold rigid motions, whose masters are free to move; pad faces on the
+/// boundary; sets sorted. Hexahedra of two sizes may meet where the nodes in the middle of the larger faces and edges
+/// are tied to those of the larger hexahedron.
 pub fn check(mesh: &Mesh) -> Result<(), MeshError> {
     indices(mesh)?;
     shapes(mesh)?;
-    let hexes = boundary("hex", &mesh.hexes.iter().map(|e| e.nodes).collect::<Vec<_>>(), &HEX_FACES)?;
-    boundary("tet", &mesh.tets.iter().map(|e| e.nodes).collect::<Vec<_>>(), &TET_FACES)?;
-    let corners: Vec<[u32; 4]> = mesh.tets10.iter().map(|e| [0, 1, 2, 3].map(|n| e.nodes[n])).collect();
-    let tets10 = boundary("tet10", &corners, &TET_FACES)?;
+    let kinds = node_kinds(mesh);
+    let hanging = Hanging::of(mesh.ties.iter().filter(|tie| kinds[tie.slave as usize].hex));
+    let hexes = boundary("hex", hanging.faces_of_hexes(&mesh.hexes), &hanging)?;
+    boundary("tet", faces_of(mesh.tets.iter().map(|e| e.nodes), &TET_FACES), &Hanging::default())?;
+    let corners = mesh.tets10.iter().map(|e| [0, 1, 2, 3].map(|n| e.nodes[n]));
+    let tets10 = boundary("tet10", faces_of(corners, &TET_FACES), &Hanging::default())?;
     let middles = middles(mesh)?;
-    let kinds = node_kinds(mesh)?;
+    if let Some(node) = kinds.iter().position(|k| !k.hex && !k.tet && !k.tet10) {
+        return Err(MeshError::UnusedNode { node });
+    }
+    if let Some(node) = kinds.iter().position(|k| k.tet10 && (k.hex || k.tet)) {
+        return Err(MeshError::MixedOrders { node });
+    }
     duplicates(mesh, &kinds)?;
     ties(mesh, &kinds)?;
     for (index, face) in mesh.pad_faces.iter().enumerate() {
@@ -139,20 +148,17 @@ struct Kind {
     hex: bool,
     tet: bool,
     tet10: bool,
+    bone: bool,
 }
 
-fn node_kinds(mesh: &Mesh) -> Result<Vec<Kind>, MeshError> {
+fn node_kinds(mesh: &Mesh) -> Vec<Kind> {
     let mut kinds = vec![Kind::default(); mesh.nodes.len()];
     mesh.hexes.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].hex = true);
     mesh.tets.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].tet = true);
     mesh.tets10.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].tet10 = true);
-    if let Some(node) = kinds.iter().position(|k| !k.hex && !k.tet && !k.tet10) {
-        return Err(MeshError::UnusedNode { node });
-    }
-    match kinds.iter().position(|k| k.tet10 && (k.hex || k.tet)) {
-        Some(node) => Err(MeshError::MixedOrders { node }),
-        None => Ok(kinds),
-    }
+    let bones = mesh.hexes.iter().filter(|e| matches!(e.region, Region::DistalBone | Region::ProximalBone));
+    bones.flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].bone = true);
+    kinds
 }
 
 /// No two nodes of the hexahedra, or of the tetrahedra, in one place (tied nodes may lie on their masters).
@@ -180,15 +186,22 @@ fn ties(mesh: &Mesh, kinds: &[Kind]) -> Result<(), MeshError> {
     slaves.sort_unstable();
     for (index, tie) in mesh.ties.iter().enumerate() {
         let refuse = |reason, value| Err(MeshError::Tie { tie: index, slave: tie.slave, reason, value });
-        let kind = kinds[tie.slave as usize];
-        if kind.hex {
-            return refuse("the slave must belong to tetrahedra only", f64::from(tie.slave));
+        let hangs = matches!(tie.masters.len(), 2 | 4) && tie.masters.iter().all(|m| m.1 == tie.masters[0].1);
+        if kinds[tie.slave as usize].hex && !hangs {
+            let reason = "a slave that belongs to hexahedra must hang in the middle of an edge or a face";
+            return refuse(reason, f64::from(tie.slave));
         }
         if slaves.partition_point(|&s| s <= tie.slave) - slaves.partition_point(|&s| s < tie.slave) > 1 {
             return refuse("the slave is tied twice", f64::from(tie.slave));
         }
         if let Some(&(node, _)) = tie.masters.iter().find(|(n, _)| !kinds[*n as usize].hex) {
             return refuse("a master belongs to no hexahedron", f64::from(node));
+        }
+        if let Some(&(node, _)) = tie.masters.iter().find(|(n, _)| slaves.binary_search(n).is_ok()) {
+            return refuse("a master is tied itself", f64::from(node));
+        }
+        if let Some(&(node, _)) = tie.masters.iter().find(|(n, _)| kinds[*n as usize].bone) {
+            return refuse("a master belongs to a bone, which may be rigid", f64::from(node));
         }
         let sum: f64 = tie.masters.iter().map(|m| m.1).sum();
         if !((sum - 1.0).abs() < 1e-12) {
@@ -316,7 +329,7 @@ mod tests {
         assert_eq!(apart, MeshError::Hole { kind: "hex", euler: 4 });
         let mut mesh = cube();
         mesh.nodes[1] = mesh.nodes[0];
-        let kinds = node_kinds(&mesh).unwrap();
+        let kinds = node_kinds(&mesh);
         let error = duplicates(&mesh, &kinds).unwrap_err();
         assert_eq!(error, MeshError::DuplicateNodes { first: 0, second: 1, distance_mm: 0.0 });
     }
@@ -328,10 +341,11 @@ mod tests {
             other => panic!("{other}"),
         };
         assert!(reason(|m| m.ties[4].masters[0].1 += 1e-6).contains("sum to 1"));
-        assert!(reason(|m| m.ties[4].slave = m.hexes[0].nodes[0]).contains("tetrahedra only"));
+        assert!(reason(|m| m.ties[4].slave = m.hexes[0].nodes[0]).contains("middle of an edge"));
+        assert!(reason(|m| m.ties[4].masters[0].0 = m.hexes[0].nodes[0]).contains("bone"));
         assert!(reason(|m| m.ties[4].masters[0].0 = m.tets[0].nodes[0]).contains("no hexahedron"));
         assert!(reason(|m| m.ties.push(m.ties[0].clone())).contains("twice"));
-        assert!(reason(|m| m.ties[4].masters = vec![(m.hexes[0].nodes[0], 1.0)]).contains("offset"));
+        assert!(reason(|m| m.ties[4].masters = vec![(m.hexes[m.hexes.len() - 1].nodes[0], 1.0)]).contains("offset"));
         let missing = refused(finger(), |m| m.ties.push(Tie { slave: 0, masters: vec![(1 << 30, 1.0)] }));
         assert!(matches!(missing, MeshError::NoSuchNode { kind: "tie", .. }));
     }

@@ -35,6 +35,16 @@ pub enum MeshError {
         /// The least that makes a mesh.
         least: usize,
     },
+    /// The refined zone cannot be made.
+    #[error("divisions: {field} = {value}: {rule}")]
+    Refinement {
+        /// Name of the number.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it has to satisfy.
+        rule: String,
+    },
     /// An element refers to a node that does not exist.
     #[error("{kind} {element} ({region:?}) refers to node {node}, but there are {nodes} nodes")]
     NoSuchNode {

@@ -5,6 +5,15 @@ use super::{Divisions, Hex, Region};
 /// Index of a grid point of the box: ring (x), column (y), row (z).
 pub(super) type Point = [usize; 3];
 
+/// A cell of the five faces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceCell {
+    /// Counter-clockwise seen from outside.
+    pub(super) corners: [Point; 4],
+    /// The ring interval that decides the bone (the last one for the tip).
+    pub(super) ring: usize,
+}
+
 /// The box of `rings` x `columns` x `rows` cells and `layers` layers of cells around its palmar, dorsal,
 /// lateral and tip faces; the proximal face stays open.
 #[derive(Clone, Debug)]
@@ -63,28 +72,38 @@ impl CappedBox {
         self.layers
     }
 
-    /// Cells of the five faces, corners counter-clockwise seen from outside, with the ring interval that
-    /// decides the bone (the last one for the tip).
-    fn surface_cells(&self) -> Vec<([Point; 4], usize)> {
+    /// Cells of the five faces.
+    pub(super) fn surface_cells(&self) -> Vec<SurfaceCell> {
         let mut cells = Vec::new();
+        let mut push = |corners, ring| cells.push(SurfaceCell { corners, ring });
         let (columns, rows) = (self.columns, self.rows);
         for i in 0..self.rings {
             for j in 0..columns {
-                cells.push(([[i, j, 0], [i, j + 1, 0], [i + 1, j + 1, 0], [i + 1, j, 0]], i));
-                cells.push(([[i, j, rows], [i + 1, j, rows], [i + 1, j + 1, rows], [i, j + 1, rows]], i));
+                push([[i, j, 0], [i, j + 1, 0], [i + 1, j + 1, 0], [i + 1, j, 0]], i);
+                push([[i, j, rows], [i + 1, j, rows], [i + 1, j + 1, rows], [i, j + 1, rows]], i);
             }
             for k in 0..rows {
-                cells.push(([[i, 0, k], [i + 1, 0, k], [i + 1, 0, k + 1], [i, 0, k + 1]], i));
-                cells.push(([[i, columns, k], [i, columns, k + 1], [i + 1, columns, k + 1], [i + 1, columns, k]], i));
+                push([[i, 0, k], [i + 1, 0, k], [i + 1, 0, k + 1], [i, 0, k + 1]], i);
+                push([[i, columns, k], [i, columns, k + 1], [i + 1, columns, k + 1], [i + 1, columns, k]], i);
             }
         }
         let i = self.rings;
         for j in 0..columns {
             for k in 0..rows {
-                cells.push(([[i, j, k], [i, j + 1, k], [i, j + 1, k + 1], [i, j, k + 1]], i - 1));
+                push([[i, j, k], [i, j + 1, k], [i, j + 1, k + 1], [i, j, k + 1]], i - 1);
             }
         }
         cells
+    }
+
+    /// Region of a layer's cell between a level and the next.
+    pub(super) fn region(&self, level: usize, ring: usize) -> Region {
+        let skin_begins = self.layers - self.divisions.skin_layers;
+        match level {
+            _ if level < self.divisions.bone_layers => self.bone_region(ring),
+            _ if level < skin_begins => Region::Subcutaneous,
+            _ => Region::Skin,
+        }
     }
 
     /// Region inside the bone's surface, by ring interval.
@@ -97,50 +116,34 @@ impl CappedBox {
         }
     }
 
-    /// All hexahedra: the box, then layer by layer outward.
-    pub(super) fn hexes(&self) -> Vec<Hex> {
+    /// Hexahedra of the box.
+    pub(super) fn core_hexes(&self) -> Vec<Hex> {
         let mut hexes = Vec::new();
         for i in 0..self.rings {
             for j in 0..self.columns {
                 for k in 0..self.rows {
                     let lower = [[i, j, k], [i + 1, j, k], [i + 1, j + 1, k], [i, j + 1, k]];
-                    let upper = lower.map(|[i, j, k]| [i, j, k + 1]);
-                    hexes.push(Hex { nodes: self.stack(lower, 0, upper, 0), region: self.bone_region(i) });
+                    let [a, b, c, d] = lower.map(|p| self.node(p, 0));
+                    let [e, f, g, h] = lower.map(|[i, j, k]| self.node([i, j, k + 1], 0));
+                    hexes.push(Hex { nodes: [a, b, c, d, e, f, g, h], region: self.bone_region(i) });
                 }
-            }
-        }
-        let cells = self.surface_cells();
-        let skin_begins = self.layers - self.divisions.skin_layers;
-        for level in 0..self.layers {
-            for &(cell, ring) in &cells {
-                let region = match level {
-                    _ if level < self.divisions.bone_layers => self.bone_region(ring),
-                    _ if level < skin_begins => Region::Subcutaneous,
-                    _ => Region::Skin,
-                };
-                hexes.push(Hex { nodes: self.stack(cell, level, cell, level + 1), region });
             }
         }
         hexes
     }
 
-    fn stack(&self, lower: [Point; 4], from: usize, upper: [Point; 4], to: usize) -> [u32; 8] {
-        let (l, u) = (lower.map(|p| self.node(p, from)), upper.map(|p| self.node(p, to)));
-        [l[0], l[1], l[2], l[3], u[0], u[1], u[2], u[3]]
-    }
-
-    /// Faces of the skin's outside, counter-clockwise seen from outside.
+    /// Faces of the skin's outside before any refinement, counter-clockwise seen from outside.
     pub(super) fn outer_faces(&self) -> Vec<[u32; 4]> {
         let level = self.outer_level();
-        self.surface_cells().iter().map(|(cell, _)| cell.map(|p| self.node(p, level))).collect()
+        self.surface_cells().iter().map(|cell| cell.corners.map(|p| self.node(p, level))).collect()
     }
 
     /// Those of [`Self::outer_faces`] that lie on the back.
     pub(super) fn dorsal_faces(&self) -> Vec<[u32; 4]> {
         let level = self.outer_level();
-        let on_back = |cell: &[Point; 4]| cell.iter().all(|p| p[2] == self.rows);
-        let cells = self.surface_cells().into_iter().filter(|(cell, _)| on_back(cell));
-        cells.map(|(cell, _)| cell.map(|p| self.node(p, level))).collect()
+        let on_back = |cell: &SurfaceCell| cell.corners.iter().all(|p| p[2] == self.rows);
+        let cells = self.surface_cells().into_iter().filter(on_back);
+        cells.map(|cell| cell.corners.map(|p| self.node(p, level))).collect()
     }
 
     /// Nodes of the proximal section, sorted.
@@ -171,10 +174,7 @@ mod tests {
         assert_eq!(grid.surface().len(), around);
         assert_eq!(grid.node_count(), (d.columns + 1) * (d.rows + 1) * (d.rings() + 1) + layers * around);
         let cells = 2 * (d.columns + d.rows) * d.rings() + d.columns * d.rows;
-        assert_eq!(grid.hexes().len(), d.columns * d.rows * d.rings() + layers * cells);
+        assert_eq!(grid.core_hexes().len(), d.columns * d.rows * d.rings());
         assert_eq!(grid.outer_faces().len(), cells);
-        let mut used = vec![false; grid.node_count()];
-        grid.hexes().iter().flat_map(|h| h.nodes).for_each(|n| used[n as usize] = true);
-        assert!(used.iter().all(|u| *u));
     }
 }

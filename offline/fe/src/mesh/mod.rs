@@ -25,8 +25,11 @@ mod mapping;
 mod nail;
 mod parametric;
 mod quality;
+mod refinement;
 mod shape;
 mod surface;
+mod symmetry;
+mod touching;
 pub mod volume;
 
 pub use check::{FACE_TRIANGLES, HEX_FACES, TET_FACES, TET10_FACES, check};
@@ -38,3 +41,5 @@ pub use first_touch::FirstTouch;
 pub use parametric::{Fingertip, fingertip};
 pub use quality::{QualityReport, RegionQuality, quality};
 pub use shape::{FingertipShape, Nail};
+pub use symmetry::HalfMesh;
+pub use touching::touching_faces;

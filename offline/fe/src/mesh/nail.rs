@@ -23,7 +23,8 @@ pub(super) struct Plate {
     pub(super) outer: Vec<u32>,
 }
 
-/// Makes the plate on those of the skin's `dorsal` faces whose middles lie under the nail, a column of boxes on each.
+/// Makes the plate on those of the skin's `dorsal` faces whose middles lie under the nail, a column of boxes on each,
+/// symmetric about y = 0 where the faces are.
 ///
 /// Its inner nodes lie on the skin's and follow one each. So the skin is held under every face of the nail and
 /// nowhere else, from edge to edge to half a face (at the tip's edge at the latest): a plate with a grid of its own would hold the faces that it covers in part as wholes, an error of the
@@ -39,6 +40,7 @@ pub(super) fn plate(
     let body = Body::outer(shape);
     let footprint = Footprint::new(shape);
     let layers = divisions.nail_layers;
+    let mirrored = mirrored(nodes, dorsal);
     let first = nodes.len() as u32;
     let mut plate = Plate { nodes: vec![], tets: vec![], ties: vec![], outer: vec![] };
     // Lowest new node over each skin node.
@@ -62,12 +64,25 @@ pub(super) fn plate(
             });
         }
         for layer in 0..layers as u32 {
-            let [a, b, c, d] = face.map(|skin| over[&skin] + layer);
-            let corners = [a, b, c, d, a + 1, b + 1, c + 1, d + 1];
-            plate.tets.extend(BOX_TO_TETS.map(|t| Tet { nodes: t.map(|n| corners[n]), region: Region::Nail }));
+            let on_right = middle.y < 0.0;
+            let corners = if on_right { mirrored.map(|k| face[k]) } else { *face }.map(|skin| over[&skin] + layer);
+            let corner = |n: usize| corners[n % 4] + n as u32 / 4;
+            plate.tets.extend(BOX_TO_TETS.map(|[p, q, r, s]| {
+                // A mirrored tetrahedron would be inside out.
+                let order = if on_right { [q, p, r, s] } else { [p, q, r, s] };
+                Tet { nodes: order.map(corner), region: Region::Nail }
+            }));
         }
     }
     plate
+}
+
+/// Places in a face of the corners' mirror images, about y = 0, in the face that is its own.
+///
+/// The diagonals of a box's faces across y are the same in its mirror image, so that neighbours still agree.
+fn mirrored(nodes: &[Vector3<f64>], faces: &[[u32; 4]]) -> [usize; 4] {
+    let across = |k: usize| faces.iter().map(|f| (nodes[f[k] as usize].y - nodes[f[0] as usize].y).abs()).sum::<f64>();
+    if across(1) > across(3) { [1, 0, 3, 2] } else { [3, 2, 1, 0] }
 }
 
 /// Where the nail is.
@@ -101,7 +116,7 @@ pub(super) fn patch(shape: &FingertipShape, nodes: &[Vector3<f64>], faces: &[[u3
 
 #[cfg(test)]
 mod tests {
-    use crate::mesh::{FingertipShape, MeshPreset, Region, fingertip, quality};
+    use crate::mesh::{FingertipShape, MeshPreset, Region, fingertip, quality, set};
 
     #[test]
     fn plate_covers_the_nail_to_half_a_face() {
@@ -110,14 +125,16 @@ mod tests {
                 let shape = FingertipShape::named(name).unwrap();
                 let tip = fingertip(&shape, &preset.divisions()).unwrap();
                 let finger = |n: u32| tip.touch.rotation.transpose() * tip.mesh.nodes[n as usize] + tip.touch.point_mm;
-                let mut masters: Vec<u32> = tip.mesh.ties.iter().map(|tie| tie.masters[0].0).collect();
-                for tie in &tip.mesh.ties {
+                let nail = tip.mesh.node_set(set::NAIL);
+                let ties: Vec<_> = tip.mesh.ties.iter().filter(|tie| nail.binary_search(&tie.slave).is_ok()).collect();
+                let mut masters: Vec<u32> = ties.iter().map(|tie| tie.masters[0].0).collect();
+                for tie in &ties {
                     assert_eq!(tie.masters.len(), 1);
                     assert!((finger(tie.slave) - finger(tie.masters[0].0)).norm() < 1e-12);
                 }
                 masters.sort_unstable();
                 masters.dedup();
-                assert_eq!(masters.len(), tip.mesh.ties.len(), "one nail node on each skin node");
+                assert_eq!(masters.len(), ties.len(), "one nail node on each skin node");
                 let along: Vec<f64> = masters.iter().map(|&n| finger(n).x).collect();
                 let (start, end) = along.iter().fold((f64::MAX, f64::MIN), |(a, b), &x| (a.min(x), b.max(x)));
                 println!("{name} {preset:?}: nail from {start:.2} to {end:.2} mm");

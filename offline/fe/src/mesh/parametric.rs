@@ -1,14 +1,15 @@
 //! The parametric fingertip: shape and divisions become a mesh.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
-use super::grid::CappedBox;
+use super::grid::{CappedBox, Point};
 use super::mapping::Mapping;
 use super::nail::{self, Plate};
+use super::refinement::Refinement;
 use super::shape::Nail;
-use super::{Divisions, FingertipShape, FirstTouch, Mesh, MeshError, Region, check, set};
+use super::{Divisions, FingertipShape, FirstTouch, Mesh, MeshError, Region, Tie, check, set};
 
 /// A fingertip's mesh and where its analytic surface first touches the plane.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,19 +45,31 @@ pub fn fingertip(shape: &FingertipShape, divisions: &Divisions) -> Result<Finger
             nodes[grid.node(point, level + 1) as usize] = position;
         }
     }
-    finish(shape, divisions, &grid, nodes, touch)
+    let fine = Mapping::new(shape, &divisions.refined_everywhere(), &touch);
+    finish(shape, divisions, &grid, nodes, touch, |point| fine.line(point))
 }
 
 /// Hexahedra, nail, pad and sets on the nodes of a capped box, given in the frame of the finger; checked.
+///
+/// `fine_line` gives the positions on the line of a surface point of the grid that is refined everywhere, as
+/// [`Mapping::line`] does.
 pub(super) fn finish(
     shape: &FingertipShape,
     divisions: &Divisions,
     grid: &CappedBox,
     nodes: Vec<Vector3<f64>>,
     touch: FirstTouch,
+    fine_line: impl Fn(Point) -> Vec<Vector3<f64>>,
 ) -> Result<Fingertip, MeshError> {
-    let outer_faces = grid.outer_faces();
-    let mut mesh = Mesh { nodes, hexes: grid.hexes(), ..Mesh::default() };
+    let in_plane: Vec<Vector3<f64>> = nodes.iter().map(|p| touch.to_plane(p)).collect();
+    let low = |face: &[u32; 4]| is_low(&in_plane, face, divisions.refined_height_mm);
+    let wanted: Vec<bool> = grid.outer_faces().iter().map(low).collect();
+    let Refinement { hexes, outer_faces, added, ties } = Refinement::new(grid, divisions, &wanted);
+    let mut mesh = Mesh { nodes, hexes, ..Mesh::default() };
+    mesh.nodes.extend(added.iter().map(|&(point, level)| fine_line(point)[level - 1]));
+    for tie in &ties {
+        mesh.nodes[tie.slave as usize] = tie.masters.iter().map(|&(n, weight)| mesh.nodes[n as usize] * weight).sum();
+    }
     let fixed = match shape.nail {
         Nail::Tets => {
             let Plate { nodes, tets, ties, outer } = nail::plate(shape, divisions, &mesh.nodes, &grid.dorsal_faces());
@@ -70,23 +83,30 @@ pub(super) fn finish(
     for node in &mut mesh.nodes {
         *node = touch.to_plane(node);
     }
-    mesh.pad_faces = pad_faces(&mesh.nodes, &outer_faces, shape.pad_height_mm);
+    let low = |face: &&[u32; 4]| is_low(&mesh.nodes, face, shape.pad_height_mm);
+    mesh.pad_faces = outer_faces.iter().filter(low).copied().collect();
     mesh.node_sets = region_sets(&mesh);
     mesh.node_sets.insert(set::NAIL_FIX.into(), sorted(fixed));
-    mesh.node_sets.insert(set::PROXIMAL_FIX.into(), grid.proximal_nodes());
-    mesh.node_sets.insert(set::PAD.into(), sorted(mesh.pad_faces.iter().flatten().copied().collect()));
+    let first = grid.node_count() as u32;
+    let proximal = (first..).zip(&added).filter(|(_, (point, _))| point[0] == 0).map(|(node, _)| node);
+    mesh.node_sets.insert(set::PROXIMAL_FIX.into(), grid.proximal_nodes().into_iter().chain(proximal).collect());
+    mesh.node_sets.insert(set::PAD.into(), free_pad_nodes(&mesh, &ties));
+    mesh.ties.extend(ties);
     check(&mesh)?;
     Ok(Fingertip { mesh, touch, outer_faces })
 }
 
-/// Outer faces that look down and whose middle lies below this height over the plane.
-fn pad_faces(nodes: &[Vector3<f64>], outer_faces: &[[u32; 4]], height_mm: f64) -> Vec<[u32; 4]> {
-    let low = |face: &&[u32; 4]| {
-        let p = face.map(|n| nodes[n as usize]);
-        let down = (p[2] - p[0]).cross(&(p[3] - p[1])).z < 0.0;
-        down && p.iter().map(|p| p.z).sum::<f64>() < 4.0 * height_mm
-    };
-    outer_faces.iter().filter(low).copied().collect()
+/// Whether an outer face looks down and its middle lies below this height over the plane.
+fn is_low(nodes: &[Vector3<f64>], face: &[u32; 4], height_mm: f64) -> bool {
+    let p = face.map(|n| nodes[n as usize]);
+    let down = (p[2] - p[0]).cross(&(p[3] - p[1])).z < 0.0;
+    down && p.iter().map(|p| p.z).sum::<f64>() < 4.0 * height_mm
+}
+
+/// Nodes of the pad faces that do not hang.
+fn free_pad_nodes(mesh: &Mesh, hanging: &[Tie]) -> Vec<u32> {
+    let slaves: BTreeSet<u32> = hanging.iter().map(|tie| tie.slave).collect();
+    sorted(mesh.pad_faces.iter().flatten().copied().filter(|node| !slaves.contains(node)).collect())
 }
 
 /// The sets of nodes that belong to regions; an empty one for a region that the mesh does not have.
@@ -127,11 +147,14 @@ mod tests {
 
     #[test]
     fn all_shapes_and_presets() {
-        use MeshPreset::{Coarse, Default, Fine};
+        use MeshPreset::{Coarse, Default, Fine, Medium};
         for name in FingertipShape::NAMES {
-            for (preset, nodes, most_pad) in
-                [(Coarse, 2200..3000, 150), (Default, 9000..12_000, 500), (Fine, 55_000..62_000, 1700)]
-            {
+            for (preset, nodes, most_pad) in [
+                (Coarse, 2200..3000, 150),
+                (Medium, 9000..12_000, 500),
+                (Default, 12_000..16_000, 1300),
+                (Fine, 55_000..62_000, 1700),
+            ] {
                 let (_, _, report) = named(name, preset);
                 println!("{name} {preset:?}: {report:#?}");
                 assert!(nodes.contains(&report.nodes), "{name} {preset:?}: {} nodes", report.nodes);
@@ -153,9 +176,11 @@ mod tests {
     #[test]
     fn pad_is_fine_near_first_touch() {
         for name in ["a", "e"] {
-            let (_, _, report) = named(name, MeshPreset::Default);
-            let [low, high] = report.touch_face_size_mm;
-            assert!(low > 0.55 && high < 0.85, "{name}: {low}..{high} mm");
+            for (preset, halved) in [(MeshPreset::Medium, 1.0), (MeshPreset::Default, 0.5)] {
+                let (_, _, report) = named(name, preset);
+                let [low, high] = report.touch_face_size_mm;
+                assert!(low > 0.55 * halved && high < 0.85 * halved, "{name} {preset:?}: {low}..{high} mm");
+            }
         }
     }
 
@@ -163,7 +188,7 @@ mod tests {
     fn volumes_approach_the_analytic_ones() {
         for name in FingertipShape::NAMES {
             let mut last = f64::INFINITY;
-            for (preset, most) in [(MeshPreset::Coarse, 0.05), (MeshPreset::Default, 0.02), (MeshPreset::Fine, 0.006)] {
+            for (preset, most) in [(MeshPreset::Coarse, 0.05), (MeshPreset::Medium, 0.02), (MeshPreset::Fine, 0.006)] {
                 let (shape, _, report) = named(name, preset);
                 let hexes = report.volume_mm3() - report.regions[&Region::Nail].volume_mm3;
                 let missing = 1.0 - hexes / shape.volume_mm3();
@@ -198,7 +223,8 @@ mod tests {
         assert!(mesh.node_set(set::DISTAL_BONE).iter().all(|n| bone.level(&finger(n)) < 1.0 + 1e-9));
         let on_bone = mesh.node_set(set::DISTAL_BONE).iter().filter(|n| bone.level(&finger(n)) > 1.0 - 1e-9).count();
         assert!(on_bone > 700);
-        assert_eq!(mesh.node_set(set::NAIL_FIX).len(), mesh.ties.len());
+        let of_nail = |n: &u32| mesh.node_set(set::NAIL).binary_search(n).is_ok();
+        assert_eq!(mesh.node_set(set::NAIL_FIX).len(), mesh.ties.iter().filter(|tie| of_nail(&tie.slave)).count());
         assert!(mesh.node_set(set::NAIL_FIX).iter().all(|n| mesh.node_set(set::NAIL).binary_search(n).is_ok()));
         assert!(mesh.node_set(set::PAD).iter().all(|n| mesh.node_set(set::SKIN).binary_search(n).is_ok()));
         // Everything that can touch at 2.5 mm is a candidate.
@@ -239,7 +265,14 @@ mod tests {
 
     #[test]
     fn other_divisions_and_repetition() {
-        let odd = Divisions { columns: 11, rows: 4, bone_layers: 2, nail_layers: 3, ..MeshPreset::Coarse.divisions() };
+        let odd = Divisions {
+            pad_refinement: 2,
+            columns: 11,
+            rows: 4,
+            bone_layers: 2,
+            nail_layers: 3,
+            ..MeshPreset::Coarse.divisions()
+        };
         let first = fingertip(&FingertipShape::default(), &odd).unwrap();
         assert_eq!(first, fingertip(&FingertipShape::default(), &odd).unwrap());
         let least = MeshPreset::Coarse.divisions().scaled(0.5);

@@ -19,7 +19,7 @@ const CORNERS: [[f64; 3]; 8] = [
 ];
 
 /// Edges of a hexahedron.
-const HEX_EDGES: [[usize; 2]; 12] =
+pub(super) const HEX_EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
 /// What one region is made of.

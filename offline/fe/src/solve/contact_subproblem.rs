@@ -1,15 +1,16 @@
 //! The contact subproblem of one equilibrium iteration: the bulk is linear, the contact is not.
 //!
 //! With `G` the compliance of the contact dofs and `y` where they would go without contact forces, find the
-//! displacement `x` with `h(x) = x − y + G f(x) = 0`, `f` the contact residual; a force-driven axis adds the
-//! plane's coordinate as an unknown and the force balance as an equation. Newton's method with the exact
-//! non-symmetric tangent on the dofs of faces in contact, backtracking on |h|.
+//! displacement `x` with `h(x) = x − y + G f(x) = 0`, `f` the contact residual; a force-driven coordinate of the plane is
+//! an unknown more, and the balance of its force or moment an equation. Newton's method with the exact non-symmetric
+//! tangent on the dofs of nodes in contact, backtracking on |h|.
 
 use nalgebra::Vector3;
 
-use super::increment::SolveError;
+use super::equilibrium::imbalance;
+use super::increment::{SolveError, WRENCH_OF};
 use super::linear::{DenseLu, Factor};
-use crate::contact::{ContactState, Evaluation, Friction, Plane, Surface};
+use crate::contact::{ContactState, Evaluation, Friction, Plane, Surface, Twist};
 
 /// What stays the same during the iterations.
 pub(super) struct ContactSubproblem<'a> {
@@ -17,6 +18,8 @@ pub(super) struct ContactSubproblem<'a> {
     pub friction: &'a Friction,
     pub last: &'a ContactState,
     pub factor: &'a Factor,
+    /// Part of the contact area of each surface node, mm².
+    pub areas: &'a [f64],
     /// Positions of the surface nodes at x = 0.
     pub base: &'a [Vector3<f64>],
     /// First contact dof (0 based among contact dofs) of each surface node; None if it does not move freely.
@@ -27,8 +30,8 @@ pub(super) struct ContactSubproblem<'a> {
     pub shift: &'a [f64],
     /// Unloaded displacement, mm.
     pub y: &'a [f64],
-    /// Force that a force-driven axis (x, y, z) must reach, N.
-    pub force_target: [Option<f64>; 3],
+    /// Force (N) or moment (N mm) that a coordinate driven by it must reach.
+    pub force_target: [Option<f64>; 6],
     /// Convergence: |h| in mm.
     pub tolerance: f64,
     pub max_iterations: usize,
@@ -47,11 +50,12 @@ pub(super) struct Solution {
 struct Trial {
     x: Vec<f64>,
     plane: Plane,
+    positions: Vec<Vector3<f64>>,
     evaluation: Evaluation,
     force: Vec<f64>,
     h: Vec<f64>,
-    /// Violation of the force balance of driven axes, mm by `force_scale`.
-    balance: [f64; 3],
+    /// Violation of the balance of driven forces and moments, mm by `force_scale`.
+    balance: [f64; 6],
     norm: f64,
 }
 
@@ -82,18 +86,19 @@ impl ContactSubproblem<'_> {
     }
 
     fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, predict: bool, tangent: bool) -> Trial {
-        let evaluation = self.surface.evaluate(self.friction, self.last, &self.positions(&x), plane, predict, tangent);
+        let positions = self.positions(&x);
+        let evaluation =
+            self.surface.evaluate(self.friction, self.last, self.areas, &positions, &plane, predict, tangent);
         let mut force = self.gather(&evaluation.residual);
         for ((f, x), shift) in force.iter_mut().zip(&x).zip(self.shift) {
             *f -= shift * x;
         }
         let mut h: Vec<f64> = x.iter().zip(self.y).map(|(x, y)| x - y).collect();
         self.factor.add_compliance_times(&force, &mut h);
-        let balance = std::array::from_fn(|k| {
-            self.force_target[k].map_or(0.0, |target| (evaluation.force[k] - target) * force_scale)
-        });
+        let balance =
+            imbalance(&evaluation.wrench, &self.force_target, self.surface.size_mm()).map(|force| force * force_scale);
         let norm = (h.iter().map(|v| v * v).sum::<f64>() + balance.iter().map(|v| v * v).sum::<f64>()).sqrt();
-        Trial { x, plane, evaluation, force, h, balance, norm }
+        Trial { x, plane, positions, evaluation, force, h, balance, norm }
     }
 
     /// Solves from the guess `x`, `plane`; with `predict_stick` the first linearisation lets no stuck point slip.
@@ -117,7 +122,8 @@ impl ContactSubproblem<'_> {
             let mut scale = 1.0;
             let next = loop {
                 let x = current.x.iter().zip(&dx).map(|(x, d)| x + scale * d).collect();
-                let plane = std::array::from_fn(|k| current.plane[k] + scale * d_plane[k]);
+                let place = std::array::from_fn(|k| current.plane.at[k] + scale * d_plane[k]);
+                let plane = self.last.plane.moved_to(place);
                 let trial = self.trial(x, plane, force_scale, false, true);
                 // The predictor's step must not be shortened: its residual is that of another branch.
                 if predicted || trial.norm < current.norm * (1.0 - 0.1 * scale) {
@@ -147,61 +153,92 @@ impl ContactSubproblem<'_> {
     }
 
     /// Newton step of all contact dofs and of the plane; None if the system is singular.
-    fn newton_step(&self, at: &Trial, force_scale: f64) -> Option<(Vec<f64>, Plane)> {
+    fn newton_step(&self, at: &Trial, force_scale: f64) -> Option<(Vec<f64>, [f64; 6])> {
         let unknowns = self.unknowns(at);
-        let plane_force: Vec<Vec<f64>> = unknowns.driven.iter().map(|&k| self.force_per_plane(at, k)).collect();
-        let (matrix, size) = self.system(at, &unknowns, &plane_force, force_scale);
+        let driven: Vec<Driven> = unknowns.driven.iter().map(|&k| self.driven(at, k)).collect();
+        let (matrix, size) = self.system(at, &unknowns, &driven, force_scale);
         let mut step: Vec<f64> = unknowns.active.iter().map(|&i| -at.h[i]).collect();
         step.extend(unknowns.driven.iter().map(|&k| -at.balance[k]));
         DenseLu::new(&matrix, size).solve(&mut step);
         if step.iter().any(|v| !v.is_finite()) {
             return None;
         }
-        Some(self.whole_step(at, &unknowns, &plane_force, &step))
+        Some(self.whole_step(at, &unknowns, &driven, &step))
     }
 
-    /// The dofs of faces in contact, those with a shift, and the force-driven axes.
+    /// The dofs of nodes in contact, those with a shift, and the force-driven coordinates.
     fn unknowns(&self, at: &Trial) -> Unknowns {
         let n = self.y.len();
         let mut index = vec![usize::MAX; n];
         let mut active = Vec::new();
-        for tangent in &at.evaluation.tangents {
-            for node in self.surface.faces[tangent.face] {
-                if let Some(slot) = self.slot[node] {
-                    for k in 0..3 {
-                        if index[slot + k] == usize::MAX && !self.held[slot + k] {
-                            index[slot + k] = active.len();
-                            active.push(slot + k);
-                        }
-                    }
-                }
-            }
-        }
-        for j in 0..n {
-            if self.shift[j] != 0.0 && index[j] == usize::MAX {
+        let of_tangents = at.evaluation.tangents.iter().filter_map(|t| self.slot[t.node]).flat_map(|s| s..s + 3);
+        let shifted = (0..n).filter(|&j| self.shift[j] != 0.0);
+        for j in of_tangents.filter(|&j| !self.held[j]).chain(shifted) {
+            if index[j] == usize::MAX {
                 index[j] = active.len();
                 active.push(j);
             }
         }
-        let driven = (0..3).filter(|&k| self.force_target[k].is_some()).collect();
+        let driven = (0..6).filter(|&k| self.force_target[k].is_some()).collect();
         Unknowns { index, active, driven }
     }
 
-    /// Contact dof of row or column `a` of a face's tangent, if it moves freely.
-    fn face_dof(&self, face: usize, a: usize) -> Option<usize> {
-        let node = self.surface.faces[face][a / 3];
-        self.slot[node].map(|s| s + a % 3).filter(|&d| !self.held[d])
+    /// How the contact changes with a force-driven coordinate.
+    fn driven(&self, at: &Trial, coordinate: usize) -> Driven {
+        let foot = self.surface.frame(&at.plane).foot();
+        let twist = at.plane.twist(coordinate, &self.surface.reach);
+        let nodal = self.surface.change_with_plane(&at.evaluation, &at.positions, &foot, &twist);
+        Driven { coordinate, residual: self.gather(&nodal), nodal, twist }
     }
 
-    /// Derivative of the contact residual over the plane's coordinate `axis`, contact dofs, N/mm.
-    fn force_per_plane(&self, at: &Trial, axis: usize) -> Vec<f64> {
-        let nodal: Vec<Vector3<f64>> = at.evaluation.plane_columns.iter().map(|c| c[axis]).collect();
-        self.gather(&nodal)
+    /// Derivative of the driven component `coordinate` of the wrench over the position of each node in contact: a row
+    /// per node of `tangents`, over `length` for moments.
+    fn wrench_rows(&self, at: &Trial, coordinate: usize) -> Vec<Vector3<f64>> {
+        let frame = self.surface.frame(&at.plane);
+        let foot = frame.foot();
+        let component = WRENCH_OF[coordinate];
+        let axis = frame.axis(component % 3);
+        let row = |tangent: &crate::contact::NodeTangent| {
+            // The force is minus the residual.
+            if component < 3 {
+                return -(tangent.block.transpose() * axis);
+            }
+            let arm = at.positions[tangent.node] - foot;
+            let force = -at.evaluation.residual[tangent.node];
+            (force.cross(&axis) - tangent.block.transpose() * axis.cross(&arm)) / self.surface.size_mm()
+        };
+        at.evaluation.tangents.iter().map(row).collect()
+    }
+
+    /// Derivative of the driven component `coordinate` of the wrench over the coordinate `driven`.
+    fn wrench_change(&self, at: &Trial, coordinate: usize, driven: &Driven) -> f64 {
+        let frame = self.surface.frame(&at.plane);
+        let foot = frame.foot();
+        let component = WRENCH_OF[coordinate];
+        let axis = frame.axis(component % 3);
+        // The axes that wrenches are told along turn with pitch and roll only, and the foot does not slide along.
+        let tilts = driven.coordinate >= crate::contact::plane::PITCH;
+        let turn = if tilts { driven.twist.turn } else { Vector3::zeros() };
+        let foot_motion =
+            if driven.coordinate >= crate::contact::plane::DEPTH { driven.twist.motion } else { Vector3::zeros() };
+        let mut sum = Vector3::zeros();
+        for tangent in &at.evaluation.tangents {
+            let force = -at.evaluation.residual[tangent.node];
+            let change = -driven.nodal[tangent.node];
+            sum += if component < 3 {
+                change - turn.cross(&force)
+            } else {
+                let arm = at.positions[tangent.node] - foot;
+                (arm.cross(&change) - foot_motion.cross(&force) - turn.cross(&arm.cross(&force)))
+                    / self.surface.size_mm()
+            };
+        }
+        sum.dot(&axis)
     }
 
     /// The matrix of the Newton step, column-major, and its size: equations of the active dofs, then force balances.
-    fn system(&self, at: &Trial, unknowns: &Unknowns, plane_force: &[Vec<f64>], force_scale: f64) -> (Vec<f64>, usize) {
-        let Unknowns { index, active, driven } = unknowns;
+    fn system(&self, at: &Trial, unknowns: &Unknowns, driven: &[Driven], force_scale: f64) -> (Vec<f64>, usize) {
+        let Unknowns { index, active, .. } = unknowns;
         let (na, size) = (active.len(), active.len() + driven.len());
         // Rows of G on the active dofs, contiguous per column.
         let mut g = vec![0.0; na * na];
@@ -221,70 +258,65 @@ impl ContactSubproblem<'_> {
             }
             target[c] += 1.0;
         }
-        // d(balance_k)/d(column) = -force_scale * sum over nodes of the residual's component k.
         for tangent in &at.evaluation.tangents {
-            for column in 0..12 {
-                let Some(j) = self.face_dof(tangent.face, column) else { continue };
-                let c = index[j];
-                let target = &mut matrix[c * size..(c + 1) * size];
-                for row in 0..12 {
-                    let value = tangent.block[column][row];
-                    if value == 0.0 {
-                        continue;
-                    }
-                    if let Some(i) = self.face_dof(tangent.face, row) {
-                        let source = &g[index[i] * na..(index[i] + 1) * na];
-                        for (t, s) in target[..na].iter_mut().zip(source) {
-                            *t += s * value;
-                        }
-                    }
-                    if let Some(place) = driven.iter().position(|&k| k == row % 3) {
-                        target[na + place] -= force_scale * value;
+            let Some(slot) = self.slot[tangent.node] else { continue };
+            for column in (0..3).filter(|&k| !self.held[slot + k]) {
+                let c = index[slot + column];
+                let target = &mut matrix[c * size..c * size + na];
+                for row in (0..3).filter(|&k| !self.held[slot + k]) {
+                    let value = tangent.block[(row, column)];
+                    let source = &g[index[slot + row] * na..(index[slot + row] + 1) * na];
+                    for (t, s) in target.iter_mut().zip(source) {
+                        *t += s * value;
                     }
                 }
             }
         }
-        for (p, &k) in driven.iter().enumerate() {
+        for (p, driven_by) in driven.iter().enumerate() {
+            let rows = self.wrench_rows(at, driven_by.coordinate);
+            for (tangent, row) in at.evaluation.tangents.iter().zip(rows) {
+                let Some(slot) = self.slot[tangent.node] else { continue };
+                for k in (0..3).filter(|&k| !self.held[slot + k]) {
+                    matrix[index[slot + k] * size + na + p] += force_scale * row[k];
+                }
+            }
             let target = &mut matrix[(na + p) * size..(na + p + 1) * size];
             for (c, &j) in active.iter().enumerate() {
-                if plane_force[p][j] != 0.0 {
+                if driven_by.residual[j] != 0.0 {
                     for (t, s) in target[..na].iter_mut().zip(&g[c * na..(c + 1) * na]) {
-                        *t += s * plane_force[p][j];
+                        *t += s * driven_by.residual[j];
                     }
                 }
             }
-            for (q, &axis) in driven.iter().enumerate() {
-                let sum = at.evaluation.plane_columns.iter().map(|column| column[k][axis]).sum::<f64>();
-                target[na + q] = -force_scale * sum;
+            for (q, other) in driven.iter().enumerate() {
+                target[na + q] = force_scale * self.wrench_change(at, other.coordinate, driven_by);
             }
         }
         (matrix, size)
     }
 
     /// The step of all contact dofs and of the plane from that of the unknowns: dx = -h - G df.
-    fn whole_step(&self, at: &Trial, unknowns: &Unknowns, plane_force: &[Vec<f64>], step: &[f64]) -> (Vec<f64>, Plane) {
-        let Unknowns { index, active, driven } = unknowns;
-        let mut d_plane = [0.0; 3];
-        for (p, &k) in driven.iter().enumerate() {
-            d_plane[k] = step[active.len() + p];
+    fn whole_step(&self, at: &Trial, unknowns: &Unknowns, driven: &[Driven], step: &[f64]) -> (Vec<f64>, [f64; 6]) {
+        let Unknowns { index, active, .. } = unknowns;
+        let mut d_plane = [0.0; 6];
+        for (p, driven) in driven.iter().enumerate() {
+            d_plane[driven.coordinate] = step[active.len() + p];
         }
         let mut d_force = vec![0.0; self.y.len()];
         for (c, &j) in active.iter().enumerate() {
             d_force[j] -= self.shift[j] * step[c];
         }
         for tangent in &at.evaluation.tangents {
-            for column in 0..12 {
-                let Some(j) = self.face_dof(tangent.face, column) else { continue };
-                for row in 0..12 {
-                    if let Some(i) = self.face_dof(tangent.face, row) {
-                        d_force[i] += tangent.block[column][row] * step[index[j]];
-                    }
+            let Some(slot) = self.slot[tangent.node] else { continue };
+            for column in (0..3).filter(|&k| !self.held[slot + k]) {
+                for row in (0..3).filter(|&k| !self.held[slot + k]) {
+                    d_force[slot + row] += tangent.block[(row, column)] * step[index[slot + column]];
                 }
             }
         }
-        for (p, &k) in driven.iter().enumerate() {
-            for (d, f) in d_force.iter_mut().zip(&plane_force[p]) {
-                *d += f * d_plane[k];
+        for driven in driven {
+            for (d, f) in d_force.iter_mut().zip(&driven.residual) {
+                *d += f * d_plane[driven.coordinate];
             }
         }
         let mut dx = at.h.clone();
@@ -302,6 +334,16 @@ struct Unknowns {
     index: Vec<usize>,
     /// Active contact dofs.
     active: Vec<usize>,
-    /// Force-driven axes of the plane.
+    /// Force-driven coordinates of the plane.
     driven: Vec<usize>,
+}
+
+/// A force-driven coordinate of the plane and what the contact does as it changes.
+struct Driven {
+    coordinate: usize,
+    twist: Twist,
+    /// Derivative of the residual of each surface node.
+    nodal: Vec<Vector3<f64>>,
+    /// The same, contact dofs.
+    residual: Vec<f64>,
 }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::{
     Solver,
     contact_subproblem::{ContactSubproblem, Solution},
-    increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch},
+    increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, WRENCH_OF, Watch},
 };
 use crate::assembly::Configuration;
 use crate::contact::{ContactState, Plane};
@@ -33,6 +33,10 @@ const CONTACT_ERROR: f64 = 0.1;
 /// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
 const CONTACT_CONTRACTION: f64 = 0.5;
 
+/// Iterations after which the nodes' parts of the contact area are held: what the edge still moves then is far below
+/// what the mesh sees of it, and a node on the verge of opening could go on for ever.
+const AREA_ITERATIONS: u32 = 5;
+
 /// What is out of balance, N.
 pub(super) struct Residual {
     /// All dofs.
@@ -53,26 +57,26 @@ pub(super) struct Increment<'a> {
     /// The contact at the start of the increment.
     last: &'a ContactState,
     target: Target,
-    /// Force that a force-driven axis (x, y, z) must reach, N.
-    force_target: [Option<f64>; 3],
+    /// Force (N) or moment (N mm) that a coordinate driven by it must reach.
+    force_target: [Option<f64>; 6],
     damping: Option<Damping<'a>>,
 }
 
 impl<'a> Increment<'a> {
     pub fn new(last: &'a ContactState, target: Target, damping: Option<Damping<'a>>) -> Self {
-        let force_target = target.map(|axis| match axis {
+        let force_target = target.0.map(|axis| match axis {
             Axis::Displacement(_) => None,
             Axis::Force(force) => Some(force),
         });
         Self { last, target, force_target, damping }
     }
 
-    /// The plane at `guess` along its force-driven axes, at its target along the others.
-    fn plane(&self, guess: Plane) -> Plane {
-        std::array::from_fn(|k| match self.target[k] {
+    /// The plane at `guess` in its force-driven coordinates, at its target in the others.
+    fn plane(&self, guess: &Plane) -> Plane {
+        self.last.plane.moved_to(std::array::from_fn(|k| match self.target.0[k] {
             Axis::Displacement(place) => place,
-            Axis::Force(_) => guess[k],
-        })
+            Axis::Force(_) => guess.at[k],
+        }))
     }
 }
 
@@ -82,6 +86,8 @@ struct Iterate {
     plane: Plane,
     /// Internal forces at `at`, N.
     internal: Vec<f64>,
+    /// Parts of the contact area, mm².
+    areas: Vec<f64>,
 }
 
 /// How the search has gone so far, and what it says of the factor and of the contact subproblem.
@@ -98,6 +104,8 @@ struct Convergence {
     diverges: bool,
     /// How far contact pushed its dofs in the last iteration, mm.
     displacement_scale: f64,
+    /// Whether the last correction was not taken whole.
+    was_cut: bool,
     /// Contact subproblems, one after the other, that ended without a solution.
     unsolved: usize,
     /// What the contact subproblem may leave and what it left last, mm.
@@ -115,6 +123,7 @@ impl Convergence {
             factor_is_new: false,
             diverges: false,
             displacement_scale: 0.0,
+            was_cut: false,
             unsolved: 0,
             contact_tolerance: f64::INFINITY,
             contact_error: 0.0,
@@ -196,11 +205,15 @@ impl Solver<'_> {
         watch: Watch,
     ) -> Result<State, SolveError> {
         let Guess { configuration, plane, follows_plane } = guess;
-        let mut iterate = Iterate { at: configuration, plane: increment.plane(plane), internal: Vec::new() };
+        let mut iterate =
+            Iterate { at: configuration, plane: increment.plane(&plane), internal: Vec::new(), areas: Vec::new() };
         self.internal_forces(&iterate.at, increment.damping, &mut iterate.internal)?;
         let mut convergence = Convergence::new();
         loop {
             go_on(watch, stats)?;
+            if convergence.iteration < AREA_ITERATIONS && !convergence.was_cut {
+                iterate.areas = self.areas(&iterate, increment.last, convergence.iteration == 0);
+            }
             let residual = self.residual(&iterate, increment);
             stats.residual = residual.norm / residual.reference;
             if residual.norm <= self.settings.tolerance * residual.reference {
@@ -214,7 +227,7 @@ impl Solver<'_> {
                 return Err(convergence.stalled(&residual, &self.settings));
             }
             if !self.factor_is_set || convergence.factor_is_stale {
-                self.refresh(&iterate.at, increment.last, iterate.plane, increment.damping, stats, watch)?;
+                self.refresh(&iterate.at, increment.last, &iterate.plane, increment.damping, stats, watch)?;
                 convergence.factor_renewed();
             }
             let norm = residual.norm;
@@ -222,6 +235,7 @@ impl Solver<'_> {
                 self.correction(&iterate, residual, increment, follows_plane, &mut convergence, stats, watch)?;
             let whole = self.move_by(&mut iterate, &correction, increment, convergence.iteration > 0, norm)?;
             convergence.factor_is_stale |= !whole;
+            convergence.was_cut = !whole;
             convergence.iteration += 1;
         }
     }
@@ -229,7 +243,7 @@ impl Solver<'_> {
     /// The state of an iterate in equilibrium.
     fn committed(&self, iterate: Iterate, last: &ContactState) -> State {
         let positions = self.surface_positions(&iterate.at);
-        let (contact, totals) = self.surface.commit(&self.friction, last, &positions, iterate.plane);
+        let (contact, totals) = self.surface.commit(&self.friction, last, &iterate.areas, &positions, iterate.plane);
         State { configuration: iterate.at, contact, totals }
     }
 
@@ -262,12 +276,13 @@ impl Solver<'_> {
         let base = self.surface_positions(&iterate.at);
         let mut x = vec![0.0; y.len()];
         let predict =
-            convergence.iteration == 0 && !follows_plane && self.predict(increment.last, &base, iterate.plane, &mut x);
+            convergence.iteration == 0 && !follows_plane && self.predict(increment.last, &base, &iterate.plane, &mut x);
         let subproblem = ContactSubproblem {
             surface: &self.surface,
             friction: &self.friction,
             last: increment.last,
             factor: &self.factor,
+            areas: &iterate.areas,
             base: &base,
             slot: &self.slot,
             held: &self.held,
@@ -320,10 +335,11 @@ impl Solver<'_> {
         let mut internal = std::mem::take(&mut iterate.internal);
         loop {
             let at = self.body.advance(&iterate.at, &correction.step, scale);
-            let plane = std::array::from_fn(|k| iterate.plane[k] - scale * (correction.plane[k] - iterate.plane[k]));
+            let (from, to) = (&iterate.plane.at, &correction.plane.at);
+            let plane = increment.last.plane.moved_to(std::array::from_fn(|k| from[k] - scale * (to[k] - from[k])));
             let failure = match self.internal_forces(&at, increment.damping, &mut internal) {
                 Ok(()) => {
-                    let trial = Iterate { at, plane, internal };
+                    let trial = Iterate { at, plane, internal, areas: std::mem::take(&mut iterate.areas) };
                     let grows = watch_growth
                         && scale < -0.2
                         && self.residual(&trial, increment).norm > self.settings.growth * norm;
@@ -332,6 +348,7 @@ impl Solver<'_> {
                         return Ok(scale == -1.0);
                     }
                     internal = trial.internal;
+                    iterate.areas = trial.areas;
                     None
                 }
                 Err(error) => Some(error),
@@ -345,35 +362,43 @@ impl Solver<'_> {
         }
     }
 
-    /// Guess of the contact dofs: points in contact follow the plane, along it only where they stick.
+    /// Parts of the contact area at an iterate; at a `guess`, which need not follow the plane, with the nodes in contact
+    /// brought to where they stood over it.
+    fn areas(&self, iterate: &Iterate, last: &ContactState, guess: bool) -> Vec<f64> {
+        let mut positions = self.surface_positions(&iterate.at);
+        if guess {
+            let frame = self.surface.frame(&iterate.plane);
+            let touching = last.nodes.iter().zip(&last.position).zip(&mut positions);
+            for ((_, before), x) in touching.filter(|((node, _), _)| node.normal_force_n > 0.0) {
+                let here = frame.to_plane(x);
+                *x = frame.from_plane(&Vector3::new(here.x, here.y, before.z));
+            }
+        }
+        self.surface.areas(last, &positions, &iterate.plane)
+    }
+
+    /// Guess of the contact dofs: nodes in contact follow the plane, along it only where they stick.
     ///
     /// Returns whether anything was in contact.
-    fn predict(&self, last: &ContactState, base: &[Vector3<f64>], plane: Plane, x: &mut [f64]) -> bool {
-        let per_face = self.surface.points_per_face();
+    fn predict(&self, last: &ContactState, base: &[Vector3<f64>], plane: &Plane, x: &mut [f64]) -> bool {
+        let frame = self.surface.frame(plane);
         let mut touching = false;
-        let mut sticks = vec![false; base.len()];
-        let mut touches = vec![false; base.len()];
-        for (f, face) in self.surface.faces.iter().enumerate() {
-            let points = &last.points[f * per_face..(f + 1) * per_face];
-            let in_contact = points.iter().filter(|p| p.pressure > 0.0).count();
-            if in_contact == 0 {
+        for (node, slot) in self.slot.iter().enumerate() {
+            let before = &last.nodes[node];
+            if !(before.normal_force_n > 0.0) {
                 continue;
             }
             touching = true;
-            let stuck = points.iter().filter(|p| p.stuck).count();
-            for &n in face {
-                touches[n] = true;
-                sticks[n] |= 2 * stuck >= in_contact;
-            }
-        }
-        for (n, slot) in self.slot.iter().enumerate() {
             let Some(s) = *slot else { continue };
-            let from = last.position[n] - base[n];
-            if touches[n] {
-                x[s + 2] = from.z + plane[2] - last.plane[2];
-                if sticks[n] {
-                    x[s] = from.x + plane[0] - last.plane[0];
-                    x[s + 1] = from.y + plane[1] - last.plane[1];
+            let mut place = last.position[node];
+            if !before.stuck {
+                let here = frame.to_plane(&base[node]);
+                (place.x, place.y) = (here.x, here.y);
+            }
+            let step = frame.from_plane(&place) - base[node];
+            for k in 0..3 {
+                if !self.held[s + k] {
+                    x[s + k] = step[k];
                 }
             }
         }
@@ -381,10 +406,10 @@ impl Solver<'_> {
     }
 
     fn residual(&self, iterate: &Iterate, increment: &Increment) -> Residual {
-        let Iterate { at, plane, internal } = iterate;
+        let Iterate { at, plane, internal, areas } = iterate;
         let first = self.body.dofs.first_contact_dof;
-        let evaluation =
-            self.surface.evaluate(&self.friction, increment.last, &self.surface_positions(at), *plane, false, false);
+        let positions = self.surface_positions(at);
+        let evaluation = self.surface.evaluate(&self.friction, increment.last, areas, &positions, plane, false, false);
         let mut contact = vec![0.0; internal.len() - first];
         for (f, slot) in evaluation.residual.iter().zip(&self.slot) {
             if let Some(s) = slot {
@@ -400,14 +425,21 @@ impl Solver<'_> {
             *total += f;
         }
         let mut sum: f64 = total.iter().map(|r| r * r).sum();
-        for k in 0..3 {
-            if let Some(target) = increment.force_target[k] {
-                sum += (evaluation.force[k] - target).powi(2);
-            }
+        for imbalance in imbalance(&evaluation.wrench, &increment.force_target, self.surface.size_mm()) {
+            sum += imbalance * imbalance;
         }
         let contact_norm = contact.iter().map(|f| f * f).sum::<f64>().sqrt();
         Residual { total, contact, norm: sum.sqrt(), reference: contact_norm.max(self.settings.force_floor_n) }
     }
+}
+
+/// What driven forces and moments are off their targets, N; moments over `length_mm`.
+pub(super) fn imbalance(wrench: &[f64; 6], target: &[Option<f64>; 6], length_mm: f64) -> [f64; 6] {
+    std::array::from_fn(|k| {
+        let component = WRENCH_OF[k];
+        let length = if component < 3 { 1.0 } else { length_mm };
+        target[k].map_or(0.0, |target| (wrench[component] - target) / length)
+    })
 }
 
 /// Asks `watch` whether to go on.

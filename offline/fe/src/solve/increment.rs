@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::linear::NotPositiveDefinite;
 use crate::assembly::{BodyError, Configuration};
-use crate::contact::{ContactState, Plane, Totals};
+use crate::contact::{ContactState, Coordinates, Plane, Totals};
 
 /// How equilibrium is sought.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -49,17 +49,36 @@ impl Default for SolverSettings {
     }
 }
 
-/// How an axis of the plane is driven in an increment.
+/// How a coordinate of the plane is driven in an increment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Axis {
-    /// Place of the plane along the axis, mm.
+    /// Value of the coordinate, mm or rad.
     Displacement(f64),
-    /// Force of the plane on the finger along the axis, N.
+    /// Force of the plane on the finger along the axis, N, or its moment about the foot of the plane, N mm.
     Force(f64),
 }
 
-/// Where an increment leads: axes x, y and z (depth, normal force) of the plane.
-pub type Target = [Axis; 3];
+/// Where an increment leads: the coordinates of the plane in the order of [`Coordinates`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target(pub [Axis; 6]);
+
+impl From<[Axis; 3]> for Target {
+    /// Axes x, y and depth in the neutral pose.
+    fn from([x, y, depth]: [Axis; 3]) -> Self {
+        let rest = Axis::Displacement(0.0);
+        Self([x, y, depth, rest, rest, rest])
+    }
+}
+
+impl Target {
+    /// Every coordinate at its value.
+    pub fn place(at: Coordinates) -> Self {
+        Self(at.map(Axis::Displacement))
+    }
+}
+
+/// Component of the plane's wrench (forces along x, y and z, moments about them) that a coordinate is driven by.
+pub(super) const WRENCH_OF: [usize; 6] = [0, 1, 2, 5, 4, 3];
 
 /// What happened in an increment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -127,7 +146,7 @@ pub struct Damping<'a> {
 pub struct Guess {
     /// Positions; fixed nodes hold their prescribed ones.
     pub configuration: Configuration,
-    /// Place of the plane; along its displacement-driven axes the target counts.
+    /// Place of the plane; of its displacement-driven coordinates the target counts.
     pub plane: Plane,
     /// The configuration already follows the plane's motion (extrapolation), so that points in contact need not be
     /// predicted to stick.

@@ -12,4 +12,4 @@ mod newton;
 mod stiffness;
 
 pub use increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch, unwatched};
-pub use newton::{FactorRecord, Solver};
+pub use newton::{FactorRecord, PadFaces, Solver};

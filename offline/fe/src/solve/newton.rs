@@ -8,7 +8,7 @@ use super::{
     linear::{Factor, Precision},
 };
 use crate::assembly::{Body, BodyError, Configuration};
-use crate::contact::{ContactState, Friction, PenaltySettings, Plane, Surface, Totals};
+use crate::contact::{ContactState, Friction, Pad, PenaltySettings, Plane, Surface, Totals};
 
 /// From what the factor of the bulk stiffness was made.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -25,6 +25,27 @@ pub(super) struct FactorOrigin {
 pub struct FactorRecord {
     precision: Precision,
     origin: Option<FactorOrigin>,
+}
+
+/// Faces that may touch the plane, as mesh nodes counter-clockwise from outside.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PadFaces<'a> {
+    /// Quadrilaterals.
+    pub quads: &'a [[u32; 4]],
+    /// Linear triangles.
+    pub triangles: &'a [[u32; 3]],
+}
+
+impl<'a> From<&'a [[u32; 4]]> for PadFaces<'a> {
+    fn from(quads: &'a [[u32; 4]]) -> Self {
+        Self { quads, triangles: &[] }
+    }
+}
+
+impl<'a> From<&'a Vec<[u32; 4]>> for PadFaces<'a> {
+    fn from(quads: &'a Vec<[u32; 4]>) -> Self {
+        quads.as_slice().into()
+    }
 }
 
 /// Body, surface, law and the factor that they share from increment to increment.
@@ -49,15 +70,18 @@ pub struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    /// Solver of `body` whose `faces` (mesh node numbers, counter-clockwise from outside) may touch the plane.
+    /// Solver of `body` whose `faces` may touch the plane.
     pub fn new(
         body: &'a Body,
-        faces: &[[u32; 4]],
+        faces: impl Into<PadFaces<'a>>,
         friction: Friction,
         penalty: PenaltySettings,
         settings: SolverSettings,
     ) -> Self {
-        let surface = Surface::new(faces, &penalty);
+        let PadFaces { quads, triangles } = faces.into();
+        let modulus_mpa = body.plane_strain_moduli_mpa();
+        let pad = Pad { quads, triangles, undeformed: &body.undeformed().x, modulus_mpa: &modulus_mpa };
+        let surface = Surface::new(&pad, &penalty);
         let first = body.dofs.first_contact_dof;
         let slot = surface
             .nodes
@@ -72,8 +96,7 @@ impl<'a> Solver<'a> {
             }
         }
         let factor = Factor::analyse(&body.dofs.pattern, contact);
-        let area: f64 = faces.iter().map(|face| face_area(face.map(|n| body.undeformed().x[n as usize]))).sum();
-        let penalty_stiffness = penalty.penalty_mpa_per_mm * area / surface.nodes.len() as f64;
+        let penalty_stiffness = surface.penalty_stiffness();
         Self {
             body,
             surface,
@@ -114,9 +137,9 @@ impl<'a> Solver<'a> {
     }
 
     /// The undeformed body before contact, the plane at `plane`.
-    pub fn initial_state(&self, plane: Plane) -> State {
+    pub fn initial_state(&self, plane: impl Into<Plane>) -> State {
         let configuration = self.body.undeformed().clone();
-        let contact = self.surface.initial_state(self.surface_positions(&configuration), plane);
+        let contact = self.surface.initial_state(&self.surface_positions(&configuration), plane.into());
         State { configuration, contact, totals: Totals::default() }
     }
 
@@ -140,7 +163,7 @@ impl<'a> Solver<'a> {
         self.factor.set_precision(record.precision);
         if let Some(FactorOrigin { configuration, last, plane }) = &record.origin {
             let mut stats = Stats::default();
-            self.refresh(configuration, last, *plane, None, &mut stats, watch)?;
+            self.refresh(configuration, last, plane, None, &mut stats, watch)?;
         }
         Ok(())
     }
@@ -152,7 +175,7 @@ impl<'a> Solver<'a> {
     pub fn damped_step(
         &mut self,
         last: &State,
-        target: Target,
+        target: impl Into<Target>,
         coefficient: f64,
         stats: &mut Stats,
         watch: Watch,
@@ -161,7 +184,7 @@ impl<'a> Solver<'a> {
         let guess = Guess::at(last);
         self.damping_diagonal();
         self.factor_is_set = false;
-        let increment = Increment::new(&last.contact, target, Some(damping));
+        let increment = Increment::new(&last.contact, target.into(), Some(damping));
         let result = self.equilibrium(&increment, guess, stats, watch);
         self.factor_is_set = false;
         result
@@ -204,11 +227,12 @@ impl<'a> Solver<'a> {
     pub fn step(
         &mut self,
         last: &State,
-        target: Target,
+        target: impl Into<Target>,
         guess: Guess,
         stats: &mut Stats,
         watch: Watch,
     ) -> Result<State, SolveError> {
+        let target = target.into();
         let mut reference = last.contact.clone();
         let mut state = self.equilibrium(&Increment::new(&reference, target, None), guess, stats, watch)?;
         if self.penalty.augment {
@@ -224,9 +248,4 @@ impl<'a> Solver<'a> {
         }
         Ok(state)
     }
-}
-
-/// Area of a quadrilateral, half the cross product of its diagonals.
-fn face_area(corners: [Vector3<f64>; 4]) -> f64 {
-    0.5 * (corners[2] - corners[0]).cross(&(corners[3] - corners[1])).norm()
 }

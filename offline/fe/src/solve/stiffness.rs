@@ -33,7 +33,7 @@ impl Solver<'_> {
         &mut self,
         at: &Configuration,
         last: &ContactState,
-        plane: Plane,
+        plane: &Plane,
         damping: Option<Damping>,
         stats: &mut Stats,
         watch: Watch,
@@ -58,7 +58,7 @@ impl Solver<'_> {
         }
         self.factor_is_set = result.is_ok();
         self.factor_origin =
-            damping.is_none().then(|| FactorOrigin { configuration: at.clone(), last: last.clone(), plane });
+            damping.is_none().then(|| FactorOrigin { configuration: at.clone(), last: last.clone(), plane: *plane });
         Ok(result?)
     }
 
@@ -67,13 +67,15 @@ impl Solver<'_> {
         &mut self,
         at: &Configuration,
         last: &ContactState,
-        plane: Plane,
+        plane: &Plane,
         stats: &mut Stats,
         watch: Watch,
     ) -> Result<Result<(), NotPositiveDefinite>, SolveError> {
         let pattern = &self.body.dofs.pattern;
         let first = self.body.dofs.first_contact_dof;
-        let evaluation = self.surface.evaluate(&self.friction, last, &self.surface_positions(at), plane, false, false);
+        let positions = self.surface_positions(at);
+        let areas = self.surface.areas(last, &positions, plane);
+        let evaluation = self.surface.evaluate(&self.friction, last, &areas, &positions, plane, false, false);
         let touching: Vec<usize> = evaluation
             .residual
             .iter()

@@ -4,27 +4,29 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Vector3;
 
+use super::super::boundary::{Hanging, faces_of};
 use super::super::closest_point::nearest_on_faces;
-use super::super::{HEX_FACES, Mesh, Region, TET_FACES, TET10_FACES, set};
+use super::super::{Mesh, Region, TET_FACES, TET10_FACES, set};
 use super::{Draft, Faces, ImportError, ImportedGeometry, Near, region_name, sorted};
 
 /// Faces of the hexahedra that belong to one of them only, counter-clockwise seen from outside.
 pub(super) fn outer_hex_faces(mesh: &Mesh) -> Vec<[u32; 4]> {
-    once(mesh.hexes.iter().map(|h| h.nodes), &HEX_FACES).map_or(vec![], |faces| faces)
+    once(hanging(mesh).faces_of_hexes(&mesh.hexes)).map_or(vec![], |faces| faces)
 }
 
-/// Faces that belong to one element only; the nodes of a face of more than two elements otherwise.
-fn once<const E: usize, const F: usize, const N: usize>(
-    elements: impl Iterator<Item = [u32; E]>,
-    faces: &[[usize; F]; N],
-) -> Result<Vec<[u32; F]>, [u32; F]> {
+/// Nodes that hang between hexahedra of two sizes.
+fn hanging(mesh: &Mesh) -> Hanging {
+    let of_hexes: HashSet<u32> = mesh.hexes.iter().flat_map(|h| h.nodes).collect();
+    Hanging::of(mesh.ties.iter().filter(|tie| of_hexes.contains(&tie.slave)))
+}
+
+/// Those of the elements' faces that belong to one element only; the nodes of a face of more than two otherwise.
+fn once<const F: usize>(faces: Vec<[u32; F]>) -> Result<Vec<[u32; F]>, [u32; F]> {
     let mut all: BTreeMap<[u32; F], ([u32; F], usize)> = BTreeMap::new();
-    for element in elements {
-        for face in faces.map(|f| f.map(|n| element[n])) {
-            let mut key = face;
-            key.sort_unstable();
-            all.entry(key).or_insert((face, 0)).1 += 1;
-        }
+    for face in faces {
+        let mut key = face;
+        key.sort_unstable();
+        all.entry(key).or_insert((face, 0)).1 += 1;
     }
     match all.values().find(|(_, count)| *count > 2) {
         Some((face, _)) => Err(*face),
@@ -128,28 +130,29 @@ pub(super) fn check(draft: &Draft) -> Result<Faces, ImportError> {
     let refuse =
         |kind, problem: String, node: u32| Err(ImportError::Boundary { kind, problem, node: draft.label(node) });
     let three = |kind, node| refuse(kind, "a face belongs to three elements".into(), node);
-    let quads = match once(mesh.hexes.iter().map(|h| h.nodes), &HEX_FACES) {
+    let hanging = hanging(mesh);
+    let quads = match once(hanging.faces_of_hexes(&mesh.hexes)) {
         Ok(faces) => faces,
         Err(face) => return three("hexahedra", face[0]).map(|()| Faces::default()),
     };
-    if let Err((problem, node)) = closed(mesh, &quads) {
+    if let Err((problem, node)) = closed(mesh, &quads, &hanging) {
         refuse("hexahedra", problem, node)?;
     }
-    match once(mesh.tets.iter().map(|t| t.nodes), &TET_FACES) {
+    match once(faces_of(mesh.tets.iter().map(|t| t.nodes), &TET_FACES)) {
         Err(face) => three("tetrahedra", face[0])?,
         Ok(faces) => {
-            if let Err((problem, node)) = closed(mesh, &faces) {
+            if let Err((problem, node)) = closed(mesh, &faces, &Hanging::default()) {
                 refuse("tetrahedra", problem, node)?;
             }
         }
     }
-    let triangles = match once(mesh.tets10.iter().map(|t| t.nodes), &TET10_FACES) {
+    let triangles = match once(faces_of(mesh.tets10.iter().map(|t| t.nodes), &TET10_FACES)) {
         Ok(faces) => faces,
         Err(face) => return three("10-node tetrahedra", face[0]).map(|()| Faces::default()),
     };
     // Elements with a face in common have its edge nodes in common too, or their corners would meet twice here.
     let corners: Vec<[u32; 3]> = triangles.iter().map(|f| [f[0], f[1], f[2]]).collect();
-    if let Err((problem, node)) = closed(mesh, &corners) {
+    if let Err((problem, node)) = closed(mesh, &corners, &Hanging::default()) {
         refuse("10-node tetrahedra", problem, node)?;
     }
     let bones: HashSet<u32> =
@@ -187,14 +190,15 @@ fn joined(draft: &Draft) -> Result<(), ImportError> {
 }
 
 /// Every edge between two faces; every closed surface a sphere; inward ones (voids) only where all nodes are bone's.
-fn closed<const F: usize>(mesh: &Mesh, faces: &[[u32; F]]) -> Result<(), (String, u32)> {
+fn closed<const F: usize>(mesh: &Mesh, faces: &[[u32; F]], hanging: &Hanging) -> Result<(), (String, u32)> {
     let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
     let mut union = Union::new(mesh.nodes.len());
     for face in faces {
         union.join_all(face);
         for c in 0..F {
-            let (a, b) = (face[c], face[(c + 1) % F]);
-            *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+            for [a, b] in hanging.parts([face[c], face[(c + 1) % F]]) {
+                *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
         }
     }
     if let Some((edge, count)) = edges.iter().filter(|(_, n)| **n != 2).min() {

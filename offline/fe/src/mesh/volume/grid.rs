@@ -17,6 +17,8 @@ use super::tissue::{Kind, Tissue};
 /// The template's surface grid, each cell divided into `factor` by `factor`; the mesh's own points are among its.
 pub(super) struct FineGrid {
     factor: usize,
+    /// Cells of the mesh's refined zone on an edge of an unrefined one; divides `factor`.
+    refinement: usize,
     grid: CappedBox,
     mapping: Mapping,
     quads: Vec<[usize; 4]>,
@@ -51,7 +53,8 @@ impl FineGrid {
         let middle = [divisions.proximal_rings + divisions.joint_rings + divisions.distal_rings / 2, 0, 0];
         let next = [middle[0] + 1, 0, 0];
         let cell = (coarse.outer_position(next) - coarse.outer_position(middle)).norm();
-        let factor = ((cell / voxel_mm(tissue)).ceil() as usize).clamp(2, 8);
+        let refinement = divisions.refinement_factor();
+        let factor = ((cell / voxel_mm(tissue)).ceil() as usize).clamp(2, 8).next_multiple_of(refinement);
         let times = |n: usize| n * factor;
         let fine = Divisions {
             columns: times(divisions.columns),
@@ -65,13 +68,18 @@ impl FineGrid {
         let base = grid.node(grid.surface()[0], grid.outer_level());
         let quads = grid.outer_faces().iter().map(|face| face.map(|n| (n - base) as usize)).collect();
         let first_ring = grid.surface().iter().map(|p| p[0] == 0).collect();
-        Self { factor, mapping: Mapping::new(shape, &fine, &touch), grid, quads, first_ring }
+        Self { factor, refinement, mapping: Mapping::new(shape, &fine, &touch), grid, quads, first_ring }
     }
 
-    /// Place in the fine grid of a surface point of the mesh.
+    /// Place in the fine grid of a surface point of the mesh before its refinement.
     pub(super) fn place(&self, point: Point) -> usize {
+        self.place_refined(point.map(|n| n * self.refinement))
+    }
+
+    /// Place in the fine grid of a surface point of the mesh refined everywhere.
+    pub(super) fn place_refined(&self, point: Point) -> usize {
         let base = self.grid.node(self.grid.surface()[0], 1);
-        (self.grid.node(point.map(|n| n * self.factor), 1) - base) as usize
+        (self.grid.node(point.map(|n| n * self.factor / self.refinement), 1) - base) as usize
     }
 
     /// The skin's outside.

@@ -117,7 +117,13 @@ pub fn volume_fingertip(
             nodes[grid.node(point, level + 1) as usize] = position;
         }
     }
-    let fingertip = finish(shape, divisions, &grid, nodes, touch)?;
+    let refined = Mapping::new(shape, &divisions.refined_everywhere(), &FirstTouch::of(shape));
+    let fine_line = |point: Point| {
+        let place = fine.place_refined(point);
+        // The refined zone ends above the bone: positions under the bone's surface are not used.
+        refined.line_between(bone.at(place)[0], bone.at(place), skin.at(place))
+    };
+    let fingertip = finish(shape, divisions, &grid, nodes, touch, fine_line)?;
     let report = VolumeReport {
         voxel_mm: tissue.spacing_mm,
         yaw_deg: template.yaw_deg,

@@ -1,0 +1,218 @@
+//! Where the plane is: six coordinates of its motion, and the rigid frame that they give.
+
+use nalgebra::{Matrix3, Rotation2, Rotation3, Vector2, Vector3};
+
+/// Coordinates in which the plane is driven, in this order: slide along x and y (mm), depth (mm), spin, pitch and roll
+/// (rad).
+pub type Coordinates = [f64; 6];
+
+/// Places of the coordinates.
+pub const X: usize = 0;
+/// Slide along y.
+pub const Y: usize = 1;
+/// Depth along the plane's normal.
+pub const DEPTH: usize = 2;
+/// Turn about the plane's normal, counter-clockwise seen from the finger's side.
+pub const SPIN: usize = 3;
+/// Turn of the finger that lowers its tip.
+pub const PITCH: usize = 4;
+/// Turn of the finger about the neutral x axis.
+pub const ROLL: usize = 5;
+
+/// Place of the plane relative to the finger's base, with the way that it has moved along itself.
+///
+/// Pitch and roll are those of the finger against the plane, counted from the neutral pose in which the mesh was made:
+/// the finger is turned first about the neutral x axis (roll), then about the neutral y axis (pitch, tip down), both by
+/// the right-hand rule. The finger's base is what stays fixed, so that the plane gets the inverse of this rotation.
+///
+/// Slide and spin are what the plane does at its foot, the point of the plane under first touch in the neutral pose:
+/// it moves there by (x, y) along its axes, which pitch and roll turn and spin does not, and turns about its normal there.
+/// A plane is the same everywhere, so that only these rates matter, and the order in which slide and spin are done does
+/// not change what they mean.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Plane {
+    /// Coordinates of the motion, counted from the neutral pose at first touch.
+    pub at: Coordinates,
+    /// Place of the plane's material origin along the plane's axes, seen from the foot, mm.
+    shift: Vector2<f64>,
+}
+
+impl Default for Plane {
+    fn default() -> Self {
+        Self::new([0.0; 6])
+    }
+}
+
+impl From<[f64; 3]> for Plane {
+    /// The plane in the neutral pose at slide x, slide y and depth, mm.
+    fn from([x, y, depth]: [f64; 3]) -> Self {
+        Self::new([x, y, depth, 0.0, 0.0, 0.0])
+    }
+}
+
+impl Plane {
+    /// The plane where a path starts.
+    pub fn new(at: Coordinates) -> Self {
+        Self { at, shift: Vector2::new(at[X], at[Y]) }
+    }
+
+    /// The plane moved on to these coordinates, slide and spin at even rates.
+    pub fn moved_to(&self, at: Coordinates) -> Self {
+        let slide = Vector2::new(at[X] - self.at[X], at[Y] - self.at[Y]);
+        let spin = at[SPIN] - self.at[SPIN];
+        // Mean of the rotation over the motion: the slide made on the way is turned by the spin that is still to come.
+        let (along, across) = if spin.abs() < 1e-4 {
+            (1.0 - spin * spin / 6.0, 0.5 * spin * (1.0 - spin * spin / 12.0))
+        } else {
+            (spin.sin() / spin, (1.0 - spin.cos()) / spin)
+        };
+        let turned = Vector2::new(along * slide.x - across * slide.y, across * slide.x + along * slide.y);
+        Self { at, shift: Rotation2::new(spin) * self.shift + turned }
+    }
+
+    /// Rotation of the plane's axes by pitch and roll.
+    pub fn tilt(&self) -> Rotation3<f64> {
+        tilt(self.at[PITCH], self.at[ROLL])
+    }
+
+    /// The rigid frame of the plane whose normal meets first touch at the height that `reach` gives.
+    pub fn frame(&self, reach: &Reach) -> Frame {
+        let tilt = self.tilt();
+        let height = reach.height_mm(&tilt) + self.at[DEPTH];
+        let rotation = tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), self.at[SPIN]);
+        let origin = tilt * Vector3::new(self.shift.x, self.shift.y, height);
+        Frame { rotation, origin, tilt, height_mm: height }
+    }
+
+    /// Velocity of the plane per rate of a coordinate: what turns about the foot and what moves there, in the finger's
+    /// frame.
+    pub fn twist(&self, coordinate: usize, reach: &Reach) -> Twist {
+        let tilt = self.tilt();
+        let axis = |k: usize| tilt * Vector3::ith(k, 1.0);
+        match coordinate {
+            X | Y | DEPTH => Twist { turn: Vector3::zeros(), motion: axis(coordinate) },
+            SPIN => Twist { turn: axis(2), motion: Vector3::zeros() },
+            _ => {
+                // The plane turns against the finger: tilt = Rx(-roll) Ry(-pitch).
+                let turn = if coordinate == ROLL {
+                    -Vector3::x()
+                } else {
+                    -(Rotation3::from_axis_angle(&Vector3::x_axis(), -self.at[ROLL]) * Vector3::y())
+                };
+                let height = reach.height_mm(&tilt) + self.at[DEPTH];
+                let shifted = |sign: f64| {
+                    let mut at = self.at;
+                    at[coordinate] += sign * DIFFERENCE_RAD;
+                    reach.height_mm(&crate::contact::plane::tilt(at[PITCH], at[ROLL]))
+                };
+                let rise = (shifted(1.0) - shifted(-1.0)) / (2.0 * DIFFERENCE_RAD);
+                Twist { turn, motion: turn.cross(&(axis(2) * height)) + axis(2) * rise }
+            }
+        }
+    }
+}
+
+/// Step of the difference quotient of the height of first touch over an angle, rad.
+const DIFFERENCE_RAD: f64 = 1e-5;
+
+/// Rotation of the plane against a finger that is pitched and rolled, rad.
+fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
+    Rotation3::from_axis_angle(&Vector3::x_axis(), -roll) * Rotation3::from_axis_angle(&Vector3::y_axis(), -pitch)
+}
+
+/// A rigid motion at an instant: turn (rad) about the plane's foot and motion (mm) of the plane there, per unit of what
+/// drives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twist {
+    /// Turn, finger's frame.
+    pub turn: Vector3<f64>,
+    /// Motion at the foot, finger's frame.
+    pub motion: Vector3<f64>,
+}
+
+impl Twist {
+    /// Velocity of the plane's material at `arm` from the foot.
+    pub fn velocity(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.motion + self.turn.cross(arm)
+    }
+}
+
+/// The plane as a rigid frame in the frame of the finger, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Axes of the plane's material: x and y along it, z out of it into the finger.
+    rotation: Rotation3<f64>,
+    origin: Vector3<f64>,
+    tilt: Rotation3<f64>,
+    height_mm: f64,
+}
+
+impl Frame {
+    /// A point of space as the plane's material sees it; z is its height over the plane.
+    pub fn to_plane(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation.inverse_transform_vector(&(x - self.origin))
+    }
+
+    /// A point of the plane's material frame in space.
+    pub fn from_plane(&self, y: &Vector3<f64>) -> Vector3<f64> {
+        self.origin + self.rotation * y
+    }
+
+    /// A vector of the plane's frame in the finger's.
+    pub fn to_finger(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * v
+    }
+
+    /// A linear map in the plane's frame, in the finger's.
+    pub fn map_to_finger(&self, map: &Matrix3<f64>) -> Matrix3<f64> {
+        self.rotation.matrix() * map * self.rotation.matrix().transpose()
+    }
+
+    /// Axis x, y or z of the plane, which spin does not turn, finger's frame.
+    pub fn axis(&self, k: usize) -> Vector3<f64> {
+        self.tilt * Vector3::ith(k, 1.0)
+    }
+
+    /// Vector of the finger's frame along the plane's axes, which spin does not turn.
+    pub fn along_axes(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        self.tilt.inverse_transform_vector(v)
+    }
+
+    /// The foot: the point of the plane under first touch in the neutral pose, finger's frame.
+    pub fn foot(&self) -> Vector3<f64> {
+        self.tilt * Vector3::new(0.0, 0.0, self.height_mm)
+    }
+
+    /// Turn about the normal that brings the plane's material axes to its unspun ones.
+    pub fn unspun(&self, v: [f64; 2]) -> [f64; 2] {
+        let along = self.along_axes(&self.to_finger(&Vector3::new(v[0], v[1], 0.0)));
+        [along.x, along.y]
+    }
+}
+
+/// How far the undeformed surface reaches in each direction: the height of the plane at first touch in any pose.
+#[derive(Clone, Debug, Default)]
+pub struct Reach {
+    points: Vec<Vector3<f64>>,
+    neutral_mm: f64,
+}
+
+impl Reach {
+    /// Reach of these points of the undeformed surface, mm; the plane of the neutral pose touches first at height 0.
+    pub fn of(points: Vec<Vector3<f64>>) -> Self {
+        let neutral_mm = lowest(&points, &Vector3::z());
+        Self { points, neutral_mm }
+    }
+
+    /// Height of the tilted plane at first touch over the origin, mm; 0 in the neutral pose.
+    pub fn height_mm(&self, tilt: &Rotation3<f64>) -> f64 {
+        if self.points.is_empty() || tilt.angle() == 0.0 {
+            return 0.0;
+        }
+        lowest(&self.points, &(tilt * Vector3::z())) - self.neutral_mm
+    }
+}
+
+fn lowest(points: &[Vector3<f64>], normal: &Vector3<f64>) -> f64 {
+    points.iter().map(|p| p.dot(normal)).fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,85 @@
+//! The half of a finger that stands for the whole on paths that are symmetric about y = 0.
+
+use nalgebra::Vector3;
+
+use super::{FaceState, Path, Snapshot};
+use crate::assembly::Body;
+use crate::mesh::HalfMesh;
+use crate::solve::PadFaces;
+
+/// Whether the half y >= 0 of a finger is computed in place of the whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Symmetry {
+    /// Where finger and path are symmetric about y = 0: the same results, to the tolerance of equilibrium, for a third of
+    /// the time.
+    #[default]
+    Auto,
+    /// Nowhere.
+    Off,
+}
+
+impl Symmetry {
+    /// Whether it is the default, which is not written down.
+    pub fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
+}
+
+/// The half y >= 0 of a finger that is its own mirror image about y = 0.
+pub struct HalfFinger {
+    /// Its body: held along y in the plane of symmetry, its rigid bone to the motions that are symmetric, on half the
+    /// joint's stiffness.
+    pub body: Body,
+    /// Its elements and pad faces, and what of the whole they stand for.
+    pub mesh: HalfMesh,
+}
+
+impl HalfFinger {
+    /// The field of the whole finger, from that of the half.
+    pub(super) fn whole(&self, half: &Snapshot) -> Snapshot {
+        let mirrored = |(n, &from): (usize, &u32)| {
+            let u = half.displacement_mm[from as usize];
+            if from as usize == n { u } else { Vector3::new(u.x, -u.y, u.z) }
+        };
+        let faces = (self.mesh.pad_face.iter().zip(&self.mesh.pad_face_is_mirrored))
+            .map(|(&from, &is_mirrored)| {
+                let face = half.faces[from as usize];
+                let mirror = |[x, y]: [f64; 2]| if is_mirrored { [x, -y] } else { [x, y] };
+                FaceState { traction_mpa: mirror(face.traction_mpa), slip_mm: mirror(face.slip_mm), ..face }
+            })
+            .collect();
+        let density = &half.strain_energy_density_mpa;
+        Snapshot {
+            response: half.response,
+            displacement_mm: self.mesh.node.iter().enumerate().map(mirrored).collect(),
+            faces,
+            strain_energy_density_mpa: self.mesh.hex.iter().map(|&from| density[from as usize]).collect(),
+        }
+    }
+}
+
+/// What a run computes: the whole finger, or the half of it.
+#[derive(Clone, Copy)]
+pub struct Model<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Faces that may touch the plane, as mesh node numbers.
+    pub pad_faces: PadFaces<'a>,
+    /// The half, if this is it.
+    pub half: Option<&'a HalfFinger>,
+}
+
+impl Model<'_> {
+    /// How many times the model makes up the whole finger: forces, areas and energies of the finger over those of the model.
+    pub fn copies(&self) -> f64 {
+        if self.half.is_some() { 2.0 } else { 1.0 }
+    }
+}
+
+/// Whether a path leads a finger that is symmetric about y = 0 through symmetric states only: no motion and no driven force
+/// along y.
+pub(super) fn is_symmetric(path: &Path) -> bool {
+    let y = path.waypoints[0].y;
+    path.drives[2] == super::Drive::Displacement && path.waypoints.iter().all(|point| point.y == y)
+}

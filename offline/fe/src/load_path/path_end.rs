@@ -1,0 +1,106 @@
+//! The end of a run, for others to go on from: a press is made once for all slides that follow it.
+
+use super::run::{Run, RunState};
+use super::settings::LoadPathError;
+use super::{Checkpoint, Cost, OnProgress, Path, Problem, Trajectory};
+use crate::solve::{FactorRecord, SolveError};
+
+/// Where a run stands at the end of its path, all that it recorded included.
+///
+/// A run that goes on from it finds the same numbers, bit for bit, as one along the whole path; its trajectory begins with
+/// the rows, work and cost of the run before.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
+pub struct PathEnd {
+    path: Path,
+    is_half: bool,
+    /// With the last row not yet ended: what is wanted there is for the next run to say.
+    run: RunState,
+    factor: FactorRecord,
+}
+
+impl PathEnd {
+    /// What it cost to come there.
+    pub fn cost(&self) -> Cost {
+        self.run.trajectory.cost
+    }
+}
+
+/// Follows `path` to its end, on from `from` if its path is the beginning of this one.
+///
+/// # Errors
+/// As [`super::follow_path_from`]; [`LoadPathError::Path`] if this path does not begin as that of `from`.
+pub fn follow_to_end(
+    problem: &Problem,
+    path: &Path,
+    from: Option<&PathEnd>,
+    checkpoint: Option<Checkpoint>,
+    progress: OnProgress,
+) -> Result<PathEnd, LoadPathError> {
+    let run = begin(problem, path, &[], from, checkpoint, progress)?;
+    let is_half = run.model.half.is_some();
+    let (mut run, factor) = run.follow_to_end()?;
+    run.row -= 1;
+    Ok(PathEnd { path: path.clone(), is_half, run, factor })
+}
+
+/// Follows `path` on from `from`, whose path is the beginning of this one, in the same problem. Snapshots as in
+/// [`super::follow_path`], from the row at which `from` ends.
+///
+/// # Errors
+/// As [`follow_to_end`].
+pub fn follow_path_on(
+    problem: &Problem,
+    path: &Path,
+    snapshots: &[usize],
+    from: &PathEnd,
+    checkpoint: Option<Checkpoint>,
+    progress: OnProgress,
+) -> Result<Trajectory, LoadPathError> {
+    Ok(begin(problem, path, snapshots, Some(from), checkpoint, progress)?.follow()?.0)
+}
+
+/// A run that stands where its checkpoint says, else at `from`, else at the start of the path.
+fn begin<'a, 'p>(
+    problem: &'a Problem<'a>,
+    path: &'a Path,
+    snapshots: &'a [usize],
+    from: Option<&PathEnd>,
+    checkpoint: Option<Checkpoint<'a>>,
+    progress: OnProgress<'p>,
+) -> Result<Run<'a, 'p>, LoadPathError> {
+    let mut run = Run::new(problem, path, snapshots, progress)?;
+    if let Some(checkpoint) = checkpoint {
+        run.keep(checkpoint)?;
+    }
+    if let Some(from) = from.filter(|_| run.is_at_start()) {
+        check(&run, from)?;
+        match run.resume(from.run.clone(), &from.factor) {
+            Ok(()) => run.end_row(),
+            Err(SolveError::Interrupted) => {
+                return Err(LoadPathError::Interrupted { reached: Box::new(from.run.trajectory.clone()) });
+            }
+            Err(error) => {
+                return Err(LoadPathError::Path(format!("the run to go on from is of another finger: {error}")));
+            }
+        }
+    }
+    Ok(run)
+}
+
+fn check(run: &Run, from: &PathEnd) -> Result<(), LoadPathError> {
+    let refuse = |problem: &str| Err(LoadPathError::Path(format!("the run to go on from {problem}")));
+    let (path, start) = (run.path, &from.path);
+    if path.drives != start.drives || !path.waypoints.starts_with(&start.waypoints) {
+        return refuse("is not the beginning of this path");
+    }
+    if run.snapshots.iter().any(|&row| row + 1 < start.waypoints.len()) {
+        return refuse("has passed rows whose field is wanted");
+    }
+    if run.model.half.is_some() != from.is_half {
+        return refuse("and this one differ in the use of symmetry");
+    }
+    if from.run.state.configuration.x.len() != run.model.body.undeformed().x.len() {
+        return refuse("has another mesh");
+    }
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! Which faces of the skin may touch the plane in poses of the finger.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Mesh;
+
+/// Outer faces that may touch the plane in one of several poses: the union over the poses of the faces that look at
+/// the plane and have a node lower than `reach_mm` over the lowest node of that pose. Indices into `outer_faces`,
+/// ascending.
+///
+/// * `outer_faces`: faces of the skin's outside, counter-clockwise seen from outside
+/// * `rotations`: turns of the finger from the frame of the mesh about the point under first touch (its origin)
+/// * `reach_mm`: how far the plane moves beyond first touch of each pose, and some more
+pub fn touching_faces(mesh: &Mesh, outer_faces: &[[u32; 4]], rotations: &[Matrix3<f64>], reach_mm: f64) -> Vec<usize> {
+    let mut touching = vec![false; outer_faces.len()];
+    for rotation in rotations {
+        let corners = |face: &[u32; 4]| face.map(|node| rotation * mesh.nodes[node as usize]);
+        let low = |p: &[Vector3<f64>; 4]| p.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        let lowest = outer_faces.iter().map(|face| low(&corners(face))).fold(f64::INFINITY, f64::min);
+        for (touching, face) in touching.iter_mut().zip(outer_faces) {
+            let p = corners(face);
+            let looks_down = (p[2] - p[0]).cross(&(p[3] - p[1])).z < 0.0;
+            *touching |= looks_down && low(&p) < lowest + reach_mm;
+        }
+    }
+    (0..outer_faces.len()).filter(|&face| touching[face]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Fingertip, FingertipShape, MeshPreset, fingertip};
+    use nalgebra::Rotation3;
+
+    fn tip(shape: &FingertipShape) -> Fingertip {
+        fingertip(shape, &MeshPreset::Coarse.divisions()).unwrap()
+    }
+
+    #[test]
+    fn without_a_turn_they_are_the_pad() {
+        let shape = FingertipShape::default();
+        let Fingertip { mesh, outer_faces, .. } = tip(&shape);
+        let found = touching_faces(&mesh, &outer_faces, &[Matrix3::identity()], shape.pad_height_mm);
+        let pad = |face: &[u32; 4]| mesh.pad_faces.contains(face);
+        // The pad's faces have their middle below the height, these a node.
+        let height = |face: &[u32; 4]| face.iter().map(|&n| mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min);
+        assert!(outer_faces.iter().enumerate().all(|(i, face)| !pad(face) || found.contains(&i)));
+        assert!(found.iter().all(|&i| height(&outer_faces[i]) < shape.pad_height_mm + 0.01));
+    }
+
+    #[test]
+    fn on_a_sphere_they_move_with_the_turn() {
+        let radius = 8.0;
+        let Fingertip { mesh, outer_faces, .. } = tip(&FingertipShape::round(radius));
+        let (reach, center) = (1.0, Vector3::new(0.0, 0.0, radius));
+        let turns = [0.0, 0.35].map(|angle| Rotation3::from_axis_angle(&Vector3::x_axis(), angle).into_inner());
+        let found = touching_faces(&mesh, &outer_faces, &turns, reach);
+        let each: Vec<Vec<usize>> =
+            turns.iter().map(|turn| touching_faces(&mesh, &outer_faces, &[*turn], reach)).collect();
+        for (turn, touching) in turns.iter().zip(&each) {
+            // A cap about the direction that the turn makes the plane's: sagitta `reach`, a face wider at most.
+            let down = turn.transpose() * -Vector3::z();
+            let off = |n: u32| (mesh.nodes[n as usize] - center).normalize().angle(&down) * radius;
+            let rim = (1.0 - reach / radius).acos() * radius;
+            for (i, face) in outer_faces.iter().enumerate() {
+                let near = face.iter().map(|&n| off(n)).fold(f64::INFINITY, f64::min);
+                assert_eq!(touching.contains(&i), near < rim, "face {i}: {near} mm from the middle, rim {rim} mm");
+            }
+        }
+        let mut union: Vec<usize> = each.concat();
+        union.sort_unstable();
+        union.dedup();
+        assert_eq!(found, union);
+        assert!(found.len() > each[0].len() && found.len() < each[0].len() + each[1].len());
+    }
+}
