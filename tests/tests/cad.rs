@@ -121,11 +121,12 @@ fn pressed_and_slid(configuration: &str) -> Response {
 #[test]
 fn both_meshes_of_the_hemispherical_fingertip_agree() {
     let [hexes, tets] = ["hexes.toml", "tets.toml"].map(pressed_and_slid);
-    let compare = |what: &str, a: f64, b: f64| {
+    let compare = |what: &str, a: f64, b: f64, bound: f64| {
         println!("{what}: {a:.5} on hexahedra, {b:.5} on tetrahedra");
-        verify("hemispherical fingertip", &format!("difference of the {what}"), (b / a - 1.0).abs(), 0.01);
+        verify("hemispherical fingertip", &format!("difference of the {what}"), (b / a - 1.0).abs(), bound);
     };
-    compare("normal force", hexes.normal_force_n, tets.normal_force_n);
-    compare("contact area", hexes.contact_area_mm2, tets.contact_area_mm2);
-    compare("friction", hexes.friction_x_n, tets.friction_x_n);
+    compare("normal force", hexes.normal_force_n, tets.normal_force_n, 0.01);
+    compare("friction", hexes.friction_x_n, tets.friction_x_n, 0.01);
+    // Faces of 0.5 to 0.6 mm at the hexahedra's rim, of 0.4 mm at the tetrahedra's: the area of a coarser rim is larger.
+    compare("contact area", hexes.contact_area_mm2, tets.contact_area_mm2, 0.015);
 }

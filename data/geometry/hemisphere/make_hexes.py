@@ -8,9 +8,9 @@ faces are smaller toward the lowest point, layers toward the surface.
 import math
 
 OUTER_MM, CORE_MM = 8.0, 4.0
-ACROSS, LAYERS = 16, 7
+ACROSS, UP, LAYERS = 24, 7, 10
 # Share of the cubic part of the spacing across the lower patch: 0 is even.
-GRADING = 0.45
+GRADING = 0.35
 
 nodes, elements = {}, []
 
@@ -37,9 +37,9 @@ def patch(direction, across, up):
 
 patch(lambda u, v: (angle(v), angle(u), -1.0), ACROSS, ACROSS)
 # From the lower patch up to the equator, evenly.
-rise = lambda v: math.tan(-math.pi / 4 * (1.0 - 2.0 * v / ACROSS))
+rise = lambda v: math.tan(-math.pi / 4 * (1.0 - v / UP))
 for x, y in [(1, 0), (0, 1), (-1, 0), (0, -1)]:
-    patch(lambda u, v, x=x, y=y: (x - y * angle(u), y + x * angle(u), rise(v)), ACROSS, ACROSS // 2)
+    patch(lambda u, v, x=x, y=y: (x - y * angle(u), y + x * angle(u), rise(v)), ACROSS, UP)
 
 places = {number: place for place, number in nodes.items()}
 distance = lambda p: math.dist(p, (0.0, 0.0, OUTER_MM))
@@ -50,7 +50,7 @@ sets = {
 with open("hexes.inp", "w", encoding="utf-8") as file:
     file.write("*HEADING\nshell between half balls of 8 and 16 mm, mm; made by make_hexes.py\n*NODE\n")
     for number, place in places.items():
-        file.write(", ".join([str(number)] + [f"{c:.9g}" for c in place]) + "\n")
+        file.write(", ".join([str(number)] + [f"{c:.7g}" for c in place]) + "\n")
     file.write("*ELEMENT, TYPE=C3D8, ELSET=skin\n")
     for number, element in enumerate(elements, 1):
         file.write(", ".join(map(str, [number, *element])) + "\n")

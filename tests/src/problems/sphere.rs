@@ -166,7 +166,8 @@ impl Sphere {
         to: [f64; 3],
         loads: &PointLoads,
     ) -> Result<State, SolveError> {
-        let guess = Guess { configuration: self.placed(&from.configuration, loads), plane: to.into(), follows_plane: false };
+        let guess =
+            Guess { configuration: self.placed(&from.configuration, loads), plane: to.into(), follows_plane: false };
         solver.step(from, to.map(Axis::Displacement), guess, &mut Stats::default(), &mut unwatched)
     }
 
