@@ -12,8 +12,8 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
-use fingerpad_fe::assembly::{self, Body, Supports};
-use fingerpad_fe::compare_ccx::{Contact, Deck, Error as CalculixError, Friction, Material, Point, Run, Runner, Step};
+use fingerpad_fe::assembly::{Body, Supports};
+use fingerpad_fe::compare_ccx::{Contact, Deck, Error as CalculixError, Friction, Point, Run, Runner, Step};
 use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
 use fingerpad_fe::element::Hex8;
 use fingerpad_fe::load_path::{
@@ -129,22 +129,17 @@ impl Case {
         if self.element == Element::MeanDilatation {
             return finger;
         }
-        let mesh = finger.mesh;
+        let mesh = finger.mesh.clone();
         let fixed = [set::PROXIMAL_FIX, set::NAIL_FIX, set::PROXIMAL_BONE, set::DISTAL_BONE];
         let supports = Supports {
             fixed: fixed.iter().flat_map(|name| mesh.node_set(name)).copied().collect(),
             contact: mesh.node_set(set::PAD).to_vec(),
             ..Supports::default()
         };
-        let material = |region: Region| match region {
-            Region::Skin => Some(assembly::Material::Ogden(tissue.skin)),
-            Region::Subcutaneous => Some(assembly::Material::Ogden(tissue.subcutaneous)),
-            Region::Nail => Some(assembly::Material::Linear(tissue.nail)),
-            Region::DistalBone | Region::ProximalBone => None,
-        };
+        let material = |region: Region| tissue.material(&mesh, region);
         let joint = tissue.bone.joint;
         let body = Body::with_hexes(Hex8::uniform_strain, &mesh, material, &supports, Vector3::zeros(), joint);
-        Finger { body: body.expect("a body"), mesh, half: None }
+        Finger { body: body.expect("a body"), mesh, half: None, ..finger }
     }
 
     /// What the mesh is.
@@ -155,14 +150,8 @@ impl Case {
     /// The same problem for CalculiX.
     pub fn deck<'a>(&self, finger: &'a Finger, friction: Option<Friction>, steps: Vec<Step>) -> Deck<'a> {
         let tissue = Self::tissue();
-        let ogden = |law: fingerpad_fe::material::Ogden| Material::Ogden {
-            mu_mpa: law.mu_mpa,
-            alpha: law.alpha,
-            d_per_mpa: law.d_per_mpa,
-        };
-        let nail = Material::Elastic { young_mpa: tissue.nail.young_mpa, poisson: tissue.nail.poisson };
         let contact = Contact { penalty_mpa_mm: PENALTY_MPA_PER_MM, friction };
-        Deck::finger(&finger.mesh, ogden(tissue.skin), ogden(tissue.subcutaneous), nail, contact, steps)
+        Deck::finger(&finger.mesh, |region| tissue.material(&finger.mesh, region), contact, steps)
     }
 }
 
@@ -172,7 +161,7 @@ pub fn press_and_slide(depths_mm: &[f64], slides_mm: &[f64]) -> Path {
     waypoints.extend(depths_mm.iter().map(|d| Waypoint { t_s: *d, normal: *d, x: 0.0, y: 0.0 }));
     let depth = depths_mm.last().copied().unwrap_or(0.0);
     waypoints.extend(slides_mm.iter().map(|s| Waypoint { t_s: depth + s, normal: depth, x: *s, y: 0.0 }));
-    Path { drives: [Drive::Displacement; 3], waypoints }
+    Path::new([Drive::Displacement; 3], waypoints)
 }
 
 /// Our run with CalculiX's kind of contact.
@@ -190,6 +179,9 @@ pub fn problem(finger: &Finger, law: Law) -> Problem<'_> {
         penalty: PenaltySettings { penalty_mpa_per_mm: PENALTY_MPA_PER_MM, augment: false, ..Default::default() },
         settings: SolverSettings::default(),
         load_steps: LoadSettings::default(),
+        neutral_pitch_deg: 30.0,
+        obstacles: &[],
+        beside_pad: &[],
         clearance_mm: f64::INFINITY,
     }
 }

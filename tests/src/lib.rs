@@ -6,6 +6,7 @@
 //! * [`calculix`]: the same problems in CalculiX (binary `verify_calculix`).
 //! * [`problems`]: the bodies and runs that cases share.
 //! * [`synthetic_truth`]: measured sets with a hidden effect, from a simulator of its own, and their score.
+//! * Binary `planted_faults`: plants faults in a copy of the sources and sees a quick test fail for each.
 //! * Benches: the binaries `bench_*` and `benches/core.rs`; they time the very problems that the cases check.
 //!
 //! May use every crate of the repository; nothing uses this one.

@@ -21,6 +21,11 @@ fn mindlin() {
 }
 
 #[test]
+fn spin() {
+    holds("spin");
+}
+
+#[test]
 fn full_slip() {
     holds("full_slip");
 }

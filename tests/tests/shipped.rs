@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fingerpad::ModelFile;
-use fingerpad_reduce::{Coverage, Meta, Run, Scores, design, score};
+use fingerpad_reduce::{Coverage, DesignSettings, Meta, Run, Scores, design, score};
 
 fn data(below: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(below)
@@ -16,7 +16,7 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
     let file = ModelFile::new(&bytes).unwrap();
     let meta: Meta = serde_json::from_str(file.file().meta).unwrap();
     let mut runs = Vec::new();
-    for experiment in design() {
+    for experiment in design(&DesignSettings::default()).unwrap() {
         let path = data("runs").join(Run::file_name(&experiment, &meta.settings_hash));
         let Ok(bytes) = std::fs::read(&path) else { continue };
         let run = Run::from_bytes(&bytes, &path).unwrap();

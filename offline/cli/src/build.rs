@@ -10,18 +10,19 @@ use std::{
 use anyhow::Context;
 use fingerpad_fe::experiment::{self, Config};
 use fingerpad_fe::load_path::{
-    BoneKind, Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory, follow_path,
+    Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory, follow_path,
 };
 use fingerpad_fe::mesh;
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce as reduce;
-use fingerpad_report::{
-    self as report, BuildReport, Check, DepthResult, FrictionConstants, MeshCounts, Provenance, Quantity, Stage, Steady,
-};
+use fingerpad_identify::population::Share;
+use fingerpad_reduce::{self as reduce, DesignSettings};
+use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::config::ConfigFile;
-use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger, results, run_failure, show};
+use super::{
+    Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show,
+};
 
 /// The main job: mesh, press and slide at the measured depths, report.
 #[derive(clap::Args)]
@@ -40,7 +41,7 @@ pub struct Args {
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (160
+    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (289
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
     full: bool,
@@ -94,9 +95,10 @@ const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (config, identify) = args.model.settings()?;
+    let (config, identify, design) = args.model.settings()?;
     if args.print_config {
-        let text = toml::to_string(&ConfigFile::of(&config, &identify)).map_err(|e| Failure::Input(e.into()))?;
+        let text =
+            toml::to_string(&ConfigFile::of(&config, &identify, &design)).map_err(|e| Failure::Input(e.into()))?;
         print!("{text}");
         return Ok(());
     }
@@ -108,7 +110,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let inputs = args.model.inputs(&config).into_iter().chain([("--table", args.table.as_deref())]);
     Outputs::beside(inputs).folder("--out", &args.out, NAMES).prepare()?;
-    let (finger, touch) = make_finger(&config)?;
+    let (finger, touch) = make_finger_for(&config, &[&config.experiment.deepest_press()])?;
     let quality = mesh::quality(&finger.mesh);
     config.check_depths(&config.experiment.depths_mm, &finger)?;
     let hash = config.hash()?;
@@ -117,7 +119,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     println!(
         "shape {}, {} bones, {} nodes, {} hexes, {} free dofs; settings {hash}",
         config.geometry_name(),
-        bones(&config),
+        provenance::bones(&config),
         finger.mesh.nodes.len(),
         finger.mesh.hexes.len(),
         finger.body.dofs.count
@@ -128,7 +130,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = assemble(&config, &finger, &quality, touch.curvature_radius_mm, &hash, &table, &runs, mesh_s);
     write_results(&args.out, &finger, &report)?;
     print_summary(&args.out, &report, start.elapsed().as_secs_f64());
-    reduction(args, &config, &finger)?;
+    reduction(args, &config, &design)?;
     Ok(())
 }
 
@@ -136,13 +138,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 const AGAIN: &str = "straight-00";
 
 /// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
-fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failure> {
+fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<(), Failure> {
     let hash = reduce::settings_hash(config)?;
-    let design = args.out.join("design");
+    let made = args.out.join("design");
     if args.full {
-        super::reduce::run_design(config, &design, args.jobs)?;
+        super::design::run(config, design, &made, Share::ALL, args.jobs)?;
     }
-    let folder = if args.full { Some(design.as_path()) } else { args.runs.as_deref() };
+    let folder = if args.full { Some(made.as_path()) } else { args.runs.as_deref() };
     let mut runs = super::reduce::read_runs(folder)?;
     runs.retain(|run| run.settings_hash == hash);
     if runs.is_empty() {
@@ -153,8 +155,9 @@ fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failur
     if !args.full
         && let Some(stored) = runs.iter().find(|run| run.name == AGAIN)
     {
+        let (finger, _) = make_finger_for(config, &[&stored.path])?;
         let bar = bar(AGAIN.into());
-        let again = follow_path(&config.problem(finger), &stored.path, &[], &mut |progress| {
+        let again = follow_path(&config.problem(&finger), &stored.path, &[], &mut |progress| {
             show(&bar, &progress);
             go_on()
         });
@@ -168,20 +171,12 @@ fn reduction(args: &Args, config: &Config, finger: &Finger) -> Result<(), Failur
         );
     }
     super::reduce::fit(
-        &runs,
+        &super::reduce::representable(runs),
         config.friction.beta,
         &fingerpad_reduce::Settings::default(),
         &args.out.join("model.fpm"),
     )?;
     Ok(())
-}
-
-fn bones(config: &Config) -> &'static str {
-    match config.tissue.bone.kind {
-        BoneKind::Fixed => "fixed",
-        BoneKind::Floating => "floating",
-        BoneKind::Deformable => "deformable",
-    }
 }
 
 fn read_table(path: Option<&Path>) -> Result<Vec<fingerpad_identify::table_csv::Row>, Failure> {
@@ -272,7 +267,7 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
     let depths = &config.experiment.depths_mm;
     let mut frictionless = read_stored(&pieces.frictionless_file(), hash);
     let mut done: Vec<Option<Stored<Trajectory>>> =
-        depths.iter().map(|&d| read_stored(&pieces.file("depth", d), hash)).collect();
+        depths.iter().map(|&d| read_stored(&pieces.file(d), hash)).collect();
 
     let finished = done.iter().flatten().count() + usize::from(frictionless.is_some());
     if finished > 0 {
@@ -319,8 +314,13 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
 }
 
 impl Pieces<'_> {
-    fn file(&self, what: &str, depth_mm: f64) -> PathBuf {
-        self.folder.join(format!("{what}_{depth_mm:.4}mm.bin"))
+    fn file(&self, depth_mm: f64) -> PathBuf {
+        self.folder.join(format!("depth_{depth_mm:.4}mm.bin"))
+    }
+
+    /// Where the press stood at a depth.
+    fn pressed_file(&self, depth_mm: f64) -> PathBuf {
+        self.folder.join(format!("pressed_{depth_mm:.4}mm.state"))
     }
 
     fn frictionless_file(&self) -> PathBuf {
@@ -335,7 +335,7 @@ impl Pieces<'_> {
     fn press(&self, missing: &[usize], reached: mpsc::Sender<Work>) {
         let mut from: Option<Stored<PathEnd>> = None;
         for k in 0..missing.last().map_or(0, |last| last + 1) {
-            let file = self.file("pressed", self.config.experiment.depths_mm[k]);
+            let file = self.pressed_file(self.config.experiment.depths_mm[k]);
             let pressed = match read_stored(&file, self.hash) {
                 Some(pressed) => Ok(pressed),
                 None => self.press_on(k, from.as_ref().map(|from| &from.result), &file),
@@ -381,7 +381,7 @@ impl Pieces<'_> {
     fn slides(&self, k: usize, pressed: Stored<PathEnd>) -> Result<Stored<Trajectory>, Failure> {
         let depth_mm = self.config.experiment.depths_mm[k];
         let Stored { wall_s, cpu_s, result: from, .. } = pressed;
-        let file = self.file("depth", depth_mm);
+        let file = self.file(depth_mm);
         let mut stored = self.run(&format!("depth {depth_mm:.2} mm"), &file, |checkpoint, progress| {
             let (config, finger) = (self.config, self.finger);
             let slid = experiment::press_and_slide(config, finger, depth_mm, Some(&from), Some(checkpoint), progress)?;
@@ -472,21 +472,8 @@ fn assemble(
             measured,
         });
     }
-    let law = &config.friction;
     BuildReport {
         provenance: Provenance {
-            shape: config.geometry_name(),
-            bones: bones(config).into(),
-            mesh_preset: format!("{:?}", config.mesh_preset).to_lowercase(),
-            settings_hash: hash.into(),
-            program_version: env!("CARGO_PKG_VERSION").into(),
-            mesh: MeshCounts {
-                nodes: finger.mesh.nodes.len(),
-                hexes: finger.mesh.hexes.len(),
-                tets: finger.mesh.tets.len() + finger.mesh.tets10.len(),
-                pad_faces: finger.mesh.pad_faces.len() + finger.mesh.pad_triangles.len(),
-                free_dofs: finger.body.dofs.count,
-            },
             quality: vec![
                 quantity("worst scaled Jacobian, hexahedra", quality.worst_hex_scaled_jacobian, ""),
                 quantity("worst scaled Jacobian, nail tetrahedra", quality.worst_tet_scaled_jacobian, ""),
@@ -495,15 +482,10 @@ fn assemble(
                 quantity("longest edge", quality.max_edge_mm, "mm"),
                 quantity("pad radius along the finger at first touch", curvature_radius_mm, "mm"),
             ],
-            friction: FrictionConstants {
-                lambda: law.lambda,
-                beta: law.beta,
-                tau0_mpa: law.tau0_mpa,
-                gamma_crit_mm: law.gamma_crit_mm,
-            },
             stages,
+            ..provenance::provenance(config, finger, hash)
         },
-        checks: checks(config, runs, &depths),
+        checks: checks(config, &depths),
         depths,
         continuous: Vec::new(),
         left_out: Vec::new(),
@@ -522,24 +504,7 @@ fn kinetic(trajectory: &Trajectory) -> Steady {
     }
 }
 
-fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
-    let costs = || runs.depths.iter().map(|stored| stored.result.cost);
-    let check = |name: &str, value: f64, unit: &str, bound: f64, passed: bool| Check {
-        name: name.into(),
-        value,
-        unit: unit.into(),
-        bound,
-        passed,
-    };
-    let penetration = costs().map(|c| c.max_penetration_mm).fold(0.0, f64::max);
-    let tolerance = config.numerics.contact.penetration_tolerance_mm;
-    let residual = costs().map(|c| c.max_residual).fold(0.0, f64::max);
-    let dissipation = costs().map(|c| c.min_dissipation_mj).fold(0.0, f64::min);
-    let stabilised = runs
-        .depths
-        .iter()
-        .map(|stored| stored.result.work.stabilisation_mj.abs() / stored.result.work.plane_mj.abs())
-        .fold(0.0, f64::max);
+fn checks(config: &Config, depths: &[DepthResult]) -> Vec<Check> {
     // How much friction still changes over the last tenth of the slide.
     let drift = depths
         .iter()
@@ -550,19 +515,11 @@ fn checks(config: &Config, runs: &Runs, depths: &[DepthResult]) -> Vec<Check> {
             Some((before.friction_x_n / end.friction_x_n - 1.0).abs() * 100.0)
         })
         .fold(0.0, f64::max);
-    vec![
-        check("largest penetration", penetration * 1e3, "µm", tolerance * 1e3, penetration <= tolerance),
-        check(
-            "largest residual over contact force",
-            residual,
-            "",
-            config.numerics.solver.tolerance,
-            residual <= config.numerics.solver.tolerance,
-        ),
-        check("least dissipation at any contact point", dissipation, "mJ/mm²", 0.0, dissipation >= 0.0),
-        check("work of stabilisation", stabilised * 100.0, "%", 1.0, stabilised <= 0.01),
-        check("friction's change over the last tenth of the slide", drift, "%", 1.0, drift <= 1.0),
-    ]
+    let all: Vec<&Trajectory> = depths.iter().map(|depth| &depth.trajectory).collect();
+    let mut checks = provenance::checks(config, &all);
+    let change = "friction's change over the last tenth of the slide";
+    checks.push(provenance::check(change, drift, "%", 1.0, drift <= 1.0));
+    checks
 }
 
 /// Writes everything, the page last.

@@ -6,6 +6,7 @@ use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::{Config, ConfigError, Experiment, Shape, read_toml};
 use fingerpad_fe::load_path::{Numerics, Tissue};
 use fingerpad_fe::mesh::{MeshPreset, imported::ImportedGeometry, volume::VolumeGeometry};
+use fingerpad_reduce::DesignSettings;
 use serde::{Deserialize, Serialize};
 
 /// What a configuration file may say; what it leaves out has its default.
@@ -23,11 +24,15 @@ pub struct ConfigFile {
     numerics: Numerics,
     experiment: Experiment,
     identify: fingerpad_identify::Settings,
+    design: DesignSettings,
 }
 
+/// The sections by library: finite elements, identification, design of experiments.
+pub type Sections = (Config, fingerpad_identify::Settings, DesignSettings);
+
 impl ConfigFile {
-    /// The settings of the finite elements and of the identification in one file.
-    pub fn of(fe: &Config, identify: &fingerpad_identify::Settings) -> Self {
+    /// All settings in one file.
+    pub fn of(fe: &Config, identify: &fingerpad_identify::Settings, design: &DesignSettings) -> Self {
         let Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment } = fe.clone();
         Self {
             shape,
@@ -39,6 +44,7 @@ impl ConfigFile {
             numerics,
             experiment,
             identify: identify.clone(),
+            design: design.clone(),
         }
     }
 
@@ -46,14 +52,15 @@ impl ConfigFile {
     ///
     /// # Errors
     /// [`ConfigError`] with file, line and value.
-    pub fn read(path: &Path) -> Result<(Config, fingerpad_identify::Settings), ConfigError> {
-        let (mut config, identify) = read_toml::<Self>(path)?.parts();
+    pub fn read(path: &Path) -> Result<Sections, ConfigError> {
+        let (mut config, identify, design) = read_toml::<Self>(path)?.parts();
         config.relative_to(path.parent().unwrap_or(Path::new("")));
-        Ok((config, identify))
+        Ok((config, identify, design))
     }
 
-    fn parts(self) -> (Config, fingerpad_identify::Settings) {
-        let Self { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment, identify } = self;
-        (Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment }, identify)
+    fn parts(self) -> Sections {
+        let Self { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment, identify, design } =
+            self;
+        (Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment }, identify, design)
     }
 }

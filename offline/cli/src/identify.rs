@@ -12,6 +12,7 @@ use fingerpad_formats::atomic_write;
 use fingerpad_identify::{
     self as identify, Hooks, IdentifyError, Input, Outcome, Point, Settings, StateCache, population,
 };
+use fingerpad_reduce::DesignSettings;
 use fingerpad_report as report;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Deserialize, Serialize};
@@ -93,14 +94,15 @@ impl From<IdentifyError> for Failure {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (config, mut settings) = args.model.settings()?;
+    let (config, mut settings, design) = args.model.settings()?;
     settings.joint.enabled |= args.joint;
     settings.free_tau0 |= args.free_tau0;
     settings.simplex.enabled &= !args.fast;
     settings.prediction.curve &= !args.no_prediction;
     settings.prediction.sensitivities &= !args.no_prediction;
     if args.print_config {
-        let text = toml::to_string(&ConfigFile::of(&config, &settings)).map_err(|e| Failure::Input(e.into()))?;
+        let text =
+            toml::to_string(&ConfigFile::of(&config, &settings, &design)).map_err(|e| Failure::Input(e.into()))?;
         print!("{text}");
         return Ok(());
     }
@@ -108,17 +110,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("--jobs 0: at least one thread is needed")));
     }
     match &args.data {
-        Some(folder) if folder.is_dir() => study(args, (&config, &settings), folder),
+        Some(folder) if folder.is_dir() => study(args, (&config, &settings, &design), folder),
         _ if args.collect || args.task.is_some() => {
             Err(Failure::Input(anyhow!("--task and --collect need --data with a folder of tables")))
         }
         data => {
             let (name, points) = table(data.as_deref())?;
             prepare(args, &config, data.as_deref(), &[&args.out])?;
-            subject(args, (&config, &settings), &name, points, &args.out).map(|_| ())
+            subject(args, (&config, &settings, &design), &name, points, &args.out).map(|_| ())
         }
     }
 }
+
+/// Sections of the configuration: the last is for the files that are written, nothing here reads it.
+type Sections<'a> = (&'a Config, &'a Settings, &'a DesignSettings);
 
 /// Checks the folders of results against the files that are read, and makes them.
 fn prepare(args: &Args, config: &Config, table: Option<&Path>, folders: &[&Path]) -> Result<(), Failure> {
@@ -185,7 +190,7 @@ fn finished(out: &Path, hash: &str) -> Option<Outcome> {
 /// One table into one folder.
 fn subject(
     args: &Args,
-    (config, settings): (&Config, &Settings),
+    (config, settings, design): Sections,
     name: &str,
     points: Vec<Point>,
     out: &Path,
@@ -201,7 +206,7 @@ fn subject(
         summary(&outcome);
         return Ok(outcome);
     }
-    claim(out, &ConfigFile::of(config, settings), &hash, args.full).map_err(Failure::Input)?;
+    claim(out, &ConfigFile::of(config, settings, design), &hash, args.full).map_err(Failure::Input)?;
     let _keeping = keeping();
     let cache = StateCache::open(&out.join("states.bin"))?;
     if !cache.is_empty() {
@@ -229,14 +234,14 @@ fn subject(
         }
         other => other.into(),
     })?;
-    write_results((config, settings), &outcome, out)?;
+    write_results((config, settings, design), &outcome, out)?;
     summary(&outcome);
     println!("{:.1} s; see {}", start.elapsed().as_secs_f64(), out.join("report.html").display());
     Ok(outcome)
 }
 
 /// Writes everything, the page last.
-fn write_results((config, settings): (&Config, &Settings), outcome: &Outcome, out: &Path) -> Result<(), Failure> {
+fn write_results((config, settings, design): Sections, outcome: &Outcome, out: &Path) -> Result<(), Failure> {
     let rendered = report::identify::render(outcome).map_err(|e| Failure::Input(e.into()))?;
     let mut files = in_figures(rendered.figures);
     if let Some(calibration) = &outcome.calibration {
@@ -250,7 +255,7 @@ fn write_results((config, settings): (&Config, &Settings), outcome: &Outcome, ou
             config.friction = law.law.friction(&config.friction);
         }
         config.experiment.depths_mm = outcome.calibrated_depths_mm();
-        let text = toml::to_string(&ConfigFile::of(&config, settings)).map_err(|e| Failure::Input(e.into()))?;
+        let text = toml::to_string(&ConfigFile::of(&config, settings, design)).map_err(|e| Failure::Input(e.into()))?;
         let text = format!(
             "# Finger and law identified from {}; depths with the calibration's offset.\n{text}",
             outcome.provenance.table
@@ -285,7 +290,7 @@ fn tables(folder: &Path) -> anyhow::Result<Vec<(String, PathBuf)>> {
 }
 
 /// A folder of tables.
-fn study(args: &Args, config: (&Config, &Settings), folder: &Path) -> Result<(), Failure> {
+fn study(args: &Args, config: Sections, folder: &Path) -> Result<(), Failure> {
     let tables = tables(folder).map_err(Failure::Input)?;
     let share = args.task.unwrap_or(population::Share::ALL);
     if !args.collect {

@@ -19,6 +19,7 @@ macro_rules! eprintln {
 mod build;
 mod config;
 mod confirm;
+mod design;
 mod diagnose;
 mod eval;
 mod export;
@@ -29,6 +30,7 @@ mod model;
 mod outputs;
 mod phantom;
 mod progress;
+mod provenance;
 mod reduce;
 mod results;
 mod simulate;
@@ -43,7 +45,7 @@ use std::{
 use clap::{Parser, Subcommand, ValueEnum};
 use config::ConfigFile;
 use fingerpad_fe::experiment::{Config, ConfigError};
-use fingerpad_fe::load_path::{Finger, LoadPathError};
+use fingerpad_fe::load_path::{self, Finger, LoadPathError};
 use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
 use interrupt::{go_on, keeping};
 use outputs::Outputs;
@@ -129,9 +131,9 @@ impl Model {
         Ok(self.settings()?.0)
     }
 
-    /// What the finite elements and the identification are given.
-    fn settings(&self) -> Result<(Config, fingerpad_identify::Settings), Failure> {
-        let (mut config, identify) = match &self.config {
+    /// What the finite elements, the identification and the design of experiments are given.
+    fn settings(&self) -> Result<config::Sections, Failure> {
+        let (mut config, identify, design) = match &self.config {
             Some(path) => ConfigFile::read(path)?,
             None => Default::default(),
         };
@@ -154,7 +156,7 @@ impl Model {
             Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
             None => {}
         }
-        Ok((config, identify))
+        Ok((config, identify, design))
     }
 }
 
@@ -242,6 +244,11 @@ fn make_finger(config: &Config) -> Result<(Finger, FirstTouch), ConfigError> {
     progress::during("mesh", |_| config.finger())
 }
 
+/// The same with a pad of what these paths may touch.
+fn make_finger_for(config: &Config, paths: &[&load_path::Path]) -> Result<(Finger, FirstTouch), ConfigError> {
+    progress::during("mesh", |_| config.finger_for(paths))
+}
+
 /// A failed run as a failure; `kept` says what was saved.
 fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
     match error {
@@ -249,7 +256,10 @@ fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
         LoadPathError::Path(_) | LoadPathError::Checkpoint(_) => {
             Failure::Input(anyhow::Error::new(error).context(what.to_owned()))
         }
-        LoadPathError::NoEquilibrium { .. } | LoadPathError::BeyondFriction { .. } | LoadPathError::NotClear { .. } => {
+        LoadPathError::NoEquilibrium { .. }
+        | LoadPathError::BeyondFriction { .. }
+        | LoadPathError::NotClear { .. }
+        | LoadPathError::BesidePad { .. } => {
             Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})")))
         }
     }

@@ -80,7 +80,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     "hexes": q.hexes, "tets": q.tets, "volume_mm3": q.volume_mm3,
                     "worst_scaled_jacobian": q.worst_scaled_jacobian,
                 });
-                (format!("{region:?}"), value)
+                let name = match region {
+                    Region::Soft(_) => finger.mesh.region_name(*region).to_owned(),
+                    shared => format!("{shared:?}"),
+                };
+                (name, value)
             })
             .collect();
         let origin = match &origin {
@@ -125,6 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Region::DistalBone => "distal bone",
             Region::ProximalBone => "proximal bone",
             Region::Nail => "nail",
+            Region::Soft(_) => finger.mesh.region_name(*region),
         };
         println!("{name:>14}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
     }
@@ -173,16 +178,10 @@ fn print_import(report: &ImportReport) {
 
 #[cfg(unix)]
 fn deck(config: &fingerpad_fe::experiment::Config, mesh: &mesh::Mesh) -> Result<String, Failure> {
-    use fingerpad_fe::compare_ccx::{Contact, Deck, Material, Step};
-    let ogden = |law: fingerpad_fe::material::Ogden| Material::Ogden {
-        mu_mpa: law.mu_mpa,
-        alpha: law.alpha,
-        d_per_mpa: law.d_per_mpa,
-    };
-    let nail = Material::Elastic { young_mpa: config.tissue.nail.young_mpa, poisson: config.tissue.nail.poisson };
+    use fingerpad_fe::compare_ccx::{Contact, Deck, Step};
     let contact = Contact { penalty_mpa_mm: config.numerics.contact.penalty_mpa_per_mm, friction: None };
     let steps = vec![Step::press(&config.experiment.depths_mm)];
-    let deck = Deck::finger(mesh, ogden(config.tissue.skin), ogden(config.tissue.subcutaneous), nail, contact, steps);
+    let deck = Deck::finger(mesh, |region| config.tissue.material(mesh, region), contact, steps);
     deck.to_text().map_err(|e| Failure::Input(e.into()))
 }
 

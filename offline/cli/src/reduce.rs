@@ -1,23 +1,18 @@
 //! `fingerpad reduce`: the design of experiments and the fit of the reduced model to it.
 
 use std::{
-    collections::VecDeque,
     fs,
     path::{Path, PathBuf},
-    sync::Mutex,
 };
 
 use anyhow::Context;
-use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Finger, LoadPathError, Trajectory, follow_path};
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce::{
-    self as reduce, CurvePoint, Experiment, Kind, ReduceError, Reduced, Run, Sample, Scores, Settings,
-};
+use fingerpad_identify::population::Share;
+use fingerpad_reduce::{self as reduce, CurvePoint, Kind, ReduceError, Reduced, Run, Scores, Settings};
 use fingerpad_report as report;
 
-use super::progress::{counter, during};
-use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, results, show};
+use super::progress::during;
+use super::{Failure, Model, Outputs, design, results};
 
 /// Fit the reduced model to finite-element runs, or make these runs
 #[derive(clap::Args)]
@@ -27,12 +22,16 @@ Examples:
   fingerpad reduce --runs runs --out model.fpm                 fit and write the model
   fingerpad reduce --out model.fpm                             the same from the shipped runs
   fingerpad reduce --design --runs runs --out model.fpm        both
+  fingerpad reduce --design --mesh-preset coarse --runs paths --task 2/8
+                                                               the second of eight shares
+  fingerpad reduce --design --runs paths --check               what is missing
   fingerpad reduce --runs runs --out model.fpm --report report --curve
                                                                with pictures, and what accuracy costs
 
-The design has about 150 paths in seven kinds, half of them held out: the fit never sees them. Each finished path is a
-file of its own in the folder; a killed design goes on where it was. Runs of other settings are kept apart by the hash
-in their names. The folder of --report holds one report: its files.txt lists what was written, and the next report there
+The design has 289 paths in fifteen kinds, 136 of them held out: the fit never sees them; the section [design] of
+--config sizes it. The fit leaves out, and tells, the kinds that the reduced model does not know: turns of the plane and
+driven forces. Each finished path is a file of its own in the folder; a killed design goes on where it was. Runs of other
+settings are kept apart by the hash in their names. --check fails if a path is missing. The folder of --report holds one report: its files.txt lists what was written, and the next report there
 removes it; other files stay.")]
 pub struct Args {
     /// Folder of the runs [default: those that ship with the program, of the default settings]
@@ -44,6 +43,12 @@ pub struct Args {
     /// Run what the folder lacks of the design of experiments first
     #[arg(long)]
     design: bool,
+    /// Run the K-th of N shares of the design only, which cost about the same
+    #[arg(long, value_name = "K/N", requires = "design", conflicts_with = "out")]
+    task: Option<Share>,
+    /// Run nothing: list the paths of the design, or of a share, that are missing
+    #[arg(long, requires = "design", conflicts_with = "out")]
+    check: bool,
     /// Folder for pictures and numbers of the fit
     #[arg(long, value_name = "DIR", requires = "out")]
     report: Option<PathBuf>,
@@ -78,6 +83,7 @@ impl From<ReduceError> for Failure {
             ReduceError::Fit(_) | ReduceError::Model(_) => Self::Numerics(error.into()),
             ReduceError::Run { .. }
             | ReduceError::Runs(_)
+            | ReduceError::Design { .. }
             | ReduceError::SlipLengthOfLaw { .. }
             | ReduceError::SlipLengthOfRuns { .. } => Self::Input(error.into()),
         }
@@ -86,18 +92,20 @@ impl From<ReduceError> for Failure {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let config = args.model.config()?;
+    let (config, _, design_settings) = args.model.settings()?;
     let mut outputs = Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref());
     if let Some(folder) = &args.report {
         outputs = outputs.shared_folder("--report", folder, NAMES);
     }
-    let design = args.runs.as_deref().filter(|_| args.design);
-    if let Some(folder) = design {
-        outputs = outputs.folder("--runs", folder, &[]);
-    }
-    outputs.prepare()?;
-    if let Some(folder) = design {
-        run_design(&config, folder, args.jobs)?;
+    if let Some(folder) = args.runs.as_deref().filter(|_| args.design) {
+        let share = args.task.unwrap_or(Share::ALL);
+        if args.check {
+            return design::check(&config, &design_settings, folder, share);
+        }
+        outputs.folder("--runs", folder, &[]).prepare()?;
+        design::run(&config, &design_settings, folder, share, args.jobs)?;
+    } else {
+        outputs.prepare()?;
     }
     let Some(out) = &args.out else { return Ok(()) };
     let mut runs = read_runs(args.runs.as_deref())?;
@@ -106,12 +114,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let hash = reduce::settings_hash(&config)?;
         runs.retain(|run| run.settings_hash == hash);
     }
+    let runs = representable(runs);
     let settings = Settings { restarts: args.restarts, ..Settings::default() };
     let reduced = fit(&runs, config.friction.beta, &settings, out)?;
     if let Some(folder) = &args.report {
         write_report(folder, &runs, &reduced, config.friction.beta, args.curve.then_some(&settings))?;
     }
     Ok(())
+}
+
+/// The runs that the reduced model knows; tells which ones are left out of the fit.
+pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
+    let (known, left): (Vec<Run>, Vec<Run>) = runs.into_iter().partition(Run::is_representable);
+    let of_kind = |kind: Kind| left.iter().filter(|run| run.kind == kind).count();
+    let kinds: Vec<String> = (Kind::ALL.iter())
+        .filter(|&&kind| of_kind(kind) > 0)
+        .map(|&kind| format!("{} {}", kind.as_str(), of_kind(kind)))
+        .collect();
+    if !left.is_empty() {
+        println!(
+            "left out of the fit: {} runs with turns of the plane or driven forces, which the reduced model does not know \
+             ({})",
+            left.len(),
+            kinds.join(", ")
+        );
+    }
+    known
 }
 
 /// Fits, prints the errors and writes the model file.
@@ -257,123 +285,4 @@ fn print_summary(reduced: &Reduced) {
     }
     let (share, name) = &reduced.meta.held_out.worst_friction;
     println!("worst path held out: {name}, friction {:.1} % of the limit", 100.0 * share);
-}
-
-/// Runs the paths of the design that have no file yet, a thread per path.
-pub(super) fn run_design(config: &Config, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
-    reduce::slip_length::check_law(config.friction.beta)?;
-    let (finger, _) = super::make_finger(config)?;
-    config.check_depths(&[reduce::DEPTH_MAX_MM], &finger)?;
-    let hash = reduce::settings_hash(config)?;
-    fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
-    let design = reduce::design();
-    let file = |e: &Experiment| folder.join(Run::file_name(e, &hash));
-    let mut queue: Vec<&Experiment> = design.iter().filter(|e| !file(e).exists()).collect();
-    // All kinds in turn, so that an interrupted design is a small one.
-    queue.sort_by_key(|e| e.name.split_once('-').map(|(_, number)| number.to_owned()));
-    let missing = queue.len();
-    println!(
-        "{} of {} paths are there; settings {hash}, folder {}",
-        design.len() - missing,
-        design.len(),
-        folder.display()
-    );
-    if missing == 0 {
-        return Ok(());
-    }
-    let threads = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, missing);
-    let _keeping = keeping();
-    let bars = Bars::default();
-    let total = bars.add(counter("design", missing, "paths"));
-    let run = |experiment: &Experiment| {
-        let done = run_one(config, &finger, experiment, &hash, &file(experiment), &bars);
-        done.inspect(|()| total.count())
-    };
-    // The paths of the initial guess first: they show whether the reduced model can hold this finger with its law.
-    let (first, rest): (Vec<_>, Vec<_>) = queue.into_iter().partition(|e| e.is_for_initial_guess());
-    for part in [first, rest] {
-        run_in_threads(part, threads, &run)?;
-        if go_on().is_break() {
-            return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
-        }
-        let runs: Vec<Run> = read_runs(Some(folder))?.into_iter().filter(|run| run.settings_hash == hash).collect();
-        reduce::slip_length::check_runs(&runs, config.friction.beta)?;
-    }
-    total.finish_and_clear();
-    Ok(())
-}
-
-/// Runs experiments on some threads; the first failure or an interruption ends them.
-fn run_in_threads(
-    experiments: Vec<&Experiment>,
-    threads: usize,
-    run: &(impl Fn(&Experiment) -> Result<(), Failure> + Sync),
-) -> Result<(), Failure> {
-    let queue = Mutex::new(VecDeque::from(experiments));
-    let failures: Mutex<Vec<Failure>> = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let Some(next) = queue.lock().expect("no panic while locked").pop_front() else { return };
-                    if go_on().is_break() {
-                        return;
-                    }
-                    if let Err(failure) = run(next) {
-                        failures.lock().expect("no panic while locked").push(failure);
-                        return;
-                    }
-                }
-            });
-        }
-    });
-    failures.into_inner().expect("threads have ended").into_iter().next().map_or(Ok(()), Err)
-}
-
-fn run_one(
-    config: &Config,
-    finger: &Finger,
-    experiment: &Experiment,
-    hash: &str,
-    file: &Path,
-    bars: &Bars,
-) -> Result<(), Failure> {
-    let bar = bars.add(bar(experiment.name.clone()));
-    let result = follow_path(&config.problem(finger), &experiment.path, &[], &mut |progress| {
-        show(&bar, &progress);
-        go_on()
-    });
-    bar.finish_and_clear();
-    let (trajectory, ended_early): (Trajectory, _) = match result {
-        Ok(trajectory) => (trajectory, None),
-        // A path that got stuck is kept as far as it came, and says so.
-        Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
-            (*reached, Some(format!("t = {t_s} s: {cause}")))
-        }
-        Err(LoadPathError::Interrupted { .. }) => {
-            return Err(Failure::Interrupted("finished paths are kept".to_owned()));
-        }
-        Err(error @ (LoadPathError::Path(_) | LoadPathError::Checkpoint(_))) => {
-            return Err(Failure::Input(anyhow::Error::new(error).context(experiment.name.clone())));
-        }
-        Err(mut error @ (LoadPathError::BeyondFriction { .. } | LoadPathError::NotClear { .. })) => {
-            (error.take_reached(), Some(error.to_string()))
-        }
-    };
-    if let Some(problem) = &ended_early {
-        bars.line(&format!("{}: ended early, {problem}", experiment.name));
-    }
-    let run = Run {
-        name: experiment.name.clone(),
-        kind: experiment.kind,
-        held_out: experiment.held_out,
-        settings_hash: hash.to_owned(),
-        path: experiment.path.clone(),
-        samples: trajectory.responses.iter().map(Sample::from).collect(),
-        ended_early,
-        cpu_s: trajectory.cost.cpu_s,
-    };
-    let bytes = run.to_bytes();
-    atomic_write(file, |w| w.write_all(&bytes))?;
-    Ok(())
 }

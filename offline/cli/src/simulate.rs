@@ -2,15 +2,19 @@
 
 use std::{
     fs,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
+    time::Duration,
 };
 
-use std::time::Duration;
+use anyhow::{Context, anyhow, bail};
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{
+    Checkpoint, Finger, LoadPathError, Path as PlanePath, Trajectory, follow_path_from, path_csv, response_csv, vtu,
+};
+use fingerpad_report::simulation::{self, SimulationReport};
 
-use anyhow::Context;
-use fingerpad_fe::load_path::{Checkpoint, Trajectory, follow_path_from};
-
-use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger, run_failure, show};
+use super::config::ConfigFile;
+use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show};
 
 /// Follow a path of the plane with the finite-element model.
 #[derive(clap::Args)]
@@ -18,13 +22,26 @@ use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger, run_failu
 Examples:
   printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv
+  printf 't_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg\\n0,0,0,0,0\\n1,1,0,0,0\\n2,1,0,0,20\\n' > twist.csv
+  fingerpad simulate --path twist.csv --mesh-preset coarse --out twist_response.csv
+  fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv --report drawn
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
 The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, straight between rows; normal_force_n in place of
-depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. The response has a row at least at
-every row of the path.
+depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. spin_deg (turn of the plane about its
+normal, counter-clockwise from above), pitch_deg (angle of the finger to the plane, 10 to 70) and roll_deg (-30 to 30)
+may follow, or spin_moment_n_mm, moment_y_n_mm and moment_x_n_mm in their place; without them the finger keeps the pose
+of its shape. The response has a row at least at every row of the path.
 
-The folders of --out and --vtu are made if they are missing. Files of an earlier series of the same name in the folder
+--report draws the response and the contact, with the settings, the costs and what to beware of, into DIR/report.html;
+its numbers are in report.json and its figures in figures/. The contact is drawn at the end of the first press, where
+the plane turns and at the last row that presses, or at the rows of --map-rows.
+
+The files of --vtu carry displacement, Cauchy stress (MPa, tension positive; XX YY ZZ XY YZ XZ), von Mises stress,
+pressure, Green-Lagrange strain, strain energy density and region of every element, and pressure, traction, slip and
+stick of the faces of the pad.
+
+The folders of --out, --vtu and --report are made if they are missing. Files of an earlier series of the same name in the folder
 of --vtu are removed. A run that is stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv.")]
 pub struct Args {
     /// Path of the plane (CSV)
@@ -50,16 +67,58 @@ pub struct Args {
     /// Folder for ParaView files, two per row of the path, with a .pvd
     #[arg(long, value_name = "DIR")]
     vtu: Option<PathBuf>,
+    /// Folder for a page that draws the response
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Rows of the path, the first is 1, at which the report draws the contact
+    #[arg(long, value_name = "ROW,...", value_delimiter = ',', requires = "report")]
+    map_rows: Option<Vec<usize>>,
     /// Press without friction until the first row that slides
     #[arg(long)]
     frictionless_press: bool,
 }
 
+/// Most rows whose contact is drawn: as many as there are letters.
+const MOST_MAP_ROWS: usize = 26;
 /// Time between two saves of an unfinished run.
 const CHECKPOINT_PERIOD: Duration = Duration::from_secs(5);
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let config = configuration(args)?;
+    let path = path_csv::read(&args.path)?;
+    let map_rows = map_rows(args, &path).map_err(Failure::Input)?;
+    let partial = args.out.with_extension("partial.csv");
+    prepare_outputs(args, &config, &partial)?;
+    let (finger, _) = make_finger_for(&config, &[&path])?;
+    config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
+    let run = Run { args, config: &config, path: &path, finger: &finger, map_rows, hash: config.hash()? };
+    match run.follow() {
+        Ok(trajectory) => {
+            run.save(&trajectory, &args.out)?;
+            run.report(&trajectory, &args.out, None)?;
+            tell(&args.out, &trajectory);
+            Ok(())
+        }
+        Err(mut error) => {
+            // What was reached goes beside the output, under a name that nobody takes for the whole.
+            let mut kept = "nothing was kept".to_owned();
+            let reached = error.take_reached();
+            if !reached.responses.is_empty() {
+                run.save(&reached, &partial)?;
+                kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
+                // A run that was stopped goes on when it is started again, and must end at once.
+                if !matches!(error, LoadPathError::Interrupted { .. }) {
+                    run.report(&reached, &partial, Some(error.to_string()))?;
+                }
+            }
+            Err(run_failure(error, &args.path.display().to_string(), kept))
+        }
+    }
+}
+
+/// The configuration with the constants of the command line.
+fn configuration(args: &Args) -> Result<Config, Failure> {
     let mut config = args.model.config()?;
     let law = &mut config.friction;
     for (flag, value, target, least) in [
@@ -70,70 +129,146 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ] {
         if let Some(value) = value {
             if !(value.is_finite() && value >= least) {
-                return Err(Failure::Input(anyhow::anyhow!("--{flag} {value}: not a valid value")));
+                return Err(Failure::Input(anyhow!("--{flag} {value}: not a valid value")));
             }
             *target = value;
         }
     }
     config.numerics.load_steps.friction_while_pressing &= !args.frictionless_press;
-    let path = fingerpad_fe::load_path::path_csv::read(&args.path)?;
-    let partial = args.out.with_extension("partial.csv");
-    let outputs =
-        Outputs::beside(args.model.inputs(&config).into_iter().chain([("--path", Some(args.path.as_path()))]))
-            .file("--out", Some(&args.out))
-            .file("--out", Some(&partial));
-    match &args.vtu {
-        Some(folder) => outputs.folder("--vtu", folder, &[]).prepare()?,
-        None => outputs.prepare()?,
+    Ok(config)
+}
+
+/// Rows of the path, from 0, whose contact is drawn; none without a report.
+fn map_rows(args: &Args, path: &PlanePath) -> anyhow::Result<Vec<usize>> {
+    if args.report.is_none() {
+        return Ok(Vec::new());
     }
-    let (finger, _) = make_finger(&config)?;
-    config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow::anyhow!("{}: {e}", args.path.display())))?;
-    let snapshots: Vec<usize> = if args.vtu.is_some() { (0..path.waypoints.len()).collect() } else { Vec::new() };
-    let bar = bar("simulate".into());
-    let _keeping = keeping();
-    let checkpoint_file = args.out.with_extension("checkpoint");
-    let hash = config.hash()?;
-    let checkpoint = Checkpoint { file: &checkpoint_file, period: CHECKPOINT_PERIOD, key: &hash };
-    let result = follow_path_from(&config.problem(&finger), &path, &snapshots, checkpoint, &mut |progress| {
-        show(&bar, &progress);
-        go_on()
-    });
-    bar.finish_and_clear();
-    let save = |trajectory: &Trajectory, out: &Path| -> Result<(), Failure> {
-        fingerpad_fe::load_path::response_csv::write(out, &trajectory.responses)?;
-        if let Some(folder) = &args.vtu {
+    let Some(wanted) = &args.map_rows else { return Ok(simulation::default_map_rows(path)) };
+    let count = path.waypoints.len();
+    if let Some(row) = wanted.iter().find(|row| !(1..=count).contains(*row)) {
+        bail!("--map-rows {row}: {} has the rows 1 to {count}", args.path.display());
+    }
+    if wanted.len() > MOST_MAP_ROWS {
+        bail!("--map-rows: {} rows; at most {MOST_MAP_ROWS} are drawn", wanted.len());
+    }
+    let mut rows: Vec<usize> = wanted.iter().map(|row| row - 1).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    Ok(rows)
+}
+
+fn prepare_outputs(args: &Args, config: &Config, partial: &Path) -> Result<(), Failure> {
+    let inputs = args.model.inputs(config).into_iter().chain([("--path", Some(args.path.as_path()))]);
+    let mut outputs = Outputs::beside(inputs).file("--out", Some(&args.out)).file("--out", Some(partial));
+    if let Some(folder) = &args.vtu {
+        outputs = outputs.folder("--vtu", folder, &[]);
+    }
+    if let Some(folder) = &args.report {
+        outputs = outputs.shared_folder("--report", folder, &["report.html", "report.json", "figures/"]);
+    }
+    outputs.prepare()
+}
+
+/// A run along a path and what is written of it.
+struct Run<'a> {
+    args: &'a Args,
+    config: &'a Config,
+    path: &'a PlanePath,
+    finger: &'a Finger,
+    /// Rows of the path, from 0, whose contact is drawn.
+    map_rows: Vec<usize>,
+    hash: String,
+}
+
+impl Run<'_> {
+    /// Rows of the path at which the field is kept.
+    fn snapshot_rows(&self) -> Vec<usize> {
+        if self.args.vtu.is_some() { (0..self.path.waypoints.len()).collect() } else { self.map_rows.clone() }
+    }
+
+    fn follow(&self) -> Result<Trajectory, LoadPathError> {
+        let bar = bar("simulate".into());
+        let _keeping = keeping();
+        let file = self.args.out.with_extension("checkpoint");
+        let checkpoint = Checkpoint { file: &file, period: CHECKPOINT_PERIOD, key: &self.hash };
+        let problem = self.config.problem(self.finger);
+        let result = follow_path_from(&problem, self.path, &self.snapshot_rows(), checkpoint, &mut |progress| {
+            show(&bar, &progress);
+            go_on()
+        });
+        bar.finish_and_clear();
+        result
+    }
+
+    /// Writes the response, and the fields where they are wanted.
+    fn save(&self, trajectory: &Trajectory, out: &Path) -> Result<(), Failure> {
+        response_csv::write(out, &trajectory.responses)?;
+        if let Some(folder) = &self.args.vtu {
             let name = out.file_stem().map_or("fields".into(), |s| s.to_string_lossy());
             remove_series(folder, &name).map_err(Failure::Input)?;
-            fingerpad_fe::load_path::vtu::write_series(folder, &name, &finger.mesh, &trajectory.snapshots)?;
+            vtu::write_series(folder, &name, &self.finger.mesh, &trajectory.snapshots)?;
         }
         Ok(())
-    };
-    match result {
-        Ok(trajectory) => {
-            save(&trajectory, &args.out)?;
-            let cost = &trajectory.cost;
-            println!(
-                "{}: {} rows; {} increments, {} iterations, {} cut back, {:.1} s CPU",
-                args.out.display(),
-                trajectory.responses.len(),
-                cost.increments,
-                cost.iterations,
-                cost.cutbacks,
-                cost.cpu_s
-            );
-            Ok(())
-        }
-        Err(mut error) => {
-            // What was reached goes beside the output, under a name that nobody takes for the whole.
-            let mut kept = "nothing was kept".to_owned();
-            let reached = error.take_reached();
-            if !reached.responses.is_empty() {
-                save(&reached, &partial)?;
-                kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
-            }
-            Err(run_failure(error, &args.path.display().to_string(), kept))
-        }
     }
+
+    /// Writes the report, where it is wanted.
+    ///
+    /// * `response`: the response's file, which is there
+    /// * `ended_early`: why the run ended before its path did
+    fn report(&self, trajectory: &Trajectory, response: &Path, ended_early: Option<String>) -> Result<(), Failure> {
+        let Some(folder) = &self.args.report else { return Ok(()) };
+        let mut trajectory = trajectory.clone();
+        let kept = self.snapshot_rows().into_iter().zip(std::mem::take(&mut trajectory.snapshots));
+        trajectory.snapshots = kept.filter(|(row, _)| self.map_rows.contains(row)).map(|(_, field)| field).collect();
+        let settings = ConfigFile::of(
+            self.config,
+            &fingerpad_identify::Settings::default(),
+            &fingerpad_reduce::DesignSettings::default(),
+        );
+        let report = SimulationReport {
+            path_name: self.args.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            row_times_s: self.path.waypoints.iter().map(|w| w.t_s).collect(),
+            response_link: link(folder, response).map_err(Failure::Input)?,
+            provenance: provenance::provenance(self.config, self.finger, &self.hash),
+            settings: toml::to_string(&settings).map_err(|e| Failure::Input(e.into()))?,
+            checks: provenance::checks(self.config, &[&trajectory]),
+            trajectory,
+            map_rows: self.map_rows.clone(),
+            ended_early,
+        };
+        let rendered = simulation::render(&report, &self.finger.mesh).map_err(|e| Failure::Input(e.into()))?;
+        let figures = rendered.figures.into_iter();
+        let mut files: Vec<_> = figures.map(|(name, png)| (format!("figures/{name}"), png)).collect();
+        files.push(("report.json".to_owned(), rendered.json.into_bytes()));
+        files.push(("report.html".to_owned(), rendered.html.into_bytes()));
+        results::write(folder, &files)?;
+        println!("{}", folder.join("report.html").display());
+        Ok(())
+    }
+}
+
+/// One line about a run that reached its end.
+fn tell(out: &Path, trajectory: &Trajectory) {
+    let cost = &trajectory.cost;
+    println!(
+        "{}: {} rows; {} increments, {} iterations, {} cut back, {:.1} s CPU",
+        out.display(),
+        trajectory.responses.len(),
+        cost.increments,
+        cost.iterations,
+        cost.cutbacks,
+        cost.cpu_s
+    );
+}
+
+/// The way from a folder to a file, both there.
+fn link(folder: &Path, file: &Path) -> anyhow::Result<String> {
+    let whole = |path: &Path| fs::canonicalize(path).with_context(|| path.display().to_string());
+    let (from, to) = (whole(folder)?, whole(file)?);
+    let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(common).map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(to.components().skip(common)).collect();
+    Ok(way.to_string_lossy().into_owned())
 }
 
 /// Removes the files of an earlier series: `NAME.pvd`, `NAME_0000.vtu`, `NAME_pad_0000.vtu` and so on.

@@ -25,6 +25,13 @@ fn configurations_are_refused_with_file_line_and_value() {
         ("[friction]\ngamma_crit_m = 6e-6\n", &["bad.toml", "line 2", "gamma_crit_m"]),
         ("[tissue.skin]\nmu_mpa = 0\n", &["bad.toml", "line 2", "0"]),
         ("mesh_preset = \"dense\"\n", &["bad.toml", "line 1", "dense", "coarse"]),
+        ("[tissue.skin]\nkind = \"elastic\"\nyoung_mpa = 0.1\npoisson = 0.5\n", &["bad.toml", "line 4", "0.5"]),
+        ("[tissue.skin]\nkind = \"neo_hooke\"\nmu_mpa = 0.1\nd_per_mpa = 1\nalpha = 2\n", &["bad.toml", "alpha = 2"]),
+        (
+            "[tissue.skin]\nkind = \"yeoh\"\nc10_mpa = 0.2\nc20_mpa = -0.1\nc30_mpa = 0\nd_per_mpa = 1\n",
+            &["bad.toml", "line 1", "not stable (Drucker)", "from 0.5 to 2"],
+        ),
+        ("[tissue.regions.gel]\nmu_mpa = 0.1\nalpha = 2\npoisson = 0.4\n", &["tissue.regions.gel", "imported mesh"]),
         ("[experiment]\ndepths_mm = [0.5, nan]\n", &["depths_mm", "NaN"]),
         ("[experiment]\ndepths_mm = [0.5, 25.0]\n", &["depths_mm", "25 mm reaches the held section"]),
         ("[experiment]\ndepths_mm = [1.0, 0.5]\n", &["depths_mm", "0.5"]),

@@ -15,7 +15,7 @@ const LONG: &[(&str, &str)] = &[
     ("fingerpad identify --data data/yoshida2011.csv --fast", "the default mesh: minutes of CPU"),
     ("fingerpad identify --data data/yoshida2011.csv --joint", "the default mesh: minutes of CPU"),
     ("fingerpad identify --published", "the default mesh: a minute of CPU"),
-    ("fingerpad reduce", "160 finite-element paths, or their fit"),
+    ("fingerpad reduce", "hundreds of finite-element paths, or their fit"),
     (
         "fingerpad diagnose --calibration data/examples/calibration.csv --measured data/examples/measured.csv --confirm-fe",
         "strokes of the finite elements: a minute of CPU",

@@ -90,6 +90,11 @@ fn places_that_cannot_be_written_are_refused_before_computing() {
         (&["--out", "p.csv/r.csv"], &["--out p.csv/r.csv", "cannot be"]),
         (&["--out", "r.csv", "--vtu", "t.csv"], &["--vtu t.csv", "is a file"]),
         (&["--out", "r.csv", "--vtu", "t.csv/fields"], &["--vtu t.csv/fields", "cannot be made"]),
+        (&["--out", "r.csv", "--report", "t.csv"], &["--report t.csv", "is a file"]),
+        (&["--out", "r.csv", "--report", "d", "--map-rows", "2,4"], &["--map-rows 4", "p.csv", "rows 1 to 3"]),
+        (&["--out", "r.csv", "--report", "d", "--map-rows", "0"], &["--map-rows 0", "rows 1 to 3"]),
+        (&["--out", "r.csv", "--report", "d", "--map-rows", "last"], &["--map-rows", "last"]),
+        (&["--out", "r.csv", "--map-rows", "2"], &["--report <DIR>"]),
     ] {
         refused(&[&simulate[..], more].concat(), at, said);
     }
@@ -131,6 +136,36 @@ fn missing_folders_are_made_and_an_older_series_goes() {
     let two = ["mine.vtu", "r.pvd", "r_0000.vtu", "r_0001.vtu", "r_pad_0000.vtu", "r_pad_0001.vtu"];
     assert_eq!(simulate("two.csv"), two);
     done(&["eval", "--path", "p.csv", "--out", "eval/r.csv"], at);
+}
+
+#[test]
+fn a_response_is_drawn_also_where_the_run_ends_early() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at, "c.toml", "shape = \"a\"\nmesh_preset = \"coarse\"\n[tissue.bone]\nkind = \"fixed\"\n");
+    write(at, "p.csv", &format!("{HEAD}0,0,0,0\n1,0.3,0,0\n2,0.3,0.1,0\n3,0.3,0.05,0\n4,-0.1,0.05,0\n"));
+    let simulate = ["simulate", "--path", "p.csv", "--config", "c.toml", "--out", "new/r.csv", "--report", "new"];
+    let (said, _) = done(&simulate, at);
+    assert!(said.contains("new/report.html"), "{said}");
+    let maps = || names(&at.join("new/figures")).into_iter().filter(|name| name.ends_with("_pressure.png")).count();
+    // The end of the press, the turn, the last row that presses.
+    assert_eq!(maps(), 3);
+    let page = fs::read_to_string(at.join("new/report.html")).unwrap();
+    assert!(page.contains("href=\"r.csv\"") && page.contains("friction_while_pressing = true"));
+    done(&[&simulate[..], &["--map-rows", "3", "--vtu", "fields"]].concat(), at);
+    assert_eq!(maps(), 1, "the maps of the earlier report go");
+    let report: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(at.join("new/report.json")).unwrap()).unwrap();
+    assert_eq!(report["maps"][0]["row"], 3);
+    let drawn = &report["maps"][0]["response"];
+    assert_eq!((drawn["t_s"].as_f64(), drawn["slide_x_mm"].as_f64()), (Some(2.0), Some(0.1)));
+
+    // More friction than there is: the run ends, its rows stay and are drawn.
+    write(at, "p.csv", "t_s,depth_mm,friction_x_n,friction_y_n\n0,0,0,0\n1,0.3,0,0\n2,0.3,5,0\n");
+    let (code, _, stderr) = run(&simulate, at);
+    assert!(code == Some(3) && stderr.contains("rows kept in new/r.partial.csv"), "{code:?} {stderr}");
+    let page = fs::read_to_string(at.join("new/report.html")).unwrap();
+    assert!(page.contains("The run ended before its path did") && page.contains("href=\"r.partial.csv\""));
 }
 
 #[test]

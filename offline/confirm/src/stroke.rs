@@ -80,7 +80,7 @@ impl<'a> FeStroke<'a> {
             let (row, [x, y]) = (&run.rows[i], run.slide_mm[i]);
             waypoints.push(Waypoint { t_s: row.t_s, normal: with_offset(row, &change(laws, row)), x, y });
         }
-        let path = Path { drives: [Drive::Displacement; 3], waypoints };
+        let path = Path::new([Drive::Displacement; 3], waypoints);
         Self { path, first_row, kept, run, laws, scale, refit, law }
     }
 

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for x in SLIDES_MM {
         waypoints.push(Waypoint { t_s: 0.5 + 0.5 * x, normal: DEPTH_MM, x, y: 0.0 });
     }
-    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let path = Path::new([Drive::Displacement; 3], waypoints);
     let pressed_and_slid: Vec<usize> = (1..=SLIDES_MM.len()).collect();
     let run = follow_path(&config.problem(&finger), &path, &pressed_and_slid, &mut |_| ControlFlow::Continue(()))?;
     std::fs::write(&file, picture(&run.snapshots, &finger.mesh))?;

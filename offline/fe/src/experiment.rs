@@ -5,13 +5,15 @@
 
 use std::path::{Path as FilePath, PathBuf};
 
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::contact::{LawError, RubberFriction};
+use crate::contact::{LawError, Plane, RubberFriction, plane};
 use crate::load_path::{
     BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Numerics, OnProgress, Path, PathEnd, PressLimit,
-    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end, press_limits,
+    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end,
+    neutral_pitch_deg, press_limits,
 };
 use crate::mesh::{
     self, Fingertip, FingertipShape, MeshError, MeshPreset,
@@ -78,6 +80,15 @@ pub struct Experiment {
     /// Speed of press and slide, mm/s; the model has no rate effects, it sets the time column.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub speed_mm_s: f64,
+}
+
+impl Experiment {
+    /// The press to the deepest of the depths that are numbers.
+    pub fn deepest_press(&self) -> Path {
+        let deepest = self.depths_mm.iter().copied().filter(|depth| depth.is_finite()).fold(0.0, f64::max);
+        let corner = |t_s, normal| Waypoint { t_s, normal, x: 0.0, y: 0.0 };
+        Path::new([Drive::Displacement; 3], vec![corner(0.0, 0.0), corner(1.0, deepest)])
+    }
 }
 
 impl Default for Experiment {
@@ -148,6 +159,11 @@ pub enum ConfigError {
          imported mesh they are left out or meshed apart: use \"fixed\" or \"floating\""
     )]
     BonesNotMeshed,
+    /// Named soft regions where the geometry has none.
+    #[error(
+        "tissue.regions.{0}: {1} has the soft regions skin and subcutaneous only; others come with an imported mesh"
+    )]
+    NoSuchRegion(String, &'static str),
     /// Both a volume and a mesh.
     #[error("`volume` and `imported` are both given; a finger has one geometry")]
     TwoGeometries,
@@ -204,6 +220,10 @@ impl Config {
     /// # Errors
     /// [`ConfigError`]: of the shape, of the file, or of what the file holds.
     pub fn fingertip(&self) -> Result<(Fingertip, Origin), ConfigError> {
+        if let (Some(name), None) = (self.tissue.regions.keys().next(), &self.imported) {
+            let geometry = if self.volume.is_some() { "a label volume" } else { "a parametric fingertip" };
+            return Err(ConfigError::NoSuchRegion(name.clone(), geometry));
+        }
         match (&self.volume, &self.imported) {
             (Some(_), Some(_)) => Err(ConfigError::TwoGeometries),
             (Some(settings), None) => {
@@ -213,7 +233,8 @@ impl Config {
                 Ok((made.fingertip, Origin::Volume(Box::new(made.template), made.report)))
             }
             (None, Some(settings)) => {
-                let made = imported_fingertip(&read_mesh(settings)?, settings)
+                let soft_regions: Vec<String> = self.tissue.regions.keys().cloned().collect();
+                let made = imported_fingertip(&read_mesh(settings)?, settings, &soft_regions)
                     .map_err(|e| ConfigError::Import { path: settings.file.clone(), source: Box::new(e) })?;
                 let hollow = settings.sets.bone.is_some() || settings.sets.proximal_bone.is_some();
                 if self.tissue.bone.kind == BoneKind::Deformable && (hollow || made.report.attached_nodes > 0) {
@@ -236,6 +257,21 @@ impl Config {
         self.friction.check().map_err(ConfigError::Friction)?;
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
+        Ok((Finger::new(fingertip, &self.tissue)?, touch))
+    }
+
+    /// As [`Self::finger`], with a pad of the faces that may touch on these paths: the fewer, the faster.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn finger_for(&self, paths: &[&Path]) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
+        self.friction.check().map_err(ConfigError::Friction)?;
+        let (fingertip, _) = self.fingertip()?;
+        let touch = fingertip.touch;
+        let fingertip = match poses(paths, neutral_pitch_deg(&touch)) {
+            Some((rotations, deepest_mm)) => fingertip.with_pad_for(&rotations, PAD_SHARE * deepest_mm + PAD_MARGIN_MM),
+            None => fingertip,
+        };
         Ok((Finger::new(fingertip, &self.tissue)?, touch))
     }
 
@@ -266,10 +302,21 @@ impl Config {
         let clearance = Clearance::of(finger);
         for (k, point) in path.waypoints.iter().enumerate() {
             let refuse = |problem| Err(ConfigError::Path { row: k + 1, problem });
-            if path.drives[0] == Drive::Displacement
+            if let Some(problem) = path.refused_pose(k) {
+                return refuse(problem);
+            }
+            let by_depth = path.drives[0] == Drive::Displacement;
+            if by_depth
+                && path.turns.is_none()
                 && let Some(problem) = clearance.refusal(point.normal)
             {
                 return refuse(format!("depth_mm {problem}"));
+            }
+            if by_depth
+                && !path.turns.is_none()
+                && let Some(problem) = Clearance::refusal_in_pose(finger, path, k)
+            {
+                return refuse(problem);
             }
             let keys = [("normal_force_n", point.normal), ("friction_x_n", point.x), ("friction_y_n", point.y)];
             for ((key, value), drive) in keys.into_iter().zip(path.drives) {
@@ -298,7 +345,7 @@ impl Config {
     /// As [`Self::fingertip_shape`].
     pub fn hash(&self) -> Result<String, ConfigError> {
         let shape = self.fingertip_shape()?;
-        let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, self.tissue, self.friction, self.numerics);
+        let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, &self.tissue, self.friction, self.numerics);
         let mut text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
         // Where a file lies does not matter, what it holds does.
         if let Some(settings) = &self.volume {
@@ -322,6 +369,9 @@ impl Config {
             penalty: self.numerics.contact,
             settings: self.numerics.solver,
             load_steps: self.numerics.load_steps,
+            neutral_pitch_deg: finger.neutral_pitch_deg,
+            obstacles: &finger.obstacles,
+            beside_pad: &finger.beside_pad,
             clearance_mm: Clearance::of(finger).depth_mm,
         }
     }
@@ -353,6 +403,51 @@ fn read_mesh(settings: &ImportedGeometry) -> Result<RawMesh, ConfigError> {
     }
 }
 
+/// Height up to which skin is taken to touch, share of the deepest press and more, mm: the rim of a contact lies at half the
+/// depth, since the skin around it gives way; a run in which other skin is reached ends with an error.
+const PAD_SHARE: f64 = 0.8;
+const PAD_MARGIN_MM: f64 = 0.2;
+/// Turn between two poses whose pads are united, rad.
+const POSE_STEP_RAD: f64 = 0.09;
+/// Turn that a driven moment may give, rad.
+const MOMENT_TURN_RAD: f64 = 0.17;
+
+/// Rotations of the finger along paths, and the deepest press; None where a driven force leaves the depth open.
+fn poses(paths: &[&Path], neutral_pitch_deg: f64) -> Option<(Vec<Matrix3<f64>>, f64)> {
+    let mut rotations = Vec::new();
+    let mut deepest_mm: f64 = 0.0;
+    for path in paths {
+        if path.drives[0] == Drive::Force {
+            return None;
+        }
+        let drives = path.coordinate_drives();
+        let corners = || (0..path.waypoints.len()).map(|row| path.coordinates(row, neutral_pitch_deg));
+        deepest_mm = corners().map(|at| at[plane::DEPTH]).fold(deepest_mm, f64::max);
+        let mut turns: Vec<[f64; 2]> = Vec::new();
+        for at in corners() {
+            let [pitch, roll] = [plane::PITCH, plane::ROLL].map(|k| match drives[k] {
+                Drive::Displacement => [at[k], at[k]],
+                Drive::Force => [-MOMENT_TURN_RAD, MOMENT_TURN_RAD],
+            });
+            for turn in [[pitch[0], roll[0]], [pitch[1], roll[1]]] {
+                let from = *turns.last().unwrap_or(&turn);
+                let steps = ((turn[0] - from[0]).hypot(turn[1] - from[1]) / POSE_STEP_RAD).ceil().max(1.0);
+                turns.extend((1..=steps as usize).map(|i| {
+                    let share = i as f64 / steps;
+                    [0, 1].map(|k| from[k] + share * (turn[k] - from[k]))
+                }));
+            }
+        }
+        turns.dedup();
+        rotations.extend(
+            turns
+                .into_iter()
+                .map(|[pitch, roll]| Plane::new([0.0, 0.0, 0.0, 0.0, pitch, roll]).tilt().inverse().into_inner()),
+        );
+    }
+    Some((rotations, deepest_mm))
+}
+
 /// Largest force that may be driven, N. The hardest press of a fingertip is some 50 N, and long before it the pulp is
 /// flat on the bone.
 const LARGEST_FORCE_N: f64 = 100.0;
@@ -375,7 +470,7 @@ pub fn press(
     checkpoint: Option<Checkpoint>,
     progress: OnProgress,
 ) -> Result<PathEnd, LoadPathError> {
-    let path = Path { drives: [Drive::Displacement; 3], waypoints: press_waypoints(&config.experiment, depth_mm) };
+    let path = Path::new([Drive::Displacement; 3], press_waypoints(&config.experiment, depth_mm));
     follow_to_end(&config.problem(finger), &path, from, checkpoint, progress)
 }
 
@@ -406,7 +501,7 @@ pub fn press_and_slide(
         y: 0.0,
     }));
     let snapshots: Vec<usize> = (pressed..waypoints.len()).collect();
-    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let path = Path::new([Drive::Displacement; 3], waypoints);
     let problem = config.problem(finger);
     match (from, checkpoint) {
         (Some(from), checkpoint) => follow_path_on(&problem, &path, &snapshots, from, checkpoint, progress),
@@ -458,6 +553,29 @@ mod tests {
         volume.labels[0] = 1;
         formats::volume::write(&a, &volume).unwrap();
         assert_ne!(first, hash(&a, 1.0));
+    }
+
+    /// The hash of stored runs is over this text.
+    #[test]
+    fn materials_of_today_are_hashed_as_ever() {
+        let elastic = "\"bone\":{\"kind\":\"floating\",\"elastic\":{\"young_mpa\":10000.0,\"poisson\":0.3},\
+                       \"joint\":{\"translation_n_per_mm\":1.0,\"rotation_nmm_per_rad\":50.0}}";
+        let expected = format!(
+            "{{\"skin\":{{\"mu_mpa\":0.034,\"alpha\":1.4,\"d_per_mpa\":1.0}},\
+             \"subcutaneous\":{{\"mu_mpa\":0.00684,\"alpha\":1.4,\"d_per_mpa\":10.0}},\
+             \"nail\":{{\"young_mpa\":100.0,\"poisson\":0.3}},{elastic}}}"
+        );
+        assert_eq!(serde_json::to_string(&Tissue::default()).unwrap(), expected);
+        let same: Config = toml::from_str("[tissue.skin]\nkind = \"ogden\"\nmu_mpa = 0.034\n").unwrap();
+        assert_eq!(same.hash().unwrap(), Config::default().hash().unwrap());
+        for text in [
+            "[tissue.skin]\nkind = \"neo_hooke\"\nmu_mpa = 0.034\nd_per_mpa = 1.0\n",
+            "[tissue.regions.gel]\n\
+            kind = \"elastic\"\nyoung_mpa = 0.1\npoisson = 0.45\n",
+        ] {
+            let other: Config = toml::from_str(text).unwrap();
+            assert_ne!(other.hash().unwrap(), same.hash().unwrap());
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use std::io::Write;
 use std::path::Path;
 
-use super::{Error, REGIONS, atomic_write};
+use super::{Error, atomic_write};
 use crate::mesh::{Mesh, Region, Tie};
 
 /// Name of the element surface made of the pad faces.
@@ -75,10 +75,10 @@ fn check_names(mesh: &Mesh) -> Result<(), String> {
             && name.starts_with(|c: char| c.is_ascii_alphabetic())
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
     };
-    match mesh.node_sets.keys().find(|name| !fine(name)) {
+    match mesh.node_sets.keys().chain(&mesh.soft_regions).find(|name| !fine(name)) {
         None => Ok(()),
         Some(name) => {
-            Err(format!("node set `{name}`: a set's name is up to 80 letters, digits, `_` or `-`, a letter first"))
+            Err(format!("set `{name}`: a set's name is up to 80 letters, digits, `_` or `-`, a letter first"))
         }
     }
 }
@@ -117,7 +117,7 @@ fn write_parts(w: &mut dyn Write, mesh: &Mesh, settings: &Settings, pad: &[(usiz
     for (i, p) in mesh.nodes.iter().enumerate() {
         writeln!(w, "{}, {:.12e}, {:.12e}, {:.12e}", i + 1, p.x, p.y, p.z)?;
     }
-    for (region, name) in REGIONS.into_iter().filter(|(region, _)| !settings.omit.contains(region)) {
+    for (region, name) in mesh.regions().into_iter().filter(|(region, _)| !settings.omit.contains(region)) {
         if mesh.hexes.iter().any(|hex| hex.region == region) {
             writeln!(w, "*ELEMENT, TYPE={}, ELSET={name}", settings.hex_type)?;
             for (e, hex) in mesh.hexes.iter().enumerate().filter(|(_, hex)| hex.region == region) {
@@ -227,6 +227,6 @@ mod tests {
         mesh.node_sets.insert("two words".into(), vec![0]);
         let dir = tempfile::tempdir().unwrap();
         let error = write(&dir.path().join("m.inp"), &mesh, &Settings::default()).unwrap_err().to_string();
-        assert!(error.contains("m.inp: node set `two words`"), "{error}");
+        assert!(error.contains("m.inp: set `two words`"), "{error}");
     }
 }

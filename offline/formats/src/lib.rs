@@ -28,7 +28,8 @@ pub use error::Error;
 
 use mesh::Region;
 
-/// Every region with the spelling of its element set, in the order of file output.
+/// The regions of every fingertip with the spelling of their element sets, in the order of file output; a mesh may
+/// name further soft ones, [`mesh::Mesh::regions`].
 pub const REGIONS: [(Region, &str); 5] = [
     (Region::Skin, "skin"),
     (Region::Subcutaneous, "subcutaneous"),
@@ -37,7 +38,7 @@ pub const REGIONS: [(Region, &str); 5] = [
     (Region::Nail, "nail"),
 ];
 
-/// Position of a region in [`REGIONS`]; the cell value `region` of VTU files.
+/// Position of a region in [`mesh::Mesh::regions`]; the cell value `region` of VTU files.
 fn region_index(region: Region) -> usize {
     match region {
         Region::Skin => 0,
@@ -45,6 +46,7 @@ fn region_index(region: Region) -> usize {
         Region::DistalBone => 2,
         Region::ProximalBone => 3,
         Region::Nail => 4,
+        Region::Soft(k) => REGIONS.len() + usize::from(k),
     }
 }
 
@@ -91,8 +93,11 @@ mod tests {
 
     #[test]
     fn region_index_is_its_place_in_the_list() {
-        for (i, (region, _)) in REGIONS.iter().enumerate() {
-            assert_eq!(region_index(*region), i);
+        let soft_regions = vec!["core".to_owned(), "gel".to_owned()];
+        let mesh = mesh::Mesh { soft_regions, ..test_mesh::hex_and_tet() };
+        assert_eq!(mesh.regions().len(), REGIONS.len() + 2);
+        for (i, (region, name)) in mesh.regions().into_iter().enumerate() {
+            assert_eq!((region_index(region), mesh.region_name(region)), (i, name));
         }
     }
 }

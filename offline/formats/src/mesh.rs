@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::{REGIONS, region_index};
+
 /// What a piece of the finger is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Region {
@@ -20,6 +22,8 @@ pub enum Region {
     ProximalBone,
     /// Nail plate (tetrahedra).
     Nail,
+    /// A soft region with a law of its own: its place in [`Mesh::soft_regions`].
+    Soft(u16),
 }
 
 /// An 8-node hexahedron: nodes 0-3 counter-clockwise seen from inside the element, from the outward side of
@@ -133,9 +137,28 @@ pub struct Mesh {
     pub pad_triangles: Vec<[u32; 3]>,
     /// Multi-point constraints: tetrahedra on hexahedra, small hexahedra beside large ones.
     pub ties: Vec<Tie>,
+    /// Names of the soft regions [`Region::Soft`].
+    pub soft_regions: Vec<String>,
 }
 
 impl Mesh {
+    /// Every region that the mesh may have with the spelling of its element set, in the order of file output.
+    pub fn regions(&self) -> Vec<(Region, &str)> {
+        let soft = self.soft_regions.iter().enumerate().map(|(k, name)| (Region::Soft(k as u16), name.as_str()));
+        REGIONS.into_iter().chain(soft).collect()
+    }
+
+    /// Spelling of a region's element set.
+    ///
+    /// # Panics
+    /// For a soft region that the mesh does not name.
+    pub fn region_name(&self, region: Region) -> &str {
+        match region {
+            Region::Soft(k) => &self.soft_regions[usize::from(k)],
+            shared => REGIONS[region_index(shared)].1,
+        }
+    }
+
     /// Nodes of the named set; empty if there is no such set.
     pub fn node_set(&self, name: &str) -> &[u32] {
         self.node_sets.get(name).map_or(&[], Vec::as_slice)

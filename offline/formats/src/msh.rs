@@ -10,7 +10,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::{Error, REGIONS, atomic_write};
+use super::{Error, atomic_write};
 use crate::mesh::Mesh;
 
 const HEX: u8 = 5;
@@ -33,8 +33,9 @@ struct Block<'a> {
 /// Errors: a node index beyond the nodes, or a set name with a quote; disk errors carry the path.
 pub fn write(file: &Path, mesh: &Mesh) -> Result<(), Error> {
     let problem = |problem| Error::Content { path: file.to_path_buf(), problem };
-    if let Some(name) = mesh.node_sets.keys().find(|name| name.contains(['"', '\n'])) {
-        return Err(problem(format!("node set `{name}`: a quote or line break cannot stand in a name")));
+    let mut names = mesh.node_sets.keys().chain(&mesh.soft_regions);
+    if let Some(name) = names.find(|name| name.contains(['"', '\n'])) {
+        return Err(problem(format!("set `{name}`: a quote or line break cannot stand in a name")));
     }
     let blocks = blocks(mesh);
     let used = blocks.iter().flat_map(|b| &b.elements).flat_map(|(_, nodes)| nodes.iter());
@@ -52,7 +53,7 @@ pub fn write(file: &Path, mesh: &Mesh) -> Result<(), Error> {
 
 fn blocks(mesh: &Mesh) -> Vec<Block<'_>> {
     let mut blocks = Vec::new();
-    for (i, (region, _)) in REGIONS.into_iter().enumerate() {
+    for (i, (region, _)) in mesh.regions().into_iter().enumerate() {
         for (kind, corners) in [(HEX, 8), (TET, 4), (TET10, 10)] {
             let numbered = mesh.elements().zip(1..);
             let mine = numbered.filter(|((nodes, of), _)| *of == region && nodes.len() == corners);
@@ -91,7 +92,7 @@ fn write_names(w: &mut dyn Write, mesh: &Mesh, blocks: &[Block]) -> std::io::Res
         let name = match dim {
             0 => mesh.node_sets.keys().nth(tag - 1).map_or("", String::as_str),
             2 => "pad",
-            _ => REGIONS[tag - 1].1,
+            _ => mesh.regions()[tag - 1].1,
         };
         writeln!(w, "{dim} {tag} \"{name}\"")?;
     }

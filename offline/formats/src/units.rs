@@ -18,6 +18,16 @@ pub fn non_negative<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error>
     check(from, "a finite number not less than 0", |v| v >= 0.0)
 }
 
+/// A finite number other than zero.
+pub fn non_zero<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    check(from, "a finite number other than 0", |v| v != 0.0)
+}
+
+/// Poisson's ratio of a soft solid.
+pub fn strict_poisson<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    check(from, "a number between 0 and 0.5, both excluded", |v| v > 0.0 && v < 0.5)
+}
+
 /// Poisson's ratio.
 pub fn poisson<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     check(from, "a number between -1 and 0.5", |v| v > -1.0 && v < 0.5)

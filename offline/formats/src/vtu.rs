@@ -20,6 +20,8 @@ pub enum Values {
     Scalars(Vec<f64>),
     /// Vectors; x, y, z.
     Vectors(Vec<Vector3<f64>>),
+    /// Symmetric tensors; xx, yy, zz, xy, yz, xz, the order in which ParaView names six components.
+    SymmetricTensors(Vec<[f64; 6]>),
 }
 
 impl Values {
@@ -28,6 +30,7 @@ impl Values {
             Self::Integers(v) => v.len(),
             Self::Scalars(v) => v.len(),
             Self::Vectors(v) => v.len(),
+            Self::SymmetricTensors(v) => v.len(),
         }
     }
 }
@@ -55,12 +58,17 @@ pub struct Grid {
     connectivity: Vec<u64>,
     offsets: Vec<u64>,
     types: Vec<CellType>,
+    /// Numbers that belong to the grid as a whole, by their names.
+    numbers: Vec<(String, usize)>,
 }
 
 impl Grid {
-    /// All elements of a mesh, hexahedra first; points are undeformed, mm.
+    /// All elements of a mesh, hexahedra first; points are undeformed, mm. The field data `region_skin` and so on hold the
+    /// number by which [`regions`] calls that region.
     pub fn of_body(mesh: &Mesh) -> Self {
-        let mut grid = Self { points: mesh.nodes.clone(), ..Self::default() };
+        let numbers =
+            mesh.regions().into_iter().enumerate().map(|(i, (_, name))| (format!("region_{name}"), i)).collect();
+        let mut grid = Self { points: mesh.nodes.clone(), numbers, ..Self::default() };
         mesh.hexes.iter().for_each(|h| grid.push(CellType::Hexahedron, &h.nodes));
         mesh.tets.iter().for_each(|t| grid.push(CellType::Tetra, &t.nodes));
         mesh.tets10.iter().for_each(|t| grid.push(CellType::QuadraticTetra, &t.nodes));
@@ -88,7 +96,7 @@ impl Grid {
     }
 }
 
-/// Region of every element of [`Grid::of_body`]: 0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail.
+/// Region of every element of [`Grid::of_body`], as its place in [`Mesh::regions`].
 pub fn regions(mesh: &Mesh) -> Field {
     Field::new("region", Values::Integers(mesh.elements().map(|(_, region)| region_index(region) as i32).collect()))
 }
@@ -117,6 +125,7 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
             cell: cell.into_iter().map(attribute).collect(),
         },
     };
+    let numbers = field_data(&grid.numbers);
     let grid = Vtk {
         version: Version::new_xml(1, 0),
         title: String::new(),
@@ -127,7 +136,20 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
     let mut bytes = Vec::new();
     grid.write_xml(&mut bytes)
         .map_err(|e| Error::Content { path: file.to_path_buf(), problem: format!("VTK: {e}") })?;
-    atomic_write(file, |w| w.write_all(&bytes))
+    let text = String::from_utf8_lossy(&bytes).replacen(GRID_OPENS, &format!("{GRID_OPENS}{numbers}"), 1);
+    atomic_write(file, |w| w.write_all(text.as_bytes()))
+}
+
+/// Where a grid begins in a file.
+const GRID_OPENS: &str = "<UnstructuredGrid>";
+
+/// Numbers as VTK's field data, which the crate that writes the rest does not know. Words would be refused by meshio.
+fn field_data(numbers: &[(String, usize)]) -> String {
+    let array = |(name, number): &(String, usize)| {
+        format!("<DataArray type=\"Int32\" Name=\"{name}\" NumberOfTuples=\"1\" format=\"ascii\">{number}</DataArray>")
+    };
+    let arrays: String = numbers.iter().map(array).collect();
+    if arrays.is_empty() { arrays } else { format!("<FieldData>{arrays}</FieldData>") }
 }
 
 /// A file of a collection.
@@ -162,6 +184,7 @@ fn attribute(field: Field) -> Attribute {
         Values::Integers(values) => DataArray::scalars(field.name, 1).with_data(values),
         Values::Scalars(values) => DataArray::scalars(field.name, 1).with_data(values),
         Values::Vectors(values) => DataArray::vectors(field.name).with_data(coordinates(&values)),
+        Values::SymmetricTensors(values) => DataArray::new(field.name, 6).with_data(values.into_flattened()),
     })
 }
 
@@ -179,10 +202,22 @@ mod tests {
         let mesh = test_mesh::hex_and_tet();
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("body.vtu");
-        write(&file, Grid::of_body(&mesh), Vec::new(), vec![regions(&mesh)]).unwrap();
+        let stress = vec![[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [-1.0, 0.0, 0.0, 0.0, 0.0, 0.5]];
+        let stress_field = Field::new("cauchy_stress_mpa", Values::SymmetricTensors(stress.clone()));
+        write(&file, Grid::of_body(&mesh), Vec::new(), vec![regions(&mesh), stress_field]).unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
+        let (_, field_data) = text.split_once("<FieldData>").unwrap();
+        for (i, (region, name)) in crate::REGIONS.into_iter().enumerate() {
+            assert_eq!(i, region_index(region));
+            let array = format!("Name=\"region_{name}\" NumberOfTuples=\"1\" format=\"ascii\">{i}</DataArray>");
+            assert!(field_data.contains(&array), "{array}");
+        }
         let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(&file).unwrap().data else { panic!() };
         let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
         assert_eq!((piece.num_points(), piece.cells.num_cells()), (12, 2));
+        let Attribute::DataArray(back) = &piece.data.cell[1] else { panic!() };
+        assert_eq!((back.name.as_str(), back.elem.num_comp()), ("cauchy_stress_mpa", 6));
+        assert_eq!(back.data.clone().into_vec::<f64>().unwrap(), stress.into_flattened());
         let (pad, nodes) = Grid::of_pad(&mesh);
         assert_eq!(nodes, [0, 1, 2, 3]);
         let short = vec![Field::new("pressure_mpa", Values::Scalars(vec![]))];

@@ -156,17 +156,8 @@ impl FingerPoint {
     /// Puts the finger into a configuration: its stiffness into tissue, nail, joint and penalty. Shape and depth
     /// offset have no place there.
     pub fn apply(&self, config: &mut Config) {
-        let s = self.stiffness;
-        let tissue = &mut config.tissue;
-        for law in [&mut tissue.skin, &mut tissue.subcutaneous] {
-            law.mu_mpa *= s;
-            law.d_per_mpa /= s;
-        }
-        tissue.nail.young_mpa *= s;
-        tissue.bone.elastic.young_mpa *= s;
-        tissue.bone.joint.translation_n_per_mm *= s;
-        tissue.bone.joint.rotation_nmm_per_rad *= s;
-        config.numerics.contact.penalty_mpa_per_mm *= s;
+        config.tissue.stiffen(self.stiffness);
+        config.numerics.contact.penalty_mpa_per_mm *= self.stiffness;
     }
 
     /// Value of a calibration parameter, in its unit.

@@ -133,7 +133,7 @@ impl<'a> Evaluator<'a> {
             env!("CARGO_PKG_VERSION"),
             shape,
             config.mesh_preset,
-            config.tissue,
+            &config.tissue,
             config.numerics,
             self.settings.tolerance.to_bits(),
         ))

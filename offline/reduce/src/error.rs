@@ -13,6 +13,16 @@ pub enum ReduceError {
         /// The problem with it.
         problem: String,
     },
+    /// Settings that make no design of experiments.
+    #[error("design.{key} = {value}: {problem}")]
+    Design {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: String,
+        /// The problem with it.
+        problem: String,
+    },
     /// Runs that do not belong together or do not suffice.
     #[error("{0}")]
     Runs(String),

@@ -1,6 +1,6 @@
 //! Reduction of finite-element responses to the reduced model that runs on a microcontroller.
 //!
-//! [`design`] lists the paths ([`Experiment`]) that the finite elements are run along; each response is stored as a
+//! [`design`] lists the paths ([`Experiment`]) that the finite elements are run along, [`share`] divides them; each response is stored as a
 //! [`Run`]. [`reduce`] fits the model's parameters to the runs that are not held out, replays every run through the
 //! package `fingerpad` itself, and returns a [`Reduced`] model with its error band, [`Scores`] and the bytes of its
 //! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text.
@@ -19,17 +19,20 @@ mod replay;
 mod runs;
 mod score;
 pub mod slip_length;
+mod stored_run;
 mod tables;
 mod trajectory;
 
 pub use band::{Band, Coverage};
 pub use curve::{CurvePoint, curve};
-pub use design::{DEPTH_MAX_MM, Experiment, Kind, design, halton};
+pub use design::{
+    Batch, DesignSettings, Experiment, Kind, PathNumbers, batches, design, halton, is_representable, share,
+};
 pub use error::ReduceError;
 pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
 pub use model::{Meta, Ranges, Reduced, reduce};
 pub use replay::{STEP_MM, replay, replay_steps};
-pub use runs::{Run, Sample, settings_hash};
+pub use runs::{Run, Sample, Turned, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};
 pub use trajectory::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};

@@ -6,7 +6,7 @@ use fingerpad::{Data, EffectSlot, Params};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
-use super::{DEPTH_MAX_MM, Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
+use super::{Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
 /// Contents of a model file's META section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,7 +65,7 @@ pub struct Reduced {
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
-/// [`ReduceError::Runs`] if runs of different settings are mixed or too few, [`ReduceError::Fit`],
+/// [`ReduceError::Runs`] if runs of different settings are mixed or too few or not representable, [`ReduceError::Fit`],
 /// [`ReduceError::Model`] if the core refuses the numbers.
 pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Result<Reduced, ReduceError> {
     let first = runs.first().ok_or_else(|| ReduceError::Runs("no runs: make them with --design".into()))?;
@@ -73,6 +73,12 @@ pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Resu
         return Err(ReduceError::Runs(format!(
             "runs of different settings: {} has {}, {} has {}",
             first.name, first.settings_hash, other.name, other.settings_hash
+        )));
+    }
+    if let Some(other) = runs.iter().find(|r| !r.is_representable()) {
+        return Err(ReduceError::Runs(format!(
+            "{} turns the plane or drives it by force, which the reduced model does not know; leave it out of the fit",
+            other.name
         )));
     }
     let fitted = fit::<{ fingerpad::ELEMENTS }, { fingerpad::NODES }>(runs, pressure_exponent, settings)?;
@@ -111,7 +117,7 @@ fn ranges(runs: &[Run]) -> Ranges {
     let most = |of: &dyn Fn(&super::Sample) -> f32| f64::from(samples().map(of).fold(0.0, f32::max));
     let kinds = Kind::ALL.iter().filter(|kind| runs.iter().any(|r| r.kind == **kind));
     Ranges {
-        depth_mm: [0.0, most(&|s| s.depth_mm).min(DEPTH_MAX_MM)],
+        depth_mm: [0.0, most(&|s| s.depth_mm)],
         slide_mm: most(&|s| s.slide_mm[0].hypot(s.slide_mm[1])),
         normal_force_n: most(&|s| s.normal_force_n),
         histories: kinds.map(|k| k.as_str().to_owned()).collect(),
@@ -134,14 +140,16 @@ impl Reduced {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Sample, design, simulate_path};
+    use crate::{DesignSettings, Sample, design, simulate_path};
 
     /// Runs whose responses come from a known model instead of finite elements.
     fn twin() -> (Data, Vec<Run>) {
         let data = Params::example().try_build().unwrap();
         let model = data.model().unwrap();
-        let runs = design()
+        let runs = design(&DesignSettings::default())
+            .unwrap()
             .into_iter()
+            .filter(|e| crate::is_representable(&e.path))
             .map(|e| {
                 let rows = simulate_path(&model, &e.path);
                 Run {
@@ -181,5 +189,9 @@ mod tests {
         runs[3].settings_hash = "other".into();
         let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
         assert!(message.contains("has other"), "{message}");
+        runs[3].settings_hash = "twin".into();
+        runs[3].path.drives[0] = fingerpad_fe::load_path::Drive::Force;
+        let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
+        assert!(message.starts_with(&runs[3].name) && message.contains("by force"), "{message}");
     }
 }

@@ -1,24 +1,21 @@
 //! Storage of a path's finite-element response, with the hash of the settings that made it.
 //!
-//! File: the eight bytes `FPRUN001`, then a DEFLATE stream of postcard. Numbers are 32-bit floats, a relative rounding
-//! of 6e-8, far below what the finite-element solution resolves.
+//! Numbers are 32-bit floats, a relative rounding of 6e-8, far below what the finite-element solution resolves. The file is
+//! written and read by stored_run.
 
-use std::io::{Read, Write};
 use std::path::Path as FilePath;
 
-use flate2::{Compression, read::DeflateDecoder, write::DeflateEncoder};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 
-use super::{Experiment, Kind, ReduceError};
+use super::stored_run;
+use super::{Experiment, Kind, ReduceError, is_representable};
 use fingerpad::Regime;
 use fingerpad_fe::experiment::{Config, ConfigError};
-use fingerpad_fe::load_path::{Path, Response};
-
-const MAGIC: &[u8; 8] = b"FPRUN001";
+use fingerpad_fe::load_path::{Drive, Path, Response, Waypoint};
 
 /// One row of a stored response; signs and units as in [`Response`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Time, s.
     pub t_s: f32,
@@ -36,6 +33,21 @@ pub struct Sample {
     pub stick_ratio: f32,
     /// Regime of the contact.
     pub regime: Regime,
+    /// Pose of the plane and moments; None in runs that were stored before these were kept.
+    pub turned: Option<Turned>,
+}
+
+/// Pose of the plane and the moments that it exerts on the finger; signs, axes and point as in [`Response`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turned {
+    /// Spin, degrees.
+    pub spin_deg: f32,
+    /// Pitch, degrees.
+    pub pitch_deg: f32,
+    /// Roll, degrees.
+    pub roll_deg: f32,
+    /// Moments about x, y and z, N mm.
+    pub moment_n_mm: [f32; 3],
 }
 
 impl From<&Response> for Sample {
@@ -49,12 +61,31 @@ impl From<&Response> for Sample {
             contact_area_mm2: r.contact_area_mm2 as f32,
             stick_ratio: r.stick_ratio as f32,
             regime: r.regime,
+            turned: Some(Turned {
+                spin_deg: r.spin_deg as f32,
+                pitch_deg: r.pitch_deg as f32,
+                roll_deg: r.roll_deg as f32,
+                moment_n_mm: r.moment_n_mm.map(|m| m as f32),
+            }),
         }
     }
 }
 
+impl Sample {
+    /// Whether all its numbers are finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let turned = self.turned.unwrap_or_default();
+        let [sx, sy] = self.slide_mm;
+        let [fx, fy] = self.friction_n;
+        let [mx, my, mz] = turned.moment_n_mm;
+        let of_contact = [self.t_s, self.depth_mm, sx, sy, self.normal_force_n, fx, fy, self.contact_area_mm2];
+        let of_pose = [self.stick_ratio, turned.spin_deg, turned.pitch_deg, turned.roll_deg, mx, my, mz];
+        of_contact.iter().chain(&of_pose).all(|v| v.is_finite())
+    }
+}
+
 /// The finite-element response along one path of the design.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// Name of the experiment.
     pub name: String,
@@ -70,7 +101,7 @@ pub struct Run {
     pub samples: Vec<Sample>,
     /// Why the run ended before the path's end, if it did.
     pub ended_early: Option<String>,
-    /// CPU time, s.
+    /// CPU time, s; of a path that shares its beginning with others, that of the beginning included.
     pub cpu_s: f64,
 }
 
@@ -83,11 +114,30 @@ pub fn settings_hash(config: &Config) -> Result<String, ConfigError> {
     Config { experiment: Default::default(), ..config.clone() }.hash()
 }
 
+/// What names the file of a path without turns.
+#[derive(Serialize)]
+struct PlainPath<'a> {
+    drives: [Drive; 3],
+    waypoints: &'a [Waypoint],
+}
+
 impl Run {
+    /// Whether the reduced model knows the motion of its path, [`is_representable`].
+    pub fn is_representable(&self) -> bool {
+        is_representable(&self.path)
+    }
+
     /// Name of the file that holds a run of `experiment`: changes with path and settings, so that what is stale is
     /// not found.
     pub fn file_name(experiment: &Experiment, settings_hash: &str) -> String {
-        let key = serde_json::to_string(&(settings_hash, &experiment.path)).expect("plain numbers");
+        // A path without turns has the name that it had before there were any.
+        let plain = PlainPath { drives: experiment.path.drives, waypoints: &experiment.path.waypoints };
+        let key = if experiment.path.turns.is_none() {
+            serde_json::to_string(&(settings_hash, plain))
+        } else {
+            serde_json::to_string(&(settings_hash, &experiment.path))
+        };
+        let key = key.expect("plain numbers");
         let digest: String = Sha256::digest(key).iter().take(4).map(|b| format!("{b:02x}")).collect();
         format!("{}.{digest}.fprun", experiment.name)
     }
@@ -113,10 +163,7 @@ impl Run {
 
     /// The file's bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let plain = postcard::to_stdvec(self).expect("plain data");
-        let mut encoder = DeflateEncoder::new(MAGIC.to_vec(), Compression::best());
-        encoder.write_all(&plain).expect("writing to memory");
-        encoder.finish().expect("writing to memory")
+        stored_run::to_bytes(self)
     }
 
     /// A run from its file's bytes; `path` is for the message.
@@ -125,22 +172,8 @@ impl Run {
     /// [`ReduceError::Run`] if it is not such a file, damaged, or holds numbers that are not finite.
     pub fn from_bytes(bytes: &[u8], path: &FilePath) -> Result<Self, ReduceError> {
         let refuse = |problem: String| ReduceError::Run { path: path.to_path_buf(), problem };
-        let body = bytes.strip_prefix(MAGIC).ok_or_else(|| refuse("not a stored run (no FPRUN001)".into()))?;
-        let mut plain = Vec::new();
-        // A run is at most some thousand rows; more is damage, not data.
-        DeflateDecoder::new(body)
-            .take(64 << 20)
-            .read_to_end(&mut plain)
-            .map_err(|e| refuse(format!("damaged: {e}")))?;
-        let run: Self = postcard::from_bytes(&plain).map_err(|e| refuse(format!("damaged: {e}")))?;
-        let finite = |s: &Sample| {
-            let [sx, sy] = s.slide_mm;
-            let [fx, fy] = s.friction_n;
-            [s.t_s, s.depth_mm, sx, sy, s.normal_force_n, fx, fy, s.contact_area_mm2, s.stick_ratio]
-                .iter()
-                .all(|v| v.is_finite())
-        };
-        if let Some(row) = run.samples.iter().position(|s| !finite(s)) {
+        let run = stored_run::from_bytes(bytes).map_err(refuse)?;
+        if let Some(row) = run.samples.iter().position(|s| !s.is_finite()) {
             return Err(refuse(format!("row {row} holds a number that is not finite: {:?}", run.samples[row])));
         }
         Ok(run)
@@ -150,10 +183,10 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design;
+    use crate::{DesignSettings, design};
 
     fn run() -> Run {
-        let e = &design()[5];
+        let e = &design(&DesignSettings::default()).unwrap()[5];
         let sample = Sample::from(&Response { t_s: 0.1, depth_mm: 1.0, normal_force_n: 0.3, ..Default::default() });
         Run {
             name: e.name.clone(),
@@ -171,18 +204,21 @@ mod tests {
     fn what_was_stored_comes_back_and_damage_is_refused() {
         let bytes = run().to_bytes();
         assert_eq!(Run::from_bytes(&bytes, FilePath::new("r")).unwrap(), run());
+        let mut without_pose = run();
+        without_pose.samples.iter_mut().for_each(|s| s.turned = None);
+        assert_eq!(Run::from_bytes(&without_pose.to_bytes(), FilePath::new("r")).unwrap(), without_pose);
         for length in [0, 7, 8, 20, bytes.len() - 9] {
             assert!(Run::from_bytes(&bytes[..length], FilePath::new("r")).is_err(), "{length}");
         }
         let mut bad = run();
-        bad.samples[3].normal_force_n = f32::NAN;
+        bad.samples[3].turned = Some(Turned { moment_n_mm: [0.0, f32::NAN, 0.0], ..Turned::default() });
         let message = Run::from_bytes(&bad.to_bytes(), FilePath::new("a.fprun")).unwrap_err().to_string();
         assert!(message.starts_with("a.fprun: row 3 "), "{message}");
     }
 
     #[test]
     fn settings_and_path_change_the_file_name() {
-        let all = design();
+        let all = design(&DesignSettings::default()).unwrap();
         let mut config = Config::default();
         let hash = settings_hash(&config).unwrap();
         config.experiment.slide_mm = 3.0;

@@ -39,7 +39,7 @@ pub fn check_law(pressure_exponent: f64) -> Result<(), ReduceError> {
 /// # Errors
 /// [`ReduceError::SlipLengthOfRuns`].
 pub fn check_runs(runs: &[Run], pressure_exponent: f64) -> Result<(), ReduceError> {
-    let runs: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
+    let runs: Vec<&Run> = runs.iter().filter(|r| !r.held_out && r.is_representable()).collect();
     let Ok(guess) = initial_guess(&runs) else { return Ok(()) };
     let settings = Settings::default();
     let deepest = runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
@@ -72,11 +72,12 @@ mod tests {
     use fingerpad::Regime;
 
     use super::*;
-    use crate::{Kind, Sample, design, fit};
+    use crate::{DesignSettings, Kind, Sample, design, fit};
 
     /// Runs of a contact with limit `d^limit_exponent` N and stiffness `sqrt(d)` N/mm, made without finite elements.
     fn runs(limit_exponent: f64) -> Vec<Run> {
-        let design = design().into_iter().filter(|e| matches!(e.kind, Kind::Press | Kind::Straight));
+        let all = design(&DesignSettings::default()).unwrap();
+        let design = all.into_iter().filter(|e| matches!(e.kind, Kind::Press | Kind::Straight));
         design
             .map(|e| {
                 let (mut at, mut force, mut samples) = ([0.0; 3], [0.0; 2], Vec::new());
@@ -99,6 +100,7 @@ mod tests {
                             contact_area_mm2: (30.0 * depth) as f32,
                             stick_ratio: if share < 1.0 { 0.0 } else { 0.9 },
                             regime: if depth > 0.0 { Regime::PartialSlip } else { Regime::NoContact },
+                            turned: None,
                         });
                     }
                 }

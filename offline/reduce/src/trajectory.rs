@@ -45,6 +45,7 @@ fn row(t_s: f64, at: [f64; 3], r: &Response) -> TrajectoryRow {
             regime: r.regime,
             status: r.status,
             centre_of_pressure_mm: [f64::NAN; 2],
+            ..Default::default()
         },
         friction_limit_n: r.friction_limit_n.into(),
         slip_margin: r.slip_margin.into(),
@@ -162,15 +163,10 @@ mod tests {
         let data = Params::example().try_build().unwrap();
         let model = data.model().unwrap();
         let corner = |t_s, normal, x| Waypoint { t_s, normal, x, y: 0.0 };
-        let path = Path {
-            drives: [Drive::Displacement; 3],
-            waypoints: vec![
-                corner(0.0, 0.0, 0.0),
-                corner(0.5, 1.0, 0.0),
-                corner(1.5, 1.0, 0.0),
-                corner(2.5, 1.0, 10.0),
-            ],
-        };
+        let path = Path::new(
+            [Drive::Displacement; 3],
+            vec![corner(0.0, 0.0, 0.0), corner(0.5, 1.0, 0.0), corner(1.5, 1.0, 0.0), corner(2.5, 1.0, 10.0)],
+        );
         let last = |slots: &[EffectSlot], surroundings| {
             let effects = Effects::new(slots).unwrap();
             simulate_path_with_effects(&model, &effects, surroundings, &path).unwrap().pop().unwrap().response

@@ -197,6 +197,21 @@ impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
         self.outline(&points, Line::solid(colour, 1.4))
     }
 
+    /// Fills the head of an arrow whose tip stands at `tip`, pointing along `direction` (y downwards), `length` px long.
+    pub fn arrow_head(
+        &mut self,
+        tip: (f64, f64),
+        direction: (f64, f64),
+        length: f64,
+        colour: BackendColor,
+    ) -> Drawn<DB> {
+        let norm = direction.0.hypot(direction.1);
+        let (dx, dy) = (length * direction.0 / norm, length * direction.1 / norm);
+        let back = (tip.0 - dx, tip.1 - dy);
+        let half = 0.42;
+        self.area(&[tip, (back.0 - half * dy, back.1 + half * dx), (back.0 + half * dy, back.1 - half * dx)], colour)
+    }
+
     /// Sets a line of text.
     pub fn text(&mut self, text: &str, at: (f64, f64), style: Text) -> Drawn<DB> {
         if !finite(&at) || text.is_empty() {

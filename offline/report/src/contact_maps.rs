@@ -4,9 +4,10 @@ use plotters_backend::DrawingBackend;
 
 use super::axes::Axis;
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text, VPos};
-use super::colour::{FAINT, GREY, INK, SLIPPING, STUCK, WHITE, mix, rgb, viridis};
+use super::colour::{GREY, INK, SLIPPING, STUCK, mix, viridis};
 use super::font;
 use super::numbers::{DepthNumbers, Numbers, fixed, map_snapshots};
+use super::pad_view::{self, Face, PadView, UNTOUCHED, faces, touches};
 use super::{BuildReport, DepthResult};
 use fingerpad_fe::load_path::{FaceState, Snapshot};
 use fingerpad_fe::mesh::Mesh;
@@ -19,9 +20,6 @@ pub struct Scale {
     /// Part of the plane that is shown, mm: least x, least y, width, height.
     pub window_mm: [f64; 4],
 }
-
-/// The face's outline on the plane, mm, and its state.
-type Face = (Vec<(f64, f64)>, FaceState);
 
 /// One column: the slide and the faces.
 pub struct Map {
@@ -46,43 +44,18 @@ pub fn per_depth<'a>(
 ) -> Vec<(Scale, Vec<Map>, &'a DepthNumbers)> {
     let maps_of = |d: &DepthResult| map_snapshots(d).into_iter().map(|s| Map::of(s, mesh)).collect::<Vec<_>>();
     let all: Vec<Vec<Map>> = report.depths.iter().map(maps_of).collect();
-    let faces = || all.iter().flatten().flat_map(|m| &m.faces).filter(|f| touches(&f.1));
-    let mut window = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-    for (x, y) in faces().flat_map(|f| f.0.iter()).filter(|p| p.0.is_finite() && p.1.is_finite()) {
-        window = [window[0].min(*x), window[1].min(*y), window[2].max(*x), window[3].max(*y)];
-    }
-    if !(window[0] < window[2] && window[1] < window[3]) {
-        return Vec::new();
-    }
-    let margin = 0.8;
-    let window_mm = [
-        window[0] - margin,
-        window[1] - margin,
-        window[2] - window[0] + 2.0 * margin,
-        window[3] - window[1] + 2.0 * margin,
-    ];
-    let pressure = Axis::covering("", [0.0, 0.0], faces().map(|f| 1e3 * f.1.pressure_mpa), 4);
+    let touching = || all.iter().flatten().flat_map(|m| &m.faces).filter(|f| touches(&f.1));
+    let Some(window_mm) = pad_view::window(all.iter().flatten().flat_map(|m| &m.faces)) else { return Vec::new() };
+    let pressure = Axis::covering("", [0.0, 0.0], touching().map(|f| 1e3 * f.1.pressure_mpa), 4);
     let scale = Scale { pressure, window_mm };
     let pairs = all.into_iter().zip(&numbers.depths).filter(|(maps, _)| !maps.is_empty());
     pairs.map(|(maps, depth)| (scale.clone(), maps, depth)).collect()
 }
 
-fn touches(face: &FaceState) -> bool {
-    face.contact_fraction > 0.0 || face.pressure_mpa > 0.0
-}
-
 impl Map {
     fn of(snapshot: &Snapshot, mesh: &Mesh) -> Self {
-        let corner = |node: &u32| {
-            let p = mesh.nodes[*node as usize] + snapshot.displacement_mm[*node as usize];
-            (p.x, p.y)
-        };
-        let outline = |face: &[u32]| face.iter().map(corner).collect::<Vec<_>>();
-        let quads = mesh.pad_faces.iter().map(|face| outline(face));
-        let outlines = quads.chain(mesh.pad_triangles.iter().map(|face| outline(face)));
-        let faces = outlines.zip(snapshot.faces.iter().copied()).collect();
         let (x, y) = (snapshot.response.slide_x_mm, snapshot.response.slide_y_mm);
-        Self { slide_mm: x.hypot(y), along_x: x >= 0.0 && y.abs() <= 1e-6 * x, faces }
+        Self { slide_mm: x.hypot(y), along_x: x >= 0.0 && y.abs() <= 1e-6 * x, faces: faces(snapshot, mesh) }
     }
 }
 
@@ -92,69 +65,11 @@ const TOP: f64 = 44.0;
 const GAP: f64 = 12.0;
 const BELOW: f64 = 52.0;
 const WIDTH: f64 = 940.0;
-const UNTOUCHED: plotters_backend::BackendColor = rgb(0xf3f4f6);
 
 impl ContactMaps {
-    /// Width and height of one map, px: the window's own proportions, at most 5 columns wide and 260 px high.
-    fn cell(&self) -> (f64, f64, f64) {
-        let [_, _, w, h] = self.scale.window_mm;
-        let scale = ((WIDTH - LEFT - RIGHT + GAP) / 5.0 - GAP) / w;
-        let scale = scale.min(260.0 / h);
-        (w * scale, h * scale, scale)
-    }
-
-    fn map<DB: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<'_, DB>,
-        map: &Map,
-        (left, top): (f64, f64),
-        fill: impl Fn(&FaceState) -> plotters_backend::BackendColor,
-    ) -> Drawn<DB> {
-        let (width, height, scale) = self.cell();
-        let [x0, y0, w, h] = self.scale.window_mm;
-        let at = |(x, y): &(f64, f64)| (left + (x - x0) * scale, top + height - (y - y0) * scale);
-        let inside = |(x, y): &(f64, f64)| *x >= x0 && *x <= x0 + w && *y >= y0 && *y <= y0 + h;
-        canvas.rect(left, top, width, height, WHITE)?;
-        for touching in [false, true] {
-            for (outline, state) in map.faces.iter().filter(|f| touches(&f.1) == touching) {
-                if outline.iter().all(inside) {
-                    let points: Vec<_> = outline.iter().map(at).collect();
-                    canvas.area(&points, fill(state))?;
-                    let edge = if touching { fill(state) } else { FAINT };
-                    canvas.outline(&points, Line::solid(edge, if touching { 0.3 } else { 0.5 }))?;
-                }
-            }
-        }
-        let corners = [(left, top), (left + width, top), (left + width, top + height), (left, top + height)];
-        canvas.outline(&corners, Line::solid(FAINT, 1.0))
-    }
-
-    fn ticks<DB: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<'_, DB>,
-        left: f64,
-        top: f64,
-        x: bool,
-        y: bool,
-    ) -> Drawn<DB> {
-        let (_, height, scale) = self.cell();
-        let [x0, y0, w, h] = self.scale.window_mm;
-        let fives = |from: f64, length: f64| {
-            ((from / 5.0).ceil() as i64..=((from + length) / 5.0).floor() as i64).map(|i| 5.0 * i as f64)
-        };
-        let small = Text { em: 11.0, colour: GREY, ..Text::BODY };
-        let bottom = top + height;
-        for v in fives(x0, w).filter(|_| x) {
-            let px = left + (v - x0) * scale;
-            canvas.line(&[(px, bottom), (px, bottom + 4.0)], Line::solid(GREY, 1.0))?;
-            canvas.text(&fixed(v, 0), (px, bottom + 6.0), Text { h: HPos::Center, v: VPos::Top, ..small })?;
-        }
-        for v in fives(y0, h).filter(|_| y) {
-            let py = bottom - (v - y0) * scale;
-            canvas.line(&[(left - 4.0, py), (left, py)], Line::solid(GREY, 1.0))?;
-            canvas.text(&fixed(v, 0), (left - 7.0, py), Text { h: HPos::Right, ..small })?;
-        }
-        Ok(())
+    /// One map: the window's own proportions, at most 5 columns wide and 260 px high.
+    fn view(&self) -> PadView {
+        PadView::within(self.scale.window_mm, (WIDTH - LEFT - RIGHT + GAP) / 5.0 - GAP, 260.0)
     }
 
     fn colour_bar<DB: DrawingBackend>(
@@ -187,12 +102,13 @@ impl ContactMaps {
 
 impl Figure for ContactMaps {
     fn size(&self) -> (u32, u32) {
-        let (_, height, _) = self.cell();
+        let (_, height) = self.view().size();
         (WIDTH as u32, (TOP + 2.0 * height + GAP + BELOW).ceil() as u32)
     }
 
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
-        let (width, height, _) = self.cell();
+        let view = self.view();
+        let (width, height) = view.size();
         let full = self.scale.pressure.max();
         let second = TOP + height + GAP;
         for (i, map) in self.maps.iter().enumerate() {
@@ -202,10 +118,10 @@ impl Figure for ContactMaps {
             canvas.text(&title, (left + width / 2.0, TOP - 13.0), style)?;
             // A face that touches in part is as pale as the part is small.
             let shade = |f: &FaceState, colour| mix(UNTOUCHED, colour, f.contact_fraction);
-            self.map(canvas, map, (left, TOP), |f| shade(f, viridis(1e3 * f.pressure_mpa / full)))?;
-            self.map(canvas, map, (left, second), |f| shade(f, mix(SLIPPING, STUCK, f.stick_fraction)))?;
-            self.ticks(canvas, left, TOP, false, i == 0)?;
-            self.ticks(canvas, left, second, true, i == 0)?;
+            view.draw(canvas, (left, TOP), &map.faces, |f| shade(f, viridis(1e3 * f.pressure_mpa / full)))?;
+            view.draw(canvas, (left, second), &map.faces, |f| shade(f, mix(SLIPPING, STUCK, f.stick_fraction)))?;
+            view.ticks(canvas, (left, TOP), false, i == 0)?;
+            view.ticks(canvas, (left, second), true, i == 0)?;
         }
         let all = self.maps.len() as f64 * (width + GAP) - GAP;
         let bottom = second + height;

@@ -18,7 +18,7 @@ pub struct Picture {
     pub caption: String,
     /// PNG file.
     pub png: Vec<u8>,
-    /// The same as `<svg>`, where that is the better form.
+    /// The same as `<svg>`, where that is the better form; two of them for wide and narrow pages.
     pub svg: Option<String>,
 }
 
@@ -117,7 +117,7 @@ pub(super) fn figure(out: &mut String, number: usize, picture: &Picture) {
     let title = escape(&picture.title);
     let _ = writeln!(out, "<figure id=\"{}\">", escape(&picture.name));
     match &picture.svg {
-        Some(svg) => out.push_str(&svg.replacen("<svg ", &format!("<svg aria-label=\"{title}\" "), 1)),
+        Some(svg) => out.push_str(&svg.replace("<svg ", &format!("<svg aria-label=\"{title}\" "))),
         None => {
             let _ =
                 writeln!(out, "<img alt=\"{title}\" src=\"data:image/png;base64,{}\">", BASE64.encode(&picture.png));

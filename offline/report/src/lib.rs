@@ -17,15 +17,17 @@ mod html;
 pub mod identify;
 mod mesh_view;
 mod numbers;
+mod pad_view;
 mod raster;
 mod reduced;
 mod reduced_pairs;
+pub mod simulation;
 #[cfg(test)]
 mod synthetic;
 
 use serde::{Deserialize, Serialize};
 
-use fingerpad_fe::load_path::Trajectory;
+use fingerpad_fe::load_path::{Snapshot, Trajectory};
 use fingerpad_fe::mesh::Mesh;
 pub use numbers::{
     Comparison, DepthNumbers, Differences, MapNumbers, Numbers, PaperFit, PressPoint, Range, Secant, SlidePoint,
@@ -46,7 +48,7 @@ pub enum ReportError {
          the mesh {mesh_nodes} and {mesh_faces}"
     )]
     OtherMesh {
-        /// Depth of the run, mm.
+        /// Depth of the snapshot, mm.
         depth_mm: f64,
         /// Slide of the snapshot, mm.
         slide_mm: f64,
@@ -220,7 +222,9 @@ pub struct Rendered {
 ///
 /// Errors: [`ReportError::OtherMesh`] if a snapshot does not fit the mesh.
 pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError> {
-    check_snapshots(report, mesh)?;
+    for snapshot in report.depths.iter().flat_map(|d| &d.trajectory.snapshots) {
+        check_snapshot(snapshot, mesh)?;
+    }
     let numbers = Numbers::of(report);
     let mut pictures = Vec::new();
     let mut figures = Vec::new();
@@ -270,24 +274,20 @@ pub fn mesh_picture(mesh: &Mesh) -> Result<Vec<u8>, ReportError> {
     canvas::png(&mesh_view::MeshView::of(&BuildReport::default(), mesh))
 }
 
-fn check_snapshots(report: &BuildReport, mesh: &Mesh) -> Result<(), ReportError> {
-    for depth in &report.depths {
-        for snapshot in &depth.trajectory.snapshots {
-            let (nodes, faces) = (snapshot.displacement_mm.len(), snapshot.faces.len());
-            let mesh_faces = mesh.pad_faces.len() + mesh.pad_triangles.len();
-            if (nodes, faces) != (mesh.nodes.len(), mesh_faces) {
-                return Err(ReportError::OtherMesh {
-                    depth_mm: depth.depth_mm,
-                    slide_mm: snapshot.response.slide_x_mm.hypot(snapshot.response.slide_y_mm),
-                    nodes,
-                    faces,
-                    mesh_nodes: mesh.nodes.len(),
-                    mesh_faces,
-                });
-            }
-        }
+fn check_snapshot(snapshot: &Snapshot, mesh: &Mesh) -> Result<(), ReportError> {
+    let (nodes, faces) = (snapshot.displacement_mm.len(), snapshot.faces.len());
+    let mesh_faces = mesh.pad_faces.len() + mesh.pad_triangles.len();
+    if (nodes, faces) == (mesh.nodes.len(), mesh_faces) {
+        return Ok(());
     }
-    Ok(())
+    Err(ReportError::OtherMesh {
+        depth_mm: snapshot.response.depth_mm,
+        slide_mm: snapshot.response.slide_x_mm.hypot(snapshot.response.slide_y_mm),
+        nodes,
+        faces,
+        mesh_nodes: mesh.nodes.len(),
+        mesh_faces,
+    })
 }
 
 #[cfg(test)]

@@ -29,8 +29,12 @@ fn colour(region: Region) -> BackendColor {
         Region::DistalBone => rgb(0xb9c6d2),
         Region::ProximalBone => rgb(0x8797a8),
         Region::Nail => rgb(0x8d6aa8),
+        Region::Soft(k) => SOFT[usize::from(k) % SOFT.len()],
     }
 }
+
+/// Colours of named soft regions, in turn.
+const SOFT: [BackendColor; 4] = [rgb(0x9ec7a5), rgb(0xd9a5b3), rgb(0xa3b8dc), rgb(0xd8cf8e)];
 
 type Point = Vector3<f64>;
 
@@ -76,7 +80,7 @@ struct Scene {
 /// The pictures of the mesh.
 pub struct MeshView {
     scenes: Vec<Scene>,
-    regions: Vec<(BackendColor, &'static str)>,
+    regions: Vec<(BackendColor, String)>,
     /// Depth and slide of the deformed picture, mm.
     pub deformed: Option<(f64, f64)>,
 }
@@ -109,9 +113,15 @@ impl MeshView {
             (Region::Nail, "nail"),
         ];
         let has = |region: Region| mesh.elements().any(|(_, of)| of == region);
-        let mut regions: Vec<_> = regions.into_iter().filter(|r| has(r.0)).map(|r| (colour(r.0), r.1)).collect();
-        regions.push((PAD, "pad: faces that may touch the plane"));
-        regions.push((PLANE, "plane, grid of 5 mm"));
+        let soft = mesh.regions().into_iter().filter(|(region, _)| matches!(region, Region::Soft(_)));
+        let mut regions: Vec<_> = regions
+            .into_iter()
+            .chain(soft)
+            .filter(|r| has(r.0))
+            .map(|(region, name)| (colour(region), name.to_owned()))
+            .collect();
+        regions.push((PAD, "pad: faces that may touch the plane".into()));
+        regions.push((PLANE, "plane, grid of 5 mm".into()));
         Self { scenes, regions, deformed }
     }
 }

@@ -6,6 +6,7 @@ use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
 use super::*;
+use fingerpad_fe::element::ElementStress;
 use fingerpad_fe::load_path::{Cost, FaceState, Response, Snapshot, Work};
 use fingerpad_fe::mesh::{Hex, Region, Tet};
 
@@ -146,6 +147,7 @@ fn response(depth_mm: f64, slide: f64, n: f64, friction: f64, area: f64, stick_r
         regime: Regime::classify(area > 0.0, stick_ratio as f32),
         status: Status::OK,
         centre_of_pressure_mm: [0.0; 2],
+        ..Response::default()
     }
 }
 
@@ -164,7 +166,7 @@ fn trajectory(mesh: &Mesh, depth: f64, n: f64, mu: f64, area: f64, slip_at: f64)
     let snapshots = [0.0, 0.5, 1.0, 2.0, 6.0].map(|s| snapshot(mesh, slide(s), slip_at)).to_vec();
     let cost =
         Cost { increments: 60, cutbacks: 1, iterations: 311, factorisations: 14, cpu_s: 17.25, ..Cost::default() };
-    let work = Work { plane_mj: 3.2134, friction_mj: 2.9071, stabilisation_mj: 0.0 };
+    let work = Work { plane_mj: 3.2134, friction_mj: 2.9071, pressure_mj: 0.0012, stabilisation_mj: 0.0 };
     Trajectory { responses, snapshots, cost, work }
 }
 
@@ -194,6 +196,7 @@ fn snapshot(mesh: &Mesh, response: Response, slip_at: f64) -> Snapshot {
         response,
         displacement_mm,
         faces: mesh.pad_faces.iter().map(face).collect(),
-        strain_energy_density_mpa: vec![0.0; mesh.hexes.len()],
+        strain_energy_density_mpa: vec![0.0; mesh.hexes.len() + mesh.tets.len()],
+        stresses: vec![ElementStress::default(); mesh.hexes.len() + mesh.tets.len()],
     }
 }

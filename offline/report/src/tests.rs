@@ -8,7 +8,7 @@ fn rendered() -> Rendered {
 }
 
 /// The page without its images and fonts.
-fn words(html: &str) -> String {
+pub fn words(html: &str) -> String {
     let html = html.replace('\u{a0}', " ");
     let mut pieces = html.split(";base64,");
     let first = pieces.next().unwrap_or_default().to_owned();
@@ -88,6 +88,11 @@ fn page_needs_nothing_from_outside() {
 fn page_closes_what_it_opens_and_escapes_what_it_is_given() {
     let html = rendered().html;
     assert!(html.contains("This &lt;test&gt; invents its &quot;numbers&quot;."));
+    closes_what_it_opens(&html);
+}
+
+/// Every tag of a page is closed where it should be.
+pub fn closes_what_it_opens(html: &str) {
     let body = &html[html.find("</style>").unwrap() + 8..];
     let mut open: Vec<&str> = vec!["html", "head"];
     for tag in body.split('<').skip(1) {

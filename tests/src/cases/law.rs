@@ -1,6 +1,6 @@
 //! What the friction law does in time: no creep under a held load, elastic slip as a length of the law.
 
-use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction};
+use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction, plane::DEPTH};
 use fingerpad_fe::load_path::{Drive, LoadSettings, Problem, Trajectory};
 use fingerpad_fe::solve::{Axis, Guess, Solver, SolverSettings, State, Stats, unwatched};
 
@@ -52,7 +52,7 @@ pub fn creep(effort: Effort) -> Result<Vec<Check>, Failure> {
         }
         let mut plane = from.contact.plane;
         if from.totals.force.z <= 0.0 {
-            plane[2] += 0.02;
+            plane.at[DEPTH] += 0.02;
         }
         let target = [Axis::Force(load), Axis::Displacement(0.0), Axis::Force(normal)];
         let guess = Guess { configuration: guess, plane, follows_plane: false };
@@ -68,8 +68,8 @@ pub fn creep(effort: Effort) -> Result<Vec<Check>, Failure> {
     let mut largest = 0.0f64;
     for seed in 0..perturbed {
         state = step(&mut solver, &state, [HELD_N, held], 1e-4, seed)?;
-        let moved = |k: usize| state.contact.plane[k] - start.contact.plane[k];
-        largest = largest.max(moved(0).hypot(moved(2)));
+        let moved = |k: usize| state.contact.plane.at[k] - start.contact.plane.at[k];
+        largest = largest.max(moved(0).hypot(moved(DEPTH)));
     }
     checks.push(Check::at_most(format!("drift in {perturbed} increments re-solved from noise (mm)"), largest, 1e-9));
     Ok(checks)

@@ -2,14 +2,14 @@
 
 use fingerpad_fe::assembly::Joint;
 use fingerpad_fe::load_path::{Bone, BoneKind, Finger, Problem, Tissue, Trajectory};
-use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Nail, fingertip};
+use fingerpad_fe::mesh::{Divisions, FingertipShape, MeshPreset, Nail, fingertip};
 
 use super::{Effort, Failure};
 use crate::{
     Check,
     calculix::{Case, Element},
     memory::peak_gib,
-    problems::fingers::{finger, follow, placed, problem},
+    problems::fingers::{at_corner, finger, follow, placed, problem},
 };
 
 /// Meshes refined evenly.
@@ -67,6 +67,49 @@ pub fn convergence(effort: Effort) -> Result<Vec<Check>, Failure> {
                 checks.push(Check::relative(name, medium[k], limit, 0.03));
             }
         }
+    }
+    Ok(checks)
+}
+
+/// Rows at even steps of a slide of 3 mm at 1 mm of depth and of the way back to 1.5 mm: friction (N) and stick ratio.
+fn there_and_back(finger: &Finger) -> Result<Vec<[f64; 2]>, Failure> {
+    let slides: Vec<f64> = (1..=30).chain((15..30).rev()).map(|k| 0.1 * f64::from(k)).collect();
+    let mut corners = vec![[0.0; 3], [1.0, 0.0, 0.0]];
+    corners.extend(slides.iter().map(|&s| [1.0, s, 0.0]));
+    let problem = Problem { half: finger.half.as_ref(), ..problem(&finger.body, &finger.mesh.pad_faces) };
+    let run = follow(&problem, &placed(&corners))?;
+    let row = |k: usize| {
+        let r = at_corner(&run, k);
+        [r.friction_x_n, r.stick_ratio]
+    };
+    Ok((2..corners.len()).map(row).collect())
+}
+
+/// Friction and stick ratio over a slide and a reversal on the shipped meshes against those with the pad's faces halved.
+pub fn slides(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let preset = if effort == Effort::Quick { MeshPreset::Coarse } else { MeshPreset::Default };
+    let mut checks = Vec::new();
+    for (shape, bone) in [("e", BoneKind::Floating), ("a", BoneKind::Fixed)] {
+        let whole = preset.divisions();
+        let halved = Divisions { pad_refinement: whole.pad_refinement + 1, ..whole };
+        let rows = [whole, halved].map(|divisions| -> Result<Vec<[f64; 2]>, Failure> {
+            let tip = fingertip(&FingertipShape::named(shape)?, &divisions)?;
+            let bone = Bone { kind: bone, ..Default::default() };
+            there_and_back(&Finger::new(tip, &Tissue { bone, ..Default::default() })?)
+        });
+        let [ours, finer] = rows;
+        let (ours, finer) = (ours?, finer?);
+        let largest_force = finer.iter().map(|row| row[0].abs()).fold(0.0, f64::max);
+        let errors = |k: usize| ours.iter().zip(&finer).map(move |(a, b)| (a[k] - b[k]).abs());
+        let rms = |k: usize| (errors(k).map(|e| e * e).sum::<f64>() / ours.len() as f64).sqrt();
+        let largest = |k: usize| errors(k).fold(0.0, f64::max);
+        let name = |what: &str| format!("{shape} {bone:?}, {preset:?} against faces halved: {what}");
+        checks.extend([
+            Check::at_most(name("stick ratio, RMS"), rms(1), 0.02),
+            Check::at_most(name("stick ratio, largest difference"), largest(1), 0.05),
+            Check::at_most(name("F(s) over the largest, RMS"), rms(0) / largest_force, 0.01),
+            Check::at_most(name("F(s) over the largest, largest difference"), largest(0) / largest_force, 0.02),
+        ]);
     }
     Ok(checks)
 }

@@ -9,6 +9,7 @@ mod numerics;
 pub mod paths;
 mod retuned;
 mod sphere;
+mod spin;
 
 use crate::Check;
 
@@ -37,7 +38,16 @@ pub struct Case {
 /// All cases.
 pub const CASES: &[Case] = &[
     Case { name: "hertz", about: "paraboloid on the plane, frictionless, exact far field", run: sphere::hertz },
-    Case { name: "mindlin", about: "Cattaneo-Mindlin, Coulomb, nu 0.499, exact far field", run: sphere::mindlin },
+    Case {
+        name: "mindlin",
+        about: "Cattaneo-Mindlin and back and forth, Coulomb, nu 0.499, exact far field",
+        run: sphere::mindlin,
+    },
+    Case {
+        name: "spin",
+        about: "sphere that spins: Reissner-Sagoci, Lubkin, full spin, exact far field",
+        run: spin::spin,
+    },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
     Case {
         name: "volume",
@@ -65,6 +75,11 @@ pub const CASES: &[Case] = &[
         name: "convergence",
         about: "three meshes, A fixed and E floating, 1 mm: N, area, F/N",
         run: meshes::convergence,
+    },
+    Case {
+        name: "slides",
+        about: "default mesh against faces halved, 1 mm: stick ratio and F(s) over 3 mm and back",
+        run: meshes::slides,
     },
     Case {
         name: "elements",

@@ -86,10 +86,10 @@ fn run(finger: &Finger, name: &str, path: &Path) -> Vec<Check> {
             cost.max_penetration_mm,
             problem.penalty.penetration_tolerance_mm,
         ),
-        Check::at_least(format!("{name}: smallest dissipation (MPa mm)"), cost.min_dissipation_mj, 0.0),
+        Check::at_least(format!("{name}: smallest dissipation (mJ)"), cost.min_dissipation_mj, 0.0),
         Check::at_least(
             format!("{name}: work less slip's and stabilisation's (mJ)"),
-            work.plane_mj - work.friction_mj - work.stabilisation_mj,
+            work.plane_mj + work.pressure_mj - work.friction_mj - work.stabilisation_mj,
             -0.5 * gamma * peak,
         ),
         Check::at_most(

@@ -31,7 +31,7 @@ fn fingers(config: &Config, count: usize) -> Vec<[f64; 3]> {
         })
         .filter(|[_, e, lambda]| {
             let strength = law.lambda * lambda * (0.005 * e).powf(law.beta);
-            strength <= STRENGTH_MOST * e * config.tissue.subcutaneous.mu_mpa
+            strength <= STRENGTH_MOST * e * config.tissue.subcutaneous.shear_mpa()
         })
         .take(count)
         .collect()

@@ -1,11 +1,12 @@
 //! Blocks with their bodies.
 
 use fingerpad_fe::assembly::{Body, Joint, Material, Supports};
+use fingerpad_fe::material::Ogden;
 use fingerpad_fe::mesh::{
     Mesh, Region, Tie,
-    block::{block, coordinates, distort, into_tets},
+    block::{block, coordinates, curved_block, distort, into_tets},
 };
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 /// A block of 3 x 4 x 3 hexahedra, 3 x 3.2 x 2.4 mm, its inner nodes moved by up to 0.2 of the spacing.
 pub fn distorted_block(seed: u64) -> Mesh {
@@ -13,6 +14,32 @@ pub fn distorted_block(seed: u64) -> Mesh {
         block(&coordinates(-1.0, 2.0, 3, 1.2), &coordinates(0.0, 3.2, 4, 1.0), &coordinates(0.5, 2.9, 3, 0.9));
     distort(&mut mesh, 0.16, seed);
     mesh
+}
+
+/// A soft paraboloid of radius 6 mm, 4 x 4 x 2 mm, fixed at its upper face, with a rigid cell on a joint in it, turned as a
+/// whole about the point of first touch.
+///
+/// # Panics
+/// Never: the mesh is right side out.
+pub fn paraboloid(turn: &Rotation3<f64>) -> (Mesh, Body) {
+    let line = coordinates(-2.0, 2.0, 8, 1.0);
+    let bulge = |p: Vector3<f64>| p + Vector3::z() * ((p.x * p.x + p.y * p.y) / 12.0 * (1.0 - p.z / 2.0));
+    let mut mesh = curved_block(&line, &line, &coordinates(0.0, 2.0, 4, 1.3), bulge);
+    let core = |p: &Vector3<f64>| p.xy().amax() < 0.6 && p.z > 0.8 && p.z < 1.7;
+    let rigid: Vec<u32> = (0..mesh.nodes.len() as u32).filter(|&n| core(&mesh.nodes[n as usize])).collect();
+    assert!(rigid.len() >= 8, "a cell at least");
+    mesh.nodes.iter_mut().for_each(|p| *p = turn * *p);
+    let supports = Supports {
+        fixed: mesh.node_set("z1").to_vec(),
+        contact: mesh.node_set("z0").to_vec(),
+        rigid,
+        ..Default::default()
+    };
+    let soft = Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 });
+    let joint = Joint { translation_n_per_mm: 0.05, rotation_nmm_per_rad: 0.2 };
+    let reference = turn * Vector3::new(0.1, 0.3, 1.5);
+    let body = Body::new(&mesh, |_| Some(soft), &supports, reference, joint).expect("a mesh right side out");
+    (mesh, body)
 }
 
 /// Nodes of the six faces of a block.

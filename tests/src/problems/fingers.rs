@@ -21,8 +21,7 @@ pub fn finger(shape: &str, preset: MeshPreset, bone: BoneKind, stiffness: f64) -
     let mut tissue = Tissue::default();
     tissue.bone.kind = bone;
     for law in [&mut tissue.skin, &mut tissue.subcutaneous] {
-        law.mu_mpa *= stiffness;
-        law.d_per_mpa /= stiffness;
+        *law = law.stiffened(stiffness);
     }
     Ok(Finger::new(tip, &tissue)?)
 }
@@ -37,6 +36,9 @@ pub fn problem<'a>(body: &'a Body, pad_faces: impl Into<PadFaces<'a>>) -> Proble
         penalty: PenaltySettings::default(),
         settings: SolverSettings::default(),
         load_steps: LoadSettings::default(),
+        neutral_pitch_deg: 30.0,
+        obstacles: &[],
+        beside_pad: &[],
         clearance_mm: f64::INFINITY,
     }
 }
@@ -45,7 +47,7 @@ pub fn problem<'a>(body: &'a Body, pad_faces: impl Into<PadFaces<'a>>) -> Proble
 pub fn path(drives: [Drive; 3], corners: &[[f64; 3]]) -> Path {
     let waypoints =
         corners.iter().enumerate().map(|(k, &[normal, x, y])| Waypoint { t_s: k as f64, normal, x, y }).collect();
-    Path { drives, waypoints }
+    Path::new(drives, waypoints)
 }
 
 /// A path of depth and slides.

@@ -1,16 +1,16 @@
 //! A paraboloid on the plane in a graded block with the exact far field of the half-space on its outer boundary.
 //!
 //! The contact radius is 1 mm, the curvature hundreds of them, so that everything stays linear; symmetry planes
-//! leave a quarter (normal load) or a half (tangential load along x).
+//! leave a quarter (normal load), a half (tangential load along x) or nothing out (spin).
 
 use fingerpad_fe::assembly::{Body, BodyError, Configuration, Joint, Material, Supports};
-use fingerpad_fe::contact::{Friction, PenaltySettings};
+use fingerpad_fe::contact::{Coordinates, Friction, PenaltySettings};
 use fingerpad_fe::material::Ogden;
 use fingerpad_fe::mesh::{
     Mesh,
     block::{block, coordinates, into_second_order, into_tets},
 };
-use fingerpad_fe::solve::{Axis, Guess, PadFaces, SolveError, Solver, SolverSettings, State, Stats, unwatched};
+use fingerpad_fe::solve::{Guess, PadFaces, SolveError, Solver, SolverSettings, State, Stats, Target, unwatched};
 use nalgebra::Vector3;
 
 use crate::half_space::{HalfSpace, Hertz, PointLoads};
@@ -22,6 +22,8 @@ pub enum Part {
     Quarter,
     /// y >= 0.
     Half,
+    /// All of it: what spins has no plane of symmetry.
+    Whole,
 }
 
 /// What the body is meshed with.
@@ -85,24 +87,31 @@ impl Sphere {
         let mut whole: Vec<f64> = arm.iter().skip(1).rev().map(|x| -x).collect();
         whole.extend(&arm);
         let up = outward(0.0, layout.extent, h, layout.growth);
-        let xs = if layout.part == Part::Quarter { &arm } else { &whole };
+        let (xs, ys) = match layout.part {
+            Part::Quarter => (&arm, &arm),
+            Part::Half => (&whole, &arm),
+            Part::Whole => (&whole, &whole),
+        };
         let height = layout.extent;
         let flat = match layout.elements {
-            Elements::Hexes => block(xs, &arm, &up),
-            Elements::Tets => into_second_order(&into_tets(&block(xs, &arm, &up))),
+            Elements::Hexes => block(xs, ys, &up),
+            Elements::Tets => into_second_order(&into_tets(&block(xs, ys, &up))),
         };
         let mut mesh = flat.clone();
         for p in &mut mesh.nodes {
             p.z += (p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height);
         }
-        let outer: &[&str] = if layout.part == Part::Quarter { &["x1", "y1", "z1"] } else { &["x0", "x1", "y1", "z1"] };
+        let (cut, outer): (&[(&str, usize)], &[&str]) = match layout.part {
+            Part::Quarter => (&[("y0", 1), ("x0", 0)], &["x1", "y1", "z1"]),
+            Part::Half => (&[("y0", 1)], &["x0", "x1", "y1", "z1"]),
+            Part::Whole => (&[], &["x0", "x1", "y0", "y1", "z1"]),
+        };
         let mut fixed: Vec<u32> = outer.iter().flat_map(|name| mesh.node_set(name)).copied().collect();
         fixed.sort_unstable();
         fixed.dedup();
-        let mut fixed_components: Vec<(u32, usize)> = mesh.node_set("y0").iter().map(|&n| (n, 1)).collect();
-        if layout.part == Part::Quarter {
-            fixed_components.extend(mesh.node_set("x0").iter().map(|&n| (n, 0)));
-        }
+        let held =
+            |&(name, axis): &(&str, usize)| mesh.node_set(name).iter().map(move |&n| (n, axis)).collect::<Vec<_>>();
+        let fixed_components: Vec<(u32, usize)> = cut.iter().flat_map(held).collect();
         let near = |face: &[u32]| {
             face.iter().any(|&n| mesh.nodes[n as usize].xy().norm() < 0.5 * (1.0 + EVEN))
                 && face.iter().all(|&n| mesh.nodes[n as usize].xy().amax() < EVEN + 0.5 * h)
@@ -117,7 +126,7 @@ impl Sphere {
         let boundary = fixed.iter().map(|&n| (n, flat.nodes[n as usize])).collect();
         let supports = Supports { fixed, fixed_components, contact, ..Default::default() };
         let body = Body::new(&mesh, |_| Some(Material::Ogden(law)), &supports, Vector3::zeros(), Joint::default())?;
-        let copies = if layout.part == Part::Quarter { 4.0 } else { 2.0 };
+        let copies = f64::from(1u8 << cut.len());
         Ok(Self { hertz, mesh, body, quads, triangles, boundary, copies })
     }
 
@@ -152,10 +161,10 @@ impl Sphere {
     /// [`SolveError`].
     pub fn press(&self, solver: &mut Solver) -> Result<State, SolveError> {
         let start = solver.initial_state([0.0; 3]);
-        self.step(solver, &start, [0.0, 0.0, self.hertz.approach_mm()], &PointLoads::hertz(&self.hertz))
+        self.step(solver, &start, [0.0, 0.0, self.hertz.approach_mm(), 0.0, 0.0, 0.0], &PointLoads::hertz(&self.hertz))
     }
 
-    /// One increment to the plane's place `to` under the far field of `loads`.
+    /// One increment to the plane's coordinates `to` under the far field of `loads`.
     ///
     /// # Errors
     /// [`SolveError`].
@@ -163,12 +172,12 @@ impl Sphere {
         &self,
         solver: &mut Solver,
         from: &State,
-        to: [f64; 3],
+        to: Coordinates,
         loads: &PointLoads,
     ) -> Result<State, SolveError> {
-        let guess =
-            Guess { configuration: self.placed(&from.configuration, loads), plane: to.into(), follows_plane: false };
-        solver.step(from, to.map(Axis::Displacement), guess, &mut Stats::default(), &mut unwatched)
+        let plane = from.contact.plane.moved_to(to);
+        let guess = Guess { configuration: self.placed(&from.configuration, loads), plane, follows_plane: false };
+        solver.step(from, Target::place(to), guess, &mut Stats::default(), &mut unwatched)
     }
 
     /// Radius of a disc of the contact's area, mm.

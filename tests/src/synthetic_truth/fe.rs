@@ -127,7 +127,7 @@ pub fn readings(
             Waypoint { t_s: m.t_s, normal: depth, x: m.position_mm[0], y: m.position_mm[1] }
         })
         .collect();
-    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let path = Path::new([Drive::Displacement; 3], waypoints);
     let responses = follow_path_with_law(problem, &path, &law_at, &mut |_| ControlFlow::Continue(()))?.responses;
     Ok(rows
         .iter()

@@ -93,7 +93,7 @@ fn longer_steps_in_steady_slip_change_friction_by_less_than_a_thousandth() {
             println!("{corner} s: {a} {b}, {:.1e}", a / b - 1.0);
             assert!((a / b - 1.0).abs() < 1e-3, "{corner} s: {a} {b}");
         }
-        assert_eq!(a.stick_ratio, b.stick_ratio);
+        assert!((a.stick_ratio - b.stick_ratio).abs() < 1e-4, "{corner} s");
     }
     println!("{} increments, {} in small steps", long.cost.increments, small.cost.increments);
     assert!(long.cost.increments + 8 < small.cost.increments);

@@ -54,7 +54,7 @@ fn linear_fields_pass_hanging_nodes() {
     for halved in [1, 2] {
         let (mesh, outside) = finger(halved);
         for (name, material) in [("Ogden", soft), ("linear", linear)] {
-            let [displacement, stress] = errors(&mesh, &outside, material, 0.01, &(Matrix3::identity() + shape));
+            let [displacement, stress] = errors(&mesh, &outside, material, 1e-3, &(Matrix3::identity() + shape));
             let case = format!("hanging nodes, pad halved {halved} times, {name}");
             verify(&case, "displacement error", displacement, 1e-10);
             verify(&case, "stress error of the worst element", stress, 1e-9);

@@ -2,15 +2,18 @@
 //!
 //! `cargo test --release -p fingerpad-tests --test verification -- --nocapture` prints them all.
 
+mod balance;
 mod branches;
 mod cook;
 mod energy;
 mod fingertip_meshes;
 mod hanging_nodes;
+mod hyperelastic;
 mod long_runs;
-mod ogden;
 mod patch;
 mod rotation;
+mod soft_regions;
+mod stress;
 mod symmetry;
 mod tangents;
 mod tie;

@@ -1,14 +1,19 @@
-//! A deformed body turned as a whole: forces turn along, energy stays, forces have no moment.
+//! A deformed body turned as a whole: forces turn along, energy stays, forces have no moment. Body, plane and path turned
+//! together: the contact stays the same.
 
 use fingerpad_fe::assembly::{Body, Joint, Material};
+use fingerpad_fe::contact::{Coordinates, Friction, PenaltySettings, Plane, RubberFriction};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{Region, block::coordinates};
+use fingerpad_fe::solve::{Guess, Solver, SolverSettings, State, Stats, Target, unwatched};
 use fingerpad_tests::{
-    problems::blocks::{all_held, tied_block},
+    problems::blocks::{all_held, paraboloid, tied_block},
     random::Random,
     verify,
 };
 use nalgebra::{Rotation3, Vector3};
+
+use crate::hyperelastic::laws;
 
 #[test]
 fn forces_turn_with_the_body() {
@@ -17,7 +22,8 @@ fn forces_turn_with_the_body() {
     let mesh = tied_block([&line, &line, &line], &nail, &nail, 2, 0.5);
     let soft = Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 });
     let stiff = Material::Linear(SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 });
-    for (case, lower, upper) in [("Ogden hexes, SVK tets", soft, stiff), ("SVK hexes, Ogden tets", stiff, soft)] {
+    let fixed = [("Ogden hexes, SVK tets", soft, stiff), ("SVK hexes, Ogden tets", stiff, soft)];
+    for (case, lower, upper) in laws().into_iter().map(|(case, law)| (case, law, law)).chain(fixed) {
         let material = |region| Some(if region == Region::Nail { upper } else { lower });
         let body = Body::new(&mesh, material, &all_held(&mesh), Vector3::zeros(), Joint::default()).unwrap();
         let mut random = Random::new(2);
@@ -42,5 +48,64 @@ fn forces_turn_with_the_body() {
         verify(&format!("rigid rotation, {case}"), "energy error", worst_energy, 1e-9);
         verify(&format!("balance, {case}"), "resultant over the largest force", resultant.norm() / scale, 1e-9);
         verify(&format!("balance, {case}"), "moment over the largest force, mm", moment.norm() / scale, 1e-9);
+    }
+}
+
+/// The states along a path of slide, depth and spin of the paraboloid turned by `heading` about z and then as a finger of this
+/// pitch and roll stands against the plane; the path turned along.
+fn along_path([heading, pitch, roll]: [f64; 3]) -> Vec<State> {
+    let turned = |[x, y, depth, spin]: [f64; 4], height: f64| -> Coordinates {
+        let (sin, cos) = heading.sin_cos();
+        [cos * x - sin * y, sin * x + cos * y, depth + height, spin + heading, pitch, roll]
+    };
+    let tilt = Plane::new(turned([0.0; 4], 0.0)).tilt();
+    let (mesh, body) = paraboloid(&(tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), heading)));
+    let settings = SolverSettings { tolerance: 1e-11, max_iterations: 100, ..Default::default() };
+    let penalty = PenaltySettings { penalty_mpa_per_mm: 20.0, augment: false, ..Default::default() };
+    let law = Friction::On(RubberFriction::default());
+    let mut solver = Solver::new(&body, &mesh.pad_faces, law, penalty, settings);
+    // Depth counts from first touch of a body whose neutral pose is that of the mesh, which this one's is not.
+    let height = -solver.surface().reach.height_mm(&tilt);
+    let mut state = solver.initial_state(Plane::new(turned([0.0; 4], height)));
+    let path = [
+        [0.0, 0.0, 0.1, 0.0],
+        [0.0, 0.0, 0.2, 0.0],
+        [0.05, -0.02, 0.2, 0.0],
+        [0.2, -0.1, 0.2, 0.0],
+        [0.2, -0.1, 0.2, 0.2],
+        [0.1, 0.1, 0.18, 0.1],
+    ];
+    let mut states = Vec::new();
+    for at in path {
+        let to = turned(at, height);
+        let guess = Guess { plane: state.contact.plane.moved_to(to), ..Guess::at(&state) };
+        state = solver.step(&state, Target::place(to), guess, &mut Stats::default(), &mut unwatched).unwrap();
+        states.push(state.clone());
+    }
+    states
+}
+
+#[test]
+fn body_plane_and_path_turned_together_give_the_same_contact() {
+    let straight = along_path([0.0; 3]);
+    for (case, pose) in [("spun", [0.8, 0.0, 0.0]), ("pitched", [0.0, 0.5, 0.0]), ("all three", [-0.6, 0.4, -0.3])] {
+        let back = Rotation3::from_axis_angle(&Vector3::z_axis(), -pose[0]);
+        let mut worst = 0.0f64;
+        for (a, b) in straight.iter().zip(along_path(pose)) {
+            let (t, u) = (&a.totals, &b.totals);
+            let scale = t.force.norm();
+            assert!(scale > 1e-3 && t.area > 0.5);
+            let differences = [
+                (t.force - back * u.force).norm() / scale,
+                (t.moment - back * u.moment).norm() / scale,
+                (t.area / u.area - 1.0).abs(),
+                (t.stuck_area - u.stuck_area).abs() / t.area,
+                (t.dissipation - u.dissipation).abs() / (scale * 0.1),
+                (t.elastic_energy - u.elastic_energy).abs() / (scale * 0.1),
+            ];
+            println!("{case}: {}", differences.map(|d| format!("{d:.0e}")).join(" "));
+            worst = differences.into_iter().fold(worst, f64::max);
+        }
+        verify(&format!("turned together, {case}"), "largest relative difference of any response", worst, 1e-7);
     }
 }

@@ -8,7 +8,7 @@ use super::{
     dofs::Role,
     group::{BlockPlace, Group, group},
 };
-use crate::element::{Hex8, Tangent, Tet4, Tet10};
+use crate::element::{ElementStress, Hex8, Tangent, Tet4, Tet10};
 use crate::mesh::{Mesh, Region};
 
 /// Spring between the rigid bone and the ground, at the bone's reference point.
@@ -41,6 +41,12 @@ pub enum BodyError {
         /// Its region.
         region: Region,
     },
+    /// A soft region of the mesh without a law.
+    #[error("the mesh names a soft region (number {number}, from 0) that has no law in tissue.regions")]
+    NoLaw {
+        /// Its place in the mesh's list of soft regions.
+        number: usize,
+    },
     /// An element turned inside out under load.
     #[error("an element turned inside out (det F = {det_f:.3e})")]
     Inverted {
@@ -55,7 +61,8 @@ pub struct Body {
     hexes: Vec<Group<8, 8>>,
     tets: Vec<Group<4, 1>>,
     tets10: Vec<Group<10, 4>>,
-    hex_count: usize,
+    /// Numbers of hexahedra, 4-node and 10-node tetrahedra of the mesh, those left out included.
+    element_counts: [usize; 3],
     rigid_arms: Vec<(u32, Vector3<f64>)>,
     tied: Vec<(u32, usize)>,
     joint: Joint,
@@ -166,7 +173,7 @@ impl Body {
             hexes,
             tets,
             tets10,
-            hex_count: mesh.hexes.len(),
+            element_counts: [mesh.hexes.len(), mesh.tets.len(), mesh.tets10.len()],
             rigid_arms,
             tied,
             joint,
@@ -311,10 +318,11 @@ impl Body {
         }
     }
 
-    /// Total strain energy, mJ (the joint's included), and the mean energy density of each hexahedron, MPa
-    /// (0 for elements left out).
+    /// Total strain energy, mJ (the joint's included), and the mean energy density of each element, MPa, hexahedra
+    /// first, then tetrahedra of 4 and of 10 nodes (0 for elements left out).
     pub fn energy(&self, at: &Configuration) -> (f64, Vec<f64>) {
-        let mut density = vec![0.0; self.hex_count];
+        let [hex_count, tet_count, tet10_count] = self.element_counts;
+        let mut density = vec![0.0; hex_count + tet_count + tet10_count];
         let mut total = 0.0;
         for group in &self.hexes {
             let energies = group.energies(at);
@@ -326,11 +334,19 @@ impl Body {
         }
         for group in &self.tets {
             let energies = group.energies(at);
-            total += energies[..group.elements.len()].iter().sum::<f64>();
+            let volumes = group.batch.volumes();
+            for (lane, &e) in group.elements.iter().enumerate() {
+                total += energies[lane];
+                density[hex_count + e as usize] = energies[lane] / volumes[lane];
+            }
         }
         for group in &self.tets10 {
             let energies = group.energies(at);
-            total += energies[..group.elements.len()].iter().sum::<f64>();
+            let volumes = group.batch.volumes();
+            for (lane, &e) in group.elements.iter().enumerate() {
+                total += energies[lane];
+                density[hex_count + tet_count + e as usize] = energies[lane] / volumes[lane];
+            }
         }
         if self.dofs.rigid_dof.is_some() {
             let moved = (at.rigid_centre - self.undeformed.rigid_centre).norm_squared();
@@ -338,6 +354,29 @@ impl Body {
             total += 0.5 * self.joint.rotation_nmm_per_rad * rotation_vector(&at.rigid_rotation).norm_squared();
         }
         (total, density)
+    }
+
+    /// Mean stress and strain of every element, hexahedra first, then tetrahedra of 4 and of 10 nodes (0 for elements
+    /// left out).
+    pub fn stresses(&self, at: &Configuration) -> Vec<ElementStress> {
+        let [hex_count, tet_count, tet10_count] = self.element_counts;
+        let mut all = vec![ElementStress::default(); hex_count + tet_count + tet10_count];
+        for group in &self.hexes {
+            for (&e, stress) in group.elements.iter().zip(group.stresses(at)) {
+                all[e as usize] = stress;
+            }
+        }
+        for group in &self.tets {
+            for (&e, stress) in group.elements.iter().zip(group.stresses(at)) {
+                all[hex_count + e as usize] = stress;
+            }
+        }
+        for group in &self.tets10 {
+            for (&e, stress) in group.elements.iter().zip(group.stresses(at)) {
+                all[hex_count + tet_count + e as usize] = stress;
+            }
+        }
+        all
     }
 
     /// Forces that supports must exert on every node, N: the internal force before constraints are applied.

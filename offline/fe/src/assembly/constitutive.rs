@@ -3,30 +3,22 @@
 use nalgebra::Vector3;
 use wide::f64x8;
 
-use crate::element::{Batch, Constitutive, Forces, Tangent};
-use crate::material::{Ogden, SaintVenantKirchhoff};
+use crate::element::{Batch, Constitutive, ElementStress, Forces, Tangent};
+use crate::material::{Hyperelastic, Material, SaintVenantKirchhoff};
 
-/// The law of a region.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Material {
-    /// Soft tissue: isochoric Ogden with mean dilatation.
-    Ogden(Ogden),
-    /// Bone, nail: linear elasticity in a total-Lagrangian frame.
-    Linear(SaintVenantKirchhoff),
-}
-
-impl Material {
-    /// The law, as a batch of elements uses it; the one place that tells laws apart.
-    pub(super) fn law<const N: usize, const Q: usize>(&self) -> &dyn BatchLaw<N, Q> {
-        match self {
-            Self::Ogden(law) => law,
-            Self::Linear(law) => law,
-        }
+/// The law of a material, as a batch of elements uses it; the one place of the solver that tells laws apart.
+pub(super) fn law<const N: usize, const Q: usize>(material: &Material) -> &dyn BatchLaw<N, Q> {
+    match material {
+        Material::NeoHooke(law) => law,
+        Material::MooneyRivlin(law) => law,
+        Material::Yeoh(law) => law,
+        Material::OgdenSeries(law) => law,
+        Material::Linear(law) => law,
+        Material::Ogden(law) => law,
     }
 }
 
-/// Forces, stiffness and energies of a batch of elements whose material is `self`.
+/// Forces, stiffness, energies and stresses of a batch of elements whose material is `self`.
 pub(super) trait BatchLaw<const N: usize, const Q: usize> {
     /// Forces and smallest det F at the positions `x`, mm.
     fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> Forces<N>;
@@ -36,6 +28,8 @@ pub(super) trait BatchLaw<const N: usize, const Q: usize> {
     fn plane_strain_modulus_mpa(&self) -> f64;
     /// Energy of each element, mJ.
     fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8];
+    /// Mean stress and strain of each element.
+    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [ElementStress; 8];
 }
 
 impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
@@ -56,17 +50,20 @@ impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
     fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8] {
         batch.energies(self, x)
     }
+    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [ElementStress; 8] {
+        batch.stresses(self, x)
+    }
 }
 
-impl Constitutive for Ogden {
+impl<L: Hyperelastic> Constitutive for L {
     fn energy(&self, b: &[f64x8; 6], j: f64x8) -> f64x8 {
-        Ogden::energy(self, b, j)
+        Hyperelastic::energy(self, b, j)
     }
     fn stress(&self, b: &[f64x8; 6], j: f64x8) -> [f64x8; 6] {
-        Ogden::stress(self, b, j)
+        Hyperelastic::stress(self, b, j)
     }
     fn moduli(&self, b: &[f64x8; 6], j: f64x8) -> ([f64x8; 6], [[f64x8; 6]; 6]) {
-        let moduli = Ogden::moduli(self, b, j);
+        let moduli = Hyperelastic::moduli(self, b, j);
         (moduli.tau, moduli.c)
     }
     fn volumetric(&self, ratio: f64x8) -> (f64x8, f64x8, f64x8) {

@@ -253,6 +253,25 @@ impl DofMap {
         }
     }
 
+    /// The contact nodes that move a node: dofs (0 based among the contact's) and weights, itself with weight 1 if it is
+    /// one; none for a node that is held. None if anything else moves it.
+    pub fn contact_parts(&self, node: u32) -> Option<Vec<(usize, f64)>> {
+        let of_free = |dof: usize, weight: f64| Some((dof.checked_sub(self.first_contact_dof)?, weight));
+        match self.role[node as usize] {
+            Role::Free { dof } => Some(vec![of_free(dof, 1.0)?]),
+            Role::Fixed => Some(Vec::new()),
+            Role::Rigid => None,
+            Role::Tied { tie } => self.ties[tie]
+                .iter()
+                .filter(|(master, _)| self.role[*master as usize] != Role::Fixed)
+                .map(|&(master, weight)| match self.role[master as usize] {
+                    Role::Free { dof } => of_free(dof, weight),
+                    _ => None,
+                })
+                .collect(),
+        }
+    }
+
     /// Whether the node's displacement is its own three dofs, or none.
     pub(super) fn is_plain(&self, node: u32) -> bool {
         matches!(self.role[node as usize], Role::Free { .. } | Role::Fixed)

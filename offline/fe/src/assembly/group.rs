@@ -3,8 +3,12 @@
 use nalgebra::Vector3;
 use wide::f64x8;
 
-use super::{BodyError, Configuration, DofMap, Material, constitutive::BatchLaw};
-use crate::element::{Batch, Forces, Tangent};
+use super::{
+    BodyError, Configuration, DofMap,
+    constitutive::{BatchLaw, law},
+};
+use crate::element::{Batch, ElementStress, Forces, Tangent};
+use crate::material::Material;
 
 pub(super) struct Group<const N: usize, const Q: usize> {
     pub material: Material,
@@ -34,22 +38,27 @@ pub(super) enum BlockPlace {
 impl<const N: usize, const Q: usize> Group<N, Q> {
     /// Forces and smallest det F of the elements.
     pub fn forces(&self, at: &Configuration) -> Forces<N> {
-        self.material.law().forces(&self.batch, &at.x)
+        law(&self.material).forces(&self.batch, &at.x)
     }
 
     /// Derivative of the forces over positions.
     pub fn tangent(&self, at: &Configuration, out: &mut Tangent<N>) {
-        self.material.law().tangent(&self.batch, &at.x, out);
+        law(&self.material).tangent(&self.batch, &at.x, out);
     }
 
     /// Energy of each element, mJ.
     pub fn energies(&self, at: &Configuration) -> [f64; 8] {
-        self.material.law().energies(&self.batch, &at.x)
+        law(&self.material).energies(&self.batch, &at.x)
     }
 
     /// Plane-strain modulus of the undeformed material, MPa.
     pub fn plane_strain_modulus_mpa(&self) -> f64 {
-        BatchLaw::<N, Q>::plane_strain_modulus_mpa(self.material.law())
+        BatchLaw::<N, Q>::plane_strain_modulus_mpa(law(&self.material))
+    }
+
+    /// Mean stress and strain of each element.
+    pub fn stresses(&self, at: &Configuration) -> [ElementStress; 8] {
+        law(&self.material).stresses(&self.batch, &at.x)
     }
 
     /// Adds the forces to those of all nodes, N.

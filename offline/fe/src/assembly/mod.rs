@@ -12,6 +12,7 @@ mod pattern;
 
 pub use body::{Body, BodyError, Joint};
 pub use configuration::{Configuration, rotation_vector};
-pub use constitutive::Material;
 pub use dofs::{DofMap, Supports};
 pub use pattern::Pattern;
+
+pub use crate::material::Material;

@@ -8,8 +8,8 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 
 use super::Error;
+use crate::material::{Hyperelastic, Material};
 use crate::mesh::{Mesh, Region, set};
-use fingerpad_formats::REGIONS;
 use fingerpad_formats::inp;
 
 /// Node set of the plane in the deck.
@@ -17,44 +17,45 @@ pub(super) const PLANE_NODES: &str = "PLANE_NODES";
 /// Node set of the pad in the deck.
 pub(super) const PAD_NODES: &str = "PEER_PAD";
 
-/// A law of CalculiX with the constants of ours.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Material {
-    /// U = 2 mu/alpha² (l1^alpha + l2^alpha + l3^alpha − 3) + (1/D)(J − 1)², l deviatoric principal stretches.
-    /// CalculiX's own convention is the same, checked by `one_element_has_our_ogden_law`.
-    Ogden {
-        /// mu, MPa.
-        mu_mpa: f64,
-        /// alpha.
-        alpha: f64,
-        /// D, 1/MPa, > 0.
-        d_per_mpa: f64,
-    },
-    /// Linear elastic in Green strain and second Piola-Kirchhoff stress.
-    Elastic {
-        /// Young's modulus, MPa.
-        young_mpa: f64,
-        /// Poisson's ratio.
-        poisson: f64,
-    },
-    /// Fixed in space: its elements are left out, its nodes held.
-    Fixed,
+/// The lines of a law after `*MATERIAL`; its constants mean the same in CalculiX, checked by
+/// `one_element_has_our_laws`.
+///
+/// CalculiX has a volumetric constant for each power or term, and makes a solid of Poisson's ratio 0.475 of those
+/// left out: all but the first get a compressibility that takes their part away.
+///
+/// Errors: an Ogden law of more terms than CalculiX has.
+pub(super) fn law_lines(law: &Material) -> Result<String, String> {
+    const NO_PART: f64 = 1e20;
+    let (name, numbers) = match law {
+        Material::NeoHooke(law) => ("*HYPERELASTIC, NEO HOOKE".into(), vec![0.5 * law.mu_mpa, law.d_per_mpa]),
+        Material::MooneyRivlin(law) => {
+            ("*HYPERELASTIC, MOONEY-RIVLIN".into(), vec![law.c10_mpa, law.c01_mpa, law.d_per_mpa])
+        }
+        Material::Yeoh(law) => {
+            let constants = vec![law.c10_mpa, law.c20_mpa, law.c30_mpa, law.d_per_mpa, NO_PART, NO_PART];
+            ("*HYPERELASTIC, YEOH".into(), constants)
+        }
+        Material::OgdenSeries(law) => {
+            let terms = law.terms();
+            if terms.len() > MOST_CALCULIX_TERMS {
+                let count = terms.len();
+                return Err(format!("an Ogden law of {count} terms; CalculiX has {MOST_CALCULIX_TERMS} at most"));
+            }
+            let mut numbers: Vec<f64> = terms.iter().flat_map(|term| [term.mu_mpa, term.alpha]).collect();
+            numbers.push(law.d_per_mpa());
+            numbers.resize(3 * terms.len(), NO_PART);
+            (format!("*HYPERELASTIC, OGDEN, N={}", terms.len()), numbers)
+        }
+        Material::Linear(law) => ("*ELASTIC".into(), vec![law.young_mpa, law.poisson]),
+        Material::Ogden(law) => ("*HYPERELASTIC, OGDEN, N=1".to_owned(), vec![law.mu_mpa, law.alpha, law.d_per_mpa]),
+    };
+    let words: Vec<String> = numbers.iter().map(|number| format!("{number:.12e}")).collect();
+    let lines: Vec<String> = words.chunks(8).map(|line| line.join(", ")).collect();
+    Ok(format!("{name}\n{}\n", lines.join("\n")))
 }
 
-impl Material {
-    /// The lines after `*MATERIAL`; nothing for [`Material::Fixed`].
-    pub fn lines(self) -> String {
-        match self {
-            Self::Ogden { mu_mpa, alpha, d_per_mpa } => {
-                format!("*HYPERELASTIC, OGDEN, N=1\n{mu_mpa:.12e}, {alpha:.12e}, {d_per_mpa:.12e}\n")
-            }
-            Self::Elastic { young_mpa, poisson } => {
-                format!("*ELASTIC\n{young_mpa:.12e}, {poisson:.12e}\n")
-            }
-            Self::Fixed => String::new(),
-        }
-    }
-}
+/// Most terms of CalculiX's Ogden law.
+const MOST_CALCULIX_TERMS: usize = 3;
 
 /// Coulomb friction of CalculiX.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,8 +148,9 @@ impl Default for Settings {
 pub struct Deck<'a> {
     /// Mesh in the frame of the plane.
     pub mesh: &'a Mesh,
-    /// A law for every region that the mesh has.
-    pub materials: BTreeMap<Region, Material>,
+    /// The law of every region that the mesh has; None for one that is fixed in space: its elements are left out, its
+    /// nodes held.
+    pub materials: BTreeMap<Region, Option<Material>>,
     /// Names of node sets that are held fixed.
     pub fixed_sets: Vec<String>,
     /// Contact of the pad faces with the plane.
@@ -169,8 +171,7 @@ impl Deck<'_> {
     pub fn to_text(&self) -> Result<String, Error> {
         let used = self.check()?;
         let held = self.held_nodes(&used);
-        let omit: Vec<Region> =
-            REGIONS.iter().map(|(r, _)| *r).filter(|r| self.materials.get(r) == Some(&Material::Fixed)).collect();
+        let omit: Vec<Region> = self.materials.iter().filter(|(_, law)| law.is_none()).map(|(r, _)| *r).collect();
         let parts = inp::Settings { hex_type: self.settings.hex_type.clone(), omit, held, ..inp::Settings::default() };
         let mut text = String::from("*HEADING\nmm, N, s, MPa; the time of a step is the plane's travel in mm\n");
         text += &inp::to_text(self.mesh, &parts).map_err(Error::Deck)?;
@@ -181,13 +182,11 @@ impl Deck<'_> {
         }
         text += &String::from_utf8_lossy(&sets);
         text += &self.plane();
-        for (region, name) in REGIONS {
-            match self.materials.get(&region) {
-                Some(law) if *law != Material::Fixed && self.has_elements(region) => {
-                    text += &format!("*MATERIAL, NAME=LAW_{name}\n{}", law.lines());
-                    text += &format!("*SOLID SECTION, ELSET={name}, MATERIAL=LAW_{name}\n");
-                }
-                _ => {}
+        for (region, name) in self.mesh.regions() {
+            if let Some(Some(law)) = self.materials.get(&region).filter(|_| self.has_elements(region)) {
+                let lines = law_lines(law).map_err(|problem| Error::Deck(format!("region `{name}`: {problem}")))?;
+                text += &format!("*MATERIAL, NAME=LAW_{name}\n{lines}");
+                text += &format!("*SOLID SECTION, ELSET={name}, MATERIAL=LAW_{name}\n");
             }
         }
         let Contact { penalty_mpa_mm, friction } = self.contact;
@@ -224,7 +223,7 @@ impl Deck<'_> {
     /// Checks the problem and returns, per node, whether a deformable element uses it.
     fn check(&self) -> Result<Vec<bool>, Error> {
         let refuse = |problem: String| Err(Error::Deck(problem));
-        for (region, name) in REGIONS {
+        for (region, name) in self.mesh.regions() {
             if self.has_elements(region) && !self.materials.contains_key(&region) {
                 return refuse(format!("region `{name}` has elements but no material"));
             }
@@ -235,7 +234,7 @@ impl Deck<'_> {
         if let Some(name) = self.fixed_sets.iter().find(|name| self.mesh.node_set(name).is_empty()) {
             return refuse(format!("the fixed node set `{name}` is empty or missing"));
         }
-        let fixed = |region: &Region| self.materials.get(region) == Some(&Material::Fixed);
+        let fixed = |region: &Region| self.materials.get(region) == Some(&None);
         let mut used = vec![false; self.mesh.nodes.len()];
         let hexes = self.mesh.hexes.iter().map(|h| (h.region, &h.nodes[..]));
         let tets = self.mesh.tets.iter().map(|t| (t.region, &t.nodes[..]));
@@ -271,7 +270,7 @@ impl Deck<'_> {
 
     /// Nodes of fixed sets and fixed regions, as far as deformable elements use them.
     fn held_nodes(&self, used: &[bool]) -> Vec<u32> {
-        let fixed = |region: &Region| self.materials.get(region) == Some(&Material::Fixed);
+        let fixed = |region: &Region| self.materials.get(region) == Some(&None);
         let sets = self.fixed_sets.iter().flat_map(|name| self.mesh.node_set(name)).copied();
         let hexes = self.mesh.hexes.iter().filter(|h| fixed(&h.region)).flat_map(|h| h.nodes);
         let tets = self.mesh.tets.iter().filter(|t| fixed(&t.region)).flat_map(|t| t.nodes);
@@ -331,27 +330,22 @@ impl Deck<'_> {
 }
 
 impl<'a> Deck<'a> {
-    /// A finger on a plane: tissue laws given, bones fixed, nail elastic, the mesh's own fixed sets.
+    /// A finger on a plane: laws as `material` gives them for each region but the bones, which are fixed, and the mesh's
+    /// own fixed sets.
     ///
-    /// Sets that the mesh does not have are not asked for; bones get [`Material::Fixed`].
+    /// Sets that the mesh does not have are not asked for.
     pub fn finger(
         mesh: &'a Mesh,
-        skin: Material,
-        subcutaneous: Material,
-        nail: Material,
+        material: impl Fn(Region) -> Option<Material>,
         contact: Contact,
         steps: Vec<Step>,
     ) -> Self {
         let fixed_sets = [set::NAIL_FIX, set::PROXIMAL_FIX];
+        let deformable = |region: &Region| !matches!(region, Region::DistalBone | Region::ProximalBone);
+        let law = |(region, _)| (region, Some(region).filter(deformable).and_then(&material));
         Self {
             mesh,
-            materials: BTreeMap::from([
-                (Region::Skin, skin),
-                (Region::Subcutaneous, subcutaneous),
-                (Region::DistalBone, Material::Fixed),
-                (Region::ProximalBone, Material::Fixed),
-                (Region::Nail, nail),
-            ]),
+            materials: mesh.regions().into_iter().map(law).collect(),
             fixed_sets: fixed_sets.into_iter().filter(|s| !mesh.node_set(s).is_empty()).map(str::to_owned).collect(),
             contact,
             steps,

@@ -3,13 +3,13 @@
 //! Main types: [`Deck`], [`Step`], [`Runner`], [`Run`].
 //! What it is like and unlike ours: hexahedra are C3D8R (full integration locks), contact is penalty at face points
 //! without augmentation, friction is Coulomb with a constant stick slope. Reads CalculiX's files; solves nothing.
-//! May use: mesh, io (for the mesh part of a deck and atomic writing). Unix only.
+//! May use: mesh, material, `fingerpad-formats` (for the mesh part of a deck and atomic writing). Unix only.
 
 mod dat;
 mod deck;
 mod run;
 
-pub use deck::{Contact, Deck, Friction, Material, Settings, Step};
+pub use deck::{Contact, Deck, Friction, Settings, Step};
 pub use run::{PACKAGE, Point, Run, Runner};
 
 /// Why there is no result of CalculiX.

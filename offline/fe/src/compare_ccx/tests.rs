@@ -4,12 +4,18 @@ use std::time::Duration;
 
 use nalgebra::Vector3;
 
+use super::deck::law_lines;
 use super::*;
+use crate::material::{Material, MooneyRivlin, NeoHooke, Ogden, OgdenSeries, OgdenTerm, SaintVenantKirchhoff, Yeoh};
 use crate::mesh::{Hex, Mesh, Region, Tet, Tie, set};
 
-const SKIN: Material = Material::Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 };
-const SUBCUTANEOUS: Material = Material::Ogden { mu_mpa: 0.00684, alpha: 1.4, d_per_mpa: 10.0 };
-const NAIL: Material = Material::Elastic { young_mpa: 100.0, poisson: 0.3 };
+fn laws(region: Region) -> Option<Material> {
+    Some(match region {
+        Region::Skin => Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 }),
+        Region::Nail => Material::Linear(SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 }),
+        _ => Material::Ogden(Ogden { mu_mpa: 0.00684, alpha: 1.4, d_per_mpa: 10.0 }),
+    })
+}
 
 /// A block of n x n x m hexahedra, 12 mm wide, with a bottom curved by a radius of 10 mm and its top at z = 6 mm.
 fn curved_block(n: usize, m: usize) -> Mesh {
@@ -43,30 +49,65 @@ fn curved_block(n: usize, m: usize) -> Mesh {
 }
 
 fn block_deck(mesh: &Mesh, friction: Option<Friction>, steps: Vec<Step>) -> Deck<'_> {
-    Deck::finger(mesh, SKIN, SUBCUTANEOUS, NAIL, Contact { penalty_mpa_mm: 20.0, friction }, steps)
+    Deck::finger(mesh, laws, Contact { penalty_mpa_mm: 20.0, friction }, steps)
 }
 
-/// First Piola stress along the axes for axial stretches: the derivative of [`Material::Ogden`]'s U.
-fn ogden_stress(mu: f64, alpha: f64, d: f64, stretch: [f64; 3]) -> [f64; 3] {
-    let volume: f64 = stretch.iter().product();
-    let powers = stretch.map(|l| (l * volume.powf(-1.0 / 3.0)).powf(alpha));
-    let mean = powers.iter().sum::<f64>() / 3.0;
-    [0, 1, 2].map(|i| (2.0 * mu / alpha * (powers[i] - mean) + 2.0 / d * (volume - 1.0) * volume) / stretch[i])
+/// First Piola stress along the axes for axial stretches: differences of the energy as the manuals write it.
+fn axial_stress(law: &Material, stretch: [f64; 3]) -> [f64; 3] {
+    let energy = |stretch: [f64; 3]| {
+        let volume: f64 = stretch.iter().product();
+        let l = stretch.map(|l| l * volume.powf(-1.0 / 3.0));
+        let i1 = l.iter().map(|l| l * l).sum::<f64>() - 3.0;
+        let i2 = l.iter().map(|l| 1.0 / (l * l)).sum::<f64>() - 3.0;
+        let term =
+            |mu: f64, alpha: f64| 2.0 * mu / (alpha * alpha) * (l.iter().map(|l| l.powf(alpha)).sum::<f64>() - 3.0);
+        let (isochoric, d) = match law {
+            Material::NeoHooke(law) => (0.5 * law.mu_mpa * i1, law.d_per_mpa),
+            Material::MooneyRivlin(law) => (law.c10_mpa * i1 + law.c01_mpa * i2, law.d_per_mpa),
+            Material::Yeoh(law) => {
+                (law.c10_mpa * i1 + law.c20_mpa * i1.powi(2) + law.c30_mpa * i1.powi(3), law.d_per_mpa)
+            }
+            Material::OgdenSeries(law) => (law.terms().iter().map(|t| term(t.mu_mpa, t.alpha)).sum(), SERIES_D),
+            Material::Ogden(law) => (term(law.mu_mpa, law.alpha), law.d_per_mpa),
+            Material::Linear(_) => unreachable!("not among the cases"),
+        };
+        isochoric + (volume - 1.0).powi(2) / d
+    };
+    [0, 1, 2].map(|i| {
+        let central = |h: f64| {
+            let moved = |h: f64| std::array::from_fn(|k| if k == i { stretch[k] + h } else { stretch[k] });
+            (energy(moved(h)) - energy(moved(-h))) / (2.0 * h)
+        };
+        (4.0 * central(5e-4) - central(1e-3)) / 3.0
+    })
+}
+
+const SERIES_D: f64 = 0.5;
+
+fn series(count: usize) -> Material {
+    let terms = [(0.4, 1.3), (0.003, 5.0), (0.01, -2.0)].map(|(mu_mpa, alpha)| OgdenTerm { mu_mpa, alpha });
+    Material::OgdenSeries(OgdenSeries::new(&terms[..count], SERIES_D).unwrap())
 }
 
 #[test]
-fn one_element_has_our_ogden_law() {
+fn one_element_has_our_laws() {
+    let ogden = |mu_mpa, alpha, d_per_mpa| Material::Ogden(Ogden { mu_mpa, alpha, d_per_mpa });
     let cases = [
-        (0.034, 1.4, 1.0, [1.3, 0.9, 0.8]),
-        (0.00684, 1.4, 10.0, [0.7, 1.1, 1.1]),
-        (0.034, 3.0, 1.0, [1.3, 0.9, 0.8]),
-        (0.034, 2.0, 0.2, [0.8, 1.2, 1.1]),
+        (ogden(0.034, 1.4, 1.0), [1.3, 0.9, 0.8]),
+        (ogden(0.00684, 1.4, 10.0), [0.7, 1.1, 1.1]),
+        (ogden(0.034, 3.0, 1.0), [1.3, 0.9, 0.8]),
+        (ogden(0.034, 2.0, 0.2), [0.8, 1.2, 1.1]),
+        (Material::NeoHooke(NeoHooke { mu_mpa: 0.6, d_per_mpa: 0.5 }), [1.3, 0.9, 0.8]),
+        (Material::MooneyRivlin(MooneyRivlin { c10_mpa: 0.3, c01_mpa: 0.05, d_per_mpa: 0.5 }), [1.3, 0.9, 0.8]),
+        (Material::Yeoh(Yeoh { c10_mpa: 0.3, c20_mpa: -0.02, c30_mpa: 0.01, d_per_mpa: 0.5 }), [1.5, 0.9, 0.7]),
+        (series(2), [1.3, 0.9, 0.8]),
+        (series(3), [0.7, 1.2, 1.1]),
     ];
-    for (mu, alpha, d, stretch) in cases {
-        let law = Material::Ogden { mu_mpa: mu, alpha, d_per_mpa: d }.lines();
+    for (law, stretch) in cases {
+        let lines = law_lines(&law).unwrap();
         let mut text = format!(
             "*NODE, NSET=ALL\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n\
-             *ELEMENT, TYPE=C3D8R, ELSET=E\n1,1,2,3,4,5,6,7,8\n*MATERIAL, NAME=M\n{law}\
+             *ELEMENT, TYPE=C3D8R, ELSET=E\n1,1,2,3,4,5,6,7,8\n*MATERIAL, NAME=M\n{lines}\
              *SOLID SECTION, ELSET=E, MATERIAL=M\n*NSET, NSET=X0\n1,4,5,8\n*NSET, NSET=Y0\n1,2,5,6\n*NSET, NSET=Z0\n1,2,3,4\n\
              *NSET, NSET=X1\n2,3,6,7\n*NSET, NSET=Y1\n3,4,7,8\n*NSET, NSET=Z1\n5,6,7,8\n\
              *STEP, NLGEOM\n*STATIC\n0.2, 1., 1e-5, 0.2\n*BOUNDARY\n"
@@ -79,7 +120,7 @@ fn one_element_has_our_ogden_law() {
         }
         let raw = Runner::default().run_text(&(text + "*END STEP\n")).unwrap();
         let blocks = dat::parse("job.dat", &raw.dat).unwrap();
-        let expected = ogden_stress(mu, alpha, d, stretch);
+        let expected = axial_stress(&law, stretch);
         for (axis, name) in ["X1", "Y1", "Z1"].into_iter().enumerate() {
             let last = blocks.iter().rfind(|b| b.set == name).unwrap_or_else(|| panic!("no {name}: {}", raw.log));
             assert_eq!(last.time, 1.0);
@@ -87,7 +128,7 @@ fn one_element_has_our_ogden_law() {
             let scale = expected.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
             assert!(
                 (found - expected[axis]).abs() < 2e-6 * scale,
-                "mu {mu} alpha {alpha} D {d}, axis {axis}: {found} instead of {}",
+                "{law:?}, axis {axis}: {found} instead of {}",
                 expected[axis]
             );
         }
@@ -194,6 +235,10 @@ fn what_a_deck_cannot_say_is_named() {
     let mut bad = good.clone();
     bad.materials.remove(&Region::Skin);
     assert_eq!(refused(bad), "deck: region `skin` has elements but no material");
+    let mut bad = good.clone();
+    let terms = [OgdenTerm { mu_mpa: 0.1, alpha: 2.0 }; 4];
+    bad.materials.insert(Region::Skin, Some(Material::OgdenSeries(OgdenSeries::new(&terms, 1.0).unwrap())));
+    assert_eq!(refused(bad), "deck: region `skin`: an Ogden law of 4 terms; CalculiX has 3 at most");
     let bad = Deck { fixed_sets: vec!["bones".into()], ..good.clone() };
     assert_eq!(refused(bad), "deck: the fixed node set `bones` is empty or missing");
     let bad = Deck { steps: vec![Step::press(&[1.0, 0.5])], ..good.clone() };

@@ -60,6 +60,8 @@ pub struct Pad<'a> {
     pub undeformed: &'a [Vector3<f64>],
     /// Plane-strain modulus `E/(1 - nu²)` of the undeformed body at each mesh node, MPa.
     pub modulus_mpa: &'a [f64],
+    /// Whether a mesh node can bear contact.
+    pub bears: &'a dyn Fn(u32) -> bool,
 }
 
 /// Faces of a body that may touch the plane.
@@ -118,6 +120,11 @@ impl Surface {
                 face_area[node].1 += 1;
             }
         }
+        for (area, &node) in reference_area.iter_mut().zip(&nodes) {
+            if !(pad.bears)(node) {
+                *area = 0.0;
+            }
+        }
         let modulus = nodes.iter().map(|&n| pad.modulus_mpa[n as usize]);
         let per_gap = face_area
             .iter()
@@ -132,6 +139,12 @@ impl Surface {
             per_gap,
             penalty: settings.penalty_mpa_per_mm,
         }
+    }
+
+    /// Depth below the plane of the deepest node that cannot bear contact, mm; 0 if none is there.
+    pub fn unborne_penetration_mm(&self, state: &ContactState) -> f64 {
+        let unborne = state.position.iter().zip(&self.reference_area).filter(|(_, area)| **area == 0.0);
+        unborne.map(|(y, _)| -y.z).fold(0.0, f64::max)
     }
 
     /// Half the side of a square of the surface's area, mm: a length for moments.
@@ -264,7 +277,10 @@ impl Surface {
             totals.moment += (position[node] - foot).cross(&force);
             nodes[node] = new;
             if !new.stuck {
-                nodes[node].slip_since_stick_mm = before.slip_since_stick_mm + plastic[0].hypot(plastic[1]);
+                // A node that turns from slip one way to slip the other way stuck in between.
+                let along: f64 = (0..2).map(|k| before.elastic_slip[k] * plastic[k]).sum();
+                let since = if along < 0.0 { 0.0 } else { before.slip_since_stick_mm };
+                nodes[node].slip_since_stick_mm = since + plastic[0].hypot(plastic[1]);
             }
         }
         totals.force = frame.along_axes(&totals.force);
@@ -289,7 +305,7 @@ impl Surface {
     /// Moves the pressure of `converged` into the multipliers of `state` (one step of Uzawa's method).
     pub fn augment(&self, state: &mut ContactState, converged: &ContactState) {
         for ((node, new), area) in state.nodes.iter_mut().zip(&converged.nodes).zip(&self.reference_area) {
-            node.multiplier = new.normal_force_n / area;
+            node.multiplier = if *area > 0.0 { new.normal_force_n / area } else { 0.0 };
         }
     }
 
@@ -504,3 +520,6 @@ impl Totals {
         self.min_dissipation_mj = self.min_dissipation_mj.min(product);
     }
 }
+
+#[cfg(test)]
+mod tests;

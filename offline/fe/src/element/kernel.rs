@@ -30,10 +30,10 @@ pub struct Batch<const N: usize, const Q: usize> {
     /// Node indices, per local node and lane.
     pub nodes: [[u32; 8]; N],
     /// Undeformed volume per quadrature point, mm³.
-    weight: [f64x8; Q],
+    pub(super) weight: [f64x8; Q],
     /// Shape gradients over undeformed coordinates, 1/mm.
     gradient: Box<[[[f64x8; 3]; N]; Q]>,
-    volume: f64x8,
+    pub(super) volume: f64x8,
     hourglass: Option<Box<Hourglass<N>>>,
 }
 
@@ -200,7 +200,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         self.volume.to_array()
     }
 
-    fn gather(&self, positions: &[Vector3<f64>]) -> [[f64x8; 3]; N] {
+    pub(super) fn gather(&self, positions: &[Vector3<f64>]) -> [[f64x8; 3]; N] {
         std::array::from_fn(|a| {
             let mut lanes = [[0.0; 8]; 3];
             for (lane, node) in self.nodes[a].iter().enumerate() {
@@ -215,7 +215,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
 
     /// Deformation at a point: F, det F and the spatial shape gradients `F^-T dN/dX`.
     #[inline(always)]
-    fn kinematics(&self, q: usize, x: &[[f64x8; 3]; N]) -> ([[f64x8; 3]; 3], f64x8, [[f64x8; 3]; N]) {
+    pub(super) fn kinematics(&self, q: usize, x: &[[f64x8; 3]; N]) -> ([[f64x8; 3]; 3], f64x8, [[f64x8; 3]; N]) {
         let mut f = [[f64x8::ZERO; 3]; 3];
         for a in 0..N {
             for i in 0..3 {
@@ -420,7 +420,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
 const INDEX: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
 #[inline(always)]
-fn left_cauchy_green(f: &[[f64x8; 3]; 3]) -> [f64x8; 6] {
+pub(super) fn left_cauchy_green(f: &[[f64x8; 3]; 3]) -> [f64x8; 6] {
     let dot = |i: usize, j: usize| f[i][0] * f[j][0] + f[i][1] * f[j][1] + f[i][2] * f[j][2];
     [dot(0, 0), dot(1, 1), dot(2, 2), dot(0, 1), dot(1, 2), dot(0, 2)]
 }

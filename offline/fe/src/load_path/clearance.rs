@@ -1,6 +1,9 @@
 //! How deep the plane may come before it meets what holds the finger.
 
-use super::Finger;
+use nalgebra::Vector3;
+
+use super::{Finger, Path};
+use crate::contact::{Plane, Reach, plane};
 use crate::mesh::set;
 
 /// What the plane would meet first.
@@ -37,6 +40,24 @@ impl Clearance {
         } else {
             Self { depth_mm: bone, obstacle: Obstacle::Bone }
         }
+    }
+
+    /// Why the plane cannot come to the pose and depth of a row of `path`; None if it can.
+    pub fn refusal_in_pose(finger: &Finger, path: &Path, row: usize) -> Option<String> {
+        let at = path.coordinates(row, finger.neutral_pitch_deg);
+        let pad: Vec<Vector3<f64>> =
+            finger.mesh.node_set(set::PAD).iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
+        let frame = Plane::new(at).frame(&Reach::of(pad));
+        let reached = finger.obstacles.iter().map(|x| frame.to_plane(x).z).fold(f64::INFINITY, f64::min);
+        (reached <= 0.0).then(|| {
+            let [pitch, roll] = [at[plane::PITCH].to_degrees() + finger.neutral_pitch_deg, at[plane::ROLL].to_degrees()];
+            format!(
+                "depth_mm {} at a pitch of {pitch:.1} and a roll of {roll:.1} degrees: the plane would reach {:.2} mm into \
+                 the held section of the finger or its bone",
+                at[plane::DEPTH],
+                -reached
+            )
+        })
     }
 
     /// Why the plane cannot come to `depth_mm`; None if it can.

@@ -1,5 +1,7 @@
 //! A finger: mesh, materials and supports, from a configuration file.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 use serde::Deserializer;
 
@@ -7,7 +9,7 @@ use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::PenaltySettings;
 use crate::material::{Ogden, SaintVenantKirchhoff, partly};
-use crate::mesh::{Fingertip, HalfMesh, Mesh, Region, set};
+use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
 use crate::solve::{PadFaces, SolverSettings};
 
 /// What the bones are.
@@ -47,39 +49,72 @@ impl Default for Bone {
 }
 
 /// Materials of the finger [Yoshida et al. 2011 for all constants but the joint].
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tissue {
     /// Superficial layer.
     #[serde(deserialize_with = "skin")]
-    pub skin: Ogden,
+    pub skin: Material,
     /// Layer between skin and bone.
     #[serde(deserialize_with = "subcutaneous")]
-    pub subcutaneous: Ogden,
+    pub subcutaneous: Material,
     /// Nail plate.
     #[serde(deserialize_with = "nail")]
     pub nail: SaintVenantKirchhoff,
     /// Bones.
     pub bone: Bone,
+    /// Soft regions of an imported mesh beside skin and subcutaneous, by the names of their element sets.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty", deserialize_with = "partly::regions")]
+    pub regions: BTreeMap<String, Material>,
 }
+
+const SKIN: Ogden = Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 };
+const SUBCUTANEOUS: Ogden = Ogden { mu_mpa: 0.00684, alpha: 1.4, d_per_mpa: 10.0 };
 
 impl Default for Tissue {
     fn default() -> Self {
         Self {
-            skin: Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 },
-            subcutaneous: Ogden { mu_mpa: 0.00684, alpha: 1.4, d_per_mpa: 10.0 },
+            skin: Material::Ogden(SKIN),
+            subcutaneous: Material::Ogden(SUBCUTANEOUS),
             nail: SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 },
             bone: Bone::default(),
+            regions: BTreeMap::new(),
         }
     }
 }
 
-fn skin<'de, D: Deserializer<'de>>(from: D) -> Result<Ogden, D::Error> {
-    partly::ogden(from, Tissue::default().skin)
+impl Tissue {
+    /// The law of a region of `mesh`; None for what is rigid, and for a soft region that has none in [`Self::regions`].
+    pub fn material(&self, mesh: &Mesh, region: Region) -> Option<Material> {
+        match region {
+            Region::Skin => Some(self.skin),
+            Region::Subcutaneous => Some(self.subcutaneous),
+            Region::Nail => Some(Material::Linear(self.nail)),
+            Region::DistalBone | Region::ProximalBone => {
+                (self.bone.kind == BoneKind::Deformable).then_some(Material::Linear(self.bone.elastic))
+            }
+            Region::Soft(_) => self.regions.get(mesh.region_name(region)).copied(),
+        }
+    }
+
+    /// Every stiffness times `factor` (> 0): soft tissue, nail, bones, joint.
+    pub fn stiffen(&mut self, factor: f64) {
+        for law in [&mut self.skin, &mut self.subcutaneous].into_iter().chain(self.regions.values_mut()) {
+            *law = law.stiffened(factor);
+        }
+        self.nail = self.nail.stiffened(factor);
+        self.bone.elastic = self.bone.elastic.stiffened(factor);
+        self.bone.joint.translation_n_per_mm *= factor;
+        self.bone.joint.rotation_nmm_per_rad *= factor;
+    }
 }
 
-fn subcutaneous<'de, D: Deserializer<'de>>(from: D) -> Result<Ogden, D::Error> {
-    partly::ogden(from, Tissue::default().subcutaneous)
+fn skin<'de, D: Deserializer<'de>>(from: D) -> Result<Material, D::Error> {
+    partly::soft(from, SKIN)
+}
+
+fn subcutaneous<'de, D: Deserializer<'de>>(from: D) -> Result<Material, D::Error> {
+    partly::soft(from, SUBCUTANEOUS)
 }
 
 fn nail<'de, D: Deserializer<'de>>(from: D) -> Result<SaintVenantKirchhoff, D::Error> {
@@ -112,6 +147,12 @@ pub struct Finger {
     pub mesh: Mesh,
     /// Its body.
     pub body: Body,
+    /// Angle between its axis and the plane in the pose of its mesh, tip down, degrees.
+    pub neutral_pitch_deg: f64,
+    /// Points of what holds it, and of its bones, mm.
+    pub obstacles: Vec<Vector3<f64>>,
+    /// Nodes of the skin's outside that are not of the pad: the plane must not reach them.
+    pub beside_pad: Vec<u32>,
     /// Its half, if it is symmetric about y = 0.
     pub half: Option<HalfFinger>,
 }
@@ -120,9 +161,19 @@ impl Finger {
     /// A finger of `tissue` on the mesh of `fingertip`.
     ///
     /// # Errors
-    /// [`BodyError::InvertedMesh`] for a mesh with an inverted element.
+    /// [`BodyError::InvertedMesh`] for a mesh with an inverted element, [`BodyError::NoLaw`] for a named soft region
+    /// without a law.
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
+        let neutral_pitch_deg = neutral_pitch_deg(&fingertip.touch);
+        let mut beside_pad: Vec<u32> = fingertip.outer_faces.iter().flatten().copied().collect();
+        beside_pad.sort_unstable();
+        beside_pad.dedup();
         let mesh = fingertip.mesh;
+        let pad = mesh.pad_nodes();
+        beside_pad.retain(|node| pad.binary_search(node).is_err());
+        if let Some(number) = mesh.soft_regions.iter().position(|name| !tissue.regions.contains_key(name)) {
+            return Err(BodyError::NoLaw { number });
+        }
         let supports = supports(&mesh, tissue.bone.kind);
         let reference = joint_point(&mesh);
         let body = body(&mesh, tissue, &supports, reference, tissue.bone.joint)?;
@@ -130,8 +181,18 @@ impl Finger {
             Some(half) => Some(half_finger(half, tissue, supports, reference)?),
             None => None,
         };
-        Ok(Self { mesh, body, half })
+        let sets = [set::DISTAL_BONE, set::PROXIMAL_BONE, set::PROXIMAL_FIX, set::NAIL_FIX];
+        let mut obstacles: Vec<u32> = sets.iter().flat_map(|name| mesh.node_set(name)).copied().collect();
+        obstacles.sort_unstable();
+        obstacles.dedup();
+        let obstacles = obstacles.into_iter().map(|n| mesh.nodes[n as usize]).collect();
+        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, half })
     }
+}
+
+/// Angle between the finger's axis and the plane in the pose of its mesh, tip down, degrees.
+pub fn neutral_pitch_deg(touch: &FirstTouch) -> f64 {
+    (-(touch.rotation * Vector3::x()).z).asin().to_degrees()
 }
 
 /// What holds a finger with such bones, and where it may touch.
@@ -161,13 +222,7 @@ fn body(
     reference: Vector3<f64>,
     joint: Joint,
 ) -> Result<Body, BodyError> {
-    let deformable = tissue.bone.kind == BoneKind::Deformable;
-    let material = |region: Region| match region {
-        Region::Skin => Some(Material::Ogden(tissue.skin)),
-        Region::Subcutaneous => Some(Material::Ogden(tissue.subcutaneous)),
-        Region::Nail => Some(Material::Linear(tissue.nail)),
-        Region::DistalBone | Region::ProximalBone => deformable.then_some(Material::Linear(tissue.bone.elastic)),
-    };
+    let material = |region: Region| tissue.material(mesh, region);
     Body::new(mesh, material, supports, reference, joint)
 }
 

@@ -67,7 +67,7 @@ pub fn press_limits(
     let frictionless = Problem { friction: None, ..problem.clone() };
     let corner = |(k, &depth): (usize, &f64)| Waypoint { t_s: k as f64, normal: depth, x: 0.0, y: 0.0 };
     let waypoints = [0.0].iter().chain(depths_mm).enumerate().map(corner).collect();
-    let path = Path { drives: [Drive::Displacement; 3], waypoints };
+    let path = Path::new([Drive::Displacement; 3], waypoints);
     let mut run = Run::new(&frictionless, &path, &[], progress)?;
     run.limit_law = Some(law);
     if let Some(checkpoint) = checkpoint {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{FaceState, Path, Snapshot};
+use super::{FaceState, Snapshot};
 use crate::assembly::Body;
 use crate::mesh::HalfMesh;
 use crate::solve::PadFaces;
@@ -49,12 +49,22 @@ impl HalfFinger {
                 FaceState { traction_mpa: mirror(face.traction_mpa), slip_mm: mirror(face.slip_mm), ..face }
             })
             .collect();
+        // Hexahedra first, then tetrahedra, in the half as in the whole.
+        let hexes = self.mesh.mesh.hexes.len();
+        let elements = (self.mesh.hex.iter().map(|&e| e as usize))
+            .chain(self.mesh.tet.iter().map(|&e| hexes + e as usize))
+            .zip(self.mesh.hex_is_mirrored.iter().chain(&self.mesh.tet_is_mirrored));
+        let stress = |(from, &is_mirrored): (usize, &bool)| {
+            let stress = half.stresses[from];
+            if is_mirrored { stress.mirrored() } else { stress }
+        };
         let density = &half.strain_energy_density_mpa;
         Snapshot {
             response: half.response,
             displacement_mm: self.mesh.node.iter().enumerate().map(mirrored).collect(),
             faces,
-            strain_energy_density_mpa: self.mesh.hex.iter().map(|&from| density[from as usize]).collect(),
+            strain_energy_density_mpa: elements.clone().map(|(from, _)| density[from]).collect(),
+            stresses: elements.map(stress).collect(),
         }
     }
 }
@@ -75,11 +85,4 @@ impl Model<'_> {
     pub fn copies(&self) -> f64 {
         if self.half.is_some() { 2.0 } else { 1.0 }
     }
-}
-
-/// Whether a path leads a finger that is symmetric about y = 0 through symmetric states only: no motion and no driven force
-/// along y.
-pub(super) fn is_symmetric(path: &Path) -> bool {
-    let y = path.waypoints[0].y;
-    path.drives[2] == super::Drive::Displacement && path.waypoints.iter().all(|point| point.y == y)
 }

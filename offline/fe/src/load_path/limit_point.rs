@@ -28,6 +28,8 @@ pub struct Passage {
     pub plane_work_mj: f64,
     /// Dissipated by slip on the way, mJ.
     pub friction_work_mj: f64,
+    /// Put into the elastic slip by changes of pressure and contact area on the way, mJ.
+    pub pressure_work_mj: f64,
 }
 
 /// Steps from `from`, which lies before a limit point, to an equilibrium at `target`; None if none is found.
@@ -45,12 +47,13 @@ pub fn pass_limit_point(
     stats: &mut Stats,
     watch: Watch,
 ) -> Result<Option<Passage>, SolveError> {
-    let (mut state, mut friction_work_mj, mut plane_work_mj) = (from.clone(), 0.0, 0.0);
+    let (mut state, mut friction_work_mj, mut plane_work_mj, mut pressure_work_mj) = (from.clone(), 0.0, 0.0, 0.0);
     let mut viscosity = FIRST_VISCOSITY;
     for _ in 0..rule.max_steps {
         match solver.damped_step(&as_last(&state), target, viscosity, stats, watch) {
             Ok(next) => {
                 friction_work_mj += next.totals.dissipation;
+                pressure_work_mj += next.totals.elastic_energy_by_pressure;
                 plane_work_mj += plane_work_mj_between(solver, &state, &next);
                 state = next;
                 viscosity *= rule.release;
@@ -66,8 +69,9 @@ pub fn pass_limit_point(
             match solver.step(&as_last(&state), target, guess, stats, watch) {
                 Ok(next) => {
                     friction_work_mj += next.totals.dissipation;
+                    pressure_work_mj += next.totals.elastic_energy_by_pressure;
                     plane_work_mj += plane_work_mj_between(solver, &state, &next);
-                    return Ok(Some(Passage { state: next, plane_work_mj, friction_work_mj }));
+                    return Ok(Some(Passage { state: next, plane_work_mj, friction_work_mj, pressure_work_mj }));
                 }
                 Err(SolveError::Interrupted) => return Err(SolveError::Interrupted),
                 Err(_) => {}

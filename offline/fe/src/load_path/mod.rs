@@ -10,6 +10,7 @@ mod finger;
 mod follow;
 mod half;
 mod limit_point;
+mod path;
 pub mod path_csv;
 mod path_end;
 mod response;
@@ -23,48 +24,18 @@ pub mod vtu;
 use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
+use crate::element::ElementStress;
+
 pub use checkpoint::Checkpoint;
 pub use clearance::{Clearance, Obstacle};
-pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue};
+pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg};
 pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
 pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
+pub use path::{Drive, Path, Turn, Turns, Waypoint};
 pub use path_end::{PathEnd, follow_path_on, follow_to_end};
 pub use settings::{LoadPathError, LoadSettings, OnProgress, Problem, Progress};
 pub use stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
-
-/// How one axis of the plane is driven.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Drive {
-    /// The value of a waypoint is the plane's travel, mm.
-    Displacement,
-    /// The value of a waypoint is the force that the plane exerts on the finger, N
-    /// (normal force positive when it presses).
-    Force,
-}
-
-/// A corner of a path; straight lines between corners.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Waypoint {
-    /// Time, s, strictly increasing along a path.
-    pub t_s: f64,
-    /// Depth (mm) or normal force (N), by the drive of axis 0.
-    pub normal: f64,
-    /// Slide (mm) or friction (N) along x, by the drive of axis 1.
-    pub x: f64,
-    /// Slide (mm) or friction (N) along y, by the drive of axis 2.
-    pub y: f64,
-}
-
-/// A motion of the plane relative to the finger's fixed base.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Path {
-    /// Drives of the normal, x and y axis.
-    pub drives: [Drive; 3],
-    /// At least two corners; the first is where the run starts (out of contact or at first touch).
-    pub waypoints: Vec<Waypoint>,
-}
 
 /// One row of a response file: forces that the plane exerts on the finger.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -91,8 +62,22 @@ pub struct Response {
     pub regime: Regime,
     /// Flags, `ok` if none.
     pub status: Status,
-    /// Centre of pressure on the plane, mm, in the finger's fixed frame; NaN without contact.
+    /// Centre of pressure, mm, along the plane's axes x and y from the plane's point under first touch in the neutral pose;
+    /// NaN without contact.
     pub centre_of_pressure_mm: [f64; 2],
+    /// Turn of the plane about its normal, degrees, counter-clockwise seen from +z.
+    #[serde(default)]
+    pub spin_deg: f64,
+    /// Angle between the finger's axis and the plane, tip down, degrees.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// Turn of the finger about the neutral x axis, degrees.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// Moments that the plane exerts on the finger about the same point, along the plane's axes x, y and z, N mm; that
+    /// about z is positive as the plane turns the finger counter-clockwise seen from +z.
+    #[serde(default)]
+    pub moment_n_mm: [f64; 3],
 }
 
 /// State of one pad face, averaged over its contact points.
@@ -119,8 +104,11 @@ pub struct Snapshot {
     pub displacement_mm: Vec<Vector3<f64>>,
     /// One entry per pad face of the mesh.
     pub faces: Vec<FaceState>,
-    /// Strain energy density of every hex, MPa (mJ/mm³), mean over its quadrature points; 0 in rigid bones.
+    /// Strain energy density of every element, MPa (mJ/mm³), mean over its undeformed volume; hexahedra first, then
+    /// tetrahedra; 0 in rigid bones.
     pub strain_energy_density_mpa: Vec<f64>,
+    /// Mean stress and strain of every element, in the same order; 0 in rigid bones.
+    pub stresses: Vec<ElementStress>,
 }
 
 /// What it cost to get there.
@@ -151,6 +139,8 @@ pub struct Work {
     pub plane_mj: f64,
     /// Dissipated by slip.
     pub friction_mj: f64,
+    /// Put into the elastic slip by changes of pressure and contact area, for which no motion pays.
+    pub pressure_mj: f64,
     /// Dissipated by viscous stabilisation; 0 unless a limit point was passed.
     pub stabilisation_mj: f64,
 }

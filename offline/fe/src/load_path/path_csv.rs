@@ -2,7 +2,7 @@
 
 use std::path::Path as FilePath;
 
-use crate::load_path::{Drive, Path, Waypoint};
+use crate::load_path::{Drive, Path, Turn, Turns, Waypoint};
 use fingerpad_formats::Columns;
 use fingerpad_formats::Error;
 
@@ -10,13 +10,19 @@ use fingerpad_formats::Error;
 const AXES: [(&str, &str); 3] =
     [("depth_mm", "normal_force_n"), ("slide_x_mm", "friction_x_n"), ("slide_y_mm", "friction_y_n")];
 
+/// Columns of turns, which may be absent: driven by angle, driven by moment.
+const TURNS: [(&str, &str); 3] =
+    [("spin_deg", "spin_moment_n_mm"), ("pitch_deg", "moment_y_n_mm"), ("roll_deg", "moment_x_n_mm")];
+
 /// Reads a path.
 ///
 /// `normal_force_n` in place of `depth_mm`, `friction_x_n` and `friction_y_n` in place of the slides, drive that axis
 /// by force. Time must increase strictly from row to row, normal forces must not be negative, all numbers are finite,
-/// and there are at least two rows; everything else is an error that says where.
+/// and there are at least two rows; everything else is an error that says where. `spin_deg`, `pitch_deg` and `roll_deg`, or
+/// the moments in their place, may be absent: the finger then stays as it is in the neutral pose.
 pub fn read(file: &FilePath) -> Result<Path, Error> {
-    let known: Vec<&str> = std::iter::once("t_s").chain(AXES.iter().flat_map(|(a, b)| [*a, *b])).collect();
+    let known: Vec<&str> =
+        std::iter::once("t_s").chain(AXES.iter().chain(&TURNS).flat_map(|(a, b)| [*a, *b])).collect();
     let table = Columns::read(file, &known)?;
     let t = table.need("t_s")?;
     let mut drives = [Drive::Displacement; 3];
@@ -42,7 +48,18 @@ pub fn read(file: &FilePath) -> Result<Path, Error> {
         }
         waypoints.push(waypoint);
     }
-    Ok(Path { drives, waypoints })
+    let [spin, pitch, roll] = TURNS.map(|(angle, moment)| turn(&table, angle, moment));
+    Ok(Path { drives, waypoints, turns: Turns { spin: spin?, pitch: pitch?, roll: roll? } })
+}
+
+/// A turn, if the file has a column of it.
+fn turn(table: &Columns, angle: &str, moment: &str) -> Result<Option<Turn>, Error> {
+    if table.find(angle).is_none() && table.find(moment).is_none() {
+        return Ok(None);
+    }
+    let (column, by_moment) = table.either(angle, moment)?;
+    let values = table.rows.iter().map(|row| table.number(row, column)).collect::<Result<_, _>>()?;
+    Ok(Some(Turn { drive: if by_moment { Drive::Force } else { Drive::Displacement }, values }))
 }
 
 #[cfg(test)]

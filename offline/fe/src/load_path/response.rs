@@ -2,12 +2,12 @@
 
 use fingerpad::{Regime, Status};
 
-use super::{FaceState, Model, Response, Snapshot};
+use super::{FaceState, Model, Problem, Response, Snapshot};
 use crate::contact::{NodeState, plane};
 use crate::solve::{Solver, State};
 
 /// The row of a state.
-pub(super) fn response(model: &Model, state: &State, t_s: f64, status: Status) -> Response {
+pub(super) fn response(problem: &Problem, model: &Model, state: &State, t_s: f64, status: Status) -> Response {
     let copies = model.copies();
     let totals = &state.totals;
     let at = &state.contact.plane.at;
@@ -29,6 +29,10 @@ pub(super) fn response(model: &Model, state: &State, t_s: f64, status: Status) -
         regime: Regime::classify(in_contact, stick_ratio as f32),
         status,
         centre_of_pressure_mm: [centre(-totals.moment.y), centre(across(totals.moment.x))],
+        spin_deg: at[plane::SPIN].to_degrees(),
+        pitch_deg: problem.neutral_pitch_deg + at[plane::PITCH].to_degrees(),
+        roll_deg: at[plane::ROLL].to_degrees(),
+        moment_n_mm: [across(totals.moment.x), copies * totals.moment.y, across(totals.moment.z)],
     }
 }
 
@@ -41,6 +45,7 @@ pub(super) fn snapshot(model: &Model, solver: &Solver, state: &State, response: 
         displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
         faces,
         strain_energy_density_mpa: model.body.energy(&state.configuration).1,
+        stresses: model.body.stresses(&state.configuration),
     };
     match model.half {
         Some(half) => half.whole(&field),

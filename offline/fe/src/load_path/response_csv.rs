@@ -23,6 +23,10 @@ pub const COLUMNS: [&str; 11] = [
     "status",
 ];
 
+/// Columns that a run in six degrees of freedom adds.
+pub const POSE_COLUMNS: [&str; 8] =
+    ["spin_deg", "pitch_deg", "roll_deg", "spin_moment_n_mm", "moment_x_n_mm", "moment_y_n_mm", "cop_x_mm", "cop_y_mm"];
+
 /// Columns that the reduced model adds; [`read`] accepts and skips them.
 pub const EXTRA_COLUMNS: [&str; 4] = ["friction_limit_n", "slip_margin", "band_normal_n", "band_friction_n"];
 
@@ -40,40 +44,63 @@ fn numbers(r: &Response) -> [f64; 9] {
     ]
 }
 
-/// Writes responses; numbers read back as the same f64. The centre of pressure has no column.
+fn pose_numbers(r: &Response) -> [f64; 8] {
+    let [x, y, z] = r.moment_n_mm;
+    let [cop_x, cop_y] = r.centre_of_pressure_mm;
+    [r.spin_deg, r.pitch_deg, r.roll_deg, z, x, y, cop_x, cop_y]
+}
+
+/// Writes responses with the columns of [`POSE_COLUMNS`] after the others; numbers read back as the same f64. Without
+/// contact the centre of pressure has empty cells.
 ///
 /// Errors: a value that is not finite is refused before anything is written; disk errors carry the path.
 pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
-    write_columns(file, responses, &[])
+    let turned = |r: &Response| pose_numbers(r)[..6].iter().position(|x| !x.is_finite());
+    if let Some((row, c)) = responses.iter().enumerate().find_map(|(row, r)| Some((row, turned(r)?))) {
+        let value = pose_numbers(&responses[row])[c];
+        return Err(not_finite(file, row, POSE_COLUMNS[c], value));
+    }
+    let cell = |x: f64| if x.is_nan() { String::new() } else { number(x).to_string() };
+    write_columns(file, responses, &POSE_COLUMNS, &|i| pose_numbers(&responses[i]).map(cell).to_vec())
 }
 
-/// The same with the columns of [`EXTRA_COLUMNS`] after the others; `extra` has a row for every response.
+/// Writes responses with the columns of [`EXTRA_COLUMNS`] after the others; `extra` has a row for every response.
 pub fn write_with_extra(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Result<(), Error> {
-    write_columns(file, responses, extra)
+    let names: &[&str] = if extra.is_empty() { &[] } else { &EXTRA_COLUMNS };
+    let cells = |i: usize| extra.get(i).into_iter().flatten().map(|x| number(*x).to_string()).collect();
+    write_columns(file, responses, names, &cells)
 }
 
-fn write_columns(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Result<(), Error> {
+fn not_finite(file: &Path, row: usize, column: &str, value: f64) -> Error {
+    Error::Value {
+        path: file.to_path_buf(),
+        line: row + 2,
+        column: column.to_owned(),
+        value: value.to_string(),
+        problem: "is not finite and was not written".to_owned(),
+    }
+}
+
+fn write_columns(
+    file: &Path,
+    responses: &[Response],
+    more: &[&str],
+    cells: &dyn Fn(usize) -> Vec<String>,
+) -> Result<(), Error> {
     for (i, response) in responses.iter().enumerate() {
         if let Some(c) = numbers(response).iter().position(|x| !x.is_finite()) {
-            return Err(Error::Value {
-                path: file.to_path_buf(),
-                line: i + 2,
-                column: COLUMNS[c].to_owned(),
-                value: numbers(response)[c].to_string(),
-                problem: "is not finite and was not written".to_owned(),
-            });
+            return Err(not_finite(file, i, COLUMNS[c], numbers(response)[c]));
         }
     }
     atomic_write(file, |w| {
-        let more: &[&str] = if extra.is_empty() { &[] } else { &EXTRA_COLUMNS };
         writeln!(w, "{}", [&COLUMNS, more].concat().join(","))?;
         for (i, response) in responses.iter().enumerate() {
             for x in numbers(response) {
                 write!(w, "{},", number(x))?;
             }
             write!(w, "{},{}", response.regime, response.status)?;
-            for x in extra.get(i).into_iter().flatten() {
-                write!(w, ",{}", number(*x))?;
+            for cell in cells(i) {
+                write!(w, ",{cell}")?;
             }
             writeln!(w)?;
         }
@@ -81,9 +108,10 @@ fn write_columns(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Res
     })
 }
 
-/// Reads a response file of `simulate` or `eval`; the centre of pressure, which has no column, is NaN.
+/// Reads a response file of `simulate` or `eval`; the centre of pressure is NaN where it has no cell, moments and turns are
+/// zero where they have no column.
 pub fn read(file: &Path) -> Result<Vec<Response>, Error> {
-    let known: Vec<&str> = COLUMNS.into_iter().chain(EXTRA_COLUMNS).collect();
+    let known: Vec<&str> = COLUMNS.into_iter().chain(POSE_COLUMNS).chain(EXTRA_COLUMNS).collect();
     let table = Columns::read(file, &known)?;
     let mut columns = [0; COLUMNS.len()];
     for (column, name) in columns.iter_mut().zip(COLUMNS) {
@@ -95,6 +123,10 @@ pub fn read(file: &Path) -> Result<Vec<Response>, Error> {
         .iter()
         .map(|row| {
             let value = |c: usize| table.number(row, columns[c]);
+            let pose = |name: &str, absent: f64| match table.find(name) {
+                Some(column) if !row.cells[column].is_empty() => table.number(row, column),
+                _ => Ok(absent),
+            };
             Ok(Response {
                 t_s: value(0)?,
                 depth_mm: value(1)?,
@@ -110,7 +142,11 @@ pub fn read(file: &Path) -> Result<Vec<Response>, Error> {
                     .map_err(|()| table.refuse(row, regime, "is not one of no_contact, stick, partial_slip, slip"))?,
                 status: parse_status(&row.cells[status])
                     .ok_or_else(|| table.refuse(row, status, "is neither `ok` nor flags joined by `+`"))?,
-                centre_of_pressure_mm: [f64::NAN; 2],
+                centre_of_pressure_mm: [pose("cop_x_mm", f64::NAN)?, pose("cop_y_mm", f64::NAN)?],
+                spin_deg: pose("spin_deg", 0.0)?,
+                pitch_deg: pose("pitch_deg", 0.0)?,
+                roll_deg: pose("roll_deg", 0.0)?,
+                moment_n_mm: [pose("moment_x_n_mm", 0.0)?, pose("moment_y_n_mm", 0.0)?, pose("spin_moment_n_mm", 0.0)?],
             })
         })
         .collect()
@@ -143,6 +179,10 @@ mod tests {
             regime: Regime::PartialSlip,
             status: Status::STABILISED,
             centre_of_pressure_mm: [f64::NAN; 2],
+            spin_deg: 7.5,
+            pitch_deg: 41.0,
+            roll_deg: -3.0,
+            moment_n_mm: [1.25, -2.0, 0.5],
             ..Response::default()
         }
     }
@@ -157,8 +197,8 @@ mod tests {
         // NaN differs from itself, so compare what is printed.
         assert_eq!(format!("{back:?}"), format!("{rows:?}"));
         let text = std::fs::read_to_string(&file).unwrap();
-        assert!(text.lines().nth(2).unwrap().ends_with(",partial_slip,stabilised"), "{text}");
-        assert!(text.lines().nth(1).unwrap().ends_with(",no_contact,ok"), "{text}");
+        assert!(text.lines().nth(2).unwrap().ends_with(",partial_slip,stabilised,7.5,41,-3,0.5,1.25,-2,,"), "{text}");
+        assert!(text.lines().nth(1).unwrap().ends_with(",no_contact,ok,0,0,0,0,0,0,,"), "{text}");
     }
 
     #[test]

@@ -11,11 +11,11 @@ use super::checkpoint::{Checkpoint, Saves};
 use super::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
-use super::steady_slip::{goes_on_straight, is_slide, slips_steadily};
+use super::steady_slip::{goes_on_straight, slide, slips_steadily};
 use super::stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
-use super::{Cost, Drive, Model, Path, PressLimit, Trajectory, Waypoint};
+use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
 use crate::assembly::{Body, Configuration, rotation_vector};
-use crate::contact::{Friction, FrictionLaw, Plane, RubberFriction, plane};
+use crate::contact::{Coordinates, Friction, FrictionLaw, Plane, RubberFriction, plane};
 use crate::solve::{Axis, FactorRecord, Guess, SolveError, Solver, State, Stats, Target};
 
 /// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`] but in steady slip.
@@ -29,6 +29,22 @@ const LEAST_FIRST_SIZE: f64 = 0.1;
 const FIRST_PENETRATION_MM: f64 = 0.02;
 /// Share of the strength that must be used before a failed step is taken for the limit of friction.
 const USED_STRENGTH: f64 = 0.9;
+
+/// How far skin beside the pad may be behind the plane, mm: what its bending between nodes makes of a rim.
+const BESIDE_PAD_MM: f64 = 1e-3;
+
+/// Distance from the foot at which turns count as travel, mm: about the radius of a contact.
+const TURN_ARM_MM: f64 = 4.0;
+
+/// Largest spin of an increment in steady slip, rad: friction errs by a 24th of its square.
+const STEADY_SPIN_RAD: f64 = 0.15;
+
+/// A place on the way to a row.
+struct Point {
+    t_s: f64,
+    /// Values of the plane's coordinates: mm, rad, N or N mm.
+    at: Coordinates,
+}
 
 /// Where a run along a path stands: all that a checkpoint keeps besides the factor.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
@@ -83,10 +99,9 @@ impl<'a, 'p> Run<'a, 'p> {
         progress: OnProgress<'p>,
     ) -> Result<Self, LoadPathError> {
         check(path)?;
-        let start = &path.waypoints[0];
-        let place = |drive: Drive, value: f64| if drive == Drive::Displacement { value } else { 0.0 };
-        let plane =
-            [place(path.drives[1], start.x), place(path.drives[2], start.y), place(path.drives[0], start.normal)];
+        let drives = path.coordinate_drives();
+        let start = path.coordinates(0, problem.neutral_pitch_deg);
+        let plane = Plane::new(std::array::from_fn(|k| if drives[k] == Drive::Displacement { start[k] } else { 0.0 }));
         let friction = problem.friction.map_or(Friction::Off, Friction::On);
         let model = problem.model(path);
         let solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, problem.settings);
@@ -105,7 +120,7 @@ impl<'a, 'p> Run<'a, 'p> {
                 standing: Standing { done: 0.0, size: 1.0 },
                 largest_size: 1.0,
                 state,
-                time_s: start.t_s,
+                time_s: path.waypoints[0].t_s,
                 before: None,
                 length_done: 0.0,
                 status: Status::OK,
@@ -229,54 +244,81 @@ impl<'a, 'p> Run<'a, 'p> {
 
     /// The law that acts on the way to this row.
     fn friction_of(&self, row: usize) -> Friction {
-        let slides = || self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y);
+        let slides = || {
+            self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y)
+                || self.turns_until(row)
+        };
         match self.problem.friction {
             Some(law) if self.problem.load_steps.friction_while_pressing || slides() => Friction::On(law),
             _ => Friction::Off,
         }
     }
 
+    /// Whether the plane turns on the way to this row or before.
+    fn turns_until(&self, row: usize) -> bool {
+        let turns = |row: usize| self.corner(row)[plane::SPIN..] != self.corner(0)[plane::SPIN..];
+        (1..=row).any(turns)
+    }
+
+    /// Values of the plane's coordinates at a row.
+    fn corner(&self, row: usize) -> Coordinates {
+        self.path.coordinates(row, self.problem.neutral_pitch_deg)
+    }
+
     /// Length of the way to a row, in largest steps.
     fn length_of(&self, row: usize) -> f64 {
-        let (a, b) = (&self.path.waypoints[row - 1], &self.path.waypoints[row]);
+        let (a, b) = (self.corner(row - 1), self.corner(row));
+        let drives = self.path.coordinate_drives();
         let largest = &self.problem.load_steps;
-        let step = |drive: Drive, displacement: f64| match drive {
-            Drive::Displacement => displacement,
-            Drive::Force => largest.max_force_step_n,
-        };
         let depth_step = match self.friction_of(row) {
             Friction::On(_) => largest.max_depth_step_with_friction_mm,
             Friction::Off => largest.max_depth_step_mm,
         };
-        let normal = (b.normal - a.normal).abs() / step(self.path.drives[0], depth_step);
-        let x = (b.x - a.x) / step(self.path.drives[1], largest.max_slide_step_mm);
-        let y = (b.y - a.y) / step(self.path.drives[2], largest.max_slide_step_mm);
-        normal.max(x.hypot(y)).max(1e-3)
+        let slide_step = largest.max_slide_step_mm;
+        let steps = |k: usize| {
+            let travel = if k == plane::DEPTH { depth_step } else { slide_step };
+            let change = b[k] - a[k];
+            match (drives[k], k < plane::SPIN) {
+                (Drive::Displacement, true) => change / travel,
+                (Drive::Displacement, false) => change * TURN_ARM_MM / travel,
+                (Drive::Force, true) => change / largest.max_force_step_n,
+                (Drive::Force, false) => change / (largest.max_force_step_n * TURN_ARM_MM),
+            }
+        };
+        let along = steps(plane::X).hypot(steps(plane::Y)).hypot(steps(plane::SPIN));
+        steps(plane::DEPTH).abs().max(along).max(steps(plane::PITCH).hypot(steps(plane::ROLL))).max(1e-3)
     }
 
     /// Largest size of a step after one that led to `next`: in steady slip longer slides are allowed than before it.
     fn largest_size_after(&self, next: &State) -> f64 {
         let steps = &self.problem.load_steps;
-        let is_free = self.law_at.is_none() && is_slide(self.path, self.run.row);
-        if is_free && slips_steadily(&self.run.state, next) {
-            (steps.max_steady_slide_step_mm / steps.max_slide_step_mm).max(1.0)
-        } else {
-            1.0
+        match slide(self.path, self.run.row) {
+            Some([.., spin]) if self.law_at.is_none() && slips_steadily(&self.run.state, next) => {
+                let by_slide = steps.max_steady_slide_step_mm / steps.max_slide_step_mm;
+                by_slide.min(STEADY_SPIN_RAD * self.row_length / spin.abs()).max(1.0)
+            }
+            _ => 1.0,
         }
     }
 
     /// The point `share` of the way to the row being approached.
-    fn point(&self, share: f64) -> Waypoint {
-        interpolate(&self.path.waypoints[self.run.row - 1], &self.path.waypoints[self.run.row], share)
+    fn point(&self, share: f64) -> Point {
+        let (row, waypoints) = (self.run.row, &self.path.waypoints);
+        let (a, b) = (self.corner(row - 1), self.corner(row));
+        if share >= 1.0 {
+            return Point { t_s: waypoints[row].t_s, at: b };
+        }
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        let t_s = mix(waypoints[row - 1].t_s, waypoints[row].t_s);
+        Point { t_s, at: std::array::from_fn(|k| mix(a[k], b[k])) }
     }
 
-    fn target(&self, point: &Waypoint) -> Target {
-        let axis = |drive: Drive, value: f64| match drive {
-            Drive::Displacement => Axis::Displacement(value),
-            Drive::Force => Axis::Force(value / self.model.copies()),
-        };
-        let drives = &self.path.drives;
-        [axis(drives[1], point.x), axis(drives[2], point.y), axis(drives[0], point.normal)].into()
+    fn target(&self, point: &Point) -> Target {
+        let drives = self.path.coordinate_drives();
+        Target(std::array::from_fn(|k| match drives[k] {
+            Drive::Displacement => Axis::Displacement(point.at[k]),
+            Drive::Force => Axis::Force(point.at[k] / self.model.copies()),
+        }))
     }
 
     /// Where the search for a step of `size` starts: the last motion continued, if it was not much shorter.
@@ -337,7 +379,7 @@ impl<'a, 'p> Run<'a, 'p> {
     }
 
     fn record(&mut self) {
-        let response = response(&self.model, &self.run.state, self.run.time_s, self.run.status);
+        let response = response(self.problem, &self.model, &self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
         self.run.status = Status::OK;
     }
@@ -353,6 +395,23 @@ impl<'a, 'p> Run<'a, 'p> {
         LoadPathError::Interrupted { reached: self.reached() }
     }
 
+    /// How far the plane has come into skin that cannot bear contact, mm.
+    fn below_beside_pad_mm(&self) -> f64 {
+        let (surface, state) = (self.solver.surface(), &self.run.state);
+        let frame = surface.frame(&state.contact.plane);
+        let depth = |&node: &u32| -frame.to_plane(&state.configuration.x[node as usize]).z;
+        let beside = self.problem.beside_pad.iter().map(depth).fold(0.0, f64::max);
+        beside.max(surface.unborne_penetration_mm(&state.contact))
+    }
+
+    /// Whether the plane has come to what holds the finger.
+    fn meets_obstacle(&self) -> bool {
+        let place = &self.run.state.contact.plane;
+        let frame = self.solver.surface().frame(place);
+        place.at[plane::DEPTH] >= self.problem.clearance_mm
+            || self.problem.obstacles.iter().any(|x| frame.to_plane(x).z <= 0.0)
+    }
+
     /// Refuses a driven friction force that the contact, which slips nearly everywhere, cannot hold.
     fn check_friction(&mut self, share: f64) -> Result<(), LoadPathError> {
         let point = self.point(share);
@@ -361,7 +420,7 @@ impl<'a, 'p> Run<'a, 'p> {
         let force = state.totals.force * self.model.copies();
         let holds_n = self.model.copies() * strength_n(self.solver.friction(), state);
         let along = |k: usize, driven: f64| if drives[k + 1] == Drive::Force { driven } else { force[k] };
-        let wanted_n = along(0, point.x).hypot(along(1, point.y));
+        let wanted_n = along(0, point.at[plane::X]).hypot(along(1, point.at[plane::Y]));
         let is_driven = drives[1] == Drive::Force || drives[2] == Drive::Force;
         let used_n = force.xy().norm();
         if !(is_driven && force.z > 0.0 && wanted_n > holds_n && used_n > USED_STRENGTH * holds_n) {
@@ -397,6 +456,7 @@ impl LoadSteps for Run<'_, '_> {
         let copies = self.model.copies();
         run.trajectory.work.plane_mj += copies * plane_work_mj_between(&self.solver, &run.state, &next);
         run.trajectory.work.friction_mj += copies * next.totals.dissipation;
+        run.trajectory.work.pressure_mj += copies * next.totals.elastic_energy_by_pressure;
         let cost = &mut run.trajectory.cost;
         cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
         cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
@@ -435,13 +495,15 @@ impl LoadSteps for Run<'_, '_> {
         let Ok(passage) = passage else { return Err(self.interrupted()) };
         let Some(passage) = passage else { return Ok(false) };
         let (body, copies, run) = (self.model.body, self.model.copies(), &mut self.run);
-        let energy = |state: &State| body.energy(&state.configuration).0;
+        let energy = |state: &State| body.energy(&state.configuration).0 + state.totals.elastic_energy;
         // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
         let stored = energy(&passage.state) - energy(&run.state);
         let work = &mut run.trajectory.work;
         work.plane_mj += copies * passage.plane_work_mj;
         work.friction_mj += copies * passage.friction_work_mj;
-        work.stabilisation_mj += copies * (passage.plane_work_mj - passage.friction_work_mj - stored).max(0.0);
+        work.pressure_mj += copies * passage.pressure_work_mj;
+        let put_in = passage.plane_work_mj + passage.pressure_work_mj;
+        work.stabilisation_mj += copies * (put_in - passage.friction_work_mj - stored).max(0.0);
         run.trajectory.cost.increments += 1;
         run.status = run.status.with(Status::STABILISED);
         run.state = passage.state;
@@ -468,13 +530,23 @@ impl LoadSteps for Run<'_, '_> {
     }
 
     fn accepted(&mut self, standing: Standing) -> Result<(), LoadPathError> {
-        if self.run.state.contact.plane.at[plane::DEPTH] >= self.problem.clearance_mm {
+        if self.meets_obstacle() {
             let last = self.run.trajectory.responses.last().copied().unwrap_or_default();
             return Err(LoadPathError::NotClear {
                 t_s: last.t_s,
                 row: self.run.row,
                 clearance_mm: self.problem.clearance_mm,
                 normal_force_n: last.normal_force_n,
+                reached: self.reached(),
+            });
+        }
+        let below_mm = self.below_beside_pad_mm();
+        if below_mm > BESIDE_PAD_MM {
+            return Err(LoadPathError::BesidePad {
+                t_s: self.run.time_s,
+                row: self.run.row,
+                depth_mm: self.run.state.contact.plane.at[plane::DEPTH],
+                below_mm,
                 reached: self.reached(),
             });
         }
@@ -507,14 +579,6 @@ fn check(path: &Path) -> Result<(), LoadPathError> {
 /// Integral of a law's strength over the pressure of a state, N.
 fn strength_n(law: &dyn FrictionLaw, state: &State) -> f64 {
     state.contact.nodes.iter().map(|n| law.strength(n.pressure_mpa()).0 * n.area).sum()
-}
-
-fn interpolate(a: &Waypoint, b: &Waypoint, share: f64) -> Waypoint {
-    if share >= 1.0 {
-        return *b;
-    }
-    let mix = |a: f64, b: f64| a + share * (b - a);
-    Waypoint { t_s: mix(a.t_s, b.t_s), normal: mix(a.normal, b.normal), x: mix(a.x, b.x), y: mix(a.y, b.y) }
 }
 
 /// `to` continued by `ratio` times the motion from `from`.

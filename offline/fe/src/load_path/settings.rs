@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::half::is_symmetric;
+use nalgebra::Vector3;
+
 use super::{Cost, HalfFinger, Model, Path, Response, Trajectory};
 use crate::assembly::Body;
 use crate::contact::{PenaltySettings, RubberFriction};
@@ -70,6 +71,12 @@ pub struct Problem<'a> {
     pub settings: SolverSettings,
     /// Increments.
     pub load_steps: LoadSettings,
+    /// Angle between the finger's axis and the plane in the neutral pose, tip down, degrees.
+    pub neutral_pitch_deg: f64,
+    /// Points of what holds the finger, mm: a pose in which the plane would meet one ends the run.
+    pub obstacles: &'a [Vector3<f64>],
+    /// Nodes of the skin's outside that are not of the pad: a run in which the plane reaches one ends.
+    pub beside_pad: &'a [u32],
     /// Depth at which the plane reaches what holds the finger, mm; a run ends before. Infinite where there is no such depth.
     pub clearance_mm: f64,
 }
@@ -77,7 +84,7 @@ pub struct Problem<'a> {
 impl<'a> Problem<'a> {
     /// What a run along `path` computes.
     pub(super) fn model(&self, path: &Path) -> Model<'a> {
-        if is_symmetric(path) { self.symmetric_model() } else { self.whole_model() }
+        if path.is_symmetric() { self.symmetric_model() } else { self.whole_model() }
     }
 
     /// What computes states that are symmetric about y = 0: the half, if there is one.
@@ -174,6 +181,23 @@ pub enum LoadPathError {
         /// What was reached.
         reached: Box<Trajectory>,
     },
+    /// The plane reached skin that is not of the pad.
+    #[error(
+        "row {row}: the plane reaches {below_mm:.4} mm into skin beside the faces that may touch (t = {t_s:.4} s, depth \
+         {depth_mm:.3} mm); a larger pad_height_mm makes more of the skin touch"
+    )]
+    BesidePad {
+        /// Time of the last equilibrium, s.
+        t_s: f64,
+        /// Row of the path that was being approached (0 is the start).
+        row: usize,
+        /// Depth there, mm.
+        depth_mm: f64,
+        /// How far the skin is behind the plane, mm.
+        below_mm: f64,
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
     /// The state of the run cannot be saved.
     #[error(transparent)]
     Checkpoint(#[from] fingerpad_formats::Error),
@@ -192,6 +216,7 @@ impl LoadPathError {
             Self::NoEquilibrium { reached, .. }
             | Self::BeyondFriction { reached, .. }
             | Self::NotClear { reached, .. }
+            | Self::BesidePad { reached, .. }
             | Self::Interrupted { reached } => std::mem::take(reached),
             Self::Path(_) | Self::Checkpoint(_) => Trajectory::default(),
         }

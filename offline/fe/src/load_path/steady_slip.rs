@@ -1,11 +1,17 @@
 //! Steady slip: everything slips and nothing changes any more, so that a slide may go on in longer steps.
 
+use nalgebra::Vector3;
+
 use super::{Drive, Path};
+use crate::contact::plane;
 use crate::solve::State;
 
 /// Change of friction, normal force and area over one increment below which slip is steady, share of the friction, the
 /// normal force and the area.
 const STEADY_CHANGE: f64 = 5e-4;
+
+/// Arm at which the moment about the normal is held against the friction, mm.
+const MOMENT_ARM_MM: f64 = 4.0;
 
 /// Whether the whole contact slipped in both of two states in succession and bears what it bore.
 pub(super) fn slips_steadily(before: &State, after: &State) -> bool {
@@ -15,27 +21,30 @@ pub(super) fn slips_steadily(before: &State, after: &State) -> bool {
     all_slips(before)
         && all_slips(after)
         && same((b.force - a.force).xy().norm(), b.force.xy().norm())
+        && same(b.moment.z - a.moment.z, b.force.xy().norm() * MOMENT_ARM_MM)
         && same(b.force.z - a.force.z, b.force.z)
         && same(b.area - a.area, b.area)
 }
 
-/// Whether the way to `row` is a straight slide under constant depth or normal force.
-pub(super) fn is_slide(path: &Path, row: usize) -> bool {
-    let (a, b) = (&path.waypoints[row - 1], &path.waypoints[row]);
-    path.drives[1..] == [Drive::Displacement; 2] && a.normal == b.normal && (a.x != b.x || a.y != b.y)
+/// Slide and spin of the plane on the way to `row`, mm and rad, if it does nothing else.
+pub(super) fn slide(path: &Path, row: usize) -> Option<[f64; 3]> {
+    let (a, b) = (path.coordinates(row - 1, 0.0), path.coordinates(row, 0.0));
+    let drives = path.coordinate_drives();
+    let moves = [plane::X, plane::Y, plane::SPIN];
+    let is_driven = moves.iter().all(|&k| drives[k] == Drive::Displacement);
+    let rests = [plane::DEPTH, plane::PITCH, plane::ROLL].iter().all(|&k| a[k] == b[k]);
+    let way = moves.map(|k| b[k] - a[k]);
+    (is_driven && rests && way != [0.0; 3]).then_some(way)
 }
 
-/// Whether the way to `row` goes on as the way to the row before it: a slide in the same direction.
+/// Whether the way to `row` goes on as the way to the row before it: a slide in the same direction, at the same spin.
 pub(super) fn goes_on_straight(path: &Path, row: usize) -> bool {
     let direction = |row: usize| {
-        let (a, b) = (&path.waypoints[row - 1], &path.waypoints[row]);
-        let (x, y) = (b.x - a.x, b.y - a.y);
-        let length = x.hypot(y);
-        [x / length, y / length]
+        let way = Vector3::from(slide(path, row)?);
+        Some(way / way.norm())
     };
-    let goes_on = || {
-        let ([ax, ay], [bx, by]) = (direction(row - 1), direction(row));
-        (ax - bx).hypot(ay - by) < 1e-9
-    };
-    row > 1 && is_slide(path, row - 1) && is_slide(path, row) && goes_on()
+    match (row > 1).then(|| (direction(row - 1), direction(row))) {
+        Some((Some(a), Some(b))) => (a - b).norm() < 1e-9,
+        _ => false,
+    }
 }

@@ -10,12 +10,18 @@ use fingerpad_formats::vtu::{Entry, Field, Grid, Values, regions, write, write_c
 use nalgebra::Vector3;
 
 use super::{FaceState, Snapshot};
+use crate::element::ElementStress;
 use crate::mesh::Mesh;
 
 /// Writes `FOLDER/NAME.pvd` with `NAME_0000.vtu`, `NAME_pad_0000.vtu` and so on beside it; returns the `.pvd`'s path.
 ///
-/// Body: point data `displacement_mm`; cell data `region` (0 skin, 1 subcutaneous, 2 bone, 3 proximal bone, 4 nail)
-/// and `strain_energy_density_mpa` (0 in tetrahedra, which snapshots do not carry).
+/// Body: point data `displacement_mm`; cell data, means over the element and 0 in rigid bones:
+/// * `region`: a number; the field data `region_skin` and so on say whose
+/// * `cauchy_stress_mpa`: XX, YY, ZZ, XY, YZ, XZ (VTK's order) in the frame of the plane; tension positive
+/// * `von_mises_stress_mpa`, and `mean_pressure_mpa`, a third of minus the trace: compression positive
+/// * `green_lagrange_strain`: `(F^T F - I)/2`, XX, YY, ZZ, XY, YZ, XZ in the undeformed frame, shear of the tensor
+/// * `strain_energy_density_mpa`: per undeformed volume
+///
 /// Pad: point data `displacement_mm`; cell data `pressure_mpa`, `traction_mpa`, `slip_mm` (x, y, 0),
 /// `stick_fraction`, `contact_fraction`. Points are undeformed: "warp by vector" shows the deformed body.
 /// The `.pvd` is written last, so it never names a file that is not there. Time is the response's `t_s`.
@@ -41,10 +47,22 @@ pub fn write_mesh(file: &Path, mesh: &Mesh) -> Result<(), Error> {
 }
 
 fn write_body(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error> {
-    check(file, "strain energy densities", snapshot.strain_energy_density_mpa.len(), mesh.hexes.len())?;
-    let mut energy = snapshot.strain_energy_density_mpa.clone();
-    energy.resize(mesh.hexes.len() + mesh.tets.len(), 0.0);
-    let cell = vec![regions(mesh), Field::new("strain_energy_density_mpa", Values::Scalars(energy))];
+    let elements = mesh.elements().count();
+    check(file, "displacements", snapshot.displacement_mm.len(), mesh.nodes.len())?;
+    check(file, "strain energy densities", snapshot.strain_energy_density_mpa.len(), elements)?;
+    check(file, "stresses", snapshot.stresses.len(), elements)?;
+    let energy = snapshot.strain_energy_density_mpa.clone();
+    let scalars = |of: fn(&ElementStress) -> f64| Values::Scalars(snapshot.stresses.iter().map(of).collect());
+    let tensors =
+        |of: fn(&ElementStress) -> [f64; 6]| Values::SymmetricTensors(snapshot.stresses.iter().map(of).collect());
+    let cell = vec![
+        regions(mesh),
+        Field::new("cauchy_stress_mpa", tensors(|s| s.cauchy_mpa)),
+        Field::new("von_mises_stress_mpa", scalars(ElementStress::von_mises_mpa)),
+        Field::new("mean_pressure_mpa", scalars(ElementStress::mean_pressure_mpa)),
+        Field::new("green_lagrange_strain", tensors(|s| s.green_lagrange)),
+        Field::new("strain_energy_density_mpa", Values::Scalars(energy)),
+    ];
     let point = vec![Field::new("displacement_mm", Values::Vectors(snapshot.displacement_mm.clone()))];
     write(file, Grid::of_body(mesh), point, cell)
 }
@@ -102,7 +120,8 @@ mod tests {
             response: Response { t_s: 0.5, ..Response::default() },
             displacement_mm: (0..mesh.nodes.len()).map(|i| Vector3::new(i as f64, 0.1, -0.2)).collect(),
             faces: vec![FaceState { pressure_mpa: 0.004, slip_mm: [0.1, -0.2], ..FaceState::default() }],
-            strain_energy_density_mpa: vec![1e-4],
+            strain_energy_density_mpa: vec![1e-4, 0.0],
+            stresses: vec![ElementStress::default(); 2],
         }
     }
 
@@ -125,9 +144,15 @@ mod tests {
     fn a_snapshot_of_another_mesh_is_refused() {
         let mesh = hex_and_tet();
         let dir = tempfile::tempdir().unwrap();
-        let bad = Snapshot { faces: Vec::new(), ..snapshot(&mesh) };
-        let error = write_series(dir.path(), "press", &mesh, &[bad]).unwrap_err().to_string();
-        assert!(error.contains("press_pad_0000.vtu: the snapshot has 0 face states where the mesh needs 1"), "{error}");
-        assert!(!dir.path().join("press.pvd").exists());
+        let good = snapshot(&mesh);
+        for (bad, said) in [
+            (Snapshot { faces: Vec::new(), ..good.clone() }, "press_pad_0000.vtu: the snapshot has 0 face states"),
+            (Snapshot { stresses: Vec::new(), ..good.clone() }, "press_0000.vtu: the snapshot has 0 stresses"),
+            (Snapshot { displacement_mm: Vec::new(), ..good }, "press_0000.vtu: the snapshot has 0 displacements"),
+        ] {
+            let error = write_series(dir.path(), "press", &mesh, &[bad]).unwrap_err().to_string();
+            assert!(error.contains(said) && error.contains(" where the mesh needs "), "{error}");
+            assert!(!dir.path().join("press.pvd").exists());
+        }
     }
 }

@@ -1,123 +1,202 @@
-//! Isochoric Ogden law with one term.
+//! Isochoric Ogden law with one term and with several.
 
 use wide::f64x8;
 
-use super::{Moduli, Sym, eigen::jacobi};
+use super::eigen::jacobi;
+use super::principal::{AXIS_PAIRS, Principal, stress_on};
+use super::{Hyperelastic, Moduli, Sym};
 
-/// Deviatoric part of a one-term Ogden law (Ogden 1972), with the volumetric part kept apart because the
-/// element averages it (mean dilatation).
+/// Ogden law of one term (Ogden 1972).
 ///
 /// `U = 2 mu/alpha² (l1^alpha + l2^alpha + l3^alpha − 3) + (J − 1)²/D`, `l_k = J^(-1/3) lambda_k` the isochoric
 /// principal stretches. `alpha = 2` is the neo-Hookean law with shear modulus `mu`; the small-strain shear
 /// modulus is `mu` for every `alpha`, the bulk modulus `2/D`.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Ogden {
     /// Shear modulus, MPa, > 0.
-    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub mu_mpa: f64,
     /// Exponent, not 0.
-    #[serde(deserialize_with = "fingerpad_formats::units::finite")]
     pub alpha: f64,
     /// Compressibility, 1/MPa, > 0.
-    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub d_per_mpa: f64,
 }
 
+/// Most terms of an [`OgdenSeries`]; as many as other programs take.
+pub const MOST_OGDEN_TERMS: usize = 6;
+
+/// One term `2 mu/alpha² (l1^alpha + l2^alpha + l3^alpha − 3)` of an Ogden law.
+///
+/// Ogden's own 1972 form is `m/alpha (...)`; from it `mu = m alpha/2`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OgdenTerm {
+    /// Its part of the shear modulus, MPa; may be negative where the sum over the terms is not.
+    #[serde(deserialize_with = "fingerpad_formats::units::finite")]
+    pub mu_mpa: f64,
+    /// Exponent, not 0.
+    #[serde(deserialize_with = "fingerpad_formats::units::non_zero")]
+    pub alpha: f64,
+}
+
+/// Ogden law of several terms (Ogden 1972): `U = sum_i 2 mu_i/alpha_i² (l1^alpha_i + l2^alpha_i + l3^alpha_i − 3) +
+/// (J − 1)²/D`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OgdenSeries {
+    terms: [OgdenTerm; MOST_OGDEN_TERMS],
+    count: usize,
+    d_per_mpa: f64,
+}
+
+impl OgdenSeries {
+    /// The law of these terms; None for none, or for more than [`MOST_OGDEN_TERMS`].
+    ///
+    /// * `d_per_mpa`: compressibility, 1/MPa, > 0
+    pub fn new(terms: &[OgdenTerm], d_per_mpa: f64) -> Option<Self> {
+        let mut all = [OgdenTerm::default(); MOST_OGDEN_TERMS];
+        all.get_mut(..terms.len())?.copy_from_slice(terms);
+        (!terms.is_empty()).then_some(Self { terms: all, count: terms.len(), d_per_mpa })
+    }
+
+    /// Its terms, one to [`MOST_OGDEN_TERMS`].
+    pub fn terms(&self) -> &[OgdenTerm] {
+        &self.terms[..self.count]
+    }
+}
+
+impl serde::Serialize for OgdenSeries {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeStruct;
+        let mut table = to.serialize_struct("OgdenSeries", 2)?;
+        table.serialize_field("terms", self.terms())?;
+        table.serialize_field("d_per_mpa", &self.d_per_mpa)?;
+        table.end()
+    }
+}
+
 impl Ogden {
-    /// Volumetric pressure-like derivative `dU/dJ = 2 (J − 1)/D`, MPa, tension positive.
-    pub fn volumetric_slope(&self, j: f64x8) -> f64x8 {
-        (j - f64x8::ONE) * f64x8::splat(2.0 / self.d_per_mpa)
+    fn term(&self) -> OgdenTerm {
+        OgdenTerm { mu_mpa: self.mu_mpa, alpha: self.alpha }
     }
+}
 
-    /// `d²U/dJ²`, MPa.
-    pub fn volumetric_curvature(&self) -> f64 {
-        2.0 / self.d_per_mpa
-    }
-
-    /// Poisson's ratio of the small-strain law.
-    pub fn poisson(&self) -> f64 {
-        let bulk = 2.0 / self.d_per_mpa;
-        (3.0 * bulk - 2.0 * self.mu_mpa) / (6.0 * bulk + 2.0 * self.mu_mpa)
-    }
-
-    /// Isochoric strain energy per undeformed volume, MPa; `b = F F^T`, `j = det F`.
-    pub fn energy(&self, b: &Sym<f64x8>, j: f64x8) -> f64x8 {
+impl Hyperelastic for Ogden {
+    fn energy(&self, b: &Sym<f64x8>, j: f64x8) -> f64x8 {
         let (squares, _) = jacobi(b);
-        let power = self.isochoric_powers(&squares, j);
+        self.term().energy(&logarithms(&squares, j))
+    }
+
+    fn stress(&self, b: &Sym<f64x8>, j: f64x8) -> Sym<f64x8> {
+        let (squares, axes) = jacobi(b);
+        let (tau, _) = self.term().principal_stress(&logarithms(&squares, j));
+        stress_on(&tau, &axes)
+    }
+
+    fn moduli(&self, b: &Sym<f64x8>, j: f64x8) -> Moduli {
+        let (squares, axes) = jacobi(b);
+        self.term().principal(&squares, &logarithms(&squares, j)).on(&axes)
+    }
+
+    fn shear_mpa(&self) -> f64 {
+        self.mu_mpa
+    }
+
+    fn d_per_mpa(&self) -> f64 {
+        self.d_per_mpa
+    }
+
+    fn stiffened(self, factor: f64) -> Self {
+        Self { mu_mpa: self.mu_mpa * factor, d_per_mpa: self.d_per_mpa / factor, ..self }
+    }
+}
+
+impl Hyperelastic for OgdenSeries {
+    fn energy(&self, b: &Sym<f64x8>, j: f64x8) -> f64x8 {
+        let (squares, _) = jacobi(b);
+        let logarithms = logarithms(&squares, j);
+        self.terms().iter().fold(f64x8::ZERO, |sum, term| sum + term.energy(&logarithms))
+    }
+
+    fn stress(&self, b: &Sym<f64x8>, j: f64x8) -> Sym<f64x8> {
+        let (squares, axes) = jacobi(b);
+        let logarithms = logarithms(&squares, j);
+        let mut tau = [f64x8::ZERO; 3];
+        for term in self.terms() {
+            let (of_term, _) = term.principal_stress(&logarithms);
+            (0..3).for_each(|k| tau[k] += of_term[k]);
+        }
+        stress_on(&tau, &axes)
+    }
+
+    fn moduli(&self, b: &Sym<f64x8>, j: f64x8) -> Moduli {
+        let (squares, axes) = jacobi(b);
+        let logarithms = logarithms(&squares, j);
+        let mut terms = self.terms().iter().map(|term| term.principal(&squares, &logarithms));
+        let first = terms.next().expect("a series has a term");
+        terms.fold(first, |sum, term| sum.plus(&term)).on(&axes)
+    }
+
+    fn shear_mpa(&self) -> f64 {
+        self.terms().iter().map(|term| term.mu_mpa).sum()
+    }
+
+    fn d_per_mpa(&self) -> f64 {
+        self.d_per_mpa
+    }
+
+    fn stiffened(mut self, factor: f64) -> Self {
+        self.terms.iter_mut().for_each(|term| term.mu_mpa *= factor);
+        Self { d_per_mpa: self.d_per_mpa / factor, ..self }
+    }
+}
+
+/// `2 ln l_k` of the isochoric stretches, from the squares of the stretches.
+fn logarithms(squares: &[f64x8; 3], j: f64x8) -> [f64x8; 3] {
+    let mean = j.ln() * f64x8::splat(2.0 / 3.0);
+    std::array::from_fn(|k| squares[k].ln() - mean)
+}
+
+impl OgdenTerm {
+    fn energy(&self, logarithms: &[f64x8; 3]) -> f64x8 {
+        let power = self.powers(logarithms);
         (power[0] + power[1] + power[2] - f64x8::splat(3.0))
             * f64x8::splat(2.0 * self.mu_mpa / (self.alpha * self.alpha))
     }
 
-    /// Isochoric Kirchhoff stress, MPa (traceless).
-    pub fn stress(&self, b: &Sym<f64x8>, j: f64x8) -> Sym<f64x8> {
-        let (squares, axes) = jacobi(b);
-        let (tau, _) = self.principal_stress(&squares, j);
-        let mut out = [f64x8::ZERO; 6];
-        for (t, n) in tau.iter().zip(&axes) {
-            let m = dyad(n);
-            for k in 0..6 {
-                out[k] = m[k].mul_add(*t, out[k]);
-            }
-        }
-        out
-    }
-
-    /// Isochoric Kirchhoff stress with its moduli.
-    ///
-    /// Principal-axis form (Simo & Taylor 1991); the quotient that becomes 0/0 at equal stretches is
-    /// evaluated as a ratio of hyperbolic sines, so that no stretch state is special.
-    pub fn moduli(&self, b: &Sym<f64x8>, j: f64x8) -> Moduli {
-        let (squares, axes) = jacobi(b);
-        let (tau, beta) = self.principal_stress(&squares, j);
-        let alpha = f64x8::splat(self.alpha);
-        let third = f64x8::splat(1.0 / 3.0);
-        let sum_ninth = (beta[0] + beta[1] + beta[2]) * f64x8::splat(1.0 / 9.0);
-        let m: [Sym<f64x8>; 3] = std::array::from_fn(|a| dyad(&axes[a]));
-        let mut c = [[f64x8::ZERO; 6]; 6];
-        // sum_AB c_AABB m_A m_B, as m_A (sum_B c_AABB m_B).
-        for a in 0..3 {
-            let mut row = [f64x8::ZERO; 6];
-            for e in 0..3 {
-                let mut modulus = alpha * (sum_ninth - (beta[a] + beta[e]) * third);
-                if a == e {
-                    modulus += alpha * beta[a] - (tau[a] + tau[a]);
-                }
-                for k in 0..6 {
-                    row[k] = m[e][k].mul_add(modulus, row[k]);
-                }
-            }
-            add_outer(&mut c, &m[a], &row);
-        }
-        for (a, e) in [(0, 1), (1, 2), (0, 2)] {
-            let shear = self.divided_difference(squares[a], squares[e], beta[a], beta[e]) * squares[e] - tau[e];
-            let s = symmetric_product(&axes[a], &axes[e]);
-            let scaled: Sym<f64x8> = std::array::from_fn(|k| s[k] * shear);
-            add_outer(&mut c, &s, &scaled);
-        }
-        let mut stress = [f64x8::ZERO; 6];
-        for a in 0..3 {
-            for k in 0..6 {
-                stress[k] = m[a][k].mul_add(tau[a], stress[k]);
-            }
-        }
-        Moduli { tau: stress, c }
-    }
-
     /// `l_k^alpha` of the isochoric stretches.
-    fn isochoric_powers(&self, squares: &[f64x8; 3], j: f64x8) -> [f64x8; 3] {
+    fn powers(&self, logarithms: &[f64x8; 3]) -> [f64x8; 3] {
         let half = f64x8::splat(0.5 * self.alpha);
-        let mean = j.ln() * f64x8::splat(2.0 / 3.0);
-        std::array::from_fn(|k| ((squares[k].ln() - mean) * half).exp())
+        std::array::from_fn(|k| (logarithms[k] * half).exp())
     }
 
     /// Principal Kirchhoff stresses and `beta_A = (2 mu/alpha) l_A^alpha`.
-    fn principal_stress(&self, squares: &[f64x8; 3], j: f64x8) -> ([f64x8; 3], [f64x8; 3]) {
+    fn principal_stress(&self, logarithms: &[f64x8; 3]) -> ([f64x8; 3], [f64x8; 3]) {
         let factor = f64x8::splat(2.0 * self.mu_mpa / self.alpha);
-        let power = self.isochoric_powers(squares, j);
+        let power = self.powers(logarithms);
         let beta: [f64x8; 3] = std::array::from_fn(|k| power[k] * factor);
         let mean = (beta[0] + beta[1] + beta[2]) * f64x8::splat(1.0 / 3.0);
         (std::array::from_fn(|k| beta[k] - mean), beta)
+    }
+
+    /// Stresses and moduli on the principal axes; the quotient that becomes 0/0 at equal stretches is evaluated
+    /// as a ratio of hyperbolic sines, so that no stretch state is special.
+    #[inline(always)]
+    fn principal(&self, squares: &[f64x8; 3], logarithms: &[f64x8; 3]) -> Principal {
+        let (tau, beta) = self.principal_stress(logarithms);
+        let alpha = f64x8::splat(self.alpha);
+        let third = f64x8::splat(1.0 / 3.0);
+        let sum_ninth = (beta[0] + beta[1] + beta[2]) * f64x8::splat(1.0 / 9.0);
+        let mut normal = [[f64x8::ZERO; 3]; 3];
+        for a in 0..3 {
+            for e in 0..3 {
+                normal[a][e] = alpha * (sum_ninth - (beta[a] + beta[e]) * third);
+                if a == e {
+                    normal[a][e] += alpha * beta[a] - (tau[a] + tau[a]);
+                }
+            }
+        }
+        let shear = AXIS_PAIRS
+            .map(|(a, e)| self.divided_difference(squares[a], squares[e], beta[a], beta[e]) * squares[e] - tau[e]);
+        Principal { tau, normal, shear }
     }
 
     /// `(beta_A − beta_B)/(lambda_A² − lambda_B²)`, smooth through equal stretches.
@@ -134,34 +213,9 @@ impl Ogden {
         let numerator = f64x8::ONE + d2 * (f64x8::splat(al2 / 6.0) + d2 * f64x8::splat(al2 * al2 / 120.0));
         let denominator = f64x8::ONE + d2 * (f64x8::splat(4.0 / 6.0) + d2 * f64x8::splat(16.0 / 120.0));
         // 2 mu/alpha must keep its sign under the root.
-        let sign = f64x8::splat(self.alpha.signum());
+        let sign = f64x8::splat((self.mu_mpa * self.alpha).signum());
         let series =
             sign * (beta_a * beta_b / (a * b)).sqrt() * f64x8::splat(0.5 * self.alpha) * numerator / denominator;
         near.select(series, direct)
-    }
-}
-
-fn dyad(n: &[f64x8; 3]) -> Sym<f64x8> {
-    [n[0] * n[0], n[1] * n[1], n[2] * n[2], n[0] * n[1], n[1] * n[2], n[0] * n[2]]
-}
-
-/// `n m + m n`, components.
-fn symmetric_product(n: &[f64x8; 3], m: &[f64x8; 3]) -> Sym<f64x8> {
-    let two = f64x8::splat(2.0);
-    [
-        two * n[0] * m[0],
-        two * n[1] * m[1],
-        two * n[2] * m[2],
-        n[0] * m[1] + n[1] * m[0],
-        n[1] * m[2] + n[2] * m[1],
-        n[0] * m[2] + n[2] * m[0],
-    ]
-}
-
-fn add_outer(c: &mut [[f64x8; 6]; 6], left: &Sym<f64x8>, right: &Sym<f64x8>) {
-    for i in 0..6 {
-        for k in 0..6 {
-            c[i][k] = left[i].mul_add(right[k], c[i][k]);
-        }
     }
 }

@@ -2,26 +2,24 @@
 
 use wide::f64x8;
 
-use super::{Moduli, Sym, lame_from_young};
+use super::{COMPONENT, Moduli, PAIRS, Sym, lame_from_young, square};
 
 /// Linear elasticity between Green-Lagrange strain and second Piola-Kirchhoff stress: rotation is free of
 /// stress, strain is meant to be small (bone, nail).
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SaintVenantKirchhoff {
     /// Young's modulus, MPa, > 0.
-    #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub young_mpa: f64,
-    /// Poisson's ratio, −1 to 0.5 exclusive; 0.3 where a file leaves it out.
-    #[serde(default = "usual_poisson", deserialize_with = "fingerpad_formats::units::poisson")]
+    /// Poisson's ratio, −1 to 0.5 exclusive.
     pub poisson: f64,
 }
 
-fn usual_poisson() -> f64 {
-    0.3
-}
-
 impl SaintVenantKirchhoff {
+    /// The law all of whose stresses are `factor` (> 0) times as large at the same deformation.
+    pub fn stiffened(self, factor: f64) -> Self {
+        Self { young_mpa: self.young_mpa * factor, ..self }
+    }
+
     /// Strain energy per undeformed volume, MPa.
     pub fn energy(&self, b: &Sym<f64x8>) -> f64x8 {
         // tr E and tr E² of E = (C − I)/2 from the invariants that b shares with C.
@@ -58,18 +56,4 @@ impl SaintVenantKirchhoff {
         }
         Moduli { tau: self.stress(b), c }
     }
-}
-
-const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
-const COMPONENT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
-
-fn square(b: &Sym<f64x8>) -> Sym<f64x8> {
-    std::array::from_fn(|n| {
-        let (i, j) = PAIRS[n];
-        let mut sum = f64x8::ZERO;
-        for k in 0..3 {
-            sum += b[COMPONENT[i][k]] * b[COMPONENT[k][j]];
-        }
-        sum
-    })
 }

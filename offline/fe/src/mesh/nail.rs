@@ -41,6 +41,8 @@ pub(super) fn plate(
     let footprint = Footprint::new(shape);
     let layers = divisions.nail_layers;
     let mirrored = mirrored(nodes, dorsal);
+    // With an odd number of columns the boxes in the middle are their own mirror images, which their tetrahedra are not.
+    let has_middle = divisions.columns % 2 == 0;
     let first = nodes.len() as u32;
     let mut plate = Plate { nodes: vec![], tets: vec![], ties: vec![], outer: vec![] };
     // Lowest new node over each skin node.
@@ -64,7 +66,7 @@ pub(super) fn plate(
             });
         }
         for layer in 0..layers as u32 {
-            let on_right = middle.y < 0.0;
+            let on_right = has_middle && middle.y < 0.0;
             let corners = if on_right { mirrored.map(|k| face[k]) } else { *face }.map(|skin| over[&skin] + layer);
             let corner = |n: usize| corners[n % 4] + n as u32 / 4;
             plate.tets.extend(BOX_TO_TETS.map(|[p, q, r, s]| {

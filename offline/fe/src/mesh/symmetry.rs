@@ -21,6 +21,12 @@ pub struct HalfMesh {
     pub node: Vec<u32>,
     /// Hexahedron of the half's mesh that each of the whole mesh is or mirrors.
     pub hex: Vec<u32>,
+    /// Whether each hexahedron of the whole mesh is a mirror image of one of the half.
+    pub hex_is_mirrored: Vec<bool>,
+    /// Tetrahedron of the half's mesh that each of the whole mesh is or mirrors.
+    pub tet: Vec<u32>,
+    /// Whether each tetrahedron of the whole mesh is a mirror image of one of the half.
+    pub tet_is_mirrored: Vec<bool>,
     /// Pad face of the half's mesh that each of the whole mesh is or mirrors.
     pub pad_face: Vec<u32>,
     /// Whether each pad face of the whole mesh is a mirror image of one of the half.
@@ -53,6 +59,7 @@ impl HalfMesh {
             tets: tets.kept.iter().map(|&e| mesh.tets[e]).collect(),
             pad_faces: faces.kept.iter().map(|&f| mesh.pad_faces[f]).collect(),
             node_sets: mesh.node_sets.clone(),
+            soft_regions: mesh.soft_regions.clone(),
             ties,
             ..Mesh::default()
         };
@@ -62,6 +69,9 @@ impl HalfMesh {
             middle: all().filter(|&n| mesh.nodes[n as usize].y.abs() <= SAME_MM).collect(),
             node: all().map(|n| if is_left(n) { n } else { mirror[n as usize] }).collect(),
             hex: hexes.place,
+            hex_is_mirrored: hexes.is_mirrored,
+            tet: tets.place,
+            tet_is_mirrored: tets.is_mirrored,
             pad_face: faces.place,
             pad_face_is_mirrored: faces.is_mirrored,
         })

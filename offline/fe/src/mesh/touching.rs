@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Mesh;
+use super::{Fingertip, Mesh, set};
 
 /// Outer faces that may touch the plane in one of several poses: the union over the poses of the faces that look at
 /// the plane and have a node lower than `reach_mm` over the lowest node of that pose. Indices into `outer_faces`,
@@ -24,6 +24,26 @@ pub fn touching_faces(mesh: &Mesh, outer_faces: &[[u32; 4]], rotations: &[Matrix
         }
     }
     (0..outer_faces.len()).filter(|&face| touching[face]).collect()
+}
+
+impl Fingertip {
+    /// The fingertip with the faces that may touch in these poses as its pad; arguments as in [`touching_faces`]. A pad
+    /// with faces of tetrahedra is left as it is.
+    #[must_use]
+    pub fn with_pad_for(mut self, rotations: &[Matrix3<f64>], reach_mm: f64) -> Self {
+        if !self.mesh.pad_triangles.is_empty() {
+            return self;
+        }
+        let faces = touching_faces(&self.mesh, &self.outer_faces, rotations, reach_mm);
+        self.mesh.pad_faces = faces.into_iter().map(|face| self.outer_faces[face]).collect();
+        let tied: std::collections::BTreeSet<u32> = self.mesh.ties.iter().map(|tie| tie.slave).collect();
+        let mut nodes: Vec<u32> = self.mesh.pad_faces.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|node| !tied.contains(node));
+        self.mesh.node_sets.insert(set::PAD.into(), nodes);
+        self
+    }
 }
 
 #[cfg(test)]

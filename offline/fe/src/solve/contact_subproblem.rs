@@ -22,8 +22,8 @@ pub(super) struct ContactSubproblem<'a> {
     pub areas: &'a [f64],
     /// Positions of the surface nodes at x = 0.
     pub base: &'a [Vector3<f64>],
-    /// First contact dof (0 based among contact dofs) of each surface node; None if it does not move freely.
-    pub slot: &'a [Option<usize>],
+    /// Contact dofs (first of three, 0 based among them) that move each surface node, with their weights.
+    pub slots: &'a [Vec<(usize, f64)>],
     /// Contact dofs that are held.
     pub held: &'a [bool],
     /// Stiffness that the factor holds on top of the bulk's, per contact dof, N/mm; taken off again here.
@@ -61,28 +61,43 @@ struct Trial {
 
 impl ContactSubproblem<'_> {
     fn positions(&self, x: &[f64]) -> Vec<Vector3<f64>> {
-        self.base
-            .iter()
-            .zip(self.slot)
-            .map(|(base, slot)| match slot {
-                Some(s) => base + Vector3::new(x[*s], x[s + 1], x[s + 2]),
-                None => *base,
-            })
-            .collect()
+        let moved = |base: &Vector3<f64>, slots: &[(usize, f64)]| {
+            slots.iter().fold(*base, |place, &(s, weight)| place + Vector3::new(x[s], x[s + 1], x[s + 2]) * weight)
+        };
+        self.base.iter().zip(self.slots).map(|(base, slots)| moved(base, slots)).collect()
     }
 
     fn gather(&self, nodal: &[Vector3<f64>]) -> Vec<f64> {
         let mut out = vec![0.0; self.y.len()];
-        for (value, slot) in nodal.iter().zip(self.slot) {
-            if let Some(s) = slot {
-                for k in 0..3 {
-                    if !self.held[s + k] {
-                        out[s + k] = value[k];
-                    }
+        for (value, slots) in nodal.iter().zip(self.slots) {
+            for &(s, weight) in slots {
+                for k in self.free(s) {
+                    out[s + k] += weight * value[k];
                 }
             }
         }
         out
+    }
+
+    /// Components in which the dofs from `slot` on are not held.
+    fn free(&self, slot: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..3).filter(move |&k| !self.held[slot + k])
+    }
+
+    /// Calls `entry` with row, column and value of every entry of the contact's tangent over the contact dofs.
+    fn for_tangent(&self, at: &Trial, mut entry: impl FnMut(usize, usize, f64)) {
+        for tangent in &at.evaluation.tangents {
+            let slots = &self.slots[tangent.node];
+            for &(to, to_weight) in slots {
+                for &(by, by_weight) in slots {
+                    for column in self.free(by) {
+                        for row in self.free(to) {
+                            entry(to + row, by + column, to_weight * by_weight * tangent.block[(row, column)]);
+                        }
+                    }
+                }
+            }
+        }
     }
 
     fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, predict: bool, tangent: bool) -> Trial {
@@ -171,7 +186,7 @@ impl ContactSubproblem<'_> {
         let n = self.y.len();
         let mut index = vec![usize::MAX; n];
         let mut active = Vec::new();
-        let of_tangents = at.evaluation.tangents.iter().filter_map(|t| self.slot[t.node]).flat_map(|s| s..s + 3);
+        let of_tangents = at.evaluation.tangents.iter().flat_map(|t| &self.slots[t.node]).flat_map(|&(s, _)| s..s + 3);
         let shifted = (0..n).filter(|&j| self.shift[j] != 0.0);
         for j in of_tangents.filter(|&j| !self.held[j]).chain(shifted) {
             if index[j] == usize::MAX {
@@ -258,26 +273,20 @@ impl ContactSubproblem<'_> {
             }
             target[c] += 1.0;
         }
-        for tangent in &at.evaluation.tangents {
-            let Some(slot) = self.slot[tangent.node] else { continue };
-            for column in (0..3).filter(|&k| !self.held[slot + k]) {
-                let c = index[slot + column];
-                let target = &mut matrix[c * size..c * size + na];
-                for row in (0..3).filter(|&k| !self.held[slot + k]) {
-                    let value = tangent.block[(row, column)];
-                    let source = &g[index[slot + row] * na..(index[slot + row] + 1) * na];
-                    for (t, s) in target.iter_mut().zip(source) {
-                        *t += s * value;
-                    }
-                }
+        self.for_tangent(at, |row, column, value| {
+            let c = index[column];
+            let source = &g[index[row] * na..(index[row] + 1) * na];
+            for (t, s) in matrix[c * size..c * size + na].iter_mut().zip(source) {
+                *t += s * value;
             }
-        }
+        });
         for (p, driven_by) in driven.iter().enumerate() {
             let rows = self.wrench_rows(at, driven_by.coordinate);
             for (tangent, row) in at.evaluation.tangents.iter().zip(rows) {
-                let Some(slot) = self.slot[tangent.node] else { continue };
-                for k in (0..3).filter(|&k| !self.held[slot + k]) {
-                    matrix[index[slot + k] * size + na + p] += force_scale * row[k];
+                for &(slot, weight) in &self.slots[tangent.node] {
+                    for k in self.free(slot) {
+                        matrix[index[slot + k] * size + na + p] += force_scale * weight * row[k];
+                    }
                 }
             }
             let target = &mut matrix[(na + p) * size..(na + p + 1) * size];
@@ -306,14 +315,7 @@ impl ContactSubproblem<'_> {
         for (c, &j) in active.iter().enumerate() {
             d_force[j] -= self.shift[j] * step[c];
         }
-        for tangent in &at.evaluation.tangents {
-            let Some(slot) = self.slot[tangent.node] else { continue };
-            for column in (0..3).filter(|&k| !self.held[slot + k]) {
-                for row in (0..3).filter(|&k| !self.held[slot + k]) {
-                    d_force[slot + row] += tangent.block[(row, column)] * step[index[slot + column]];
-                }
-            }
-        }
+        self.for_tangent(at, |row, column, value| d_force[row] += value * step[index[column]]);
         for driven in driven {
             for (d, f) in d_force.iter_mut().zip(&driven.residual) {
                 *d += f * d_plane[driven.coordinate];

@@ -284,7 +284,7 @@ impl Solver<'_> {
             factor: &self.factor,
             areas: &iterate.areas,
             base: &base,
-            slot: &self.slot,
+            slots: &self.slots,
             held: &self.held,
             shift: &self.shift,
             y: &y,
@@ -383,13 +383,14 @@ impl Solver<'_> {
     fn predict(&self, last: &ContactState, base: &[Vector3<f64>], plane: &Plane, x: &mut [f64]) -> bool {
         let frame = self.surface.frame(plane);
         let mut touching = false;
-        for (node, slot) in self.slot.iter().enumerate() {
+        for (node, slots) in self.slots.iter().enumerate() {
             let before = &last.nodes[node];
             if !(before.normal_force_n > 0.0) {
                 continue;
             }
             touching = true;
-            let Some(s) = *slot else { continue };
+            // A node that hangs between others follows them.
+            let &[(s, 1.0)] = slots.as_slice() else { continue };
             let mut place = last.position[node];
             if !before.stuck {
                 let here = frame.to_plane(&base[node]);
@@ -411,12 +412,10 @@ impl Solver<'_> {
         let positions = self.surface_positions(at);
         let evaluation = self.surface.evaluate(&self.friction, increment.last, areas, &positions, plane, false, false);
         let mut contact = vec![0.0; internal.len() - first];
-        for (f, slot) in evaluation.residual.iter().zip(&self.slot) {
-            if let Some(s) = slot {
-                for k in 0..3 {
-                    if !self.held[s + k] {
-                        contact[s + k] += f[k];
-                    }
+        for (f, slots) in evaluation.residual.iter().zip(&self.slots) {
+            for &(s, weight) in slots {
+                for k in (0..3).filter(|&k| !self.held[s + k]) {
+                    contact[s + k] += weight * f[k];
                 }
             }
         }

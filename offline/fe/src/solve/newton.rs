@@ -59,7 +59,8 @@ pub struct Solver<'a> {
     pub(super) factor_is_set: bool,
     /// What the factor was made from, if it is set and without viscous forces.
     pub(super) factor_origin: Option<FactorOrigin>,
-    pub(super) slot: Vec<Option<usize>>,
+    /// Contact dofs (0 based among them) that move each surface node, with their weights.
+    pub(super) slots: Vec<Vec<(usize, f64)>>,
     pub(super) held: Vec<bool>,
     pub(super) shift: Vec<f64>,
     pub(super) viscosity: Vec<f64>,
@@ -80,14 +81,13 @@ impl<'a> Solver<'a> {
     ) -> Self {
         let PadFaces { quads, triangles } = faces.into();
         let modulus_mpa = body.plane_strain_moduli_mpa();
-        let pad = Pad { quads, triangles, undeformed: &body.undeformed().x, modulus_mpa: &modulus_mpa };
+        let moved_by = |node: u32| body.dofs.contact_parts(node);
+        let bears = |node: u32| moved_by(node).is_some();
+        let pad = Pad { quads, triangles, undeformed: &body.undeformed().x, modulus_mpa: &modulus_mpa, bears: &bears };
         let surface = Surface::new(&pad, &penalty);
+        let penalty_stiffness = surface.penalty_stiffness();
         let first = body.dofs.first_contact_dof;
-        let slot = surface
-            .nodes
-            .iter()
-            .map(|&node| body.dofs.node_dof(node).filter(|&dof| dof >= first).map(|dof| dof - first))
-            .collect();
+        let slots = surface.nodes.iter().map(|&node| moved_by(node).unwrap_or_default()).collect();
         let contact = body.dofs.count - first;
         let mut held = vec![false; contact];
         for &dof in &body.dofs.held {
@@ -96,7 +96,6 @@ impl<'a> Solver<'a> {
             }
         }
         let factor = Factor::analyse(&body.dofs.pattern, contact);
-        let penalty_stiffness = surface.penalty_stiffness();
         Self {
             body,
             surface,
@@ -106,7 +105,7 @@ impl<'a> Solver<'a> {
             factor,
             factor_is_set: false,
             factor_origin: None,
-            slot,
+            slots,
             held,
             shift: vec![0.0; contact],
             viscosity: Vec::new(),

@@ -79,11 +79,12 @@ impl Solver<'_> {
         let touching: Vec<usize> = evaluation
             .residual
             .iter()
-            .zip(&self.slot)
-            .filter_map(|(force, slot)| slot.filter(|_| force.norm_squared() > 0.0))
-            .flat_map(|s| s..s + 3)
+            .zip(&self.slots)
+            .filter(|(force, _)| force.norm_squared() > 0.0)
+            .flat_map(|(_, slots)| slots.iter().flat_map(|&(s, _)| s..s + 3))
             .filter(|&j| !self.held[j])
             .collect();
+        let touching: std::collections::BTreeSet<usize> = touching.into_iter().collect();
         let diagonal = |j: usize| pattern.column_start[first + j];
         let mean = touching.iter().map(|&j| self.values[diagonal(j)].abs()).sum::<f64>() / touching.len().max(1) as f64;
         let mut result = Ok(());

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::super::boundary::{Hanging, faces_of};
 use super::super::closest_point::nearest_on_faces;
 use super::super::{Mesh, Region, TET_FACES, TET10_FACES, set};
-use super::{Draft, Faces, ImportError, ImportedGeometry, Near, region_name, sorted};
+use super::{Draft, Faces, ImportError, ImportedGeometry, Near, sorted};
 
 /// Faces of the hexahedra that belong to one of them only, counter-clockwise seen from outside.
 pub(super) fn outer_hex_faces(mesh: &Mesh) -> Vec<[u32; 4]> {
@@ -182,7 +182,7 @@ fn joined(draft: &Draft) -> Result<(), ImportError> {
     });
     let region = mesh.elements().nth(first).map_or(Region::Skin, |(_, region)| region);
     Err(ImportError::Apart {
-        what: format!("a part of {}", region_name(region)),
+        what: format!("a part of {}", mesh.region_name(region)),
         elements,
         first: draft.element_labels[first],
         gap_mm: gap.fold(f64::INFINITY, f64::min),

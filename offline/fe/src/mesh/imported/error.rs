@@ -38,9 +38,9 @@ pub enum ImportError {
         node: u64,
     },
     /// A set or group that the settings name and the file does not have.
-    #[error("imported.{key}: the file has no `{name}`; {known}")]
+    #[error("{key}: the file has no `{name}`; {known}")]
     NoSuchSet {
-        /// Key of the settings.
+        /// Key of the configuration.
         key: String,
         /// The name looked for.
         name: String,
@@ -74,7 +74,7 @@ pub enum ImportError {
         /// Its number.
         element: u64,
         /// Its region.
-        region: &'static str,
+        region: String,
     },
     /// Elements of both orders at one node: the middles of the edges of the one hang free on the other.
     #[error(

@@ -7,11 +7,15 @@ use nalgebra::Vector3;
 use super::super::closest_point::nearest_on_faces;
 use super::super::{Hex, Mesh, Region, Tet, Tet10, Tie};
 use super::named;
-use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, REGION_NAMES, RawKind, RawMesh, bodies, sorted};
+use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, RawKind, RawMesh, bodies, sorted};
 
 /// Nodes and elements with their regions; unused nodes dropped, coinciding ones merged.
-pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Draft, ImportError> {
-    let regions = regions(raw, settings)?;
+pub(super) fn elements(
+    raw: &RawMesh,
+    settings: &ImportedGeometry,
+    soft_regions: &[String],
+) -> Result<Draft, ImportError> {
+    let regions = regions(raw, settings, soft_regions)?;
     let mut places: HashMap<u64, Vector3<f64>> = HashMap::with_capacity(raw.nodes.len());
     for (label, place) in &raw.nodes {
         if places.insert(*label, place * settings.unit_mm).is_some() {
@@ -44,7 +48,7 @@ pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Dra
     }
     report.merged_nodes = used.len() - nodes.len();
 
-    let mut mesh = Mesh { nodes, ..Mesh::default() };
+    let mut mesh = Mesh { nodes, soft_regions: soft_regions.to_vec(), ..Mesh::default() };
     let (mut hex_labels, mut tet_labels, mut tet10_labels) = (Vec::new(), Vec::new(), Vec::new());
     let mut seen: HashMap<Vec<u32>, u64> = HashMap::new();
     let mut labels: HashMap<u64, ()> = HashMap::new();
@@ -53,7 +57,7 @@ pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Dra
         let region = match regions.get(&element.label).map(Vec::as_slice) {
             Some([region]) => *region,
             Some(several) => {
-                let regions = several.iter().map(|r| super::region_name(*r)).collect::<Vec<_>>().join(" and ");
+                let regions = several.iter().map(|r| mesh.region_name(*r)).collect::<Vec<_>>().join(" and ");
                 return Err(ImportError::Region { element: element.label, regions, known: known() });
             }
             None => {
@@ -87,8 +91,9 @@ pub(super) fn elements(raw: &RawMesh, settings: &ImportedGeometry) -> Result<Dra
                 mesh.tets10.push(Tet10 { nodes: nodes.try_into().expect("10 nodes"), region });
                 tet10_labels.push(element.label);
             }
-            _ if matches!(region, Region::Skin | Region::Subcutaneous) => {
-                return Err(ImportError::Locking { element: element.label, region: super::region_name(region) });
+            _ if matches!(region, Region::Skin | Region::Subcutaneous | Region::Soft(_)) => {
+                let region = mesh.region_name(region).to_owned();
+                return Err(ImportError::Locking { element: element.label, region });
             }
             _ => {
                 mesh.tets.push(Tet { nodes: nodes.try_into().expect("4 nodes"), region });
@@ -139,30 +144,41 @@ fn plane(raw: &RawMesh, regions: &BTreeMap<u64, Vec<Region>>) -> HashSet<u64> {
 }
 
 /// Regions of each element.
-fn regions(raw: &RawMesh, settings: &ImportedGeometry) -> Result<BTreeMap<u64, Vec<Region>>, ImportError> {
-    let names = &settings.regions;
-    let defaults = super::RegionNames::default();
-    let groups = [&names.skin, &names.subcutaneous, &names.bone, &names.proximal_bone, &names.nail];
-    let default_groups =
-        [&defaults.skin, &defaults.subcutaneous, &defaults.bone, &defaults.proximal_bone, &defaults.nail];
+fn regions(
+    raw: &RawMesh,
+    settings: &ImportedGeometry,
+    soft_regions: &[String],
+) -> Result<BTreeMap<u64, Vec<Region>>, ImportError> {
     let mut regions: BTreeMap<u64, Vec<Region>> = BTreeMap::new();
-    for (n, (region, key)) in REGION_NAMES.into_iter().enumerate() {
-        for name in groups[n] {
-            let Some(members) = named(&raw.element_sets, name) else {
-                // What is not said in the file may be missing.
-                if groups[n] == default_groups[n] {
-                    continue;
-                }
-                let key = format!("regions.{key}");
-                return Err(ImportError::NoSuchSet { key, name: name.clone(), known: raw.names() });
-            };
-            for label in members {
-                let of = regions.entry(*label).or_default();
-                if !of.contains(&region) {
-                    of.push(region);
-                }
+    let mut add = |members: &[u64], region: Region| {
+        for label in members {
+            let of = regions.entry(*label).or_default();
+            if !of.contains(&region) {
+                of.push(region);
             }
         }
+    };
+    let no_such = |key, name: &String| ImportError::NoSuchSet { key, name: name.clone(), known: raw.names() };
+    let (names, defaults) = (&settings.regions, super::RegionNames::default());
+    for (region, key, names, usual) in [
+        (Region::Skin, "skin", &names.skin, &defaults.skin),
+        (Region::Subcutaneous, "subcutaneous", &names.subcutaneous, &defaults.subcutaneous),
+        (Region::DistalBone, "bone", &names.bone, &defaults.bone),
+        (Region::ProximalBone, "proximal_bone", &names.proximal_bone, &defaults.proximal_bone),
+        (Region::Nail, "nail", &names.nail, &defaults.nail),
+    ] {
+        for name in names {
+            match named(&raw.element_sets, name) {
+                Some(members) => add(members, region),
+                // What is not said in the settings may be missing.
+                None if names == usual => {}
+                None => return Err(no_such(format!("imported.regions.{key}"), name)),
+            }
+        }
+    }
+    for (k, name) in soft_regions.iter().enumerate() {
+        let members = named(&raw.element_sets, name).ok_or_else(|| no_such(format!("tissue.regions.{name}"), name))?;
+        add(members, Region::Soft(k as u16));
     }
     Ok(regions)
 }

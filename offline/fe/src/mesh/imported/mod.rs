@@ -24,7 +24,7 @@ pub use fingerpad_formats::raw_mesh::{RawElement, RawKind, RawMesh, RawTie};
 pub use settings::{ImportFrame, ImportedGeometry, RegionNames, SetNames};
 
 use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian, tet10_scaled_jacobian};
-use super::{FACE_TRIANGLES, Fingertip, FirstTouch, Hex, Mesh, Region, Tet, Tet10, first_touch_of_points, set};
+use super::{FACE_TRIANGLES, Fingertip, FirstTouch, Hex, Mesh, Tet, Tet10, first_touch_of_points, set};
 
 /// A fingertip from another program's mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,10 +74,17 @@ impl Draft {
 
 /// Makes and checks the mesh of a fingertip out of a file's content.
 ///
+/// `soft_regions` are the soft regions that have a law of their own; the file's element sets or physical volumes of
+/// these names make them up.
+///
 /// Errors: [`ImportError`] with the file's numbers and names.
-pub fn imported_fingertip(raw: &RawMesh, settings: &ImportedGeometry) -> Result<ImportedFingertip, ImportError> {
+pub fn imported_fingertip(
+    raw: &RawMesh,
+    settings: &ImportedGeometry,
+    soft_regions: &[String],
+) -> Result<ImportedFingertip, ImportError> {
     settings.validate()?;
-    let mut draft = join::elements(raw, settings)?;
+    let mut draft = join::elements(raw, settings, soft_regions)?;
     orient(&mut draft)?;
     join::ties(&mut draft, raw, settings)?;
     sets::named_sets(&mut draft, raw, settings)?;
@@ -236,19 +243,6 @@ fn touch_at_origin(mesh: &Mesh, settings: &ImportedGeometry) -> Result<FirstTouc
     let curvature_radius_mm =
         lowest(&finger, settings.inclination_deg).map_or(f64::INFINITY, |t| t.curvature_radius_mm);
     Ok(FirstTouch { point_mm: Vector3::zeros(), rotation, curvature_radius_mm })
-}
-
-/// Names of the regions as in the settings.
-const REGION_NAMES: [(Region, &str); 5] = [
-    (Region::Skin, "skin"),
-    (Region::Subcutaneous, "subcutaneous"),
-    (Region::DistalBone, "bone"),
-    (Region::ProximalBone, "proximal_bone"),
-    (Region::Nail, "nail"),
-];
-
-fn region_name(region: Region) -> &'static str {
-    REGION_NAMES.iter().find(|(r, _)| *r == region).map_or("", |(_, name)| name)
 }
 
 fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {

@@ -1,25 +1,19 @@
 //! Named sets and the pad.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::super::{FACE_TRIANGLES, set};
 use super::named;
-use super::{Draft, Faces, ImportError, ImportedGeometry, REGION_NAMES, RawMesh, sorted};
+use super::{Draft, Faces, ImportError, ImportedGeometry, RawMesh, sorted};
 
 /// Node sets of the regions and of the supports.
 pub(super) fn named_sets(draft: &mut Draft, raw: &RawMesh, settings: &ImportedGeometry) -> Result<(), ImportError> {
-    for (region, _) in REGION_NAMES {
-        let name = match region {
-            super::Region::Skin => set::SKIN,
-            super::Region::Subcutaneous => set::SUBCUTANEOUS,
-            super::Region::DistalBone => set::DISTAL_BONE,
-            super::Region::ProximalBone => set::PROXIMAL_BONE,
-            super::Region::Nail => set::NAIL,
-        };
+    let mut sets = BTreeMap::new();
+    for (region, name) in draft.mesh.regions() {
         let mine = draft.mesh.elements().filter(|(_, of)| *of == region);
-        let nodes = sorted(mine.flat_map(|(nodes, _)| nodes).copied().collect());
-        draft.mesh.node_sets.insert(name.into(), nodes);
+        sets.insert(name.to_owned(), sorted(mine.flat_map(|(nodes, _)| nodes).copied().collect()));
     }
+    draft.mesh.node_sets.extend(sets);
     let names = &settings.sets;
     for (key, name, given) in
         [("proximal_fix", set::PROXIMAL_FIX, &names.proximal_fix), ("nail_fix", set::NAIL_FIX, &names.nail_fix)]
@@ -61,7 +55,7 @@ fn nodes_of(draft: &Draft, raw: &RawMesh, key: &str, name: &str) -> Result<Vec<u
         let elements: HashSet<u64> = elements.iter().copied().collect();
         raw.elements.iter().filter(|e| elements.contains(&e.label)).flat_map(|e| e.nodes.iter().copied()).collect()
     } else {
-        let key = format!("sets.{key}");
+        let key = format!("imported.sets.{key}");
         return Err(ImportError::NoSuchSet { key, name: name.into(), known: raw.names() });
     };
     let known: HashSet<u64> = raw.nodes.iter().map(|n| n.0).collect();

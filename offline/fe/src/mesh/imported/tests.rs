@@ -1,5 +1,5 @@
 use super::*;
-use crate::mesh::{FingertipShape, MeshPreset, fingertip, quality};
+use crate::mesh::{FingertipShape, MeshPreset, Region, fingertip, quality};
 use fingerpad_formats::inp;
 use fingerpad_formats::inp_reader;
 use fingerpad_formats::msh;
@@ -39,12 +39,12 @@ fn check_cushion(made: &ImportedFingertip) {
 #[test]
 fn gmsh_wrote_it() {
     let raw = msh_reader::read(&data("cushion.msh")).unwrap();
-    let made = imported_fingertip(&raw, &cushion()).unwrap();
+    let made = imported_fingertip(&raw, &cushion(), &[]).unwrap();
     check_cushion(&made);
     // The same through Gmsh's .inp, whose names have no blanks.
     let mut settings = cushion();
     settings.sets.nail_fix = Some("nail_top".into());
-    let other = imported_fingertip(&inp_reader::read(&data("cushion_gmsh.inp")).unwrap(), &settings).unwrap();
+    let other = imported_fingertip(&inp_reader::read(&data("cushion_gmsh.inp")).unwrap(), &settings, &[]).unwrap();
     check_cushion(&other);
 }
 
@@ -55,7 +55,7 @@ fn our_own_files_come_back() {
     let (a, b) = (dir.path().join("f.inp"), dir.path().join("f.msh"));
     inp::write(&a, &tip.mesh, &Default::default()).unwrap();
     msh::write(&b, &tip.mesh).unwrap();
-    let made = imported_fingertip(&inp_reader::read(&a).unwrap(), &ImportedGeometry::default()).unwrap();
+    let made = imported_fingertip(&inp_reader::read(&a).unwrap(), &ImportedGeometry::default(), &[]).unwrap();
     let mesh = &made.fingertip.mesh;
     let apart = mesh.nodes.iter().zip(&tip.mesh.nodes).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     assert!(apart < 1e-9, "{apart}");
@@ -70,7 +70,7 @@ fn our_own_files_come_back() {
     assert!((radius / tip.touch.curvature_radius_mm - 1.0).abs() < 0.2, "{radius}");
 
     // A .msh file has no ties: the nail's nodes become the skin's, on which they lie.
-    let made = imported_fingertip(&msh_reader::read(&b).unwrap(), &ImportedGeometry::default()).unwrap();
+    let made = imported_fingertip(&msh_reader::read(&b).unwrap(), &ImportedGeometry::default(), &[]).unwrap();
     let mesh = &made.fingertip.mesh;
     assert_eq!(made.report.merged_nodes, tip.mesh.ties.len());
     assert_eq!(mesh.nodes.len() + tip.mesh.ties.len(), tip.mesh.nodes.len());
@@ -117,12 +117,12 @@ pub(super) fn held() -> ImportedGeometry {
 fn refused(change: impl Fn(&mut RawMesh), settings: &ImportedGeometry) -> String {
     let mut raw = cubes();
     change(&mut raw);
-    imported_fingertip(&raw, settings).unwrap_err().to_string()
+    imported_fingertip(&raw, settings, &[]).unwrap_err().to_string()
 }
 
 #[test]
 fn cubes_are_accepted_and_mended() {
-    let made = imported_fingertip(&cubes(), &held()).unwrap();
+    let made = imported_fingertip(&cubes(), &held(), &[]).unwrap();
     assert_eq!(made.fingertip.mesh.pad_faces.len(), 9);
     let mut raw = cubes();
     raw.elements[4].nodes.rotate_left(4);
@@ -134,7 +134,7 @@ fn cubes_are_accepted_and_mended() {
     for element in &mut raw.elements[18..] {
         element.nodes.iter_mut().filter(|n| numbers.contains(n)).for_each(|n| *n += 500);
     }
-    let mended = imported_fingertip(&raw, &held()).unwrap();
+    let mended = imported_fingertip(&raw, &held(), &[]).unwrap();
     let report = &mended.report;
     assert_eq!((report.turned_elements, report.unused_nodes, report.merged_nodes), (1, 1, 16));
     assert_eq!(mended.fingertip.mesh.nodes, made.fingertip.mesh.nodes);
@@ -142,12 +142,12 @@ fn cubes_are_accepted_and_mended() {
     for (_, place) in raw.nodes.iter_mut().filter(|(n, _)| *n > 500 && *n < 900) {
         place.z += 0.01;
     }
-    let error = imported_fingertip(&raw, &held()).unwrap_err();
+    let error = imported_fingertip(&raw, &held(), &[]).unwrap_err();
     assert!(
         matches!(&error, ImportError::Apart { elements: 9, first: 119, gap_mm, .. } if (gap_mm - 0.01).abs() < 1e-9)
     );
     let wide = ImportedGeometry { merge_mm: 0.02, ..held() };
-    assert_eq!(imported_fingertip(&raw, &wide).unwrap().report.merged_nodes, 16);
+    assert_eq!(imported_fingertip(&raw, &wide, &[]).unwrap().report.merged_nodes, 16);
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn bones_left_out_or_meshed_apart() {
     raw.node_sets.insert("wall".into(), wall.clone());
     let mut settings = held();
     settings.sets.bone = Some("wall".into());
-    let made = imported_fingertip(&raw, &settings).unwrap();
+    let made = imported_fingertip(&raw, &settings, &[]).unwrap();
     assert_eq!(made.fingertip.mesh.node_set(set::DISTAL_BONE).len(), 8);
     assert_eq!(made.fingertip.outer_faces.len(), 54);
     // The same core as a cube of its own, with other nodes that do not match: two cells high and wide.
@@ -234,14 +234,44 @@ fn bones_left_out_or_meshed_apart() {
         raw.element_sets.entry("bone".into()).or_default().push(5000 + n);
     }
     let apart = ImportedGeometry { merge_mm: 0.0, ..held() };
-    let made = imported_fingertip(&raw, &apart).unwrap();
+    let made = imported_fingertip(&raw, &apart, &[]).unwrap();
     assert_eq!(made.report.attached_nodes, 8);
     assert_eq!(made.fingertip.mesh.node_set(set::DISTAL_BONE).len(), 27 + 8);
     let loose = ImportedGeometry { tie_mm: 0.0, merge_mm: 0.0, ..held() };
-    let touching = imported_fingertip(&raw, &held()).unwrap_err().to_string();
+    let touching = imported_fingertip(&raw, &held(), &[]).unwrap_err().to_string();
     assert!(touching.contains("merge_mm = 0"), "{touching}");
     let middle = low + Vector3::repeat(0.5);
     raw.nodes.iter_mut().filter(|(n, _)| *n > 2000).for_each(|(_, p)| *p = middle + (*p - middle) * 0.9);
-    let error = imported_fingertip(&raw, &loose).unwrap_err().to_string();
+    let error = imported_fingertip(&raw, &loose, &[]).unwrap_err().to_string();
     assert!(error.contains("a part of bone (8 elements, first 5000)"), "{error}");
+}
+
+#[test]
+fn named_soft_regions_keep_their_names_through_files() {
+    let raw = msh_reader::read(&data("cushion.msh")).unwrap();
+    let mut settings = cushion();
+    settings.regions.subcutaneous = RegionNames::default().subcutaneous;
+    let error = imported_fingertip(&raw, &settings, &[]).unwrap_err();
+    assert!(matches!(&error, ImportError::Region { regions, .. } if regions == "no region"), "{error}");
+    let error = imported_fingertip(&raw, &settings, &["gel".into()]).unwrap_err().to_string();
+    assert!(error.starts_with("tissue.regions.gel: the file has no `gel`; "), "{error}");
+    let both = imported_fingertip(&raw, &cushion(), &["pulp".into()]).unwrap_err().to_string();
+    assert!(both.contains("subcutaneous and pulp"), "{both}");
+
+    let made = imported_fingertip(&raw, &settings, &["pulp".into()]).unwrap();
+    check_cushion(&made);
+    let mesh = &made.fingertip.mesh;
+    let pulp = |mesh: &Mesh| mesh.hexes.iter().filter(|h| h.region == Region::Soft(0)).count();
+    assert_eq!(pulp(mesh), 5 * 36 * 3);
+    assert_eq!(mesh.region_name(Region::Soft(0)), "pulp");
+    assert!(mesh.node_set("pulp").len() > 100);
+    let dir = tempfile::tempdir().unwrap();
+    let (a, b) = (dir.path().join("f.inp"), dir.path().join("f.msh"));
+    inp::write(&a, mesh, &Default::default()).unwrap();
+    msh::write(&b, mesh).unwrap();
+    for raw in [inp_reader::read(&a).unwrap(), msh_reader::read(&b).unwrap()] {
+        let back = imported_fingertip(&raw, &ImportedGeometry::default(), &["pulp".into()]).unwrap();
+        assert_eq!(pulp(&back.fingertip.mesh), 5 * 36 * 3);
+        assert!(imported_fingertip(&raw, &ImportedGeometry::default(), &[]).is_err());
+    }
 }

@@ -32,7 +32,7 @@ fn raw() -> RawMesh {
 fn refused(change: impl Fn(&mut RawMesh)) -> String {
     let mut raw = raw();
     change(&mut raw);
-    imported_fingertip(&raw, &held()).unwrap_err().to_string()
+    imported_fingertip(&raw, &held(), &[]).unwrap_err().to_string()
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn our_own_files_come_back() {
     inp::write(&a, &mesh, &Default::default()).unwrap();
     msh::write(&b, &mesh).unwrap();
     for (name, raw) in [("inp", inp_reader::read(&a).unwrap()), ("msh", msh_reader::read(&b).unwrap())] {
-        let made = imported_fingertip(&raw, &held()).unwrap().fingertip.mesh;
+        let made = imported_fingertip(&raw, &held(), &[]).unwrap().fingertip.mesh;
         check(&made).unwrap();
         assert_eq!(made.nodes.len(), mesh.nodes.len(), "{name}");
         assert_eq!((&made.tets10, made.pad_nodes()), (&mesh.tets10, mesh.pad_nodes()), "{name}");
@@ -55,7 +55,7 @@ fn our_own_files_come_back() {
 #[test]
 fn what_gmsh_wrote_has_its_volume_and_pad() {
     let made =
-        imported_fingertip(&msh_reader::read(&data("wedge_41_binary.msh")).unwrap(), &ImportedGeometry::default())
+        imported_fingertip(&msh_reader::read(&data("wedge_41_binary.msh")).unwrap(), &ImportedGeometry::default(), &[])
             .unwrap();
     let mesh = &made.fingertip.mesh;
     check(mesh).unwrap();
@@ -71,7 +71,7 @@ fn the_pad_is_found_without_a_name_and_inside_out_elements_are_turned() {
     // Corners 1 and 2 changed, and with them edges 01 and 02, 13 and 23.
     let nodes = &mut raw.elements[5].nodes;
     [(1, 2), (4, 6), (8, 9)].into_iter().for_each(|(a, b)| nodes.swap(a, b));
-    let made = imported_fingertip(&raw, &held()).unwrap();
+    let made = imported_fingertip(&raw, &held(), &[]).unwrap();
     assert_eq!(made.report.turned_elements, 1);
     assert_eq!(made.fingertip.mesh.tets10, tets().tets10);
     let triangles = |mesh: &Mesh| mesh.pad_triangles.iter().copied().collect::<std::collections::BTreeSet<_>>();
@@ -116,7 +116,7 @@ fn refusals_name_the_files_numbers() {
             msh::write(&path, &mesh).unwrap();
             let mut settings = held();
             settings.sets.proximal_fix = Some("z1".into());
-            imported_fingertip(&msh_reader::read(&path).unwrap(), &settings).unwrap_err().to_string()
+            imported_fingertip(&msh_reader::read(&path).unwrap(), &settings, &[]).unwrap_err().to_string()
         }),
     ] {
         println!("{text}");

@@ -1,0 +1,265 @@
+//! `fingerpad reduce --design`: the runs of the design of experiments, or of one share of it.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    fs,
+    path::{Path, PathBuf},
+    sync::Mutex,
+};
+
+use anyhow::{Context, anyhow};
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{
+    Finger, LoadPathError, PathEnd, Problem, Trajectory, follow_path, follow_path_on, follow_to_end,
+};
+use fingerpad_formats::atomic_write;
+use fingerpad_identify::population::Share;
+use fingerpad_reduce::{self as reduce, Batch, DesignSettings, Experiment, Run, Sample};
+
+use super::progress::counter;
+use super::{Bars, Failure, bar, go_on, keeping, make_finger, show};
+
+/// Lists the paths of a share that have no file; fails if there are any.
+pub fn check(config: &Config, settings: &DesignSettings, folder: &Path, share: Share) -> Result<(), Failure> {
+    let design = reduce::design(settings)?;
+    let place = Place { folder, hash: reduce::settings_hash(config)? };
+    let own = reduce::share(&reduce::batches(&design), share.index, share.of);
+    let all: Vec<&Experiment> = own.iter().flat_map(|batch| &batch.experiments).copied().collect();
+    let mut missing: Vec<&str> = Vec::new();
+    let (mut early, mut bytes, mut cpu_s) = (0, 0, 0.0);
+    for experiment in &all {
+        let file = place.file(experiment);
+        let Ok(contents) = fs::read(&file) else {
+            missing.push(&experiment.name);
+            continue;
+        };
+        let run = Run::from_bytes(&contents, &file)?;
+        early += usize::from(run.ended_early.is_some());
+        bytes += contents.len();
+        cpu_s += run.cpu_s;
+    }
+    println!(
+        "{} of {} paths are there, {early} ended early; {bytes} bytes, {cpu_s:.0} s CPU where none shares its beginning; \
+         settings {}, folder {}",
+        all.len() - missing.len(),
+        all.len(),
+        place.hash,
+        folder.display()
+    );
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Input(anyhow!("{}: {} paths are missing: {}", folder.display(), missing.len(), missing.join(", "))))
+}
+
+/// Runs the paths of a share that have no file yet, a thread per path or per batch of paths that begin alike.
+pub fn run(
+    config: &Config,
+    settings: &DesignSettings,
+    folder: &Path,
+    share: Share,
+    jobs: Option<usize>,
+) -> Result<(), Failure> {
+    reduce::slip_length::check_law(config.friction.beta)?;
+    let design = reduce::design(settings)?;
+    check_paths(config, &design)?;
+    let place = Place { folder, hash: reduce::settings_hash(config)? };
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
+    let mut queue = reduce::share(&reduce::batches(&design), share.index, share.of);
+    let all: usize = queue.iter().map(|batch| batch.experiments.len()).sum();
+    let missing: usize = queue.iter().map(|batch| place.missing(batch).len()).sum();
+    queue.retain(|batch| !place.missing(batch).is_empty());
+    println!(
+        "{} of {all} paths are there; settings {}, folder {}{}",
+        all - missing,
+        place.hash,
+        folder.display(),
+        if share == Share::ALL { String::new() } else { format!(", share {} of {}", share.index, share.of) }
+    );
+    if missing == 0 {
+        return Ok(());
+    }
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = jobs.unwrap_or_else(cores).clamp(1, queue.len());
+    let _keeping = keeping();
+    let bars = Bars::default();
+    let total = bars.add(counter("design", missing, "paths"));
+    let run = |batch: &Batch| run_batch(config, batch, &place, &bars, &|| total.count());
+    // The paths of the initial guess first: they show whether the reduced model can hold this finger with its law.
+    let (first, rest): (Vec<_>, Vec<_>) =
+        queue.into_iter().partition(|batch| batch.experiments.iter().any(|e| e.is_for_initial_guess()));
+    for part in [first, rest] {
+        run_in_threads(in_turn(part), threads, &run)?;
+        if go_on().is_break() {
+            return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
+        }
+        let runs = super::reduce::read_runs(Some(folder)).unwrap_or_default();
+        let runs: Vec<Run> = runs.into_iter().filter(|run| run.settings_hash == place.hash).collect();
+        reduce::slip_length::check_runs(&runs, config.friction.beta)?;
+    }
+    total.finish_and_clear();
+    Ok(())
+}
+
+/// Refuses a design with a path that this finger cannot follow.
+fn check_paths(config: &Config, design: &[Experiment]) -> Result<(), Failure> {
+    let (finger, _) = make_finger(config)?;
+    for experiment in design {
+        let of_path = |e| Failure::Input(anyhow::Error::new(e).context(format!("[design]: path {}", experiment.name)));
+        config.check_path(&experiment.path, &finger).map_err(of_path)?;
+    }
+    Ok(())
+}
+
+/// Batches with all kinds in turn, so that an interrupted design is a small one.
+fn in_turn(batches: Vec<Batch>) -> VecDeque<Batch> {
+    let mut of_kind = BTreeMap::new();
+    let mut turns: Vec<(usize, Batch)> = Vec::new();
+    for batch in batches {
+        let number = of_kind.entry(batch.experiments[0].kind).or_insert(0);
+        turns.push((*number, batch));
+        *number += 1;
+    }
+    turns.sort_by_key(|(number, _)| *number);
+    turns.into_iter().map(|(_, batch)| batch).collect()
+}
+
+/// Where runs stand.
+struct Place<'a> {
+    folder: &'a Path,
+    hash: String,
+}
+
+impl Place<'_> {
+    fn file(&self, experiment: &Experiment) -> PathBuf {
+        self.folder.join(Run::file_name(experiment, &self.hash))
+    }
+
+    fn missing<'a>(&self, batch: &Batch<'a>) -> Vec<&'a Experiment> {
+        batch.experiments.iter().copied().filter(|experiment| !self.file(experiment).exists()).collect()
+    }
+}
+
+/// Runs batches on some threads; the first failure or an interruption ends them.
+fn run_in_threads(
+    batches: VecDeque<Batch>,
+    threads: usize,
+    run: &(impl Fn(&Batch) -> Result<(), Failure> + Sync),
+) -> Result<(), Failure> {
+    let queue = Mutex::new(batches);
+    let failures: Mutex<Vec<Failure>> = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let Some(next) = queue.lock().expect("no panic while locked").pop_front() else { return };
+                    if go_on().is_break() {
+                        return;
+                    }
+                    if let Err(failure) = run(&next) {
+                        failures.lock().expect("no panic while locked").push(failure);
+                        return;
+                    }
+                }
+            });
+        }
+    });
+    failures.into_inner().expect("threads have ended").into_iter().next().map_or(Ok(()), Err)
+}
+
+/// Runs what is missing of a batch: the common beginning once, if more than one path is missing.
+fn run_batch(
+    config: &Config,
+    batch: &Batch,
+    place: &Place,
+    bars: &Bars,
+    count: &(impl Fn() + Sync),
+) -> Result<(), Failure> {
+    // The pad is that of the whole batch, so that a run does not depend on what was there before.
+    let paths: Vec<_> = batch.experiments.iter().map(|e| &e.path).collect();
+    let (finger, _) = config.finger_for(&paths)?;
+    let missing = place.missing(batch);
+    let problem = problem(config, &finger, batch);
+    let beginning = if missing.len() > 1 { follow_beginning(&problem, batch, bars)? } else { None };
+    for experiment in missing {
+        let run = run_one(&problem, experiment, beginning.as_ref(), &place.hash, bars)?;
+        let bytes = run.to_bytes();
+        atomic_write(&place.file(experiment), |w| w.write_all(&bytes))?;
+        count();
+    }
+    Ok(())
+}
+
+/// The finger, halved where the paths of the batch keep its symmetry: their common beginning then does as they do.
+fn problem<'a>(config: &Config, finger: &'a Finger, batch: &Batch) -> Problem<'a> {
+    let mut problem = config.problem(finger);
+    problem.half = problem.half.filter(|_| batch.experiments.iter().all(|e| e.path.is_symmetric()));
+    problem
+}
+
+/// The end of the batch's common beginning; None if it has none, or one that ends early: each path then tells why.
+fn follow_beginning(problem: &Problem, batch: &Batch, bars: &Bars) -> Result<Option<PathEnd>, Failure> {
+    let Some(path) = batch.beginning() else { return Ok(None) };
+    let bar = bars.add(bar(format!("{} and more", batch.experiments[0].name)));
+    let end = follow_to_end(problem, &path, None, None, &mut |progress| {
+        show(&bar, &progress);
+        go_on()
+    });
+    bar.finish_and_clear();
+    match end {
+        Err(LoadPathError::Interrupted { .. }) => Err(interrupted()),
+        end => Ok(end.ok()),
+    }
+}
+
+fn interrupted() -> Failure {
+    Failure::Interrupted("finished paths are kept".to_owned())
+}
+
+fn run_one(
+    problem: &Problem,
+    experiment: &Experiment,
+    beginning: Option<&PathEnd>,
+    hash: &str,
+    bars: &Bars,
+) -> Result<Run, Failure> {
+    let bar = bars.add(bar(experiment.name.clone()));
+    let mut progress = |progress| {
+        show(&bar, &progress);
+        go_on()
+    };
+    let result = match beginning {
+        Some(end) => follow_path_on(problem, &experiment.path, &[], end, None, &mut progress),
+        None => follow_path(problem, &experiment.path, &[], &mut progress),
+    };
+    bar.finish_and_clear();
+    let (trajectory, ended_early): (Trajectory, _) = match result {
+        Ok(trajectory) => (trajectory, None),
+        // A path that got stuck is kept as far as it came, and says so.
+        Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
+            (*reached, Some(format!("t = {t_s} s: {cause}")))
+        }
+        Err(LoadPathError::Interrupted { .. }) => return Err(interrupted()),
+        Err(error @ (LoadPathError::Path(_) | LoadPathError::Checkpoint(_))) => {
+            return Err(Failure::Input(anyhow::Error::new(error).context(experiment.name.clone())));
+        }
+        Err(
+            mut error @ (LoadPathError::BeyondFriction { .. }
+            | LoadPathError::NotClear { .. }
+            | LoadPathError::BesidePad { .. }),
+        ) => (error.take_reached(), Some(error.to_string())),
+    };
+    if let Some(problem) = &ended_early {
+        bars.line(&format!("{}: ended early, {problem}", experiment.name));
+    }
+    Ok(Run {
+        name: experiment.name.clone(),
+        kind: experiment.kind,
+        held_out: experiment.held_out,
+        settings_hash: hash.to_owned(),
+        path: experiment.path.clone(),
+        samples: trajectory.responses.iter().map(Sample::from).collect(),
+        ended_early,
+        cpu_s: trajectory.cost.cpu_s,
+    })
+}

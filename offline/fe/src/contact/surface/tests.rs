@@ -1,0 +1,191 @@
+//! A flat patch of 4 x 4 faces on planes in all poses: its forces, their derivatives and their energies.
+
+use super::*;
+use crate::contact::{Coordinates, Friction, RubberFriction};
+
+const PENALTY: PenaltySettings =
+    PenaltySettings { penalty_mpa_per_mm: 2.0, augment: false, penetration_tolerance_mm: 1.0, edge_constant: 1.5 };
+
+/// A square of 4 x 4 mm around the origin that faces downwards.
+fn patch() -> Surface {
+    let node = |i: u32, j: u32| 5 * i + j;
+    let faces = (0..16).map(|k| (k / 4, k % 4));
+    let quads: Vec<[u32; 4]> =
+        faces.map(|(i, j)| [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)]).collect();
+    let undeformed: Vec<Vector3<f64>> =
+        (0..25).map(|n| Vector3::new(f64::from(n / 5) - 2.0, f64::from(n % 5) - 2.0, 0.0)).collect();
+    let pad = Pad { quads: &quads, triangles: &[], undeformed: &undeformed, modulus_mpa: &[0.1; 25], bears: &|_| true };
+    Surface::new(&pad, &PENALTY)
+}
+
+/// The patch at `height` over a plane, each node off by what `noise` gives it; finger's frame.
+fn over(surface: &Surface, plane: &Plane, height: f64, noise: impl Fn(usize, usize) -> f64) -> Vec<Vector3<f64>> {
+    let frame = surface.frame(plane);
+    (0..25)
+        .map(|n| {
+            let flat = Vector3::new((n / 5) as f64 - 2.0, (n % 5) as f64 - 2.0, height);
+            frame.from_plane(&(flat + Vector3::from_fn(|k, _| noise(n, k))))
+        })
+        .collect()
+}
+
+/// Even in (-1, 1), without a pattern.
+fn scatter(n: usize, k: usize) -> f64 {
+    ((n * 3 + k) as f64 * 78.233 + 1.0).sin() * 43_758.545 % 1.0
+}
+
+fn rubber() -> Friction {
+    Friction::On(RubberFriction { lambda: 0.3, tau0_mpa: 0.002, gamma_crit_mm: 0.05, ..RubberFriction::default() })
+}
+
+const POSES: [Coordinates; 3] = [[0.0; 6], [0.2, -0.1, 0.3, 0.0, 0.0, 0.0], [0.2, -0.1, 0.3, 0.7, 0.3, -0.2]];
+
+#[test]
+fn a_flat_patch_bears_pressure_times_area_and_friction_at_its_strength() {
+    let surface = patch();
+    let law = rubber();
+    for at in POSES {
+        let plane = Plane::new(at);
+        let pressed = over(&surface, &plane, -0.01, |_, _| 0.0);
+        let start = surface.initial_state(&pressed, plane);
+        let areas = surface.areas(&start, &pressed, &plane);
+        let (held, totals) = surface.commit(&law, &start, &areas, &pressed, plane);
+        assert!((totals.force - Vector3::new(0.0, 0.0, 0.32)).norm() < 1e-12, "{totals:?}");
+        assert!((totals.area - 16.0).abs() < 1e-12 && (totals.stuck_area - 16.0).abs() < 1e-12, "{totals:?}");
+        // The middle of the patch is where the plane's material origin is: the moment of the normal force says so.
+        let frame = surface.frame(&plane);
+        let middle = frame.along_axes(&(frame.from_plane(&Vector3::zeros()) - frame.foot()));
+        let moment = middle.cross(&totals.force);
+        assert!((totals.moment - moment).norm() < 1e-12, "{totals:?} {moment}");
+
+        // The plane slides from under it, by less than gamma_crit and by far more.
+        let [tx, ty] = [0.6, -0.8];
+        let strength = law.strength(0.02).0;
+        let slid = |way: f64| {
+            let mut to = at;
+            to[0] += tx * way;
+            to[1] += ty * way;
+            let to = plane.moved_to(to);
+            surface.commit(&law, &held, &areas, &pressed, to).1
+        };
+        let [a, b] = [slid(0.02), slid(3.0)];
+        let force = |share: f64| Vector3::new(tx, ty, 0.0) * (16.0 * share * strength) + Vector3::z() * 0.32;
+        assert!((a.force - force(0.4)).norm() < 1e-12 && a.stuck_area == a.area, "{a:?}");
+        assert!((b.force - force(1.0)).norm() < 1e-12 && b.stuck_area == 0.0, "{b:?}");
+        assert!((a.elastic_energy - 0.5 * 16.0 * 0.4 * strength * 0.02).abs() < 1e-12, "{a:?}");
+        // The force rises linearly to its strength over gamma_crit and stays: trapezoidal over the increment.
+        assert!((b.dissipation - 0.5 * 16.0 * strength * (3.0 - 0.05)).abs() < 1e-12, "{b:?}");
+    }
+}
+
+#[test]
+fn a_plane_that_spins_turns_the_finger_along() {
+    let surface = patch();
+    let law = Friction::On(RubberFriction::coulomb(0.5, 1e-4));
+    for (pose, sign) in [(POSES[0], 1.0), (POSES[0], -1.0), ([0.0, 0.0, 0.0, 0.4, 0.3, -0.2], 1.0)] {
+        let plane = Plane::new(pose);
+        let pressed = over(&surface, &plane, -0.01, |_, _| 0.0);
+        let start = surface.initial_state(&pressed, plane);
+        let areas = surface.areas(&start, &pressed, &plane);
+        let (held, _) = surface.commit(&law, &start, &areas, &pressed, plane);
+        let mut to = pose;
+        // The slip of an increment is a chord, whose direction at its end is off by half the turn.
+        to[3] += sign * 4e-3;
+        let (_, totals) = surface.commit(&law, &held, &areas, &pressed, plane.moved_to(to));
+        // Sum of arm times mu N over the nodes; corners and edges of the patch bear a quarter and a half.
+        let arm = |n: usize| ((n / 5) as f64 - 2.0).hypot((n % 5) as f64 - 2.0);
+        let rim = |i: usize| if i % 4 == 0 { 0.5 } else { 1.0 };
+        let moment: f64 = (0..25).map(|n| 0.5 * 0.02 * rim(n / 5) * rim(n % 5) * arm(n)).sum();
+        assert!((totals.moment.z - sign * moment).abs() < 1e-5 * moment, "{} {moment}", totals.moment.z);
+        assert!(totals.force.xy().norm() < 1e-12);
+    }
+}
+
+#[test]
+fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure() {
+    let surface = patch();
+    let law = rubber();
+    let plane = Plane::new(POSES[2]);
+    let start = over(&surface, &plane, -0.004, |n, k| 0.008 * scatter(n, k));
+    let mut state = surface.initial_state(&start, plane);
+    let mut stored = 0.0;
+    let (mut dissipated, mut left) = (0.0, 0);
+    for step in 1..30 {
+        let mut to = POSES[2];
+        to[0] += 0.1 * (step as f64 * 0.5).sin();
+        to[3] += 0.02 * step as f64;
+        to[4] += 0.01 * (step as f64).cos();
+        let plane = state.plane.moved_to(to);
+        let place = over(&surface, &plane, -0.004, |n, k| 0.02 * scatter(n + 40 * step, k));
+        let areas = surface.areas(&state, &place, &plane);
+        let (next, totals) = surface.commit(&law, &state, &areas, &place, plane);
+        let mut work = 0.0;
+        for n in 0..25 {
+            let (a, b) = (&state.nodes[n], &next.nodes[n]);
+            for k in 0..2 {
+                let passed = state.position[n][k] - next.position[n][k];
+                work += 0.5 * (a.tangential_force_n[k] + b.tangential_force_n[k]) * passed;
+            }
+            left += usize::from(a.normal_force_n > 0.0 && !(b.normal_force_n > 0.0));
+        }
+        let kept = totals.elastic_energy - stored;
+        let balance = work + totals.elastic_energy_by_pressure - kept - totals.dissipation;
+        // A node that comes into contact has no elastic slip of before: its whole first way counts as elastic slip.
+        assert!(balance.abs() < 1e-12, "step {step}: {balance:e} of {work:e}");
+        assert!(totals.min_dissipation_mj >= 0.0);
+        (stored, dissipated) = (totals.elastic_energy, dissipated + totals.dissipation);
+        state = next;
+    }
+    assert!(left > 10 && dissipated > 1e-5, "{left} nodes left, {dissipated:e} mJ");
+}
+
+#[test]
+fn derivatives_over_nodes_and_plane_are_those_of_the_forces() {
+    let surface = patch();
+    let stick = Friction::On(RubberFriction { gamma_crit_mm: 10.0, ..RubberFriction::default() });
+    let slip = Friction::On(RubberFriction { gamma_crit_mm: 1e-4, ..RubberFriction::default() });
+    for (law, name) in [(stick, "stick"), (slip, "slip"), (rubber(), "both"), (Friction::Off, "no friction")] {
+        for pose in POSES {
+            let before = Plane::new(pose);
+            let start = over(&surface, &before, -0.004, |n, k| 0.008 * scatter(n, k));
+            let areas = vec![0.9; 25];
+            let (last, _) = surface.commit(&law, &surface.initial_state(&start, before), &areas, &start, before);
+            let plane = before.moved_to(std::array::from_fn(|k| pose[k] + [0.05, 0.02, 0.0, 0.03, 0.01, -0.02][k]));
+            let place = over(&surface, &plane, -0.004, |n, k| 0.009 * scatter(n, k));
+            let forces = |place: &[Vector3<f64>], plane: &Plane, tangent: bool| {
+                surface.evaluate(&law, &last, &areas, place, plane, false, tangent)
+            };
+            let exact = forces(&place, &plane, true);
+            let touching = exact.tangents.len();
+            assert!(touching > 5 && touching < 25, "{name}: {touching} nodes touch");
+            let foot = surface.frame(&plane).foot();
+            const H: f64 = 1e-7;
+            let compare = |what: &str, numeric: &dyn Fn(f64) -> Vec<Vector3<f64>>, exact: &[Vector3<f64>]| {
+                let (up, down) = (numeric(H), numeric(-H));
+                let scale = exact.iter().map(|e| e.norm()).fold(1e-3, f64::max);
+                for n in 0..25 {
+                    let slope = (up[n] - down[n]) / (2.0 * H);
+                    assert!((slope - exact[n]).norm() < 1e-5 * scale, "{name}, {what}: {slope} {}", exact[n]);
+                }
+            };
+            for k in 0..6 {
+                let numeric = |h: f64| {
+                    let mut at = plane.at;
+                    at[k] += h;
+                    forces(&place, &plane.moved_to(at), false).residual
+                };
+                let column = surface.change_with_plane(&exact, &place, &foot, &plane.twist(k, &surface.reach));
+                compare(&format!("coordinate {k}"), &numeric, &column);
+            }
+            for k in 0..3 {
+                let numeric = |h: f64| {
+                    let moved: Vec<Vector3<f64>> = place.iter().map(|x| x + Vector3::ith(k, h)).collect();
+                    forces(&moved, &plane, false).residual
+                };
+                let mut column = vec![Vector3::zeros(); 25];
+                exact.tangents.iter().for_each(|t| column[t.node] = t.block.column(k).into());
+                compare(&format!("nodes along {k}"), &numeric, &column);
+            }
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! The design of experiments: which paths the finite-element model is run along, and which of them the fit never sees.
+//!
+//! Main types: [`DesignSettings`], [`Experiment`]; [`design`] lists the paths, [`batches`] and [`share`] divide them
+//! among machines. Parameters of the paths come from Halton's sequence, so that a few paths fill depth, direction and
+//! slide evenly and the design is the same on every machine.
+
+mod halton;
+mod motions;
+mod path_builder;
+mod settings;
+mod shares;
+mod turned_motions;
+
+use fingerpad_fe::load_path::{Drive, Path};
+
+pub use halton::halton;
+pub use settings::{DesignSettings, PathNumbers};
+pub use shares::{Batch, batches, share};
+
+use crate::ReduceError;
+use halton::HaltonPoint;
+
+/// Kind of a path's motion. The order is that of the numbers in stored runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Press and lift, no slide.
+    Press,
+    /// Press, slide straight until everything slips.
+    Straight,
+    /// Press, slide there and back, some nested.
+    Reversal,
+    /// Press, slide round corners.
+    Turn,
+    /// Press, slide, change the depth at fixed slide, slide on, lift.
+    Depth,
+    /// Depth and slide change together.
+    Oblique,
+    /// Random corners in the plane and in depth.
+    Random,
+    /// Press, slide to stick, partial or full slip, let the depth vibrate while the slide is held, slide on.
+    Vibration,
+    /// Press, spin, lift.
+    Spin,
+    /// Spin before, after and during a slide.
+    SpinSlide,
+    /// Spin there and back, some nested.
+    SpinReversal,
+    /// A slide, every second with a spin, in a pitch and roll that stay.
+    Pose,
+    /// Pitch and roll change in contact, without and with a slide.
+    PoseChange,
+    /// A slide under constant normal force.
+    Force,
+    /// Steps of the normal force while the slide is held.
+    ForceStep,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 15] = [
+        Self::Press,
+        Self::Straight,
+        Self::Reversal,
+        Self::Turn,
+        Self::Depth,
+        Self::Oblique,
+        Self::Random,
+        Self::Vibration,
+        Self::Spin,
+        Self::SpinSlide,
+        Self::SpinReversal,
+        Self::Pose,
+        Self::PoseChange,
+        Self::Force,
+        Self::ForceStep,
+    ];
+
+    /// The spelling used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Press => "press",
+            Self::Straight => "straight",
+            Self::Reversal => "reversal",
+            Self::Turn => "turn",
+            Self::Depth => "depth",
+            Self::Oblique => "oblique",
+            Self::Random => "random",
+            Self::Vibration => "vibration",
+            Self::Spin => "spin",
+            Self::SpinSlide => "spin_slide",
+            Self::SpinReversal => "spin_reversal",
+            Self::Pose => "pose",
+            Self::PoseChange => "pose_change",
+            Self::Force => "force",
+            Self::ForceStep => "force_step",
+        }
+    }
+}
+
+/// Whether the reduced model knows such motions: it has depth and slide, driven by themselves, in one pose.
+pub fn is_representable(path: &Path) -> bool {
+    path.turns.is_none() && path.drives == [Drive::Displacement; 3]
+}
+
+/// One path of the design.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    /// Unique name, `straight-07`; held-out ones end in `h`.
+    pub name: String,
+    /// Kind of motion.
+    pub kind: Kind,
+    /// Whether the fit must not see it.
+    pub held_out: bool,
+    /// The motion of the plane.
+    pub path: Path,
+}
+
+impl Experiment {
+    /// Whether the fit's initial guess is read from this path.
+    pub fn is_for_initial_guess(&self) -> bool {
+        !self.held_out && matches!(self.kind, Kind::Press | Kind::Straight)
+    }
+}
+
+/// Distance in Halton's sequence between the points of two kinds, and of two seeds.
+const KIND_STRIDE: usize = 50;
+const SEED_STRIDE: usize = 100_003;
+
+/// All paths, those for the fit and those held out, marked.
+///
+/// # Errors
+/// [`ReduceError::Design`] for settings that make no design.
+pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError> {
+    settings.check()?;
+    let mut all = Vec::new();
+    for &depth in &settings.axis_depths_mm {
+        for quarter in 0..4 {
+            let angle = f64::from(quarter) * std::f64::consts::FRAC_PI_2;
+            add(&mut all, Kind::Straight, false, |_| motions::straight(settings, depth, angle));
+        }
+    }
+    for kind in Kind::ALL {
+        let [calibration, held_out] = settings.paths.of(kind);
+        let paths = calibration + held_out;
+        for i in 0..paths {
+            // Fit and held-out paths alternate along the sequence, so both fill the ranges.
+            let late = i * held_out / paths != (i + 1) * held_out / paths;
+            add(&mut all, kind, late, |number| {
+                let drawn = match kind {
+                    // Four that differ in the amplitude alone share the other parameters.
+                    Kind::Vibration => 2 * (number / motions::AMPLITUDES) + usize::from(late),
+                    _ => i,
+                };
+                let index = 1 + drawn + KIND_STRIDE * kind as usize + SEED_STRIDE * settings.seed as usize;
+                one(settings, kind, number, &mut HaltonPoint::new(index))
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Appends a path; `path` makes it from its number within kind and half.
+fn add(all: &mut Vec<Experiment>, kind: Kind, held_out: bool, path: impl FnOnce(usize) -> Path) {
+    let number = all.iter().filter(|e| e.kind == kind && e.held_out == held_out).count();
+    let name = format!("{}-{number:02}{}", kind.as_str(), if held_out { "h" } else { "" });
+    all.push(Experiment { name, kind, held_out, path: path(number) });
+}
+
+/// The drawn path of a kind; `number` is that within its kind and half.
+fn one(settings: &DesignSettings, kind: Kind, number: usize, point: &mut HaltonPoint) -> Path {
+    match kind {
+        Kind::Press => motions::press(settings, point),
+        Kind::Straight => motions::drawn_straight(settings, point),
+        Kind::Reversal => motions::reversal(settings, point),
+        Kind::Turn => motions::turn(settings, point),
+        Kind::Depth => motions::depth(settings, point),
+        Kind::Oblique => motions::oblique(settings, point),
+        Kind::Random => motions::random(settings, point),
+        Kind::Vibration => motions::vibration(settings, number, point),
+        Kind::Spin => turned_motions::spin(settings, point),
+        Kind::SpinSlide => turned_motions::spin_slide(settings, number, point),
+        Kind::SpinReversal => turned_motions::spin_reversal(settings, point),
+        Kind::Pose => turned_motions::pose(settings, number, point),
+        Kind::PoseChange => turned_motions::pose_change(settings, point),
+        Kind::Force => motions::force(settings, point),
+        Kind::ForceStep => motions::force_step(settings, point),
+    }
+}
+
+#[cfg(test)]
+mod tests;

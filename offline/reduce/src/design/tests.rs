@@ -1,0 +1,177 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::mesh::MeshPreset;
+
+use super::*;
+
+fn default_design() -> Vec<Experiment> {
+    design(&DesignSettings::default()).unwrap()
+}
+
+#[test]
+fn enough_is_held_out_and_no_path_is_on_both_sides() {
+    let all = default_design();
+    let names: BTreeSet<_> = all.iter().map(|e| e.name.clone()).collect();
+    assert_eq!(names.len(), all.len());
+    let mut held_out = BTreeMap::new();
+    for e in all.iter().filter(|e| e.held_out) {
+        *held_out.entry(e.kind).or_insert(0) += 1;
+        assert!(all.iter().all(|other| other.held_out || other.path != e.path), "{}", e.name);
+    }
+    assert!(held_out.values().sum::<i32>() >= 60 && held_out.len() == Kind::ALL.len(), "{held_out:?}");
+}
+
+#[test]
+fn ranges_are_filled() {
+    let settings = DesignSettings::default();
+    let all = default_design();
+    for held_out in [false, true] {
+        let half = || all.iter().filter(move |e| e.held_out == held_out);
+        let by_depth = half().filter(|e| e.path.drives[0] == Drive::Displacement);
+        let deepest = by_depth.flat_map(|e| &e.path.waypoints).map(|p| p.normal).fold(0.0, f64::max);
+        let most = settings.depth_mm[1];
+        assert!(deepest > 0.92 * most && deepest <= 1.1 * most, "{deepest}");
+        let mut quadrants = [0; 4];
+        for e in half().filter(|e| e.kind == Kind::Straight) {
+            let end = e.path.waypoints[e.path.waypoints.len() - 1];
+            quadrants[usize::from(end.x < 0.0) + 2 * usize::from(end.y < 0.0)] += 1;
+        }
+        assert!(quadrants.iter().all(|&n| n >= 2), "{quadrants:?}");
+        let spread = |what: &str, values: Vec<f64>, [least, most]: [f64; 2]| {
+            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+            assert!(low >= least && high <= most, "{what}: {low} to {high}");
+            assert!(high - low > 0.7 * (most - least), "{what}: {low} to {high} of {least} to {most}");
+        };
+        let turn = |of: &dyn Fn(&Path) -> Option<Vec<f64>>| half().filter_map(|e| of(&e.path)).flatten().collect();
+        spread("pitch", turn(&|p| Some(p.turns.pitch.as_ref()?.values.clone())), settings.pitch_deg);
+        spread("roll", turn(&|p| Some(p.turns.roll.as_ref()?.values.clone())), settings.roll_deg);
+        let by_force = half().filter(|e| e.path.drives[0] == Drive::Force);
+        let forces = by_force.flat_map(|e| &e.path.waypoints[1..]).map(|p| p.normal).collect();
+        spread("normal force", forces, settings.normal_force_n);
+        let spins: Vec<f64> = turn(&|p| Some(p.turns.spin.as_ref()?.values.clone()));
+        assert!(spins.iter().any(|&s| s > 15.0) && spins.iter().any(|&s| s < -15.0), "{spins:?}");
+    }
+    for e in &all {
+        assert!(e.path.waypoints.windows(2).all(|pair| pair[1].t_s > pair[0].t_s), "{}", e.name);
+    }
+}
+
+/// Every amplitude meets every held slide, in both halves, and shares press and slide with the other three.
+#[test]
+fn vibrations_combine_amplitudes_and_slides() {
+    let all = default_design();
+    for held_out in [false, true] {
+        let mut met = BTreeSet::new();
+        for e in all.iter().filter(|e| e.kind == Kind::Vibration && e.held_out == held_out) {
+            let [held, up] = [2, 3].map(|k| e.path.waypoints[k]);
+            let share = held.x.hypot(held.y) / DesignSettings::default().slip_slide_mm(held.normal);
+            let state = if share < 0.1 {
+                "stick"
+            } else if share < 0.9 {
+                "partial slip"
+            } else {
+                "slip"
+            };
+            let amplitude_um = (1e3 * (up.normal - held.normal)).round() as i32;
+            let of_depth = (100.0 * (up.normal - held.normal) / held.normal).round() as i32;
+            let amplitude = [1, 10, 100].into_iter().find(|&a| a == amplitude_um).unwrap_or(-of_depth);
+            assert!(amplitude > 0 || amplitude == -10, "{}: {amplitude_um} um", e.name);
+            met.insert((state, amplitude));
+        }
+        assert_eq!(met.len(), 12, "{met:?}");
+    }
+    let batches = batches(&all);
+    let vibrating = batches.iter().filter(|b| b.experiments[0].kind == Kind::Vibration);
+    assert!(vibrating.clone().all(|b| b.experiments.len() == 4 && b.common == 3));
+    assert_eq!(vibrating.count(), 12);
+}
+
+#[test]
+fn the_design_follows_from_its_seed() {
+    let of_seed = |seed| design(&DesignSettings { seed, ..DesignSettings::default() }).unwrap();
+    assert_eq!(of_seed(7), of_seed(7));
+    let (a, b) = (of_seed(7), of_seed(8));
+    assert_eq!(a.len(), b.len());
+    let drawn = |e: &&Experiment| e.kind != Kind::Straight;
+    for e in a.iter().filter(drawn) {
+        assert!(b.iter().filter(drawn).all(|other| other.path != e.path), "{}", e.name);
+    }
+}
+
+/// Paths of the stored runs are those of the default design, so that these runs are found.
+#[test]
+fn stored_runs_are_of_this_design() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/runs");
+    let all = default_design();
+    let mut found = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let file = entry.unwrap().path();
+        if file.extension().is_none_or(|e| e != "fprun") {
+            continue;
+        }
+        let run = crate::Run::from_bytes(&std::fs::read(&file).unwrap(), &file).unwrap();
+        let experiment = all.iter().find(|e| e.name == run.name).unwrap();
+        assert_eq!(experiment.path, run.path, "{}", run.name);
+        found += 1;
+    }
+    assert!(found >= 160, "{found}");
+}
+
+#[test]
+fn the_finger_that_ships_can_follow_every_path() {
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    let (finger, _) = config.finger().unwrap();
+    for seed in 0..5 {
+        for e in design(&DesignSettings { seed, ..DesignSettings::default() }).unwrap() {
+            config.check_path(&e.path, &finger).unwrap_or_else(|error| panic!("seed {seed}: {}: {error}", e.name));
+        }
+    }
+}
+
+#[test]
+fn shares_part_the_design_and_cost_alike() {
+    let all = default_design();
+    let batches = batches(&all);
+    let whole: f64 = batches.iter().map(Batch::cost).sum();
+    let names = |batches: &[Batch]| -> Vec<String> {
+        batches.iter().flat_map(|b| &b.experiments).map(|e| e.name.clone()).collect()
+    };
+    let mut all_names = names(&batches);
+    all_names.sort();
+    assert_eq!(all_names.len(), all.len());
+    for of in [1, 2, 3, 7, 40, 1000] {
+        let shares: Vec<Vec<Batch>> = (1..=of).map(|k| share(&batches, k, of)).collect();
+        let mut together: Vec<String> = shares.iter().flat_map(|s| names(s)).collect();
+        together.sort();
+        assert_eq!(together, all_names, "{of} shares");
+        let largest = shares.iter().map(|s| s.iter().map(Batch::cost).sum::<f64>()).fold(0.0, f64::max);
+        let batch = batches.iter().map(Batch::cost).fold(0.0, f64::max);
+        // A share is at most one batch above the mean.
+        assert!(largest <= whole / of as f64 + batch, "{of}: {largest} of {whole}");
+        assert!(of > 7 || largest <= 1.02 * whole / of as f64, "{of}: {largest} of {whole}");
+    }
+}
+
+#[test]
+fn settings_that_make_no_design_are_refused_by_name_and_value() {
+    let refused = |change: &dyn Fn(&mut DesignSettings), parts: [&str; 2]| {
+        let mut settings = DesignSettings::default();
+        change(&mut settings);
+        let message = design(&settings).expect_err(parts[0]).to_string();
+        assert!(message.starts_with(parts[0]) && message.contains(parts[1]), "{message}");
+    };
+    refused(&|s| s.depth_mm = [0.05, 2.5], ["design.depth_mm = [0.05, 2.5]: ", "0.15"]);
+    refused(&|s| s.depth_mm = [1.0, f64::NAN], ["design.depth_mm = [1.0, NaN]: ", "finite"]);
+    refused(&|s| s.depth_mm = [2.0, 1.0], ["design.depth_mm = [2.0, 1.0]: ", "[least, largest]"]);
+    refused(&|s| s.depth_mm = [0.3, 2.0], ["design.axis_depths_mm = [0.3, ", "depth_mm [0.3, 2.0]"]);
+    refused(&|s| s.axis_depths_mm = vec![f64::NAN], ["design.axis_depths_mm = [NaN]", "depth_mm"]);
+    refused(&|s| s.slide_mm = 0.0, ["design.slide_mm = 0: ", "above 0"]);
+    refused(&|s| s.spin_deg = f64::INFINITY, ["design.spin_deg = inf: ", "finite"]);
+    refused(&|s| s.pitch_deg = [5.0, 50.0], ["design.pitch_deg = [5.0, 50.0]: ", "10 and 70"]);
+    refused(&|s| s.roll_deg = [-15.0, 31.0], ["design.roll_deg = [-15.0, 31.0]: ", "-30 and 30"]);
+    refused(&|s| s.normal_force_n = [0.0, 1.0], ["design.normal_force_n = [0.0, 1.0]: ", "above 0"]);
+    refused(&|s| s.pose_depth_max_mm = 3.0, ["design.pose_depth_max_mm = 3: ", "depth_mm"]);
+    refused(&|s| s.seed = 1 << 40, ["design.seed = 1099511627776: ", "4294967295"]);
+    refused(&|s| s.paths.spin = [4, 2000], ["design.paths.spin = [4, 2000]: ", "at most 1000"]);
+}

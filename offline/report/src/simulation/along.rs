@@ -1,0 +1,198 @@
+//! The response over time: panels one above the other, regimes as shades behind them.
+
+use fingerpad::Regime;
+use plotters_backend::{BackendColor, DrawingBackend};
+
+use super::Marks;
+use super::series::{ALONG, Panel as PanelOf, Series};
+use crate::axes::{Axis, Panel, legend_text};
+use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
+use crate::colour::{GREY, INK, SERIES, SLIPPING, STUCK, WHITE, mix, rgb};
+use crate::font;
+use fingerpad_fe::load_path::Response;
+
+/// Widths of figures on wide and on narrow pages, px.
+pub const WIDE: f64 = 900.0;
+/// As [`WIDE`].
+pub const NARROW: f64 = 380.0;
+
+/// Dashes that tell the series of a panel apart without colour.
+const DASHES: [Option<(f64, f64)>; 3] = [None, Some((7.0, 3.0)), Some((2.0, 3.0))];
+const LEFT: f64 = 52.0;
+const RIGHT: f64 = 16.0;
+/// Height of a panel's name and legend, of the panel, and of the numbers below it, px.
+const ABOVE: f64 = 38.0;
+const HEIGHT: f64 = 124.0;
+const BELOW: f64 = 26.0;
+
+/// Everything along the path.
+pub struct Along<'a> {
+    /// Rows.
+    pub responses: &'a [Response],
+    /// Rows whose contact is drawn.
+    pub marks: &'a Marks,
+    /// Width, px.
+    pub width: f64,
+}
+
+/// Shade of a regime.
+fn shade(regime: Regime) -> BackendColor {
+    match regime {
+        Regime::NoContact => rgb(0xe9ebee),
+        Regime::Stick => mix(WHITE, STUCK, 0.18),
+        Regime::PartialSlip => mix(WHITE, rgb(0x009e73), 0.14),
+        Regime::Slip => mix(WHITE, SLIPPING, 0.38),
+    }
+}
+
+/// Series of a panel that have any value.
+fn present(panel: &PanelOf, responses: &[Response]) -> Vec<Series> {
+    panel.series.iter().filter(|s| responses.iter().any(|r| (s.of)(r).is_finite())).copied().collect()
+}
+
+impl Along<'_> {
+    fn panels(&self) -> Vec<(&'static PanelOf, Vec<Series>)> {
+        let all = ALONG.iter().map(|panel| (panel, present(panel, self.responses)));
+        let changes = |series: &Series| {
+            let mut values = self.responses.iter().map(series.of).filter(|v| v.is_finite());
+            values.next().is_some_and(|first| values.any(|v| v != first))
+        };
+        all.filter(|(_, series)| series.iter().any(changes)).collect()
+    }
+
+    /// The regimes' legend in lines, and its height.
+    fn legend_rows(&self) -> f64 {
+        if self.width < WIDE { 2.0 } else { 1.0 }
+    }
+
+    fn top(&self) -> f64 {
+        12.0 + 22.0 * self.legend_rows() + if self.marks.0.is_empty() { 0.0 } else { 34.0 }
+    }
+
+    fn place(&self, k: usize, x: &Axis, y: Axis) -> Panel {
+        let top = self.top() + ABOVE + k as f64 * (ABOVE + HEIGHT + BELOW);
+        Panel { left: LEFT, top, width: self.width - LEFT - RIGHT, height: HEIGHT, x: x.clone(), y }
+    }
+
+    fn regimes<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, panel: &Panel) -> Drawn<DB> {
+        // An increment has the regime of its end; increments of one regime make one area.
+        let mut start = self.responses.first().map_or(0.0, |r| r.t_s);
+        for run in self.responses.chunk_by(|a, b| a.regime == b.regime) {
+            let end = run[run.len() - 1].t_s;
+            let [left, right] = [start, end].map(|t_s| panel.at(t_s, panel.y.max()).0);
+            canvas.rect(left, panel.top, right - left, panel.height, shade(run[0].regime))?;
+            start = end;
+        }
+        Ok(())
+    }
+
+    fn regime_legend<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+        let entries = [
+            (Regime::NoContact, "no contact"),
+            (Regime::Stick, "stick"),
+            (Regime::PartialSlip, "partial slip"),
+            (Regime::Slip, "full slip"),
+        ];
+        let per_row = entries.len() / self.legend_rows() as usize;
+        for (i, (regime, name)) in entries.into_iter().enumerate() {
+            let at = (LEFT + 130.0 * (i % per_row) as f64, 14.0 + 22.0 * (i / per_row) as f64);
+            canvas.rect(at.0, at.1 - 7.0, 24.0, 14.0, shade(regime))?;
+            legend_text(canvas, (at.0 + 32.0, at.1), name)?;
+        }
+        Ok(())
+    }
+
+    /// Letters above the first panel.
+    fn letters<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, first: &Panel) -> Drawn<DB> {
+        let [upper, lower] = [12.0, 27.0].map(|y| 12.0 + 22.0 * self.legend_rows() + y - 4.0);
+        let mut last = (f64::NEG_INFINITY, lower);
+        for (letter, response) in &self.marks.0 {
+            let at = first.at(response.t_s, first.y.min()).0;
+            // A letter that would stand on the one before goes above it.
+            let y = if at - last.0 < 13.0 && last.1 == lower { upper } else { lower };
+            let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
+            canvas.text(&letter.to_string(), (at, y), style)?;
+            last = (at, y);
+        }
+        Ok(())
+    }
+
+    /// A line through a panel at every mark.
+    fn marks<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, panel: &Panel) -> Drawn<DB> {
+        let dash = Line { colour: GREY, width: 0.8, dash: Some((3.0, 3.0)) };
+        for (_, response) in &self.marks.0 {
+            let at = |y| panel.at(response.t_s, y);
+            canvas.line(&[at(panel.y.max()), at(panel.y.min())], dash)?;
+        }
+        Ok(())
+    }
+
+    fn curves<DB: DrawingBackend>(
+        &self,
+        canvas: &mut Canvas<'_, DB>,
+        panel: &Panel,
+        label: &str,
+        series: &[Series],
+    ) -> Drawn<DB> {
+        let name_at = (LEFT - 34.0, panel.top - 27.0);
+        canvas.text(label, name_at, Text { bold: true, em: 12.5, ..Text::BODY })?;
+        let mut at = match self.width < WIDE {
+            true => (LEFT, panel.top - 10.0),
+            false => (name_at.0 + font::width(label, 12.5, true) + 28.0, name_at.1),
+        };
+        for (k, one) in series.iter().enumerate() {
+            let line = Line { colour: SERIES[k % SERIES.len()], width: 2.0, dash: DASHES[k % DASHES.len()] };
+            let points = panel.path(self.responses.iter().map(|r| (r.t_s, Some((one.of)(r)))));
+            canvas.line(&points, line)?;
+            if series.len() > 1 {
+                canvas.line(&[at, (at.0 + 24.0, at.1)], line)?;
+                canvas.text(one.name, (at.0 + 30.0, at.1), Text { colour: INK, ..Text::BODY })?;
+                at.0 += 48.0 + font::width(one.name, Text::BODY.em, false);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Figure for Along<'_> {
+    fn size(&self) -> (u32, u32) {
+        let panels = self.panels().len() as f64;
+        (self.width as u32, (self.top() + panels * (ABOVE + HEIGHT + BELOW) + 22.0) as u32)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+        let panels = self.panels();
+        let times = || self.responses.iter().map(|r| r.t_s);
+        let start = times().next().unwrap_or(0.0);
+        let count = if self.width < WIDE { 7 } else { 14 };
+        let mut x = Axis::covering("", [start, start], times(), count);
+        self.regime_legend(canvas)?;
+        for (k, (of, series)) in panels.iter().enumerate() {
+            let values = series.iter().flat_map(|s| self.responses.iter().map(s.of));
+            let y = Axis::covering("", of.least_or(values.clone()), values, 4);
+            if k + 1 == panels.len() {
+                x.label = "Time of the path, s".to_owned();
+            }
+            let panel = self.place(k, &x, y);
+            self.regimes(canvas, &panel)?;
+            panel.draw(canvas)?;
+            self.marks(canvas, &panel)?;
+            self.curves(canvas, &panel, of.label, series)?;
+            if k == 0 {
+                self.letters(canvas, &panel)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl PanelOf {
+    /// What the axis covers at least; the first value where there is nothing that it must cover.
+    fn least_or(&self, mut values: impl Iterator<Item = f64>) -> [f64; 2] {
+        if self.least[0] < self.least[1] {
+            return self.least;
+        }
+        let first = values.find(|v| v.is_finite()).unwrap_or(0.0);
+        [first, first]
+    }
+}

@@ -1,0 +1,187 @@
+//! Plants faults in a copy of the sources, one at a time, and sees a quick test fail for each.
+//!
+//! `planted_faults [--list] [name...]`. Needs git and cargo; every fault is a build of its own. Exit code 1 if a fault
+//! survives, if a test fails without it, or if the place of a fault is no longer found.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+
+use fingerpad_tests::Failure;
+
+/// A change of one place of the sources that a test must notice.
+struct Fault {
+    name: &'static str,
+    file: &'static str,
+    sound: &'static str,
+    faulty: &'static str,
+    /// Arguments of `cargo test --release` that name the test.
+    test: &'static [&'static str],
+}
+
+const CONTACT: &[&str] = &["-p", "fingerpad-fe", "--lib", "contact::"];
+const MINDLIN: &[&str] = &["-p", "fingerpad-tests", "--test", "cases", "mindlin"];
+const HERTZ: &[&str] = &["-p", "fingerpad-tests", "--test", "cases", "hertz"];
+const OGDEN: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "ogden"];
+const BALANCE: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "balance"];
+
+const SURFACE: &str = "offline/fe/src/contact/surface.rs";
+const RETURN_MAP: &str = "let sliding = law.return_map(trial, pressure, predict_stick && before.stuck);";
+/// Friction along the slip since first contact instead of the elastic slip.
+const ALONG_TOTAL_SLIP: &str = "let mut sliding = law.return_map(trial, pressure, predict_stick && before.stuck);
+        let total = [0, 1].map(|k| before.slip[k] + trial[k] - before.elastic_slip[k]);
+        let length = total[0].hypot(total[1]);
+        if !sliding.stuck && length > 0.0 {
+            for vector in [&mut sliding.traction, &mut sliding.elastic_slip] {
+                *vector = total.map(|s| s / length * vector[0].hypot(vector[1]));
+            }
+        }";
+const STUCK_AREA: &str = "let shares = facet.shares(&corner_places(facet, place), &corner_values(facet, level));
+            shares.iter().sum()";
+
+const FAULTS: &[Fault] = &[
+    Fault {
+        name: "direction from total slip",
+        file: SURFACE,
+        sound: RETURN_MAP,
+        faulty: ALONG_TOTAL_SLIP,
+        test: MINDLIN,
+    },
+    Fault {
+        name: "direction from total slip, contact alone",
+        file: SURFACE,
+        sound: RETURN_MAP,
+        faulty: ALONG_TOTAL_SLIP,
+        test: CONTACT,
+    },
+    Fault {
+        name: "contact weights +3 %",
+        file: "offline/fe/src/contact/contour.rs",
+        sound: "0.5 * (c - a).perp(&(b - a))",
+        faulty: "0.515 * (c - a).perp(&(b - a))",
+        test: HERTZ,
+    },
+    Fault {
+        name: "volumetric stiffness -2 %",
+        file: "offline/fe/src/material/ogden.rs",
+        sound: "f64x8::splat(2.0 / self.d_per_mpa)",
+        faulty: "f64x8::splat(1.96 / self.d_per_mpa)",
+        test: OGDEN,
+    },
+    Fault {
+        name: "a face sticks where any node does",
+        file: SURFACE,
+        sound: STUCK_AREA,
+        faulty: "let values = corner_values(facet, level);
+            let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            facet.shares(&corner_places(facet, place), &vec![highest; values.len()]).iter().sum()",
+        test: MINDLIN,
+    },
+    Fault {
+        name: "a face sticks where the last node does",
+        file: SURFACE,
+        sound: STUCK_AREA,
+        faulty: "let values = corner_values(facet, level);
+            let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
+            facet.shares(&corner_places(facet, place), &vec![lowest; values.len()]).iter().sum()",
+        test: MINDLIN,
+    },
+    Fault {
+        name: "joint's translation +20 %",
+        file: "offline/fe/src/assembly/body.rs",
+        sound: "* self.joint.translation_n_per_mm;\n            let turned",
+        faulty: "* (1.2 * self.joint.translation_n_per_mm);\n            let turned",
+        test: BALANCE,
+    },
+    Fault {
+        name: "joint's rotation +20 %",
+        file: "offline/fe/src/assembly/body.rs",
+        sound: "* self.joint.rotation_nmm_per_rad;\n            for",
+        faulty: "* (1.2 * self.joint.rotation_nmm_per_rad);\n            for",
+        test: BALANCE,
+    },
+    Fault {
+        name: "centre of pressure x 0.9",
+        file: "offline/fe/src/load_path/response.rs",
+        sound: "moment / totals.force.z",
+        faulty: "0.9 * moment / totals.force.z",
+        test: BALANCE,
+    },
+];
+
+fn main() -> ExitCode {
+    let names: Vec<String> = std::env::args().skip(1).collect();
+    if names.iter().any(|name| name == "--list") {
+        FAULTS.iter().for_each(|fault| println!("{:<45} cargo test --release {}", fault.name, fault.test.join(" ")));
+        return ExitCode::SUCCESS;
+    }
+    let wanted: Vec<&Fault> =
+        FAULTS.iter().filter(|f| names.is_empty() || names.iter().any(|n| f.name.contains(n.as_str()))).collect();
+    match plant(&wanted) {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(survivors) => {
+            println!("{survivors} faults survive");
+            ExitCode::FAILURE
+        }
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Number of faults that no test notices.
+fn plant(faults: &[&Fault]) -> Result<usize, Failure> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize()?;
+    let folder = tempfile::tempdir()?;
+    copy_tracked(&root, folder.path())?;
+    let mut survivors = 0;
+    for fault in faults {
+        let file = folder.path().join(fault.file);
+        let text = fs::read_to_string(&file)?;
+        if text.matches(fault.sound).count() != 1 {
+            return Err(format!("{}: {} has not one place that reads `{}`", fault.name, fault.file, fault.sound).into());
+        }
+        if !test(&root, folder.path(), fault.test, &[])? {
+            return Err(format!("{}: the test fails without the fault", fault.name).into());
+        }
+        fs::write(&file, text.replace(fault.sound, fault.faulty))?;
+        if !test(&root, folder.path(), fault.test, &["--no-run"])? {
+            return Err(format!("{}: the fault does not compile", fault.name).into());
+        }
+        let noticed = !test(&root, folder.path(), fault.test, &[])?;
+        println!("{:<45} {}", fault.name, if noticed { "noticed" } else { "SURVIVES" });
+        survivors += usize::from(!noticed);
+        fs::write(&file, text)?;
+    }
+    Ok(survivors)
+}
+
+/// Copies the files that git tracks, as they are in the working tree.
+fn copy_tracked(root: &Path, to: &Path) -> Result<(), Failure> {
+    let list = Command::new("git").current_dir(root).args(["ls-files", "-z"]).output()?;
+    if !list.status.success() {
+        return Err("git ls-files failed".into());
+    }
+    for name in String::from_utf8(list.stdout)?.split('\0').filter(|name| !name.is_empty()) {
+        let target = to.join(name);
+        fs::create_dir_all(target.parent().ok_or("a file in a folder")?)?;
+        fs::copy(root.join(name), target)?;
+    }
+    Ok(())
+}
+
+/// Whether `cargo test --release` with these arguments succeeds on the copy; its builds are kept apart from the sound ones,
+/// whose names they share.
+fn test(root: &Path, copy: &Path, arguments: &[&str], options: &[&str]) -> Result<bool, Failure> {
+    let status = Command::new(env!("CARGO"))
+        .current_dir(copy)
+        .env("CARGO_TARGET_DIR", root.join("target/planted_faults"))
+        .args(["test", "--release"])
+        .args(options)
+        .args(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()?;
+    Ok(status.success())
+}

@@ -1,0 +1,127 @@
+//! A sphere that spins on the plane: full, small and partial slip against closed forms.
+
+use fingerpad_fe::contact::{Friction, FrictionLaw, RubberFriction, plane::DEPTH};
+use fingerpad_fe::element::gauss_legendre;
+use fingerpad_fe::solve::{Solver, State};
+
+use super::{Effort, Failure};
+use crate::{
+    Check,
+    half_space::{PointLoads, Torsion},
+    problems::sphere::{Elements, Layout, Part, Sphere},
+};
+
+/// Contact radius over curvature is 1/500: strains of 0.2 %.
+const CURVATURE_MM: f64 = 500.0;
+/// Coefficient of friction.
+const MU: f64 = 0.5;
+/// Radii of the disc that sticks, over the contact's; in full slip a point at the centre is left.
+const STICK: [f64; 4] = [0.9, 0.7, 0.5, 0.3];
+const FULL: f64 = 0.01;
+
+/// Moment over spin at constant approach under Coulomb's and the rubber law.
+pub fn spin(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let (per_radius, extent, growth) = if effort == Effort::Quick { (6, 3.0, 1.5) } else { (12, 4.0, 1.4) };
+    let layout = Layout { part: Part::Whole, elements: Elements::Hexes, per_radius, extent, growth };
+    let sphere = Sphere::new(&layout, 0.4, CURVATURE_MM)?;
+    // Coulomb's limit is the normal force's; the rubber law's sees the area, whose edge lies between nodes.
+    let (bounds, rubber_bound) = if effort == Effort::Quick { ([0.005, 0.02], 0.045) } else { ([0.01, 0.02], 0.02) };
+    let mut solver = sphere.solver(sphere.penalty(1e-3));
+    let pressed = sphere.press(&mut solver)?;
+    let mut checks = vec![
+        Check::relative("normal force (N)", pressed.totals.force.z, sphere.hertz.force_n(), bounds[0]),
+        Check::told("nodes", sphere.mesh.nodes.len() as f64),
+    ];
+    checks.extend(small(&sphere, &mut solver, &pressed, bounds[1])?);
+    checks.extend(coulomb(&sphere, &mut solver, &pressed, bounds)?);
+    checks.extend(rubber(&sphere, &mut solver, &pressed, rubber_bound)?);
+    Ok(checks.into_iter().map(|c| Check { quantity: format!("{}, a/h {per_radius}", c.quantity), ..c }).collect())
+}
+
+/// The plane turned to `spin_rad` under the far field of `loads`.
+fn turned(
+    sphere: &Sphere,
+    solver: &mut Solver,
+    from: &State,
+    spin_rad: f64,
+    loads: &PointLoads,
+) -> Result<State, Failure> {
+    let to = [0.0, 0.0, from.contact.plane.at[DEPTH], spin_rad, 0.0, 0.0];
+    Ok(sphere.step(solver, from, to, loads)?)
+}
+
+/// Everything sticks: 16 G a³/3 per radian.
+fn small(sphere: &Sphere, solver: &mut Solver, pressed: &State, bound: f64) -> Result<Vec<Check>, Failure> {
+    let (a, shear) = (sphere.hertz.radius_mm, sphere.hertz.half_space.shear_mpa);
+    let turn = 1e-4;
+    solver.set_friction(Friction::On(RubberFriction::coulomb(100.0, 1e-4)));
+    let loads = PointLoads::hertz(&sphere.hertz)
+        .disc(a, |r| [0.0, 4.0 / std::f64::consts::PI * shear * turn * r / (a * a - r * r).sqrt(), 0.0]);
+    let state = turned(sphere, solver, pressed, turn, &loads)?;
+    let stiffness = state.totals.moment.z / turn;
+    Ok(vec![Check::relative("small spin: Mz per radian (N mm)", stiffness, 16.0 / 3.0 * shear * a.powi(3), bound)])
+}
+
+/// Partial slip to full slip and back to where half of the radius sticks throughout the swing.
+fn coulomb(sphere: &Sphere, solver: &mut Solver, pressed: &State, bounds: [f64; 2]) -> Result<Vec<Check>, Failure> {
+    let torsion = Torsion { hertz: sphere.hertz, mu: MU };
+    let limit = torsion.limit_nmm();
+    let a = sphere.hertz.radius_mm;
+    solver.set_friction(Friction::On(RubberFriction::coulomb(MU, 1e-3 * torsion.spin_rad(0.5 * a) * a)));
+    let mut state = pressed.clone();
+    let mut checks = Vec::new();
+    for share in STICK {
+        let stick = share * a;
+        let loads = PointLoads::torsion(&torsion, stick);
+        state = turned(sphere, solver, &state, torsion.spin_rad(stick), &loads)?;
+        let name = |what: &str| format!("{what} where {share} of the radius sticks");
+        let moment = state.totals.moment.z;
+        checks.push(Check::absolute(
+            name("Mz over its limit"),
+            moment / limit,
+            torsion.moment_nmm(stick) / limit,
+            bounds[1],
+        ));
+        let radius = sphere.stick_radius_mm(&state);
+        checks.push(Check::absolute(name("stick radius (mm, a = 1)"), radius, stick, bounds[1]));
+    }
+    let loads = PointLoads::torsion(&torsion, FULL * a);
+    let state = turned(sphere, solver, &state, torsion.spin_rad(FULL * a), &loads)?;
+    checks.push(Check::relative("full spin, Coulomb: Mz (N mm)", state.totals.moment.z, limit, bounds[0]));
+    checks.push(Check::absolute("full spin: Fx (N)", state.totals.force.x, 0.0, 1e-3 * limit / a));
+    Ok(checks)
+}
+
+/// Full spin under `lambda sigma^beta`: the integral of r times the law over Hertz's pressure.
+fn rubber(sphere: &Sphere, solver: &mut Solver, pressed: &State, bound: f64) -> Result<Vec<Check>, Failure> {
+    let (a, p0) = (sphere.hertz.radius_mm, sphere.hertz.peak_mpa());
+    let coulomb = Torsion { hertz: sphere.hertz, mu: MU };
+    let beta = 0.46;
+    let law = RubberFriction {
+        lambda: MU * p0.powf(1.0 - beta),
+        beta,
+        gamma_crit_mm: 1e-3 * coulomb.spin_rad(0.5 * a) * a,
+        regular_pressure_mpa: 1e-3 * p0,
+        ..Default::default()
+    };
+    solver.set_friction(Friction::On(law));
+    let strength = |r: f64| law.strength(p0 * (1.0 - (r / a).powi(2)).max(0.0).sqrt()).0;
+    let loads = PointLoads::hertz(&sphere.hertz).disc(a, |r| [0.0, strength(r), 0.0]);
+    let mut state = pressed.clone();
+    for share in [0.5, 1.0, 1.5, 2.0] {
+        state = turned(sphere, solver, &state, share * coulomb.spin_rad(FULL * a), &loads)?;
+    }
+    // r = a sin(theta): the pressure is even in cos(theta).
+    let exact: f64 = gauss_legendre(12)
+        .into_iter()
+        .map(|(x, weight)| {
+            let theta = 0.25 * std::f64::consts::PI * (x + 1.0);
+            let r = a * theta.sin();
+            0.25 * std::f64::consts::PI * weight * a * theta.cos() * 2.0 * std::f64::consts::PI * r * r * strength(r)
+        })
+        .sum();
+    Ok(vec![
+        Check::relative("full spin, rubber law: Mz (N mm)", state.totals.moment.z, exact, bound),
+        Check::at_most("full spin, rubber law: stuck area (mm²)", state.totals.stuck_area, 0.01 * state.totals.area),
+    ])
+}
