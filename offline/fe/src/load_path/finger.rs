@@ -166,6 +166,7 @@ impl Finger {
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
         let neutral_pitch_deg = neutral_pitch_deg(&fingertip.touch);
         let mut beside_pad: Vec<u32> = fingertip.outer_faces.iter().flatten().copied().collect();
+        beside_pad.extend(fingertip.outer_triangles.iter().flatten());
         beside_pad.sort_unstable();
         beside_pad.dedup();
         let mesh = fingertip.mesh;

@@ -100,7 +100,8 @@ pub fn imported_fingertip(
         None => touch_at_origin(&draft.mesh, settings)?,
     };
     draft.mesh.node_sets.insert(set::PAD.into(), draft.mesh.pad_nodes());
-    let fingertip = Fingertip { mesh: draft.mesh, touch, outer_faces: outer.quads };
+    let outer_triangles = outer.linear_triangles();
+    let fingertip = Fingertip { mesh: draft.mesh, touch, outer_faces: outer.quads, outer_triangles };
     Ok(ImportedFingertip { fingertip, report: draft.report })
 }
 
