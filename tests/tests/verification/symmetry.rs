@@ -82,10 +82,7 @@ fn the_half_finger_gives_what_the_whole_does() {
                 assert_eq!(b.centre_of_pressure_mm[1], 0.0);
             }
         }
-        for (a, b) in [
-            (whole.work.plane_mj, half.work.plane_mj),
-            (whole.work.friction_mj, half.work.friction_mj),
-        ] {
+        for (a, b) in [(whole.work.plane_mj, half.work.plane_mj), (whole.work.friction_mj, half.work.friction_mj)] {
             assert!((a - b).abs() < 1e-3 * whole.work.plane_mj, "{what}: {a} {b}");
         }
         for (a, b) in whole.snapshots.iter().zip(&half.snapshots) {

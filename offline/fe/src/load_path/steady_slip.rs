@@ -19,7 +19,8 @@ const MOMENT_ARM_MM: f64 = 4.0;
 /// Whether the whole contact slipped in both of two states in succession and bears what it bore.
 pub(super) fn slips_steadily(before: &State, after: &State) -> bool {
     let (a, b) = (&before.totals, &after.totals);
-    let all_slips = |state: &State| state.totals.area > 0.0 && state.totals.stuck_area <= STUCK_SHARE * state.totals.area;
+    let all_slips =
+        |state: &State| state.totals.area > 0.0 && state.totals.stuck_area <= STUCK_SHARE * state.totals.area;
     let same = |change: f64, of: f64| change.abs() <= STEADY_CHANGE * of;
     all_slips(before)
         && all_slips(after)
