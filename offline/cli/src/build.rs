@@ -247,7 +247,7 @@ enum Piece {
 enum Work {
     Frictionless,
     /// The slides at a depth, from where the press to it ended.
-    Slides(usize, Stored<PathEnd>),
+    Slides(usize, Box<Stored<PathEnd>>),
 }
 
 /// Where pieces run and what they leave.
@@ -343,7 +343,7 @@ impl Pieces<'_> {
             match pressed {
                 Ok(pressed) => {
                     if missing.contains(&k) {
-                        reached.send(Work::Slides(k, pressed.clone())).expect("the other end outlives the threads");
+                        reached.send(Work::Slides(k, Box::new(pressed.clone()))).expect("the other end outlives the threads");
                     }
                     from = Some(pressed);
                 }
@@ -372,7 +372,7 @@ impl Pieces<'_> {
             }
             self.add(match next {
                 Work::Frictionless => self.frictionless().map(Piece::Frictionless),
-                Work::Slides(k, pressed) => self.slides(k, pressed).map(|stored| Piece::Depth(k, stored)),
+                Work::Slides(k, pressed) => self.slides(k, *pressed).map(|stored| Piece::Depth(k, stored)),
             });
         }
     }

@@ -42,7 +42,7 @@ pub fn window<'a>(faces: impl Iterator<Item = &'a Face>) -> Option<[f64; 4]> {
     }
     let [x0, y0, x1, y1] = window;
     let margin = MARGIN_MM;
-    (x0 < x1 && y0 < y1).then(|| [x0 - margin, y0 - margin, x1 - x0 + 2.0 * margin, y1 - y0 + 2.0 * margin])
+    (x0 < x1 && y0 < y1).then_some([x0 - margin, y0 - margin, x1 - x0 + 2.0 * margin, y1 - y0 + 2.0 * margin])
 }
 
 /// A window on the plane in a picture.

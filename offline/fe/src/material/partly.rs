@@ -334,7 +334,7 @@ mod tests {
                 assert!(error.contains(part), "{keys}:\n{error}\nlacks {part}");
             }
         }
-        let seven = vec!["{ mu_mpa = 1, alpha = 2 }"; 7].join(", ");
+        let seven = ["{ mu_mpa = 1, alpha = 2 }"; 7].join(", ");
         let error = skin(&format!("terms = [{seven}]\nd_per_mpa = 1")).unwrap_err();
         assert!(error.contains("`terms` has 7 terms; an Ogden law has 1 to 6"), "{error}");
     }

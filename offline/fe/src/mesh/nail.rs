@@ -42,7 +42,7 @@ pub(super) fn plate(
     let layers = divisions.nail_layers;
     let mirrored = mirrored(nodes, dorsal);
     // With an odd number of columns the boxes in the middle are their own mirror images, which their tetrahedra are not.
-    let has_middle = divisions.columns % 2 == 0;
+    let has_middle = divisions.columns.is_multiple_of(2);
     let first = nodes.len() as u32;
     let mut plate = Plate { nodes: vec![], tets: vec![], ties: vec![], outer: vec![] };
     // Lowest new node over each skin node.

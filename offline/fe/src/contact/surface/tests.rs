@@ -94,7 +94,7 @@ fn a_plane_that_spins_turns_the_finger_along() {
         let (_, totals) = surface.commit(&law, &held, &areas, &pressed, plane.moved_to(to));
         // Sum of arm times mu N over the nodes; corners and edges of the patch bear a quarter and a half.
         let arm = |n: usize| ((n / 5) as f64 - 2.0).hypot((n % 5) as f64 - 2.0);
-        let rim = |i: usize| if i % 4 == 0 { 0.5 } else { 1.0 };
+        let rim = |i: usize| if i.is_multiple_of(4) { 0.5 } else { 1.0 };
         let moment: f64 = (0..25).map(|n| 0.5 * 0.02 * rim(n / 5) * rim(n % 5) * arm(n)).sum();
         assert!((totals.moment.z - sign * moment).abs() < 1e-5 * moment, "{} {moment}", totals.moment.z);
         assert!(totals.force.xy().norm() < 1e-12);
