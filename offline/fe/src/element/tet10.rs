@@ -7,10 +7,6 @@
 //! dilatation is averaged over the element like that of the hexahedra, but for a share of the volumetric law that every
 //! point keeps: an average alone leaves three modes of an element without stiffness.
 //!
-//! The average over the points of the projected gradient's determinant is not quite the volume of the twelve parts. A
-//! uniform pressure then has a stiffness of its own, of either sign: curved elements (edge nodes a tenth of an edge off)
-//! lose their definiteness where it is several times the shear modulus. Straight ones were found stable there.
-//!
 //! On a face the displacement is linear on four triangles, so that every node of a face has a positive share of a
 //! uniform pressure (corner 1/12, edge 1/4), which the plain quadratic tetrahedron (corner 0) has not: contact at nodes
 //! needs it.
