@@ -47,7 +47,7 @@ enum Step {
     ThumbC,
     /// The firmware's example programs under QEMU
     ThumbRun,
-    /// Integration tests and quick verification cases, some against CalculiX, some with Gmsh
+    /// Integration tests and quick verification cases, some against CalculiX
     Integration,
 }
 
@@ -68,7 +68,6 @@ impl Step {
             Self::Layout => cargo(&["test", "--release", "--workspace", "--test", "layout"], &[]),
             Self::Integration => {
                 install::calculix()?;
-                install::gmsh()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),

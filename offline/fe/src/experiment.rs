@@ -12,8 +12,7 @@ use sha2::{Digest, Sha256};
 use crate::contact::{LawError, Plane, RubberFriction, plane};
 use crate::load_path::{
     BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Numerics, OnProgress, Path, PathEnd, PressLimit,
-    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end,
-    neutral_pitch_deg, press_limits,
+    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end, neutral_pitch_deg, press_limits,
 };
 use crate::mesh::{
     self, Fingertip, FingertipShape, MeshError, MeshPreset,
@@ -363,7 +362,7 @@ impl Config {
     pub fn problem<'a>(&self, finger: &'a Finger) -> Problem<'a> {
         Problem {
             body: &finger.body,
-            pad_faces: (&finger.mesh).into(),
+            pad_faces: &finger.mesh.pad_faces,
             half: finger.half.as_ref().filter(|_| self.numerics.symmetry.is_auto()),
             friction: Some(self.friction),
             penalty: self.numerics.contact,
@@ -439,11 +438,9 @@ fn poses(paths: &[&Path], neutral_pitch_deg: f64) -> Option<(Vec<Matrix3<f64>>, 
             }
         }
         turns.dedup();
-        rotations.extend(
-            turns
-                .into_iter()
-                .map(|[pitch, roll]| Plane::new([0.0, 0.0, 0.0, 0.0, pitch, roll]).tilt().inverse().into_inner()),
-        );
+        rotations.extend(turns.into_iter().map(|[pitch, roll]| {
+            Plane::new([0.0, 0.0, 0.0, 0.0, pitch, roll]).tilt().inverse().into_inner()
+        }));
     }
     Some((rotations, deepest_mm))
 }

@@ -18,7 +18,7 @@ use super::{
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, Problem};
-use fingerpad_fe::mesh::{self, FingertipShape};
+use fingerpad_fe::mesh::{self, Fingertip, FingertipShape};
 
 /// The caller's hooks into a run: progress and interruption.
 pub struct Hooks<'a> {
@@ -121,9 +121,9 @@ impl<'a> Evaluator<'a> {
     /// # Errors
     /// [`IdentifyError::Mesh`], [`IdentifyError::Body`].
     pub fn finger(&self, shape: &FingertipShape) -> Result<Finger, IdentifyError> {
-        let fingertip = mesh::fingertip(shape, &self.config.mesh_preset.divisions())?;
-        mesh::check(&fingertip.mesh)?;
-        Ok(Finger::new(fingertip, &self.config.tissue)?)
+        let Fingertip { mesh, touch, outer_faces } = mesh::fingertip(shape, &self.config.mesh_preset.divisions())?;
+        mesh::check(&mesh)?;
+        Ok(Finger::new(Fingertip { mesh, touch, outer_faces }, &self.config.tissue)?)
     }
 
     /// Hash of everything that a shape's states depend on besides depth, law and stiffness.

@@ -276,8 +276,7 @@ pub fn mesh_picture(mesh: &Mesh) -> Result<Vec<u8>, ReportError> {
 
 fn check_snapshot(snapshot: &Snapshot, mesh: &Mesh) -> Result<(), ReportError> {
     let (nodes, faces) = (snapshot.displacement_mm.len(), snapshot.faces.len());
-    let mesh_faces = mesh.pad_faces.len() + mesh.pad_triangles.len();
-    if (nodes, faces) == (mesh.nodes.len(), mesh_faces) {
+    if (nodes, faces) == (mesh.nodes.len(), mesh.pad_faces.len()) {
         return Ok(());
     }
     Err(ReportError::OtherMesh {
@@ -286,7 +285,7 @@ fn check_snapshot(snapshot: &Snapshot, mesh: &Mesh) -> Result<(), ReportError> {
         nodes,
         faces,
         mesh_nodes: mesh.nodes.len(),
-        mesh_faces,
+        mesh_faces: mesh.pad_faces.len(),
     })
 }
 

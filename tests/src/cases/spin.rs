@@ -8,7 +8,7 @@ use super::{Effort, Failure};
 use crate::{
     Check,
     half_space::{PointLoads, Torsion},
-    problems::sphere::{Elements, Layout, Part, Sphere},
+    problems::sphere::{Layout, Part, Sphere},
 };
 
 /// Contact radius over curvature is 1/500: strains of 0.2 %.
@@ -22,8 +22,7 @@ const FULL: f64 = 0.01;
 /// Moment over spin at constant approach under Coulomb's and the rubber law.
 pub fn spin(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (per_radius, extent, growth) = if effort == Effort::Quick { (6, 3.0, 1.5) } else { (12, 4.0, 1.4) };
-    let layout = Layout { part: Part::Whole, elements: Elements::Hexes, per_radius, extent, growth };
-    let sphere = Sphere::new(&layout, 0.4, CURVATURE_MM)?;
+    let sphere = Sphere::new(&Layout { part: Part::Whole, per_radius, extent, growth }, 0.4, CURVATURE_MM)?;
     // Coulomb's limit is the normal force's; the rubber law's sees the area, whose edge lies between nodes.
     let (bounds, rubber_bound) = if effort == Effort::Quick { ([0.005, 0.02], 0.045) } else { ([0.01, 0.02], 0.02) };
     let mut solver = sphere.solver(sphere.penalty(1e-3));

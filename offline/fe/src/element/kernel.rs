@@ -34,8 +34,6 @@ pub struct Batch<const N: usize, const Q: usize> {
     /// Shape gradients over undeformed coordinates, 1/mm.
     gradient: Box<[[[f64x8; 3]; N]; Q]>,
     pub(super) volume: f64x8,
-    /// Share of the volumetric law that every point has on its own; the element's mean has the rest.
-    pub(super) point_share: f64,
     hourglass: Option<Box<Hourglass<N>>>,
 }
 
@@ -48,9 +46,6 @@ struct Hourglass<const N: usize> {
     /// Undeformed positions, mm.
     rest: [[f64x8; 3]; N],
 }
-
-/// Volume and shape gradients of an element's quadrature points; None if it is inverted.
-pub(super) type PointsOf<const N: usize, const Q: usize> = Option<([f64; Q], [[[f64; 3]; N]; Q])>;
 
 /// 8-node hexahedra with 2x2x2 points.
 pub type Hex8 = Batch<8, 8>;
@@ -144,18 +139,26 @@ impl Tet4 {
 }
 
 impl<const N: usize, const Q: usize> Batch<N, Q> {
-    /// Batch of elements whose shape gradients at the reference points are `reference`.
     fn with_rule(
         elements: &[[u32; N]],
         positions: &[Vector3<f64>],
         reference: [[[f64; 3]; N]; Q],
         reference_weight: f64,
     ) -> Option<Self> {
-        Self::with_points(elements, |nodes| {
-            let (mut weights, mut gradients) = ([0.0; Q], [[[0.0; 3]; N]; Q]);
-            for q in 0..Q {
+        assert!((1..=8).contains(&elements.len()));
+        let lane_of = |lane: usize| &elements[lane.min(elements.len() - 1)];
+        let nodes: [[u32; 8]; N] = std::array::from_fn(|a| std::array::from_fn(|lane| lane_of(lane)[a]));
+        let zeros = vec![[[f64x8::ZERO; 3]; N]; Q].into_boxed_slice();
+        let Ok(mut gradient): Result<Box<[[[f64x8; 3]; N]; Q]>, _> = zeros.try_into() else {
+            unreachable!("length is Q")
+        };
+        let mut weight = [f64x8::ZERO; Q];
+        for q in 0..Q {
+            let mut w = [0.0; 8];
+            let mut g = [[[0.0; 8]; 3]; N];
+            for lane in 0..8 {
                 let mut jacobian = nalgebra::Matrix3::zeros();
-                for (a, node) in nodes.iter().enumerate() {
+                for (a, node) in lane_of(lane).iter().enumerate() {
                     jacobian += positions[*node as usize] * nalgebra::RowVector3::from(reference[q][a]);
                 }
                 let det = jacobian.determinant();
@@ -163,38 +166,22 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                     return None;
                 }
                 let inverse = jacobian.try_inverse()?;
-                weights[q] = det * reference_weight;
-                gradients[q] = reference[q].map(|g| (nalgebra::RowVector3::from(g) * inverse).into());
-            }
-            Some((weights, gradients))
-        })
-    }
-
-    /// Batch of elements of whose nodes `points` makes the volume (mm³) and the shape gradients (1/mm) of every
-    /// quadrature point; None if it gives None for any of them.
-    pub(super) fn with_points(elements: &[[u32; N]], points: impl Fn(&[u32; N]) -> PointsOf<N, Q>) -> Option<Self> {
-        assert!((1..=8).contains(&elements.len()));
-        let lane_of = |lane: usize| &elements[lane.min(elements.len() - 1)];
-        let nodes: [[u32; 8]; N] = std::array::from_fn(|a| std::array::from_fn(|lane| lane_of(lane)[a]));
-        let mut weight = [[0.0; 8]; Q];
-        let mut gradient = vec![[[[0.0; 8]; 3]; N]; Q];
-        for lane in 0..8 {
-            let (weights, gradients) = points(lane_of(lane))?;
-            for q in 0..Q {
-                weight[q][lane] = weights[q];
-                for a in 0..N {
+                w[lane] = det * reference_weight;
+                for (a, reference) in reference[q].iter().enumerate() {
+                    let spatial = nalgebra::RowVector3::from(*reference) * inverse;
                     for i in 0..3 {
-                        gradient[q][a][i][lane] = gradients[q][a][i];
+                        g[a][i][lane] = spatial[i];
                     }
                 }
             }
+            weight[q] = f64x8::new(w);
+            gradient[q] = g.map(|node| node.map(f64x8::new));
         }
-        let gradient: Vec<[[f64x8; 3]; N]> =
-            gradient.into_iter().map(|point| point.map(|node| node.map(f64x8::new))).collect();
-        let Ok(gradient) = gradient.into_boxed_slice().try_into() else { unreachable!("length is Q") };
-        let weight = weight.map(f64x8::new);
-        let volume = weight.into_iter().fold(f64x8::ZERO, |sum, w| sum + w);
-        Some(Self { len: elements.len(), nodes, weight, gradient, volume, point_share: 0.0, hourglass: None })
+        let mut volume = f64x8::ZERO;
+        for w in weight {
+            volume += w;
+        }
+        Some(Self { len: elements.len(), nodes, weight, gradient, volume, hourglass: None })
     }
 
     /// Undeformed volumes, mm³.
@@ -254,9 +241,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         for q in 0..Q {
             let (f, j, g) = self.kinematics(q, &x);
             min_j = min_j.fast_min(j);
-            let mut tau = law.stress(&left_cauchy_green(&f), j);
-            let (_, own, _) = self.volumetric_at_point(law, j);
-            tau[..3].iter_mut().for_each(|t| *t += own * j);
+            let tau = law.stress(&left_cauchy_green(&f), j);
             let w = self.weight[q];
             let wj = w * j;
             v += wj;
@@ -268,7 +253,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 }
             }
         }
-        let (_, p, _) = self.volumetric_of_mean(law, v / self.volume);
+        let (_, p, _) = law.volumetric(v / self.volume);
         for a in 0..N {
             for i in 0..3 {
                 force[a][i] = volume_slope[a][i].mul_add(p, force[a][i]);
@@ -312,32 +297,16 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         (modulus + (j * j * curvature - p * j) * length * length) * hourglass.scale
     }
 
-    /// [`Constitutive::volumetric`] as a point has it on its own, at det F.
-    #[inline(always)]
-    pub(super) fn volumetric_at_point(&self, law: &impl Constitutive, j: f64x8) -> (f64x8, f64x8, f64x8) {
-        if self.point_share == 0.0 {
-            return (f64x8::ZERO, f64x8::ZERO, f64x8::ZERO);
-        }
-        let (share, (energy, slope, curvature)) = (f64x8::splat(self.point_share), law.volumetric(j));
-        (share * energy, share * slope, share * curvature)
-    }
-
-    /// [`Constitutive::volumetric`] as the element's mean has it, at v/V.
-    pub(super) fn volumetric_of_mean(&self, law: &impl Constitutive, ratio: f64x8) -> (f64x8, f64x8, f64x8) {
-        let (share, (energy, slope, curvature)) = (f64x8::splat(1.0 - self.point_share), law.volumetric(ratio));
-        (share * energy, share * slope, share * curvature)
-    }
-
     /// Strain energy of each element, mJ.
     pub fn energies(&self, law: &impl Constitutive, positions: &[Vector3<f64>]) -> [f64; 8] {
         let x = self.gather(positions);
         let (mut energy, mut v) = (f64x8::ZERO, f64x8::ZERO);
         for q in 0..Q {
             let (f, j, _) = self.kinematics(q, &x);
-            energy += self.weight[q] * (law.energy(&left_cauchy_green(&f), j) + self.volumetric_at_point(law, j).0);
+            energy += self.weight[q] * law.energy(&left_cauchy_green(&f), j);
             v += self.weight[q] * j;
         }
-        (energy + self.volumetric_of_mean(law, v / self.volume).0 * self.volume).to_array()
+        (energy + law.volumetric(v / self.volume).0 * self.volume).to_array()
     }
 
     /// Consistent tangent at current `positions`; overwrites `out`.
@@ -355,7 +324,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 }
             }
         }
-        let (_, p, curvature) = self.volumetric_of_mean(law, v / self.volume);
+        let (_, p, curvature) = law.volumetric(v / self.volume);
         let curvature = curvature / self.volume;
         for a in 0..N {
             let left = volume_slope[a].map(|s| s * curvature);
@@ -370,14 +339,11 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         for q in 0..Q {
             let (f, j, g) = self.kinematics(q, &x);
             let (mut tau, mut c) = law.moduli(&left_cauchy_green(&f), j);
-            // The pressure as a Kirchhoff stress p J I with moduli p J (I x I - 2 sym), and J^2 U'' I x I of the point's own.
-            let (_, own, own_curvature) = self.volumetric_at_point(law, j);
-            let pj = (p + own) * j;
-            let own_stiffness = own_curvature * j * j;
+            // The averaged pressure as a Kirchhoff stress p J I with moduli p J (I x I - 2 sym).
+            let pj = p * j;
             for i in 0..3 {
                 tau[i] += pj;
                 for k in 0..3 {
-                    c[i][k] += own_stiffness;
                     if i == k {
                         c[i][k] -= pj;
                     } else {

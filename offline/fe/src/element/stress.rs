@@ -51,9 +51,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
             let (f, j, _) = self.kinematics(q, &x);
             let weight = self.weight[q];
             deformed_volume += weight * j;
-            let mut tau = law.stress(&left_cauchy_green(&f), j);
-            let (_, own, _) = self.volumetric_at_point(law, j);
-            tau[..3].iter_mut().for_each(|t| *t += own * j);
+            let tau = law.stress(&left_cauchy_green(&f), j);
             // The right Cauchy-Green tensor is the left one of the transpose.
             let transpose: [[f64x8; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|k| f[k][i]));
             let c = left_cauchy_green(&transpose);
@@ -63,7 +61,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 strain[k] += (c[k] - identity) * f64x8::HALF * weight;
             }
         }
-        let (_, pressure, _) = self.volumetric_of_mean(law, deformed_volume / self.volume);
+        let (_, pressure, _) = law.volumetric(deformed_volume / self.volume);
         let cauchy: [[f64; 8]; 6] = std::array::from_fn(|k| {
             let volumetric = if k < 3 { pressure } else { f64x8::ZERO };
             (stress[k] / deformed_volume + volumetric).to_array()
