@@ -32,12 +32,14 @@ pub fn listed(folder: &Path) -> Vec<String> {
     lines.filter(inside).map(str::to_owned).collect()
 }
 
-/// Refuses a folder where one of `names` is not of an earlier result.
+/// Refuses a folder where one of `names` is not of an earlier result; a name that ends in `/` is a folder, which is if the
+/// list names a file in it.
 ///
 /// Errors: the file that is in the way.
 pub fn check(folder: &Path, names: &[&str]) -> anyhow::Result<()> {
     let own = listed(folder);
-    match names.iter().find(|name| folder.join(name).exists() && !own.iter().any(|o| o == *name)) {
+    let is_own = |name: &str| own.iter().any(|o| o == name || name.ends_with('/') && o.starts_with(name));
+    match names.iter().find(|name| folder.join(name).exists() && !is_own(name)) {
         None => Ok(()),
         Some(name) => anyhow::bail!(
             "{}: is there and not of a result that this program wrote ({LIST} does not name it): remove it, or give \

@@ -329,7 +329,7 @@ fn a_run_shows_its_progress_where_there_is_no_terminal() {
     let at = folder.path();
     write(at, "p.csv", &format!("{HEAD}0,0,0,0\n1,1.5,0,0\n9,1.5,60,0\n19,1.5,-60,0\n"));
     let mut child =
-        fingerpad(&["simulate", "--path", "p.csv", "--mesh-preset", "coarse", "--out", "r.csv"], at).spawn().unwrap();
+        fingerpad(&["simulate", "--path", "p.csv", "--mesh-preset", "default", "--out", "r.csv"], at).spawn().unwrap();
     let line = wait_for_line(&mut child, |line| line.contains("increment"));
     assert!(line.starts_with("simulate: ") && line.contains(" %, increment "), "{line}");
     child.kill().unwrap();
@@ -354,7 +354,7 @@ fn signals_end_every_long_command_within_a_second() {
     unpack("set_17", at, "m.csv");
     write(at, "p.csv", &path("1.5", "60"));
     for (signal, arguments) in [
-        ("-TERM", &["simulate", "--path", "p.csv", "--mesh-preset", "coarse", "--out", "r.csv"][..]),
+        ("-TERM", &["simulate", "--path", "p.csv", "--mesh-preset", "default", "--out", "r.csv"][..]),
         ("-INT", &["reduce", "--out", "model.fpm"]),
         ("-TERM", &["diagnose", "--calibration", "c.csv", "--measured", "m.csv", "--confirm-fe", "--out", "d"]),
         ("-INT", &["identify", "--mesh-preset", "coarse", "--out", "id", "--jobs", "1"]),
