@@ -22,8 +22,8 @@ use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, prove
 Examples:
   printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv
-  printf 't_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg\\n0,0,0,0,0\\n1,1,0,0,0\\n2,1,0,0,9\\n' > t.csv
-  fingerpad simulate --path t.csv --mesh-preset coarse --out twist.csv
+  printf 't_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg\\n0,0,0,0,0\\n1,1,0,0,0\\n2,1,0,0,9\\n' > s.csv
+  fingerpad simulate --path s.csv --mesh-preset coarse --out twist.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv --report drawn
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
