@@ -87,7 +87,7 @@ fn the_half_finger_gives_what_the_whole_does() {
         }
         for (a, b) in whole.snapshots.iter().zip(&half.snapshots) {
             let difference = field_difference(a, b);
-            assert!(difference.iter().all(|&d| d < 1e-2), "{what}: {difference:?}");
+            assert!(difference.iter().zip([1e-2, 0.1, 1e-2]).all(|(&d, bound)| d < bound), "{what}: {difference:?}");
         }
         println!(
             "{what}: forces within {worst:.1e}; CPU {:.2} s whole, {:.2} s half",
