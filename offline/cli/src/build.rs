@@ -20,7 +20,9 @@ use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenan
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::config::ConfigFile;
-use super::{Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show};
+use super::{
+    Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show,
+};
 
 /// The main job: mesh, press and slide at the measured depths, report.
 #[derive(clap::Args)]
@@ -95,7 +97,8 @@ const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (config, identify, design) = args.model.settings()?;
     if args.print_config {
-        let text = toml::to_string(&ConfigFile::of(&config, &identify, &design)).map_err(|e| Failure::Input(e.into()))?;
+        let text =
+            toml::to_string(&ConfigFile::of(&config, &identify, &design)).map_err(|e| Failure::Input(e.into()))?;
         print!("{text}");
         return Ok(());
     }
@@ -340,7 +343,9 @@ impl Pieces<'_> {
             match pressed {
                 Ok(pressed) => {
                     if missing.contains(&k) {
-                        reached.send(Work::Slides(k, Box::new(pressed.clone()))).expect("the other end outlives the threads");
+                        reached
+                            .send(Work::Slides(k, Box::new(pressed.clone())))
+                            .expect("the other end outlives the threads");
                     }
                     from = Some(pressed);
                 }

@@ -101,7 +101,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     settings.prediction.curve &= !args.no_prediction;
     settings.prediction.sensitivities &= !args.no_prediction;
     if args.print_config {
-        let text = toml::to_string(&ConfigFile::of(&config, &settings, &design)).map_err(|e| Failure::Input(e.into()))?;
+        let text =
+            toml::to_string(&ConfigFile::of(&config, &settings, &design)).map_err(|e| Failure::Input(e.into()))?;
         print!("{text}");
         return Ok(());
     }

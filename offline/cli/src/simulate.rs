@@ -220,8 +220,11 @@ impl Run<'_> {
         let mut trajectory = trajectory.clone();
         let kept = self.snapshot_rows().into_iter().zip(std::mem::take(&mut trajectory.snapshots));
         trajectory.snapshots = kept.filter(|(row, _)| self.map_rows.contains(row)).map(|(_, field)| field).collect();
-        let settings =
-            ConfigFile::of(self.config, &fingerpad_identify::Settings::default(), &fingerpad_reduce::DesignSettings::default());
+        let settings = ConfigFile::of(
+            self.config,
+            &fingerpad_identify::Settings::default(),
+            &fingerpad_reduce::DesignSettings::default(),
+        );
         let report = SimulationReport {
             path_name: self.args.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             row_times_s: self.path.waypoints.iter().map(|w| w.t_s).collect(),

@@ -12,7 +12,8 @@ use sha2::{Digest, Sha256};
 use crate::contact::{LawError, Plane, RubberFriction, plane};
 use crate::load_path::{
     BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Numerics, OnProgress, Path, PathEnd, PressLimit,
-    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end, neutral_pitch_deg, press_limits,
+    Problem, Tissue, Trajectory, Waypoint, follow_path, follow_path_from, follow_path_on, follow_to_end,
+    neutral_pitch_deg, press_limits,
 };
 use crate::mesh::{
     self, Fingertip, FingertipShape, MeshError, MeshPreset,
@@ -438,9 +439,11 @@ fn poses(paths: &[&Path], neutral_pitch_deg: f64) -> Option<(Vec<Matrix3<f64>>, 
             }
         }
         turns.dedup();
-        rotations.extend(turns.into_iter().map(|[pitch, roll]| {
-            Plane::new([0.0, 0.0, 0.0, 0.0, pitch, roll]).tilt().inverse().into_inner()
-        }));
+        rotations.extend(
+            turns
+                .into_iter()
+                .map(|[pitch, roll]| Plane::new([0.0, 0.0, 0.0, 0.0, pitch, roll]).tilt().inverse().into_inner()),
+        );
     }
     Some((rotations, deepest_mm))
 }

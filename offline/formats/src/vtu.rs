@@ -66,7 +66,8 @@ impl Grid {
     /// All elements of a mesh, hexahedra first; points are undeformed, mm. The field data `region_skin` and so on hold the
     /// number by which [`regions`] calls that region.
     pub fn of_body(mesh: &Mesh) -> Self {
-        let numbers = mesh.regions().into_iter().enumerate().map(|(i, (_, name))| (format!("region_{name}"), i)).collect();
+        let numbers =
+            mesh.regions().into_iter().enumerate().map(|(i, (_, name))| (format!("region_{name}"), i)).collect();
         let mut grid = Self { points: mesh.nodes.clone(), numbers, ..Self::default() };
         mesh.hexes.iter().for_each(|h| grid.push(CellType::Hexahedron, &h.nodes));
         mesh.tets.iter().for_each(|t| grid.push(CellType::Tetra, &t.nodes));

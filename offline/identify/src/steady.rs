@@ -12,11 +12,11 @@ use super::{
     history::{History, distance},
 };
 use fingerpad_fe::assembly::{Body, Configuration};
+use fingerpad_fe::contact::plane::DEPTH;
 use fingerpad_fe::contact::{Friction, FrictionLaw, PenaltySettings, RubberFriction};
 use fingerpad_fe::load_path::{
     FailedStep, LimitPointRule, LoadSteps, Problem, Standing, StepRule, load_along, pass_limit_point,
 };
-use fingerpad_fe::contact::plane::DEPTH;
 use fingerpad_fe::solve::{Axis, Guess, SolveError, Solver, SolverSettings, State, Stats, Target};
 use std::ops::ControlFlow;
 

@@ -163,12 +163,10 @@ mod tests {
         let data = Params::example().try_build().unwrap();
         let model = data.model().unwrap();
         let corner = |t_s, normal, x| Waypoint { t_s, normal, x, y: 0.0 };
-        let path = Path::new([Drive::Displacement; 3], vec![
-                corner(0.0, 0.0, 0.0),
-                corner(0.5, 1.0, 0.0),
-                corner(1.5, 1.0, 0.0),
-                corner(2.5, 1.0, 10.0),
-            ]);
+        let path = Path::new(
+            [Drive::Displacement; 3],
+            vec![corner(0.0, 0.0, 0.0), corner(0.5, 1.0, 0.0), corner(1.5, 1.0, 0.0), corner(2.5, 1.0, 10.0)],
+        );
         let last = |slots: &[EffectSlot], surroundings| {
             let effects = Effects::new(slots).unwrap();
             simulate_path_with_effects(&model, &effects, surroundings, &path).unwrap().pop().unwrap().response

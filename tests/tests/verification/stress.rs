@@ -108,9 +108,7 @@ fn mean_stress_follows_from_the_forces() {
     let mut random = Random::new(17);
     let mut worst = 0.0f64;
     for mesh in [&hexes, &tets] {
-        for material in
-            [laws()[0].1, Material::Linear(SaintVenantKirchhoff { young_mpa: 3.0, poisson: 0.3 })]
-        {
+        for material in [laws()[0].1, Material::Linear(SaintVenantKirchhoff { young_mpa: 3.0, poisson: 0.3 })] {
             let body = body_of(mesh, material, &all_held(mesh));
             let mut at = body.undeformed().clone();
             let f = Matrix3::identity() + 0.2 * random.matrix();

@@ -3,7 +3,10 @@
 use nalgebra::Vector3;
 use wide::f64x8;
 
-use super::{BodyError, Configuration, DofMap, constitutive::{BatchLaw, law}};
+use super::{
+    BodyError, Configuration, DofMap,
+    constitutive::{BatchLaw, law},
+};
 use crate::element::{Batch, ElementStress, Forces, Tangent};
 use crate::material::Material;
 

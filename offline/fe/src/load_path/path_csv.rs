@@ -21,7 +21,8 @@ const TURNS: [(&str, &str); 3] =
 /// and there are at least two rows; everything else is an error that says where. `spin_deg`, `pitch_deg` and `roll_deg`, or
 /// the moments in their place, may be absent: the finger then stays as it is in the neutral pose.
 pub fn read(file: &FilePath) -> Result<Path, Error> {
-    let known: Vec<&str> = std::iter::once("t_s").chain(AXES.iter().chain(&TURNS).flat_map(|(a, b)| [*a, *b])).collect();
+    let known: Vec<&str> =
+        std::iter::once("t_s").chain(AXES.iter().chain(&TURNS).flat_map(|(a, b)| [*a, *b])).collect();
     let table = Columns::read(file, &known)?;
     let t = table.need("t_s")?;
     let mut drives = [Drive::Displacement; 3];

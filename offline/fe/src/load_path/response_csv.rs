@@ -24,16 +24,8 @@ pub const COLUMNS: [&str; 11] = [
 ];
 
 /// Columns that a run in six degrees of freedom adds.
-pub const POSE_COLUMNS: [&str; 8] = [
-    "spin_deg",
-    "pitch_deg",
-    "roll_deg",
-    "spin_moment_n_mm",
-    "moment_x_n_mm",
-    "moment_y_n_mm",
-    "cop_x_mm",
-    "cop_y_mm",
-];
+pub const POSE_COLUMNS: [&str; 8] =
+    ["spin_deg", "pitch_deg", "roll_deg", "spin_moment_n_mm", "moment_x_n_mm", "moment_y_n_mm", "cop_x_mm", "cop_y_mm"];
 
 /// Columns that the reduced model adds; [`read`] accepts and skips them.
 pub const EXTRA_COLUMNS: [&str; 4] = ["friction_limit_n", "slip_margin", "band_normal_n", "band_friction_n"];

@@ -244,7 +244,10 @@ impl<'a, 'p> Run<'a, 'p> {
 
     /// The law that acts on the way to this row.
     fn friction_of(&self, row: usize) -> Friction {
-        let slides = || self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y) || self.turns_until(row);
+        let slides = || {
+            self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y)
+                || self.turns_until(row)
+        };
         match self.problem.friction {
             Some(law) if self.problem.load_steps.friction_while_pressing || slides() => Friction::On(law),
             _ => Friction::Off,

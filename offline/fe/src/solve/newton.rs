@@ -83,8 +83,7 @@ impl<'a> Solver<'a> {
         let modulus_mpa = body.plane_strain_moduli_mpa();
         let moved_by = |node: u32| body.dofs.contact_parts(node);
         let bears = |node: u32| moved_by(node).is_some();
-        let pad =
-            Pad { quads, triangles, undeformed: &body.undeformed().x, modulus_mpa: &modulus_mpa, bears: &bears };
+        let pad = Pad { quads, triangles, undeformed: &body.undeformed().x, modulus_mpa: &modulus_mpa, bears: &bears };
         let surface = Surface::new(&pad, &penalty);
         let penalty_stiffness = surface.penalty_stiffness();
         let first = body.dofs.first_contact_dof;
