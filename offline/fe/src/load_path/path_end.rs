@@ -90,7 +90,10 @@ fn begin<'a, 'p>(
 fn check(run: &Run, from: &PathEnd) -> Result<(), LoadPathError> {
     let refuse = |problem: &str| Err(LoadPathError::Path(format!("the run to go on from {problem}")));
     let (path, start) = (run.path, &from.path);
-    if path.drives != start.drives || !path.waypoints.starts_with(&start.waypoints) {
+    // Turns too: a press in another pose is another press.
+    let turns_alike = || (0..start.waypoints.len()).all(|k| path.coordinates(k, 0.0) == start.coordinates(k, 0.0));
+    let drives_alike = path.coordinate_drives() == start.coordinate_drives();
+    if !drives_alike || !path.waypoints.starts_with(&start.waypoints) || !turns_alike() {
         return refuse("is not the beginning of this path");
     }
     if run.snapshots.iter().any(|&row| row + 1 < start.waypoints.len()) {
