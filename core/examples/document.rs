@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (1.0, f32::NAN, 0.125),
         (0.0, 0.0, 0.0),
     ] {
-        let r = step(&model, &mut state, Motion { depth_mm, slide_increment_mm: [x, y], dt_s: 1e-3 });
+        let r = step(&model, &mut state, Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s: 1e-3 });
         let bits = vectors::words(&r).map(|word| format!("{word:08x}"));
         let regime = [Regime::NoContact, Regime::Stick, Regime::PartialSlip, Regime::Slip]
             .iter()

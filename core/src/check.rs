@@ -3,57 +3,52 @@
 //! [`DataOf::check`] is run on parameters and on files alike. Uses model, table, error.
 
 use crate::error::Field;
-use crate::table::{Line, Row};
+use crate::math::Scalar;
+use crate::spring::ODD_MAX;
+use crate::table::{Line, Parabola, Row};
 use crate::{DataOf, Error};
 
-fn in_range(what: Field, index: usize, value: f32, low: f32, high: f32) -> Result<(), Error> {
+fn in_range<T: Scalar>(what: Field, index: usize, value: T, low: f32, high: f32) -> Result<(), Error> {
+    let value = value.to_f32();
     if value >= low && value <= high { Ok(()) } else { Err(Error::Range { what, index: index as u16, value }) }
 }
 
-/// Largest ratio of the slip lengths (friction limit over tangential stiffness) at two table nodes that a model may have.
-pub const SLIP_LENGTH_RATIO_MAX: f32 = 50.0;
+/// Longest slide at which a spring may begin to slip, mm: a cut slide (64 mm) still leads beyond it at the largest strength.
+const RADIUS_MAX_MM: f32 = 10.0;
 
-/// Largest odd part of the elastic displacement at the limit, slip lengths: a slide along x stiffens or softens by less
-/// than 1.3 times 2 of these.
-const ODD_MAX: f32 = 0.25;
-
-impl<const M: usize, const N: usize> DataOf<M, N> {
+impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     /// Refuses numbers with which a step could leave its range or a closed path could create energy.
     ///
     /// # Why what passes here is passive
     ///
-    /// Energy E = (P_x + P_y)/2K + 2/3 q F_x³ + H/2 with P_x = L² Σ w y u_x², P_y = (s²L²/rho) Σ w y u_y² and H >= 0, which is
-    /// what the contact holds beyond its elements. E is 0 in the air and never negative, since Σ w y u² >= m² by
-    /// Cauchy–Schwarz (Σ w/y = 1) and |q| K F_x <= 0.33, which is checked. In each step the plane's work is at least what E
-    /// gains:
+    /// The contact's energy is U = N0's integral over depth + kx Φ_x + ky Φ_y, Φ_x = Σ k_j φ(u_jx), Φ_y = Σ k_j u_jy²/2, φ the
+    /// integral of u − q u² convex within the limits, where |q u| < 0.4. N, F and M_z are its
+    /// derivatives over depth, slide and angle with the anchors held; the springs' places do not depend on depth. What is
+    /// left to show of a step, which goes depth and slide first, then slip:
     ///
-    /// * growth at given forces: H takes what P/K loses, so that E stays; q is one number for all depths.
-    /// * shrinking by dK < 0 to K' = r K: elements keep their displacement, which takes (1 − r) P/2K off, and move on by a
-    ///   slide b = lag |dK|/K' without the plane, which adds r F·b + K' b²/2 at most. With P >= F² what is missing is at most
-    ///   |dK| lag²/2r; that is taken from H/2, and where H is less, the slide is less in proportion, so that its square
-    ///   suffices.
-    /// * N = ... + G P on a change of depth dd: forces times 1 + g, g = G K dd, add (2g + g²) P/2K to E. The work of that
-    ///   part of N at the step's end is (1 + g)² G P dd, more by (3/2 g² + g³) P/K, and |g| < 1/2 is checked.
-    /// * slide: elements that stick gain L² Σ w u du y = F · dx K/K, a quadratic, whose end value times the increment is
-    ///   more than its gain; what else moves the elements in the same step adds at most what it would alone. The odd
-    ///   compliance lies in series with all of this and is solved for its end. The return to the yield surface is slip along the
-    ///   friction and loses energy. Limits that shrink or shift with depth return to the yield surface in the same way.
-    /// * C: F_x C'(d) dd is the work of the slide dC. In a finite step C' at its end is off by C'' dd, and N₀, which grows
-    ///   with depth, is checked to outweigh that.
+    /// * slip: anchors move along the friction (`slip_loses_energy` in `spring.rs`); a spring touches with u = 0 and leaves with
+    ///   u = 0. Limits that shrink or shift with depth, strength or tuning only make springs slip.
+    /// * a finite step takes the forces at its end. The work is then at least U's gain if U is convex along the step: over
+    ///   depth alone N0' must outweigh C'' F + kx'' Φ_x + ky'' Φ_y, and over depth and slide together (kx')² Σ k u²/kx and
+    ///   the same along y as well. `check_passive` asks for it at both ends of every cell, for limits at the nominal strength.
+    /// * nodes: kx, ky and C are integrals of straight lines, so that N does not jump there.
     ///
-    /// Nothing of this asks how stiffness ratio, strength ratio or yield shift go with depth: P_y is counted in what the
-    /// elements carry along y whatever the ratio, and their displacement along y follows.
+    /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q. A change of
+    /// tuning or stiffness at a given displacement does the work of the new energy less the old one; who makes it pays.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
-        let cell = self.depth_max / (N - 1) as f32;
+        let last = T::of((N - 1) as f32);
+        let cell = self.depth_max / last;
         in_range(Field::DepthMax, 1, self.cells_per_mm * cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
-        in_range(Field::DepthMax, 2, 2.0 * self.half_cell / cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
-        in_range(Field::TurnSlip, 0, self.half_turn_slip, 0.0, 0.25)?;
-        in_range(Field::SlipRange, 0, 1.0 / self.slip_rate, 0.8, 1.2)?;
+        in_range(Field::OddStiffness, 0, self.odd, -2.0, 2.0)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
+        in_range(Field::PressureCentre, N, self.pressure_centre_per_n, -100.0, 100.0)?;
+        in_range(Field::SpinCross, 0, self.spin_cross, 0.0, 1.0)?;
+        in_range(Field::SpringArm, M, self.gyration, 0.0, 100.0)?;
         for (what, [slip, rate, bend]) in
             [(Field::BandSlip, self.band_normal), (Field::BandFriction, self.band_friction)]
         {
+            let [slip, rate, bend] = [slip, rate, bend].map(Scalar::to_f32);
             in_range(what, 0, slip, 0.0, 20.0)?;
             in_range(what, 1, slip + rate + bend, 0.0, 20.0)?;
             in_range(what, 2, bend.abs(), 0.0, 200.0)?;
@@ -63,133 +58,168 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             }
         }
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        let (mut strength, mut softness, mut energy) = (0.0, 0.0, 0.0);
-        for (j, element) in self.elements.iter().enumerate() {
-            in_range(Field::YieldPosition, j, element.inverse_yield, 0.1, 20.0)?;
-            in_range(Field::StrengthShare, j, element.strength, 0.0, 1.0)?;
-            in_range(Field::YieldPosition, j, element.energy * element.inverse_yield / element.strength, 0.999, 1.001)?;
-            strength += element.strength;
-            energy += element.energy;
-            softness += element.strength * element.inverse_yield;
+        let mut stiffness = T::of(0.0);
+        for (j, spring) in self.springs.iter().enumerate() {
+            in_range(Field::StiffnessShare, j, spring.stiffness, 0.0, 1.0)?;
+            in_range(Field::Sharpness, j, spring.sharpness, 0.0, 1.0)?;
+            for length in [spring.centre_mm, spring.arm_mm[0], spring.arm_mm[1]] {
+                in_range(Field::SpringArm, j, length, -100.0, 100.0)?;
+            }
+            stiffness += spring.stiffness;
         }
-        // A little below 1: an element's yield function reaches YIELD, and no resultant may exceed its limit.
-        in_range(Field::StrengthShare, M, strength, 1.0 - 2e-5, 1.0 - 6e-6)?;
-        in_range(Field::YieldPosition, M, softness, 1.0 - 1e-4, 1.0 + 1e-4)?;
-        let slip_length = |row: &Row| row.limit.value / row.stiffness.value;
-        let (mut shortest, mut longest) = (f32::MAX, 0.0f32);
-        for row in &self.rows {
-            shortest = shortest.min(slip_length(row));
-            longest = longest.max(slip_length(row));
-        }
-        // A jump from any depth to any other must not overflow.
-        in_range(Field::SlipLengthRatio, 0, longest / shortest, 1.0, SLIP_LENGTH_RATIO_MAX)?;
+        in_range(Field::StiffnessShare, M, stiffness, 1.0 - 1e-5, 1.0 + 1e-5)?;
         for (i, row) in self.rows.iter().enumerate() {
             row.check(i)?;
-            // Both rise with depth, so that no cell exceeds its ends.
-            let odd = 0.5 * self.twice_odd * row.stiffness.value * row.limit.value;
-            in_range(Field::OddCompliance, i, odd, -ODD_MAX, ODD_MAX)?;
-            let next = self.rows.get(i + 1).unwrap_or(row);
-            for (what, now, then) in [
-                (Field::NormalForce, &row.normal, &next.normal),
-                (Field::ContactArea, &row.area, &next.area),
-                (Field::FrictionLimit, &row.limit, &next.limit),
-                (Field::TangentialStiffness, &row.stiffness, &next.stiffness),
-                (Field::StiffnessRatio, &row.stiffness_anisotropy, &next.stiffness_anisotropy),
-                (Field::StrengthRatio, &row.strength_anisotropy, &next.strength_anisotropy),
-                (Field::NormalShearX, &row.normal_shear_x, &next.normal_shear_x),
-                (Field::NormalShearY, &row.normal_shear_y, &next.normal_shear_y),
-                (Field::TiltX, &row.yield_shift, &next.yield_shift),
-                (Field::BandNormal, &row.band_normal, &next.band_normal),
-                (Field::PressCoupling, &row.press_coupling, &next.press_coupling),
-            ] {
-                let last = i + 1 == N;
-                joins(what, i, now, if last { now.value } else { then.value })?;
-                if last && now.change != 0.0 {
-                    return Err(Error::Range { what, index: i as u16, value: now.change });
-                }
+            for radius in &row.radius {
+                in_range(Field::OddStiffness, i + 1, T::of(1.29) * radius.value * self.odd.magnitude(), 0.0, ODD_MAX)?;
             }
-            let press_slide = row.press_slide + 2.0 * row.press_coupling.value + row.press_coupling.change;
-            if i + 1 < N && !((next.press_slide - press_slide).abs() <= 1e-5 * (N as f32)) {
-                return Err(Error::Range { what: Field::PressCoupling, index: i as u16, value: next.press_slide });
-            }
-            if i + 1 < N {
+            let next = self.rows.get(i + 1);
+            row.check_joins(i, next)?;
+            if next.is_some() {
                 for t in [0.0, 1.0] {
                     if i > 0 || t > 0.0 {
-                        row.check_passive(i, t, cell, self.depth_max, energy)?;
+                        self.check_passive(row, i, T::of(t), cell)?;
                     }
                 }
             }
         }
         Ok(())
     }
-}
 
-/// A line must reach the next node's value, up to rounding and never beyond.
-fn joins(what: Field, index: usize, line: &Line, next: f32) -> Result<(), Error> {
-    let end = line.value + line.change;
-    if (end - next).abs() <= 1e-6 * next.abs().max(line.value.abs()) {
-        Ok(())
-    } else {
-        Err(Error::Range { what, index: index as u16, value: line.change })
+    /// The inequalities of [`DataOf::check`] at one end of a cell.
+    fn check_passive(&self, row: &Row<M, T>, i: usize, t: T, cell: T) -> Result<(), Error> {
+        let at = |what, value: T, limit: T| {
+            let (value, limit) = (value.to_f32(), limit.to_f32());
+            if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
+        };
+        let half = T::of(0.5);
+        // A tilted limit reaches 1.28 radii along x; along y it is stretched by the anisotropy.
+        let (mut square_x, mut square_y) = (T::of(0.0), T::of(0.0));
+        for (spring, radius) in self.springs.iter().zip(&row.radius) {
+            let radius = radius.at(t);
+            square_x += T::of(1.64) * spring.stiffness * radius * radius;
+            square_y += spring.stiffness * radius * radius;
+        }
+        let anisotropy = row.anisotropy.at(t);
+        square_y = square_y * T::of(1.07) / (anisotropy * anisotropy);
+        let friction = T::of(1.3) * row.limit.at(t);
+        let per = T::of(1.0) / cell;
+        let [(kx, dkx, ddkx), (ky, dky, ddky)] = [&row.stiffness_x, &row.stiffness_y]
+            .map(|k| (k.at(t), k.slope_at(t) * per, (k.bend + k.bend) * per * per));
+        let press = row.press_slide;
+        let (coupling, bend) = (press.slope_at(t) * per, (press.bend + press.bend) * per * per);
+        let normal = row.normal.at(t);
+        let coupled = coupling.magnitude() * friction;
+        at(Field::PressCoupling, coupled, normal)?;
+        let taken = half * ((-dkx).not_negative() * square_x + (-dky).not_negative() * square_y);
+        at(Field::StiffnessSlope, coupled + taken, normal)?;
+        let rises = row.normal.change * per;
+        let bent = bend.magnitude() * friction;
+        at(Field::PressCoupling, bent, rises)?;
+        let bent = bent + half * (ddkx.magnitude() * square_x + ddky.magnitude() * square_y);
+        let crossed = dkx * dkx * square_x / kx + dky * dky * square_y / ky;
+        at(Field::StiffnessSlope, bent + crossed, rises)
     }
 }
 
-impl Row {
-    fn check(&self, i: usize) -> Result<(), Error> {
-        let tiny = f32::MIN_POSITIVE;
-        in_range(Field::NormalForce, i, self.normal.value, 0.0, 1e3)?;
-        in_range(Field::ContactArea, i, self.area.value, 1e-12, 1e4)?;
-        in_range(Field::FrictionLimit, i, self.limit.value, 1e-9, 1e3)?;
-        in_range(Field::TangentialStiffness, i, self.stiffness.value, 1e-9, 1e3)?;
-        in_range(Field::StiffnessRatio, i, self.stiffness_anisotropy.value, 0.5, 2.0)?;
-        in_range(
-            Field::StrengthRatio,
-            i,
-            self.stiffness_anisotropy.value / self.strength_anisotropy.value,
-            0.5 - 1e-6,
-            2.0 + 1e-6,
-        )?;
-        in_range(Field::PressCoupling, i, self.press_coupling.value, -1.0, 1.0)?;
-        in_range(Field::PressCoupling, i, self.press_slide, -4096.0, 4096.0)?;
-        in_range(Field::NormalShearX, i, self.normal_shear_x.value, -1e6, 1e6)?;
-        in_range(Field::NormalShearY, i, self.normal_shear_y.value, -1e6, 1e6)?;
-        in_range(Field::TiltX, i, self.yield_shift.value, -0.25, 0.25)?;
-        in_range(Field::BandNormal, i, self.band_normal.value, 0.0, 1e3)?;
-        // Slip length: neither so short nor so long that a step would overflow.
-        let slip_length = self.limit.value / self.stiffness.value.max(tiny);
-        in_range(Field::SlipLength, i, slip_length, 1e-3, 1e3)?;
-        for (what, line) in [
+/// A curve must reach the next node's value, up to rounding.
+fn joins<T: Scalar>(what: Field, index: usize, end: T, next: T, scale: T) -> Result<(), Error> {
+    let (end, next, scale) = (end.to_f32(), next.to_f32(), scale.to_f32().abs());
+    if (end - next).abs() <= 4e-6 * next.abs().max(scale) + 1e-9 {
+        Ok(())
+    } else {
+        Err(Error::Range { what, index: index as u16, value: end })
+    }
+}
+
+impl<const M: usize, T: Scalar> Row<M, T> {
+    /// Its lines, by name.
+    fn lines(&self) -> impl Iterator<Item = (Field, &Line<T>)> {
+        let named = [
             (Field::NormalForce, &self.normal),
             (Field::ContactArea, &self.area),
+            (Field::StrengthRatio, &self.anisotropy),
+            (Field::TiltX, &self.yield_shift),
             (Field::FrictionLimit, &self.limit),
-            (Field::TangentialStiffness, &self.stiffness),
-        ] {
-            if !(line.change >= 0.0) {
-                return Err(Error::NotMonotone { what, index: i as u16 });
+            (Field::StrengthRatio, &self.limit_ratio),
+            (Field::TiltX, &self.limit_shift),
+            (Field::SpinLimit, &self.spin_limit),
+            (Field::SpringArm, &self.friction_centre),
+            (Field::PressureCentre, &self.pressure_centre),
+            (Field::BandNormal, &self.band_normal),
+        ];
+        let springs = self.radius.iter().map(|l| (Field::YieldSlide, l));
+        named.into_iter().chain(springs).chain(self.area_share.iter().map(|l| (Field::AreaShare, l)))
+    }
+
+    fn parabolas(&self) -> [(Field, &Parabola<T>); 3] {
+        [
+            (Field::StiffnessSlope, &self.stiffness_x),
+            (Field::StiffnessSlope, &self.stiffness_y),
+            (Field::PressCoupling, &self.press_slide),
+        ]
+    }
+
+    /// Continuity with the next row; the last row is flat.
+    fn check_joins(&self, i: usize, next: Option<&Self>) -> Result<(), Error> {
+        let zero = T::of(0.0);
+        let one = T::of(1.0);
+        let Some(next) = next else {
+            for (what, line) in self.lines() {
+                if line.change != zero {
+                    return Err(Error::Range { what, index: i as u16, value: line.change.to_f32() });
+                }
             }
+            for (what, p) in self.parabolas() {
+                if p.slope != zero || p.bend != zero {
+                    return Err(Error::Range { what, index: i as u16, value: p.slope.to_f32() });
+                }
+            }
+            return Ok(());
+        };
+        for ((what, line), (_, then)) in self.lines().zip(next.lines()) {
+            joins(what, i, line.value + line.change, then.value, line.value)?;
+        }
+        for ((what, p), (_, then)) in self.parabolas().into_iter().zip(next.parabolas()) {
+            joins(what, i, p.at(one), then.value, p.value)?;
         }
         Ok(())
     }
 
-    /// The inequalities of [`DataOf::check`] at one end of a cell; `energy` is Σ w y.
-    fn check_passive(&self, i: usize, t: f32, cell: f32, depth_max: f32, energy: f32) -> Result<(), Error> {
-        let at = |what, value: f32, limit: f32| {
-            if value <= limit { Ok(()) } else { Err(Error::NotPassive { what, index: i as u16, value, limit }) }
-        };
-        let (k, l, strength_anisotropy) = (self.stiffness.at(t), self.limit.at(t), self.strength_anisotropy.at(t));
-        let (shear_x, shear_y) = (self.normal_shear_x.at(t), self.normal_shear_y.at(t));
-        let most = 0.5 / (k * depth_max);
-        at(Field::NormalShearX, shear_x.abs(), most)?;
-        at(Field::NormalShearY, shear_y.abs(), most)?;
-        // The normal force stays positive, and its stiffness outweighs the coupling's error in a finite step. The
-        // largest element forces are 1.29 along x and 1.04 along y.
-        let coupled = self.press_coupling.at(t).abs() * l * 1.3;
-        let normal = self.normal.at(t);
-        at(Field::PressCoupling, coupled, normal)?;
-        let taken_x = (-shear_x).max(0.0) * l * l * 1.7 * energy;
-        let taken_y = (-shear_y).max(0.0) * l * l * 1.1 * energy / (strength_anisotropy * strength_anisotropy);
-        at(Field::NormalShearX, coupled + taken_x.max(taken_y), normal)?;
-        let dpress = self.press_coupling.change.abs() / cell;
-        at(Field::PressCoupling, dpress * l * 1.3, self.normal.change / cell)
+    fn check(&self, i: usize) -> Result<(), Error> {
+        in_range(Field::NormalForce, i, self.normal.value, 0.0, 1e3)?;
+        in_range(Field::ContactArea, i, self.area.value, 1e-12, 1e4)?;
+        in_range(Field::FrictionLimit, i, self.limit.value, 1e-12, 1e3)?;
+        for end in [0.0, 1.0].map(T::of) {
+            let (kx, ky) = (self.stiffness_x.at(end), self.stiffness_y.at(end));
+            in_range(Field::TangentialStiffness, i, kx, 1e-6, 1e3)?;
+            in_range(Field::StiffnessRatio, i, ky / kx, 0.25, 4.0)?;
+            in_range(Field::StrengthRatio, i, ky / (kx * self.anisotropy.at(end)), 0.5 - 1e-4, 2.0 + 1e-4)?;
+        }
+        in_range(Field::StrengthRatio, i, self.limit_ratio.value, 0.25, 4.0)?;
+        in_range(Field::TiltX, i, self.yield_shift.value, -0.25, 0.25)?;
+        in_range(Field::TiltX, i, self.limit_shift.value, -1.0, 1.0)?;
+        in_range(Field::PressCoupling, i, self.press_slide.slope, -20.0, 20.0)?;
+        in_range(Field::PressCoupling, i, self.press_slide.value, -20.0, 20.0)?;
+        in_range(Field::SpinLimit, i, self.spin_limit.value, 0.0, 1e6)?;
+        in_range(Field::SpringArm, i, self.friction_centre.value, -100.0, 100.0)?;
+        in_range(Field::PressureCentre, i, self.pressure_centre.value, -100.0, 100.0)?;
+        in_range(Field::BandNormal, i, self.band_normal.value, 0.0, 1e3)?;
+        let mut shares = T::of(0.0);
+        for (j, (radius, share)) in self.radius.iter().zip(&self.area_share).enumerate() {
+            in_range(Field::YieldSlide, j, radius.value, 0.0, RADIUS_MAX_MM)?;
+            in_range(Field::AreaShare, j, share.value, 0.0, 1.0)?;
+            shares += share.value;
+            if !(radius.change >= T::of(0.0)) {
+                return Err(Error::NotMonotone { what: Field::YieldSlide, index: i as u16 });
+            }
+        }
+        in_range(Field::AreaShare, M, shares, 1.0 - 1e-5, 1.0 + 1e-5)?;
+        for (what, line) in [(Field::NormalForce, &self.normal), (Field::ContactArea, &self.area)] {
+            if !(line.change >= T::of(0.0)) {
+                return Err(Error::NotMonotone { what, index: i as u16 });
+            }
+        }
+        Ok(())
     }
 }

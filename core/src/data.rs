@@ -1,104 +1,135 @@
 //! The numbers of a model as a step reads them.
 //!
-//! Main types: [`DataOf`] (in flash), [`Element`], [`ModelOf`] (ready to step). Uses table and rescaling.
+//! Main types: [`DataOf`] (in flash), [`Spring`], [`ModelOf`] (ready to step). Uses table and rescaling.
 
-use bytemuck::{AnyBitPattern, Pod, Zeroable};
+use bytemuck::{AnyBitPattern, Zeroable};
 
+use crate::math::Scalar;
 use crate::rescaling::{Fitted, Scaled, Scaling};
 use crate::table::Row;
 use crate::{Motion, Response, StateOf, step};
 
-/// Elements of the default model.
-pub const ELEMENTS: usize = 2;
+/// Springs of the default model.
+pub const SPRINGS: usize = 4;
 /// Depths at which the tables of the default model are given.
 pub const NODES: usize = 37;
 
 /// The default model; see [`ModelOf`].
-pub type Model<'a> = ModelOf<'a, ELEMENTS, NODES>;
+pub type Model<'a> = ModelOf<'a, SPRINGS, NODES>;
 /// The default model retuned to another finger; see [`ModelOf::tuned`].
-pub type Tuned<'a> = ModelOf<'a, ELEMENTS, NODES, Scaled>;
+pub type Tuned<'a> = ModelOf<'a, SPRINGS, NODES, Scaled>;
 /// The numbers of the default model; see [`DataOf`].
-pub type Data = DataOf<ELEMENTS, NODES>;
+pub type Data = DataOf<SPRINGS, NODES>;
 
-/// One elasto-slip element as the step reads it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+/// One spring of the bed as the step reads it. With spin it is two of half the stiffness, at `centre ± arm`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
-pub struct Element {
-    /// 1 over the relative slide at which it yields.
-    pub inverse_yield: f32,
-    /// Its share of the strength.
-    pub strength: f32,
-    /// Its share of the elastic energy: strength times yield position.
-    pub energy: f32,
+pub struct Spring<T = f32> {
+    /// Its share of the stiffness; all together are 1.
+    pub stiffness: T,
+    /// How its slipping share grows with the way since the last turn: 0 as the square, 1 as the fourth power.
+    pub sharpness: T,
+    /// Place of the pair along x from the point under first touch, mm.
+    pub centre_mm: T,
+    /// From the pair's centre to one of its springs, mm.
+    pub arm_mm: [T; 2],
 }
 
 /// The numbers of a model as they lie in flash, made by [`crate::ParamsOf::try_build`] or read from a file.
 ///
 /// Plain 32-bit floats throughout, so that a file can be used where it lies.
-#[derive(Clone, Copy, Debug, PartialEq, AnyBitPattern)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
-pub struct DataOf<const M: usize, const N: usize> {
+pub struct DataOf<const M: usize, const N: usize, T = f32> {
     /// Largest depth of the tables, mm.
-    pub depth_max: f32,
+    pub depth_max: T,
     /// Cells of the tables per mm.
-    pub cells_per_mm: f32,
-    /// Half of a cell, mm.
-    pub half_cell: f32,
-    /// Half of [`crate::ParamsOf::turn_slip`].
-    pub half_turn_slip: f32,
-    /// 1 over [`crate::ParamsOf::full_slip`].
-    pub slip_rate: f32,
-    /// Twice [`crate::ParamsOf::odd_compliance_mm_n2`].
-    pub twice_odd: f32,
+    pub cells_per_mm: T,
+    /// [`crate::ParamsOf::odd_per_mm`].
+    pub odd: T,
     /// Growth of the area at full shear along +x, share; the same is lost along −x.
-    pub area_tilt: f32,
+    pub area_tilt: T,
+    /// [`crate::ParamsOf::pressure_centre_per_n`].
+    pub pressure_centre_per_n: T,
+    /// [`crate::ParamsOf::spin_cross`].
+    pub spin_cross: T,
+    /// Mean arm of the springs, mm.
+    pub gyration: T,
     /// Half-width of the normal force's band over that of the table, a parabola in the stick ratio: in full slip,
     /// and the factors of the ratio and of its square.
-    pub band_normal: [f32; 3],
+    pub band_normal: [T; 3],
     /// Half-width of friction's band over the strength, likewise.
-    pub band_friction: [f32; 3],
+    pub band_friction: [T; 3],
     /// Exponent of the local friction law, for retuning.
-    pub pressure_exponent: f32,
-    /// The elements.
-    pub elements: [Element; M],
+    pub pressure_exponent: T,
+    /// The springs.
+    pub springs: [Spring<T>; M],
     /// The tables.
-    pub rows: [Row; N],
+    pub rows: [Row<M, T>; N],
 }
+
+// SAFETY: `repr(C)` structs of 32-bit floats and arrays of them throughout: no padding, and any bits are a number.
+#[allow(unsafe_code)]
+unsafe impl<const M: usize, const N: usize> Zeroable for DataOf<M, N, f32> {}
+// SAFETY: as above.
+#[allow(unsafe_code)]
+unsafe impl<const M: usize, const N: usize> AnyBitPattern for DataOf<M, N, f32> {}
 
 /// A model ready to step: the numbers in flash and, once [`ModelOf::tuned`], the factors for another finger.
 #[derive(Clone, Copy, Debug)]
-pub struct ModelOf<'a, const M: usize, const N: usize, S = Fitted> {
-    pub(crate) data: &'a DataOf<M, N>,
+pub struct ModelOf<'a, const M: usize, const N: usize, S = Fitted, T = f32> {
+    pub(crate) data: &'a DataOf<M, N, T>,
     pub(crate) scale: S,
 }
 
-impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
+impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M, N, S, T> {
     /// The numbers the model reads.
-    pub fn data(&self) -> &'a DataOf<M, N> {
+    pub fn data(&self) -> &'a DataOf<M, N, T> {
         self.data
     }
 
     /// Largest depth for which the model was fitted, mm.
-    pub fn depth_max_mm(&self) -> f32 {
+    pub fn depth_max_mm(&self) -> T {
         self.scale.length(self.data.depth_max)
     }
 
     /// [`step()`] as a method.
     #[inline]
-    pub fn step(&self, state: &mut StateOf<M>, motion: Motion) -> Response {
+    pub fn step<const P: usize>(&self, state: &mut StateOf<M, P, T>, motion: Motion<T>) -> Response<T> {
         step(self, state, motion)
+    }
+
+    /// The row of the tables at `depth`, the place within the cell, and cells per mm (0 beyond the last node).
+    pub(crate) fn cell(&self, depth: T) -> (&'a Row<M, T>, T, T) {
+        let per_mm = self.scale.per_mm(self.data.cells_per_mm);
+        let x = depth * per_mm;
+        let index = x.index().min(N - 1);
+        let row = &self.data.rows[index];
+        if index == N - 1 { (row, T::of(0.0), T::of(0.0)) } else { (row, x - T::of(index as f32), per_mm) }
     }
 }
 
-impl<const M: usize, const N: usize> DataOf<M, N> {
-    /// Strength over contact area at the largest depth, MPa.
-    pub(crate) fn deepest_shear_mpa(&self) -> f32 {
-        self.rows.last().map_or(1.0, |row| row.limit.value / row.area.value)
+impl<T: Scalar> Spring<T> {
+    /// Place of one of the pair: 0 ahead of the middle, 1 behind; of the pair as one without spin.
+    #[inline(always)]
+    pub(crate) fn place<const P: usize>(&self, k: usize) -> [T; 2] {
+        if P == 1 {
+            return [self.centre_mm, T::of(0.0)];
+        }
+        let [x, y] = self.arm_mm;
+        if k == 0 { [self.centre_mm + x, y] } else { [self.centre_mm - x, -y] }
+    }
+}
+
+impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
+    /// A model on these numbers as they are; see [`crate::ParamsOf::build_unchecked`].
+    pub fn model_unchecked(&self) -> ModelOf<'_, M, N, Fitted, T> {
+        ModelOf { data: self, scale: Fitted }
     }
 
     /// A model on these numbers, after [`DataOf::check`].
-    pub fn model(&self) -> Result<ModelOf<'_, M, N>, crate::Error> {
+    pub fn model(&self) -> Result<ModelOf<'_, M, N, Fitted, T>, crate::Error> {
         self.check()?;
-        Ok(ModelOf::from_checked(self))
+        Ok(ModelOf { data: self, scale: Fitted })
     }
 }

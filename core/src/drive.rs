@@ -37,6 +37,8 @@ pub struct Drive {
     pub normal: Normal,
     /// In the plane.
     pub tangential: Tangential,
+    /// Turn of the plane during the step, rad; see [`Motion::spin_increment_rad`].
+    pub spin_increment_rad: f32,
     /// Length of the step, s.
     pub dt_s: f32,
 }
@@ -84,7 +86,7 @@ impl Search {
     }
 }
 
-impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
+impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// Advances a contact by one step driven by displacement or force in each direction.
     ///
     /// Tries standing still first and stays there if the forces fit within 4e-6 of the target (or of the limit), so
@@ -97,8 +99,8 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
     ///
     /// Mostly two or three rounds; 1600 to 4900 instructions when driven by normal force, 2000 to 9000 when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
-    pub fn step_driven(&self, state: &mut StateOf<M>, drive: Drive) -> Driven {
-        let mut motion = Motion { depth_mm: state.depth, slide_increment_mm: [0.0; 2], dt_s: drive.dt_s };
+    pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
+        let mut motion = Motion { depth_mm: state.depth, slide_increment_mm: [0.0; 2], spin_increment_rad: drive.spin_increment_rad, dt_s: drive.dt_s };
         let (mut want_normal, mut want_friction) = (None, None);
         let mut bad = Status::OK;
         match drive.normal {
@@ -161,7 +163,7 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
                 let (further, slide) = self.way_for(&trial, lack, deeper, together);
                 deeper = further;
                 // Only so far as the contact holds together: one slip length a round.
-                let longest = trial.limit / trial.stiffness;
+                let longest = response.friction_limit_n / self.stiffness_at(trial.depth);
                 for (slide, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
                     *slide += more.max(-longest).min(longest);
                 }
@@ -181,13 +183,14 @@ impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
 
     /// Change of depth and slide that change the forces (normal, x, y) by `lack`, by the gradient for loading in that
     /// direction: Newton's step if they go `together`, else the depth as given.
-    fn way_for(&self, state: &StateOf<M>, lack: [f32; 3], deeper: f32, together: bool) -> (f32, [f32; 2]) {
+    fn way_for<const P: usize>(&self, state: &StateOf<M, P>, lack: [f32; 3], deeper: f32, together: bool) -> (f32, [f32; 2]) {
         let g = self.gradient(state, [deeper, lack[1], lack[2]]);
         let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
+        let stiffness = self.stiffness_at(state.depth);
         let det = a * d - b * c;
         // A contact in full slip has no stiffness left; then the sticking one's shows the way.
-        if !(det > 1e-3 * state.stiffness * state.stiffness) {
-            return (deeper, [4.0 * lack[1] / state.stiffness, 4.0 * lack[2] / state.stiffness]);
+        if !(det > 1e-3 * stiffness * stiffness) {
+            return (deeper, [4.0 * lack[1] / stiffness, 4.0 * lack[2] / stiffness]);
         }
         let slide = |x: f32, y: f32| [(d * x - b * y) / det, (a * y - c * x) / det];
         let alone = slide(lack[1], lack[2]);

@@ -1,6 +1,7 @@
 //! What can go wrong before a step: a file or parameters that are refused.
 
 /// Why a model file or a set of parameters was refused.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
@@ -22,9 +23,9 @@ pub enum Error {
     Checksum,
     /// The bytes do not start at an address divisible by 4; see [`crate::include_fpm`].
     Alignment,
-    /// The file was made for another number of elements or table nodes.
+    /// The file was made for another number of springs or table nodes.
     Shape {
-        /// Elements in the file.
+        /// Springs in the file.
         elements: u32,
         /// Table nodes in the file.
         nodes: u32,
@@ -38,7 +39,7 @@ pub enum Error {
     Range {
         /// Name of the parameter.
         what: Field,
-        /// Table node, element or value of the effect slots, counted from 0.
+        /// Table node, spring or value of the effect slots, counted from 0.
         index: u16,
         /// The value.
         value: f32,
@@ -61,6 +62,13 @@ pub enum Error {
         /// How much could be.
         limit: f32,
     },
+    /// A saved state belongs to another model file.
+    OtherModel {
+        /// Checksum of the numbers of the model that the state was saved with.
+        found: u32,
+        /// That of the model at hand.
+        expected: u32,
+    },
     /// A buffer is too small.
     Buffer {
         /// Bytes that are needed.
@@ -69,30 +77,33 @@ pub enum Error {
 }
 
 /// The parameter that an [`Error`] is about.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs)]
 pub enum Field {
     DepthMax,
-    YieldPosition,
-    StrengthShare,
     NormalForce,
     ContactArea,
     FrictionLimit,
     TangentialStiffness,
-    /// Friction limit over tangential stiffness, mm.
-    SlipLength,
-    /// Longest slip length of the table over the shortest.
-    SlipLengthRatio,
+    /// Change of the tangential stiffness with depth.
+    StiffnessSlope,
+    StiffnessShare,
     StiffnessRatio,
-    PressCoupling,
-    NormalShearX,
-    NormalShearY,
-    TiltX,
-    TurnSlip,
-    SlipRange,
-    OddCompliance,
     StrengthRatio,
+    /// Slide at which a spring begins to slip, mm.
+    YieldSlide,
+    AreaShare,
+    Sharpness,
+    /// Place of a spring, mm.
+    SpringArm,
+    SpinLimit,
+    SpinCross,
+    PressureCentre,
+    PressCoupling,
+    TiltX,
+    OddStiffness,
     AreaTilt,
     BandNormal,
     BandFriction,
@@ -118,7 +129,7 @@ impl core::fmt::Display for Error {
             Self::Checksum => f.write_str("checksum wrong: the file is damaged"),
             Self::Alignment => f.write_str("the bytes do not start at an address divisible by 4"),
             Self::Shape { elements, nodes } => {
-                write!(f, "made for {elements} elements and {nodes} table nodes, which is not what is used here")
+                write!(f, "made for {elements} springs and {nodes} table nodes, which is not what is used here")
             }
             Self::Section { id } => write!(
                 f,
@@ -128,16 +139,13 @@ impl core::fmt::Display for Error {
                 id[2].escape_ascii(),
                 id[3].escape_ascii()
             ),
-            Self::Range { what: Field::SlipLengthRatio, value, .. } => write!(
-                f,
-                "the longest slip length of the table (friction limit over tangential stiffness) is {value} times the \
-                 shortest; at most {} times is allowed",
-                crate::SLIP_LENGTH_RATIO_MAX
-            ),
             Self::Range { what, index, value } => write!(f, "{what:?}[{index}] = {value} is out of range"),
             Self::NotMonotone { what, index } => write!(f, "{what:?} falls at [{index}]"),
             Self::NotPassive { what, index, value, limit } => {
                 write!(f, "{what:?} in cell {index} could create energy: {value} where {limit} is allowed")
+            }
+            Self::OtherModel { found, expected } => {
+                write!(f, "the state was saved with another model (numbers {found:08x}, here {expected:08x})")
             }
             Self::Buffer { needed } => write!(f, "the buffer is too small: {needed} bytes are needed"),
         }

@@ -4,49 +4,54 @@
 //! model file for anything that matters.
 
 use crate::math::pow;
-use crate::params::{Node, Params, ParamsOf, Slider};
+use crate::params::{Node, Params, ParamsOf, SpringParams};
 
 impl Params {
     /// Hand-made parameters of realistic size, for examples and tests. Not a fitted finger.
     pub fn example() -> Self {
-        ParamsOf::example_with([slider(0.75, 0.45), slider(2.20, 0.55)])
+        ParamsOf::example_with([(0.45, 0.0), (0.2, 0.15), (0.15, 0.5), (0.2, 1.1)])
     }
 }
 
-fn slider(yield_position: f32, strength_share: f32) -> Slider {
-    Slider { yield_position, strength_share }
-}
-
 impl<const M: usize, const N: usize> ParamsOf<M, N> {
-    /// The tables of [`Params::example`] with other elements.
-    pub fn example_with(sliders: [Slider; M]) -> Self {
+    /// The tables of [`Params::example`] with other springs: share of the stiffness, and depth at which it touches, mm.
+    pub fn example_with(springs: [(f32, f32); M]) -> Self {
         let depth_max_mm = 2.5;
         let mut nodes = [Node::default(); N];
         for (i, node) in nodes.iter_mut().enumerate() {
             let d = depth_max_mm * i as f32 / (N - 1) as f32;
             let normal_force_n = 0.52 * pow(d, 1.9);
+            let grown = |touch: f32| pow((d - touch).max(0.0), 0.8);
             *node = Node {
                 normal_force_n,
                 contact_area_mm2: 92.0 * pow(d, 0.9),
-                friction_limit_n: 0.66 * pow(d, 1.37),
-                tangential_stiffness_n_mm: 0.22 * pow(d, 0.4),
-                stiffness_ratio: 0.6,
+                stiffness_slope_n_mm2: [0.004, 0.002],
+                yield_slide_mm: springs.map(|(_, touch)| 2.3 * grown(touch)),
                 strength_ratio: 0.95,
+                tilt_x: 0.02 * d,
                 press_coupling: -0.0115,
-                normal_shear_x_n: 0.05 * normal_force_n,
-                normal_shear_y_n: 0.03 * normal_force_n,
-                tilt_x: 0.08 * d,
+                area_share: springs.map(|(share, touch)| if d > touch { share } else { 0.0 }),
+                pressure_centre_mm: -0.4 * d,
                 band_normal_n: 0.004 + 0.006 * normal_force_n,
             };
         }
         Self {
             depth_max_mm,
-            sliders,
+            stiffness_n_mm: [0.28, 0.17],
+            springs: core::array::from_fn(|j| {
+                let arm = 2.5 + 1.5 * springs[j].1;
+                SpringParams {
+                    stiffness_share: springs[j].0,
+                    sharpness: 0.2,
+                    centre_mm: -0.3,
+                    arm_mm: if j % 2 == 0 { [arm, 0.0] } else { [0.0, arm] },
+                }
+            }),
             nodes,
-            turn_slip: 0.1,
-            full_slip: 0.99,
-            odd_compliance_mm_n2: 0.2,
+            odd_per_mm: 0.05,
             area_tilt: 0.1,
+            pressure_centre_per_n: 1.0,
+            spin_cross: 0.24,
             band_normal_middle: 1.25,
             band_normal_slip: 1.5,
             band_friction_stick: 0.01,

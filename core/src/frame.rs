@@ -47,7 +47,7 @@ impl ContactFrame {
         let here = self.axes.transpose() * (fingertip - self.origin);
         let last = self.last.replace(here).unwrap_or(here);
         // The plane slides one way when the finger goes the other.
-        Motion { depth_mm: -here.z, slide_increment_mm: [last.x - here.x, last.y - here.y], dt_s }
+        Motion { depth_mm: -here.z, slide_increment_mm: [last.x - here.x, last.y - here.y], spin_increment_rad: 0.0, dt_s }
     }
 
     /// The force that the plane exerts on the finger, N.

@@ -2,116 +2,110 @@
 //!
 //! Main type: [`Gradient`]. Uses data, state.
 
+use crate::math::Scalar;
 use crate::rescaling::Scaling;
+use crate::spring::{NOTHING, Odd};
+use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
 /// Derivatives of the forces for a motion that goes on in a given direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Gradient {
+pub struct Gradient<T = f32> {
     /// Of the normal force with depth, slide x and slide y, N/mm.
-    pub normal_n_mm: [f32; 3],
+    pub normal_n_mm: [T; 3],
     /// Of friction x and y with depth, slide x and slide y, N/mm.
-    pub friction_n_mm: [[f32; 3]; 2],
+    pub friction_n_mm: [[T; 3]; 2],
 }
 
-/// Yield function from which an element counts as on its limit; a step leaves it there or a little above.
-const ON_LIMIT: f32 = 1.0 - 1e-5;
+/// Share by which the square of a displacement may fall short of its limit's where the spring counts as on its limit.
+const ON_LIMIT: f32 = 1.0 / (1 << 13) as f32;
 
-impl<const M: usize, const N: usize, S: Scaling> ModelOf<'_, M, N, S> {
+impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N, S, T> {
     /// The gradient at `state` for a motion that goes on in `direction` (depth, slide x, slide y; any length).
     ///
-    /// One-sided where the law has kinks: elements on their limit slip if `direction` loads them further, and a
-    /// growing contact keeps forces where a shrinking one may lose some. With a direction of zeros all
-    /// elements stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.
-    ///
-    /// Costs 280 to 350 instructions.
-    pub fn gradient(&self, state: &StateOf<M>, direction: [f32; 3]) -> Gradient {
+    /// One-sided where the law has kinks: springs on their limit slip if `direction` loads them further. With a direction
+    /// of zeros all springs stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.
+    /// With spin: at a fixed angle.
+    pub fn gradient<const P: usize>(&self, state: &StateOf<M, P, T>, direction: [T; 3]) -> Gradient<T> {
         let (data, scale) = (self.data, &self.scale);
+        let (zero, one, half, two) = (T::of(0.0), T::of(1.0), T::of(0.5), T::of(2.0));
         if !state.in_contact() {
             return Gradient::default();
         }
-        let direction = direction.map(|d| if d.is_finite() { d } else { 0.0 });
+        let direction = direction.map(|d| if d.is_number() { d } else { zero });
         let (row, t, per_mm) = self.cell(state.depth);
-        let k = state.stiffness;
-        let l = state.limit;
-        let dk = scale.stiffness(row.stiffness.change) * per_mm;
-        let dl = scale.limit(row.limit.change, scale.area(row.area.change)) * per_mm * state.strength_factor;
-        let (stiffness_anisotropy, strength_anisotropy) =
-            (row.stiffness_anisotropy.at(t), row.strength_anisotropy.at(t));
-        let press = row.press_coupling.at(t);
-        let per_slip = k / l;
-        let yield_shift = row.yield_shift.at(t);
-        let mut energies = [0.0f32; 2];
-        let [shear_x, shear_y] = [&row.normal_shear_x, &row.normal_shear_y].map(|line| scale.per_newton(line.at(t)));
-        // A contact that shrinks loses what its rim carries.
-        let shrinks = direction[0] < 0.0;
-        let keep = if shrinks { dk / k - dl / l } else { -dl / l };
-        let keep = [keep + shear_x * k, keep + shear_y * k];
-        let returned =
-            if shrinks && state.stored_energy > 0.0 { state.rim_lag.map(|lag| -lag * dk / k) } else { [0.0; 2] };
-        let ease = 1.0 / (1.0 + scale.odd(data.twice_odd) * k * l / state.strength_factor * state.resultant[0]);
+        let [kx, ky] = [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t)));
+        let [dkx, dky] = [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm);
+        let [ddkx, ddky] =
+            [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(two * k.bend) * per_mm * per_mm);
+        let cells = if per_mm == zero { zero } else { data.cells_per_mm };
+        let press = row.press_slide.slope_at(t) * cells;
+        let dpress = two * row.press_slide.bend * cells * per_mm;
+        let press_slide = scale.length(row.press_slide.at(t));
+        let plain = row.limit.at(t);
+        let radius_factor = scale.radius(plain, scale.limit(plain, scale.area(row.area.at(t)))) * state.strength_factor;
+        let (shift, dshift) = (row.yield_shift.at(t), row.yield_shift.change * per_mm);
+        let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
+        let ratio = ky / kx;
+        let wide = one + shift * shift;
+        let odd = Odd(data.odd / radius_factor);
+        let share = T::of(1.0 / P as f32);
+        let here = [state.position[0][0] + press_slide, state.position[0][1], state.angle[0]];
 
-        let mut mean = [0.0f32; 2];
-        let mut slope = [[0.0f32; 3]; 2];
-        let mut energy = [[0.0f32; 3]; 2];
-        for (u, element) in state.force.iter().zip(&data.elements) {
-            let [x, y] = *u;
-            mean[0] += element.strength * x;
-            mean[1] += element.strength * y;
-            energies[0] += l * l * element.energy * x * x;
-            energies[1] += l * l * element.energy * y * y;
-            let slide = per_slip * element.inverse_yield;
-            let along = ease * slide;
-            let mut rate = [
-                [keep[0] * x + press * along + returned[0] * slide, along, 0.0],
-                [keep[1] * y + returned[1] * slide, 0.0, stiffness_anisotropy * slide],
-            ];
-            let outward: [f32; 3] = {
-                let by = |i: usize| {
-                    (x - yield_shift) * rate[0][i] + strength_anisotropy * strength_anisotropy * y * rate[1][i]
-                };
-                [
-                    by(0) - row.yield_shift.change * per_mm * x
-                        + strength_anisotropy * row.strength_anisotropy.change * per_mm * y * y,
-                    by(1),
-                    by(2),
-                ]
-            };
-            let total: f32 = (0..3).map(|i| outward[i] * direction[i]).sum();
-            let level = x * x + strength_anisotropy * strength_anisotropy * y * y - 2.0 * yield_shift * x;
-            if level >= ON_LIMIT && total > 0.0 {
-                let ratio = stiffness_anisotropy * stiffness_anisotropy / ease;
-                let flow = (x - yield_shift) * x + strength_anisotropy * strength_anisotropy * ratio * y * y;
-                for i in 0..3 {
-                    rate[0][i] -= outward[i] / flow * x;
-                    rate[1][i] -= outward[i] / flow * ratio * y;
+        // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
+        let (mut force, mut energy) = ([zero; 2], [zero; 2]);
+        let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
+        for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
+            let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
+            for (k, anchor) in pair.iter().enumerate() {
+                let place = spring.place::<P>(k).map(|p| scale.length(p));
+                let [x, y] = place_of::<P, T>(here, place);
+                let (ux, uy) = (x - anchor[0], y - anchor[1]);
+                let (vx, vy) = (ux - shift * radius, uy * anisotropy);
+                let mut rate = [[press, one, zero], [zero, zero, one]];
+                // Half of the rate of v² − R² (1 + alpha²).
+                let outward = [
+                    vx * (press - dshift * radius - shift * dradius) + vy * uy * danisotropy
+                        - radius * dradius * wide
+                        - radius * radius * shift * dshift,
+                    vx,
+                    vy * anisotropy,
+                ];
+                let total = outward[0] * direction[0] + outward[1] * direction[1] + outward[2] * direction[2];
+                let square = radius * radius * wide;
+                if vx * vx + vy * vy >= square - square * T::of(ON_LIMIT) && total > zero {
+                    let flow = ux * vx + ratio * (vy * vy);
+                    let safe = flow.magnitude() + T::of(NOTHING);
+                    for i in 0..3 {
+                        let back = outward[i] / safe;
+                        rate[0][i] = rate[0][i] - back * ux;
+                        rate[1][i] = rate[1][i] - back * ratio * uy;
+                    }
                 }
-            }
-            for (((sum, energy), part), force) in slope.iter_mut().zip(&mut energy).zip(&rate).zip(u) {
-                for ((s, e), r) in sum.iter_mut().zip(energy).zip(part) {
-                    *s += element.strength * r;
-                    *e += 2.0 * element.energy * force * r;
+                let weight = share * spring.stiffness;
+                let [along, stored] = odd.force_and_energy(ux);
+                let slope = odd.slope(ux);
+                force[0] += weight * along;
+                force[1] += weight * uy;
+                energy[0] += weight * stored;
+                energy[1] += weight * half * uy * uy;
+                for i in 0..3 {
+                    force_rate[0][i] += weight * slope * rate[0][i];
+                    force_rate[1][i] += weight * rate[1][i];
+                    energy_rate[0][i] += weight * along * rate[0][i];
+                    energy_rate[1][i] += weight * uy * rate[1][i];
                 }
             }
         }
-        let [energy_x, energy_y] = energies;
-        // From forces over the strength to forces; the energies' sums to N².
-        let x = l * mean[0];
-        let mut friction = [slope[0].map(|s| l * s), slope[1].map(|s| l * stiffness_anisotropy * s)];
-        friction[0][0] += dl * mean[0];
-        friction[1][0] += (dl * stiffness_anisotropy + l * row.stiffness_anisotropy.change * per_mm) * mean[1];
-        let mut energy = energy.map(|row| row.map(|e| l * l * e));
-        energy[0][0] += 2.0 * dl / l * energy_x;
-        energy[1][0] += 2.0 * dl / l * energy_y;
-
-        let mut normal: [f32; 3] =
-            core::array::from_fn(|i| press * friction[0][i] + shear_x * energy[0][i] + shear_y * energy[1][i]);
-        normal[0] += (scale.normal(row.normal.change)
-            + row.press_coupling.change * x
-            + scale.per_newton(row.normal_shear_x.change * energy_x + row.normal_shear_y.change * energy_y))
-            * per_mm;
+        let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
+        friction[0][0] += dkx * force[0];
+        friction[1][0] += dky * force[1];
+        let mut normal: [T; 3] =
+            core::array::from_fn(|i| press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
+        normal[0] +=
+            scale.normal(row.normal.change) * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         Gradient { normal_n_mm: normal, friction_n_mm: friction }
     }
 }

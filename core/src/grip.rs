@@ -4,8 +4,7 @@
 
 use crate::math::sqrt;
 use crate::rescaling::Scaling;
-use crate::table::Row;
-use crate::yield_surface::limit_share;
+use crate::spring::limit_share;
 use crate::{ModelOf, Status};
 
 /// The least grip that holds a load.
@@ -22,20 +21,23 @@ pub struct Grip {
     pub status: Status,
 }
 
-impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
-    /// The table's row at `depth`, the place within the cell, and cells per mm (0 beyond the last node).
-    pub(crate) fn cell(&self, depth: f32) -> (&'a Row, f32, f32) {
-        let per_mm = self.scale.per_mm(self.data.cells_per_mm);
-        let x = depth * per_mm;
-        let index = (x as u32 as usize).min(N - 1);
-        let row = &self.data.rows[index];
-        if index == N - 1 { (row, 0.0, 0.0) } else { (row, x - index as f32, per_mm) }
-    }
-
+impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// Normal force without shear at `depth`, N.
     pub(crate) fn normal_at(&self, depth: f32) -> f32 {
         let (row, t, _) = self.cell(depth);
         self.scale.normal(row.normal.at(t))
+    }
+
+    /// Friction in full slip along x at `depth`, the geometric mean of both directions, at a strength factor of 1, N.
+    pub(crate) fn limit_at(&self, depth: f32) -> f32 {
+        let (row, t, _) = self.cell(depth);
+        self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t)))
+    }
+
+    /// Stiffness along x while everything sticks at `depth`, N/mm.
+    pub(crate) fn stiffness_at(&self, depth: f32) -> f32 {
+        let (row, t, _) = self.cell(depth);
+        self.scale.stiffness(row.stiffness_x.at(t))
     }
 
     /// The depth at which the normal force without shear is `force`, mm; at most that of the last node.
@@ -73,16 +75,14 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
         }
         let [cosine, sine] = [x / load, y / load];
         let need = load / (1.0 - margin.clamp(0.0, 0.95));
-        let factor = strength_factor.clamp(0.2, 5.0);
+        let factor = strength_factor.clamp(0.1, 5.0);
         let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);
-            let plain = self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t)));
-            let [yield_shift, strength_anisotropy, stiffness_anisotropy] =
-                [&row.yield_shift, &row.strength_anisotropy, &row.stiffness_anisotropy].map(|line| line.at(t));
+            let [shift, ratio] = [&row.limit_shift, &row.limit_ratio].map(|line| line.at(t));
             // The load's direction where the limit is a circle.
-            let sine = sine * strength_anisotropy / stiffness_anisotropy;
+            let sine = sine / ratio;
             let length = sqrt(cosine * cosine + sine * sine);
-            plain * factor / length * limit_share(yield_shift * cosine / length)
+            self.limit_at(depth) * factor / length * limit_share(shift * cosine / length)
         };
         let holds = |depth: f32| strength(depth) >= need;
         let at = |depth: f32| self.grip_at(depth, load_n, (load / strength(depth)).min(1.0));
@@ -104,31 +104,17 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
 
     /// Depth and normal force under friction `load_n` that came without turning back and uses `share` of the limit.
     fn grip_at(&self, depth: f32, load_n: [f32; 2], share: f32) -> Grip {
-        let (row, t, _) = self.cell(depth);
+        let (row, t, per_mm) = self.cell(depth);
         let [x, y] = load_n;
-        let stiffness_anisotropy = row.stiffness_anisotropy.at(t);
-        let energy = self.energy_at(share);
-        let along_x = row.normal_shear_x.at(t) * energy * x * x;
-        let along_y = row.normal_shear_y.at(t) * energy * (y / stiffness_anisotropy) * (y / stiffness_anisotropy);
-        let shear = self.scale.per_newton(along_x + along_y);
-        let normal = self.scale.normal(row.normal.at(t)) + row.press_coupling.at(t) * x + shear;
+        // Energy of the springs over what one that only sticks would hold: near full slip the first have slipped for long.
+        let grown = 0.5 + 0.25 * share * share;
+        let sheared = |k: &crate::Parabola, force: f32| {
+            let displacement = force / self.scale.stiffness(k.at(t));
+            self.scale.stiffness(k.slope_at(t)) * per_mm * grown * displacement * displacement
+        };
+        let press = row.press_slide.slope_at(t) * self.data.cells_per_mm;
+        let shear = sheared(&row.stiffness_x, x) + sheared(&row.stiffness_y, y);
+        let normal = self.scale.normal(row.normal.at(t)) + press * x + shear;
         Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
-    }
-
-    /// Energy of the elements, loaded from rest to that share of the strength, over that of one that only sticks.
-    fn energy_at(&self, share: f32) -> f32 {
-        // Elements yield one after the other: what they carry then, their energy, the stiffness of the rest.
-        let (mut carried, mut energy, mut stiffness) = (0.0, 0.0, 1.0);
-        for e in &self.data.elements {
-            let slide = (share - carried) / stiffness;
-            if slide * e.inverse_yield <= 1.0 {
-                break;
-            }
-            carried += e.strength;
-            energy += e.energy;
-            stiffness = (stiffness - e.strength * e.inverse_yield).max(1e-3);
-        }
-        let rest = (share - carried).max(0.0);
-        (energy + rest * rest / stiffness) / (share * share).max(1e-12)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Every function of `f32` gives the same bits on host and target.
 
-use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// Square root of a number that is not negative, correctly rounded.
 ///
@@ -19,10 +19,129 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     unsafe { sqrtf(x) }
 }
 
-/// `x`, or 0 if it is negative.
-#[inline(always)]
-pub(crate) fn not_negative(x: f32) -> f32 {
-    f32::from_bits((x.to_bits() as i32).max(0) as u32)
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// The numbers that a step computes with: `f32` on the target, `f64` as its twin, and [`crate::Dual`] for derivatives.
+/// Sealed.
+///
+/// One source serves all of them, so that the twin cannot drift away from what runs on the target.
+pub trait Scalar:
+    sealed::Sealed
+    + Copy
+    + core::fmt::Debug
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// A constant; exact.
+    fn of(constant: f32) -> Self;
+    /// The nearest number of single precision.
+    fn to_f32(self) -> f32;
+    /// Square root of a number that is not negative, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
+    fn is_between(self, low: f32, high: f32) -> bool;
+    /// Its whole part as an index; 0 below 0, the largest index far above.
+    fn index(self) -> usize;
+    /// A number that is not negative to a power; for set-up.
+    fn power(self, exponent: Self) -> Self;
+    /// `yes` or `no`, without a branch where the machine can.
+    fn select(condition: bool, yes: Self, no: Self) -> Self;
+
+    /// Whether it is a number.
+    #[inline(always)]
+    fn is_number(self) -> bool {
+        self.magnitude().to_f32() <= f32::MAX
+    }
+    /// Its absolute value.
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        if self < Self::of(0.0) { -self } else { self }
+    }
+    /// It, or 0 if it is negative.
+    #[inline(always)]
+    fn not_negative(self) -> Self {
+        if self < Self::of(0.0) { Self::of(0.0) } else { self }
+    }
+    /// The lesser of two.
+    #[inline(always)]
+    fn at_most(self, most: Self) -> Self {
+        if self > most { most } else { self }
+    }
+}
+
+impl Scalar for f32 {
+    #[inline(always)]
+    fn of(constant: f32) -> Self {
+        constant
+    }
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        sqrt(self)
+    }
+    #[inline(always)]
+    fn is_between(self, low: f32, high: f32) -> bool {
+        self.to_bits().wrapping_sub(low.to_bits()) <= high.to_bits() - low.to_bits()
+    }
+    #[inline(always)]
+    fn index(self) -> usize {
+        self as u32 as usize
+    }
+    fn power(self, exponent: Self) -> Self {
+        pow(self, exponent)
+    }
+    #[inline(always)]
+    fn select(condition: bool, yes: Self, no: Self) -> Self {
+        core::hint::select_unpredictable(condition, yes, no)
+    }
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn not_negative(self) -> Self {
+        f32::from_bits((self.to_bits() as i32).max(0) as u32)
+    }
+}
+
+impl Scalar for f64 {
+    fn of(constant: f32) -> Self {
+        constant.into()
+    }
+    fn to_f32(self) -> f32 {
+        self as f32
+    }
+    fn sqrt(self) -> Self {
+        libm::sqrt(self)
+    }
+    fn is_between(self, low: f32, high: f32) -> bool {
+        self >= low.into() && self <= high.into()
+    }
+    fn index(self) -> usize {
+        self as u32 as usize
+    }
+    fn power(self, exponent: Self) -> Self {
+        libm::pow(self, exponent)
+    }
+    fn select(condition: bool, yes: Self, no: Self) -> Self {
+        if condition { yes } else { no }
+    }
 }
 
 /// `base` >= 0 to the power `exponent`; only for set-up, never in a step (110 instructions). Relative error below

@@ -1,185 +1,270 @@
 //! The physical parameters of a model, public and checked.
 //!
-//! Main types: [`ParamsOf`], [`Node`], [`Slider`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses data, table.
+//! Main types: [`ParamsOf`], [`Node`], [`SpringParams`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses data, table.
 
-use crate::data::{ELEMENTS, Element, NODES};
-use crate::error::Field;
-use crate::math::sqrt;
-use crate::table::{Line, Row};
+use crate::data::{NODES, SPRINGS, Spring};
+use crate::math::Scalar;
+use crate::spring::Odd;
+use crate::table::{Line, Parabola, Row};
 use crate::{DataOf, Error};
 
 /// Parameters of the default model.
-pub type Params = ParamsOf<ELEMENTS, NODES>;
+pub type Params = ParamsOf<SPRINGS, NODES>;
 
-/// One elasto-slip element.
+/// One spring of the bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Slider {
-    /// Slide at which it yields, relative to the others; 0.05 to 10 after normalisation.
-    pub yield_position: f32,
-    /// Its share of the strength; all together are 1.
-    pub strength_share: f32,
+pub struct SpringParams<T = f32> {
+    /// Its share of the tangential stiffness; all together are 1.
+    pub stiffness_share: T,
+    /// How its slipping share of the area grows with the way since the last turn, 0 (as the square) to 1 (as the fourth
+    /// power).
+    pub sharpness: T,
+    /// For spin it is a pair; place of the pair's middle along x from the point under first touch, mm.
+    pub centre_mm: T,
+    /// From the pair's middle to one of the two, mm.
+    pub arm_mm: [T; 2],
 }
 
 /// The tables' values at one depth.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Node {
-    /// Normal force without shear, N. Grows with depth.
-    pub normal_force_n: f32,
-    /// Contact area without shear, mm². Grows with depth.
-    pub contact_area_mm2: f32,
-    /// Friction in full slip, N. Grows with depth.
-    pub friction_limit_n: f32,
-    /// Tangential stiffness along x while everything sticks, N/mm. Grows with depth.
-    pub tangential_stiffness_n_mm: f32,
-    /// Stiffness along y over that along x, 0.25 to 4.
-    pub stiffness_ratio: f32,
-    /// Friction in full slip along y over the mean of that along ±x, 0.5 to 2.
-    pub strength_ratio: f32,
-    /// Slide along x that a depth increment amounts to, mm/mm, −1 to 1.
-    pub press_coupling: f32,
-    /// Normal force that full slip along x adds or, if negative, takes off, N.
-    pub normal_shear_x_n: f32,
-    /// The same along y, N.
-    pub normal_shear_y_n: f32,
-    /// Share by which the limit along +x is above, along −x below that along y, −0.25 to 0.25.
-    pub tilt_x: f32,
-    /// Half-width of the 95 % band of the normal force while everything sticks, N.
-    pub band_normal_n: f32,
-}
-
-/// The physical parameters of a model with `M` elements and tables at `N` equidistant depths from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct ParamsOf<const M: usize, const N: usize> {
-    /// Depth of the last node, mm, 0.1 to 20.
-    pub depth_max_mm: f32,
-    /// The elements, in the order in which they yield: the last one tells full slip.
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: serde::Deserialize<'de> + Default + Copy")))]
+pub struct Node<const M: usize = SPRINGS, T = f32> {
+    /// Normal force without shear, N. Grows with depth.
+    pub normal_force_n: T,
+    /// Contact area without shear, mm². Grows with depth.
+    pub contact_area_mm2: T,
+    /// Change of the tangential stiffness along x and y with depth, N/mm².
+    pub stiffness_slope_n_mm2: [T; 2],
+    /// Slide along x from rest at which each spring begins to slip, mm; 0 where it does not touch. Grows with depth.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
-    pub sliders: [Slider; M],
-    /// The tables; node 0 is depth 0, where all forces are taken as 0.
+    pub yield_slide_mm: [T; M],
+    /// Friction in full slip along y over that along x, 0.5 to 2, leaving tilt and odd stiffness out.
+    pub strength_ratio: T,
+    /// Share by which a spring's limit along +x is above, along −x below its middle, −0.25 to 0.25.
+    pub tilt_x: T,
+    /// Slide along x that a depth increment amounts to, mm/mm, −1 to 1.
+    pub press_coupling: T,
+    /// Share of the contact area that each spring stands for; normalised.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
-    pub nodes: [Node; N],
-    /// Share of the contact area that slips right after the slide turns back from full slip, 0 to 0.5.
-    pub turn_slip: f32,
-    /// Share of the way to the limit at which nothing would stick any more, 0.8 to 1.2; on the limit nothing does anyway.
-    pub full_slip: f32,
-    /// Elastic displacement along x beyond the linear one, per square of friction along x, mm/N²: positive where the finger
-    /// is softer while friction along x is positive, and stiffer while it is negative. At most 0.25 slip lengths at the
-    /// friction limit.
-    pub odd_compliance_mm_n2: f32,
-    /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
-    pub area_tilt: f32,
-    /// Half-width of the 95 % band of the normal force at a stick ratio of 0.5 over that in full stick, 0 to 20.
-    pub band_normal_middle: f32,
-    /// The same in full slip; a parabola through the three goes between them and must stay positive.
-    pub band_normal_slip: f32,
-    /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
-    pub band_friction_stick: f32,
-    /// The same at a stick ratio of 0.5.
-    pub band_friction_middle: f32,
-    /// The same in full slip.
-    pub band_friction_slip: f32,
-    /// beta of the local friction law tau = lambda sigma^beta, for retuning, −1 to 2.
-    pub pressure_exponent: f32,
+    pub area_share: [T; M],
+    /// Centre of pressure along x without shear, mm from the point under first touch.
+    pub pressure_centre_mm: T,
+    /// Half-width of the 95 % band of the normal force while everything sticks, N.
+    pub band_normal_n: T,
 }
 
-/// Height of the tables at depth 0, where force, area, strength and stiffness vanish, over that at the first node.
+impl<const M: usize, T: Scalar> Default for Node<M, T> {
+    fn default() -> Self {
+        let zero = T::of(0.0);
+        Self {
+            normal_force_n: zero,
+            contact_area_mm2: zero,
+            stiffness_slope_n_mm2: [zero; 2],
+            yield_slide_mm: [zero; M],
+            strength_ratio: T::of(1.0),
+            tilt_x: zero,
+            press_coupling: zero,
+            area_share: [T::of(1.0); M],
+            pressure_centre_mm: zero,
+            band_normal_n: zero,
+        }
+    }
+}
+
+/// The physical parameters of a model with `M` springs and tables at `N` equidistant depths from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+pub struct ParamsOf<const M: usize, const N: usize, T = f32> {
+    /// Depth of the last node, mm, 0.1 to 20.
+    pub depth_max_mm: T,
+    /// Stiffness of all springs together along x and y at depth 0, N/mm.
+    pub stiffness_n_mm: [T; 2],
+    /// The springs.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
+    pub springs: [SpringParams<T>; M],
+    /// The tables; node 0 is depth 0, where all forces are taken as 0.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
+    pub nodes: [Node<M, T>; N],
+    /// q of the springs' force k (u − q u²) along x, 1/mm: positive where the finger is softer while friction along x is
+    /// positive. On the limit |q u| is at most 0.4.
+    pub odd_per_mm: T,
+    /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
+    pub area_tilt: T,
+    /// Shift of the centre of pressure along x per friction along x, mm/N.
+    pub pressure_centre_per_n: T,
+    /// c of the limit of friction f and moment m together, f² + m² + c |f| |m| = 1, both over their own limit, 0 to 1.
+    pub spin_cross: T,
+    /// Half-width of the 95 % band of the normal force at a stick ratio of 0.5 over that in full stick, 0 to 20.
+    pub band_normal_middle: T,
+    /// The same in full slip; a parabola through the three goes between them and must stay positive.
+    pub band_normal_slip: T,
+    /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
+    pub band_friction_stick: T,
+    /// The same at a stick ratio of 0.5.
+    pub band_friction_middle: T,
+    /// The same in full slip.
+    pub band_friction_slip: T,
+    /// beta of the local friction law tau = lambda sigma^beta, for retuning, −1 to 2.
+    pub pressure_exponent: T,
+}
+
+/// Height of the tables at depth 0, where force, area and strength vanish, over that at the first node.
 /// Keeps every quotient a number.
 const FLOOR: f32 = 1e-6;
 
-impl<const M: usize, const N: usize> ParamsOf<M, N> {
+/// What follows from the parameters at one node.
+#[derive(Clone, Copy)]
+struct Limits<T> {
+    limit: T,
+    ratio: T,
+    shift: T,
+    spin: T,
+    centre: T,
+}
+
+impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
     /// Refuses what is not finite, out of range, not monotone or not passive.
     pub fn validate(&self) -> Result<(), Error> {
         self.try_build().map(|_| ())
     }
 
     /// The numbers as a step reads them.
-    ///
-    /// Normalises the yield positions so that `tangential_stiffness_n_mm` is the stiffness of the sticking contact.
-    pub fn try_build(&self) -> Result<DataOf<M, N>, Error> {
+    pub fn try_build(&self) -> Result<DataOf<M, N, T>, Error> {
+        let data = self.build_unchecked();
+        data.check()?;
+        Ok(data)
+    }
+
+    /// The numbers as a step reads them, unchecked: for fits, whose steps may pass through what a model may not be.
+    pub fn build_unchecked(&self) -> DataOf<M, N, T> {
         const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        let last = T::of((N - 1) as f32);
+        let cell = self.depth_max_mm / last;
         let mut data = DataOf {
             depth_max: self.depth_max_mm,
-            cells_per_mm: (N - 1) as f32 / self.depth_max_mm,
-            half_cell: 0.5 * self.depth_max_mm / (N - 1) as f32,
-            half_turn_slip: 0.5 * self.turn_slip,
-            slip_rate: 1.0 / self.full_slip,
-            twice_odd: 2.0 * self.odd_compliance_mm_n2,
+            cells_per_mm: last / self.depth_max_mm,
+            odd: self.odd_per_mm,
             area_tilt: self.area_tilt,
-            band_normal: parabola(self.band_normal_slip, self.band_normal_middle, 1.0),
+            pressure_centre_per_n: self.pressure_centre_per_n,
+            spin_cross: self.spin_cross,
+            gyration: zero,
+            band_normal: parabola(self.band_normal_slip, self.band_normal_middle, one),
             band_friction: parabola(self.band_friction_slip, self.band_friction_middle, self.band_friction_stick),
             pressure_exponent: self.pressure_exponent,
-            elements: [Element::default(); M],
+            springs: [Spring::default(); M],
             rows: [Row::default(); N],
         };
-        let (mut strength, mut softness, mut energy) = (0.0, 0.0, 0.0);
-        for slider in &self.sliders {
-            strength += slider.strength_share;
-            softness += slider.strength_share / slider.yield_position;
-        }
-        if !((strength - 1.0).abs() <= 1e-3) {
-            return Err(Error::Range { what: Field::StrengthShare, index: M as u16, value: strength });
-        }
-        for (element, slider) in data.elements.iter_mut().zip(&self.sliders) {
-            *element = Element {
-                inverse_yield: strength / (slider.yield_position * softness),
-                // A little below 1 in all, so that the resultant never exceeds the limit by rounding.
-                strength: slider.strength_share / strength * (1.0 - 8e-6),
-                energy: slider.strength_share / strength * (slider.yield_position * softness / strength),
+        let all = self.springs.iter().fold(zero, |sum, s| sum + s.stiffness_share);
+        for (spring, s) in data.springs.iter_mut().zip(&self.springs) {
+            *spring = Spring {
+                stiffness: s.stiffness_share / all,
+                sharpness: s.sharpness,
+                centre_mm: s.centre_mm,
+                arm_mm: s.arm_mm,
             };
-            energy += element.energy;
+            let [x, y] = s.arm_mm;
+            data.gyration += spring.stiffness * (x * x + y * y).sqrt();
         }
-        // Elastic energy in full slip over that of one element of the same stiffness and strength.
-        let full = |along_y: bool, node: &Node| {
-            let ratio = if along_y { node.strength_ratio * node.strength_ratio / node.stiffness_ratio } else { 1.0 };
-            energy * ratio * node.friction_limit_n * node.friction_limit_n
-        };
-        let node = |index: usize| -> Node {
+        let node = |index: usize| -> Node<M, T> {
             let mut node = self.nodes.get(index).copied().unwrap_or_default();
             if index == 0 {
                 let first = self.nodes.get(1).copied().unwrap_or_default();
-                node.normal_force_n = FLOOR * first.normal_force_n;
-                node.contact_area_mm2 = FLOOR * first.contact_area_mm2;
-                node.friction_limit_n = FLOOR * first.friction_limit_n;
-                node.tangential_stiffness_n_mm = FLOOR * first.tangential_stiffness_n_mm;
-                // Shear adds as much per force as at the first node, which vanishes with the limit.
-                node.normal_shear_x_n = FLOOR * FLOOR * first.normal_shear_x_n;
-                node.normal_shear_y_n = FLOOR * FLOOR * first.normal_shear_y_n;
+                node.normal_force_n = T::of(FLOOR) * first.normal_force_n;
+                node.contact_area_mm2 = T::of(FLOOR) * first.contact_area_mm2;
+                node.yield_slide_mm = [zero; M];
+                node.area_share = first.area_share;
             }
             node
         };
-        let per_newton = |added: f32, full: f32| if added == 0.0 { 0.0 } else { added / full };
-        let normal_shear_x = |node: &Node| per_newton(node.normal_shear_x_n, full(false, node));
-        let normal_shear_y = |node: &Node| per_newton(node.normal_shear_y_n, full(true, node));
-        let stiffness_anisotropy = |node: &Node| sqrt(node.stiffness_ratio.max(0.0));
-        let strength_anisotropy = |node: &Node| stiffness_anisotropy(node) / node.strength_ratio;
-        let mut press_slide = 0.0;
-        for (index, row) in data.rows.iter_mut().enumerate() {
+        // Stiffness and slide by pressing are integrals of the nodes' slopes.
+        let mut stiffness = self.stiffness_n_mm;
+        let mut press = zero;
+        for index in 0..N {
             let (a, b) = (node(index), node((index + 1).min(N - 1)));
-            *row = Row {
-                normal: Line::between(a.normal_force_n, b.normal_force_n),
-                area: Line::between(a.contact_area_mm2, b.contact_area_mm2),
-                limit: Line::between(a.friction_limit_n, b.friction_limit_n),
-                stiffness: Line::between(a.tangential_stiffness_n_mm, b.tangential_stiffness_n_mm),
-                stiffness_anisotropy: Line::between(stiffness_anisotropy(&a), stiffness_anisotropy(&b)),
-                strength_anisotropy: Line::between(strength_anisotropy(&a), strength_anisotropy(&b)),
-                normal_shear_x: Line::between(normal_shear_x(&a), normal_shear_x(&b)),
-                normal_shear_y: Line::between(normal_shear_y(&a), normal_shear_y(&b)),
-                yield_shift: Line::between(a.tilt_x, b.tilt_x),
-                band_normal: Line::between(a.band_normal_n, b.band_normal_n),
-                press_coupling: Line::between(a.press_coupling, b.press_coupling),
-                press_slide,
+            let inside = if index + 1 < N { cell } else { zero };
+            let integral = |value: T, left: T, right: T| Parabola::of_slopes(value, inside * left, inside * right);
+            let [stiffness_x, stiffness_y] = [0, 1]
+                .map(|k| integral(stiffness[k], a.stiffness_slope_n_mm2[k], b.stiffness_slope_n_mm2[k]));
+            let press_slide = integral(press, a.press_coupling, b.press_coupling);
+            let here = stiffness;
+            stiffness = [stiffness_x.at(one), stiffness_y.at(one)];
+            press = press_slide.at(one);
+            let mut left = self.limits(&data.springs, &a, here);
+            let right = self.limits(&data.springs, &b, stiffness);
+            if index == 0 {
+                left = Limits { limit: T::of(FLOOR) * right.limit, spin: T::of(FLOOR) * right.spin, ..right };
+            }
+            let anisotropy = |node: &Node<M, T>, k: [T; 2]| k[1] / (k[0] * node.strength_ratio);
+            let line = Line::between;
+            let share = |node: &Node<M, T>, j: usize| {
+                node.area_share[j] / node.area_share.iter().fold(zero, |sum, s| sum + *s)
             };
-            press_slide += a.press_coupling + b.press_coupling;
+            data.rows[index] = Row {
+                normal: line(a.normal_force_n, b.normal_force_n),
+                area: line(a.contact_area_mm2, b.contact_area_mm2),
+                stiffness_x,
+                stiffness_y,
+                press_slide,
+                anisotropy: line(anisotropy(&a, here), anisotropy(&b, stiffness)),
+                yield_shift: line(a.tilt_x, b.tilt_x),
+                limit: line(left.limit, right.limit),
+                limit_ratio: line(left.ratio, right.ratio),
+                limit_shift: line(left.shift, right.shift),
+                spin_limit: line(left.spin, right.spin),
+                friction_centre: line(left.centre, right.centre),
+                pressure_centre: line(a.pressure_centre_mm, b.pressure_centre_mm),
+                band_normal: line(a.band_normal_n, b.band_normal_n),
+                radius: core::array::from_fn(|j| line(a.yield_slide_mm[j], b.yield_slide_mm[j])),
+                area_share: core::array::from_fn(|j| line(share(&a, j), share(&b, j))),
+            };
         }
-        data.check()?;
-        Ok(data)
+        data
+    }
+
+    /// Friction and moment in full slip at one node, with its stiffness.
+    fn limits(&self, springs: &[Spring<T>; M], node: &Node<M, T>, [kx, _]: [T; 2]) -> Limits<T> {
+        let (zero, one, half) = (T::of(0.0), T::of(1.0), T::of(0.5));
+        let odd = Odd(self.odd_per_mm);
+        let wide = (one + node.tilt_x * node.tilt_x).sqrt();
+        let (mut ahead, mut back, mut even, mut moment, mut spin) = (zero, zero, zero, zero, zero);
+        for (spring, &radius) in springs.iter().zip(&node.yield_slide_mm) {
+            ahead += spring.stiffness * odd.force(radius * (wide + node.tilt_x));
+            back += spring.stiffness * odd.force(radius * (node.tilt_x - wide));
+            even += spring.stiffness * radius;
+            moment += spring.stiffness * radius * spring.centre_mm;
+        }
+        let centre = moment / (even + T::of(f32::MIN_POSITIVE));
+        for (spring, &radius) in springs.iter().zip(&node.yield_slide_mm) {
+            for sign in [one, -one] {
+                let x = spring.centre_mm + sign * spring.arm_mm[0] - centre;
+                let y = sign * spring.arm_mm[1];
+                // The limit's ellipse in the direction (−y, x) of the spin, times the lever.
+                let across = x / node.strength_ratio;
+                let square = x * x + y * y;
+                let stretched = (y * y + across * across + T::of(1e-30)).sqrt();
+                spin += half * spring.stiffness * radius * square / stretched;
+            }
+        }
+        let limit = (ahead * -back).magnitude().sqrt();
+        let safe = limit + T::of(f32::MIN_POSITIVE);
+        Limits {
+            limit: kx * limit,
+            ratio: node.strength_ratio * (even / safe),
+            shift: half * (ahead + back) / safe,
+            spin: kx * spin,
+            centre,
+        }
     }
 }
 
 /// The parabola over 0 to 1 through values at 0, 1/2 and 1: value at 0, factors of the variable and its square.
-fn parabola(start: f32, middle: f32, end: f32) -> [f32; 3] {
-    [start, 4.0 * middle - 3.0 * start - end, 2.0 * (start + end) - 4.0 * middle]
+fn parabola<T: Scalar>(start: T, middle: T, end: T) -> [T; 3] {
+    let [two, three, four] = [2.0, 3.0, 4.0].map(T::of);
+    [start, four * middle - three * start - end, two * (start + end) - four * middle]
 }

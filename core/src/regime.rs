@@ -83,18 +83,28 @@ impl Status {
     pub const BAD_TIME_STEP: Self = Self(1 << 2);
     /// Deeper than the model was fitted; the answer is that of the largest depth.
     pub const DEPTH_ABOVE_RANGE: Self = Self(1 << 3);
-    /// The slide of one step exceeded 64 slip lengths and was cut to that.
+    /// The slide of one step exceeded 64 mm and was cut to that.
     pub const LARGE_INCREMENT: Self = Self(1 << 4);
     /// A force-driven step could not reach the force asked for.
     pub const LOAD_NOT_REACHED: Self = Self(1 << 5);
+    /// The motion spins and the contact's memory does not know spin; the step was taken without it.
+    pub const SPIN_IGNORED: Self = Self(1 << 6);
+    /// The contact's memory held what is no number and was begun anew; forces are those of a fresh contact.
+    pub const MEMORY_LOST: Self = Self(1 << 7);
 
-    const NAMES: [(Self, &'static str); 6] = [
+    /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is no number.
+    pub const EFFECT_HELD: Self = Self(1 << 8);
+
+    const NAMES: [(Self, &'static str); 9] = [
         (Self::STABILISED, "stabilised"),
         (Self::BAD_INPUT, "bad_input"),
         (Self::BAD_TIME_STEP, "bad_time_step"),
         (Self::DEPTH_ABOVE_RANGE, "depth_above_range"),
         (Self::LARGE_INCREMENT, "large_increment"),
         (Self::LOAD_NOT_REACHED, "load_not_reached"),
+        (Self::SPIN_IGNORED, "spin_ignored"),
+        (Self::MEMORY_LOST, "memory_lost"),
+        (Self::EFFECT_HELD, "effect_held"),
     ];
 
     /// Both sets of flags together.

@@ -3,7 +3,7 @@
 //! Main type: [`Tuning`]. Uses model and math.
 
 use crate::error::Field;
-use crate::math::pow;
+use crate::math::Scalar;
 use crate::{Error, ModelOf};
 
 /// How a finger differs from the one the model was fitted to.
@@ -40,172 +40,177 @@ impl Default for Tuning {
 mod sealed {
     pub trait Sealed {}
     impl Sealed for super::Fitted {}
-    impl Sealed for super::Scaled {}
+    impl<T> Sealed for super::Scaled<T> {}
 }
 
 /// What a step makes of the tables' numbers: [`Fitted`] takes them as they are, [`Scaled`] multiplies them for another
 /// finger. Sealed. The choice is made when compiling, so that a finger that is not retuned pays nothing for it.
 #[doc(hidden)]
-pub trait Scaling: Copy + sealed::Sealed {
+pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     /// Cells of the tables per mm, from that of the fitted finger.
-    fn per_mm(&self, cells: f32) -> f32;
+    fn per_mm(&self, cells: T) -> T;
     /// A length, mm.
-    fn length(&self, mm: f32) -> f32;
+    fn length(&self, mm: T) -> T;
     /// An area, mm².
-    fn area(&self, mm2: f32) -> f32;
+    fn area(&self, mm2: T) -> T;
     /// A force along the normal, N.
-    fn normal(&self, n: f32) -> f32;
+    fn normal(&self, n: T) -> T;
     /// A tangential stiffness, N/mm.
-    fn stiffness(&self, n_mm: f32) -> f32;
+    fn stiffness(&self, n_mm: T) -> T;
     /// The strength, N, from that of the fitted finger and the scaled area.
-    fn limit(&self, n: f32, area_mm2: f32) -> f32;
+    fn limit(&self, n: T, area_mm2: T) -> T;
+    /// Factor on the slides at which springs slip, from the strength of the fitted finger and the scaled one.
+    fn radius(&self, fitted_n: T, scaled_n: T) -> T;
     /// One over a force, 1/N.
-    fn per_newton(&self, x: f32) -> f32;
-    /// The odd compliance, mm/N²: what it makes of the slip length at the largest depth stays as it is.
-    fn odd(&self, mm_n2: f32) -> f32;
-    /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law, `shear_mpa`
-    /// the strength over the area at the largest depth.
-    fn stiffened(&self, factor: f32, beta: f32, shear_mpa: f32) -> Scaled;
+    fn per_newton(&self, x: T) -> T;
+    /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law.
+    fn stiffened(&self, factor: T, beta: T) -> Scaled<T>;
 }
 
 /// The finger that the model was fitted to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fitted;
 
-impl Scaling for Fitted {
+impl<T: Scalar> Scaling<T> for Fitted {
     #[inline(always)]
-    fn per_mm(&self, cells: f32) -> f32 {
+    fn per_mm(&self, cells: T) -> T {
         cells
     }
     #[inline(always)]
-    fn length(&self, mm: f32) -> f32 {
+    fn length(&self, mm: T) -> T {
         mm
     }
     #[inline(always)]
-    fn area(&self, mm2: f32) -> f32 {
+    fn area(&self, mm2: T) -> T {
         mm2
     }
     #[inline(always)]
-    fn normal(&self, n: f32) -> f32 {
+    fn normal(&self, n: T) -> T {
         n
     }
     #[inline(always)]
-    fn stiffness(&self, n_mm: f32) -> f32 {
+    fn stiffness(&self, n_mm: T) -> T {
         n_mm
     }
     #[inline(always)]
-    fn limit(&self, n: f32, _: f32) -> f32 {
+    fn limit(&self, n: T, _: T) -> T {
         n
     }
     #[inline(always)]
-    fn per_newton(&self, x: f32) -> f32 {
-        x
+    fn radius(&self, _: T, _: T) -> T {
+        T::of(1.0)
     }
     #[inline(always)]
-    fn odd(&self, mm_n2: f32) -> f32 {
-        mm_n2
+    fn per_newton(&self, x: T) -> T {
+        x
     }
-    fn stiffened(&self, factor: f32, beta: f32, shear_mpa: f32) -> Scaled {
-        Scaled::new(&Tuning { stiffness: factor, ..Tuning::default() }, beta, shear_mpa)
+    fn stiffened(&self, factor: T, beta: T) -> Scaled<T> {
+        let one = T::of(1.0);
+        let same = Scaled {
+            per_length: one,
+            length: one,
+            area: one,
+            normal: one,
+            stiffness: one,
+            limit: one,
+            tau0: T::of(0.0),
+            per_newton: one,
+            softness: one,
+        };
+        same.stiffened(factor, beta)
     }
 }
 
 /// Factors for another finger, made by [`ModelOf::tuned`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scaled {
-    per_length: f32,
-    length: f32,
-    area: f32,
-    normal: f32,
-    stiffness: f32,
-    limit: f32,
-    tau0: f32,
-    per_newton: f32,
-    odd: f32,
+pub struct Scaled<T = f32> {
+    per_length: T,
+    length: T,
+    area: T,
+    normal: T,
+    stiffness: T,
+    limit: T,
+    tau0: T,
+    per_newton: T,
+    /// One over `stiffness`.
+    softness: T,
 }
 
-impl Scaled {
-    /// `shear_mpa` is the strength over the contact area at the largest depth.
-    fn new(tuning: &Tuning, beta: f32, shear_mpa: f32) -> Self {
+impl<T: Scalar> Scaled<T> {
+    fn new(tuning: &Tuning, beta: T) -> Self {
         let Tuning { size, stiffness, lambda, tau0_mpa } = *tuning;
+        let [size, e, lambda, tau0] = [size, stiffness, lambda, tau0_mpa].map(T::of);
         let area = size * size;
-        let strength = if stiffness == 1.0 { lambda } else { lambda * pow(stiffness, beta) };
+        let strength = if stiffness == 1.0 { lambda } else { lambda * e.power(beta) };
+        let one = T::of(1.0);
         Self {
-            per_length: 1.0 / size,
+            per_length: one / size,
             length: size,
             area,
-            normal: stiffness * area,
-            stiffness: stiffness * size,
+            normal: e * area,
+            stiffness: e * size,
             limit: strength * area,
-            tau0: tau0_mpa,
-            per_newton: 1.0 / (stiffness * area),
-            odd: 1.0 / (stiffness * size * area * (strength + tau0_mpa / shear_mpa)),
+            tau0,
+            per_newton: one / (e * area),
+            softness: one / (e * size),
         }
     }
 }
 
-impl Scaling for Scaled {
+impl<T: Scalar> Scaling<T> for Scaled<T> {
     #[inline(always)]
-    fn per_mm(&self, cells: f32) -> f32 {
+    fn per_mm(&self, cells: T) -> T {
         cells * self.per_length
     }
     #[inline(always)]
-    fn length(&self, mm: f32) -> f32 {
+    fn length(&self, mm: T) -> T {
         mm * self.length
     }
     #[inline(always)]
-    fn area(&self, mm2: f32) -> f32 {
+    fn area(&self, mm2: T) -> T {
         mm2 * self.area
     }
     #[inline(always)]
-    fn normal(&self, n: f32) -> f32 {
+    fn normal(&self, n: T) -> T {
         n * self.normal
     }
     #[inline(always)]
-    fn stiffness(&self, n_mm: f32) -> f32 {
+    fn stiffness(&self, n_mm: T) -> T {
         n_mm * self.stiffness
     }
     #[inline(always)]
-    fn limit(&self, n: f32, area_mm2: f32) -> f32 {
+    fn limit(&self, n: T, area_mm2: T) -> T {
         n * self.limit + area_mm2 * self.tau0
     }
     #[inline(always)]
-    fn per_newton(&self, x: f32) -> f32 {
-        x * self.per_newton
+    fn radius(&self, fitted_n: T, scaled_n: T) -> T {
+        scaled_n / fitted_n * self.softness
     }
     #[inline(always)]
-    fn odd(&self, mm_n2: f32) -> f32 {
-        mm_n2 * self.odd
+    fn per_newton(&self, x: T) -> T {
+        x * self.per_newton
     }
-    fn stiffened(&self, factor: f32, beta: f32, _: f32) -> Scaled {
-        if factor == 1.0 {
+    fn stiffened(&self, factor: T, beta: T) -> Scaled<T> {
+        if factor == T::of(1.0) {
             return *self;
         }
-        let strength = pow(factor, beta);
         Scaled {
             normal: self.normal * factor,
             stiffness: self.stiffness * factor,
-            limit: self.limit * strength,
+            limit: self.limit * factor.power(beta),
             per_newton: self.per_newton / factor,
-            odd: self.odd / (factor * strength),
+            softness: self.softness / factor,
             ..*self
         }
     }
 }
 
-impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
-    pub(crate) fn from_checked(data: &'a crate::DataOf<M, N>) -> Self {
-        Self { data, scale: Fitted }
-    }
-}
-
-impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
-    /// The same model for another finger, counted from the fitted one. A state may be carried over: elements keep their
-    /// force.
+impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M, N, S, T> {
+    /// The same model for another finger, counted from the fitted one. A state may be carried over: springs keep their
+    /// displacement.
     ///
-    /// Costs about 90 instructions, 200 with a stiffness other than 1; a step of the retuned model costs about 13 more than
-    /// one of the fitted.
-    pub fn tuned(&self, tuning: Tuning) -> Result<ModelOf<'a, M, N, Scaled>, Error> {
+    /// Costs about 90 instructions, 200 with a stiffness other than 1.
+    pub fn tuned(&self, tuning: Tuning) -> Result<ModelOf<'a, M, N, Scaled<T>, T>, Error> {
         let ranges = [
             (Field::Size, tuning.size, 0.5, 2.0),
             (Field::Stiffness, tuning.stiffness, 0.2, 5.0),
@@ -217,14 +222,15 @@ impl<'a, const M: usize, const N: usize, S: Scaling> ModelOf<'a, M, N, S> {
                 return Err(Error::Range { what, index: 0, value });
             }
         }
-        let scale = Scaled::new(&tuning, self.data.pressure_exponent, self.data.deepest_shear_mpa());
+        let scale = Scaled::new(&tuning, self.data.pressure_exponent);
         Ok(ModelOf { data: self.data, scale })
     }
 
     /// The same finger with the tissue's stiffness times `factor`, which is held between 0.2 and 5.
-    pub(crate) fn stiffened(&self, factor: f32) -> ModelOf<'a, M, N, Scaled> {
-        let (beta, shear) = (self.data.pressure_exponent, self.data.deepest_shear_mpa());
-        let scale = self.scale.stiffened(factor.clamp(0.2, 5.0), beta, shear);
+    pub(crate) fn stiffened(&self, factor: T) -> ModelOf<'a, M, N, Scaled<T>, T> {
+        let [least, most] = [0.2, 5.0].map(T::of);
+        let factor = if factor < least { least } else { factor.at_most(most) };
+        let scale = self.scale.stiffened(factor, self.data.pressure_exponent);
         ModelOf { data: self.data, scale }
     }
 }

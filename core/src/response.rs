@@ -10,36 +10,45 @@ use crate::{Regime, Status};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Motion {
+pub struct Motion<T = f32> {
     /// Depth at the end of the step, mm, positive into the finger; 0 or less is no contact.
-    pub depth_mm: f32,
+    pub depth_mm: T,
     /// Slide of the plane against the finger's base during the step, mm.
-    pub slide_increment_mm: [f32; 2],
+    pub slide_increment_mm: [T; 2],
+    /// Turn of the plane about its normal, through the point under first touch, during the step, rad: counter-clockwise
+    /// seen from the finger. Only a contact with spin ([`crate::SpinState`]) follows it; another flags it.
+    pub spin_increment_rad: T,
     /// Length of the step, s, > 0. The law itself is rate-independent.
-    pub dt_s: f32,
+    pub dt_s: T,
 }
 
 /// Forces that the plane exerts on the finger, and how far the contact is from slipping.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Response {
+pub struct Response<T = f32> {
     /// Normal force, N, >= 0.
-    pub normal_force_n: f32,
+    pub normal_force_n: T,
     /// Friction along x and y, N; points along the plane's motion.
-    pub friction_n: [f32; 2],
+    pub friction_n: [T; 2],
     /// Stuck area over contact area: 1 in a fresh contact, 0 in full slip and without contact.
-    pub stick_ratio: f32,
+    pub stick_ratio: T,
     /// Largest friction in the direction of the present one, N.
-    pub friction_limit_n: f32,
-    /// 1 − |friction| / friction_limit, 0 to 1; 1 without contact.
-    pub slip_margin: f32,
+    pub friction_limit_n: T,
+    /// 1 less the share of its limit that the load uses, 0 to 1; 1 without contact. With spin the load is friction and
+    /// moment together.
+    pub slip_margin: T,
+    /// Moment about the plane's normal through the point under first touch, N mm, positive as the plane turns the finger
+    /// counter-clockwise seen from above. Without spin that of friction along y alone.
+    pub spin_moment_n_mm: T,
+    /// Centre of pressure along x from the point under first touch, mm.
+    pub pressure_centre_mm: T,
     /// Contact area, mm².
-    pub contact_area_mm2: f32,
+    pub contact_area_mm2: T,
     /// Half-width of the 95 % band of the normal force, N.
-    pub band_normal_n: f32,
+    pub band_normal_n: T,
     /// Half-width of the 95 % band of each friction component, N.
-    pub band_friction_n: f32,
+    pub band_friction_n: T,
     /// What the contact as a whole does.
     pub regime: Regime,
     /// Remarks.

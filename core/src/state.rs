@@ -1,80 +1,77 @@
 //! All that a contact remembers.
 //!
-//! Main type: [`StateOf`]. Uses data.
+//! Main type: [`StateOf`]. Uses data and math.
 
-use crate::data::ELEMENTS;
+use crate::data::SPRINGS;
+use crate::math::Scalar;
 
 /// The memory of the default model; see [`StateOf`].
-pub type State = StateOf<ELEMENTS>;
+pub type State = StateOf<SPRINGS>;
+/// The memory of the default model with spin.
+pub type SpinState = StateOf<SPRINGS, 2>;
 
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
-/// Plain data of `2 M + 13` words: copy it to save it, or use [`StateOf::write_bytes`].
+/// `P` is 1 for a contact that slides, 2 for one that also spins: a spring is then a pair. Plain data: copy it to save it,
+/// or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StateOf<const M: usize> {
-    /// Force of each element over its strength; along y over the root of the stiffness ratio as well.
-    pub(crate) force: [[f32; 2]; M],
-    /// The resultant of the elements' forces over the strength; along y over the root of the stiffness ratio as well.
-    pub(crate) resultant: [f32; 2],
-    /// Change of the resultant since the motion last reversed, or since touch in a fresh contact and after full slip.
-    pub(crate) path_since_reversal: [f32; 2],
-    pub(crate) depth: f32,
-    pub(crate) limit: f32,
-    /// Tangential stiffness, N/mm.
-    pub(crate) stiffness: f32,
-    /// Twice the elements' elastic energy, mJ.
-    pub(crate) energy: f32,
-    /// Twice the energy that the contact stores beyond that of its elements, mJ.
-    pub(crate) stored_energy: f32,
-    /// Elastic displacement of the contact as a whole less that of its rim, which came later, mm; along y times the root
-    /// of the stiffness ratio.
-    pub(crate) rim_lag: [f32; 2],
-    /// Slide that pressing amounts to, half cells.
-    pub(crate) press_slide: f32,
-    pub(crate) strength_factor: f32,
+pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
+    /// Where on the plane each spring is held, mm.
+    pub(crate) anchor: [[[T; 2]; P]; M],
+    /// Slide of the plane since an origin of the state's own choice, mm, in two parts: a number and what it lacks.
+    pub(crate) position: [[T; 2]; 2],
+    /// Angle of the plane likewise, rad; 0 without spin.
+    pub(crate) angle: [T; 2],
+    /// Slide (that of pressing included) and angle at which the motion last turned back.
+    pub(crate) turn: [T; 3],
+    /// The last place on the way from there of which note was taken.
+    pub(crate) reached: [T; 3],
+    /// Friction limit there, N; the least one since.
+    pub(crate) limit_reached: T,
+    pub(crate) depth: T,
+    pub(crate) strength_factor: T,
 }
 
-impl<const M: usize> Default for StateOf<M> {
+impl<const M: usize, const P: usize, T: Scalar> Default for StateOf<M, P, T> {
     fn default() -> Self {
+        let zero = T::of(0.0);
         Self {
-            force: [[0.0; 2]; M],
-            resultant: [0.0; 2],
-            path_since_reversal: [0.0; 2],
-            depth: 0.0,
-            limit: 0.0,
-            stiffness: 0.0,
-            energy: 0.0,
-            stored_energy: 0.0,
-            rim_lag: [0.0; 2],
-            press_slide: 0.0,
-            strength_factor: 1.0,
+            anchor: [[[zero; 2]; P]; M],
+            position: [[zero; 2]; 2],
+            angle: [zero; 2],
+            turn: [zero; 3],
+            reached: [zero; 3],
+            limit_reached: zero,
+            depth: zero,
+            strength_factor: T::of(1.0),
         }
     }
 }
 
-impl<const M: usize> StateOf<M> {
+impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
     /// Whether the last step left the finger in contact.
     pub(crate) fn in_contact(&self) -> bool {
-        self.limit > 0.0
+        self.depth > T::of(0.0)
     }
 
     /// The depth of the last step, mm.
-    pub fn depth_mm(&self) -> f32 {
+    pub fn depth_mm(&self) -> T {
         self.depth
     }
 
     /// The factor on the strength; 1 unless set.
-    pub fn strength_factor(&self) -> f32 {
+    pub fn strength_factor(&self) -> T {
         self.strength_factor
     }
 
     /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,
-    /// speed, dwell or another finger make of the friction. Elements keep their force while it fits.
+    /// speed, dwell or another finger make of the friction. Springs keep their force while it fits.
     ///
-    /// Range 0.2 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
-    pub fn set_strength_factor(&mut self, factor: f32) -> f32 {
-        if !factor.is_nan() {
-            self.strength_factor = factor.clamp(0.2, 5.0);
+    /// Range 0.1 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
+    pub fn set_strength_factor(&mut self, factor: T) -> T {
+        if factor == factor {
+            let [least, most] = [0.1, 5.0].map(T::of);
+            self.strength_factor = if factor < least { least } else { factor.at_most(most) };
         }
         self.strength_factor
     }

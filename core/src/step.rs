@@ -1,351 +1,355 @@
 //! One step of a contact.
 //!
-//! Main function: [`step()`]. Uses data, state, yield_surface, stick_ratio and math.
+//! Main function: [`step()`]. Uses data, state, spring, stick_ratio and math.
 
-use core::hint::select_unpredictable;
-
-use crate::math::{not_negative, sqrt};
+use crate::math::Scalar;
 use crate::rescaling::Scaling;
-use crate::stick_ratio::{Reversal, follow_reversal, regime_of};
+use crate::spring::{Limit, NOTHING, Odd};
+use crate::stick_ratio::{Way, regime_of, share_of_way};
 use crate::table::Row;
-use crate::yield_surface::{YIELD, YieldSurface};
 use crate::{DataOf, ModelOf, Motion, Response, StateOf, Status};
 
-/// Longest slide in one step, in slip lengths: beyond full slip of every element, so that a cut loses nothing, and
-/// small enough that no product overflows.
-const SLIDE_MAX: f32 = 32.0;
-/// Depth below which there is no contact, mm: quotients of forces of shallower ones leave the range of the floats.
+/// Longest slide in one step, mm, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
+const SLIDE_MAX_MM: f32 = 64.0;
+const SPIN_MAX_RAD: f32 = 8.0;
+/// Slide from the state's origin beyond which the origin is moved, mm; positions are then accurate to half a nanometre.
+const FAR_MM: f32 = 4.0;
+/// Depth below which there is no contact, mm.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
-/// Share of its stiffness by which a contact grows until most of its rim is new.
-const RENEWAL: f32 = 0.1;
-/// A square that is added to others, so that quotients of the two are numbers.
-pub(crate) const NOTHING: f32 = 1e-26;
+/// Deepest depth and longest time that are in order, mm and s.
+const LARGEST: f32 = 1e9;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
 ///
-/// Elements j carry forces (w_j L u_jx, w_j L s u_jy), u_j within a circle that is shifted by alpha along x:
+/// A bed of springs (the method of dimensionality reduction: Popov & Heß 2015), each held on the plane at an anchor a_j:
 ///
 /// ```text
-/// u_j += (K/L) (dx + dC(d) − q dF_x², dy rho/s) / y_j      then back to |u_j|² − 2 alpha u_jx = 1
-/// F    = L Σ w_j (u_jx, s u_jy)
-/// N    = N0(d) + C'(d) F_x + G_x(d) P_x + G_y(d) P_y
-/// P_x  = L² Σ w_j y_j u_jx²         P_y = (s² L²/rho) Σ w_j y_j u_jy²
+/// X = x + C(d)          u_j = (X − y_j theta, Y + x_j theta) − a_j
+/// F_x = kx(d) Σ k_j (u_jx − q u_jx²)          F_y = ky(d) Σ k_j u_jy          M_z = Σ (x_j F_jy − y_j F_jx)
+/// N = N0(d) + C' F_x + Σ k_j [kx' (u_jx²/2 − q u_jx³/3) + ky' u_jy²/2]
+/// (u_jx − alpha R_j)² + (u_jy r/s)² <= R_j(d)² (1 + alpha²), else a_j slips along the friction
 /// ```
 ///
-/// with K, L, s, rho, C, alpha, N0, G from tables over depth. The return to the yield surface is slip along the friction.
-/// The limit is (1 + alpha²)^½ + alpha of L along +x, (1 + alpha²)^½ − alpha along −x and s along y: a finger that is
-/// pushed back carries more than one that is pulled, and with q > 0 it is stiffer as well. (P_x + P_y)/2K is the elements'
-/// elastic energy, 2/3 q F_x³ that of the odd compliance. The state holds u_jy over rho^½/s, so that the same slide
-/// increment serves both components.
+/// with N0, kx, ky, C, alpha, s and R_j from tables over depth and r = ky/kx. R_j is 0 to the depth at which spring j
+/// touches: it touches without force and has lost all its force by slip when it leaves. x_j, y_j are 0 without spin, for
+/// which a spring is a pair.
 ///
-/// # Depth
+/// The stiffness shares k_j do not depend on depth, so that a change of depth keeps displacements and forces alike, and the
+/// contact remembers nothing but its anchors: a cycle of depth is forgotten after once, as each spring then fits into its
+/// smallest limit. N, F and M_z are the derivatives of one energy; anchors move only with F · da >= 0; a change of strength
+/// changes R_j alone. That is why no motion yields work ([`DataOf::check`]).
 ///
-/// A contact is like springs side by side, of which those at the rim came last and go first (the method of dimensionality
-/// reduction: Popov & Heß 2015). What comes carries nothing: growth keeps the forces, and the energy that the stiffer
-/// elements lack, since what came moved less than what was there, is stored. What goes takes its force along: a loss dK of
-/// stiffness changes F by −e dK, e the rim's elastic displacement. The state knows by how much e lags behind F/K; growth
-/// renews the rim, e goes to 0, and slides move rim and middle alike. So the way back over a depth that was gained in a
-/// slide takes off what that slide brought, in its direction. The lag is paid for from the stored energy: when nothing is
-/// left the displacement is the same everywhere.
+/// q is given for the fitted strength and scales with one over the strength factor, so that friction in full slip is
+/// proportional to the factor in every direction.
 ///
 /// Bad input is flagged and leaves the axis where it was; see [`Status`]. The stick ratio is in `stick_ratio.rs`.
 ///
-/// No creep: with the motion at rest the state keeps its bits. Leaves out: rate, dwell and moisture other than
-/// through [`StateOf::set_strength_factor`].
+/// No creep: with the motion at rest the state keeps its bits, and increments that add up to nothing lead back. Leaves out:
+/// rate, dwell and moisture other than through [`StateOf::set_strength_factor`].
 #[inline(always)]
-pub fn step<const M: usize, const N: usize, S: Scaling>(
-    model: &ModelOf<'_, M, N, S>,
-    state: &mut StateOf<M>,
-    motion: Motion,
-) -> Response {
+pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    model: &ModelOf<'_, M, N, S, T>,
+    state: &mut StateOf<M, P, T>,
+    motion: Motion<T>,
+) -> Response<T> {
     let (data, scale) = (model.data, &model.scale);
     let mut status = Status::OK;
     let mut depth = motion.depth_mm;
-    // Both in one comparison: one of the highest two bits tells that either is out of the ordinary.
-    if (above_least(depth) | above_least(motion.dt_s)) >> 30 != 0 {
+    if !(depth.is_between(TOUCH_MM, LARGEST) & motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST)) {
         rare();
-        status = doubt(depth, motion.dt_s.to_bits());
+        status = doubt(depth, motion.dt_s);
         if status.contains(Status::BAD_INPUT) {
             depth = state.depth;
         }
-        if !(depth >= TOUCH_MM) {
+        if !(depth >= T::of(TOUCH_MM)) {
             return in_the_air(state, motion, status);
         }
     }
     let at = AtDepth::look_up(model, state, depth, &mut status);
-    let per_slip = at.stiffness / at.limit;
-    let [mut slide_x, mut slide_y] = slide_in_slip_lengths(model, state, &at, motion, per_slip, &mut status);
-    // A quotient, not a product with 1/limit: it is exactly 1 while nothing changes.
-    let limit_ratio = state.limit / at.limit;
-    let retained = change_depth(state, &at, limit_ratio, per_slip, [&mut slide_x, &mut slide_y]);
-    let softening = soften_along_x(state, &at, retained[0], limit_ratio, scale.odd(data.twice_odd), &mut slide_x);
+    let fresh = !state.in_contact();
+    move_plane(state, motion, at.press_slide, &mut status);
     state.depth = at.depth;
-    state.limit = at.limit;
-    state.stiffness = at.stiffness;
-    state.press_slide = at.press_slide;
-
-    let before = [state.resultant[0], at.strength_anisotropy * state.resultant[1]];
-    let shift_twice = at.yield_shift + at.yield_shift;
-    let unyielded = [slide_x, slide_y * at.strength_anisotropy];
-    let mut reversal = follow_reversal(state, before, unyielded, retained[0], limit_ratio, shift_twice);
-    let ratio = at.stiffness_anisotropy * at.stiffness_anisotropy * softening;
-    let surface = YieldSurface::new(at.strength_anisotropy, at.yield_shift, ratio);
-    let carried = move_elements(state, data, &at, [slide_x, slide_y], retained, &surface, &mut reversal);
-
-    let stick_ratio = reversal.stick_ratio(state, carried.resultant, at.yield_shift, data);
+    let here = [state.position[0][0] + at.press_slide, state.position[0][1], state.angle[0]];
+    if fresh {
+        touch(state, here, data, scale);
+    }
+    let gyration = scale.length(data.gyration);
+    let way = Way::follow(state, here, at.limit, at.stiffness[0], gyration);
+    let carried = move_springs(state, model, &at, here, &way);
 
     // Resultants
-    let Carried { resultant: [x, y], along_y, energy: [energy_x, energy_y] } = carried;
-    let friction_x = at.limit * x;
-    let square = at.limit * at.limit;
-    state.energy = square / at.stiffness * (energy_x + energy_y);
-    let sheared = square * (at.normal_shear_x * energy_x + at.normal_shear_y * energy_y);
-    let xx = x * x + NOTHING;
-    let shifted = at.yield_shift * x;
-    // Share of the limit in use.
-    let used = sqrt(xx + y * y + shifted * shifted) - shifted;
-    let friction_limit = at.limit * (sqrt(xx + along_y * along_y) / used);
-    let normal = scale.normal(at.row.normal.at(at.t)) + at.press_coupling * friction_x + sheared;
-    let band = |b: &[f32; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
-    Response {
-        normal_force_n: not_negative(normal),
-        friction_n: [friction_x, at.limit * along_y],
+    let [x, y] = carried.force;
+    let friction = [at.stiffness[0] * x, at.stiffness[1] * y];
+    let spin_moment = at.stiffness[1] * carried.moment[1] - at.stiffness[0] * carried.moment[0];
+    let normal = scale.normal(at.row.normal.at(at.t))
+        + at.press_coupling * friction[0]
+        + at.stiffness_slope[0] * carried.energy[0]
+        + at.stiffness_slope[1] * carried.energy[1];
+    let stick_ratio = carried.stick_ratio;
+    // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
+    let [along, across] = friction.map(|f| f / at.limit);
+    let ratio = at.row.limit_ratio.at(at.t);
+    let square = along * along + T::of(NOTHING);
+    let shifted = at.row.limit_shift.at(at.t) * along;
+    let alone = (square + (across / ratio) * (across / ratio) + shifted * shifted).sqrt() - shifted;
+    let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
+    let used = if P == 1 {
+        alone
+    } else {
+        let centred = spin_moment - scale.length(at.row.friction_centre.at(at.t)) * friction[1];
+        let moment = centred / (at.limit * scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING));
+        (alone * alone + moment * (moment + data.spin_cross * alone).magnitude()).magnitude().sqrt()
+    };
+    let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
+    let response = Response {
+        normal_force_n: normal.not_negative(),
+        friction_n: friction,
         stick_ratio,
         friction_limit_n: friction_limit,
-        slip_margin: 1.0 - used,
-        contact_area_mm2: at.area + at.area * data.area_tilt * x,
+        slip_margin: (T::of(1.0) - used).not_negative(),
+        spin_moment_n_mm: spin_moment,
+        pressure_centre_mm: scale.length(at.row.pressure_centre.at(at.t))
+            + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
+        contact_area_mm2: at.area + at.area * data.area_tilt * along,
         band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
         band_friction_n: at.limit * band(&data.band_friction),
         regime: regime_of(stick_ratio),
         status,
+    };
+    if !(normal + friction_limit + stick_ratio).is_number() {
+        return begin_anew(state, response.status);
     }
+    response
 }
 
 /// The tables at one depth, for the finger and the strength at hand.
-struct AtDepth<'a> {
-    row: &'a Row,
+struct AtDepth<'a, const M: usize, T> {
+    row: &'a Row<M, T>,
     /// Place within the row's cell, 0 to 1.
-    t: f32,
-    depth: f32,
-    area: f32,
-    /// Strength without the factor of the state, N.
-    plain_limit: f32,
-    limit: f32,
-    stiffness: f32,
-    stiffness_anisotropy: f32,
-    strength_anisotropy: f32,
-    yield_shift: f32,
-    normal_shear_x: f32,
-    normal_shear_y: f32,
-    press_coupling: f32,
-    press_slide: f32,
+    t: T,
+    depth: T,
+    area: T,
+    /// Factor on the springs' radii.
+    radius: T,
+    limit: T,
+    stiffness: [T; 2],
+    /// Change of the stiffness with depth, N/mm².
+    stiffness_slope: [T; 2],
+    press_coupling: T,
+    press_slide: T,
 }
 
-impl<'a> AtDepth<'a> {
+impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
     /// Reads the tables; a depth beyond them is held at their end and flagged.
     #[inline(always)]
-    fn look_up<const M: usize, const N: usize, S: Scaling>(
-        model: &ModelOf<'a, M, N, S>,
-        state: &StateOf<M>,
-        mut depth: f32,
+    fn look_up<const N: usize, const P: usize, S: Scaling<T>>(
+        model: &ModelOf<'a, M, N, S, T>,
+        state: &StateOf<M, P, T>,
+        mut depth: T,
         status: &mut Status,
     ) -> Self {
         let (data, scale) = (model.data, &model.scale);
-        let x = depth * scale.per_mm(data.cells_per_mm);
-        let mut index = x as u32 as usize;
-        let mut t = x - index as f32;
+        let per_mm = scale.per_mm(data.cells_per_mm);
+        let x = depth * per_mm;
+        let mut index = x.index();
+        let mut t = x - T::of(index as f32);
         if index >= N - 1 {
             index = N - 1;
-            t = 0.0;
+            t = T::of(0.0);
             depth = scale.length(data.depth_max);
-            if x > (N - 1) as f32 {
+            if x > T::of((N - 1) as f32) {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
             }
         }
         let row = &data.rows[index];
         let area = scale.area(row.area.at(t));
-        let plain_limit = scale.limit(row.limit.at(t), area);
-        let limit = plain_limit * state.strength_factor;
-        let stiffness = scale.stiffness(row.stiffness.at(t));
-        let stiffness_anisotropy = row.stiffness_anisotropy.at(t);
-        let strength_anisotropy = row.strength_anisotropy.at(t);
-        let yield_shift = row.yield_shift.at(t);
-        let normal_shear_x = scale.per_newton(row.normal_shear_x.at(t));
-        let normal_shear_y = scale.per_newton(row.normal_shear_y.at(t));
-        let press_coupling = row.press_coupling.at(t);
-        let press_slide = row.press_slide + t * (row.press_coupling.value + press_coupling);
+        let plain = row.limit.at(t);
+        let limit = scale.limit(plain, area);
         Self {
             row,
             t,
             depth,
             area,
-            plain_limit,
-            limit,
-            stiffness,
-            stiffness_anisotropy,
-            strength_anisotropy,
-            yield_shift,
-            normal_shear_x,
-            normal_shear_y,
-            press_coupling,
-            press_slide,
+            radius: scale.radius(plain, limit) * state.strength_factor,
+            limit: limit * state.strength_factor,
+            stiffness: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t))),
+            stiffness_slope: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm),
+            press_coupling: row.press_slide.slope_at(t) * data.cells_per_mm,
+            press_slide: scale.length(row.press_slide.at(t)),
         }
     }
 }
 
-/// Slide of the step, that of pressing included, in slip lengths; along y times the stiffness anisotropy.
+/// Adds an increment to a number in two parts; exact to the last bit of the second (Knuth's sum of two).
 #[inline(always)]
-fn slide_in_slip_lengths<const M: usize, const N: usize, S: Scaling>(
-    model: &ModelOf<'_, M, N, S>,
-    state: &StateOf<M>,
-    at: &AtDepth<'_>,
-    motion: Motion,
-    per_slip: f32,
+fn add<T: Scalar>(sum: T, low: T, increment: T) -> (T, T) {
+    let increment = increment + low;
+    let to = sum + increment;
+    let part = to - sum;
+    (to, (sum - (to - part)) + (increment - part))
+}
+
+/// Moves the plane, and the state's origin if that is far away.
+#[inline(always)]
+fn move_plane<const M: usize, const P: usize, T: Scalar>(
+    state: &mut StateOf<M, P, T>,
+    motion: Motion<T>,
+    press_slide: T,
     status: &mut Status,
-) -> [f32; 2] {
-    let [x, y] = motion.slide_increment_mm;
-    let coupled = (at.press_slide - state.press_slide) * model.scale.length(model.data.half_cell);
-    let x = x + coupled;
-    let mut slide = [x * per_slip, y * per_slip];
-    // Numbers that are not negative order like their bits, and what is no number lies above them.
-    if (slide[0] * slide[0] + slide[1] * slide[1]).to_bits() > (SLIDE_MAX * SLIDE_MAX).to_bits() {
-        let finite = x.abs() <= f32::MAX && y.abs() <= f32::MAX;
-        *status = status.with(if finite { Status::LARGE_INCREMENT } else { Status::BAD_INPUT });
-        slide = bounded_slide(x, y, coupled, per_slip);
-    }
-    slide[1] *= at.stiffness_anisotropy;
-    slide
-}
-
-/// Lets the contact grow or shrink to its new depth; a shrinking one also slides back by what its rim takes along.
-///
-/// Returns the share of their force that the elements retain along x and y, over the new limit.
-#[inline(always)]
-fn change_depth<const M: usize>(
-    state: &mut StateOf<M>,
-    at: &AtDepth<'_>,
-    limit_ratio: f32,
-    per_slip: f32,
-    [slide_x, slide_y]: [&mut f32; 2],
-) -> [f32; 2] {
-    let grown = at.stiffness - state.stiffness;
-    let deeper = at.stiffness * (at.depth - state.depth);
-    let mut retained = limit_ratio;
-    let [lag_x, lag_y] = state.rim_lag;
-    if grown >= 0.0 {
-        // What comes carries nothing, so that the rim lags by the whole displacement once most of it is new.
-        let share = grown / at.stiffness;
-        state.stored_energy += share * state.energy;
-        let renewed = share / (RENEWAL + (1.0 - RENEWAL) * share);
-        let slip_length = state.limit / at.stiffness;
-        let (old, new) = (1.0 - renewed, slip_length * renewed);
-        let renew = |lag: f32, resultant: f32| old * lag + new * resultant;
-        state.rim_lag = [renew(lag_x, state.resultant[0]), renew(lag_y, state.resultant[1])];
-    } else {
-        // What goes takes the rim's force along: displacement kept, and the lag slid back as far as the stored energy pays.
-        let mut share = -grown / at.stiffness;
-        let before = 1.0 + share;
-        let taken = -grown * before * (lag_x * lag_x + lag_y * lag_y);
-        retained /= before;
-        if taken > state.stored_energy {
-            share *= state.stored_energy / taken;
-            state.stored_energy = 0.0;
-        } else {
-            state.stored_energy -= taken;
+) {
+    let [mut x, mut y] = motion.slide_increment_mm;
+    let mut spin = motion.spin_increment_rad;
+    let longest = T::of(SLIDE_MAX_MM * SLIDE_MAX_MM);
+    let turns = if P == 1 { spin == T::of(0.0) } else { spin.magnitude() <= T::of(SPIN_MAX_RAD) };
+    if !((x * x + y * y <= longest) & turns) {
+        rare();
+        let bounded = |s: T, most: f32, status: &mut Status| {
+            if !s.is_number() {
+                *status = status.with(Status::BAD_INPUT);
+                return T::of(0.0);
+            }
+            s.at_most(T::of(most)) + (s + T::of(most)).at_most(T::of(0.0))
+        };
+        let finite = x.is_number() && y.is_number();
+        [x, y] = [x, y].map(|s| bounded(s, 1e6, status));
+        let length = x.magnitude() + y.magnitude();
+        if finite && x * x + y * y > longest {
+            *status = status.with(Status::LARGE_INCREMENT);
         }
-        let back = [share * lag_x, share * lag_y];
-        state.rim_lag = [lag_x + back[0], lag_y + back[1]];
-        *slide_x += back[0] * per_slip;
-        *slide_y += back[1] * per_slip;
+        if length > T::of(SLIDE_MAX_MM) {
+            let cut = T::of(SLIDE_MAX_MM) / length;
+            [x, y] = [x * cut, y * cut];
+        }
+        if P == 1 && !turns {
+            *status = status.with(Status::SPIN_IGNORED);
+        } else if !turns {
+            if spin.is_number() {
+                *status = status.with(Status::LARGE_INCREMENT);
+            }
+            spin = bounded(spin, SPIN_MAX_RAD, status);
+        }
     }
-    // The normal force that comes with shear does work on the way.
-    let retained_deeper = retained * deeper;
-    let retained_y = retained + retained_deeper * at.normal_shear_y;
-    [retained + retained_deeper * at.normal_shear_x, retained_y]
+    let [at, low] = state.position;
+    let (to_x, low_x) = add(at[0], low[0], x);
+    let (to_y, low_y) = add(at[1], low[1], y);
+    state.position = [[to_x, to_y], [low_x, low_y]];
+    if P > 1 {
+        let (to, low) = add(state.angle[0], state.angle[1], spin);
+        state.angle = [to, low];
+    }
+    let far = T::of(FAR_MM);
+    let is_far = |s: T| s.magnitude() > far;
+    if is_far(to_x) | is_far(to_y) | (P > 1 && is_far(state.angle[0])) {
+        rare();
+        move_origin(state, press_slide);
+    }
 }
 
-/// The finger is softer along +x the more it carries there: the slide's square root law, solved for its end.
-///
-/// `odd_mm_n2` is twice the odd compliance. Returns the compliance at the end of the slide over the linear one.
+/// Moves the state's origin to where the plane is. Displacements keep their bits: those that a step computes from the
+/// anchors are what the anchors become.
 #[inline(always)]
-fn soften_along_x<const M: usize>(
-    state: &StateOf<M>,
-    at: &AtDepth<'_>,
-    retained: f32,
-    limit_ratio: f32,
-    odd_mm_n2: f32,
-    slide_x: &mut f32,
-) -> f32 {
-    let twice_odd = odd_mm_n2 * (at.stiffness * at.plain_limit);
-    let was = state.resultant[0] * limit_ratio;
-    let kept = state.resultant[0] * retained - was;
-    *slide_x += kept;
-    *slide_x += *slide_x;
-    let begin = 1.0 + twice_odd * was;
-    let end = sqrt((begin * begin + twice_odd * *slide_x).abs());
-    *slide_x /= begin + end;
-    *slide_x -= kept;
-    end
+fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, press_slide: T) {
+    let [x, y] = state.position[0];
+    let here = [x + press_slide, y];
+    for anchor in state.anchor.as_flattened_mut() {
+        *anchor = [anchor[0] - here[0], anchor[1] - here[1]];
+    }
+    for place in [&mut state.turn, &mut state.reached] {
+        *place = [place[0] - here[0], place[1] - here[1], place[2]];
+    }
+    state.position[0] = [-press_slide, T::of(0.0)];
 }
 
-/// What the elements carry together.
-struct Carried {
-    /// F/L along x, F/(s L) along y.
-    resultant: [f32; 2],
-    /// F/L along y.
-    along_y: f32,
-    /// Σ w_j y_j u_j² along x and y, u_jy as the state holds it.
-    energy: [f32; 2],
-}
-
-/// Moves every element and returns those that yield to their yield surface; the state keeps forces and resultant.
+/// A contact begins: all springs are held where they are.
 #[inline(always)]
-fn move_elements<const M: usize, const N: usize>(
-    state: &mut StateOf<M>,
-    data: &DataOf<M, N>,
-    at: &AtDepth<'_>,
-    [slide_x, slide_y]: [f32; 2],
-    [retained_x, retained_y]: [f32; 2],
-    surface: &YieldSurface,
-    reversal: &mut Reversal,
-) -> Carried {
+fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    here: [T; 3],
+    data: &DataOf<M, N, T>,
+    scale: &S,
+) {
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        for (k, anchor) in pair.iter_mut().enumerate() {
+            *anchor = place_of::<P, T>(here, spring.place::<P>(k).map(|p| scale.length(p)));
+        }
+    }
+    state.turn = here;
+    state.reached = here;
+}
+
+/// Where the plane has carried a spring at `place`.
+#[inline(always)]
+pub(crate) fn place_of<const P: usize, T: Scalar>([x, y, angle]: [T; 3], place: [T; 2]) -> [T; 2] {
+    if P == 1 { [x, y] } else { [x - place[1] * angle, y + place[0] * angle] }
+}
+
+/// What the springs carry together, over the stiffness.
+struct Carried<T> {
+    /// Force, mm.
+    force: [T; 2],
+    /// What the forces along x and y add to the moment, mm².
+    moment: [T; 2],
+    /// Energy along x and y, mm².
+    energy: [T; 2],
+    stick_ratio: T,
+}
+
+/// Moves every spring and returns those that slip to their limit; the state keeps their anchors.
+#[inline(always)]
+fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    model: &ModelOf<'_, M, N, S, T>,
+    at: &AtDepth<'_, M, T>,
+    here: [T; 3],
+    way: &Way<T>,
+) -> Carried<T> {
+    let (data, scale) = (model.data, &model.scale);
+    let odd = Odd(data.odd / at.radius);
+    let limit =
+        Limit::new(at.row.yield_shift.at(at.t), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
     // Adding to −0 is nothing, to 0 an instruction.
-    let (mut resultant_x, mut resultant_y, mut energy_x, mut energy_y) = (-0.0, -0.0, -0.0, -0.0);
-    for (u, element) in state.force.iter_mut().zip(&data.elements) {
-        let mut x = u[0] * retained_x + slide_x * element.inverse_yield;
-        let mut y = u[1] * retained_y + slide_y * element.inverse_yield;
-        let level = surface.level([x, y]);
-        reversal.note(level);
-        // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
-        let [back_x, back_y] = surface.return_map([x, y], level);
-        x = select_unpredictable(level > YIELD, back_x, x);
-        y = select_unpredictable(level > YIELD, back_y, y);
-        *u = [x, y];
-        resultant_x += element.strength * x;
-        resultant_y += element.strength * y;
-        energy_x += element.energy * x * x;
-        energy_y += element.energy * y * y;
+    let none = T::of(-0.0);
+    let mut sum = Carried { force: [none; 2], moment: [none; 2], energy: [none; 2], stick_ratio: none };
+    let springs = data.springs.iter().zip(&at.row.radius).zip(&at.row.area_share);
+    for (pair, ((spring, radius), area)) in state.anchor.iter_mut().zip(springs) {
+        let radius = radius.at(at.t) * at.radius;
+        let mut slipping = none;
+        for (k, anchor) in pair.iter_mut().enumerate() {
+            let place = spring.place::<P>(k).map(|p| scale.length(p));
+            let to = place_of::<P, T>(here, place);
+            let r = limit.return_map([to[0] - anchor[0], to[1] - anchor[1]], radius);
+            *anchor = [
+                T::select(r.slips, to[0] - r.u[0], anchor[0]),
+                T::select(r.slips, to[1] - r.u[1], anchor[1]),
+            ];
+            let [along, energy] = odd.force_and_energy(r.u[0]);
+            let across = r.u[1];
+            sum.force[0] += spring.stiffness * along;
+            sum.force[1] += spring.stiffness * across;
+            sum.energy[0] += spring.stiffness * energy;
+            sum.energy[1] += spring.stiffness * (across * across);
+            if P > 1 {
+                sum.moment[0] += spring.stiffness * (place[1] * along);
+                sum.moment[1] += spring.stiffness * (place[0] * across);
+            } else {
+                sum.moment[1] += spring.stiffness * (place[0] * across);
+            }
+            let gone = place_of::<P, T>(way.0, place);
+            let p = share_of_way([gone[0], gone[1] * limit.anisotropy], r.v, r.room);
+            let square = p * p;
+            slipping += square + square * (spring.sharpness * (square - T::of(1.0)));
+        }
+        sum.stick_ratio += area.at(at.t) * slipping;
     }
-    state.resultant = [resultant_x, resultant_y];
+    let share = T::of(1.0 / P as f32);
+    let both = |[x, y]: [T; 2]| [share * x, share * y];
+    let [energy_x, energy_y] = both(sum.energy);
     Carried {
-        along_y: at.stiffness_anisotropy * resultant_y,
-        resultant: [resultant_x, resultant_y * at.strength_anisotropy],
-        energy: [energy_x, energy_y],
+        force: both(sum.force),
+        moment: both(sum.moment),
+        energy: [energy_x, T::of(0.5) * energy_y],
+        stick_ratio: (T::of(1.0) - share * sum.stick_ratio).not_negative(),
     }
-}
-
-/// Whether the bits of a time step are a positive number that is not subnormal.
-#[inline(always)]
-fn is_time(dt: u32) -> bool {
-    const LEAST: u32 = f32::MIN_POSITIVE.to_bits();
-    dt.wrapping_sub(LEAST) < f32::INFINITY.to_bits() - LEAST
-}
-
-/// How far the bits of a number are above those of 2^-20; for 2^-20 to 2^108 the highest two are not set. A time step
-/// below 1 µs is as good as another, it only takes a few instructions more.
-#[inline(always)]
-fn above_least(x: f32) -> u32 {
-    x.to_bits().wrapping_sub(TOUCH_MM.to_bits())
 }
 
 /// Tells the compiler that what comes with it is rare.
@@ -355,98 +359,44 @@ fn rare() {}
 
 /// What is to be remarked about a depth and a time step that are out of the ordinary, which they may be rightly.
 #[inline(always)]
-fn doubt(depth: f32, dt: u32) -> Status {
-    let time = if is_time(dt) { Status::OK } else { Status::BAD_TIME_STEP };
-    if depth.abs() <= f32::MAX { time } else { time.with(Status::BAD_INPUT) }
+fn doubt<T: Scalar>(depth: T, dt: T) -> Status {
+    let time = if dt > T::of(0.0) && dt.is_number() { Status::OK } else { Status::BAD_TIME_STEP };
+    if depth.is_number() { time } else { time.with(Status::BAD_INPUT) }
 }
 
-/// Without contact the elements are forgotten, the strength factor stays.
+/// Without contact the springs are forgotten, the strength factor stays.
 #[inline(always)]
-fn in_the_air<const M: usize>(state: &mut StateOf<M>, motion: Motion, mut status: Status) -> Response {
-    if !motion.slide_increment_mm.iter().all(|s| s.is_finite()) {
+fn in_the_air<const M: usize, const P: usize, T: Scalar>(
+    state: &mut StateOf<M, P, T>,
+    motion: Motion<T>,
+    mut status: Status,
+) -> Response<T> {
+    let [x, y] = motion.slide_increment_mm;
+    if !(x.is_number() && y.is_number() && motion.spin_increment_rad.is_number()) {
         status = status.with(Status::BAD_INPUT);
     }
     lift_off(state);
-    Response { slip_margin: 1.0, status, ..Response::default() }
+    Response { slip_margin: T::of(1.0), status, ..Response::default() }
 }
 
 #[cold]
 #[inline(never)]
-fn lift_off<const M: usize>(state: &mut StateOf<M>) {
+fn lift_off<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>) {
     *state = StateOf { strength_factor: state.strength_factor, ..StateOf::default() };
 }
 
-/// A slide that is no number or too long, made harmless: components that are no numbers become 0, or what pressing
-/// amounts to along x, the rest is cut in proportion. Returns the whole in slip lengths.
-///
-/// Part of the step and no call: a call would want registers and stack of every step.
-#[inline(always)]
-fn bounded_slide(x_mm: f32, y_mm: f32, coupled: f32, per_slip: f32) -> [f32; 2] {
-    let number = |s: f32, none: f32| if s.abs() <= f32::MAX { s.clamp(-1e6, 1e6) } else { none };
-    let (x, y) = (number(x_mm, coupled) * per_slip, number(y_mm, 0.0) * per_slip);
-    let length = x.abs() + y.abs();
-    let cut = if length > SLIDE_MAX { SLIDE_MAX / length } else { 1.0 };
-    [x * cut, y * cut]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Data, Params, Regime, State};
-
-    #[test]
-    fn example_presses_and_slides() {
-        let data = Params::example().try_build().unwrap();
-        let model = data.model().unwrap();
-        let mut state = State::default();
-        let mut last = Response::default();
-        for i in 1..=100 {
-            last = step(&model, &mut state, Motion { depth_mm: 0.01 * i as f32, dt_s: 1e-3, ..Default::default() });
-        }
-        assert_eq!(last.regime, Regime::Stick);
-        for _ in 0..3000 {
-            last = step(&model, &mut state, Motion { depth_mm: 1.0, slide_increment_mm: [0.01, 0.01], dt_s: 1e-3 });
-        }
-        // Steady slip: friction along the motion although the finger is softer and weaker along y.
-        assert_eq!(last.regime, Regime::Slip);
-        let quotient = last.friction_n[0] / last.friction_n[1];
-        assert!((quotient - 1.0).abs() < 0.01, "{quotient}");
+/// The last guard: a memory that holds what is no number, which no step leaves behind, is forgotten, and the answer is a
+/// contact of which nothing is known: no force, no margin.
+#[cold]
+#[inline(never)]
+fn begin_anew<const M: usize, const P: usize, T: Scalar>(
+    state: &mut StateOf<M, P, T>,
+    status: Status,
+) -> Response<T> {
+    lift_off(state);
+    let factor = state.strength_factor;
+    if !(factor >= T::of(0.1) && factor <= T::of(5.0)) {
+        state.strength_factor = T::of(1.0);
     }
-
-    /// The plane's work around: press to 1 mm, load along x, back to 0.5 mm, unload, lift.
-    fn work_of_a_loop(data: &Data) -> f64 {
-        let model = ModelOf::from_checked(data);
-        let mut state = State::default();
-        let mut work = 0.0;
-        let mut go = |depth: i32, x: f32| {
-            let motion = Motion { depth_mm: 1e-3 * depth as f32, slide_increment_mm: [x, 0.0], dt_s: 1e-3 };
-            let before = state.depth;
-            let r = step(&model, &mut state, motion);
-            work += f64::from(r.normal_force_n) * f64::from(state.depth - before) + f64::from(r.friction_n[0] * x);
-            r.friction_n[0]
-        };
-        (1..=1000).for_each(|d| _ = go(d, 0.0));
-        (0..600).for_each(|_| _ = go(1000, 0.001));
-        (500..1000).rev().for_each(|d| _ = go(d, 0.0));
-        while go(500, -0.001) > 0.0 {}
-        (0..500).rev().for_each(|d| _ = go(d, 0.0));
-        work
-    }
-
-    /// The work test can fail: normal force from energy that the elements do not hold comes back as work.
-    #[test]
-    fn the_check_is_what_keeps_energy_from_nothing() {
-        let mut params = Params::example();
-        for node in &mut params.nodes {
-            node.normal_shear_x_n *= 3.0;
-        }
-        let mut data = params.try_build().unwrap();
-        let honest = work_of_a_loop(&data);
-        for element in &mut data.elements {
-            element.energy *= 10.0;
-        }
-        assert!(data.check().is_err());
-        let forged = work_of_a_loop(&data);
-        assert!(honest > 0.0 && forged < 0.0, "{honest} and {forged} mJ");
-    }
+    Response { status: status.with(Status::MEMORY_LOST), regime: crate::Regime::Slip, ..Response::default() }
 }

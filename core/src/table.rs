@@ -1,70 +1,157 @@
-//! Straight lines between equidistant depths, read in place from flash.
+//! Curves between equidistant depths, read in place from flash.
 //!
-//! A row holds value and slope of every quantity over one cell, so that a quantity costs one multiply-add. Beyond
-//! the last node the last value holds. Uses nothing of this crate.
+//! A row holds what every quantity needs over one cell: value and change of a straight line, one more number for a
+//! parabola. Beyond the last node the last value holds. Uses math.
 
-use bytemuck::{Pod, Zeroable};
+use crate::math::Scalar;
 
 /// Value at the left end of a cell and its change over the cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
-pub struct Line {
+pub struct Line<T = f32> {
     /// Value at the left node.
-    pub value: f32,
+    pub value: T,
     /// Value at the right node less `value`, rounded toward 0 so that the line does not overshoot the right node.
-    pub change: f32,
+    pub change: T,
 }
 
-impl Line {
+impl<T: Scalar> Line<T> {
     /// The line from `left` to `right`.
-    pub(crate) fn between(left: f32, right: f32) -> Self {
+    pub(crate) fn between(left: T, right: T) -> Self {
         let mut change = right - left;
-        // One unit in the last place is enough: the difference and the sum are each off by half a unit at most.
-        while change.is_finite() && change != 0.0 && overshoots(left, change, right) {
-            change = f32::from_bits(change.to_bits() - 1);
+        let overshoots = |change: T| {
+            let end = left + change;
+            if change > T::of(0.0) { end > right } else { end < right }
+        };
+        let mut rounds = 0;
+        // A unit in the last place of the ends' difference is enough.
+        while change.is_number() && change != T::of(0.0) && overshoots(change) && rounds < 4 {
+            change = change - change * T::of(f32::EPSILON);
+            rounds += 1;
         }
         Self { value: left, change }
     }
 
     /// Value at `t`, 0 at the left node and 1 at the right one.
     #[inline(always)]
-    pub(crate) fn at(&self, t: f32) -> f32 {
+    pub(crate) fn at(&self, t: T) -> T {
         self.value + self.change * t
     }
 }
 
-fn overshoots(left: f32, change: f32, right: f32) -> bool {
-    if change > 0.0 { left + change > right } else { left + change < right }
+/// A parabola over a cell: the integral of a straight line, so that it joins its neighbours with its slope.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct Parabola<T = f32> {
+    /// Value at the left node.
+    pub value: T,
+    /// Slope at the left node times the cell.
+    pub slope: T,
+    /// Half of the slope's change over the cell, times the cell.
+    pub bend: T,
+}
+
+impl<T: Scalar> Parabola<T> {
+    /// The parabola from `value` with slopes `left` and `right`, both times the cell.
+    pub(crate) fn of_slopes(value: T, left: T, right: T) -> Self {
+        Self { value, slope: left, bend: T::of(0.5) * (right - left) }
+    }
+
+    /// Value at `t`, 0 at the left node and 1 at the right one.
+    #[inline(always)]
+    pub(crate) fn at(&self, t: T) -> T {
+        self.value + t * (self.slope + t * self.bend)
+    }
+
+    /// Slope at `t`, per cell.
+    #[inline(always)]
+    pub(crate) fn slope_at(&self, t: T) -> T {
+        self.slope + (t + t) * self.bend
+    }
 }
 
 /// One cell of all tables. The last row of a model has no cell: its changes are 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
-pub struct Row {
+pub struct Row<const M: usize, T = f32> {
     /// Normal force without shear, N.
-    pub normal: Line,
+    pub normal: Line<T>,
     /// Contact area without shear, mm².
-    pub area: Line,
-    /// Strength of all elements together, N.
-    pub limit: Line,
-    /// Tangential stiffness of the sticking contact along x, N/mm.
-    pub stiffness: Line,
-    /// Square root of the tangential stiffness along y over that along x.
-    pub stiffness_anisotropy: Line,
-    /// The same over the ratio of the strength along y to that along x.
-    pub strength_anisotropy: Line,
-    /// Normal force added per elastic energy of shear along x times the stiffness twice, 1/N.
-    pub normal_shear_x: Line,
-    /// The same along y, 1/N.
-    pub normal_shear_y: Line,
-    /// Share by which the limit along +x exceeds that along y.
-    pub yield_shift: Line,
+    pub area: Line<T>,
+    /// Stiffness of all springs together along x, N/mm.
+    pub stiffness_x: Parabola<T>,
+    /// The same along y, N/mm.
+    pub stiffness_y: Parabola<T>,
+    /// Slide along x that pressing to this depth amounts to, mm; its slope couples the normal force to friction along x.
+    pub press_slide: Parabola<T>,
+    /// Stiffness along y over that along x, over the ratio of the strengths.
+    pub anisotropy: Line<T>,
+    /// Share by which a spring's limit along +x exceeds that along −x, halved.
+    pub yield_shift: Line<T>,
+    /// Friction of all springs in full slip along x, the geometric mean of both directions, N.
+    pub limit: Line<T>,
+    /// Friction in full slip along y over that along x.
+    pub limit_ratio: Line<T>,
+    /// Share by which friction in full slip along +x exceeds that along −x, halved.
+    pub limit_shift: Line<T>,
+    /// Moment about the normal in full spin, N mm.
+    pub spin_limit: Line<T>,
+    /// Place of the centre of friction along x, mm.
+    pub friction_centre: Line<T>,
+    /// Place of the centre of pressure along x without shear, mm.
+    pub pressure_centre: Line<T>,
     /// Half-width of the band of the normal force, N.
-    pub band_normal: Line,
-    /// Slide per depth that pressing causes, mm/mm.
-    pub press_coupling: Line,
-    /// The same summed up from depth 0 to the left node, half cells.
-    pub press_slide: f32,
+    pub band_normal: Line<T>,
+    /// Elastic displacement at which each spring slips along y times the anisotropy, mm; 0 where it does not touch.
+    pub radius: [Line<T>; M],
+    /// Share of the contact area that each spring stands for.
+    pub area_share: [Line<T>; M],
+}
+
+impl<const M: usize, T: Scalar> Default for Row<M, T> {
+    fn default() -> Self {
+        let (line, parabola) = (Line::default(), Parabola::default());
+        Self {
+            normal: line,
+            area: line,
+            stiffness_x: parabola,
+            stiffness_y: parabola,
+            press_slide: parabola,
+            anisotropy: line,
+            yield_shift: line,
+            limit: line,
+            limit_ratio: line,
+            limit_shift: line,
+            spin_limit: line,
+            friction_centre: line,
+            pressure_centre: line,
+            band_normal: line,
+            radius: [line; M],
+            area_share: [line; M],
+        }
+    }
+}
+
+impl<const M: usize> Row<M> {
+    /// All numbers of a row, in the order of a file.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
+        let line = |l: &Line| [l.value, l.change];
+        let parabola = |p: &Parabola| [p.value, p.slope, p.bend];
+        let head = [&self.normal, &self.area].into_iter().flat_map(line);
+        let curves = [&self.stiffness_x, &self.stiffness_y, &self.press_slide].into_iter().flat_map(parabola);
+        let rest = [
+            &self.anisotropy,
+            &self.yield_shift,
+            &self.limit,
+            &self.limit_ratio,
+            &self.limit_shift,
+            &self.spin_limit,
+            &self.friction_centre,
+            &self.pressure_centre,
+            &self.band_normal,
+        ];
+        head.chain(curves).chain(rest.into_iter().chain(&self.radius).chain(&self.area_share).flat_map(line))
+    }
 }
 
 #[cfg(test)]
@@ -82,7 +169,14 @@ mod tests {
             let (left, right) = (next(), next());
             let end = Line::between(left, right).at(1.0);
             assert!(if right >= left { end <= right } else { end >= right });
-            assert!((end - right).abs() <= 2.0 * f32::EPSILON * right.max(left));
+            assert!((end - right).abs() <= 4.0 * f32::EPSILON * right.max(left));
         }
+    }
+
+    #[test]
+    fn a_parabola_joins_the_next_with_value_and_slope() {
+        let p = Parabola::of_slopes(0.3f32, 0.1, -0.2);
+        assert_eq!((p.at(0.0), p.slope_at(0.0)), (0.3, 0.1));
+        assert!((p.slope_at(1.0) + 0.2).abs() < 1e-7 && (p.at(1.0) - (0.3 - 0.05)).abs() < 1e-7);
     }
 }

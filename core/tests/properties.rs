@@ -11,7 +11,7 @@ fn example() -> Data {
 }
 
 fn motion(depth: f32, x: f32, y: f32) -> Motion {
-    Motion { depth_mm: depth, slide_increment_mm: [x, y], dt_s: 1e-3 }
+    Motion { depth_mm: depth, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s: 1e-3 }
 }
 
 /// Everything a response promises whatever the input.
@@ -86,7 +86,7 @@ proptest! {
         step(&model, &mut state, motion(depth, 0.3, -0.2));
         for w in words {
             let f = w.map(f32::from_bits);
-            let input = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], dt_s: f[3] };
+            let input = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
             let r = step(&model, &mut state, input);
             assert_sane(&model, &r);
             let good = f[0].is_finite() && f[1].is_finite() && f[2].is_finite();

@@ -65,7 +65,7 @@ fn the_example_runs_in_the_core_beside_the_others() {
         for i in 0..1000 {
             let slide = if i < 100 { 0.0 } else { 0.02 };
             let depth_mm = (0.01 * i as f32).min(1.0);
-            let motion = Motion { depth_mm, slide_increment_mm: [slide, 0.0], dt_s: 0.01 };
+            let motion = Motion { depth_mm, slide_increment_mm: [slide, 0.0], spin_increment_rad: 0.0, dt_s: 0.01 };
             friction = effects.step(&model, &mut contact, COLD, motion).friction_n[0];
         }
         friction

@@ -12,7 +12,7 @@ fn example() -> Data {
 }
 
 fn motion(depth: f32, x: f32, y: f32) -> Motion {
-    Motion { depth_mm: depth, slide_increment_mm: [x, y], dt_s: 1e-3 }
+    Motion { depth_mm: depth, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s: 1e-3 }
 }
 
 /// A contact somewhere in the middle of a path.

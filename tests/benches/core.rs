@@ -16,7 +16,7 @@ fn motions() -> impl Iterator<Item = Motion> {
         let turn = (i / 256) % 4;
         let slide = [[0.01, 0.0], [0.0, 0.012], [-0.011, 0.004], [0.003, -0.01]][turn as usize];
         let depth_mm = 1.0 + 0.4 * ((i % 512) as f32 / 256.0 - 1.0).abs();
-        Motion { depth_mm, slide_increment_mm: slide, dt_s: 1e-3 }
+        Motion { depth_mm, slide_increment_mm: slide, spin_increment_rad: 0.0, dt_s: 1e-3 }
     })
 }
 
@@ -38,7 +38,7 @@ fn rival(bencher: Bencher, one: extern "C" fn(&mut rivals::Rivals, &[f32; 4])) {
     let mut rivals = rivals::Rivals::default();
     let mut motions = motions();
     bencher.bench_local(move || {
-        let Motion { depth_mm, slide_increment_mm: [x, y], dt_s } = motions.next().expect("endless");
+        let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s } = motions.next().expect("endless");
         one(&mut rivals, black_box(&[depth_mm, x, y, dt_s]));
         rivals.out
     });

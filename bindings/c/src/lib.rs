@@ -172,7 +172,7 @@ pub unsafe extern "C" fn fingerpad_step(
     let fingerpad_motion { depth_mm, slide_x_mm, slide_y_mm, dt_s } = motion;
     #[cfg(feature = "panics")]
     core::hint::black_box([0u8; 4][core::hint::black_box(depth_mm as usize)]);
-    let r = fingerpad::step(model, state, Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], dt_s });
+    let r = fingerpad::step(model, state, Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], spin_increment_rad: 0.0, dt_s });
     fingerpad_response {
         normal_force_n: r.normal_force_n,
         friction_x_n: r.friction_n[0],

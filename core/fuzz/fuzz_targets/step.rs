@@ -11,7 +11,7 @@ fuzz_target!(|input: &[u8]| {
     let mut state = State::default();
     for words in input.chunks_exact(17) {
         let f: [f32; 4] = core::array::from_fn(|i| f32::from_le_bytes(core::array::from_fn(|k| words[1 + 4 * i + k])));
-        let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], dt_s: f[3] };
+        let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
         let r = match words[0] % 4 {
             0 => {
                 state.set_strength_factor(f[3]);

@@ -8,15 +8,27 @@ use super::{
     Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline,
 };
 use crate::error::Field;
-use crate::math::sqrt;
+use crate::math::{Scalar, sqrt};
 use crate::model_file::EffectSlot;
 use crate::rescaling::Scaling;
-use crate::{Error, ModelOf, Motion, Response, step};
+use crate::{Error, ModelOf, Motion, Response, Status, step};
 
 /// Least value of a slot where it must be positive.
 const LEAST_POSITIVE: f32 = 1e-6;
 /// One over the contact area at which adhesion and drag are given, 1/mm².
 const PER_AREA: f32 = 1.0 / REFERENCE_AREA_MM2 as f32;
+
+/// Largest force that an effect may add, N.
+const LARGEST_N: f32 = 1e3;
+
+/// A force of an effect; what is no number or beyond all fingers is left out and flagged.
+fn held(force: f32, status: &mut Status) -> f32 {
+    if force.abs() <= LARGEST_N {
+        return force;
+    }
+    *status = status.with(Status::EFFECT_HELD);
+    0.0
+}
 
 /// The effects of a model file, by a library: that of this crate, or another one.
 pub struct Effects<'a, L = Standard> {
@@ -78,7 +90,7 @@ impl<'a, L: Library> Effects<'a, L> {
     /// normal force, drag added along the motion. Every factor is held at 0.1 or above. Bad surroundings (NaN) leave the
     /// law out. The laws of the sensor are not in the response, which is the force on the finger; see
     /// [`Effects::reading`].
-    pub fn step<const M: usize, const N: usize, S: Scaling>(
+    pub fn step<const M: usize, const N: usize, S: Scaling<f32>>(
         &self,
         model: &ModelOf<'_, M, N, S>,
         contact: &mut Contact<M>,
@@ -100,20 +112,29 @@ impl<'a, L: Library> Effects<'a, L> {
             }
         }
         let own = contact.state.strength_factor();
-        contact.state.set_strength_factor(own * change.strength);
+        let strength = contact.state.set_strength_factor(own * change.strength);
         let motion = Motion { depth_mm: at.depth_mm, ..motion };
-        let mut response = step(&model.stiffened(change.stiffness), &mut contact.state, motion);
+        let stiffened = model.stiffened(change.stiffness);
+        let mut response = step(&stiffened, &mut contact.state, motion);
         contact.state.set_strength_factor(own);
         if touches && !self.slots.is_empty() {
             let ([fx, fy], [cos, sin]) = (response.friction_n, at.along);
             if let Some(shear) = shear {
-                let (limit, depth_mm) = (contact.state.limit, contact.state.depth_mm());
+                let depth_mm = contact.state.depth_mm();
+                let limit = stiffened.limit_at(depth_mm) * strength;
                 response.normal_force_n = baseline::shear(shear, response.normal_force_n, [fx, fy], limit, depth_mm);
             }
             let area = response.contact_area_mm2.abs() * PER_AREA;
-            let drag = change.drag_n * area;
-            response.normal_force_n -= change.adhesion_n * sqrt(area);
+            let drag = held(change.drag_n * area, &mut response.status);
+            let pull = held(change.adhesion_n * sqrt(area), &mut response.status);
+            let normal = response.normal_force_n - pull;
+            if normal < 0.0 {
+                response.status = response.status.with(Status::EFFECT_HELD);
+            }
+            response.normal_force_n = normal.not_negative();
+            // Drag comes on top of what friction can bear, whatever its direction.
             response.friction_n = [fx + drag * cos, fy + drag * sin];
+            response.friction_limit_n += drag.abs();
         }
         response
     }

@@ -9,7 +9,7 @@ fn run(slots: &[EffectSlot], surroundings: Surroundings) -> [Response; 2] {
     let effects = Effects::new(slots).unwrap();
     let mut contact = Contact::default();
     let mut go = |depth_mm, x| {
-        let motion = Motion { depth_mm, slide_increment_mm: [x, 0.0], dt_s: 0.01 };
+        let motion = Motion { depth_mm, slide_increment_mm: [x, 0.0], spin_increment_rad: 0.0, dt_s: 0.01 };
         effects.step(&model, &mut contact, surroundings, motion)
     };
     for i in 1..=50 {
@@ -29,7 +29,7 @@ fn without_slots_it_is_the_plain_step() {
     let model = data.model().unwrap();
     let (mut contact, mut state) = (Contact::default(), State::default());
     for i in 0..500 {
-        let motion = Motion { depth_mm: 0.003 * i as f32, slide_increment_mm: [0.01, -0.004], dt_s: 0.01 };
+        let motion = Motion { depth_mm: 0.003 * i as f32, slide_increment_mm: [0.01, -0.004], spin_increment_rad: 0.0, dt_s: 0.01 };
         let effects = Effects::new(&[]).unwrap();
         let a = effects.step(&model, &mut contact, Surroundings::default(), motion);
         assert_eq!(a, step(&model, &mut state, motion));
@@ -116,7 +116,7 @@ fn the_callers_strength_and_tuning_stay() {
     for i in 0..800 {
         let depth_mm = (0.01 * i as f32).min(1.0);
         let slide = if i < 200 { 0.0 } else { 0.02 };
-        let motion = Motion { depth_mm, slide_increment_mm: [slide, 0.0], dt_s: 0.01 };
+        let motion = Motion { depth_mm, slide_increment_mm: [slide, 0.0], spin_increment_rad: 0.0, dt_s: 0.01 };
         let a = effects.step(&tuned, &mut contact, cold, motion);
         let b = step(&softened, &mut state, motion);
         assert_eq!(contact.state.strength_factor(), 1.3);

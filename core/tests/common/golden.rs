@@ -25,7 +25,7 @@ pub fn digest(model: &Model<'_>, steps: u32) -> u32 {
             state.set_strength_factor(0.5 + unit());
         }
         depth += 0.1 * (target - depth);
-        let mut motion = Motion { depth_mm: depth, slide_increment_mm: [vx, vy], dt_s: 1e-4 };
+        let mut motion = Motion { depth_mm: depth, slide_increment_mm: [vx, vy], spin_increment_rad: 0.0, dt_s: 1e-4 };
         if i % 1009 == 0 {
             motion.slide_increment_mm[0] = f32::from_bits(next());
         }

@@ -57,7 +57,7 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     black_box((file.meta, tuned.depth_max_mm()));
     let mut state = State::default();
     state.set_strength_factor(f[3]);
-    let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], dt_s: f[3] };
+    let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
     let r = one_step(&model, &mut state, &motion);
     black_box(one_tuned_step(&tuned, &mut state, &motion));
     let mut contact = Contact::default();

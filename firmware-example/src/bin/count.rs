@@ -29,7 +29,7 @@ struct Bench<'a, const M: usize> {
 }
 
 extern "C" fn ours<const M: usize>(b: &mut Bench<'_, M>, s: &[f32; 4]) {
-    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], dt_s: s[3] });
+    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] });
 }
 
 /// 512 steps: stick, slip, reversals, turns, depth up and down, always in contact.
@@ -118,7 +118,7 @@ struct EffectBench<'a> {
 }
 
 extern "C" fn with_effects(b: &mut EffectBench<'_>, s: &[f32; 4]) {
-    let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], dt_s: s[3] };
+    let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] };
     let around = Surroundings { hydration_au: 50.0, temperature_c: 30.0, series_s: 600.0, ..Surroundings::default() };
     b.response = b.effects.step(&b.model, &mut b.contact, around, motion);
 }
@@ -152,7 +152,7 @@ struct TunedBench<'a> {
 }
 
 extern "C" fn ours_tuned(b: &mut TunedBench<'_>, s: &[f32; 4]) {
-    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], dt_s: s[3] });
+    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] });
 }
 
 extern "C" fn gradient(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {

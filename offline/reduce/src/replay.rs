@@ -28,7 +28,7 @@ pub fn replay<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, run: &R
     let mut state = StateOf::default();
     let mut responses = Vec::with_capacity(run.samples.len());
     if let Some(first) = run.samples.first() {
-        let motion = Motion { depth_mm: first.depth_mm, slide_increment_mm: [0.0; 2], dt_s: 1e-3 };
+        let motion = Motion { depth_mm: first.depth_mm, slide_increment_mm: [0.0; 2], spin_increment_rad: 0.0, dt_s: 1e-3 };
         responses.push(model.step(&mut state, motion));
     }
     for pair in run.samples.windows(2) {
@@ -41,7 +41,7 @@ pub fn replay<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, run: &R
             let motion = Motion {
                 depth_mm: from.depth_mm + depth * (k as f32 / steps),
                 slide_increment_mm: slide.map(|s| s / steps),
-                dt_s: 1e-3,
+                spin_increment_rad: 0.0, dt_s: 1e-3,
             };
             response = model.step(&mut state, motion);
         }

@@ -30,7 +30,7 @@ pub fn replay_stroke<const M: usize, const N: usize, S: Scaling>(
             let motion = Motion {
                 depth_mm: at as f32,
                 slide_increment_mm: slide.map(|s| (s * share) as f32),
-                dt_s: ((sample.t_s - t_s) * share).max(1e-6) as f32,
+                spin_increment_rad: 0.0, dt_s: ((sample.t_s - t_s) * share).max(1e-6) as f32,
             };
             response = effects.step(model, &mut contact, sample.surroundings, motion);
         }
