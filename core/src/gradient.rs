@@ -4,7 +4,7 @@
 
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
-use crate::spring::{NOTHING, Odd};
+use crate::spring::{NOTHING, Odd, Sums};
 use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
@@ -30,7 +30,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
     /// With spin: at a fixed angle.
     pub fn gradient<const P: usize>(&self, state: &StateOf<M, P, T>, direction: [T; 3]) -> Gradient<T> {
         let (data, scale) = (self.data, &self.scale);
-        let (zero, one, half, two) = (T::of(0.0), T::of(1.0), T::of(0.5), T::of(2.0));
+        let (zero, one, two) = (T::of(0.0), T::of(1.0), T::of(2.0));
         if !state.in_contact() {
             return Gradient::default();
         }
@@ -55,7 +55,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let here = [state.position[0][0] + press_slide, state.position[0][1], state.angle[0]];
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
-        let (mut force, mut energy) = ([zero; 2], [zero; 2]);
+        let mut sums = Sums::new();
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
@@ -85,12 +85,8 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                     }
                 }
                 let weight = share * spring.stiffness;
-                let [along, stored] = odd.force_and_energy(ux);
-                let slope = odd.slope(ux);
-                force[0] += weight * along;
-                force[1] += weight * uy;
-                energy[0] += weight * stored;
-                energy[1] += weight * half * uy * uy;
+                let (along, slope) = (odd.force(ux), odd.slope(ux));
+                sums.add(weight, [ux, uy]);
                 for i in 0..3 {
                     force_rate[0][i] += weight * slope * rate[0][i];
                     force_rate[1][i] += weight * rate[1][i];
@@ -99,6 +95,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 }
             }
         }
+        let (force, energy) = (sums.force(&odd), sums.energy(&odd));
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
