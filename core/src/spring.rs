@@ -123,7 +123,7 @@ impl<T: Scalar> Limit<T> {
         let share = seen.over / (seen.over + (along + along).magnitude());
         let back_y = T::of(1.0) - self.ratio * share;
         let (nx, ny) = (vx - share * ux, vy * back_y);
-        let scale = (seen.square * T::of(1.0 - SLACK) / (nx * nx + ny * ny + T::of(NOTHING))).sqrt();
+        let scale = (seen.square * T::of(1.0 - SLACK) / (nx * nx + ny * ny + T::of(NOTHING))).magnitude().sqrt();
         [nx * scale + seen.middle, uy * (back_y * scale)]
     }
 }

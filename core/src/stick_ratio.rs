@@ -76,7 +76,7 @@ impl<T: Scalar> Way<T> {
 pub(crate) fn share_of_way<T: Scalar>(way: [T; 2], v: [T; 2], room: T) -> T {
     let square = way[0] * way[0] + way[1] * way[1];
     let ahead = way[0] * v[0] + way[1] * v[1];
-    let root = (ahead * ahead + square * room).sqrt();
+    let root = (ahead * ahead + square * room).magnitude().sqrt();
     square / (square - ahead + root + T::of(NOTHING))
 }
 
