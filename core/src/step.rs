@@ -67,7 +67,8 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let fresh = !state.in_contact();
     move_plane(state, motion, at.press_slide, &mut status);
     state.depth = at.depth;
-    let here = [state.position[0][0] + at.press_slide, state.position[0][1], state.angle[0]];
+    let [press_x, press_y] = at.press_slide;
+    let here = [state.position[0][0] + press_x, state.position[0][1] + press_y, state.angle[0]];
     if fresh {
         touch(state, here, data, scale);
     }
@@ -80,7 +81,8 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let ([x, y], [energy_x, energy_y]) = (carried.sums.force(&odd), carried.sums.energy(&odd));
     let mut friction = [at.stiffness[0] * x, at.stiffness[1] * y];
     let mut normal = scale.normal(at.row.normal.at(at.t))
-        + at.press_coupling * friction[0]
+        + at.press_coupling[0] * friction[0]
+        + at.press_coupling[1] * friction[1]
         + at.stiffness_slope[0] * energy_x
         + at.stiffness_slope[1] * energy_y;
     let mut stick_ratio = carried.stick_ratio;
@@ -115,6 +117,7 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         (alone * alone + moment * moment + cross).sqrt()
     };
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
+    let [centre_x, centre_y] = scale.pressure_centre(at.row.pressure_centre.at(at.t), at.depth);
     Response {
         normal_force_n: normal.not_negative(),
         friction_n: friction,
@@ -122,8 +125,10 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         friction_limit_n: friction_limit,
         slip_margin: (T::of(1.0) - used).not_negative(),
         spin_moment_n_mm: spin_moment,
-        pressure_centre_mm: scale.length(at.row.pressure_centre.at(at.t))
-            + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
+        pressure_centre_mm: [
+            centre_x + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
+            centre_y,
+        ],
         contact_area_mm2: at.area + at.area * data.area_tilt * along,
         band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
         band_friction_n: at.limit * band(&data.band_friction),
@@ -145,8 +150,8 @@ struct AtDepth<'a, const M: usize, T> {
     stiffness: [T; 2],
     /// Change of the stiffness with depth, N/mm².
     stiffness_slope: [T; 2],
-    press_coupling: T,
-    press_slide: T,
+    press_coupling: [T; 2],
+    press_slide: [T; 2],
 }
 
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
@@ -166,7 +171,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         if index >= N - 1 {
             index = N - 1;
             t = T::of(0.0);
-            depth = scale.length(data.depth_max);
+            depth = scale.depth(data.depth_max);
             if x > T::of((N - 1) as f32) {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
             }
@@ -175,6 +180,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         let area = scale.area(row.area.at(t));
         let plain = row.limit.at(t);
         let limit = scale.limit(plain, area);
+        let [press_x, press_y] = scale.press();
         Self {
             row,
             t,
@@ -184,8 +190,8 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             limit: limit * state.strength_factor,
             stiffness: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t))),
             stiffness_slope: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm),
-            press_coupling: row.press_slide.slope_at(t) * data.cells_per_mm,
-            press_slide: scale.length(row.press_slide.at(t)),
+            press_coupling: [row.press_slide.slope_at(t) * data.cells_per_mm + press_x, press_y],
+            press_slide: [scale.depth(row.press_slide.at(t)) + press_x * depth, press_y * depth],
         }
     }
 }
@@ -204,7 +210,7 @@ fn add<T: Scalar>(sum: T, low: T, increment: T) -> (T, T) {
 fn move_plane<const M: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
-    press_slide: T,
+    press_slide: [T; 2],
     status: &mut Status,
 ) {
     let [mut x, mut y] = motion.slide_increment_mm;
@@ -256,16 +262,16 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
 /// Moves the state's origin to where the plane is. Displacements keep their bits: those that a step computes from the
 /// anchors are what the anchors become.
 #[inline(always)]
-fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, press_slide: T) {
+fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, [press_x, press_y]: [T; 2]) {
     let [x, y] = state.position[0];
-    let here = [x + press_slide, y];
+    let here = [x + press_x, y + press_y];
     for anchor in state.anchor.as_flattened_mut() {
         *anchor = [anchor[0] - here[0], anchor[1] - here[1]];
     }
     for place in [&mut state.turn, &mut state.reached] {
         *place = [place[0] - here[0], place[1] - here[1], place[2]];
     }
-    state.position[0] = [-press_slide, T::of(0.0)];
+    state.position[0] = [-press_x, -press_y];
 }
 
 /// A contact begins: all springs are held where they are.
@@ -314,7 +320,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
     let limit =
-        Limit::new(at.row.yield_shift.at(at.t), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
+        Limit::new(scale.tilt(at.row.yield_shift.at(at.t)), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
     let none = T::of(-0.0);
     let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let share = T::of(1.0 / P as f32);
