@@ -23,6 +23,8 @@ pub type Data = DataOf<SPRINGS, NODES>;
 
 /// One spring of the bed as the step reads it. With spin it is two of half the stiffness, at `centre ± arm`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Spring<T = f32> {
     /// Its share of the stiffness; all together are 1.
@@ -39,6 +41,10 @@ pub struct Spring<T = f32> {
 ///
 /// Plain 32-bit floats throughout, so that a file can be used where it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct DataOf<const M: usize, const N: usize, T = f32> {
     /// Largest depth of the tables, mm.
@@ -63,8 +69,10 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: T,
     /// The springs.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub springs: [Spring<T>; M],
     /// The tables.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub rows: [Row<M, T>; N],
 }
 
@@ -77,6 +85,7 @@ unsafe impl<const M: usize, const N: usize> AnyBitPattern for DataOf<M, N, f32> 
 
 /// A model ready to step: the numbers in flash and, once [`ModelOf::tuned`], the factors for another finger.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModelOf<'a, const M: usize, const N: usize, S = Fitted, T = f32> {
     pub(crate) data: &'a DataOf<M, N, T>,
     pub(crate) scale: S,

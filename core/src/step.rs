@@ -2,7 +2,7 @@
 //!
 //! Main function: [`step()`]. Uses data, state, spring, stick_ratio and math.
 
-use crate::math::Scalar;
+use crate::math::{Scalar, add};
 use crate::rescaling::Scaling;
 use crate::spring::{Limit, NOTHING, Odd};
 use crate::stick_ratio::{Way, regime_of, share_of_way};
@@ -178,15 +178,6 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             press_slide: scale.length(row.press_slide.at(t)),
         }
     }
-}
-
-/// Adds an increment to a number in two parts; exact to the last bit of the second (Knuth's sum of two).
-#[inline(always)]
-fn add<T: Scalar>(sum: T, low: T, increment: T) -> (T, T) {
-    let increment = increment + low;
-    let to = sum + increment;
-    let part = to - sum;
-    (to, (sum - (to - part)) + (increment - part))
 }
 
 /// Moves the plane, and the state's origin if that is far away.

@@ -42,7 +42,12 @@ fn the_documents_vectors() {
         let (input, output) = line.split_once(" | ").unwrap();
         let input: Vec<f32> = input.split(' ').map(|w| w.parse().unwrap()).collect();
         let output: Vec<&str> = output.split(' ').collect();
-        let motion = Motion { depth_mm: input[0], slide_increment_mm: [input[1], input[2]], spin_increment_rad: 0.0, dt_s: 1e-3 };
+        let motion = Motion {
+            depth_mm: input[0],
+            slide_increment_mm: [input[1], input[2]],
+            spin_increment_rad: 0.0,
+            dt_s: 1e-3,
+        };
         let r = step(&model, &mut state, motion);
         let expected: Vec<u32> = output[..9].iter().map(|w| u32::from_str_radix(w, 16).unwrap()).collect();
         assert_eq!(words(&r)[..], expected[..], "{line}");

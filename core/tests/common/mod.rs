@@ -76,8 +76,12 @@ pub fn run_with(data: &Data, strength: f32, path: &[[f64; 3]], mut each: impl Fn
     state.set_strength_factor(strength);
     for pair in path.windows(2) {
         let by: [f64; 3] = core::array::from_fn(|i| pair[1][i] - pair[0][i]);
-        let motion =
-            Motion { depth_mm: pair[1][0] as f32, slide_increment_mm: [by[1] as f32, by[2] as f32], spin_increment_rad: 0.0, dt_s: 1e-3 };
+        let motion = Motion {
+            depth_mm: pair[1][0] as f32,
+            slide_increment_mm: [by[1] as f32, by[2] as f32],
+            spin_increment_rad: 0.0,
+            dt_s: 1e-3,
+        };
         let response = step(&model, &mut state, motion);
         each(by, &response);
     }
