@@ -33,8 +33,11 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     ///   the same along y as well. `check_passive` asks for it at both ends of every cell, for limits at the nominal strength.
     /// * nodes: kx, ky and C are integrals of straight lines, so that N does not jump there.
     ///
-    /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q. A change of
-    /// tuning or stiffness at a given displacement does the work of the new energy less the old one; who makes it pays.
+    /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q, a rise at
+    /// the displacement before the change, a fall at the one that the smaller limit leaves. A change of tuning or stiffness at
+    /// a given displacement does the work of the new energy less the old one; who makes it pays. A shear strength at zero
+    /// pressure ([`crate::Tuning::tau0_mpa`]) lets q change with depth, which is left out of N: up to about 1e-3 of what goes
+    /// back and forth.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         let last = T::of((N - 1) as f32);

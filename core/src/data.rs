@@ -108,13 +108,12 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
         step(self, state, motion)
     }
 
-    /// The row of the tables at `depth`, the place within the cell, and cells per mm (0 beyond the last node).
+    /// The row of the tables at `depth`, the place within the cell (its end beyond the last node), and cells per mm.
     pub(crate) fn cell(&self, depth: T) -> (&'a Row<M, T>, T, T) {
         let per_mm = self.scale.per_mm(self.data.cells_per_mm);
         let x = depth * per_mm;
-        let index = x.index().min(N - 1);
-        let row = &self.data.rows[index];
-        if index == N - 1 { (row, T::of(0.0), T::of(0.0)) } else { (row, x - T::of(index as f32), per_mm) }
+        let index = x.index().min(N - 2);
+        (&self.data.rows[index], (x - T::of(index as f32)).at_most(T::of(1.0)), per_mm)
     }
 }
 

@@ -40,9 +40,8 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let [dkx, dky] = [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm);
         let [ddkx, ddky] =
             [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(two * k.bend) * per_mm * per_mm);
-        let cells = if per_mm == zero { zero } else { data.cells_per_mm };
-        let press = row.press_slide.slope_at(t) * cells;
-        let dpress = two * row.press_slide.bend * cells * per_mm;
+        let press = row.press_slide.slope_at(t) * data.cells_per_mm;
+        let dpress = two * row.press_slide.bend * data.cells_per_mm * per_mm;
         let press_slide = scale.length(row.press_slide.at(t));
         let plain = row.limit.at(t);
         let radius_factor = scale.radius(plain, scale.limit(plain, scale.area(row.area.at(t)))) * state.strength_factor;
@@ -106,6 +105,9 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
             core::array::from_fn(|i| press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
         normal[0] +=
             scale.normal(row.normal.change) * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
+        if state.depth >= self.depth_max_mm() {
+            (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);
+        }
         Gradient { normal_n_mm: normal, friction_n_mm: friction }
     }
 }

@@ -9,8 +9,9 @@ pub(crate) const ODD_MAX: f32 = 0.4;
 /// Share by which the square of a displacement may exceed its limit's before the spring slips. It is returned to the limit up
 /// to rounding; the gap is wider than that, so that a spring on its limit stays where it is when nothing moves.
 const SLACK: f32 = 1.0 / (1 << 14) as f32;
-/// The same as a square, mm², for limits near 0: what rounding of positions within a few mm makes.
-const SLACK_MM2: f32 = 4e-12;
+/// Twice the length by which a displacement may exceed a small limit, mm: what rounding of positions within some ten mm makes.
+/// A spring whose limit is 0 has none and carries nothing.
+const SLACK_MM: f32 = 4e-6;
 /// A square that is added to others, so that quotients of the two are numbers.
 pub(crate) const NOTHING: f32 = 1e-26;
 
@@ -80,7 +81,7 @@ impl<T: Scalar> Limit<T> {
         let square = radius * radius * self.wide;
         let (vx, vy) = (ux - middle, uy * self.anisotropy);
         let over = vx * vx + vy * vy - square;
-        let slips = over > square * T::of(SLACK) + T::of(SLACK_MM2);
+        let slips = over > radius * (radius * T::of(SLACK) + T::of(SLACK_MM));
         // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
         let along = ux * vx + self.ratio * (vy * vy);
         let share = over / (over.magnitude() + (along + along).magnitude() + T::of(NOTHING));

@@ -154,8 +154,9 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         let mut index = x.index();
         let mut t = x - T::of(index as f32);
         if index >= N - 1 {
-            index = N - 1;
-            t = T::of(0.0);
+            // The end of the last cell, with its slopes: the normal force does not jump there.
+            index = N - 2;
+            t = T::of(1.0);
             depth = scale.length(data.depth_max);
             if x > T::of((N - 1) as f32) {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
@@ -199,7 +200,7 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
                 *status = status.with(Status::BAD_INPUT);
                 return T::of(0.0);
             }
-            s.at_most(T::of(most)) + (s + T::of(most)).at_most(T::of(0.0))
+            if s < T::of(-most) { T::of(-most) } else { s.at_most(T::of(most)) }
         };
         let finite = x.is_number() && y.is_number();
         [x, y] = [x, y].map(|s| bounded(s, 1e6, status));

@@ -30,6 +30,11 @@ fn the_shipped_file_reads_and_writes_back() {
     let start: String = SHIPPED[..64].iter().map(|b| format!("{b:02x}")).collect();
     assert_eq!(hex, start);
     assert_eq!(File::from_bytes(&bytes[1..]).unwrap_err(), Error::Alignment);
+    let mut old = aligned(SHIPPED);
+    bytemuck::cast_slice_mut::<u64, u8>(&mut old)[4] = 3;
+    let old = File::from_bytes(&bytemuck::cast_slice::<u64, u8>(&old)[..SHIPPED.len()]).unwrap_err();
+    assert_eq!(old, Error::Version { found: 3 });
+    assert!(old.to_string().contains("version 3; this library reads version 4"), "{old}");
 }
 
 #[test]

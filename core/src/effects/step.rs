@@ -88,7 +88,7 @@ impl<'a, L: Library> Effects<'a, L> {
     ///
     /// Strength laws multiply the strength factor of `contact.state`, stiffness laws the stiffness of the model as it is
     /// tuned, the depth offset is added where there is contact and read by the laws after it, adhesion is taken off the
-    /// normal force, drag added along the motion. Bad surroundings (NaN) leave the law out. The laws of the sensor are not in
+    /// normal force, drag added along the motion. Every law's factor is held at 0.1 or above. Bad surroundings (NaN) leave the law out. The laws of the sensor are not in
     /// the response, which is the force on the finger; see [`Effects::reading`].
     ///
     /// Drag raises the friction limit by its size, and the slip margin is then the same reserve in newtons over that larger
