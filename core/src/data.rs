@@ -5,6 +5,7 @@
 use bytemuck::{AnyBitPattern, Zeroable};
 
 use crate::math::Scalar;
+use crate::pose::PoseTable;
 use crate::rescaling::{Fitted, Scaled, Scaling};
 use crate::table::Row;
 use crate::{Motion, Response, StateOf, step};
@@ -62,6 +63,8 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     pub band_friction: [T; 3],
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: T,
+    /// How the contact depends on the pose.
+    pub pose: PoseTable<T>,
     /// The springs.
     pub springs: [Spring<T>; M],
     /// The tables.
@@ -90,7 +93,7 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
 
     /// Largest depth for which the model was fitted, mm.
     pub fn depth_max_mm(&self) -> T {
-        self.scale.length(self.data.depth_max)
+        self.scale.depth(self.data.depth_max)
     }
 
     /// [`step()`] as a method.

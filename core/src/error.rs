@@ -109,6 +109,8 @@ pub enum Field {
     BandFriction,
     BandSlip,
     PressureExponent,
+    /// Pitch (0) or roll (1), degrees; in a file, the coefficients of the poses.
+    Pose,
     Size,
     Stiffness,
     Lambda,

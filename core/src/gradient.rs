@@ -4,7 +4,7 @@
 
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
-use crate::spring::{NOTHING, Odd};
+use crate::spring::{NOTHING, Odd, Sums};
 use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
@@ -30,7 +30,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
     /// With spin: at a fixed angle.
     pub fn gradient<const P: usize>(&self, state: &StateOf<M, P, T>, direction: [T; 3]) -> Gradient<T> {
         let (data, scale) = (self.data, &self.scale);
-        let (zero, one, half, two) = (T::of(0.0), T::of(1.0), T::of(0.5), T::of(2.0));
+        let (zero, one, two) = (T::of(0.0), T::of(1.0), T::of(2.0));
         if !state.in_contact() {
             return Gradient::default();
         }
@@ -41,21 +41,22 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let [ddkx, ddky] =
             [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(two * k.bend) * per_mm * per_mm);
         let cells = if per_mm == zero { zero } else { data.cells_per_mm };
-        let press = row.press_slide.slope_at(t) * cells;
+        let [pose_x, press_y] = scale.press();
+        let press = row.press_slide.slope_at(t) * cells + pose_x;
         let dpress = two * row.press_slide.bend * cells * per_mm;
-        let press_slide = scale.length(row.press_slide.at(t));
+        let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth;
         let plain = row.limit.at(t);
         let radius_factor = scale.radius(plain, scale.limit(plain, scale.area(row.area.at(t)))) * state.strength_factor;
-        let (shift, dshift) = (row.yield_shift.at(t), row.yield_shift.change * per_mm);
+        let (shift, dshift) = (scale.tilt(row.yield_shift.at(t)), row.yield_shift.change * per_mm);
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
         let wide = one + shift * shift;
         let odd = Odd(data.odd / radius_factor);
         let share = T::of(1.0 / P as f32);
-        let here = [state.position[0][0] + press_slide, state.position[0][1], state.angle[0]];
+        let here = [state.position[0][0] + press_slide, state.position[0][1] + press_y * state.depth, state.angle[0]];
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
-        let (mut force, mut energy) = ([zero; 2], [zero; 2]);
+        let mut sums = Sums::new();
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
@@ -64,10 +65,11 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 let [x, y] = place_of::<P, T>(here, place);
                 let (ux, uy) = (x - anchor[0], y - anchor[1]);
                 let (vx, vy) = (ux - shift * radius, uy * anisotropy);
-                let mut rate = [[press, one, zero], [zero, zero, one]];
+                let mut rate = [[press, one, zero], [press_y, zero, one]];
                 // Half of the rate of v² − R² (1 + alpha²).
                 let outward = [
-                    vx * (press - dshift * radius - shift * dradius) + vy * uy * danisotropy
+                    vx * (press - dshift * radius - shift * dradius)
+                        + vy * (uy * danisotropy + anisotropy * press_y)
                         - radius * dradius * wide
                         - radius * radius * shift * dshift,
                     vx,
@@ -85,12 +87,8 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                     }
                 }
                 let weight = share * spring.stiffness;
-                let [along, stored] = odd.force_and_energy(ux);
-                let slope = odd.slope(ux);
-                force[0] += weight * along;
-                force[1] += weight * uy;
-                energy[0] += weight * stored;
-                energy[1] += weight * half * uy * uy;
+                let (along, slope) = (odd.force(ux), odd.slope(ux));
+                sums.add(weight, [ux, uy]);
                 for i in 0..3 {
                     force_rate[0][i] += weight * slope * rate[0][i];
                     force_rate[1][i] += weight * rate[1][i];
@@ -99,11 +97,12 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 }
             }
         }
+        let (force, energy) = (sums.force(&odd), sums.energy(&odd));
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
         let mut normal: [T; 3] =
-            core::array::from_fn(|i| press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
+            core::array::from_fn(|i| press * friction[0][i] + press_y * friction[1][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
         normal[0] +=
             scale.normal(row.normal.change) * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         Gradient { normal_n_mm: normal, friction_n_mm: friction }

@@ -112,9 +112,10 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             let displacement = force / self.scale.stiffness(k.at(t));
             self.scale.stiffness(k.slope_at(t)) * per_mm * grown * displacement * displacement
         };
-        let press = row.press_slide.slope_at(t) * self.data.cells_per_mm;
+        let [press_x, press_y] = self.scale.press();
+        let press = (row.press_slide.slope_at(t) * self.data.cells_per_mm + press_x) * x + press_y * y;
         let shear = sheared(&row.stiffness_x, x) + sheared(&row.stiffness_y, y);
-        let normal = self.scale.normal(row.normal.at(t)) + press * x + shear;
+        let normal = self.scale.normal(row.normal.at(t)) + press + shear;
         Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
     }
 }

@@ -21,6 +21,7 @@ mod model_file;
 #[cfg(feature = "std")]
 mod owned;
 mod params;
+mod pose;
 mod regime;
 mod rescaling;
 mod response;
@@ -43,6 +44,7 @@ pub use model_file::{EffectSlot, File, FileOf, MAGIC, VERSION};
 pub use owned::ModelFile;
 pub use math::Scalar;
 pub use params::{Node, Params, ParamsOf, SpringParams};
+pub use pose::{POSE_ROWS, Pose, PoseTable};
 pub use regime::{Regime, Status};
 pub use rescaling::{Fitted, Scaled, Scaling, Tuning};
 pub use response::{Motion, Response};

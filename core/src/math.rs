@@ -53,6 +53,8 @@ pub trait Scalar:
     fn sqrt(self) -> Self;
     /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
     fn is_between(self, low: f32, high: f32) -> bool;
+    /// Whether one of two is 2 or more, or −2 or less. In `f32` by one bit.
+    fn either_is_far(self, other: Self) -> bool;
     /// Its whole part as an index; 0 below 0, the largest index far above.
     fn index(self) -> usize;
     /// A number that is not negative to a power; for set-up.
@@ -100,6 +102,10 @@ impl Scalar for f32 {
         self.to_bits().wrapping_sub(low.to_bits()) <= high.to_bits() - low.to_bits()
     }
     #[inline(always)]
+    fn either_is_far(self, other: Self) -> bool {
+        (self.to_bits() | other.to_bits()) & 0x4000_0000 != 0
+    }
+    #[inline(always)]
     fn index(self) -> usize {
         self as u32 as usize
     }
@@ -132,6 +138,9 @@ impl Scalar for f64 {
     }
     fn is_between(self, low: f32, high: f32) -> bool {
         self >= low.into() && self <= high.into()
+    }
+    fn either_is_far(self, other: Self) -> bool {
+        self.abs() >= 2.0 || other.abs() >= 2.0
     }
     fn index(self) -> usize {
         self as u32 as usize

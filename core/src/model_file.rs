@@ -255,11 +255,12 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.gyration,
         ];
         let bands = self.band_normal.into_iter().chain(self.band_friction).chain([self.pressure_exponent]);
+        let poses = [self.pose.pitch_deg].into_iter().chain(self.pose.rows.into_iter().flatten());
         let springs = self.springs.iter().flat_map(|s| {
             let [x, y] = s.arm_mm;
             [s.stiffness, s.sharpness, s.centre_mm, x, y]
         });
-        head.into_iter().chain(bands).chain(springs).chain(self.rows.iter().flat_map(crate::Row::numbers))
+        head.into_iter().chain(bands).chain(poses).chain(springs).chain(self.rows.iter().flat_map(crate::Row::numbers))
     }
 
     /// Checksum of the numbers, by which a saved state knows its model. Costs about 20 instructions a byte.

@@ -4,6 +4,7 @@
 
 use crate::error::Field;
 use crate::math::Scalar;
+use crate::pose::{Pose, PoseFactors};
 use crate::{Error, ModelOf};
 
 /// How a finger differs from the one the model was fitted to.
@@ -49,8 +50,16 @@ mod sealed {
 pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     /// Cells of the tables per mm, from that of the fitted finger.
     fn per_mm(&self, cells: T) -> T;
-    /// A length, mm.
+    /// A length within the contact, mm.
     fn length(&self, mm: T) -> T;
+    /// A depth, mm, or a slide that pressing amounts to.
+    fn depth(&self, mm: T) -> T;
+    /// Tilt of the springs' limit, in the pose.
+    fn tilt(&self, tilt: T) -> T;
+    /// Slides along x and y, mm/mm, that a depth increment amounts to in the pose, beyond that of the fitted one.
+    fn press(&self) -> [T; 2];
+    /// Centre of pressure, mm, in the pose, from that along x in the fitted one; the scaled depth tells how far it went.
+    fn pressure_centre(&self, x_mm: T, depth_mm: T) -> [T; 2];
     /// An area, mm².
     fn area(&self, mm2: T) -> T;
     /// A force along the normal, N.
@@ -65,6 +74,8 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     fn per_newton(&self, x: T) -> T;
     /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law.
     fn stiffened(&self, factor: T, beta: T) -> Scaled<T>;
+    /// The same finger in a pose.
+    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T>;
 }
 
 /// The finger that the model was fitted to.
@@ -79,6 +90,22 @@ impl<T: Scalar> Scaling<T> for Fitted {
     #[inline(always)]
     fn length(&self, mm: T) -> T {
         mm
+    }
+    #[inline(always)]
+    fn depth(&self, mm: T) -> T {
+        mm
+    }
+    #[inline(always)]
+    fn tilt(&self, tilt: T) -> T {
+        tilt
+    }
+    #[inline(always)]
+    fn press(&self) -> [T; 2] {
+        [T::of(0.0); 2]
+    }
+    #[inline(always)]
+    fn pressure_centre(&self, x_mm: T, _: T) -> [T; 2] {
+        [x_mm, T::of(0.0)]
     }
     #[inline(always)]
     fn area(&self, mm2: T) -> T {
@@ -105,19 +132,10 @@ impl<T: Scalar> Scaling<T> for Fitted {
         x
     }
     fn stiffened(&self, factor: T, beta: T) -> Scaled<T> {
-        let one = T::of(1.0);
-        let same = Scaled {
-            per_length: one,
-            length: one,
-            area: one,
-            normal: one,
-            stiffness: one,
-            limit: one,
-            tau0: T::of(0.0),
-            per_newton: one,
-            softness: one,
-        };
-        same.stiffened(factor, beta)
+        Scaled::same().stiffened(factor, beta)
+    }
+    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T> {
+        Scaled::same().posed(pose)
     }
 }
 
@@ -134,9 +152,34 @@ pub struct Scaled<T = f32> {
     per_newton: T,
     /// One over `stiffness`.
     softness: T,
+    /// One over `per_length`.
+    depth: T,
+    tilt: T,
+    press: [T; 2],
+    centre: [T; 2],
 }
 
 impl<T: Scalar> Scaled<T> {
+    /// The fitted finger.
+    fn same() -> Self {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        Self {
+            per_length: one,
+            length: one,
+            area: one,
+            normal: one,
+            stiffness: one,
+            limit: one,
+            tau0: zero,
+            per_newton: one,
+            softness: one,
+            depth: one,
+            tilt: zero,
+            press: [zero; 2],
+            centre: [zero; 2],
+        }
+    }
+
     fn new(tuning: &Tuning, beta: T) -> Self {
         let Tuning { size, stiffness, lambda, tau0_mpa } = *tuning;
         let [size, e, lambda, tau0] = [size, stiffness, lambda, tau0_mpa].map(T::of);
@@ -153,6 +196,8 @@ impl<T: Scalar> Scaled<T> {
             tau0,
             per_newton: one / (e * area),
             softness: one / (e * size),
+            depth: size,
+            ..Self::same()
         }
     }
 }
@@ -165,6 +210,25 @@ impl<T: Scalar> Scaling<T> for Scaled<T> {
     #[inline(always)]
     fn length(&self, mm: T) -> T {
         mm * self.length
+    }
+    #[inline(always)]
+    fn depth(&self, mm: T) -> T {
+        mm * self.depth
+    }
+    #[inline(always)]
+    fn tilt(&self, tilt: T) -> T {
+        let [least, most] = [-0.25, 0.25].map(T::of);
+        let tilt = (tilt + self.tilt).at_most(most);
+        if tilt < least { least } else { tilt }
+    }
+    #[inline(always)]
+    fn press(&self) -> [T; 2] {
+        self.press
+    }
+    #[inline(always)]
+    fn pressure_centre(&self, x_mm: T, depth_mm: T) -> [T; 2] {
+        let [x, y] = self.centre;
+        [x_mm * self.length + x * depth_mm, y * depth_mm]
     }
     #[inline(always)]
     fn area(&self, mm2: T) -> T {
@@ -203,6 +267,24 @@ impl<T: Scalar> Scaling<T> for Scaled<T> {
             ..*self
         }
     }
+    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T> {
+        let one = T::of(1.0);
+        Scaled {
+            per_length: self.per_length * pose.depth,
+            depth: self.depth / pose.depth,
+            area: self.area * pose.area,
+            normal: self.normal * pose.normal,
+            stiffness: self.stiffness * pose.stiffness,
+            limit: self.limit * pose.limit,
+            tau0: self.tau0,
+            per_newton: self.per_newton / pose.limit,
+            softness: self.softness * (one / pose.stiffness),
+            tilt: self.tilt + pose.tilt,
+            press: [self.press[0] + pose.press[0], self.press[1] + pose.press[1]],
+            centre: pose.centre,
+            ..*self
+        }
+    }
 }
 
 impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M, N, S, T> {
@@ -224,6 +306,15 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
         }
         let scale = Scaled::new(&tuning, self.data.pressure_exponent);
         Ok(ModelOf { data: self.data, scale })
+    }
+
+    /// The same finger in another pose: pitch and roll of the finger against the plane; see [`Pose`]. A state may be carried
+    /// over. To be called from the model of the fitted pose.
+    ///
+    /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
+    pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T>, T>, Error> {
+        let factors = self.data.pose.factors(pose)?;
+        Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
     }
 
     /// The same finger with the tissue's stiffness times `factor`, which is held between 0.2 and 5.

@@ -41,8 +41,9 @@ pub struct Response<T = f32> {
     /// Moment about the plane's normal through the point under first touch, N mm, positive as the plane turns the finger
     /// counter-clockwise seen from above. Without spin that of friction along y alone.
     pub spin_moment_n_mm: T,
-    /// Centre of pressure along x from the point under first touch, mm.
-    pub pressure_centre_mm: T,
+    /// Centre of pressure along x and y from the point under first touch, mm. Times the normal force it gives the moments:
+    /// M_x = N y, M_y = −N x.
+    pub pressure_centre_mm: [T; 2],
     /// Contact area, mm².
     pub contact_area_mm2: T,
     /// Half-width of the 95 % band of the normal force, N.

@@ -14,7 +14,7 @@ const SLACK_MM2: f32 = 4e-12;
 /// A square that is added to others, so that quotients of the two are numbers.
 pub(crate) const NOTHING: f32 = 1e-26;
 
-/// The law along x: force u − q u² over the stiffness.
+/// The law along x: force u − q u² over the stiffness, with q as its number.
 #[derive(Clone, Copy)]
 pub(crate) struct Odd<T>(pub(crate) T);
 
@@ -25,14 +25,6 @@ impl<T: Scalar> Odd<T> {
         u - self.0 * u * u
     }
 
-    /// Force and energy over stiffness, mm and mm².
-    #[inline(always)]
-    pub(crate) fn force_and_energy(&self, u: T) -> [T; 2] {
-        let bent = self.0 * u;
-        let square = u * u;
-        [u - bent * u, T::of(0.5) * square - T::of(1.0 / 3.0) * (bent * square)]
-    }
-
     /// Slope of the force.
     #[inline(always)]
     pub(crate) fn slope(&self, u: T) -> T {
@@ -40,61 +32,99 @@ impl<T: Scalar> Odd<T> {
     }
 }
 
+/// Sums over springs of stiffness times powers of the displacement: force and energy in one.
+#[derive(Clone, Copy)]
+pub(crate) struct Sums<T> {
+    x: [T; 3],
+    y: [T; 2],
+}
+
+impl<T: Scalar> Sums<T> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        // Adding to −0 is nothing, to 0 an instruction.
+        Self { x: [T::of(-0.0); 3], y: [T::of(-0.0); 2] }
+    }
+
+    /// Adds a spring; returns its stiffness times displacement.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, stiffness: T, [x, y]: [T; 2]) -> [T; 2] {
+        let (first, across) = (stiffness * x, stiffness * y);
+        let second = first * x;
+        self.x[0] += first;
+        self.x[1] += second;
+        self.x[2] += second * x;
+        self.y[0] += across;
+        self.y[1] += across * y;
+        [first, across]
+    }
+
+    /// Force along x and y over the stiffness, mm.
+    #[inline(always)]
+    pub(crate) fn force(&self, odd: &Odd<T>) -> [T; 2] {
+        [self.x[0] - odd.0 * self.x[1], self.y[0]]
+    }
+
+    /// Energy along x and y over the stiffness, mm².
+    #[inline(always)]
+    pub(crate) fn energy(&self, odd: &Odd<T>) -> [T; 2] {
+        let half = T::of(0.5);
+        [half * self.x[1] - odd.0 * T::of(1.0 / 3.0) * self.x[2], half * self.y[1]]
+    }
+}
+
 /// The limit of a spring with displacement u and radius R: (u_x − alpha R)² + (b u_y)² = R² (1 + alpha²).
 pub(crate) struct Limit<T> {
     /// alpha.
-    pub(crate) shift: T,
+    shift: T,
     /// b: stiffness along y over that along x, over the ratio of the strengths.
     pub(crate) anisotropy: T,
     /// Stiffness along y over that along x.
-    pub(crate) ratio: T,
-    /// 1 + alpha².
+    ratio: T,
+    /// 1 + alpha², and the slack with it.
     wide: T,
 }
 
-/// Where a spring is after its return.
-pub(crate) struct Returned<T> {
-    /// Displacement, mm.
-    pub(crate) u: [T; 2],
+/// A displacement seen from its limit.
+pub(crate) struct Seen<T> {
     /// Displacement from the middle of its limit, along y times the anisotropy.
     pub(crate) v: [T; 2],
-    /// Square of the limit's radius less that of `v`; 0 where it slips.
-    pub(crate) room: T,
-    /// Whether it slips.
-    pub(crate) slips: bool,
+    /// By how much its square exceeds the limit's; negative within.
+    pub(crate) over: T,
+    /// The limit's square, slack included.
+    square: T,
+    middle: T,
 }
 
 impl<T: Scalar> Limit<T> {
     #[inline(always)]
     pub(crate) fn new(shift: T, anisotropy: T, ratio: T) -> Self {
-        Self { shift, anisotropy, ratio, wide: T::of(1.0) + shift * shift }
+        let slack = T::of(1.0 + SLACK);
+        Self { shift, anisotropy, ratio, wide: slack + shift * shift * slack }
     }
 
-    /// A spring beyond its limit, returned onto it by slip along the friction, which loses energy.
+    /// Whether and by how much a displacement is beyond the limit.
+    #[inline(always)]
+    pub(crate) fn see(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
+        let middle = self.shift * radius;
+        let square = radius * radius * self.wide + T::of(SLACK_MM2);
+        let (vx, vy) = (ux - middle, uy * self.anisotropy);
+        Seen { v: [vx, vy], over: vx * vx + vy * vy - square, square, middle }
+    }
+
+    /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy.
     ///
     /// The overshoot o = v² − R² (1 + alpha²) goes back along (u_x, r u_y) by lambda = o/(o + 2 (u_x v_x + r v_y²)): Newton's
     /// step for a small overshoot, the whole way to the middle for a large one. Then `v` is scaled to the radius.
     #[inline(always)]
-    pub(crate) fn return_map(&self, [ux, uy]: [T; 2], radius: T) -> Returned<T> {
-        let middle = self.shift * radius;
-        let square = radius * radius * self.wide;
-        let (vx, vy) = (ux - middle, uy * self.anisotropy);
-        let over = vx * vx + vy * vy - square;
-        let slips = over > square * T::of(SLACK) + T::of(SLACK_MM2);
-        // Computed whether it is wanted or not: a step takes the same time in stick and in slip.
+    pub(crate) fn return_map(&self, [ux, uy]: [T; 2], seen: &Seen<T>) -> [T; 2] {
+        let [vx, vy] = seen.v;
         let along = ux * vx + self.ratio * (vy * vy);
-        let share = over / (over.magnitude() + (along + along).magnitude() + T::of(NOTHING));
+        let share = seen.over / (seen.over + (along + along).magnitude());
         let back_y = T::of(1.0) - self.ratio * share;
         let (nx, ny) = (vx - share * ux, vy * back_y);
-        let scale = (square / (nx * nx + ny * ny + T::of(NOTHING))).sqrt();
-        let slid = [nx * scale, ny * scale];
-        let to = [slid[0] + middle, uy * (back_y * scale)];
-        Returned {
-            u: [T::select(slips, to[0], ux), T::select(slips, to[1], uy)],
-            v: [T::select(slips, slid[0], vx), T::select(slips, slid[1], vy)],
-            room: T::select(slips, T::of(0.0), (-over).not_negative()),
-            slips,
-        }
+        let scale = (seen.square * T::of(1.0 - SLACK) / (nx * nx + ny * ny + T::of(NOTHING))).magnitude().sqrt();
+        [nx * scale + seen.middle, uy * (back_y * scale)]
     }
 }
 
@@ -123,11 +153,12 @@ mod tests {
                                 let radius = 0.7;
                                 let length = radius * (1.0 + tilt * tilt).sqrt() * (1.0 + overshoot);
                                 let u = [tilt * radius + c * length, s * length / (ratio / strength)];
-                                let r = limit.return_map(u, radius);
-                                assert!(r.slips && (q * r.u[0]).abs() <= f64::from(ODD_MAX));
-                                assert!(!limit.return_map(r.u, radius).slips);
-                                let slip = [u[0] - r.u[0], u[1] - r.u[1]];
-                                let lost = odd.force(r.u[0]) * slip[0] + ratio * r.u[1] * slip[1];
+                                let seen = limit.see(u, radius);
+                                let to = limit.return_map(u, &seen);
+                                assert!(seen.over > 0.0 && (q * to[0]).abs() <= f64::from(ODD_MAX));
+                                assert!(limit.see(to, radius).over <= 0.0);
+                                let slip = [u[0] - to[0], u[1] - to[1]];
+                                let lost = odd.force(to[0]) * slip[0] + ratio * to[1] * slip[1];
                                 assert!(
                                     lost >= -1e-12,
                                     "ratio {ratio} strength {strength} tilt {tilt} q {q} {degrees} deg {overshoot}: {lost}"
@@ -144,11 +175,19 @@ mod tests {
     fn force_is_the_slope_of_the_energy() {
         for q in [-0.3f64, 0.0, 0.3] {
             let odd = Odd(q);
+            let at = |u: f64| {
+                let mut sums = Sums::new();
+                sums.add(0.6, [u, 0.4 * u]);
+                sums.add(0.4, [0.8 * u, -u]);
+                sums
+            };
             for i in -130..130 {
                 let (u, h) = (0.01 * f64::from(i), 1e-5);
-                let [force, _] = odd.force_and_energy(u);
-                let slope = (odd.force_and_energy(u + h)[1] - odd.force_and_energy(u - h)[1]) / (2.0 * h);
-                assert!((force - slope).abs() < 1e-7 && (force - odd.force(u)).abs() < 1e-12, "{q} {u}");
+                let [before, after] = [u - h, u + h].map(|u| at(u).energy(&odd));
+                let alone = 0.6 * odd.force(u) + 0.4 * 0.8 * odd.force(0.8 * u);
+                assert!((alone - (after[0] - before[0]) / (2.0 * h)).abs() < 2e-7, "{q} {u}");
+                let together = 0.6 * odd.force(u) + 0.4 * odd.force(0.8 * u);
+                assert!((at(u).force(&odd)[0] - together).abs() < 1e-12, "{q} {u}");
                 let numeric = (odd.force(u + h) - odd.force(u - h)) / (2.0 * h);
                 assert!((odd.slope(u) - numeric).abs() < 1e-8 && numeric > 0.0, "{q} {u}");
             }

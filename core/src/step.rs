@@ -4,7 +4,7 @@
 
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
-use crate::spring::{Limit, NOTHING, Odd};
+use crate::spring::{Limit, NOTHING, Odd, Sums};
 use crate::stick_ratio::{Way, regime_of, share_of_way};
 use crate::table::Row;
 use crate::{DataOf, ModelOf, Motion, Response, StateOf, Status};
@@ -12,8 +12,6 @@ use crate::{DataOf, ModelOf, Motion, Response, StateOf, Status};
 /// Longest slide in one step, mm, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
 const SLIDE_MAX_MM: f32 = 64.0;
 const SPIN_MAX_RAD: f32 = 8.0;
-/// Slide from the state's origin beyond which the origin is moved, mm; positions are then accurate to half a nanometre.
-const FAR_MM: f32 = 4.0;
 /// Depth below which there is no contact, mm.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
 /// Deepest depth and longest time that are in order, mm and s.
@@ -69,57 +67,74 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let fresh = !state.in_contact();
     move_plane(state, motion, at.press_slide, &mut status);
     state.depth = at.depth;
-    let here = [state.position[0][0] + at.press_slide, state.position[0][1], state.angle[0]];
+    let [press_x, press_y] = at.press_slide;
+    let here = [state.position[0][0] + press_x, state.position[0][1] + press_y, state.angle[0]];
     if fresh {
         touch(state, here, data, scale);
     }
     let gyration = scale.length(data.gyration);
     let way = Way::follow(state, here, at.limit, at.stiffness[0], gyration);
-    let carried = move_springs(state, model, &at, here, &way);
+    let odd = Odd(data.odd / at.radius);
+    let carried = move_springs(state, model, &at, here, &way, &odd);
 
     // Resultants
-    let [x, y] = carried.force;
-    let friction = [at.stiffness[0] * x, at.stiffness[1] * y];
-    let spin_moment = at.stiffness[1] * carried.moment[1] - at.stiffness[0] * carried.moment[0];
-    let normal = scale.normal(at.row.normal.at(at.t))
-        + at.press_coupling * friction[0]
-        + at.stiffness_slope[0] * carried.energy[0]
-        + at.stiffness_slope[1] * carried.energy[1];
-    let stick_ratio = carried.stick_ratio;
+    let ([x, y], [energy_x, energy_y]) = (carried.sums.force(&odd), carried.sums.energy(&odd));
+    let mut friction = [at.stiffness[0] * x, at.stiffness[1] * y];
+    let mut normal = scale.normal(at.row.normal.at(at.t))
+        + at.press_coupling[0] * friction[0]
+        + at.press_coupling[1] * friction[1]
+        + at.stiffness_slope[0] * energy_x
+        + at.stiffness_slope[1] * energy_y;
+    let mut stick_ratio = carried.stick_ratio;
+    // The last guard: a memory that holds what is no number, which no step leaves behind, is forgotten, and the answer is a
+    // contact of which nothing is known.
+    if !(normal + friction[1]).is_number() {
+        rare();
+        status = status.with(Status::MEMORY_LOST);
+        (normal, friction, stick_ratio) = (T::of(0.0), [T::of(0.0); 2], T::of(0.0));
+        begin_anew(state);
+    }
     // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
-    let [along, across] = friction.map(|f| f / at.limit);
-    let ratio = at.row.limit_ratio.at(at.t);
+    let per_limit = T::of(1.0) / at.limit;
+    let [along, across] = friction.map(|f| f * per_limit);
+    let stretched = across / at.row.limit_ratio.at(at.t);
     let square = along * along + T::of(NOTHING);
     let shifted = at.row.limit_shift.at(at.t) * along;
-    let alone = (square + (across / ratio) * (across / ratio) + shifted * shifted).sqrt() - shifted;
+    let alone = (square + stretched * stretched + shifted * shifted).sqrt() - shifted;
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
+    let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
+    let spin_moment = if P == 1 {
+        centre
+    } else {
+        at.stiffness[1] * carried.moment[1] - at.stiffness[0] * carried.moment[0]
+    };
     let used = if P == 1 {
         alone
     } else {
-        let centred = spin_moment - scale.length(at.row.friction_centre.at(at.t)) * friction[1];
-        let moment = centred / (at.limit * scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING));
-        (alone * alone + moment * (moment + data.spin_cross * alone).magnitude()).magnitude().sqrt()
+        let most = scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING);
+        let moment = (spin_moment - centre) * per_limit / most;
+        let cross = data.spin_cross * (moment * alone).magnitude();
+        (alone * alone + moment * moment + cross).sqrt()
     };
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
-    let response = Response {
+    let [centre_x, centre_y] = scale.pressure_centre(at.row.pressure_centre.at(at.t), at.depth);
+    Response {
         normal_force_n: normal.not_negative(),
         friction_n: friction,
         stick_ratio,
         friction_limit_n: friction_limit,
         slip_margin: (T::of(1.0) - used).not_negative(),
         spin_moment_n_mm: spin_moment,
-        pressure_centre_mm: scale.length(at.row.pressure_centre.at(at.t))
-            + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
+        pressure_centre_mm: [
+            centre_x + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
+            centre_y,
+        ],
         contact_area_mm2: at.area + at.area * data.area_tilt * along,
         band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
         band_friction_n: at.limit * band(&data.band_friction),
         regime: regime_of(stick_ratio),
         status,
-    };
-    if !(normal + friction_limit + stick_ratio).is_number() {
-        return begin_anew(state, response.status);
     }
-    response
 }
 
 /// The tables at one depth, for the finger and the strength at hand.
@@ -135,8 +150,8 @@ struct AtDepth<'a, const M: usize, T> {
     stiffness: [T; 2],
     /// Change of the stiffness with depth, N/mm².
     stiffness_slope: [T; 2],
-    press_coupling: T,
-    press_slide: T,
+    press_coupling: [T; 2],
+    press_slide: [T; 2],
 }
 
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
@@ -156,7 +171,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         if index >= N - 1 {
             index = N - 1;
             t = T::of(0.0);
-            depth = scale.length(data.depth_max);
+            depth = scale.depth(data.depth_max);
             if x > T::of((N - 1) as f32) {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
             }
@@ -165,6 +180,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         let area = scale.area(row.area.at(t));
         let plain = row.limit.at(t);
         let limit = scale.limit(plain, area);
+        let [press_x, press_y] = scale.press();
         Self {
             row,
             t,
@@ -174,8 +190,8 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             limit: limit * state.strength_factor,
             stiffness: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t))),
             stiffness_slope: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm),
-            press_coupling: row.press_slide.slope_at(t) * data.cells_per_mm,
-            press_slide: scale.length(row.press_slide.at(t)),
+            press_coupling: [row.press_slide.slope_at(t) * data.cells_per_mm + press_x, press_y],
+            press_slide: [scale.depth(row.press_slide.at(t)) + press_x * depth, press_y * depth],
         }
     }
 }
@@ -189,12 +205,12 @@ fn add<T: Scalar>(sum: T, low: T, increment: T) -> (T, T) {
     (to, (sum - (to - part)) + (increment - part))
 }
 
-/// Moves the plane, and the state's origin if that is far away.
+/// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
 #[inline(always)]
 fn move_plane<const M: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
-    press_slide: T,
+    press_slide: [T; 2],
     status: &mut Status,
 ) {
     let [mut x, mut y] = motion.slide_increment_mm;
@@ -237,9 +253,7 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
         let (to, low) = add(state.angle[0], state.angle[1], spin);
         state.angle = [to, low];
     }
-    let far = T::of(FAR_MM);
-    let is_far = |s: T| s.magnitude() > far;
-    if is_far(to_x) | is_far(to_y) | (P > 1 && is_far(state.angle[0])) {
+    if to_x.either_is_far(to_y) | (P > 1 && state.angle[0].magnitude() > T::of(2.0)) {
         rare();
         move_origin(state, press_slide);
     }
@@ -248,16 +262,16 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
 /// Moves the state's origin to where the plane is. Displacements keep their bits: those that a step computes from the
 /// anchors are what the anchors become.
 #[inline(always)]
-fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, press_slide: T) {
+fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, [press_x, press_y]: [T; 2]) {
     let [x, y] = state.position[0];
-    let here = [x + press_slide, y];
+    let here = [x + press_x, y + press_y];
     for anchor in state.anchor.as_flattened_mut() {
         *anchor = [anchor[0] - here[0], anchor[1] - here[1]];
     }
     for place in [&mut state.turn, &mut state.reached] {
         *place = [place[0] - here[0], place[1] - here[1], place[2]];
     }
-    state.position[0] = [-press_slide, T::of(0.0)];
+    state.position[0] = [-press_x, -press_y];
 }
 
 /// A contact begins: all springs are held where they are.
@@ -283,18 +297,18 @@ pub(crate) fn place_of<const P: usize, T: Scalar>([x, y, angle]: [T; 3], place: 
     if P == 1 { [x, y] } else { [x - place[1] * angle, y + place[0] * angle] }
 }
 
-/// What the springs carry together, over the stiffness.
+/// What the springs carry together.
 struct Carried<T> {
-    /// Force, mm.
-    force: [T; 2],
-    /// What the forces along x and y add to the moment, mm².
+    /// Sums over the springs.
+    sums: Sums<T>,
+    /// What the forces along x and y add to the moment, over the stiffness, mm²; 0 without spin.
     moment: [T; 2],
-    /// Energy along x and y, mm².
-    energy: [T; 2],
     stick_ratio: T,
 }
 
 /// Moves every spring and returns those that slip to their limit; the state keeps their anchors.
+///
+/// Anchors are stored on slip alone, so that a contact at rest keeps its bits.
 #[inline(always)]
 fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     state: &mut StateOf<M, P, T>,
@@ -302,14 +316,14 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
     at: &AtDepth<'_, M, T>,
     here: [T; 3],
     way: &Way<T>,
+    odd: &Odd<T>,
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
-    let odd = Odd(data.odd / at.radius);
     let limit =
-        Limit::new(at.row.yield_shift.at(at.t), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
-    // Adding to −0 is nothing, to 0 an instruction.
+        Limit::new(scale.tilt(at.row.yield_shift.at(at.t)), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
     let none = T::of(-0.0);
-    let mut sum = Carried { force: [none; 2], moment: [none; 2], energy: [none; 2], stick_ratio: none };
+    let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
+    let share = T::of(1.0 / P as f32);
     let springs = data.springs.iter().zip(&at.row.radius).zip(&at.row.area_share);
     for (pair, ((spring, radius), area)) in state.anchor.iter_mut().zip(springs) {
         let radius = radius.at(at.t) * at.radius;
@@ -317,39 +331,28 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
         for (k, anchor) in pair.iter_mut().enumerate() {
             let place = spring.place::<P>(k).map(|p| scale.length(p));
             let to = place_of::<P, T>(here, place);
-            let r = limit.return_map([to[0] - anchor[0], to[1] - anchor[1]], radius);
-            *anchor = [
-                T::select(r.slips, to[0] - r.u[0], anchor[0]),
-                T::select(r.slips, to[1] - r.u[1], anchor[1]),
-            ];
-            let [along, energy] = odd.force_and_energy(r.u[0]);
-            let across = r.u[1];
-            sum.force[0] += spring.stiffness * along;
-            sum.force[1] += spring.stiffness * across;
-            sum.energy[0] += spring.stiffness * energy;
-            sum.energy[1] += spring.stiffness * (across * across);
-            if P > 1 {
-                sum.moment[0] += spring.stiffness * (place[1] * along);
-                sum.moment[1] += spring.stiffness * (place[0] * across);
+            let mut u = [to[0] - anchor[0], to[1] - anchor[1]];
+            let seen = limit.see(u, radius);
+            if seen.over > T::of(0.0) {
+                u = limit.return_map(u, &seen);
+                *anchor = [to[0] - u[0], to[1] - u[1]];
+                slipping += share;
             } else {
-                sum.moment[1] += spring.stiffness * (place[0] * across);
+                let gone = place_of::<P, T>(way.0, place);
+                let p = share_of_way([gone[0], gone[1] * limit.anisotropy], seen.v, -seen.over);
+                let square = p * p;
+                slipping += share * (square + square * (spring.sharpness * (square - T::of(1.0))));
             }
-            let gone = place_of::<P, T>(way.0, place);
-            let p = share_of_way([gone[0], gone[1] * limit.anisotropy], r.v, r.room);
-            let square = p * p;
-            slipping += square + square * (spring.sharpness * (square - T::of(1.0)));
+            let [along, across] = carried.sums.add(share * spring.stiffness, u);
+            if P > 1 {
+                carried.moment[0] += place[1] * (along - odd.0 * along * u[0]);
+                carried.moment[1] += place[0] * across;
+            }
         }
-        sum.stick_ratio += area.at(at.t) * slipping;
+        carried.stick_ratio -= area.at(at.t) * slipping;
     }
-    let share = T::of(1.0 / P as f32);
-    let both = |[x, y]: [T; 2]| [share * x, share * y];
-    let [energy_x, energy_y] = both(sum.energy);
-    Carried {
-        force: both(sum.force),
-        moment: both(sum.moment),
-        energy: [energy_x, T::of(0.5) * energy_y],
-        stick_ratio: (T::of(1.0) - share * sum.stick_ratio).not_negative(),
-    }
+    carried.stick_ratio = carried.stick_ratio.not_negative();
+    carried
 }
 
 /// Tells the compiler that what comes with it is rare.
@@ -385,18 +388,11 @@ fn lift_off<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P,
     *state = StateOf { strength_factor: state.strength_factor, ..StateOf::default() };
 }
 
-/// The last guard: a memory that holds what is no number, which no step leaves behind, is forgotten, and the answer is a
-/// contact of which nothing is known: no force, no margin.
+/// Forgets a contact and a strength factor that is out of range.
 #[cold]
 #[inline(never)]
-fn begin_anew<const M: usize, const P: usize, T: Scalar>(
-    state: &mut StateOf<M, P, T>,
-    status: Status,
-) -> Response<T> {
-    lift_off(state);
+fn begin_anew<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>) {
     let factor = state.strength_factor;
-    if !(factor >= T::of(0.1) && factor <= T::of(5.0)) {
-        state.strength_factor = T::of(1.0);
-    }
-    Response { status: status.with(Status::MEMORY_LOST), regime: crate::Regime::Slip, ..Response::default() }
+    *state = StateOf::default();
+    state.set_strength_factor(factor);
 }

@@ -68,17 +68,16 @@ impl<T: Scalar> Way<T> {
     }
 }
 
-/// p² of a spring: `way` since the last turn, `v` where it is now, both from the middle of its limit, and the `room` that is
-/// left of the limit's square.
+/// p of a spring that does not slip: `way` since the last turn, `v` where it is now, both from the middle of its limit, and
+/// the `room` that is left of the limit's square, not negative.
 ///
 /// p solves |v − way + way/p| = limit.
 #[inline(always)]
 pub(crate) fn share_of_way<T: Scalar>(way: [T; 2], v: [T; 2], room: T) -> T {
     let square = way[0] * way[0] + way[1] * way[1];
     let ahead = way[0] * v[0] + way[1] * v[1];
-    let root = (ahead * ahead + square * room).sqrt();
-    let share = square / (square - ahead + root + T::of(NOTHING));
-    share.at_most(T::of(1.0))
+    let root = (ahead * ahead + square * room).magnitude().sqrt();
+    square / (square - ahead + root + T::of(NOTHING))
 }
 
 /// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1.

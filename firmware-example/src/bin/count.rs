@@ -6,30 +6,57 @@ use core::hint::black_box;
 
 use cortex_m_rt::entry;
 use fingerpad::{
-    Contact, DataOf, Drive, ELEMENTS, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response, Slider,
-    StateOf, Surroundings, Tangential, Tuned, Tuning, step,
+    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response, SPRINGS, StateOf,
+    Surroundings, Tangential, Tuned, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;
 use fingerpad_firmware::rivals::{Rivals, crates, lugre, network};
 
-/// The example's tables with `M` equal elements.
+/// The example's tables with `M` springs of the same stiffness, which touch one after the other.
 fn example<const M: usize>() -> Result<DataOf<M, NODES>, Error> {
-    let mut sliders = [Slider::default(); M];
-    for (j, slider) in sliders.iter_mut().enumerate() {
-        *slider = Slider { yield_position: 3.0 * (j as f32 + 0.3) / M as f32, strength_share: 1.0 / M as f32 };
+    let mut springs = [(1.0 / M as f32, 0.0); M];
+    for (j, spring) in springs.iter_mut().enumerate() {
+        spring.1 = 0.8 * j as f32 / M as f32;
     }
-    ParamsOf::example_with(sliders).try_build()
+    ParamsOf::example_with(springs).try_build()
 }
 
-struct Bench<'a, const M: usize> {
+struct Bench<'a, const M: usize, const P: usize = 1> {
     model: fingerpad::ModelOf<'a, M, NODES>,
-    state: StateOf<M>,
+    state: StateOf<M, P>,
     response: Response,
+    /// Normal force, friction, limit and margin.
+    forces: [f32; 5],
 }
 
-extern "C" fn ours<const M: usize>(b: &mut Bench<'_, M>, s: &[f32; 4]) {
-    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] });
+impl<'a, const M: usize, const P: usize> Bench<'a, M, P> {
+    fn new(model: fingerpad::ModelOf<'a, M, NODES>) -> Self {
+        Self { model, state: StateOf::default(), response: Response::default(), forces: [0.0; 5] }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, s: &[f32; 4]) -> Response {
+        let spin_increment_rad = if P > 1 { 0.02 * s[1] } else { 0.0 };
+        let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad, dt_s: s[3] };
+        step(&self.model, &mut self.state, motion)
+    }
+}
+
+extern "C" fn ours<const M: usize, const P: usize>(b: &mut Bench<'_, M, P>, s: &[f32; 4]) {
+    b.response = b.step(s);
+}
+
+extern "C" fn forces_only<const M: usize, const P: usize>(b: &mut Bench<'_, M, P>, s: &[f32; 4]) {
+    let r = b.step(s);
+    let [x, y] = r.friction_n;
+    b.forces = [r.normal_force_n, x, y, r.friction_limit_n, r.slip_margin];
+}
+
+extern "C" fn forces_and_moment<const M: usize>(b: &mut Bench<'_, M, 2>, s: &[f32; 4]) {
+    let r = b.step(s);
+    let [x, y] = r.friction_n;
+    b.forces = [r.normal_force_n, x, y + r.spin_moment_n_mm, r.friction_limit_n, r.slip_margin];
 }
 
 /// 512 steps: stick, slip, reversals, turns, depth up and down, always in contact.
@@ -58,24 +85,34 @@ fn print(name: &str, c: Count) {
     defmt::println!("count {=str}: least {=u32} mean {=u32} most {=u32}", name, c.least, c.mean, c.most);
 }
 
-fn row<const M: usize>(name: &str, samples: &[[f32; 4]]) -> Result<(), Error> {
+fn row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Error> {
     let data = example::<M>()?;
-    let mut bench = Bench { model: data.model()?, state: StateOf::default(), response: Response::default() };
-    print(name, count(ours::<M>, &mut bench, samples));
-    black_box(&bench.response);
+    let mut bench = Bench::<M>::new(data.model()?);
+    print(names[0], count(forces_only::<M, 1>, &mut bench, samples));
+    print(names[1], count(ours::<M, 1>, &mut bench, samples));
+    black_box((&bench.response, &bench.forces));
+    Ok(())
+}
+
+fn spin_row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Error> {
+    let data = example::<M>()?;
+    let mut bench = Bench::<M, 2>::new(data.model()?);
+    print(names[0], count(forces_and_moment::<M>, &mut bench, samples));
+    print(names[1], count(ours::<M, 2>, &mut bench, samples));
+    black_box((&bench.response, &bench.forces));
     Ok(())
 }
 
 fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
-    row::<2>("step M=2 default", samples)?;
-    row::<3>("step M=3", samples)?;
-    row::<4>("step M=4", samples)?;
-    row::<5>("step M=5", samples)?;
-    row::<6>("step M=6", samples)?;
-    row::<8>("step M=8", samples)?;
-    row::<16>("step M=16", samples)?;
+    row::<3>(["step M=3, N F limit margin", "step M=3"], samples)?;
+    row::<4>(["step M=4, N F limit margin", "step M=4 default"], samples)?;
+    row::<5>(["step M=5, N F limit margin", "step M=5"], samples)?;
+    row::<6>(["step M=6, N F limit margin", "step M=6"], samples)?;
+    row::<8>(["step M=8, N F limit margin", "step M=8"], samples)?;
+    spin_row::<3>(["spin M=3, N F Mz limit margin", "spin M=3"], samples)?;
+    spin_row::<4>(["spin M=4, N F Mz limit margin", "spin M=4"], samples)?;
     let model = fingerpad_firmware::model()?;
-    let mut bench = Bench { model, state: StateOf::default(), response: Response::default() };
+    let mut bench = Bench::<SPRINGS>::new(model);
     print("gradient", count(gradient, &mut bench, samples));
     print("least_grip", count(grip, &mut bench, samples));
     print("step_driven by normal force", count(driven, &mut bench, samples));
@@ -113,7 +150,7 @@ const LAWS: [(&str, u32, [f32; 4]); 17] = [
 struct EffectBench<'a> {
     model: fingerpad::Model<'a>,
     effects: Effects<'a>,
-    contact: Contact<ELEMENTS>,
+    contact: Contact<SPRINGS>,
     response: Response,
 }
 
@@ -147,7 +184,7 @@ fn effects(samples: &[[f32; 4]]) -> Result<(), Error> {
 
 struct TunedBench<'a> {
     model: Tuned<'a>,
-    state: StateOf<ELEMENTS>,
+    state: StateOf<SPRINGS>,
     response: Response,
 }
 
@@ -155,25 +192,26 @@ extern "C" fn ours_tuned(b: &mut TunedBench<'_>, s: &[f32; 4]) {
     b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] });
 }
 
-extern "C" fn gradient(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+extern "C" fn gradient(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
     ours(b, s);
     black_box(b.model.gradient(&b.state, [0.0, s[1], s[2]]));
 }
 
-extern "C" fn grip(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+extern "C" fn grip(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
     black_box(b.model.least_grip([0.3 * s[0], s[1]], 0.2, 1.0));
 }
 
-extern "C" fn driven(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+extern "C" fn driven(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
     let drive = Drive {
         normal: Normal::ForceN(0.5 * s[0]),
         tangential: Tangential::SlideIncrementMm([s[1], s[2]]),
+        spin_increment_rad: 0.0,
         dt_s: s[3],
     };
     b.response = b.model.step_driven(&mut b.state, drive).response;
 }
 
-extern "C" fn tuned(b: &mut Bench<'_, ELEMENTS>, s: &[f32; 4]) {
+extern "C" fn tuned(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
     let tuning = Tuning { size: 0.8 + 0.1 * s[0], stiffness: 1.3, ..Tuning::default() };
     let _ = black_box(b.model.tuned(tuning));
 }
