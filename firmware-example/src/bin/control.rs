@@ -49,23 +49,10 @@ struct Telemetry {
     done: bool,
 }
 
-const SILENT: Response = Response {
-    normal_force_n: 0.0,
-    friction_n: [0.0; 2],
-    stick_ratio: 0.0,
-    friction_limit_n: 0.0,
-    slip_margin: 1.0,
-    contact_area_mm2: 0.0,
-    band_normal_n: 0.0,
-    band_friction_n: 0.0,
-    regime: Regime::NoContact,
-    status: fingerpad::Status::OK,
-};
-
 static LOOP: Mutex<RefCell<Option<Loop>>> = Mutex::new(RefCell::new(None));
 static TELEMETRY: Mutex<Cell<Telemetry>> = Mutex::new(Cell::new(Telemetry {
     tick: 0,
-    responses: [SILENT; FINGERS],
+    responses: [Response::IN_THE_AIR; FINGERS],
     worst_ticks: 0,
     least_margin: 1.0,
     least_margin_alone: 1.0,
