@@ -66,6 +66,11 @@ fn arch() {
 }
 
 #[test]
+fn turn_in_full_slip() {
+    holds("turn_in_full_slip");
+}
+
+#[test]
 fn hard_paths() {
     holds("hard_paths");
 }

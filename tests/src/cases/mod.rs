@@ -70,6 +70,11 @@ pub const CASES: &[Case] = &[
     Case { name: "regularisation", about: "the same: regular pressure x0.1", run: numerics::regularisation },
     Case { name: "loops", about: "coarse shape A, fixed bone: energy of closed paths", run: numerics::loops },
     Case { name: "hard_paths", about: "coarse shape E, floating bone: turns, lifts, forces", run: paths::hard_paths },
+    Case {
+        name: "turn_in_full_slip",
+        about: "medium shape E: friction is not lost where a slide turns",
+        run: paths::turn_in_full_slip,
+    },
     Case { name: "arch", about: "shallow arch under a growing force: past its limit point", run: arch::arch },
     Case {
         name: "convergence",

@@ -57,6 +57,31 @@ pub fn deep(_: Effort) -> Result<Vec<Check>, Failure> {
     Ok(checks)
 }
 
+/// A slide that turns in full slip, on the medium mesh: no increment may let go of the friction. Within one increment it
+/// changes by no more than the sticking contact's stiffness times the way.
+///
+/// The contact opens for an iteration when the plane turns; with parts of the contact area held from there, the search once
+/// ended in an equilibrium without friction.
+pub fn turn_in_full_slip(_: Effort) -> Result<Vec<Check>, Failure> {
+    let finger = finger("e", MeshPreset::Medium, BoneKind::Floating, 1.0)?;
+    let turn = [0.556, 0.381, -2.267];
+    let back = [0.556, 0.349, -2.075];
+    let trajectory =
+        follow(&problem(&finger.body, &finger.mesh.pad_faces), &placed(&[[0.0; 3], [0.556, 0.0, 0.0], turn, back]))?;
+    let change = |pair: &[fingerpad_fe::load_path::Response]| {
+        let [a, b] = pair else { return [0.0; 2] };
+        let way = (b.slide_x_mm - a.slide_x_mm).hypot(b.slide_y_mm - a.slide_y_mm);
+        [(b.friction_x_n - a.friction_x_n).hypot(b.friction_y_n - a.friction_y_n), way]
+    };
+    let slides: Vec<[f64; 2]> = trajectory.responses.windows(2).map(change).filter(|[_, way]| *way > 1e-3).collect();
+    let stiffness = slides.first().map_or(0.0, |[force, way]| force / way);
+    let steepest = slides.iter().map(|[force, way]| force / way).fold(0.0, f64::max);
+    Ok(vec![
+        Check::told("stiffness at the first slide (N/mm)", stiffness),
+        Check::at_most("largest change of friction over way (N/mm)", steepest, 1.2 * stiffness),
+    ])
+}
+
 /// Convergence, tolerances and energy of one run.
 fn run(finger: &Finger, name: &str, path: &Path) -> Vec<Check> {
     let problem = problem(&finger.body, &finger.mesh.pad_faces);

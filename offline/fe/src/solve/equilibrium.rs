@@ -37,6 +37,12 @@ const CONTACT_CONTRACTION: f64 = 0.5;
 /// what the mesh sees of it, and a node on the verge of opening could go on for ever.
 const AREA_ITERATIONS: u32 = 5;
 
+/// Share of the contact area by which the parts that were held may be off at equilibrium.
+const AREA_ERROR: f64 = 0.02;
+
+/// How often parts that are off at equilibrium are taken anew before an increment is given up.
+const AREA_RENEWALS: u32 = 4;
+
 /// What is out of balance, N.
 pub(super) struct Residual {
     /// All dofs.
@@ -209,15 +215,26 @@ impl Solver<'_> {
             Iterate { at: configuration, plane: increment.plane(&plane), internal: Vec::new(), areas: Vec::new() };
         self.internal_forces(&iterate.at, increment.damping, &mut iterate.internal)?;
         let mut convergence = Convergence::new();
+        let mut renewals = 0;
         loop {
             go_on(watch, stats)?;
             if convergence.iteration < AREA_ITERATIONS && !convergence.was_cut {
                 iterate.areas = self.areas(&iterate, increment.last, convergence.iteration == 0);
             }
-            let residual = self.residual(&iterate, increment);
+            let mut residual = self.residual(&iterate, increment);
             stats.residual = residual.norm / residual.reference;
             if residual.norm <= self.settings.tolerance * residual.reference {
-                return Ok(self.committed(iterate, increment.last));
+                // Parts that were held while the contact opened for an iteration belong to no equilibrium.
+                let areas = self.areas(&iterate, increment.last, false);
+                if !are_off(&iterate.areas, &areas) {
+                    return Ok(self.committed(iterate, increment.last));
+                }
+                if renewals == AREA_RENEWALS {
+                    return Err(convergence.stalled(&residual, &self.settings));
+                }
+                renewals += 1;
+                iterate.areas = areas;
+                residual = self.residual(&iterate, increment);
             }
             convergence.check(&residual, &self.settings)?;
             if convergence.judge(&residual, &self.settings) {
@@ -439,6 +456,12 @@ pub(super) fn imbalance(wrench: &[f64; 6], target: &[Option<f64>; 6], length_mm:
         let length = if component < 3 { 1.0 } else { length_mm };
         target[k].map_or(0.0, |target| (wrench[component] - target) / length)
     })
+}
+
+/// Whether parts of the contact area that were held differ too much from those at equilibrium.
+fn are_off(held: &[f64], now: &[f64]) -> bool {
+    let difference: f64 = held.iter().zip(now).map(|(a, b)| (a - b).abs()).sum();
+    difference > AREA_ERROR * now.iter().sum::<f64>()
 }
 
 /// Asks `watch` whether to go on.
