@@ -84,7 +84,7 @@ void reset(void)
     }
     fingerpad_state_init(&state);
     for (unsigned i = 0; i < sizeof motions / sizeof *motions; i++) {
-        const fingerpad_motion motion = {motions[i][0], motions[i][1], motions[i][2], 1e-3f};
+        const fingerpad_motion motion = {motions[i][0], motions[i][1], motions[i][2], 0, 1e-3f};
         const fingerpad_response r = fingerpad_step(&model, &state, motion);
         print_word(bits(r.normal_force_n));
         print_word(bits(r.friction_x_n));

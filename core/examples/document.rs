@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bytes = std::fs::read(path)?;
     let words = vectors::aligned(&bytes);
     let model = File::from_bytes(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(|e| e.to_string())?.model;
-    println!("{} bytes, M = {}, N = {}\n", bytes.len(), model.data().elements.len(), model.data().rows.len());
+    println!("{} bytes, M = {}, N = {}\n", bytes.len(), model.data().springs.len(), model.data().rows.len());
     for line in bytes[..64].chunks(32) {
         let words: Vec<String> =
             line.chunks(4).map(|word| word.iter().map(|b| format!("{b:02x}")).collect::<String>()).collect();
@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (1.0, f32::NAN, 0.125),
         (0.0, 0.0, 0.0),
     ] {
-        let r = step(&model, &mut state, Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s: 1e-3 });
+        let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s: 1e-3 };
+        let r = step(&model, &mut state, motion);
         let bits = vectors::words(&r).map(|word| format!("{word:08x}"));
         let regime = [Regime::NoContact, Regime::Stick, Regime::PartialSlip, Regime::Slip]
             .iter()

@@ -103,7 +103,7 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let alone = (square + stretched * stretched + shifted * shifted).sqrt() - shifted;
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
     let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
-    let spin_moment = if P == 1 {
+    let spin_moment = if P == 1 || status.contains(Status::MEMORY_LOST) {
         centre
     } else {
         at.stiffness[1] * carried.moment[1] - at.stiffness[0] * carried.moment[0]
@@ -216,7 +216,8 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
                 *status = status.with(Status::BAD_INPUT);
                 return T::of(0.0);
             }
-            if s < T::of(-most) { T::of(-most) } else { s.at_most(T::of(most)) }
+            let most = T::of(most);
+            if s < -most { -most } else { s.at_most(most) }
         };
         let finite = x.is_number() && y.is_number();
         [x, y] = [x, y].map(|s| bounded(s, 1e6, status));

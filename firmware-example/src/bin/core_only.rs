@@ -8,8 +8,8 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::{
-    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, Normal, Params, Response, State,
-    Surroundings, Tangential, Tuned, Tuning,
+    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, Normal, Params, Pose, Response, SPRINGS,
+    SpinState, State, Surroundings, Tangential, Tuned, Tuning,
 };
 use nalgebra::{Matrix3, Vector3};
 use panic_never as _;
@@ -28,13 +28,20 @@ fn one_tuned_step(model: &Tuned<'_>, state: &mut State, motion: &Motion) -> Resp
     fingerpad::step(model, state, *motion)
 }
 
+/// The same for a contact that also spins.
+#[inline(never)]
+#[unsafe(no_mangle)]
+fn one_spin_step(model: &Model<'_>, state: &mut SpinState, motion: &Motion) -> Response {
+    fingerpad::step(model, state, *motion)
+}
+
 /// A step with the effects of the model's file.
 #[inline(never)]
 #[unsafe(no_mangle)]
 fn one_step_with_effects(
     effects: &Effects<'_>,
     model: &Model<'_>,
-    contact: &mut Contact<{ fingerpad::ELEMENTS }>,
+    contact: &mut Contact<SPRINGS>,
     motion: &Motion,
 ) -> Response {
     effects.step(model, contact, Surroundings::default(), *motion)
@@ -44,7 +51,8 @@ fn one_step_with_effects(
 fn requests(model: &Model<'_>, state: &mut State, f: [f32; 4]) -> (Gradient, Grip, Response) {
     let gradient = model.gradient(state, [f[0], f[1], f[2]]);
     let grip = model.least_grip([f[0], f[1]], f[2], f[3]);
-    let drive = Drive { normal: Normal::ForceN(f[0]), tangential: Tangential::FrictionN([f[1], f[2]]), dt_s: f[3] };
+    let tangential = Tangential::FrictionN([f[1], f[2]]);
+    let drive = Drive { normal: Normal::ForceN(f[0]), tangential, spin_increment_rad: 0.0, dt_s: f[3] };
     let driven = model.step_driven(state, drive);
     (gradient, grip, driven.response)
 }
@@ -54,19 +62,22 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     let file = File::from_bytes(bytes).ok()?;
     let model = file.model;
     let tuned = model.tuned(Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] }).ok()?;
-    black_box((file.meta, tuned.depth_max_mm()));
+    let posed = tuned.posed(Pose { pitch_deg: f[0], roll_deg: f[1] }).ok()?;
+    black_box((file.meta, posed.depth_max_mm()));
     let mut state = State::default();
     state.set_strength_factor(f[3]);
     let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
     let r = one_step(&model, &mut state, &motion);
-    black_box(one_tuned_step(&tuned, &mut state, &motion));
+    black_box(one_tuned_step(&posed, &mut state, &motion));
+    let mut spinning = SpinState::default();
+    black_box(one_spin_step(&model, &mut spinning, &Motion { spin_increment_rad: f[1], ..motion }));
     let mut contact = Contact::default();
     let effects = Effects::new(file.effects).ok()?;
     black_box(one_step_with_effects(&effects, &model, &mut contact, &motion));
     Effects::rested(&mut contact);
     black_box(requests(&model, &mut state, f));
-    let saved = black_box(state.to_bytes());
-    Some((r, State::from_bytes(&saved).ok()?))
+    let saved = black_box(state.to_bytes(model.data()));
+    Some((r, State::from_bytes(model.data(), &saved).ok()?))
 }
 
 #[inline(never)]
@@ -93,11 +104,11 @@ fn surroundings(r: &Response, f: [f32; 4], queue: &mut Queue<8>) -> (Option<Even
 
 #[entry]
 fn main() -> ! {
-    let mut buffer = [0u8; 4096];
+    let mut buffer = [0u8; 8192];
     let mut queue = Queue::new();
     loop {
         #[cfg(feature = "panics")]
-        black_box(buffer[black_box(5000usize)]);
+        black_box(buffer[black_box(9000usize)]);
         let f = black_box([1.0f32, 0.1, 0.2, 1e-3]);
         black_box(build(f, black_box(&mut buffer)));
         if let Some((r, state)) = setup(black_box(&buffer), f) {

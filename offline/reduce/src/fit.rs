@@ -1,10 +1,12 @@
 //! The fit: the model's numbers that make its replay of the runs least wrong, in the sense of weighted least squares.
 //!
-//! Main types: [`Settings`], [`fit`]. Every residual comes out of `fingerpad` itself, in its 32-bit arithmetic; the
-//! Jacobian is by finite differences. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
-//! Uses initial_guess, parameterisation, replay, slip_length.
+//! Main types: [`Settings`], [`fit`]. Every residual comes out of `fingerpad` itself, in 64-bit numbers; the Jacobian is
+//! by finite differences. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
+//! Uses initial_guess, parameterisation, replay.
 
-use fingerpad::{ParamsOf, Regime};
+use std::ops::Range;
+
+use fingerpad::{ParamsOf, Regime, Response};
 use fingerpad_least_squares::{
     LevenbergMarquardt, MinimizationReport, Problem, TerminationReason, minimise, objective,
 };
@@ -12,20 +14,19 @@ use rayon::prelude::*;
 
 use super::initial_guess::initial_guess;
 use super::parameterisation::Parameterisation;
-use super::replay::replay_data;
-use super::slip_length::explained;
-use super::{ReduceError, Run};
+use super::replay::{pressure_centre, replay_coarsely, spin_moment};
+use super::{ReduceError, Run, Sample};
 
 /// Settings of the fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Knots of normal force, area, limit and stiffness.
+    /// Knots of normal force and area.
     pub rising_knots: usize,
     /// Knots of the other tables.
     pub gentle_knots: usize,
     /// Error of the normal force that counts 1, share of the largest of its run.
     pub normal_share: f64,
-    /// Error of friction that counts 1, share of the limit at the depth.
+    /// Error of friction and of the spin moment over the springs' mean arm that counts 1, share of the limit at the depth.
     pub friction_share: f64,
     /// Error of the stick ratio that counts 1.
     pub stick: f64,
@@ -33,27 +34,33 @@ pub struct Settings {
     pub stick_end: f64,
     /// Error of the area that counts 1, share of the largest of its run.
     pub area_share: f64,
+    /// Error of the centre of pressure that counts 1, mm.
+    pub centre_mm: f64,
     /// Change of a number of the fit that counts 1: holds what the runs do not determine at its start.
     pub prior: f64,
+    /// The same for the bends of the yield slides.
+    pub bend_prior: f64,
     /// Largest number of iterations.
     pub iterations: usize,
-    /// Fits from beside the best one so far, the best of which is kept: the sum of squares has many minima.
-    pub restarts: usize,
+    /// Iterations of each start before the best one goes on.
+    pub start_iterations: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             rising_knots: 12,
-            gentle_knots: 6,
+            gentle_knots: 4,
             normal_share: 0.005,
-            friction_share: 0.004,
+            friction_share: 0.01,
             stick: 0.03,
             stick_end: 0.02,
             area_share: 0.03,
+            centre_mm: 0.1,
             prior: 2.0,
+            bend_prior: 0.3,
             iterations: 40,
-            restarts: 0,
+            start_iterations: 12,
         }
     }
 }
@@ -62,26 +69,29 @@ impl Default for Settings {
 #[derive(Clone, Debug)]
 pub struct Fitted<const M: usize, const N: usize> {
     /// The parameters; bands are 0.
-    pub params: ParamsOf<M, N>,
+    pub params: ParamsOf<M, N, f64>,
     /// The parameter vector behind them.
     pub theta: Vec<f64>,
-    /// Half the sum of squared residuals at the start and at the end.
+    /// Half the sum of squared residuals of the forces at the start and at the end.
     pub cost: [f64; 2],
-    /// Evaluations of all runs, those for derivatives not counted.
-    pub evaluations: usize,
     /// Why the minimiser stopped, in its words.
     pub ended: String,
 }
 
-/// Fits the form with `M` elements and `N` table nodes to those `runs` that are not held out.
-///
-/// * `pressure_exponent`: beta of the runs' friction law
-///
-/// # Errors
-/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::SlipLengthOfRuns`] or
-/// [`ReduceError::Model`] if the core refuses the initial guess, [`ReduceError::Fit`] if the minimiser gave up.
-pub fn fit<const M: usize, const N: usize>(
+/// What is compared between model and runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Compared {
+    /// Normal force and friction.
+    Forces,
+    /// Stick ratio, area, centre of pressure.
+    Contact,
+    /// Friction and moment under spin.
+    Spin,
+}
+
+pub fn fit_from<const M: usize, const N: usize>(
     runs: &[Run],
+    touch_mm: [f64; M],
     pressure_exponent: f64,
     settings: &Settings,
 ) -> Result<Fitted<M, N>, ReduceError> {
@@ -90,173 +100,134 @@ pub fn fit<const M: usize, const N: usize>(
     let deepest = runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let parameterisation =
         Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
-    let origin = parameterisation.start(M, &guess);
-    let first = parameterisation.params::<M, N>(&origin).try_build();
-    first.map_err(|error| explained(error, &guess, pressure_exponent))?;
-    let scales = runs.iter().map(|run| Scales::of(run, settings)).collect();
-    let mut problem =
-        Replay::<M, N> { runs, scales, limit: guess.limit, parameterisation, settings, origin: origin.clone() };
-    let before = problem.residuals_at(&origin).ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
-    let best = minimise_with_restarts(&mut problem, &origin)?;
-    Ok(Fitted {
-        params: problem.parameterisation.params(&best.theta),
-        theta: best.theta,
-        cost: [objective(&before), best.report.objective_function],
-        evaluations: best.evaluations,
-        ended: format!("{:?}", best.report.termination),
-    })
+    let mut theta = parameterisation.start(&touch_mm, &guess);
+    let planar: Vec<&Run> = runs.iter().copied().filter(|r| !r.spins()).collect();
+    let spinning: Vec<&Run> = runs.iter().copied().filter(|r| r.spins()).collect();
+    let mut cost = [0.0; 2];
+    let mut ended = String::new();
+    for (compared, range, runs) in [
+        (Compared::Forces, parameterisation.of_forces(M), &planar),
+        (Compared::Contact, parameterisation.of_contact(M), &planar),
+        (Compared::Spin, parameterisation.of_spin(M), &spinning),
+    ].into_iter().take(std::env::var("STAGES").map_or(3, |s| s.parse().unwrap())) {
+        let mut problem = Replay::<M, N> {
+            runs,
+            limit: guess.limit,
+            parameterisation: &parameterisation,
+            settings,
+            compared,
+            range: range.clone(),
+            theta: theta.clone(),
+        };
+        let origin = theta[range.clone()].to_vec();
+        let before = problem.residuals(&origin).ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
+        let (found, report) = minimised(&mut problem, &origin, settings.iterations)?;
+        if compared == Compared::Forces {
+            cost = [objective(&before), report.objective_function];
+            ended = format!("{:?} {}", report.termination, report.number_of_evaluations);
+        }
+        theta[range].copy_from_slice(&found);
+    }
+    Ok(Fitted { params: parameterisation.params(&theta), theta, cost, ended })
 }
 
-/// The best end of all minimisations.
-struct Best {
-    theta: Vec<f64>,
-    report: MinimizationReport<f64>,
-    evaluations: usize,
-}
-
-/// Minimises from `origin`, then as often as the settings say from beside the best end so far.
-fn minimise_with_restarts<const M: usize, const N: usize>(
-    problem: &mut Replay<'_, M, N>,
+fn minimised(
+    problem: &mut dyn Problem,
     origin: &[f64],
-) -> Result<Best, ReduceError> {
-    let minimiser = LevenbergMarquardt::new()
-        .with_ftol(1e-4)
-        .with_xtol(1e-6)
-        .with_gtol(0.0)
-        .with_patience(problem.settings.iterations);
-    let useful = |report: &MinimizationReport<f64>| {
-        report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)
-    };
+    iterations: usize,
+) -> Result<(Vec<f64>, MinimizationReport<f64>), ReduceError> {
+    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-6).with_gtol(0.0).with_stepbound(1.0).with_patience(iterations);
     let (theta, report) = minimise(problem, origin, &minimiser);
-    if !useful(&report) {
-        return Err(ReduceError::Fit(format!("{:?}", report.termination)));
-    }
-    let mut best = Best { theta, evaluations: report.number_of_evaluations, report };
-    let mut noise = Noise(1);
-    for _ in 0..problem.settings.restarts {
-        let beside: Vec<f64> = best.theta.iter().map(|v| v + RESTART_STEP * noise.number()).collect();
-        if problem.parameterisation.params::<M, N>(&beside).try_build().is_err() {
-            continue;
-        }
-        let (theta, report) = minimise(problem, &beside, &minimiser);
-        best.evaluations += report.number_of_evaluations;
-        if useful(&report) && report.objective_function < best.report.objective_function {
-            (best.theta, best.report) = (theta, report);
-        }
-    }
-    Ok(best)
+    let useful = report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience);
+    if useful { Ok((theta, report)) } else { Err(ReduceError::Fit(format!("{:?}", report.termination))) }
 }
 
-/// Largest change of a number of the vector at a restart; they are of order 1.
-const RESTART_STEP: f64 = 0.1;
-
-/// Knuth's MMIX linear congruential generator: restarts are the same in every run.
-struct Noise(u64);
-
-impl Noise {
-    /// Uniform in −1 to 1.
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
-
-/// Errors of a run's normal force and contact area that count 1.
-struct Scales {
-    normal_n: f64,
-    area_mm2: f64,
-}
-
-impl Scales {
-    fn of(run: &Run, settings: &Settings) -> Self {
-        let most = |of: fn(&super::Sample) -> f32| run.samples.iter().map(of).fold(0.0f32, f32::max);
-        let normal = f64::from(most(|s| s.normal_force_n)).max(1e-3);
-        let area = f64::from(most(|s| s.contact_area_mm2)).max(1.0);
-        Self { normal_n: normal * settings.normal_share, area_mm2: area * settings.area_share }
-    }
-}
-
-/// The fit's problem: replay all runs through the core and compare with the finite elements.
+/// Replays of the runs, compared with the finite elements.
 struct Replay<'a, const M: usize, const N: usize> {
-    runs: Vec<&'a Run>,
-    scales: Vec<Scales>,
+    runs: &'a [&'a Run],
     /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
     limit: [f64; 2],
-    parameterisation: Parameterisation,
+    parameterisation: &'a Parameterisation,
     settings: &'a Settings,
-    /// Initial guess, near which the prior holds what the runs do not determine.
-    origin: Vec<f64>,
+    compared: Compared,
+    /// Which numbers are varied.
+    range: Range<usize>,
+    /// The whole vector at the start; a prior near it holds what the runs do not determine.
+    theta: Vec<f64>,
 }
 
 impl<const M: usize, const N: usize> Replay<'_, M, N> {
-    /// Residuals of all runs at `theta`, then those of the prior.
-    fn residuals_at(&self, theta: &[f64]) -> Option<Vec<f64>> {
-        let data = self.parameterisation.params::<M, N>(theta).try_build().ok()?;
-        let parts: Option<Vec<Vec<f64>>> = self
-            .runs
-            .iter()
-            .zip(&self.scales)
-            .map(|(run, scales)| {
-                let responses = replay_data(&data, run)?;
-                let mut out = Vec::with_capacity(5 * responses.len());
-                for (sample, r) in run.samples.iter().zip(&responses) {
-                    if sample.normal_force_n <= 0.0 && r.normal_force_n <= 0.0 {
-                        out.extend([0.0; 5]);
-                        continue;
-                    }
-                    let limit = self.limit[0] * f64::from(sample.depth_mm).max(0.05).powf(self.limit[1]);
-                    let friction = self.settings.friction_share * limit;
-                    let of = |a: f32, b: f32, scale: f64| f64::from(a - b) / scale;
-                    out.push(of(r.normal_force_n, sample.normal_force_n, scales.normal_n));
-                    out.push(of(r.friction_n[0], sample.friction_n[0], friction));
-                    out.push(of(r.friction_n[1], sample.friction_n[1], friction));
-                    // The ends of the stick ratio are regimes of their own.
-                    let end = matches!(sample.regime, Regime::Stick | Regime::Slip);
-                    let stick = if end { self.settings.stick_end } else { self.settings.stick };
-                    out.push(of(r.stick_ratio, sample.stick_ratio, stick));
-                    out.push(of(r.contact_area_mm2, sample.contact_area_mm2, scales.area_mm2));
+    fn of_row(&self, sample: &Sample, r: &Response<f64>, most: [f64; 2], arm: f64, out: &mut Vec<f64>) {
+        let s = self.settings;
+        let normal = f64::from(sample.normal_force_n);
+        let limit = self.limit[0] * f64::from(sample.depth_mm).max(0.05).powf(self.limit[1]);
+        let friction = s.friction_share * limit;
+        let of = |a: f64, b: f32, scale: f64| (a - f64::from(b)) / scale;
+        match self.compared {
+            Compared::Forces => {
+                out.push(of(r.normal_force_n, sample.normal_force_n, s.normal_share * most[0]));
+                out.extend([0, 1].map(|k| of(r.friction_n[k], sample.friction_n[k], friction)));
+            }
+            Compared::Contact => {
+                // The ends of the stick ratio are regimes of their own.
+                let end = matches!(sample.regime, Regime::Stick | Regime::Slip);
+                out.push(of(r.stick_ratio, sample.stick_ratio, if end { s.stick_end } else { s.stick }));
+                out.push(of(r.contact_area_mm2, sample.contact_area_mm2, s.area_share * most[1]));
+            }
+            Compared::Spin => {
+                out.extend([0, 1].map(|k| of(r.friction_n[k], sample.friction_n[k], friction)));
+                let moment = spin_moment(sample).unwrap_or(r.spin_moment_n_mm);
+                out.push((r.spin_moment_n_mm - moment) / (friction * arm));
+                let centre = pressure_centre(sample).unwrap_or(r.pressure_centre_mm);
+                out.push((r.pressure_centre_mm - centre) * normal / (most[0] * s.centre_mm));
+            }
+        }
+    }
+    fn residuals_at(&self, varied: &[f64]) -> Vec<f64> {
+        let mut theta = self.theta.clone();
+        theta[self.range.clone()].copy_from_slice(varied);
+        let data = self.parameterisation.params::<M, N>(&theta).build_unchecked();
+        let model = data.model_unchecked();
+        let mut out = Vec::new();
+        for run in self.runs {
+            let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(0.0f32, f32::max));
+            let most = [most(|s| s.normal_force_n).max(1e-3), most(|s| s.contact_area_mm2).max(1.0)];
+            for (sample, r) in run.samples.iter().zip(&replay_coarsely(&model, run, COARSE)) {
+                if sample.normal_force_n > 0.0 || r.normal_force_n > 0.0 {
+                    self.of_row(sample, r, most, ARM_MM, &mut out);
+                } else {
+                    out.extend(vec![0.0; match self.compared { Compared::Forces => 3, Compared::Contact => 2, Compared::Spin => 4 }]);
                 }
-                Some(out)
-            })
-            .collect();
-        let mut all: Vec<f64> = parts?.concat();
-        all.extend(theta.iter().zip(self.origin.iter()).map(|(t, o)| (t - o) / self.settings.prior));
-        Some(all)
+            }
+        }
+        let of_bends = self.parameterisation.of_bends(M);
+        let prior = |k: usize| if of_bends.iter().any(|r| r.contains(&k)) { self.settings.bend_prior } else { self.settings.prior };
+        out.extend(self.range.clone().zip(varied).map(|(k, t)| (t - self.theta[k]) / prior(k)));
+        out
     }
 }
 
-/// Residual of everything where there is no model.
-const NO_MODEL: f64 = 1e3;
-/// Step of the finite differences; the vector's numbers are of order 1 and the replay is good to some 1e-7.
-const DIFFERENCE: f64 = 2e-3;
+/// Steps of a fit's replays over those of others: the error of friction is 0.1 % of the limit.
+const COARSE: f32 = 3.0;
+/// Length that makes a moment a force, mm.
+const ARM_MM: f64 = 3.0;
+/// Step of the finite differences; the vector's numbers are of order 1.
+const DIFFERENCE: f64 = 1e-5;
 
 impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
     fn residuals(&mut self, theta: &[f64]) -> Option<Vec<f64>> {
-        // What is no model is merely bad, so that the minimiser steps back instead of giving up.
-        let rows = 5 * self.runs.iter().map(|r| r.samples.len()).sum::<usize>() + theta.len();
-        Some(self.residuals_at(theta).unwrap_or_else(|| vec![NO_MODEL; rows]))
+        Some(self.residuals_at(theta).into_iter().map(|r| if r.is_finite() { r } else { 1e3 }).collect())
     }
 
     fn jacobian(&mut self, theta: &[f64]) -> Option<Vec<Vec<f64>>> {
-        (0..theta.len())
+        let here = self.residuals_at(theta);
+        Some((0..theta.len())
             .into_par_iter()
             .map(|k| {
-                let shifted = |by: f64| {
-                    let mut theta = theta.to_vec();
-                    theta[k] += by;
-                    self.residuals_at(&theta)
-                };
-                // At the edge of what is a model the derivative is that of the side within.
-                let (up, down) = (shifted(DIFFERENCE), shifted(-DIFFERENCE));
-                let here = || self.residuals_at(theta);
-                let (up, down) = match (up, down) {
-                    (Some(up), Some(down)) => (up, down),
-                    (Some(up), None) => (up.clone(), up.iter().zip(here()?).map(|(u, h)| 2.0 * h - u).collect()),
-                    (None, Some(down)) => (down.iter().zip(here()?).map(|(d, h)| 2.0 * h - d).collect(), down),
-                    (None, None) => return None,
-                };
-                Some(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * DIFFERENCE)).collect())
+                let mut to = theta.to_vec();
+                to[k] += DIFFERENCE;
+                self.residuals_at(&to).iter().zip(&here).map(|(u, h)| (u - h) / DIFFERENCE).collect()
             })
-            .collect()
+            .collect())
     }
 }

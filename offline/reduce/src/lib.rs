@@ -7,32 +7,25 @@
 //! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
 mod band;
-mod curve;
 mod design;
 mod error;
-mod export;
 mod fit;
 mod initial_guess;
-mod model;
 mod parameterisation;
 mod replay;
 mod runs;
 mod score;
-pub mod slip_length;
 mod stored_run;
 mod tables;
 mod trajectory;
 
 pub use band::{Band, Coverage};
-pub use curve::{CurvePoint, curve};
 pub use design::{
     Batch, DesignSettings, Experiment, Kind, PathNumbers, batches, design, halton, is_representable, share,
 };
 pub use error::ReduceError;
-pub use export::{Format, export};
-pub use fit::{Fitted, Settings, fit};
-pub use model::{Meta, Ranges, Reduced, reduce};
-pub use replay::{STEP_MM, replay, replay_steps};
+pub use fit::{Fitted, Settings, fit_from};
+pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};
 pub use runs::{Run, Sample, Turned, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};
 pub use trajectory::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};

@@ -127,6 +127,11 @@ impl Run {
         is_representable(&self.path)
     }
 
+    /// Whether the plane turns about its normal along its path.
+    pub fn spins(&self) -> bool {
+        self.path.turns.spin.is_some()
+    }
+
     /// Name of the file that holds a run of `experiment`: changes with path and settings, so that what is stale is
     /// not found.
     pub fn file_name(experiment: &Experiment, settings_hash: &str) -> String {

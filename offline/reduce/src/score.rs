@@ -5,8 +5,8 @@
 use fingerpad::{ModelOf, Regime, Response};
 use serde::{Deserialize, Serialize};
 
-use super::replay::replay;
-use super::{Kind, Run};
+use super::replay::{replay, spin_moment};
+use super::{Kind, Run, Sample};
 
 /// Errors along one path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,12 @@ pub struct RunScore {
     pub normal_of_range: f64,
     /// RMS of the length of friction's error over the friction limit at the row's depth.
     pub friction_of_limit: f64,
+    /// RMS of the spin moment's error over the springs' mean arm and the friction limit at the row's depth; of paths that
+    /// spin.
+    pub moment_of_limit: Option<f64>,
+    /// RMS and largest of the length of the error in the change of friction since a vibration of the depth began, over the
+    /// friction limit at the depth where it did; of vibrations, while the slide is held.
+    pub vibration_of_limit: Option<[f64; 2]>,
     /// RMS of the stick ratio's error before the first turn or change of depth.
     pub stick_straight: Option<f64>,
     /// RMS of the stick ratio's error from there on.
@@ -44,6 +50,10 @@ pub struct Scores {
     pub normal_of_range: f64,
     /// Friction, RMS of the limit at the depth.
     pub friction_of_limit: f64,
+    /// Spin moment over the springs' mean arm, RMS of the limit at the depth; 0 without spins.
+    pub moment_of_limit: f64,
+    /// Change of friction since a vibration began, RMS and largest of the limit there; 0 without vibrations.
+    pub vibration_of_limit: [f64; 2],
     /// Stick ratio in straight slides, absolute RMS.
     pub stick_straight: f64,
     /// Stick ratio after turns and depth changes, absolute RMS.
@@ -92,55 +102,101 @@ fn rms(sum: f64, n: usize) -> f64 {
     (sum / n as f64).sqrt()
 }
 
-/// Errors of `responses`, the model's at the samples of `run`. `limit` gives the strength at a depth.
-pub fn score_run(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f64) -> RunScore {
+/// Sum of squares and number of errors.
+#[derive(Clone, Copy, Default)]
+struct Errors {
+    sum: f64,
+    n: usize,
+}
+
+impl Errors {
+    fn push(&mut self, error: f64) {
+        self.sum += error * error;
+        self.n += 1;
+    }
+
+    fn rms(self) -> Option<f64> {
+        (self.n > 0).then(|| rms(self.sum, self.n))
+    }
+}
+
+/// Length of the error of friction.
+fn friction_error(r: &Response, s: &Sample) -> f64 {
+    f64::from((r.friction_n[0] - s.friction_n[0]).hypot(r.friction_n[1] - s.friction_n[1]))
+}
+
+/// Errors of `responses`, the model's at the samples of `run`.
+///
+/// * `limit`: the strength at a depth, N
+/// * `arm_mm`: what makes moments forces
+pub fn score_run(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f64, arm_mm: f64) -> RunScore {
     let turn = first_turn(run);
-    let (mut normal, mut friction, mut area, mut rows) = (0.0, 0.0, 0.0, 0);
-    let mut stick = [(0.0, 0usize); 2];
-    let (mut regime_rows, mut regime_wrong) = (0, 0);
+    let (mut normal, mut friction, mut moment, mut area) = Default::default();
+    let (mut stick, mut regime_rows, mut regime_wrong) = ([Errors::default(); 2], 0, 0);
     let (mut least, mut most, mut largest) = (0.0f32, 0.0f32, 1.0f32);
+    let push = |errors: &mut Errors, error: f64| errors.push(error);
     for (i, (s, r)) in run.samples.iter().zip(responses).enumerate() {
         if s.regime == Regime::NoContact && r.regime == Regime::NoContact {
             continue;
         }
-        rows += 1;
         least = least.min(s.normal_force_n);
         most = most.max(s.normal_force_n);
         largest = largest.max(s.contact_area_mm2);
-        normal += f64::from(r.normal_force_n - s.normal_force_n).powi(2);
-        let error = f64::from((r.friction_n[0] - s.friction_n[0]).hypot(r.friction_n[1] - s.friction_n[1]));
-        friction += (error / limit(s.depth_mm)).powi(2);
-        area += f64::from(r.contact_area_mm2 - s.contact_area_mm2).powi(2);
-        let (sum, n) = &mut stick[usize::from(i >= turn)];
-        *sum += f64::from(r.stick_ratio - s.stick_ratio).powi(2);
-        *n += 1;
+        push(&mut normal, (r.normal_force_n - s.normal_force_n).into());
+        push(&mut friction, friction_error(r, s) / limit(s.depth_mm));
+        push(&mut area, (r.contact_area_mm2 - s.contact_area_mm2).into());
+        push(&mut stick[usize::from(i >= turn)], (r.stick_ratio - s.stick_ratio).into());
+        if let (true, Some(there)) = (run.spins(), spin_moment(s)) {
+            push(&mut moment, (f64::from(r.spin_moment_n_mm) - there) / (arm_mm * limit(s.depth_mm)));
+        }
         if outside_band(s.stick_ratio) {
             regime_rows += 1;
             regime_wrong += usize::from(r.regime != s.regime);
         }
     }
-    let stick = stick.map(|(sum, n)| (n > 0).then(|| rms(sum, n)));
     RunScore {
         name: run.name.clone(),
         kind: run.kind,
         held_out: run.held_out,
-        rows,
-        normal_of_range: rms(normal, rows) / f64::from(most - least).max(1e-6),
-        friction_of_limit: rms(friction, rows),
-        stick_straight: stick[0],
-        stick_turned: stick[1],
-        area_of_largest: rms(area, rows) / f64::from(largest),
+        rows: friction.n,
+        normal_of_range: normal.rms().unwrap_or(0.0) / f64::from(most - least).max(1e-6),
+        friction_of_limit: friction.rms().unwrap_or(0.0),
+        moment_of_limit: moment.rms(),
+        vibration_of_limit: (run.kind == Kind::Vibration).then(|| vibration_errors(run, responses, limit)).flatten(),
+        stick_straight: stick[0].rms(),
+        stick_turned: stick[1].rms(),
+        area_of_largest: area.rms().unwrap_or(0.0) / f64::from(largest),
         regime_rows,
         regime_wrong,
     }
 }
 
-/// Errors of a model along every run.
-pub fn score<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[Run]) -> Vec<RunScore> {
-    runs.iter().map(|run| score_run(run, &replay(model, run), |depth| strength(model, depth))).collect()
+/// RMS and largest error of friction's change while the depth of `run` vibrates: between the first slide and the next.
+fn vibration_errors(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f64) -> Option<[f64; 2]> {
+    let slides = |from: usize| {
+        (from..run.samples.len()).find(|&i| i > 0 && run.samples[i].slide_mm != run.samples[i - 1].slide_mm)
+    };
+    let start = slides(0)?;
+    let held = (start..run.samples.len() - 1).find(|&i| run.samples[i].slide_mm == run.samples[i + 1].slide_mm)?;
+    let end = slides(held + 1).unwrap_or(run.samples.len());
+    let (s0, r0) = (&run.samples[held], &responses[held]);
+    let (mut errors, mut largest) = (Errors::default(), 0.0f64);
+    for (s, r) in run.samples[held + 1..end].iter().zip(&responses[held + 1..end]) {
+        let change = |k: usize| (r.friction_n[k] - r0.friction_n[k]) - (s.friction_n[k] - s0.friction_n[k]);
+        let error = f64::from(change(0).hypot(change(1))) / limit(s0.depth_mm);
+        errors.push(error);
+        largest = largest.max(error);
+    }
+    Some([errors.rms()?, largest])
 }
 
-/// Friction limit along y, which is the mean one, at `depth_mm`, N.
+/// Errors of a model along every run.
+pub fn score<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[Run]) -> Vec<RunScore> {
+    let arm_mm = f64::from(model.data().gyration).max(1e-6);
+    runs.iter().map(|run| score_run(run, &replay(model, run), |depth| strength(model, depth), arm_mm)).collect()
+}
+
+/// Friction limit along x, the mean of both directions, at `depth_mm`, N.
 pub fn strength<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32) -> f64 {
     let data = model.data();
     let x = (depth_mm.max(0.05) / data.depth_max * (N - 1) as f32).min((N - 1) as f32);
@@ -159,12 +215,18 @@ impl Scores {
                 .fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
             if n > 0 { rms(sum, n) } else { 0.0 }
         };
+        let vibrations = |k: usize| chosen.iter().filter_map(move |s: &&RunScore| s.vibration_of_limit.map(|v| v[k]));
         let (rows, wrong) = chosen.iter().fold((0, 0), |a, s| (a.0 + s.regime_rows, a.1 + s.regime_wrong));
         let worst = chosen.iter().max_by(|a, b| a.friction_of_limit.total_cmp(&b.friction_of_limit));
         Self {
             paths: chosen.len(),
             normal_of_range: mean(&|s| Some(s.normal_of_range)),
             friction_of_limit: mean(&|s| Some(s.friction_of_limit)),
+            moment_of_limit: mean(&|s| s.moment_of_limit),
+            vibration_of_limit: [
+                mean(&|s| s.vibration_of_limit.map(|v| v[0])),
+                vibrations(1).fold(0.0, f64::max),
+            ],
             stick_straight: mean(&|s| s.stick_straight),
             stick_turned: mean(&|s| s.stick_turned),
             area_of_largest: mean(&|s| Some(s.area_of_largest)),

@@ -58,7 +58,7 @@ fn row(t_s: f64, at: [f64; 3], r: &Response) -> TrajectoryRow {
 ///
 /// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag.
 pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<TrajectoryRow> {
-    let mut state = StateOf::default();
+    let mut state = StateOf::<M>::default();
     let by_force = path.drives.map(|d| d == Drive::Force);
     along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
         let normal = if by_force[0] { Normal::ForceN(target[0] as f32) } else { Normal::DepthMm(target[0] as f32) };
@@ -69,7 +69,7 @@ pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, 
         } else {
             Tangential::SlideIncrementMm(slide.map(|s| s as f32))
         };
-        let driven = model.step_driven(&mut state, CoreDrive { normal, tangential, dt_s: dt.max(1e-6) as f32 });
+        let driven = model.step_driven(&mut state, CoreDrive { normal, tangential, spin_increment_rad: 0.0, dt_s: dt.max(1e-6) as f32 });
         at[0] = driven.motion.depth_mm.into();
         for k in 0..2 {
             at[k + 1] = if by_force[1] || by_force[2] {

@@ -1,167 +1,299 @@
-//! Export to the core: a smooth model as tables over depth, a few elements, and two slots for what tables cannot hold.
+//! Export to the core: a smooth model as tables over depth, a few springs, and two slots for what tables cannot hold.
 //!
 //! Main type: [`CoreExport`].
+//!
+//! Over a straight slide the slope of the smooth model's friction falls from its tangential stiffness to 0 as one element
+//! after the other slips. The springs of the core share that stiffness out: each takes the part of the slope between two
+//! levels, the same at all depths, and slips at the mean slide at which the slope falls through its part. Friction in full
+//! slip, the area under the slope, is then the smooth model's at every depth; a part that the slope does not reach at some
+//! depth is a spring that does not touch there. The parts are fitted with the springs' odd term, the yield slides follow from
+//! them.
 
 use fingerpad::effects::baseline::{DIRECTION, SHEAR};
-use fingerpad::{Data, EffectSlot, Effects, Element, Line};
+use fingerpad::{Data, EffectSlot, Effects, Error, NODES, Node, Params, SPRINGS, SpringParams};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 
 use crate::core_replay::replay_stroke;
-use crate::model::{DepthValues, ODD_SHAPE, SmoothModel};
+use crate::model::{ELEMENTS, MIDDLE_MM, ODD_SHAPE, SmoothModel};
+use crate::reference::{middle_node, normal_per_full_shear};
 use crate::simulate;
 use crate::trajectory::Stroke;
 
-/// Largest slip length over the least; the core takes up to 50.
-const SLIP_LENGTHS: f64 = 40.0;
-/// Most strokes along which the elements are fitted.
+/// Most strokes along which the springs' parts of the stiffness are fitted.
 const MOST_STROKES: usize = 16;
+/// Depths whose tangential stiffness the springs' parts start from, mm: where fingers are used.
+const START_MM: f64 = 1.5;
+/// Largest odd term times the longest slide at which a spring slips; the core takes 0.4 of the whole way of a tilted limit.
+const MOST_BENT: f64 = 0.3;
+/// Least share of the contact area of a spring that touches.
+const LEAST_SHARE: f32 = 1e-6;
 
 /// A smooth model in the core's form.
 pub struct CoreExport {
-    /// Tables and elements.
+    /// Tables and springs.
     pub data: Data,
     /// What of the model the tables do not hold: strength over direction, normal force with friction.
     pub slots: Vec<EffectSlot>,
 }
 
-/// A straight line from `value` to `next` that does not go beyond it.
-fn line(value: f32, next: f32) -> Line {
-    let mut change = next - value;
-    while change != 0.0 && (value + change - next) * change > 0.0 {
-        change = f32::from_bits(change.to_bits() - 1);
-    }
-    Line { value, change }
+/// A smooth model in the form of `data`; what its tables do not say (bands, stick ratio, area, spin) stays as it is.
+///
+/// * `strokes`: motions along which the core's springs are fitted, so that its few follow the model's many
+///
+/// # Errors
+/// What the core has against the tables (not passive, out of range).
+pub fn export_to_core(data: &Data, model: &SmoothModel, strokes: &[Stroke]) -> Result<CoreExport, Error> {
+    let curves = Curves::of(model, f64::from(data.depth_max));
+    let bed = fit_bed(data, model, &curves, strokes);
+    let data = passive(data, model, &curves, &bed)?;
+    let slots = slots(&data, model);
+    Ok(CoreExport { data, slots })
 }
 
-/// A smooth model in the form of `data`; what its tables do not say (bands, stick ratio, area) stays as it is.
-///
-/// * `strokes`: motions along which the core's elements are fitted, so that its few follow the model's many
-pub fn export_to_core(data: &Data, model: &SmoothModel, strokes: &[Stroke]) -> CoreExport {
-    let mut out = tables(data, model);
+/// Slots of what of the model the tables do not hold.
+fn slots(data: &Data, model: &SmoothModel) -> Vec<EffectSlot> {
     let slot = |kind, v: [f64; 6]| EffectSlot { kind, reserved: 0, values: v.map(|x| x as f32) };
     let [even, odd] = [model.even_direction, model.odd_direction];
     let [p, r] = model.normal_per_friction;
     let [s_x, s_y] = model.normal_shear;
+    let [own_x, own_y] = normal_per_full_shear(data);
     let [press, press_slope] = model.press_coupling;
-    let slots = vec![
+    vec![
         slot(DIRECTION, [even[0], even[1], odd[0], odd[1], model.even_direction_slope, 0.0]),
-        slot(SHEAR, [p - press, -press_slope, r, s_x, s_y, 0.0]),
-    ];
-    fit_elements(&mut out, &slots, model, strokes);
-    CoreExport { data: out, slots }
+        slot(SHEAR, [p - press, -press_slope, r, s_x - own_x, s_y - own_y, 0.0]),
+    ]
 }
 
-/// The tables: the model's curves at the nodes of `data`.
-fn tables(data: &Data, model: &SmoothModel) -> Data {
-    let n = data.rows.len();
-    let cell = f64::from(data.depth_max) / (n - 1) as f64;
-    let mut out = *data;
-    out.pressure_exponent = model.load_exponent.clamp(-1.0, 2.0) as f32;
-    // The smooth model knows no odd compliance; its direction dependence is in a slot.
-    out.twice_odd = 0.0;
-    let normal = rising_nodes(n, cell, &|d| model.at_depth(d).normal_n);
-    let limit = rising_nodes(n, cell, &|d| model.at_depth(d).strength_n);
-    let stiffness = stiffness_nodes(n, cell, model, &limit);
-    let across = |i: usize| model.at_depth(cell * (i as f64).max(1.0)).stiffness_ratio_y.clamp(0.25, 4.0).sqrt() as f32;
-    let tilt = |i: usize| ((-(1.0 - ODD_SHAPE) * model.odd_x_per_mm * cell * i as f64).clamp(-0.25, 0.25)) as f32;
-    let [constant, slope] = model.press_coupling;
-    let press = |i: usize| ((constant + slope * cell * i as f64).clamp(-1.0, 1.0)) as f32;
-    let mut pressed = 0.0;
-    for i in 0..n {
-        let next = (i + 1).min(n - 1);
-        let row = &mut out.rows[i];
-        row.normal = line(normal[i], normal[next]);
-        row.limit = line(limit[i], limit[next]);
-        row.stiffness = line(stiffness[i], stiffness[next]);
-        row.stiffness_anisotropy = line(across(i), across(next));
-        row.strength_anisotropy = row.stiffness_anisotropy;
-        row.normal_shear_x = line(0.0, 0.0);
-        row.normal_shear_y = line(0.0, 0.0);
-        row.yield_shift = line(tilt(i), tilt(next));
-        row.press_coupling = line(press(i), press(next));
-        row.press_slide = pressed;
-        pressed += press(i) + press(next);
+/// What of the core's springs is fitted.
+struct Bed {
+    /// Their parts of the stiffness along x, N/mm; the last to slip first.
+    parts_n_mm: [f64; SPRINGS],
+    /// q of their force k (u − q u²) along x, 1/mm.
+    odd_per_mm: f64,
+}
+
+impl Bed {
+    /// From logarithms of the parts, and the odd term.
+    fn of(p: &[f64]) -> Self {
+        Self { parts_n_mm: std::array::from_fn(|j| p[j].exp()), odd_per_mm: p[SPRINGS] }
     }
-    out
 }
 
-/// Values of a curve over depth at `n` nodes `cell` mm apart, none below the one before.
+/// The model's curves at the nodes of the tables.
+struct Curves {
+    cell_mm: f64,
+    normal_n: Vec<f64>,
+    strength_n: Vec<f64>,
+    stiffness_n_mm: Vec<f64>,
+    /// Yield position of each element, and its share of the stiffness; the last to slip first.
+    elements: [[f64; 2]; ELEMENTS],
+}
+
+impl Curves {
+    fn of(model: &SmoothModel, depth_max_mm: f64) -> Self {
+        let cell_mm = depth_max_mm / (NODES - 1) as f64;
+        let strength_n = rising_nodes(cell_mm, &|d| model.at_depth(d).strength_n);
+        let mut elements = model.elements.map(|[inverse_yield, w]| [1.0 / inverse_yield, w * inverse_yield]);
+        elements.sort_by(|a, b| b[0].total_cmp(&a[0]));
+        Self {
+            cell_mm,
+            normal_n: rising_nodes(cell_mm, &|d| model.at_depth(d).normal_n),
+            stiffness_n_mm: stiffness_nodes(cell_mm, model, &strength_n),
+            strength_n,
+            elements,
+        }
+    }
+
+    /// Mean slide, mm, at which the slope of friction at a node falls through each spring's part of the stiffness, N/mm; the
+    /// last part reaches as far up as the slope does.
+    fn yield_slides_mm(&self, node: usize, parts: &[f64; SPRINGS]) -> [f64; SPRINGS] {
+        let stiffness = self.stiffness_n_mm[node];
+        let slip_length = self.strength_n[node] / stiffness;
+        let mut below = 0.0;
+        std::array::from_fn(|j| {
+            let (from, part) = (below, parts[j]);
+            below += part;
+            let to = if j + 1 == SPRINGS { f64::INFINITY } else { below };
+            let (mut level, mut area) = (0.0, 0.0);
+            for [yield_position, share] in self.elements {
+                let next = level + share * stiffness;
+                area += (next.min(to) - level.max(from)).max(0.0) * yield_position * slip_length;
+                level = next;
+            }
+            area / part
+        })
+    }
+
+    /// Parts of the stiffness whose springs carry equal shares of the friction in full slip.
+    fn equal_parts(&self) -> [f64; SPRINGS] {
+        let node = ((START_MM / self.cell_mm).round() as usize).min(NODES - 1);
+        let (mut parts, mut carried) = ([0.0; SPRINGS], 0.0);
+        for [yield_position, share] in self.elements {
+            let carries = yield_position * share;
+            // An element that carries more than what is left of a spring's share goes to several.
+            let mut left = carries;
+            while left > 1e-9 {
+                let j = ((carried * SPRINGS as f64 + 1e-9) as usize).min(SPRINGS - 1);
+                let room = if j + 1 == SPRINGS { left } else { (j + 1) as f64 / SPRINGS as f64 - carried };
+                let taken = left.min(room);
+                parts[j] += taken / yield_position * self.stiffness_n_mm[node];
+                carried += taken;
+                left -= taken;
+            }
+        }
+        parts
+    }
+}
+
+/// Places of the springs of `data` in the order in which they slip in its middle, the last one first.
+fn order(data: &Data) -> [usize; SPRINGS] {
+    let row = &data.rows[middle_node(data)];
+    let mut order = std::array::from_fn(|j| j);
+    order.sort_by(|&a: &usize, &b: &usize| row.radius[b].value.total_cmp(&row.radius[a].value));
+    order
+}
+
+/// The model's curves and the springs' parts of the stiffness in the core's form.
+///
+/// * `varying`: share of the change of the stiffness along y over depth that is taken over, 0 to 1
+fn params(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed, varying: f64) -> Params {
+    let depth = |i: usize| curves.cell_mm * i as f64;
+    let parts = &bed.parts_n_mm;
+    let all: f64 = parts.iter().sum();
+    let longest_mm = curves.yield_slides_mm(NODES - 1, parts).into_iter().fold(0.0, f64::max);
+    let odd_per_mm = bed.odd_per_mm.clamp(-MOST_BENT / longest_mm, MOST_BENT / longest_mm);
+    // The model's friction in full slip is odd along x by what the springs' own odd term does not make.
+    let tilt = |i: usize, slides: &[f64; SPRINGS]| {
+        let mean = |power: i32| slides.iter().zip(parts).map(|(s, part)| part * s.powi(power)).sum::<f64>();
+        let own = odd_per_mm * mean(2) / mean(1);
+        (own - (1.0 - ODD_SHAPE) * model.odd_x_per_mm * depth(i)).clamp(-0.25, 0.25)
+    };
+    let middle = model.at_depth(MIDDLE_MM).stiffness_ratio_y;
+    let across = |i: usize| {
+        let own = model.at_depth(depth(i.max(1))).stiffness_ratio_y;
+        all * (middle + varying * (own - middle)).clamp(0.25, 4.0)
+    };
+    let across_slope = |i: usize| {
+        let (before, after) = (i.saturating_sub(1), (i + 1).min(NODES - 1));
+        (across(after) - across(before)) / (depth(after) - depth(before))
+    };
+    let [press, press_slope] = model.press_coupling;
+    let order = order(data);
+    let mut last = [0.0f32; SPRINGS];
+    let node = |i: usize| {
+        let row = &data.rows[i];
+        let slides = curves.yield_slides_mm(i, parts);
+        let mut node = Node {
+            normal_force_n: curves.normal_n[i] as f32,
+            contact_area_mm2: row.area.value,
+            stiffness_slope_n_mm2: [0.0, across_slope(i) as f32],
+            strength_ratio: 1.0,
+            tilt_x: tilt(i, &slides) as f32,
+            press_coupling: (press + press_slope * depth(i)).clamp(-1.0, 1.0) as f32,
+            pressure_centre_mm: row.pressure_centre.value,
+            band_normal_n: row.band_normal.value,
+            ..Node::default()
+        };
+        for (slide, &j) in slides.iter().zip(&order) {
+            last[j] = last[j].max(*slide as f32);
+            node.yield_slide_mm[j] = last[j];
+            // A spring that does not touch stands for no area.
+            node.area_share[j] = if last[j] > 0.0 { row.area_share[j].value.max(LEAST_SHARE) } else { 0.0 };
+        }
+        node
+    };
+    let nodes = std::array::from_fn(node);
+    let [slip, rate, bend] = data.band_normal;
+    let [friction_slip, friction_rate, friction_bend] = data.band_friction;
+    let middle_of = |slip: f32, rate: f32, bend: f32| slip + 0.5 * rate + 0.25 * bend;
+    let mut springs = data.springs.map(|s| SpringParams {
+        stiffness_share: 0.0,
+        sharpness: s.sharpness,
+        centre_mm: s.centre_mm,
+        arm_mm: s.arm_mm,
+    });
+    order.iter().zip(parts).for_each(|(&j, part)| springs[j].stiffness_share = (part / all) as f32);
+    Params {
+        depth_max_mm: data.depth_max,
+        stiffness_n_mm: [all as f32, across(0) as f32],
+        springs,
+        nodes,
+        odd_per_mm: odd_per_mm as f32,
+        area_tilt: data.area_tilt,
+        pressure_centre_per_n: data.pressure_centre_per_n,
+        spin_cross: data.spin_cross,
+        band_normal_middle: middle_of(slip, rate, bend),
+        band_normal_slip: slip,
+        band_friction_stick: friction_slip + friction_rate + friction_bend,
+        band_friction_middle: middle_of(friction_slip, friction_rate, friction_bend),
+        band_friction_slip: friction_slip,
+        pressure_exponent: model.load_exponent.clamp(-1.0, 2.0) as f32,
+        pose: data.pose,
+    }
+}
+
+/// The tables in which as much of the change of the stiffness along y over depth is taken over as is passive.
+fn passive(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed) -> Result<Data, Error> {
+    let built = |varying: f64| params(data, model, curves, bed, varying).try_build();
+    [1.0, 0.5, 0.25].into_iter().find_map(|varying| built(varying).ok()).map_or_else(|| built(0.0), Ok)
+}
+
+/// Values of a curve over depth at the nodes, `cell_mm` apart, none below the one before.
 ///
 /// A chord lies above a convex curve by up to h² f''/8; half of that is taken off at the nodes.
-fn rising_nodes(n: usize, cell: f64, of: &dyn Fn(f64) -> f64) -> Vec<f32> {
+fn rising_nodes(cell_mm: f64, of: &dyn Fn(f64) -> f64) -> Vec<f64> {
     let node = |i: usize| -> f64 {
-        let d = cell * i as f64;
+        let d = cell_mm * i as f64;
         if i == 0 {
-            return 1e-6 * of(cell);
+            return 1e-6 * of(cell_mm);
         }
-        if i == 1 || i + 1 == n {
+        if i == 1 || i + 1 == NODES {
             return of(d);
         }
-        of(d) - (of(d + cell) - 2.0 * of(d) + of(d - cell)) / 16.0
+        of(d) - (of(d + cell_mm) - 2.0 * of(d) + of(d - cell_mm)) / 16.0
     };
     let mut last = 0.0f64;
-    (0..n)
+    (0..NODES)
         .map(|i| {
             last = last.max(node(i));
-            last as f32
+            last
         })
         .collect()
 }
 
-/// Tangential stiffness at the nodes. Where the model is extrapolated to touch, its slip length is held within what a
-/// step of the core can bear.
-fn stiffness_nodes(n: usize, cell: f64, model: &SmoothModel, limit: &[f32]) -> Vec<f32> {
-    let slip_length = |at: DepthValues| at.strength_n / at.tangential_n_mm;
-    let longest = (1..n).map(|i| slip_length(model.at_depth(cell * i as f64))).fold(0.0, f64::max);
-    rising_nodes(n, cell, &|d| model.at_depth(d).tangential_n_mm)
-        .iter()
-        .zip(limit)
-        .map(|(k, l)| k.min((SLIP_LENGTHS * f64::from(*l) / longest) as f32))
-        .collect()
-}
-
-/// Elements from logarithms of yield positions and shares, normalised as the core wants them.
-fn elements(p: &[f64], out: &mut Data) {
-    let m = out.elements.len();
-    let (yields, shares) = p.split_at(m);
-    let shares: Vec<f64> = shares.iter().map(|s| s.exp()).collect();
-    let sum: f64 = shares.iter().sum();
-    let softness: f64 = (0..m).map(|j| shares[j] / sum * (-yields[j]).exp()).sum();
-    for j in 0..m {
-        let inverse_yield = ((-yields[j]).exp() / softness).clamp(0.1, 20.0);
-        let share = shares[j] / sum;
-        out.elements[j] = Element {
-            inverse_yield: inverse_yield as f32,
-            strength: (share * (1.0 - 8e-6)) as f32,
-            energy: (share / inverse_yield) as f32,
-        };
+/// Tangential stiffness at the nodes, N/mm. Springs that touch with depth let neither stiffness nor slip length fall as depth
+/// grows; where the model would, it is held, from 0.9 mm outward.
+fn stiffness_nodes(cell_mm: f64, model: &SmoothModel, strength_n: &[f64]) -> Vec<f64> {
+    let mut stiffness: Vec<f64> =
+        (0..NODES).map(|i| model.at_depth(cell_mm * (i as f64).max(1.0)).tangential_n_mm).collect();
+    let middle = ((MIDDLE_MM / cell_mm).round() as usize).min(NODES - 1);
+    for i in middle + 1..NODES {
+        let grown = strength_n[i] / strength_n[i - 1];
+        stiffness[i] = stiffness[i].clamp(stiffness[i - 1], stiffness[i - 1] * grown);
     }
+    for i in (0..middle).rev() {
+        let grown = strength_n[i + 1] / strength_n[i];
+        stiffness[i] = stiffness[i].clamp(stiffness[i + 1] / grown, stiffness[i + 1]);
+    }
+    stiffness
 }
 
-/// Fits the elements so that the core follows the smooth model's friction along some strokes.
-fn fit_elements(data: &mut Data, slots: &[EffectSlot], model: &SmoothModel, strokes: &[Stroke]) {
+/// Fits the springs so that the core follows the smooth model's friction along some strokes.
+fn fit_bed(data: &Data, model: &SmoothModel, curves: &Curves, strokes: &[Stroke]) -> Bed {
     let stride = strokes.len().div_ceil(MOST_STROKES).max(1);
     let strokes: Vec<Stroke> = strokes.iter().step_by(stride).cloned().collect();
     let wanted = simulate(model, &strokes);
-    let Ok(effects) = Effects::new(slots) else { return };
     let misfit = |p: &[f64]| -> Option<Vec<f64>> {
-        let mut trial = *data;
-        elements(p, &mut trial);
-        let model = trial.model().ok()?;
+        let trial = passive(data, model, curves, &Bed::of(p)).ok()?;
+        let slots = slots(&trial, model);
+        let effects = Effects::new(&slots).ok()?;
         let mut found = Vec::with_capacity(wanted.len());
-        strokes.iter().for_each(|stroke| replay_stroke(&model, &effects, stroke, &mut found));
+        strokes.iter().for_each(|stroke| replay_stroke(&trial.model_unchecked(), &effects, stroke, &mut found));
         let friction = wanted.iter().zip(&found).enumerate().filter(|(i, _)| i % 3 != 0);
         Some(friction.map(|(_, (w, f))| w - f).collect())
     };
-    let start: Vec<f64> = data
-        .elements
-        .iter()
-        .map(|e| -f64::from(e.inverse_yield).ln())
-        .chain(data.elements.iter().map(|e| f64::from(e.strength.max(1e-3)).ln()))
-        .collect();
-    if let Some(best) = least_squares(start, &misfit) {
-        elements(&best, data);
-    }
+    let start: Vec<f64> = curves.equal_parts().iter().map(|part| part.ln()).chain([0.0]).collect();
+    Bed::of(&least_squares(start.clone(), &misfit).unwrap_or(start))
 }
 
 /// Misfits as a least-squares problem; a point where the core refuses its numbers turns it back.
@@ -184,7 +316,7 @@ impl Problem for Misfits<'_> {
 
     fn jacobian(&mut self, point: &[f64]) -> Option<Vec<Vec<f64>>> {
         // Wide enough for readings in single precision.
-        const STEP: f64 = 0.01;
+        const STEP: f64 = 0.002;
         let here = self.at(point);
         let column = |k: usize| {
             let mut moved = point.to_vec();
@@ -198,6 +330,6 @@ impl Problem for Misfits<'_> {
 /// The point of least squares of some misfits; `None` where the start has none.
 fn least_squares(start: Vec<f64>, of: &dyn Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
     let number = of(&start)?.len();
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-3).with_xtol(1e-4).with_patience(20);
+    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_patience(20);
     Some(minimise(&mut Misfits { of, number }, &start, &minimiser).0)
 }

@@ -10,7 +10,7 @@ const STEP_MM: f64 = 0.02;
 /// Readings that the core predicts along a stroke, three a sample, N: normal, x, y; appended to `out`.
 ///
 /// A stroke that begins in contact starts with the press to there.
-pub fn replay_stroke<const M: usize, const N: usize, S: Scaling>(
+pub fn replay_stroke<const M: usize, const N: usize, S: Scaling<f32>>(
     model: &ModelOf<'_, M, N, S>,
     effects: &Effects<'_>,
     stroke: &Stroke,
@@ -30,7 +30,8 @@ pub fn replay_stroke<const M: usize, const N: usize, S: Scaling>(
             let motion = Motion {
                 depth_mm: at as f32,
                 slide_increment_mm: slide.map(|s| (s * share) as f32),
-                spin_increment_rad: 0.0, dt_s: ((sample.t_s - t_s) * share).max(1e-6) as f32,
+                spin_increment_rad: 0.0,
+                dt_s: ((sample.t_s - t_s) * share).max(1e-6) as f32,
             };
             response = effects.step(model, &mut contact, sample.surroundings, motion);
         }

@@ -2,7 +2,7 @@
 //!
 //! Main type: [`ReferenceCurves`].
 
-use fingerpad::DataOf;
+use fingerpad::{DataOf, Line, Row};
 use nalgebra::{DMatrix, DVector};
 
 use crate::model::{ELEMENTS, MIDDLE_MM, ODD_SHAPE, SmoothModel};
@@ -44,39 +44,46 @@ impl ReferenceCurves {
     pub fn from_model_data<const M: usize, const N: usize>(data: &DataOf<M, N>, own_area: bool) -> Self {
         let n = data.rows.len();
         let cell = f64::from(data.depth_max) / (n - 1) as f64;
-        let fit = |value: fn(&fingerpad::Row) -> f32| -> [f64; 4] {
+        let fit = |value: &dyn Fn(&Row<M>) -> f64| -> [f64; 4] {
             let points: Vec<(f64, f64)> = (1..n)
-                .map(|i| (((i as f64) * cell / MIDDLE_MM).ln(), f64::from(value(&data.rows[i])).ln()))
+                .map(|i| (((i as f64) * cell / MIDDLE_MM).ln(), value(&data.rows[i]).ln()))
                 .filter(|(u, _)| *u > -2.0)
                 .collect();
             fit_cubic(&points)
         };
-        let middle = ((MIDDLE_MM / cell).round() as usize).min(n - 1);
+        let middle = middle_node(data);
         let row = &data.rows[middle];
-        let at = |line: &fingerpad::Line| f64::from(line.value);
+        let at = |line: &Line| f64::from(line.value);
         let mut mean = Parameters::ZERO;
-        mean[Parameter::StiffnessRatioY] = 2.0 * at(&row.stiffness_anisotropy).ln();
-        mean[Parameter::PressCoupling] = at(&row.press_coupling);
-        mean[Parameter::NormalPerFrictionX] = at(&row.press_coupling);
-        // Energy of full shear, times twice the stiffness, over the normal force.
-        let energy: f64 = data.elements.iter().map(|e| f64::from(e.energy)).sum();
-        let full_shear = energy * at(&row.limit).powi(2) / at(&row.normal);
-        mean[Parameter::NormalShearX] = at(&row.normal_shear_x) * full_shear;
-        mean[Parameter::NormalShearY] = at(&row.normal_shear_y) * full_shear / at(&row.strength_anisotropy).powi(2);
-        // The term's effect in full slip along x is that of the core's shifted circle.
-        mean[Parameter::OddXPerMm] = -at(&row.yield_shift) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
+        mean[Parameter::StiffnessRatioY] = f64::from(row.stiffness_y.value / row.stiffness_x.value).ln();
+        mean[Parameter::PressCoupling] = f64::from(row.press_slide.slope) / cell;
+        mean[Parameter::NormalPerFrictionX] = mean[Parameter::PressCoupling];
+        let [shear_x, shear_y] = normal_per_full_shear(data);
+        mean[Parameter::NormalShearX] = shear_x;
+        mean[Parameter::NormalShearY] = shear_y;
+        // The strength along x is 1 + e times, along y 1 - e times the mean.
+        let along = |row: &Row<M>| 2.0 / (1.0 + at(&row.limit_ratio));
+        mean[Parameter::EvenDirectionCos] = along(row) - 1.0;
+        mean[Parameter::OddXPerMm] = -at(&row.limit_shift) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
         mean[Parameter::LoadExponent] = f64::from(data.pressure_exponent);
         let ln_area = if own_area {
-            fit(|r| r.area.value)
+            fit(&|r| at(&r.area))
         } else {
             [TABLE_AREA[0].ln() + TABLE_AREA[1] * MIDDLE_MM.ln(), TABLE_AREA[1], 0.0, 0.0]
         };
+        // Where friction lags behind its limit in a straight slide, the area between the two is the energy in full slip over
+        // the stiffness. It is asked to be the same, which leaves no step where a spring touches.
+        let yields = yields();
+        let strength: f64 = yields.iter().map(|[_, w]| w).sum();
+        let softness: f64 = yields.iter().map(|[y, w]| w / strength / y).sum();
+        let energy: f64 = yields.iter().map(|[y, w]| w / strength * y * softness).sum();
+        let stiffness = |row: &Row<M>| energy * at(&row.limit).powi(2) / (2.0 * shear_energy_n_mm(data, row));
         Self {
-            ln_normal: fit(|r| r.normal.value),
-            ln_strength: fit(|r| r.limit.value),
-            ln_tangential: fit(|r| r.stiffness.value),
+            ln_normal: fit(&|r| at(&r.normal)),
+            ln_strength: fit(&|r| at(&r.limit) / along(r)),
+            ln_tangential: fit(&stiffness),
             ln_area,
-            yields: yields(),
+            yields,
             mean,
             ln_area_sd: if own_area { 0.0 } else { OTHER_AREA_SD },
         }
@@ -138,6 +145,30 @@ impl ReferenceCurves {
         }
         yields.map(|[y, w]| [1.0 / (y * softness), w])
     }
+}
+
+/// The node of a model file's tables that is nearest to 0.9 mm.
+pub(crate) fn middle_node<const M: usize, const N: usize>(data: &DataOf<M, N>) -> usize {
+    ((MIDDLE_MM * f64::from(data.cells_per_mm)).round() as usize).min(N - 1)
+}
+
+/// Energy of the springs in full slip along x over half the stiffness, mm².
+fn full_slip_mm2<const M: usize, const N: usize>(data: &DataOf<M, N>, row: &Row<M>) -> f64 {
+    data.springs.iter().zip(&row.radius).map(|(s, r)| f64::from(s.stiffness) * f64::from(r.value).powi(2)).sum()
+}
+
+/// Energy of the springs in full slip along x, N mm.
+fn shear_energy_n_mm<const M: usize, const N: usize>(data: &DataOf<M, N>, row: &Row<M>) -> f64 {
+    0.5 * f64::from(row.stiffness_x.value) * full_slip_mm2(data, row)
+}
+
+/// Share by which full shear along x and y raises the normal force of a model file at 0.9 mm: the change of the shear energy
+/// with depth.
+pub(crate) fn normal_per_full_shear<const M: usize, const N: usize>(data: &DataOf<M, N>) -> [f64; 2] {
+    let row = &data.rows[middle_node(data)];
+    let per_stiffness = 0.5 * full_slip_mm2(data, row) * f64::from(data.cells_per_mm) / f64::from(row.normal.value);
+    let [x, y] = [row.stiffness_x, row.stiffness_y].map(|k| f64::from(k.slope) * per_stiffness);
+    [x, y / f64::from(row.anisotropy.value).powi(2)]
 }
 
 /// Yield positions, even in the logarithm, and shares of the strength, a bell over it: a start from which the parameters

@@ -60,7 +60,7 @@ fn the_smooth_model_stays_near_the_core() {
         out
     };
 
-    let exported = export_to_core(file.model.data(), &model, &strokes);
+    let exported = export_to_core(file.model.data(), &model, &strokes).unwrap();
     let exported_model = exported.data.model().unwrap();
     let [normal, friction] =
         difference_percent(&model, &strokes, &through(&exported_model, &Effects::new(&exported.slots).unwrap()));

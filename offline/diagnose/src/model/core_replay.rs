@@ -8,7 +8,7 @@ use crate::model::prediction::stroke_of;
 use crate::model::residual_sums::ResidualSums;
 
 /// Predicted readings of a run, three per row, N: normal, x, y; appended to `out`.
-pub fn replay<const M: usize, const N: usize, S: Scaling>(
+pub fn replay<const M: usize, const N: usize, S: Scaling<f32>>(
     model: &ModelOf<'_, M, N, S>,
     effects: &Effects<'_>,
     run: &Run,
@@ -18,7 +18,7 @@ pub fn replay<const M: usize, const N: usize, S: Scaling>(
 }
 
 /// Root mean square of readings less prediction over all rows of a set, N: normal, x, y; and the predictions.
-pub fn replay_all<const M: usize, const N: usize, S: Scaling>(
+pub fn replay_all<const M: usize, const N: usize, S: Scaling<f32>>(
     model: &ModelOf<'_, M, N, S>,
     effects: &Effects<'_>,
     set: &RunSet,

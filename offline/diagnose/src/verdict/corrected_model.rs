@@ -33,7 +33,7 @@ pub fn corrected_model(
     let refuse = |e: fingerpad::Error| DiagnoseError::Model(e.to_string());
     let smooth = reference.model(&evidence.parameters);
     let strokes = strokes_of(&evidence.calibration_set.runs);
-    let CoreExport { data: tables, slots: of_model } = export_to_core(data, &smooth, &strokes);
+    let CoreExport { data: tables, slots: of_model } = export_to_core(data, &smooth, &strokes).map_err(refuse)?;
     let model = tables.model().map_err(refuse)?;
     let mut slots: Vec<EffectSlot> = evidence.laws.iter().map(|a| slot(a, &tables, reference, evidence)).collect();
     slots.extend(of_model);

@@ -98,9 +98,11 @@ impl Kind {
     }
 }
 
-/// Whether the reduced model knows such motions: it has depth and slide, driven by themselves, in one pose.
+/// Whether the reduced model knows such motions: depth or normal force, slide or friction, and spin, in one pose.
 pub fn is_representable(path: &Path) -> bool {
-    path.turns.is_none() && path.drives == [Drive::Displacement; 3]
+    let turns = &path.turns;
+    let by_angle = turns.spin.as_ref().is_none_or(|spin| spin.drive == Drive::Displacement);
+    by_angle && turns.pitch.is_none() && turns.roll.is_none()
 }
 
 /// One path of the design.
