@@ -100,7 +100,12 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// Mostly two or three rounds; 1600 to 4900 instructions when driven by normal force, 2000 to 9000 when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
     pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
-        let mut motion = Motion { depth_mm: state.depth, slide_increment_mm: [0.0; 2], spin_increment_rad: drive.spin_increment_rad, dt_s: drive.dt_s };
+        let mut motion = Motion {
+            depth_mm: state.depth,
+            slide_increment_mm: [0.0; 2],
+            spin_increment_rad: drive.spin_increment_rad,
+            dt_s: drive.dt_s,
+        };
         let (mut want_normal, mut want_friction) = (None, None);
         let mut bad = Status::OK;
         match drive.normal {
@@ -183,7 +188,13 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
 
     /// Change of depth and slide that change the forces (normal, x, y) by `lack`, by the gradient for loading in that
     /// direction: Newton's step if they go `together`, else the depth as given.
-    fn way_for<const P: usize>(&self, state: &StateOf<M, P>, lack: [f32; 3], deeper: f32, together: bool) -> (f32, [f32; 2]) {
+    fn way_for<const P: usize>(
+        &self,
+        state: &StateOf<M, P>,
+        lack: [f32; 3],
+        deeper: f32,
+        together: bool,
+    ) -> (f32, [f32; 2]) {
         let g = self.gradient(state, [deeper, lack[1], lack[2]]);
         let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
         let stiffness = self.stiffness_at(state.depth);

@@ -71,8 +71,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 let mut rate = [[press, one, zero], [press_y, zero, one]];
                 // Half of the rate of v² − R² (1 + alpha²).
                 let outward = [
-                    vx * (press - dshift * radius - shift * dradius)
-                        + vy * (uy * danisotropy + anisotropy * press_y)
+                    vx * (press - dshift * radius - shift * dradius) + vy * (uy * danisotropy + anisotropy * press_y)
                         - radius * dradius * wide
                         - radius * radius * shift * dshift,
                     vx,
@@ -104,8 +103,9 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
-        let mut normal: [T; 3] =
-            core::array::from_fn(|i| press * friction[0][i] + press_y * friction[1][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
+        let mut normal: [T; 3] = core::array::from_fn(|i| {
+            press * friction[0][i] + press_y * friction[1][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]
+        });
         normal[0] +=
             scale.normal(row.normal.change) * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         if state.depth >= self.depth_max_mm() {

@@ -312,8 +312,11 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
     odd: &Odd<T>,
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
-    let limit =
-        Limit::new(scale.tilt(at.row.yield_shift.at(at.t)), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
+    let limit = Limit::new(
+        scale.tilt(at.row.yield_shift.at(at.t)),
+        at.row.anisotropy.at(at.t),
+        at.stiffness[1] / at.stiffness[0],
+    );
     let none = T::of(-0.0);
     let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let share = T::of(1.0 / P as f32);

@@ -38,7 +38,8 @@ fn rival(bencher: Bencher, one: extern "C" fn(&mut rivals::Rivals, &[f32; 4])) {
     let mut rivals = rivals::Rivals::default();
     let mut motions = motions();
     bencher.bench_local(move || {
-        let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s } = motions.next().expect("endless");
+        let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s } =
+            motions.next().expect("endless");
         one(&mut rivals, black_box(&[depth_mm, x, y, dt_s]));
         rivals.out
     });
