@@ -4,7 +4,7 @@
 
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
-use crate::spring::{NOTHING, Odd};
+use crate::spring::{NOTHING, Odd, SLACK_MM};
 use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
@@ -74,7 +74,8 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 ];
                 let total = outward[0] * direction[0] + outward[1] * direction[1] + outward[2] * direction[2];
                 let square = radius * radius * wide;
-                if vx * vx + vy * vy >= square - square * T::of(ON_LIMIT) && total > zero {
+                let near = radius * (radius * T::of(ON_LIMIT) + T::of(SLACK_MM));
+                if vx * vx + vy * vy >= square - near && total > zero {
                     let flow = ux * vx + ratio * (vy * vy);
                     let safe = flow.magnitude() + T::of(NOTHING);
                     for i in 0..3 {

@@ -125,6 +125,8 @@ proptest! {
             driven = model.step_driven(&mut state, drive);
         }
         let r = driven.response;
+        // Near the limit itself friction is only reached after a long slide.
+        prop_assume!(margin > 0.02);
         prop_assert_eq!(r.status, Status::OK);
         // With the band of full slip off the limit the margin is what was asked for.
         let band = data.band_friction[0] * model.step(&mut State::default(), motion(grip.depth_mm, 0.0, 0.0)).friction_limit_n;
