@@ -58,6 +58,10 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
+            // A spring that does not touch follows without force.
+            if !(radius > zero) {
+                continue;
+            }
             for (k, anchor) in pair.iter().enumerate() {
                 let place = spring.place::<P>(k).map(|p| scale.length(p));
                 let [x, y] = place_of::<P, T>(here, place);
