@@ -4,7 +4,7 @@
 
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
-use crate::spring::{NOTHING, Odd, Sums};
+use crate::spring::{NOTHING, Odd, SLACK_MM, Sums};
 use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
@@ -59,7 +59,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
-            // A spring that does not touch carries nothing.
+            // A spring that does not touch follows without force.
             if !(radius > zero) {
                 continue;
             }
@@ -79,7 +79,8 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 ];
                 let total = outward[0] * direction[0] + outward[1] * direction[1] + outward[2] * direction[2];
                 let square = radius * radius * wide;
-                if vx * vx + vy * vy >= square - square * T::of(ON_LIMIT) && total > zero {
+                let near = radius * (radius * T::of(ON_LIMIT) + T::of(SLACK_MM));
+                if vx * vx + vy * vy >= square - near && total > zero {
                     let flow = ux * vx + ratio * (vy * vy);
                     let safe = flow.magnitude() + T::of(NOTHING);
                     for i in 0..3 {
