@@ -78,7 +78,8 @@ fn errors(model: &Tuned<'_>, trajectory: &Trajectory) -> [f64; 2] {
             let motion = Motion {
                 depth_mm: (from[0] + by[0] * f64::from(k) / steps) as f32,
                 slide_increment_mm: [(by[1] / steps) as f32, (by[2] / steps) as f32],
-                spin_increment_rad: 0.0, dt_s: 1e-3,
+                spin_increment_rad: 0.0,
+                dt_s: 1e-3,
             };
             answer = model.step(&mut state, motion);
         }
