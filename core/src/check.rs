@@ -16,6 +16,9 @@ fn in_range<T: Scalar>(what: Field, index: usize, value: T, low: f32, high: f32)
 /// Longest slide at which a spring may begin to slip, mm: a cut slide (64 mm) still leads beyond it at the largest strength.
 const RADIUS_MAX_MM: f32 = 10.0;
 
+/// Strength factor up to which a model must keep its normal force positive, and with it its energy.
+const STRENGTH: f32 = 2.0;
+
 impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     /// Refuses numbers with which a step could leave its range or a closed path could create energy.
     ///
@@ -31,10 +34,14 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     /// * a finite step takes the forces at its end. The work is then at least U's gain if U is convex along the step: over
     ///   depth alone N0' must outweigh C'' F + kx'' Φ_x + ky'' Φ_y, and over depth and slide together (kx')² Σ k u²/kx and
     ///   the same along y as well. `check_passive` asks for it at both ends of every cell, for limits at the nominal strength.
+    /// * the normal force stays positive, up to twice the nominal strength: beyond, it may be held at 0.
     /// * nodes: kx, ky and C are integrals of straight lines, so that N does not jump there.
     ///
-    /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q. A change of
-    /// tuning or stiffness at a given displacement does the work of the new energy less the old one; who makes it pays.
+    /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q, a rise at
+    /// the displacement before the change, a fall at the one that the smaller limit leaves. A change of tuning or stiffness at
+    /// a given displacement does the work of the new energy less the old one; who makes it pays. A shear strength at zero
+    /// pressure ([`crate::Tuning::tau0_mpa`]) lets q change with depth, which is left out of N: up to about 1e-3 of what goes
+    /// back and forth.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         let last = T::of((N - 1) as f32);
@@ -113,7 +120,8 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
         let coupled = coupling.magnitude() * friction;
         at(Field::PressCoupling, coupled, normal)?;
         let taken = half * ((-dkx).not_negative() * square_x + (-dky).not_negative() * square_y);
-        at(Field::StiffnessSlope, coupled + taken, normal)?;
+        let strong = T::of(STRENGTH);
+        at(Field::StiffnessSlope, strong * (coupled + strong * taken), normal)?;
         let rises = row.normal.change * per;
         let bent = bend.magnitude() * friction;
         at(Field::PressCoupling, bent, rises)?;

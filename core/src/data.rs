@@ -24,6 +24,8 @@ pub type Data = DataOf<SPRINGS, NODES>;
 
 /// One spring of the bed as the step reads it. With spin it is two of half the stiffness, at `centre ± arm`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Spring<T = f32> {
     /// Its share of the stiffness; all together are 1.
@@ -40,6 +42,10 @@ pub struct Spring<T = f32> {
 ///
 /// Plain 32-bit floats throughout, so that a file can be used where it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct DataOf<const M: usize, const N: usize, T = f32> {
     /// Largest depth of the tables, mm.
@@ -66,8 +72,10 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     /// How the contact depends on the pose.
     pub pose: PoseTable<T>,
     /// The springs.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub springs: [Spring<T>; M],
     /// The tables.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub rows: [Row<M, T>; N],
 }
 
@@ -80,6 +88,7 @@ unsafe impl<const M: usize, const N: usize> AnyBitPattern for DataOf<M, N, f32> 
 
 /// A model ready to step: the numbers in flash and, once [`ModelOf::tuned`], the factors for another finger.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModelOf<'a, const M: usize, const N: usize, S = Fitted, T = f32> {
     pub(crate) data: &'a DataOf<M, N, T>,
     pub(crate) scale: S,
@@ -102,13 +111,12 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
         step(self, state, motion)
     }
 
-    /// The row of the tables at `depth`, the place within the cell, and cells per mm (0 beyond the last node).
+    /// The row of the tables at `depth`, the place within the cell (its end beyond the last node), and cells per mm.
     pub(crate) fn cell(&self, depth: T) -> (&'a Row<M, T>, T, T) {
         let per_mm = self.scale.per_mm(self.data.cells_per_mm);
         let x = depth * per_mm;
-        let index = x.index().min(N - 1);
-        let row = &self.data.rows[index];
-        if index == N - 1 { (row, T::of(0.0), T::of(0.0)) } else { (row, x - T::of(index as f32), per_mm) }
+        let index = x.index().min(N - 2);
+        (&self.data.rows[index], (x - T::of(index as f32)).at_most(T::of(1.0)), per_mm)
     }
 }
 

@@ -1,8 +1,9 @@
 //! What can go wrong before a step: a file or parameters that are refused.
 
-/// Why a model file or a set of parameters was refused.
+/// Why a model file, a set of parameters, an effect slot or a saved state was refused.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
     /// The bytes do not start like a model file.
@@ -79,6 +80,7 @@ pub enum Error {
 /// The parameter that an [`Error`] is about.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs)]
 pub enum Field {

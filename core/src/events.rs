@@ -1,6 +1,6 @@
 //! What happened to a contact and when, from a control interrupt to a main loop.
 //!
-//! Main types: [`Watch`] (in the interrupt), [`Event`], [`Queue`]. Uses heapless only.
+//! Main types: [`Watch`] (in the interrupt) with its [`WatchSettings`], [`Event`], [`Queue`]. Uses heapless only.
 
 use heapless::spsc::Producer;
 
@@ -17,9 +17,9 @@ pub type Queue<const N: usize> = heapless::spsc::Queue<Event, N>;
 pub enum Change {
     /// The finger touches.
     Touch,
-    /// The stick ratio falls below 0.99.
+    /// The stick ratio falls below [`WatchSettings::first_slip`].
     FirstSlip,
-    /// The stick ratio falls to 0.01.
+    /// The stick ratio falls to [`WatchSettings::full_slip`].
     FullSlip,
     /// Part or all of a contact that slipped sticks again.
     Restick,
@@ -40,12 +40,60 @@ pub struct Event {
     pub change: Change,
 }
 
-/// Sees changes from one response to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// When a [`Watch`] tells a change: thresholds with a gap between there and back (hysteresis), and the number of looks in a
+/// row that must agree (debounce).
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct WatchSettings {
+    /// First slip: the stick ratio is below this for `looks` looks.
+    pub first_slip: f32,
+    /// First slip at once: the stick ratio is below this.
+    pub sure_slip: f32,
+    /// Full slip: the stick ratio is at most this for `looks` looks.
+    pub full_slip: f32,
+    /// A contact in full slip sticks again in part: the stick ratio is above this for `looks` looks.
+    pub partial_restick: f32,
+    /// A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
+    pub restick: f32,
+    /// Looks in a row before slip or stick is told; 0 counts as 1.
+    pub looks: u8,
+    /// Looks in a row before touch or lift-off is told; 0 counts as 1.
+    pub contact_looks: u8,
+}
+
+impl Default for WatchSettings {
+    /// First slip below 0.99 for four looks or below 0.97 at once, full slip at 0.01 and restick above 0.05 and above 0.995,
+    /// each for four looks; touch and lift-off after two looks.
+    fn default() -> Self {
+        Self {
+            first_slip: 0.99,
+            sure_slip: 0.97,
+            full_slip: 0.01,
+            partial_restick: 0.05,
+            restick: 0.995,
+            looks: 4,
+            contact_looks: 2,
+        }
+    }
+}
+
+/// Sees changes from one response to the next, through noise.
+///
+/// What it told last decides what it looks for: a contact that was told to stick slips first below
+/// [`WatchSettings::first_slip`], and one that was told to slip sticks only above [`WatchSettings::restick`]; between the two
+/// nothing is told. A change must also last for some looks, so that one noisy reading tells nothing. With the default settings
+/// an event comes up to three looks late; [`Event::tick`] is the look at which it was told.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Watch {
+    settings: WatchSettings,
     finger: u8,
-    regime: Regime,
+    /// What was told last.
+    told: Regime,
+    /// Looks in a row that saw something else.
+    seen: u8,
     tick: u32,
     lost: u32,
 }
@@ -56,6 +104,16 @@ impl Watch {
         Self { finger, ..Self::default() }
     }
 
+    /// The same with other settings.
+    pub fn with_settings(finger: u8, settings: WatchSettings) -> Self {
+        Self { finger, settings, ..Self::default() }
+    }
+
+    /// What the contact does by the events told so far.
+    pub fn told(&self) -> Regime {
+        self.told
+    }
+
     /// Events that found the queue full.
     pub fn lost(&self) -> u32 {
         self.lost
@@ -64,27 +122,124 @@ impl Watch {
     /// Looks at one step's response and queues what changed: nothing, or up to three events (a finger that lands
     /// slipping). Never waits. Ticks wrap after 2^32 steps.
     pub fn look(&mut self, response: &Response, queue: &mut Producer<'_, Event>) {
-        use Regime::{NoContact, PartialSlip, Slip, Stick};
-        let (before, now) = (self.regime, response.regime);
-        if before != now {
-            let changes: &[Change] = match (before, now) {
-                (NoContact, Stick) => &[Change::Touch],
-                (NoContact, PartialSlip) => &[Change::Touch, Change::FirstSlip],
-                (NoContact, Slip) => &[Change::Touch, Change::FirstSlip, Change::FullSlip],
-                (_, NoContact) => &[Change::LiftOff],
-                (Stick, PartialSlip) => &[Change::FirstSlip],
-                (Stick, Slip) => &[Change::FirstSlip, Change::FullSlip],
-                (PartialSlip, Slip) => &[Change::FullSlip],
-                _ => &[Change::Restick],
-            };
-            for &change in changes {
-                let event = Event { tick: self.tick, finger: self.finger, change };
-                if queue.enqueue(event).is_err() {
-                    self.lost = self.lost.saturating_add(1);
+        let now = self.classify(response);
+        if now == self.told {
+            self.seen = 0;
+        } else {
+            self.seen = self.seen.saturating_add(1);
+            if self.seen >= self.looks_needed(now, response.stick_ratio) {
+                for &change in changes(self.told, now) {
+                    let event = Event { tick: self.tick, finger: self.finger, change };
+                    if queue.enqueue(event).is_err() {
+                        self.lost = self.lost.saturating_add(1);
+                    }
                 }
+                self.told = now;
+                self.seen = 0;
             }
-            self.regime = now;
         }
         self.tick = self.tick.wrapping_add(1);
+    }
+
+    /// What a response shows, with thresholds that depend on what was told.
+    fn classify(&self, response: &Response) -> Regime {
+        let (told, ratio, settings) = (self.told, response.stick_ratio, &self.settings);
+        if response.regime == Regime::NoContact {
+            return Regime::NoContact;
+        }
+        let slides = if told == Regime::Slip { settings.partial_restick } else { settings.full_slip };
+        let slips = matches!(told, Regime::PartialSlip | Regime::Slip);
+        if ratio <= slides {
+            Regime::Slip
+        } else if ratio > settings.restick || (!slips && ratio >= settings.first_slip) {
+            Regime::Stick
+        } else {
+            Regime::PartialSlip
+        }
+    }
+
+    /// Looks in a row after which a contact is told to be `now`.
+    fn looks_needed(&self, now: Regime, stick_ratio: f32) -> u8 {
+        if self.told == Regime::NoContact || now == Regime::NoContact {
+            self.settings.contact_looks
+        } else if self.told == Regime::Stick && stick_ratio < self.settings.sure_slip {
+            1
+        } else {
+            self.settings.looks
+        }
+    }
+}
+
+/// The events between two regimes, in their order.
+fn changes(before: Regime, now: Regime) -> &'static [Change] {
+    use Regime::{NoContact, PartialSlip, Slip, Stick};
+    match (before, now) {
+        (NoContact, Stick) => &[Change::Touch],
+        (NoContact, PartialSlip) => &[Change::Touch, Change::FirstSlip],
+        (NoContact, Slip) => &[Change::Touch, Change::FirstSlip, Change::FullSlip],
+        (_, NoContact) => &[Change::LiftOff],
+        (Stick, PartialSlip) => &[Change::FirstSlip],
+        (Stick, Slip) => &[Change::FirstSlip, Change::FullSlip],
+        (PartialSlip, Slip) => &[Change::FullSlip],
+        _ => &[Change::Restick],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    /// Events of a series of stick ratios; a negative one is the air.
+    fn events(settings: WatchSettings, ratios: impl IntoIterator<Item = f32>) -> Vec<(u32, Change)> {
+        let mut queue: Queue<64> = Queue::new();
+        let (mut producer, mut consumer) = queue.split();
+        let mut watch = Watch::with_settings(0, settings);
+        for stick_ratio in ratios {
+            let regime = Regime::classify(stick_ratio >= 0.0, stick_ratio);
+            watch.look(&Response { stick_ratio, regime, ..Response::default() }, &mut producer);
+        }
+        assert_eq!(watch.lost(), 0);
+        core::iter::from_fn(|| consumer.dequeue()).map(|e| (e.tick, e.change)).collect()
+    }
+
+    /// A ratio that falls from 1 to 0 and comes back, and noise on it.
+    fn there_and_back(noise: f32) -> impl Iterator<Item = f32> {
+        let mut seed = 7u32;
+        (0..4000).map(move |i| {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let unit = (seed >> 8) as f32 / (1 << 23) as f32 - 1.0;
+            (1.02 - 1.04 * (i as f32 / 2000.0).min((4000 - i) as f32 / 2000.0) + noise * unit).clamp(0.0, 1.0)
+        })
+    }
+
+    #[test]
+    fn one_look_is_not_enough_and_a_sure_slip_is() {
+        use Change::{FirstSlip, LiftOff, Touch};
+        let settings = WatchSettings::default();
+        // The finger bounces before it rests.
+        assert_eq!(events(settings, [-1.0, 1.0, -1.0, 1.0, 1.0]), [(4, Touch)]);
+        // Three readings just below the threshold, one above, then four.
+        let close = [1.0, 1.0, 0.98, 0.98, 0.98, 1.0, 0.98, 0.98, 0.98, 0.98];
+        assert_eq!(events(settings, close), [(1, Touch), (9, FirstSlip)]);
+        assert_eq!(events(settings, [1.0, 1.0, 0.96]), [(1, Touch), (2, FirstSlip)]);
+        assert_eq!(events(settings, [1.0, 1.0, -1.0, 1.0, -1.0, -1.0]), [(1, Touch), (5, LiftOff)]);
+    }
+
+    #[test]
+    fn noise_tells_each_change_once() {
+        use Change::{FirstSlip, FullSlip, Restick, Touch};
+        let plain = WatchSettings { looks: 1, contact_looks: 1, sure_slip: 0.0, ..WatchSettings::default() };
+        let naive = WatchSettings { partial_restick: 0.01, restick: 0.99, ..plain };
+        let told = |settings, noise| -> Vec<Change> {
+            events(settings, there_and_back(noise)).into_iter().map(|(_, change)| change).collect()
+        };
+        let once = [Touch, FirstSlip, FullSlip, Restick, Restick];
+        assert_eq!(told(naive, 0.0), once);
+        assert_eq!(told(WatchSettings::default(), 0.0), once);
+        assert_eq!(told(WatchSettings::default(), 0.01), once);
+        // Without hysteresis and debounce the same noise tells many.
+        assert!(told(naive, 0.01).len() > 20);
     }
 }

@@ -48,7 +48,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 }
             }),
             nodes,
-            odd_per_mm: 0.05,
+            odd_per_mm: 0.02,
             area_tilt: 0.1,
             pressure_centre_per_n: 1.0,
             spin_cross: 0.24,

@@ -12,6 +12,8 @@ use crate::{Motion, Response};
 /// The fingertip point is where the undeformed pad would first touch; it moves with the finger's base. Positions in
 /// mm; 32 bits resolve 0.06 um at 1 m, so keep the origin near.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Plain", into = "Plain"))]
 pub struct ContactFrame {
     axes: Matrix3<f32>,
     origin: Vector3<f32>,
@@ -47,7 +49,12 @@ impl ContactFrame {
         let here = self.axes.transpose() * (fingertip - self.origin);
         let last = self.last.replace(here).unwrap_or(here);
         // The plane slides one way when the finger goes the other.
-        Motion { depth_mm: -here.z, slide_increment_mm: [last.x - here.x, last.y - here.y], spin_increment_rad: 0.0, dt_s }
+        Motion {
+            depth_mm: -here.z,
+            slide_increment_mm: [last.x - here.x, last.y - here.y],
+            spin_increment_rad: 0.0,
+            dt_s,
+        }
     }
 
     /// The force that the plane exerts on the finger, N.
@@ -60,6 +67,43 @@ impl ContactFrame {
     pub fn contact_point(&self) -> Vector3<f32> {
         let here = self.last.unwrap_or_else(Vector3::zeros);
         self.axes * Vector3::new(here.x, here.y, 0.0) + self.origin
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for ContactFrame {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let axes: [[f32; 3]; 3] = self.axes.into();
+        let (origin, last): ([f32; 3], Option<[f32; 3]>) = (self.origin.into(), self.last.map(Into::into));
+        defmt::write!(f, "ContactFrame {{ axes: {}, origin: {}, last: {} }}", axes, origin, last);
+    }
+}
+
+/// A frame as plain numbers; the axes by column.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Plain {
+    axes: [[f32; 3]; 3],
+    origin_mm: [f32; 3],
+    last_mm: Option<[f32; 3]>,
+}
+
+#[cfg(feature = "serde")]
+impl From<ContactFrame> for Plain {
+    fn from(frame: ContactFrame) -> Self {
+        Self { axes: frame.axes.into(), origin_mm: frame.origin.into(), last_mm: frame.last.map(Into::into) }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Plain> for ContactFrame {
+    type Error = &'static str;
+
+    fn try_from(plain: Plain) -> Result<Self, Self::Error> {
+        let mut frame = Self::new(plain.axes.into(), plain.origin_mm.into())
+            .ok_or("axes are not orthonormal and right-handed, or the origin is no number")?;
+        frame.last = plain.last_mm.map(Into::into);
+        Ok(frame)
     }
 }
 

@@ -40,10 +40,9 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let [dkx, dky] = [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm);
         let [ddkx, ddky] =
             [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(two * k.bend) * per_mm * per_mm);
-        let cells = if per_mm == zero { zero } else { data.cells_per_mm };
         let [pose_x, press_y] = scale.press();
-        let press = row.press_slide.slope_at(t) * cells + pose_x;
-        let dpress = two * row.press_slide.bend * cells * per_mm;
+        let press = row.press_slide.slope_at(t) * data.cells_per_mm + pose_x;
+        let dpress = two * row.press_slide.bend * data.cells_per_mm * per_mm;
         let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth;
         let plain = row.limit.at(t);
         let radius_factor = scale.radius(plain, scale.limit(plain, scale.area(row.area.at(t)))) * state.strength_factor;
@@ -60,6 +59,10 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
+            // A spring that does not touch carries nothing.
+            if !(radius > zero) {
+                continue;
+            }
             for (k, anchor) in pair.iter().enumerate() {
                 let place = spring.place::<P>(k).map(|p| scale.length(p));
                 let [x, y] = place_of::<P, T>(here, place);
@@ -105,6 +108,9 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
             core::array::from_fn(|i| press * friction[0][i] + press_y * friction[1][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
         normal[0] +=
             scale.normal(row.normal.change) * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
+        if state.depth >= self.depth_max_mm() {
+            (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);
+        }
         Gradient { normal_n_mm: normal, friction_n_mm: friction }
     }
 }

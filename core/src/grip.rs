@@ -57,7 +57,10 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         ((low as f32 + t) / self.scale.per_mm(self.data.cells_per_mm)).max(1e-6)
     }
 
-    /// The least depth and normal force at which friction of `load_n` leaves a slip margin of at least `margin`.
+    /// The least depth and normal force at which friction of `load_n` leaves a slip margin of at least `margin`, even if the
+    /// finger holds less than the model says by the half-width of friction's 95 % band in full slip
+    /// ([`crate::ParamsOf::band_friction_slip`] times the friction limit). A step then shows a margin that is larger by about
+    /// that share.
     ///
     /// * `load_n`: friction that the contact has to carry, N
     /// * `margin`: share of the limit kept in reserve, 0 to 0.95 (moved into that range)
@@ -75,6 +78,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         }
         let [cosine, sine] = [x / load, y / load];
         let need = load / (1.0 - margin.clamp(0.0, 0.95));
+        let band = self.data.band_friction[0];
         let factor = strength_factor.clamp(0.1, 5.0);
         let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);
@@ -84,7 +88,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             let length = sqrt(cosine * cosine + sine * sine);
             self.limit_at(depth) * factor / length * limit_share(shift * cosine / length)
         };
-        let holds = |depth: f32| strength(depth) >= need;
+        let holds = |depth: f32| strength(depth) - band * self.limit_at(depth) * factor >= need;
         let at = |depth: f32| self.grip_at(depth, load_n, (load / strength(depth)).min(1.0));
         let deepest = self.depth_max_mm();
         if !holds(deepest) {

@@ -48,7 +48,7 @@ pub use pose::{POSE_ROWS, Pose, PoseTable};
 pub use regime::{Regime, Status};
 pub use rescaling::{Fitted, Scaled, Scaling, Tuning};
 pub use response::{Motion, Response};
-pub use save::STATE_BYTES;
+pub use save::{STATE_BYTES, state_bytes};
 pub use state::{SpinState, State, StateOf};
 pub use step::step;
 pub use table::{Line, Parabola, Row};

@@ -19,6 +19,15 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     unsafe { sqrtf(x) }
 }
 
+/// Adds an increment to a number in two parts; exact to the last bit of the second (Knuth's sum of two).
+#[inline(always)]
+pub(crate) fn add<T: Scalar>(sum: T, low: T, increment: T) -> (T, T) {
+    let increment = increment + low;
+    let to = sum + increment;
+    let part = to - sum;
+    (to, (sum - (to - part)) + (increment - part))
+}
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}

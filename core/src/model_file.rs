@@ -23,6 +23,8 @@ const SECTIONS: usize = 3;
 ///
 /// The core carries the slots; whoever computes a strength factor from speed, dwell or moisture reads them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct EffectSlot {
     /// Number of the law.
@@ -33,8 +35,25 @@ pub struct EffectSlot {
     pub values: [f32; 6],
 }
 
+/// Values of effect slots lie within; no law's parameters are near it.
+const LARGEST_VALUE: f32 = 1e6;
+
+impl EffectSlot {
+    /// Refuses a value that is no number or beyond 1e6. `index` is the slot's number in its file.
+    pub(crate) fn check(&self, index: usize) -> Result<(), Error> {
+        for (k, &value) in self.values.iter().enumerate() {
+            if !(value.abs() <= LARGEST_VALUE) {
+                let index = (self.values.len() * index + k) as u16;
+                return Err(Error::Range { what: Field::EffectValue, index, value });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// All that a model file holds, read in place.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FileOf<'a, const M: usize, const N: usize> {
     /// The model.
     pub model: ModelOf<'a, M, N>,
@@ -147,10 +166,8 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
         };
         let effects = section(bytes, EFFECTS)?;
         let effects: &[EffectSlot] = bytemuck::try_cast_slice(effects).map_err(|_| Error::Section { id: EFFECTS })?;
-        for (index, &value) in effects.iter().flat_map(|slot| &slot.values).enumerate() {
-            if !value.is_finite() {
-                return Err(Error::Range { what: Field::EffectValue, index: index as u16, value });
-            }
+        for (index, slot) in effects.iter().enumerate() {
+            slot.check(index)?;
         }
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
         Ok(Self { model: data.model()?, effects, meta })

@@ -14,6 +14,7 @@ pub type Params = ParamsOf<SPRINGS, NODES>;
 
 /// One spring of the bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SpringParams<T = f32> {
     /// Its share of the tangential stiffness; all together are 1.
@@ -29,6 +30,7 @@ pub struct SpringParams<T = f32> {
 
 /// The tables' values at one depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
 #[cfg_attr(feature = "serde", serde(bound(deserialize = "T: serde::Deserialize<'de> + Default + Copy")))]
@@ -77,6 +79,7 @@ impl<const M: usize, T: Scalar> Default for Node<M, T> {
 
 /// The physical parameters of a model with `M` springs and tables at `N` equidistant depths from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
 #[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
@@ -193,8 +196,8 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             let (a, b) = (node(index), node((index + 1).min(N - 1)));
             let inside = if index + 1 < N { cell } else { zero };
             let integral = |value: T, left: T, right: T| Parabola::of_slopes(value, inside * left, inside * right);
-            let [stiffness_x, stiffness_y] = [0, 1]
-                .map(|k| integral(stiffness[k], a.stiffness_slope_n_mm2[k], b.stiffness_slope_n_mm2[k]));
+            let [stiffness_x, stiffness_y] =
+                [0, 1].map(|k| integral(stiffness[k], a.stiffness_slope_n_mm2[k], b.stiffness_slope_n_mm2[k]));
             let press_slide = integral(press, a.press_coupling, b.press_coupling);
             let here = stiffness;
             stiffness = [stiffness_x.at(one), stiffness_y.at(one)];
@@ -206,9 +209,8 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             }
             let anisotropy = |node: &Node<M, T>, k: [T; 2]| k[1] / (k[0] * node.strength_ratio);
             let line = Line::between;
-            let share = |node: &Node<M, T>, j: usize| {
-                node.area_share[j] / node.area_share.iter().fold(zero, |sum, s| sum + *s)
-            };
+            let share =
+                |node: &Node<M, T>, j: usize| node.area_share[j] / node.area_share.iter().fold(zero, |sum, s| sum + *s);
             data.rows[index] = Row {
                 normal: line(a.normal_force_n, b.normal_force_n),
                 area: line(a.contact_area_mm2, b.contact_area_mm2),

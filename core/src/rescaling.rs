@@ -38,6 +38,9 @@ impl Default for Tuning {
     }
 }
 
+/// Range of the factor on the tissue's stiffness.
+pub(crate) const STIFFNESS_FACTOR: core::ops::RangeInclusive<f32> = 0.2..=5.0;
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for super::Fitted {}
@@ -80,6 +83,7 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
 
 /// The finger that the model was fitted to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fitted;
 
 impl<T: Scalar> Scaling<T> for Fitted {
@@ -141,6 +145,7 @@ impl<T: Scalar> Scaling<T> for Fitted {
 
 /// Factors for another finger, made by [`ModelOf::tuned`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scaled<T = f32> {
     per_length: T,
     length: T,
@@ -317,9 +322,9 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
         Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
     }
 
-    /// The same finger with the tissue's stiffness times `factor`, which is held between 0.2 and 5.
+    /// The same finger with the tissue's stiffness times `factor`, which is held within [`STIFFNESS_FACTOR`].
     pub(crate) fn stiffened(&self, factor: T) -> ModelOf<'a, M, N, Scaled<T>, T> {
-        let [least, most] = [0.2, 5.0].map(T::of);
+        let [least, most] = [*STIFFNESS_FACTOR.start(), *STIFFNESS_FACTOR.end()].map(T::of);
         let factor = if factor < least { least } else { factor.at_most(most) };
         let scale = self.scale.stiffened(factor, self.data.pressure_exponent);
         ModelOf { data: self.data, scale }

@@ -23,6 +23,9 @@ pub struct Motion<T = f32> {
 }
 
 /// Forces that the plane exerts on the finger, and how far the contact is from slipping.
+///
+/// Outside this crate it is made from [`Response::default`], whose fields can be set.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -54,4 +57,22 @@ pub struct Response<T = f32> {
     pub regime: Regime,
     /// Remarks.
     pub status: Status,
+}
+
+impl Response {
+    /// What a finger in the air gives.
+    pub const IN_THE_AIR: Self = Self {
+        normal_force_n: 0.0,
+        friction_n: [0.0; 2],
+        stick_ratio: 0.0,
+        friction_limit_n: 0.0,
+        slip_margin: 1.0,
+        spin_moment_n_mm: 0.0,
+        pressure_centre_mm: [0.0; 2],
+        contact_area_mm2: 0.0,
+        band_normal_n: 0.0,
+        band_friction_n: 0.0,
+        regime: Regime::NoContact,
+        status: Status::OK,
+    };
 }

@@ -9,8 +9,9 @@ pub(crate) const ODD_MAX: f32 = 0.4;
 /// Share by which the square of a displacement may exceed its limit's before the spring slips. It is returned to the limit up
 /// to rounding; the gap is wider than that, so that a spring on its limit stays where it is when nothing moves.
 const SLACK: f32 = 1.0 / (1 << 14) as f32;
-/// The same as a square, mm², for limits near 0: what rounding of positions within a few mm makes.
-const SLACK_MM2: f32 = 4e-12;
+/// Twice the length by which a displacement may exceed a small limit, mm: what rounding of positions within some ten mm makes.
+/// A spring whose limit is 0 has none and carries nothing.
+const SLACK_MM: f32 = 4e-6;
 /// A square that is added to others, so that quotients of the two are numbers.
 pub(crate) const NOTHING: f32 = 1e-26;
 
@@ -91,7 +92,7 @@ pub(crate) struct Seen<T> {
     pub(crate) v: [T; 2],
     /// By how much its square exceeds the limit's; negative within.
     pub(crate) over: T,
-    /// The limit's square, slack included.
+    /// The limit's square, with the slack that is a share of it.
     square: T,
     middle: T,
 }
@@ -107,9 +108,10 @@ impl<T: Scalar> Limit<T> {
     #[inline(always)]
     pub(crate) fn see(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
         let middle = self.shift * radius;
-        let square = radius * radius * self.wide + T::of(SLACK_MM2);
+        let slack = radius * T::of(SLACK_MM);
+        let square = radius * radius * self.wide + slack;
         let (vx, vy) = (ux - middle, uy * self.anisotropy);
-        Seen { v: [vx, vy], over: vx * vx + vy * vy - square, square, middle }
+        Seen { v: [vx, vy], over: vx * vx + vy * vy - square, square: square - slack, middle }
     }
 
     /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy.

@@ -15,6 +15,7 @@ pub type SpinState = StateOf<SPRINGS, 2>;
 /// `P` is 1 for a contact that slides, 2 for one that also spins: a spring is then a pair. Plain data: copy it to save it,
 /// or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
     /// Where on the plane each spring is held, mm.
     pub(crate) anchor: [[[T; 2]; P]; M],

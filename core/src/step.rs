@@ -2,7 +2,7 @@
 //!
 //! Main function: [`step()`]. Uses data, state, spring, stick_ratio and math.
 
-use crate::math::Scalar;
+use crate::math::{Scalar, add};
 use crate::rescaling::Scaling;
 use crate::spring::{Limit, NOTHING, Odd, Sums};
 use crate::stick_ratio::{Way, regime_of, share_of_way};
@@ -103,7 +103,7 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let alone = (square + stretched * stretched + shifted * shifted).sqrt() - shifted;
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
     let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
-    let spin_moment = if P == 1 || status.contains(Status::MEMORY_LOST) {
+    let spin_moment = if P == 1 {
         centre
     } else {
         at.stiffness[1] * carried.moment[1] - at.stiffness[0] * carried.moment[0]
@@ -169,8 +169,9 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         let mut index = x.index();
         let mut t = x - T::of(index as f32);
         if index >= N - 1 {
-            index = N - 1;
-            t = T::of(0.0);
+            // The end of the last cell, with its slopes: the normal force does not jump there.
+            index = N - 2;
+            t = T::of(1.0);
             depth = scale.depth(data.depth_max);
             if x > T::of((N - 1) as f32) {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
@@ -196,15 +197,6 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
     }
 }
 
-/// Adds an increment to a number in two parts; exact to the last bit of the second (Knuth's sum of two).
-#[inline(always)]
-fn add<T: Scalar>(sum: T, low: T, increment: T) -> (T, T) {
-    let increment = increment + low;
-    let to = sum + increment;
-    let part = to - sum;
-    (to, (sum - (to - part)) + (increment - part))
-}
-
 /// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
 #[inline(always)]
 fn move_plane<const M: usize, const P: usize, T: Scalar>(
@@ -224,8 +216,7 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
                 *status = status.with(Status::BAD_INPUT);
                 return T::of(0.0);
             }
-            let most = T::of(most);
-            if s < -most { -most } else { s.at_most(most) }
+            if s < T::of(-most) { T::of(-most) } else { s.at_most(T::of(most)) }
         };
         let finite = x.is_number() && y.is_number();
         [x, y] = [x, y].map(|s| bounded(s, 1e6, status));

@@ -7,6 +7,8 @@ use crate::math::Scalar;
 
 /// Value at the left end of a cell and its change over the cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Line<T = f32> {
     /// Value at the left node.
@@ -41,6 +43,8 @@ impl<T: Scalar> Line<T> {
 
 /// A parabola over a cell: the integral of a straight line, so that it joins its neighbours with its slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Parabola<T = f32> {
     /// Value at the left node.
@@ -72,6 +76,10 @@ impl<T: Scalar> Parabola<T> {
 
 /// One cell of all tables. The last row of a model has no cell: its changes are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Row<const M: usize, T = f32> {
     /// Normal force without shear, N.
@@ -103,8 +111,10 @@ pub struct Row<const M: usize, T = f32> {
     /// Half-width of the band of the normal force, N.
     pub band_normal: Line<T>,
     /// Elastic displacement at which each spring slips along y times the anisotropy, mm; 0 where it does not touch.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub radius: [Line<T>; M],
     /// Share of the contact area that each spring stands for.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub area_share: [Line<T>; M],
 }
 

@@ -1,9 +1,14 @@
-//! The library of effects against `data/law-vectors.csv`, and in itself.
+//! The library of effects against `data/law-vectors.csv`, in itself, and under any slots and surroundings.
+
+mod common;
 
 #[path = "common/law_vectors.rs"]
 mod law_vectors;
 
+use common::{example, motion};
 use fingerpad::effects::{Change, Conditions, LAWS, Law, Library, Standard, VALUES, baseline, find};
+use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Response, Status, Surroundings};
+use proptest::prelude::*;
 
 /// Laws, parameters, inputs and outputs that every implementation of a law must give; a file of the repository.
 const VECTORS: &str = include_str!("data/law-vectors.csv");
@@ -112,4 +117,98 @@ fn slots_are_held_to_their_laws_rules() {
     }
     assert_eq!(Standard::rules(0), None);
     assert_eq!(Standard::rules(LAWS.len() as u32 + 1), None);
+}
+
+fn slot(kind: u32, values: [f32; 3]) -> EffectSlot {
+    let [a, b, c] = values;
+    EffectSlot { kind, reserved: 0, values: [a, b, c, 0.0, 0.0, 0.0] }
+}
+
+/// A contact at 1 mm in full slip with some effects, 0.02 mm in 10 ms.
+fn slides(slots: &[EffectSlot], surroundings: Surroundings) -> Response {
+    let data = example();
+    let model = data.model().unwrap();
+    let (effects, mut contact, mut r) = (Effects::new(slots).unwrap(), Contact::default(), Response::default());
+    for i in 0..600 {
+        let slide = if i < 5 { 0.0 } else { 0.02 };
+        r = effects.step(&model, &mut contact, surroundings, Motion { dt_s: 0.01, ..motion(1.0, slide, 0.0) });
+    }
+    r
+}
+
+#[test]
+fn values_beyond_all_laws_are_refused_by_name() {
+    for value in [3e38, f32::INFINITY, f32::NAN, -2e6] {
+        let error = Effects::new(&[slot(4, [0.01, 0.0, 0.0]), slot(10, [0.0, value, 0.0])]).unwrap_err();
+        assert!(matches!(error, Error::Range { what: Field::EffectValue, index: 7, .. }), "{error:?}");
+    }
+}
+
+#[test]
+fn drag_raises_the_limit_and_keeps_the_reserve() {
+    let plain = slides(&[], Surroundings::default());
+    let dragged = slides(&[slot(4, [0.1, 0.0, 0.0])], Surroundings::default());
+    let drag = dragged.friction_n[0] - plain.friction_n[0];
+    assert!(drag > 0.2 * plain.friction_n[0], "{drag}");
+    assert!((dragged.friction_limit_n - plain.friction_limit_n - drag).abs() < 1e-5 * drag);
+    let reserve = |r: &Response| r.slip_margin * r.friction_limit_n;
+    assert!((reserve(&dragged) - reserve(&plain)).abs() < 1e-6, "{dragged:?} {plain:?}");
+    assert_eq!(dragged.status, Status::OK);
+}
+
+#[test]
+fn a_speed_that_is_no_number_leaves_the_drag_out_and_says_so() {
+    let unknown = Surroundings { speed_mm_s: Some(f32::NAN), ..Surroundings::default() };
+    let r = slides(&[slot(4, [0.1, 0.0, 0.0])], unknown);
+    assert_eq!(r.friction_n, slides(&[], unknown).friction_n);
+    assert_eq!(r.status, Status::EFFECT_HELD);
+}
+
+#[test]
+fn adhesion_beyond_the_normal_force_is_held_at_nothing() {
+    let r = slides(&[slot(10, [1.0, 0.0, 0.0])], Surroundings::default());
+    assert_eq!((r.normal_force_n, r.status), (0.0, Status::EFFECT_HELD));
+}
+
+#[test]
+fn a_strength_beyond_the_range_is_held_there_and_flagged() {
+    let cold = Surroundings { temperature_c: 0.0, ..Surroundings::default() };
+    assert_eq!(slides(&[slot(17, [-0.3, 0.0, 0.0])], cold).status, Status::EFFECT_HELD);
+    assert_eq!(slides(&[slot(17, [0.01, 0.0, 0.0])], cold).status, Status::OK);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
+
+    /// Any slots that are not refused, in any surroundings: numbers within what they promise.
+    #[test]
+    fn any_effects_are_answered(
+        slots in prop::collection::vec((1u32..18, any::<[u32; 6]>(), any::<bool>()), 0..5),
+        baseline in any::<[u32; 6]>(),
+        around in any::<[u32; 7]>(),
+        motions in prop::collection::vec((-0.2f32..2.6, -0.5f32..0.5, -0.5f32..0.5, any::<u32>()), 1..30),
+    ) {
+        let tame = |bits: [u32; 6], tame: bool| bits.map(|b| if tame { (b >> 8) as f32 / 1e7 } else { f32::from_bits(b) });
+        let slots: Vec<_> =
+            slots.into_iter().map(|(kind, bits, is_tame)| EffectSlot { kind, reserved: 0, values: tame(bits, is_tame) })
+                .chain([EffectSlot { kind: 33, reserved: 0, values: tame(baseline, false) }])
+                .filter(|s| Effects::new(&[*s]).is_ok()).collect();
+        let effects = Effects::new(&slots).unwrap();
+        let f = around.map(f32::from_bits);
+        let around = Surroundings {
+            hydration_au: f[0], temperature_c: f[1], finger_width_mm: f[2], series_s: f[3],
+            dwell_s: Some(f[4]), occlusion_s: Some(f[5]), speed_mm_s: Some(f[6]),
+        };
+        let data = example();
+        let (model, mut contact) = (data.model().unwrap(), Contact::default());
+        for (depth, x, y, time) in motions {
+            let motion = Motion { dt_s: f32::from_bits(time), ..motion(depth, x, y) };
+            let r = effects.step(&model, &mut contact, around, motion);
+            let [x, y] = r.friction_n;
+            prop_assert!(r.normal_force_n >= 0.0 && r.normal_force_n.is_finite(), "{r:?}");
+            prop_assert!(x.hypot(y) <= r.friction_limit_n * (1.0 + 1e-6) && r.friction_limit_n.is_finite(), "{r:?}");
+            prop_assert!((0.0..=1.0).contains(&r.slip_margin) && (0.0..=1.0).contains(&r.stick_ratio), "{r:?}");
+            prop_assert!(!r.status.contains(Status::MEMORY_LOST), "{r:?}");
+        }
+    }
 }

@@ -30,6 +30,11 @@ fn the_shipped_file_reads_and_writes_back() {
     let start: String = SHIPPED[..64].iter().map(|b| format!("{b:02x}")).collect();
     assert_eq!(hex, start);
     assert_eq!(File::from_bytes(&bytes[1..]).unwrap_err(), Error::Alignment);
+    let mut old = aligned(SHIPPED);
+    bytemuck::cast_slice_mut::<u64, u8>(&mut old)[4] = 3;
+    let old = File::from_bytes(&bytemuck::cast_slice::<u64, u8>(&old)[..SHIPPED.len()]).unwrap_err();
+    assert_eq!(old, Error::Version { found: 3 });
+    assert!(old.to_string().contains("version 3; this library reads version 4"), "{old}");
 }
 
 #[test]
@@ -42,7 +47,12 @@ fn the_documents_vectors() {
         let (input, output) = line.split_once(" | ").unwrap();
         let input: Vec<f32> = input.split(' ').map(|w| w.parse().unwrap()).collect();
         let output: Vec<&str> = output.split(' ').collect();
-        let motion = Motion { depth_mm: input[0], slide_increment_mm: [input[1], input[2]], spin_increment_rad: 0.0, dt_s: 1e-3 };
+        let motion = Motion {
+            depth_mm: input[0],
+            slide_increment_mm: [input[1], input[2]],
+            spin_increment_rad: 0.0,
+            dt_s: 1e-3,
+        };
         let r = step(&model, &mut state, motion);
         let expected: Vec<u32> = output[..9].iter().map(|w| u32::from_str_radix(w, 16).unwrap()).collect();
         assert_eq!(words(&r)[..], expected[..], "{line}");

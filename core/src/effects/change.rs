@@ -10,6 +10,8 @@ pub const REFERENCE_AREA_MM2: f64 = 63.5;
 
 /// What the effects in force do to the model at one instant. `Default` changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Change<T> {
     /// Factor on tau_crit.
     pub strength: T,

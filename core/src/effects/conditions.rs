@@ -2,6 +2,8 @@
 
 /// State of contact and skin at one instant, in the precision of the formula.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Conditions<T> {
     /// Clock of the series, s.
     pub t_s: T,

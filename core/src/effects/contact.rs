@@ -1,22 +1,44 @@
 //! The memory of a contact with effects: the plain state, clocks and paths.
 
 use super::{Conditions, Surroundings};
-use crate::math::sqrt;
+use crate::math::{add, sqrt};
 use crate::{Motion, StateOf};
 
 /// Shorter motions are none, mm.
 const LEAST_MM: f32 = 1e-6;
 
-/// A contact with its effects: the plain state and the clocks that the laws read.
+/// A sum that small increments still move when it is large: a number and what it lacks. One number of 32 bits would stand still
+/// from 2048 s on at 10 kHz.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Sum([f32; 2]);
+
+impl Sum {
+    fn add(&mut self, increment: f32) {
+        let [sum, low] = self.0;
+        let (sum, low) = add(sum, low, increment);
+        self.0 = [sum, low];
+    }
+
+    fn value(self) -> f32 {
+        self.0[0]
+    }
+}
+
+/// A contact with its effects: the plain state and the clocks that the laws read. Clocks and paths do not stall: they are sums
+/// of two numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact<const M: usize> {
     /// The plain state. Its strength factor is the caller's; the laws' comes on top of it.
     pub state: StateOf<M>,
-    contact_s: f32,
-    dwell_s: f32,
-    occlusion_s: f32,
-    path_mm: f32,
-    turn_mm: f32,
+    contact_s: Sum,
+    dwell_s: Sum,
+    occlusion_s: Sum,
+    path_mm: Sum,
+    turn_mm: Sum,
     /// Direction of the last motion.
     along: [f32; 2],
 }
@@ -25,11 +47,11 @@ impl<const M: usize> Default for Contact<M> {
     fn default() -> Self {
         Self {
             state: StateOf::default(),
-            contact_s: 0.0,
-            dwell_s: 0.0,
-            occlusion_s: 0.0,
-            path_mm: 0.0,
-            turn_mm: 0.0,
+            contact_s: Sum::default(),
+            dwell_s: Sum::default(),
+            occlusion_s: Sum::default(),
+            path_mm: Sum::default(),
+            turn_mm: Sum::default(),
             along: [0.0; 2],
         }
     }
@@ -43,14 +65,14 @@ impl<const M: usize> Contact<M> {
         Conditions {
             t_s: surroundings.series_s,
             depth_mm: motion.depth_mm,
-            contact_time_s: self.contact_s,
+            contact_time_s: self.contact_s.value(),
             speed_mm_s,
             double_angle: [cos * cos - sin * sin, 2.0 * cos * sin],
             along: self.along,
-            path_mm: self.path_mm,
-            turn_mm: self.turn_mm,
-            dwell_s: surroundings.dwell_s.unwrap_or(self.dwell_s),
-            occlusion_s: surroundings.occlusion_s.unwrap_or(self.occlusion_s),
+            path_mm: self.path_mm.value(),
+            turn_mm: self.turn_mm.value(),
+            dwell_s: surroundings.dwell_s.unwrap_or(self.dwell_s.value()),
+            occlusion_s: surroundings.occlusion_s.unwrap_or(self.occlusion_s.value()),
             hydration_au: surroundings.hydration_au,
             temperature_c: surroundings.temperature_c,
             width_mm: surroundings.finger_width_mm,
@@ -63,30 +85,56 @@ impl<const M: usize> Contact<M> {
         let moved = sqrt(x * x + y * y);
         let dt = if motion.dt_s > 0.0 && motion.dt_s < 1e3 { motion.dt_s } else { 0.0 };
         if !(motion.depth_mm > 0.0) {
-            (self.contact_s, self.dwell_s, self.path_mm, self.turn_mm) = (0.0, 0.0, 0.0, 0.0);
+            for sum in [&mut self.contact_s, &mut self.dwell_s, &mut self.path_mm, &mut self.turn_mm] {
+                *sum = Sum::default();
+            }
             self.along = [0.0; 2];
             return 0.0;
         }
-        self.contact_s += dt;
-        self.occlusion_s += dt;
+        self.contact_s.add(dt);
+        self.occlusion_s.add(dt);
         if moved > LEAST_MM && moved < 1e3 {
             let along = [x / moved, y / moved];
             if along[0] * self.along[0] + along[1] * self.along[1] < 0.0 {
-                self.turn_mm = 0.0;
+                self.turn_mm = Sum::default();
             }
             self.along = along;
-            self.path_mm += moved;
-            self.turn_mm += moved;
+            self.path_mm.add(moved);
+            self.turn_mm.add(moved);
             return nominal_mm_s.unwrap_or(if dt > 0.0 { moved / dt } else { 0.0 });
         }
-        if self.path_mm <= 0.0 && motion.depth_mm <= self.state.depth_mm() {
-            self.dwell_s += dt;
+        if self.path_mm.value() <= 0.0 && motion.depth_mm <= self.state.depth_mm() {
+            self.dwell_s.add(dt);
         }
         0.0
     }
 
     /// The finger has rested in the air: what builds up under occlusion starts anew.
     pub(super) fn rested(&mut self) {
-        self.occlusion_s = 0.0;
+        self.occlusion_s = Sum::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At 10 kHz a clock in one number of 32 bits stands still at 2048 s; a path in steps of 10 nm does at 0.25 mm.
+    #[test]
+    fn clocks_and_paths_do_not_stall() {
+        let mut contact = Contact::<1>::default();
+        let still = Motion { depth_mm: 1.0, dt_s: 1e-4, ..Motion::default() };
+        contact.contact_s = Sum([4096.0, 0.0]);
+        contact.path_mm = Sum([1000.0, 0.0]);
+        for _ in 0..100_000 {
+            contact.advance(&Surroundings::default(), &still);
+        }
+        let slow = Motion { slide_increment_mm: [6e-6, 8e-6], ..still };
+        let mut at = Conditions::default();
+        for _ in 0..100_000 {
+            at = contact.advance(&Surroundings::default(), &slow);
+        }
+        assert!((at.contact_time_s - 4116.0).abs() < 1e-3, "{}", at.contact_time_s);
+        assert!((at.path_mm - 1001.0).abs() < 1e-3 && (at.turn_mm - 1.0).abs() < 1e-5, "{at:?}");
     }
 }

@@ -54,6 +54,7 @@ pub struct Law {
 
 /// A parameter of a law.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameter {
     /// Name; ends in its unit where it has one.
     pub name: &'static str,
@@ -72,6 +73,7 @@ pub struct Parameter {
 
 /// Where a law enters the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Place {
     /// tau_crit, and with it every element's strength.
     Strength,
@@ -89,6 +91,7 @@ pub enum Place {
 
 /// How the parameters of a law are told, other than as they are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reported {
     /// As they are fitted.
     AsFitted,
@@ -100,6 +103,7 @@ pub enum Reported {
 /// An axis along which a protocol varies. Of two laws that change the readings along one axis, the second is more likely
 /// an error of the first one's form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Axis {
     /// Time and path within a stroke.
     Stroke,
@@ -115,6 +119,7 @@ pub enum Axis {
 
 /// A column of the measured runs that can drive an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Column {

@@ -7,6 +7,7 @@ use crate::math::Real;
 
 /// What a slot of a model file must hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlotRules {
     /// Where its law enters the model.
     pub place: Place,

@@ -10,7 +10,7 @@ use super::{
 use crate::error::Field;
 use crate::math::{Scalar, sqrt};
 use crate::model_file::EffectSlot;
-use crate::rescaling::Scaling;
+use crate::rescaling::{STIFFNESS_FACTOR, Scaling};
 use crate::{Error, ModelOf, Motion, Response, Status, step};
 
 /// Least value of a slot where it must be positive.
@@ -18,16 +18,16 @@ const LEAST_POSITIVE: f32 = 1e-6;
 /// One over the contact area at which adhesion and drag are given, 1/mm².
 const PER_AREA: f32 = 1.0 / REFERENCE_AREA_MM2 as f32;
 
-/// Largest force that an effect may add, N.
+/// Largest force of an effect, N.
 const LARGEST_N: f32 = 1e3;
 
-/// A force of an effect; what is no number or beyond all fingers is left out and flagged.
-fn held(force: f32, status: &mut Status) -> f32 {
+/// A force of an effect, or `otherwise` and a flag where it is no number or beyond all fingers.
+fn held(force: f32, otherwise: f32, status: &mut Status) -> f32 {
     if force.abs() <= LARGEST_N {
         return force;
     }
     *status = status.with(Status::EFFECT_HELD);
-    0.0
+    otherwise
 }
 
 /// The effects of a model file, by a library: that of this crate, or another one.
@@ -66,10 +66,11 @@ impl<'a> Effects<'a> {
 impl<'a, L: Library> Effects<'a, L> {
     /// Checks the slots of a file against a library.
     ///
-    /// Errors: [`Error::Section`] for a law that the library does not have, [`Error::Range`] for a scale that is not
-    /// positive.
+    /// Errors: [`Error::Section`] for a law that the library does not have, [`Error::Range`] for a value beyond 1e6 or a scale
+    /// that is not positive.
     pub fn of(slots: &'a [EffectSlot]) -> Result<Self, Error> {
         for (i, slot) in slots.iter().enumerate() {
+            slot.check(i)?;
             if baseline::knows(slot.kind) {
                 continue;
             }
@@ -87,9 +88,15 @@ impl<'a, L: Library> Effects<'a, L> {
     ///
     /// Strength laws multiply the strength factor of `contact.state`, stiffness laws the stiffness of the model as it is
     /// tuned, the depth offset is added where there is contact and read by the laws after it, adhesion is taken off the
-    /// normal force, drag added along the motion. Every factor is held at 0.1 or above. Bad surroundings (NaN) leave the
-    /// law out. The laws of the sensor are not in the response, which is the force on the finger; see
-    /// [`Effects::reading`].
+    /// normal force, drag added along the motion. Every law's factor is held at 0.1 or above. Bad surroundings (NaN) leave the law out. The laws of the sensor are not in
+    /// the response, which is the force on the finger; see [`Effects::reading`].
+    ///
+    /// Drag raises the friction limit by its size, and the slip margin is then the same reserve in newtons over that larger
+    /// limit. Adhesion leaves friction and its limit as they are.
+    ///
+    /// What leads beyond its range is held there and flagged by [`Status::EFFECT_HELD`]: a strength factor beyond 0.1 to 5 or
+    /// a stiffness factor beyond 0.2 to 5, both with the caller's; a normal force below 0; a force that is no number or beyond
+    /// 1000 N, which is left out.
     pub fn step<const M: usize, const N: usize, S: Scaling<f32>>(
         &self,
         model: &ModelOf<'_, M, N, S>,
@@ -113,20 +120,26 @@ impl<'a, L: Library> Effects<'a, L> {
         }
         let own = contact.state.strength_factor();
         let strength = contact.state.set_strength_factor(own * change.strength);
+        let is_held = strength != own * change.strength || !STIFFNESS_FACTOR.contains(&change.stiffness);
         let motion = Motion { depth_mm: at.depth_mm, ..motion };
         let stiffened = model.stiffened(change.stiffness);
         let mut response = step(&stiffened, &mut contact.state, motion);
         contact.state.set_strength_factor(own);
+        if is_held {
+            response.status = response.status.with(Status::EFFECT_HELD);
+        }
         if touches && !self.slots.is_empty() {
             let ([fx, fy], [cos, sin]) = (response.friction_n, at.along);
             if let Some(shear) = shear {
                 let depth_mm = contact.state.depth_mm();
                 let limit = stiffened.limit_at(depth_mm) * strength;
-                response.normal_force_n = baseline::shear(shear, response.normal_force_n, [fx, fy], limit, depth_mm);
+                let plain = response.normal_force_n;
+                let sheared = baseline::shear(shear, plain, [fx, fy], limit, depth_mm);
+                response.normal_force_n = held(sheared, plain, &mut response.status);
             }
             let area = response.contact_area_mm2.abs() * PER_AREA;
-            let drag = held(change.drag_n * area, &mut response.status);
-            let pull = held(change.adhesion_n * sqrt(area), &mut response.status);
+            let drag = held(change.drag_n * area, 0.0, &mut response.status);
+            let pull = held(change.adhesion_n * sqrt(area), 0.0, &mut response.status);
             let normal = response.normal_force_n - pull;
             if normal < 0.0 {
                 response.status = response.status.with(Status::EFFECT_HELD);
@@ -134,7 +147,11 @@ impl<'a, L: Library> Effects<'a, L> {
             response.normal_force_n = normal.not_negative();
             // Drag comes on top of what friction can bear, whatever its direction.
             response.friction_n = [fx + drag * cos, fy + drag * sin];
-            response.friction_limit_n += drag.abs();
+            let limit = response.friction_limit_n;
+            response.friction_limit_n = limit + drag.abs();
+            if drag != 0.0 && limit > 0.0 {
+                response.slip_margin *= limit / response.friction_limit_n;
+            }
         }
         response
     }

@@ -1,8 +1,37 @@
-//! Paths and models for the property tests.
+//! Models, paths and disturbances for the tests.
 #![allow(dead_code)]
 
-use fingerpad::{Data, Motion, Params, Response, State, step};
+pub mod books;
+
+use fingerpad::{Data, ModelFile, Motion, Params, ParamsOf, Response, State, Tuning, step};
 use proptest::prelude::*;
+
+pub fn example() -> Data {
+    Params::example().try_build().unwrap()
+}
+
+/// The models that tests run on: the example and the shipped file. That the file reads is the matter of `file.rs`.
+pub fn models() -> Vec<(&'static str, Data)> {
+    let shipped = ModelFile::new(include_bytes!("../data/fingertip.fpm")).ok();
+    let shipped = shipped.map(|file| ("shipped", *file.file().model.data()));
+    [("example", example())].into_iter().chain(shipped).collect()
+}
+
+pub fn motion(depth: f32, x: f32, y: f32) -> Motion {
+    Motion { depth_mm: depth, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s: 1e-3 }
+}
+
+/// Numbers that look random and are the same every time.
+#[derive(Clone, Copy)]
+pub struct Noise(pub u64);
+
+impl Noise {
+    /// Uniform in −1 to 1.
+    pub fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+}
 
 /// A path as absolute positions of the plane: depth, slide x, slide y.
 #[derive(Clone)]
@@ -46,14 +75,86 @@ pub fn walk(path: &mut Path, from: [f64; 3], to: [f64; 3], length: f64) {
     }
 }
 
+/// Runs a path and calls `each` with the step's displacement and response.
+pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Response)) -> State {
+    let model = data.model().unwrap();
+    let mut state = State::default();
+    for pair in path.windows(2) {
+        let by: [f64; 3] = core::array::from_fn(|i| pair[1][i] - pair[0][i]);
+        let response = step(&model, &mut state, motion(pair[1][0] as f32, by[1] as f32, by[2] as f32));
+        each(by, &response);
+    }
+    state
+}
+
+/// One step of a disturbed path: what is changed before it, and the motion.
+#[derive(Clone, Copy, Debug)]
+pub struct Disturbed {
+    pub factor: f32,
+    pub tuning: Tuning,
+    pub motion: Motion,
+}
+
+/// A path on which depth, slide and angle are noisy and strength factor and tuning change now and then, or in every step.
+#[derive(Clone)]
+pub struct DisturbedPath(pub Vec<Disturbed>);
+
+impl core::fmt::Debug for DisturbedPath {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} steps, first {:?}", self.0.len(), &self.0[..self.0.len().min(3)])
+    }
+}
+
+pub fn any_tuning() -> impl Strategy<Value = Tuning> {
+    let log = |low: f32, high: f32| (low.ln()..high.ln()).prop_map(f32::exp);
+    let ranges = (log(0.5, 2.0), log(0.2, 5.0), log(0.1, 10.0), prop_oneof![Just(0.0), 0.0f32..0.1]);
+    ranges.prop_map(|(size, stiffness, lambda, tau0_mpa)| Tuning { size, stiffness, lambda, tau0_mpa })
+}
+
+/// Disturbed paths; `turns` with spin, `tuned` with changes of the tuning.
+pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = DisturbedPath> {
+    let angle = if turns { -0.6f32..0.6 } else { 0.0..0.0001 };
+    let tuning = if tuned { prop::option::of(any_tuning()).boxed() } else { Just(None).boxed() };
+    let factor = prop::option::of((0.1f32.ln()..5.0f32.ln()).prop_map(f32::exp));
+    let corner = ((-0.2f32..2.6, -4.0f32..4.0, -4.0f32..4.0, angle), factor, tuning);
+    let noise = prop_oneof![Just(0.0f32), Just(1e-6), Just(1e-3), Just(0.02)];
+    (prop::collection::vec(corner, 2..8), 0.004f32..0.3, noise, any::<bool>(), any::<u64>()).prop_map(
+        move |(corners, length, noise, every_step, seed)| {
+            let mut noisy = Noise(seed);
+            let (mut steps, mut here) = (vec![], [-0.05f32, 0.0, 0.0, 0.0]);
+            let (mut factor, mut tuning) = (1.0f32, Tuning::default());
+            for ((d, x, y, angle), new_factor, new_tuning) in corners {
+                let to = [d, x, y, if turns { angle } else { 0.0 }];
+                let span = (0..4).map(|i| (to[i] - here[i]).abs()).fold(0.0, f32::max);
+                let n = (span / length).ceil().max(1.0);
+                let by = [0, 1, 2, 3].map(|i| (to[i] - here[i]) / n);
+                factor = new_factor.unwrap_or(factor);
+                tuning = new_tuning.unwrap_or(tuning);
+                for k in 1..=n as usize {
+                    let depth_mm = here[0] + by[0] * k as f32 + noise * noisy.next();
+                    let slide_increment_mm = [by[1], by[2]].map(|s| s + noise * noisy.next());
+                    let spin_increment_rad = if turns { by[3] + 0.1 * noise * noisy.next() } else { 0.0 };
+                    let wave = if every_step { 1.0 + 0.3 * noisy.next() } else { 1.0 };
+                    steps.push(Disturbed {
+                        factor: factor * wave,
+                        tuning: Tuning { lambda: (tuning.lambda * wave).clamp(0.1, 10.0), ..tuning },
+                        motion: Motion { depth_mm, slide_increment_mm, spin_increment_rad, dt_s: 1e-3 },
+                    });
+                }
+                here = to;
+            }
+            DisturbedPath(steps)
+        },
+    )
+}
+
 /// A model that prints briefly.
 #[derive(Clone)]
 pub struct AnyModel(pub Data);
 
 impl core::fmt::Debug for AnyModel {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let row = &self.0.rows[10];
-        write!(f, "{:?} {row:?}", self.0.elements)
+        write!(f, "odd {} {:?} {:?}", self.0.odd, self.0.springs, self.0.rows[10])
     }
 }
 
@@ -64,54 +165,27 @@ impl core::ops::Deref for AnyModel {
     }
 }
 
-/// Runs a path and calls `each` with the step's displacement and response.
-pub fn run(data: &Data, path: &[[f64; 3]], each: impl FnMut([f64; 3], &Response)) -> State {
-    run_with(data, 1.0, path, each)
-}
-
-/// The same with a strength factor.
-pub fn run_with(data: &Data, strength: f32, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Response)) -> State {
-    let model = data.model().unwrap();
-    let mut state = State::default();
-    state.set_strength_factor(strength);
-    for pair in path.windows(2) {
-        let by: [f64; 3] = core::array::from_fn(|i| pair[1][i] - pair[0][i]);
-        let motion =
-            Motion { depth_mm: pair[1][0] as f32, slide_increment_mm: [by[1] as f32, by[2] as f32], spin_increment_rad: 0.0, dt_s: 1e-3 };
-        let response = step(&model, &mut state, motion);
-        each(by, &response);
-    }
-    state
-}
-
 /// Models of all kinds that pass the check: the example with its freedoms drawn up to the limits, tables wavy over depth.
 pub fn any_model() -> impl Strategy<Value = AnyModel> {
-    let tables = (0.3f32..1.5, 0.6f32..1.5, -0.04f32..0.04, -0.15f32..0.15, -0.15f32..0.15, -0.1f32..0.1);
-    let shape = (0.0f32..=0.5, -1.0f32..1.0, 0.8f32..1.19, 0.0f32..0.3, 0.0f32..6.0);
-    let sliders = prop::array::uniform2((0.3f32..1.0, 0.1f32..1.0));
-    (tables, shape, sliders).prop_filter_map("passive", |((ratio, strength, press, bx, by, tilt), shape, sliders)| {
-        let mut params = Params::example();
-        let (wave, phase) = (shape.3, shape.4);
-        (params.turn_slip, params.full_slip) = (shape.0, shape.2);
-        if let Some(deepest) = params.nodes.last() {
-            params.odd_compliance_mm_n2 =
-                0.249 * shape.1 / (deepest.tangential_stiffness_n_mm * deepest.friction_limit_n);
+    let tables = (0.4f32..1.6, 0.6f32..1.5, -0.05f32..0.05, -0.1f32..0.1, 0.0f32..0.3, 0.0f32..6.0);
+    let springs = prop::array::uniform4((0.1f32..1.0, 0.0f32..1.2, 0.0f32..1.0, -3.0f32..3.0, 0.5f32..6.0));
+    let slopes = (-0.02f32..0.02, -0.02f32..0.02, -0.2f32..0.2);
+    (tables, springs, slopes).prop_filter_map("passive", |(tables, springs, (slope_x, slope_y, odd))| {
+        let (ratio, strength, press, tilt, wave, phase) = tables;
+        let all: f32 = springs.iter().map(|s| s.0).sum();
+        let mut params = ParamsOf::example_with(springs.map(|s| (s.0 / all, s.1)));
+        params.stiffness_n_mm[1] = params.stiffness_n_mm[0] * ratio;
+        params.odd_per_mm = odd;
+        for (j, (spring, s)) in params.springs.iter_mut().zip(springs).enumerate() {
+            (spring.sharpness, spring.centre_mm) = (s.2, s.3);
+            spring.arm_mm = if j % 2 == 0 { [s.4, 0.3] } else { [0.2, s.4] };
         }
         for (i, node) in params.nodes.iter_mut().enumerate() {
             let up = |by: f32| 1.0 + wave * (phase + by + 0.4 * i as f32).sin();
-            node.stiffness_ratio = ratio * up(0.0);
             node.strength_ratio = strength * up(1.0);
-            node.press_coupling = press;
-            node.normal_shear_x_n = bx * node.normal_force_n * up(2.0);
-            node.normal_shear_y_n = by * node.normal_force_n * up(3.0);
-            node.tilt_x *= tilt / 0.08;
-        }
-        let total: f32 = sliders.iter().map(|s| s.1).sum();
-        let mut position = 0.1;
-        for (slider, (gap, share)) in params.sliders.iter_mut().zip(sliders) {
-            position += gap;
-            slider.yield_position = position;
-            slider.strength_share = share / total;
+            node.press_coupling = press * up(2.0);
+            node.stiffness_slope_n_mm2 = [slope_x * up(3.0), slope_y * up(4.0)];
+            node.tilt_x *= tilt / 0.05;
         }
         params.try_build().ok().map(AnyModel)
     })
