@@ -85,13 +85,14 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         + at.press_coupling[1] * friction[1]
         + at.stiffness_slope[0] * energy_x
         + at.stiffness_slope[1] * energy_y;
-    let mut stick_ratio = carried.stick_ratio;
+    let (mut moment, mut stick_ratio) = (carried.moment, carried.stick_ratio);
     // The last guard: a memory that holds what is no number, which no step leaves behind, is forgotten, and the answer is a
     // contact of which nothing is known.
     if !(normal + friction[1]).is_number() {
         rare();
         status = status.with(Status::MEMORY_LOST);
-        (normal, friction, stick_ratio) = (T::of(0.0), [T::of(0.0); 2], T::of(0.0));
+        (normal, stick_ratio) = (T::of(0.0), T::of(0.0));
+        [friction, moment] = [[T::of(0.0); 2]; 2];
         begin_anew(state);
     }
     // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
@@ -103,10 +104,10 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let alone = (square + stretched * stretched + shifted * shifted).sqrt() - shifted;
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
     let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
-    let spin_moment = if P == 1 || status.contains(Status::MEMORY_LOST) {
+    let spin_moment = if P == 1 {
         centre
     } else {
-        at.stiffness[1] * carried.moment[1] - at.stiffness[0] * carried.moment[0]
+        at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0]
     };
     let used = if P == 1 {
         alone

@@ -4,7 +4,7 @@
 mod rivals;
 
 use divan::{Bencher, black_box};
-use fingerpad::{Drive, Grip, Motion, Normal, Params, ParamsOf, Slider, State, StateOf, Tangential, Tuning, step};
+use fingerpad::{Drive, Grip, Motion, Normal, Params, ParamsOf, Pose, State, StateOf, Tangential, Tuning, step};
 
 fn main() {
     divan::main();
@@ -20,26 +20,32 @@ fn motions() -> impl Iterator<Item = Motion> {
     })
 }
 
-fn steps<const M: usize>(bencher: Bencher) {
-    let slider = |j: usize| Slider { yield_position: 0.4 + j as f32, strength_share: 1.0 / M as f32 };
-    let data = ParamsOf::<M, 37>::example_with(std::array::from_fn(slider)).try_build().expect("the example is valid");
+/// With `P` = 2 the contact's memory is one with spin.
+fn steps<const M: usize, const P: usize>(bencher: Bencher) {
+    // Springs of the same stiffness, which touch one after the other.
+    let spring = |j: usize| (1.0 / M as f32, 0.8 * j as f32 / M as f32);
+    let data = ParamsOf::<M, 37>::example_with(std::array::from_fn(spring)).try_build().expect("the example is valid");
     let model = data.model().expect("the example is valid");
-    let mut state = StateOf::default();
+    let mut state = StateOf::<M, P>::default();
     let mut motions = motions();
     bencher.bench_local(move || step(&model, &mut state, black_box(motions.next().expect("endless"))));
 }
 
-#[divan::bench(consts = [2, 3, 4, 5, 8])]
-fn step_with_elements<const M: usize>(bencher: Bencher) {
-    steps::<M>(bencher);
+#[divan::bench(consts = [3, 4, 5, 6, 8])]
+fn step_with_springs<const M: usize>(bencher: Bencher) {
+    steps::<M, 1>(bencher);
+}
+
+#[divan::bench(consts = [3, 4])]
+fn step_with_spin<const M: usize>(bencher: Bencher) {
+    steps::<M, 2>(bencher);
 }
 
 fn rival(bencher: Bencher, one: extern "C" fn(&mut rivals::Rivals, &[f32; 4])) {
     let mut rivals = rivals::Rivals::default();
     let mut motions = motions();
     bencher.bench_local(move || {
-        let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s } =
-            motions.next().expect("endless");
+        let Motion { depth_mm, slide_increment_mm: [x, y], dt_s, .. } = motions.next().expect("endless");
         one(&mut rivals, black_box(&[depth_mm, x, y, dt_s]));
         rivals.out
     });
@@ -71,6 +77,7 @@ fn step_driven_by_normal_force(bencher: Bencher) {
         let drive = Drive {
             normal: Normal::ForceN(black_box(0.4 * motion.depth_mm)),
             tangential: Tangential::SlideIncrementMm(motion.slide_increment_mm),
+            spin_increment_rad: 0.0,
             dt_s: motion.dt_s,
         };
         model.step_driven(&mut state, drive)
@@ -89,4 +96,13 @@ fn tuned(bencher: Bencher) {
     let data = Params::example().try_build().expect("the example is valid");
     let model = data.model().expect("the example is valid");
     bencher.bench_local(move || model.tuned(black_box(Tuning { stiffness: 1.3, ..Tuning::default() })));
+}
+
+#[divan::bench]
+fn posed(bencher: Bencher) {
+    let mut params = Params::example();
+    params.pose.rows[0] = [0.1, 0.0, 0.1];
+    let data = params.try_build().expect("the example is valid");
+    let model = data.model().expect("the example is valid");
+    bencher.bench_local(move || model.posed(black_box(Pose { pitch_deg: 40.0, roll_deg: 10.0 })));
 }

@@ -142,12 +142,18 @@ fn along_path(
 }
 
 /// What each flag of the status means.
-const FLAGS: [(Status, &str); 5] = [
+const FLAGS: [(Status, &str); 8] = [
     (Status::BAD_INPUT, "a depth or slide that is no number"),
     (Status::BAD_TIME_STEP, "a time step that is not positive"),
     (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted: the answer is that of the largest depth"),
-    (Status::LARGE_INCREMENT, "a slide of one step beyond 64 slip lengths, cut to that"),
+    (Status::LARGE_INCREMENT, "a slide of one step beyond 64 mm, cut to that"),
     (Status::LOAD_NOT_REACHED, "a force out of reach: the nearest state stands there"),
+    (Status::SPIN_IGNORED, "a turn of the plane, which was left out"),
+    (Status::MEMORY_LOST, "a contact that held what is no number and was begun anew"),
+    (
+        Status::EFFECT_HELD,
+        "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number",
+    ),
 ];
 
 /// Says on standard error what the response's flags say, and what looks like a wrong unit or sign.

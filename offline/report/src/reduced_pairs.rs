@@ -48,7 +48,7 @@ fn size(point: &CurvePoint) -> SizePoint {
         friction_percent: 100.0 * point.held_out.friction_of_limit,
         normal_percent: 100.0 * point.held_out.normal_of_range,
         stick_percent: 100.0 * point.held_out.stick_turned,
-        default: point.elements == fingerpad::ELEMENTS && point.nodes == fingerpad::NODES,
+        default: point.elements == fingerpad::SPRINGS && point.nodes == fingerpad::NODES,
     }
 }
 

@@ -15,6 +15,9 @@ const YIELD_MIDDLE: f64 = 1.43;
 /// Width of that bell in the logarithm of the yield position.
 const YIELD_WIDTH: f64 = 0.55;
 
+/// Least and largest logarithm of the exponent that spreads the yield positions, as they are taken from a model file.
+const SPREAD_RANGE: [f64; 2] = [-1.5, 1.0];
+
 /// Area over depth of the finger in Table 1 of Yoshida et al. 2011, A = 65.0 d^1.007 mm²: the fit of its four points.
 const TABLE_AREA: [f64; 2] = [65.0, 1.007];
 /// Standard deviation of the logarithm of the area between fingers at one depth: the area goes with the radius of the
@@ -39,9 +42,10 @@ pub struct ReferenceCurves {
 impl ReferenceCurves {
     /// The curves of a model file's numbers.
     ///
-    /// `own_area`: whether the file's contact area is that of the finger at hand; otherwise that of a measured finger is
-    /// taken, with its scatter, because forces do not tell the area.
-    pub fn from_model_data<const M: usize, const N: usize>(data: &DataOf<M, N>, own_area: bool) -> Self {
+    /// `own`: whether the file's finger is the finger at hand. Otherwise the contact area of a measured finger is taken, with
+    /// its scatter, because forces do not tell the area, and yield positions of a spread from which the parameters reach other
+    /// fingers.
+    pub fn from_model_data<const M: usize, const N: usize>(data: &DataOf<M, N>, own: bool) -> Self {
         let n = data.rows.len();
         let cell = f64::from(data.depth_max) / (n - 1) as f64;
         let fit = |value: &dyn Fn(&Row<M>) -> f64| -> [f64; 4] {
@@ -66,17 +70,19 @@ impl ReferenceCurves {
         mean[Parameter::EvenDirectionCos] = along(row) - 1.0;
         mean[Parameter::OddXPerMm] = -at(&row.limit_shift) / ((1.0 - ODD_SHAPE) * cell * middle as f64);
         mean[Parameter::LoadExponent] = f64::from(data.pressure_exponent);
-        let ln_area = if own_area {
+        let ln_area = if own {
             fit(&|r| at(&r.area))
         } else {
             [TABLE_AREA[0].ln() + TABLE_AREA[1] * MIDDLE_MM.ln(), TABLE_AREA[1], 0.0, 0.0]
         };
+        let yields = yields();
+        if own {
+            mean[Parameter::YieldSpread] = spread_of(data, row, &yields);
+        }
         // Where friction lags behind its limit in a straight slide, the area between the two is the energy in full slip over
         // the stiffness. It is asked to be the same, which leaves no step where a spring touches.
-        let yields = yields();
-        let strength: f64 = yields.iter().map(|[_, w]| w).sum();
-        let softness: f64 = yields.iter().map(|[y, w]| w / strength / y).sum();
-        let energy: f64 = yields.iter().map(|[y, w]| w / strength * y * softness).sum();
+        let spread = spread_out(&yields, mean[Parameter::YieldSpread]);
+        let energy = moment(&spread, 1) * moment(&spread, -1) / moment(&spread, 0).powi(2);
         let stiffness = |row: &Row<M>| energy * at(&row.limit).powi(2) / (2.0 * shear_energy_n_mm(data, row));
         Self {
             ln_normal: fit(&|r| at(&r.normal)),
@@ -85,7 +91,7 @@ impl ReferenceCurves {
             ln_area,
             yields,
             mean,
-            ln_area_sd: if own_area { 0.0 } else { OTHER_AREA_SD },
+            ln_area_sd: if own { 0.0 } else { OTHER_AREA_SD },
         }
     }
 
@@ -169,6 +175,32 @@ pub(crate) fn normal_per_full_shear<const M: usize, const N: usize>(data: &DataO
     let per_stiffness = 0.5 * full_slip_mm2(data, row) * f64::from(data.cells_per_mm) / f64::from(row.normal.value);
     let [x, y] = [row.stiffness_x, row.stiffness_y].map(|k| f64::from(k.slope) * per_stiffness);
     [x, y / f64::from(row.anisotropy.value).powi(2)]
+}
+
+/// Sum of the shares of the strength times a power of the yield positions.
+fn moment(yields: &[[f64; 2]], power: i32) -> f64 {
+    yields.iter().map(|[y, w]| w * y.powi(power)).sum()
+}
+
+/// Yield positions with a logarithm of the exponent that spreads them.
+fn spread_out(yields: &[[f64; 2]; ELEMENTS], spread: f64) -> [[f64; 2]; ELEMENTS] {
+    yields.map(|[y, w]| [y.powf(spread.exp()), w])
+}
+
+/// The spread at which the yield positions vary about their mean as the yield slides of a model file's springs do.
+fn spread_of<const M: usize, const N: usize>(data: &DataOf<M, N>, row: &Row<M>, yields: &[[f64; 2]; ELEMENTS]) -> f64 {
+    let varies = |yields: &[[f64; 2]]| moment(yields, 2) * moment(yields, 0) / moment(yields, 1).powi(2);
+    let springs = data.springs.iter().zip(&row.radius).map(|(s, r)| {
+        let slide = f64::from(r.value);
+        [slide, f64::from(s.stiffness) * slide]
+    });
+    let wanted = varies(&springs.collect::<Vec<_>>());
+    let [mut low, mut high] = SPREAD_RANGE;
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if varies(&spread_out(yields, middle)) < wanted { low = middle } else { high = middle }
+    }
+    low
 }
 
 /// Yield positions, even in the logarithm, and shares of the strength, a bell over it: a start from which the parameters
