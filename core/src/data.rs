@@ -121,14 +121,16 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
 }
 
 impl<T: Scalar> Spring<T> {
-    /// Place of one of the pair: 0 ahead of the middle, 1 behind; of the pair as one without spin.
+    /// Place of one of the pair, mm: 0 ahead of the middle, 1 behind; of the pair as one without spin.
     #[inline(always)]
-    pub(crate) fn place<const P: usize>(&self, k: usize) -> [T; 2] {
+    pub(crate) fn place<const P: usize, S: Scaling<T>>(&self, k: usize, scale: &S) -> [T; 2] {
+        let [offset_x, offset_y] = scale.offset();
+        let middle = scale.length(self.centre_mm) + offset_x;
         if P == 1 {
-            return [self.centre_mm, T::of(0.0)];
+            return [middle, offset_y];
         }
-        let [x, y] = self.arm_mm;
-        if k == 0 { [self.centre_mm + x, y] } else { [self.centre_mm - x, -y] }
+        let [x, y] = self.arm_mm.map(|mm| scale.length(mm));
+        if k == 0 { [middle + x, offset_y + y] } else { [middle - x, offset_y - y] }
     }
 }
 
@@ -147,7 +149,11 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             band_normal: self.band_normal.map(of),
             band_friction: self.band_friction.map(of),
             pressure_exponent: of(self.pressure_exponent),
-            pose: PoseTable { pitch_deg: of(self.pose.pitch_deg), rows: self.pose.rows.map(|row| row.map(of)) },
+            pose: PoseTable {
+                pitch_deg: of(self.pose.pitch_deg),
+                rows: self.pose.rows.map(|row| row.map(of)),
+                band: self.pose.band.map(of),
+            },
             springs: self.springs.map(|s| Spring {
                 stiffness: of(s.stiffness),
                 sharpness: of(s.sharpness),

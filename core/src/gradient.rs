@@ -46,10 +46,11 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth;
         let plain = row.limit.at(t);
         let radius_factor = scale.radius(plain, scale.limit(plain, scale.area(row.area.at(t)))) * state.strength_factor;
-        let (shift, dshift) = (scale.tilt(row.yield_shift.at(t)), row.yield_shift.change * per_mm);
+        let [tilt_x, shift_y] = scale.tilt();
+        let (shift, dshift) = (row.yield_shift.at(t) + tilt_x, row.yield_shift.change * per_mm);
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
-        let wide = one + shift * shift;
+        let wide = one + shift * shift + shift_y * shift_y;
         let odd = Odd(data.odd / radius_factor);
         let share = T::of(1.0 / P as f32);
         let here = [state.position[0][0] + press_slide, state.position[0][1] + press_y * state.depth, state.angle[0]];
@@ -64,14 +65,15 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 continue;
             }
             for (k, anchor) in pair.iter().enumerate() {
-                let place = spring.place::<P>(k).map(|p| scale.length(p));
+                let place = spring.place::<P, S>(k, scale);
                 let [x, y] = place_of::<P, T>(here, place);
                 let (ux, uy) = (x - anchor[0], y - anchor[1]);
-                let (vx, vy) = (ux - shift * radius, uy * anisotropy);
+                let (vx, vy) = (ux - shift * radius, uy * anisotropy - shift_y * radius);
                 let mut rate = [[press, one, zero], [press_y, zero, one]];
                 // Half of the rate of v² − R² (1 + alpha²).
                 let outward = [
-                    vx * (press - dshift * radius - shift * dradius) + vy * (uy * danisotropy + anisotropy * press_y)
+                    vx * (press - dshift * radius - shift * dradius)
+                        + vy * (uy * danisotropy + anisotropy * press_y - shift_y * dradius)
                         - radius * dradius * wide
                         - radius * radius * shift * dshift,
                     vx,
@@ -81,7 +83,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 let square = radius * radius * wide;
                 let near = radius * (radius * T::of(ON_LIMIT) + T::of(SLACK_MM));
                 if vx * vx + vy * vy >= square - near && total > zero {
-                    let flow = ux * vx + ratio * (vy * vy);
+                    let flow = ux * vx + ratio * (vy * (uy * anisotropy));
                     let safe = flow.magnitude() + T::of(NOTHING);
                     for i in 0..3 {
                         let back = outward[i] / safe;

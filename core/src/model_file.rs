@@ -272,7 +272,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.gyration,
         ];
         let bands = self.band_normal.into_iter().chain(self.band_friction).chain([self.pressure_exponent]);
-        let poses = [self.pose.pitch_deg].into_iter().chain(self.pose.rows.into_iter().flatten());
+        let poses = [self.pose.pitch_deg].into_iter().chain(self.pose.rows.into_iter().flatten()).chain(self.pose.band);
         let springs = self.springs.iter().flat_map(|s| {
             let [x, y] = s.arm_mm;
             [s.stiffness, s.sharpness, s.centre_mm, x, y]

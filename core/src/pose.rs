@@ -25,14 +25,15 @@ pub struct Pose {
 }
 
 /// Number of quantities that depend on the pose.
-pub const POSE_ROWS: usize = 10;
+pub const POSE_ROWS: usize = 11;
 
 /// How the contact depends on the pose: each quantity a quadratic in p and r, pitch less that of the fitted pose and roll,
 /// both in rad. All zeros is a model of one pose.
 ///
 /// Rows: factors on depth, normal force, area, strength and stiffness less 1, then tilt of the limit, slide along x per depth
-/// and centre of pressure along x per depth, each a p + b p² + c r²; then slide along y per depth and centre of pressure
-/// along y per depth, each a r + b p r + c r³.
+/// and place of the contact along x, mm, each a p + b p² + c r²; then slide along y per depth, place of the contact along y, mm,
+/// and tilt of the limit along y, each a r + b p r + c r³. The place is that against the fitted pose: spins go about the point under first touch in the
+/// fitted pose, from which springs and centre of pressure then lie away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -41,12 +42,15 @@ pub struct PoseTable<T = f32> {
     pub pitch_deg: T,
     /// The coefficients a, b, c of each row.
     pub rows: [[T; 3]; POSE_ROWS],
+    /// What another pose than the fitted one adds to the half-widths of the bands: shares of the normal force and of the
+    /// friction limit.
+    pub band: [T; 2],
 }
 
 impl<T: Scalar> PoseTable<T> {
     /// A model of the pose of this pitch and no roll alone.
     pub fn of_one_pose(pitch_deg: f32) -> Self {
-        Self { pitch_deg: T::of(pitch_deg), rows: [[T::of(0.0); 3]; POSE_ROWS] }
+        Self { pitch_deg: T::of(pitch_deg), rows: [[T::of(0.0); 3]; POSE_ROWS], band: [T::of(0.0); 2] }
     }
 
     /// Whether the model knows other poses than the fitted one.
@@ -61,6 +65,9 @@ impl<T: Scalar> PoseTable<T> {
         if !(self.pitch_deg >= T::of(10.0) && self.pitch_deg <= T::of(70.0)) {
             return Err(bad(0, self.pitch_deg));
         }
+        if let Some(share) = self.band.iter().find(|share| !(**share >= T::of(0.0) && **share <= T::of(10.0))) {
+            return Err(bad(0, *share));
+        }
         let numbers = self.rows.iter().flatten().enumerate();
         numbers
             .filter(|(_, x)| !(x.magnitude() <= T::of(100.0)))
@@ -73,8 +80,8 @@ impl<T: Scalar> PoseTable<T> {
     pub(crate) fn factors(&self, pose: Pose) -> Result<PoseFactors<T>, Error> {
         let Pose { pitch_deg, roll_deg } = pose;
         let refuse = |index, value| Err(Error::Range { what: Field::Pose, index, value });
-        let one_pose = pitch_deg != self.pitch_deg.to_f32() || roll_deg != 0.0;
-        if !(10.0..=70.0).contains(&pitch_deg) || (one_pose && !self.knows_poses()) {
+        let is_another = pitch_deg != self.pitch_deg.to_f32() || roll_deg != 0.0;
+        if !(10.0..=70.0).contains(&pitch_deg) || (is_another && !self.knows_poses()) {
             return refuse(0, pitch_deg);
         }
         if !(-30.0..=30.0).contains(&roll_deg) {
@@ -90,16 +97,17 @@ impl<T: Scalar> PoseTable<T> {
             let factor = (T::of(1.0) + even(row)).at_most(most);
             if factor < least { least } else { factor }
         };
-        let [depth, normal, area, limit, stiffness, tilt, press_x, centre_x, press_y, centre_y] = self.rows;
+        let [depth, normal, area, limit, stiffness, tilt, press_x, place_x, press_y, place_y, tilt_y] = self.rows;
         Ok(PoseFactors {
             depth: factor(depth),
             normal: factor(normal),
             area: factor(area),
             limit: factor(limit),
             stiffness: factor(stiffness),
-            tilt: even(tilt),
+            tilt: [even(tilt), odd(tilt_y)],
             press: [even(press_x), odd(press_y)],
-            centre: [even(centre_x), odd(centre_y)],
+            offset: [even(place_x), odd(place_y)],
+            band: if is_another { self.band } else { [T::of(0.0); 2] },
         })
     }
 }
@@ -112,7 +120,8 @@ pub struct PoseFactors<T> {
     pub(crate) area: T,
     pub(crate) limit: T,
     pub(crate) stiffness: T,
-    pub(crate) tilt: T,
+    pub(crate) tilt: [T; 2],
     pub(crate) press: [T; 2],
-    pub(crate) centre: [T; 2],
+    pub(crate) offset: [T; 2],
+    pub(crate) band: [T; 2],
 }

@@ -44,25 +44,31 @@ pub(crate) const STIFFNESS_FACTOR: core::ops::RangeInclusive<f32> = 0.2..=5.0;
 mod sealed {
     pub trait Sealed {}
     impl Sealed for super::Fitted {}
-    impl<T> Sealed for super::Scaled<T> {}
+    impl<T, const POSED: bool> Sealed for super::Scaled<T, POSED> {}
 }
 
 /// What a step makes of the tables' numbers: [`Fitted`] takes them as they are, [`Scaled`] multiplies them for another
 /// finger. Sealed. The choice is made when compiling, so that a finger that is not retuned pays nothing for it.
 #[doc(hidden)]
 pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
+    /// The same with the tissue's stiffness changed.
+    type Stiffened: Scaling<T>;
     /// Cells of the tables per mm, from that of the fitted finger.
     fn per_mm(&self, cells: T) -> T;
     /// A length within the contact, mm.
     fn length(&self, mm: T) -> T;
     /// A depth, mm, or a slide that pressing amounts to.
     fn depth(&self, mm: T) -> T;
-    /// Tilt of the springs' limit, in the pose.
-    fn tilt(&self, tilt: T) -> T;
+    /// Whether limits may be tilted along y.
+    const TILTS_ALONG_Y: bool;
+    /// What the pose adds to the tilt of a limit along x and y.
+    fn tilt(&self) -> [T; 2];
+    /// What the pose adds to the bands: shares of the normal force and of the limit.
+    fn band(&self) -> [T; 2];
     /// Slides along x and y, mm/mm, that a depth increment amounts to in the pose, beyond that of the fitted one.
     fn press(&self) -> [T; 2];
-    /// Centre of pressure, mm, in the pose, from that along x in the fitted one; the scaled depth tells how far it went.
-    fn pressure_centre(&self, x_mm: T, depth_mm: T) -> [T; 2];
+    /// Where the contact lies in the pose, mm along x and y from where it lies in the fitted one.
+    fn offset(&self) -> [T; 2];
     /// An area, mm².
     fn area(&self, mm2: T) -> T;
     /// A force along the normal, N.
@@ -76,9 +82,9 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     /// One over a force, 1/N.
     fn per_newton(&self, x: T) -> T;
     /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law.
-    fn stiffened(&self, factor: T, beta: T) -> Scaled<T>;
+    fn stiffened(&self, factor: T, beta: T) -> Self::Stiffened;
     /// The same finger in a pose.
-    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T>;
+    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T, true>;
 }
 
 /// The finger that the model was fitted to.
@@ -87,6 +93,9 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
 pub struct Fitted;
 
 impl<T: Scalar> Scaling<T> for Fitted {
+    type Stiffened = Scaled<T>;
+    const TILTS_ALONG_Y: bool = false;
+
     #[inline(always)]
     fn per_mm(&self, cells: T) -> T {
         cells
@@ -100,16 +109,20 @@ impl<T: Scalar> Scaling<T> for Fitted {
         mm
     }
     #[inline(always)]
-    fn tilt(&self, tilt: T) -> T {
-        tilt
+    fn tilt(&self) -> [T; 2] {
+        [T::of(0.0); 2]
+    }
+    #[inline(always)]
+    fn band(&self) -> [T; 2] {
+        [T::of(0.0); 2]
     }
     #[inline(always)]
     fn press(&self) -> [T; 2] {
         [T::of(0.0); 2]
     }
     #[inline(always)]
-    fn pressure_centre(&self, x_mm: T, _: T) -> [T; 2] {
-        [x_mm, T::of(0.0)]
+    fn offset(&self) -> [T; 2] {
+        [T::of(0.0); 2]
     }
     #[inline(always)]
     fn area(&self, mm2: T) -> T {
@@ -136,17 +149,17 @@ impl<T: Scalar> Scaling<T> for Fitted {
         x
     }
     fn stiffened(&self, factor: T, beta: T) -> Scaled<T> {
-        Scaled::same().stiffened(factor, beta)
+        Scaled::<T>::same().stiffened(factor, beta)
     }
-    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T> {
-        Scaled::same().posed(pose)
+    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T, true> {
+        Scaled::<T>::same().posed(pose)
     }
 }
 
-/// Factors for another finger, made by [`ModelOf::tuned`].
+/// Factors for another finger, made by [`ModelOf::tuned`], or, `POSED`, for another pose, by [`ModelOf::posed`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Scaled<T = f32> {
+pub struct Scaled<T = f32, const POSED: bool = false> {
     per_length: T,
     length: T,
     area: T,
@@ -159,12 +172,13 @@ pub struct Scaled<T = f32> {
     softness: T,
     /// One over `per_length`.
     depth: T,
-    tilt: T,
+    tilt: [T; 2],
     press: [T; 2],
-    centre: [T; 2],
+    offset: [T; 2],
+    band: [T; 2],
 }
 
-impl<T: Scalar> Scaled<T> {
+impl<T: Scalar, const POSED: bool> Scaled<T, POSED> {
     /// The fitted finger.
     fn same() -> Self {
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -179,9 +193,10 @@ impl<T: Scalar> Scaled<T> {
             per_newton: one,
             softness: one,
             depth: one,
-            tilt: zero,
+            tilt: [zero; 2],
             press: [zero; 2],
-            centre: [zero; 2],
+            offset: [zero; 2],
+            band: [zero; 2],
         }
     }
 
@@ -207,7 +222,10 @@ impl<T: Scalar> Scaled<T> {
     }
 }
 
-impl<T: Scalar> Scaling<T> for Scaled<T> {
+impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
+    type Stiffened = Self;
+    const TILTS_ALONG_Y: bool = POSED;
+
     #[inline(always)]
     fn per_mm(&self, cells: T) -> T {
         cells * self.per_length
@@ -221,19 +239,20 @@ impl<T: Scalar> Scaling<T> for Scaled<T> {
         mm * self.depth
     }
     #[inline(always)]
-    fn tilt(&self, tilt: T) -> T {
-        let [least, most] = [-0.25, 0.25].map(T::of);
-        let tilt = (tilt + self.tilt).at_most(most);
-        if tilt < least { least } else { tilt }
+    fn tilt(&self) -> [T; 2] {
+        self.tilt
+    }
+    #[inline(always)]
+    fn band(&self) -> [T; 2] {
+        self.band
     }
     #[inline(always)]
     fn press(&self) -> [T; 2] {
         self.press
     }
     #[inline(always)]
-    fn pressure_centre(&self, x_mm: T, depth_mm: T) -> [T; 2] {
-        let [x, y] = self.centre;
-        [x_mm * self.length + x * depth_mm, y * depth_mm]
+    fn offset(&self) -> [T; 2] {
+        self.offset
     }
     #[inline(always)]
     fn area(&self, mm2: T) -> T {
@@ -259,11 +278,11 @@ impl<T: Scalar> Scaling<T> for Scaled<T> {
     fn per_newton(&self, x: T) -> T {
         x * self.per_newton
     }
-    fn stiffened(&self, factor: T, beta: T) -> Scaled<T> {
+    fn stiffened(&self, factor: T, beta: T) -> Self {
         if factor == T::of(1.0) {
             return *self;
         }
-        Scaled {
+        Self {
             normal: self.normal * factor,
             stiffness: self.stiffness * factor,
             limit: self.limit * factor.power(beta),
@@ -272,7 +291,7 @@ impl<T: Scalar> Scaling<T> for Scaled<T> {
             ..*self
         }
     }
-    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T> {
+    fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T, true> {
         let one = T::of(1.0);
         Scaled {
             per_length: self.per_length * pose.depth,
@@ -282,12 +301,13 @@ impl<T: Scalar> Scaling<T> for Scaled<T> {
             stiffness: self.stiffness * pose.stiffness,
             limit: self.limit * pose.limit,
             tau0: self.tau0,
+            length: self.length,
+            band: pose.band,
             per_newton: self.per_newton / pose.limit,
             softness: self.softness * (one / pose.stiffness),
-            tilt: self.tilt + pose.tilt,
+            tilt: pose.tilt,
             press: [self.press[0] + pose.press[0], self.press[1] + pose.press[1]],
-            centre: pose.centre,
-            ..*self
+            offset: pose.offset.map(|mm| mm * self.length),
         }
     }
 }
@@ -317,13 +337,13 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
     /// over. To be called from the model of the fitted pose.
     ///
     /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
-    pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T>, T>, Error> {
+    pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T, true>, T>, Error> {
         let factors = self.data.pose.factors(pose)?;
         Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
     }
 
     /// The same finger with the tissue's stiffness times `factor`, which is held within [`STIFFNESS_FACTOR`].
-    pub(crate) fn stiffened(&self, factor: T) -> ModelOf<'a, M, N, Scaled<T>, T> {
+    pub(crate) fn stiffened(&self, factor: T) -> ModelOf<'a, M, N, S::Stiffened, T> {
         let [least, most] = [*STIFFNESS_FACTOR.start(), *STIFFNESS_FACTOR.end()].map(T::of);
         let factor = if factor < least { least } else { factor.at_most(most) };
         let scale = self.scale.stiffened(factor, self.data.pressure_exponent);

@@ -76,8 +76,8 @@ impl<T: Scalar> Sums<T> {
 
 /// The limit of a spring with displacement u and radius R: (u_x − alpha R)² + (b u_y)² = R² (1 + alpha²).
 pub(crate) struct Limit<T> {
-    /// alpha.
-    shift: T,
+    /// alpha along x and y.
+    shift: [T; 2],
     /// b: stiffness along y over that along x, over the ratio of the strengths.
     pub(crate) anisotropy: T,
     /// Stiffness along y over that along x.
@@ -94,39 +94,47 @@ pub(crate) struct Seen<T> {
     pub(crate) over: T,
     /// The limit's square, with the slack that is a share of it.
     square: T,
-    middle: T,
+    middle: [T; 2],
 }
 
 impl<T: Scalar> Limit<T> {
     #[inline(always)]
-    pub(crate) fn new(shift: T, anisotropy: T, ratio: T) -> Self {
+    pub(crate) fn new([shift_x, shift_y]: [T; 2], anisotropy: T, ratio: T) -> Self {
         let slack = T::of(1.0 + SLACK);
-        Self { shift, anisotropy, ratio, wide: slack + shift * shift * slack }
+        let square = shift_x * shift_x + shift_y * shift_y;
+        Self { shift: [shift_x, shift_y], anisotropy, ratio, wide: slack + square * slack }
     }
 
-    /// Whether and by how much a displacement is beyond the limit.
+    /// Whether and by how much a displacement is beyond the limit. `ALONG_Y`: the limit may be tilted along y.
     #[inline(always)]
-    pub(crate) fn see(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
-        let middle = self.shift * radius;
+    pub(crate) fn see<const ALONG_Y: bool>(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
+        let middle_x = self.shift[0] * radius;
+        let middle_y = if ALONG_Y { self.shift[1] * radius } else { T::of(0.0) };
         let slack = radius * T::of(SLACK_MM);
         let square = radius * radius * self.wide + slack;
-        let (vx, vy) = (ux - middle, uy * self.anisotropy);
-        Seen { v: [vx, vy], over: vx * vx + vy * vy - square, square: square - slack, middle }
+        let vy = uy * self.anisotropy;
+        let v = [ux - middle_x, if ALONG_Y { vy - middle_y } else { vy }];
+        let over = v[0] * v[0] + v[1] * v[1] - square;
+        Seen { v, over, square: square - slack, middle: [middle_x, middle_y] }
     }
 
     /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy.
     ///
-    /// The overshoot o = v² − R² (1 + alpha²) goes back along (u_x, r u_y) by lambda = o/(o + 2 (u_x v_x + r v_y²)): Newton's
+    /// The overshoot o = v² − R² (1 + alpha²) goes back along (u_x, r u_y) by lambda = o/(o + 2 (u_x v_x + r b u_y v_y)): Newton's
     /// step for a small overshoot, the whole way to the middle for a large one. Then `v` is scaled to the radius.
     #[inline(always)]
-    pub(crate) fn return_map(&self, [ux, uy]: [T; 2], seen: &Seen<T>) -> [T; 2] {
+    pub(crate) fn return_map<const ALONG_Y: bool>(&self, [ux, uy]: [T; 2], seen: &Seen<T>) -> [T; 2] {
         let [vx, vy] = seen.v;
-        let along = ux * vx + self.ratio * (vy * vy);
+        let wy = if ALONG_Y { vy + seen.middle[1] } else { vy };
+        let along = ux * vx + self.ratio * (wy * vy);
         let share = seen.over / (seen.over + (along + along).magnitude());
         let back_y = T::of(1.0) - self.ratio * share;
-        let (nx, ny) = (vx - share * ux, vy * back_y);
-        let scale = (seen.square * T::of(1.0 - SLACK) / (nx * nx + ny * ny + T::of(NOTHING))).magnitude().sqrt();
-        [nx * scale + seen.middle, uy * (back_y * scale)]
+        let nx = vx - share * ux;
+        let ny = if ALONG_Y { vy - self.ratio * share * wy } else { vy * back_y };
+        let square = seen.square * T::of(1.0 - SLACK);
+        let scale = (square / (nx * nx + ny * ny + T::of(NOTHING))).magnitude().sqrt();
+        let to_y = if ALONG_Y { (ny * scale + seen.middle[1]) / self.anisotropy } else { uy * (back_y * scale) };
+        [nx * scale + seen.middle[0], to_y]
     }
 }
 
@@ -148,23 +156,33 @@ mod tests {
             for strength in [0.5, 0.8, 1.0, 1.3, 2.0] {
                 for tilt in [-0.25f64, -0.1, 0.0, 0.03, 0.25] {
                     for q in [-0.44f64, -0.1, 0.0, 0.2, 0.44] {
-                        let (limit, odd) = (Limit::new(tilt, ratio / strength, ratio), Odd(q));
-                        for degrees in (0..360).step_by(5) {
-                            for overshoot in [1e-4f64, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 1000.0] {
-                                let (s, c) = f64::from(degrees).to_radians().sin_cos();
-                                let radius = 0.7;
-                                let length = radius * (1.0 + tilt * tilt).sqrt() * (1.0 + overshoot);
-                                let u = [tilt * radius + c * length, s * length / (ratio / strength)];
-                                let seen = limit.see(u, radius);
-                                let to = limit.return_map(u, &seen);
-                                assert!(seen.over > 0.0 && (q * to[0]).abs() <= f64::from(ODD_MAX));
-                                assert!(limit.see(to, radius).over <= 0.0);
-                                let slip = [u[0] - to[0], u[1] - to[1]];
-                                let lost = odd.force(to[0]) * slip[0] + ratio * to[1] * slip[1];
-                                assert!(
-                                    lost >= -1e-12,
-                                    "ratio {ratio} strength {strength} tilt {tilt} q {q} {degrees} deg {overshoot}: {lost}"
-                                );
+                        let anisotropy = ratio / strength;
+                        for tilt_y in [0.0, -0.25, 0.1] {
+                            let (limit, odd) = (Limit::new([tilt, tilt_y], anisotropy, ratio), Odd(q));
+                            for degrees in (0..360).step_by(5) {
+                                for overshoot in [1e-4f64, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 1000.0] {
+                                    let (s, c) = f64::from(degrees).to_radians().sin_cos();
+                                    let radius = 0.7;
+                                    let length =
+                                        radius * (1.0 + tilt * tilt + tilt_y * tilt_y).sqrt() * (1.0 + overshoot);
+                                    let u = [tilt * radius + c * length, (tilt_y * radius + s * length) / anisotropy];
+                                    let seen = limit.see::<true>(u, radius);
+                                    let to = limit.return_map::<true>(u, &seen);
+                                    if tilt_y == 0.0 {
+                                        let plain = limit.return_map::<false>(u, &limit.see::<false>(u, radius));
+                                        assert!((plain[0] - to[0]).abs() + (plain[1] - to[1]).abs() < 1e-12);
+                                    }
+                                    assert!(
+                                        seen.over > 0.0 && (tilt_y != 0.0 || (q * to[0]).abs() <= f64::from(ODD_MAX))
+                                    );
+                                    assert!(limit.see::<true>(to, radius).over <= 0.0);
+                                    let slip = [u[0] - to[0], u[1] - to[1]];
+                                    let lost = odd.force(to[0]) * slip[0] + ratio * to[1] * slip[1];
+                                    assert!(
+                                        lost >= -1e-12,
+                                        "ratio {ratio} strength {strength} tilt {tilt} q {q} {degrees} deg {overshoot}: {lost}"
+                                    );
+                                }
                             }
                         }
                     }

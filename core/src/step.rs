@@ -100,15 +100,16 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let [along, across] = friction.map(|f| f * per_limit);
     let stretched = across / at.row.limit_ratio.at(at.t);
     let square = along * along + T::of(NOTHING);
-    let shifted = at.row.limit_shift.at(at.t) * along;
+    let [tilt_x, tilt_y] = scale.tilt();
+    let mut shifted = (at.row.limit_shift.at(at.t) + tilt_x) * along;
+    if S::TILTS_ALONG_Y {
+        shifted += tilt_y * stretched;
+    }
     let alone = (square + stretched * stretched + shifted * shifted).sqrt() - shifted;
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
-    let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
-    let spin_moment = if P == 1 {
-        centre
-    } else {
-        at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0]
-    };
+    let [offset_x, offset_y] = scale.offset();
+    let centre = (scale.length(at.row.friction_centre.at(at.t)) + offset_x) * friction[1] - offset_y * friction[0];
+    let spin_moment = if P == 1 { centre } else { at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0] };
     let used = if P == 1 {
         alone
     } else {
@@ -117,8 +118,8 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         let cross = data.spin_cross * (moment * alone).magnitude();
         (alone * alone + moment * moment + cross).sqrt()
     };
+    let [pose_normal, pose_friction] = scale.band();
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
-    let [centre_x, centre_y] = scale.pressure_centre(at.row.pressure_centre.at(at.t), at.depth);
     Response {
         normal_force_n: normal.not_negative(),
         friction_n: friction,
@@ -127,12 +128,14 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         slip_margin: (T::of(1.0) - used).not_negative(),
         spin_moment_n_mm: spin_moment,
         pressure_centre_mm: [
-            centre_x + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
-            centre_y,
+            scale.length(at.row.pressure_centre.at(at.t))
+                + offset_x
+                + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
+            offset_y,
         ],
         contact_area_mm2: at.area + at.area * data.area_tilt * along,
-        band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
-        band_friction_n: at.limit * band(&data.band_friction),
+        band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal) + pose_normal * normal,
+        band_friction_n: at.limit * (band(&data.band_friction) + pose_friction),
         regime: regime_of(stick_ratio),
         status,
     }
@@ -155,7 +158,22 @@ struct AtDepth<'a, const M: usize, T> {
     press_slide: [T; 2],
 }
 
+/// Largest tilt of a limit along x or y.
+const TILT_MAX: f32 = 0.25;
+
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
+    /// alpha along x and y, in the pose.
+    #[inline(always)]
+    fn tilt<S: Scaling<T>>(&self, scale: &S) -> [T; 2] {
+        let [x, y] = scale.tilt();
+        let fitted = self.row.yield_shift.at(self.t);
+        if !S::TILTS_ALONG_Y {
+            return [fitted, y];
+        }
+        let held = |tilt: T| if tilt < T::of(-TILT_MAX) { T::of(-TILT_MAX) } else { tilt.at_most(T::of(TILT_MAX)) };
+        [held(fitted + x), held(y)]
+    }
+
     /// Reads the tables; a depth beyond them is held at their end and flagged.
     #[inline(always)]
     fn look_up<const N: usize, const P: usize, S: Scaling<T>>(
@@ -278,7 +296,7 @@ fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T
 ) {
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
         for (k, anchor) in pair.iter_mut().enumerate() {
-            *anchor = place_of::<P, T>(here, spring.place::<P>(k).map(|p| scale.length(p)));
+            *anchor = place_of::<P, T>(here, spring.place::<P, S>(k, scale));
         }
     }
     state.turn = here;
@@ -313,11 +331,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
     odd: &Odd<T>,
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
-    let limit = Limit::new(
-        scale.tilt(at.row.yield_shift.at(at.t)),
-        at.row.anisotropy.at(at.t),
-        at.stiffness[1] / at.stiffness[0],
-    );
+    let limit = Limit::new(at.tilt(scale), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
     let none = T::of(-0.0);
     let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let share = T::of(1.0 / P as f32);
@@ -326,12 +340,16 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
         let radius = radius.at(at.t) * at.radius;
         let mut slipping = none;
         for (k, anchor) in pair.iter_mut().enumerate() {
-            let place = spring.place::<P>(k).map(|p| scale.length(p));
+            let place = spring.place::<P, S>(k, scale);
             let to = place_of::<P, T>(here, place);
             let mut u = [to[0] - anchor[0], to[1] - anchor[1]];
-            let seen = limit.see(u, radius);
+            let seen = if S::TILTS_ALONG_Y { limit.see::<true>(u, radius) } else { limit.see::<false>(u, radius) };
             if seen.over > T::of(0.0) {
-                u = limit.return_map(u, &seen);
+                u = if S::TILTS_ALONG_Y {
+                    limit.return_map::<true>(u, &seen)
+                } else {
+                    limit.return_map::<false>(u, &seen)
+                };
                 *anchor = [to[0] - u[0], to[1] - u[1]];
                 slipping += share;
             } else {

@@ -282,6 +282,7 @@ fn twin_of(params: &Params) -> fingerpad::ParamsOf<SPRINGS, { fingerpad::NODES }
         pose: fingerpad::PoseTable {
             pitch_deg: params.pose.pitch_deg.into(),
             rows: params.pose.rows.map(|row| row.map(f64::from)),
+            band: params.pose.band.map(f64::from),
         },
     }
 }

@@ -186,8 +186,8 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
                 out.extend([0, 1].map(|k| of(r.friction_n[k], sample.friction_n[k], friction)));
                 let moment = spin_moment(sample).unwrap_or(r.spin_moment_n_mm);
                 out.push((r.spin_moment_n_mm - moment) / (friction * arm));
-                let centre = pressure_centre(sample).unwrap_or(r.pressure_centre_mm);
-                out.push((r.pressure_centre_mm - centre) * normal / (most[0] * s.centre_mm));
+                let centre = pressure_centre(sample).unwrap_or(r.pressure_centre_mm[0]);
+                out.push((r.pressure_centre_mm[0] - centre) * normal / (most[0] * s.centre_mm));
             }
         }
     }

@@ -12,6 +12,7 @@ mod error;
 mod fit;
 mod initial_guess;
 mod parameterisation;
+mod poses;
 mod replay;
 mod runs;
 mod score;
@@ -25,6 +26,7 @@ pub use design::{
 };
 pub use error::ReduceError;
 pub use fit::{Fitted, Settings, fit_from};
+pub use poses::{PoseScores, fit_poses, is_posed, pose_scores};
 pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};
 pub use runs::{Run, Sample, Turned, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};

@@ -262,6 +262,7 @@ impl Parameterisation {
             band_friction_middle: 0.0,
             band_friction_slip: 0.0,
             pressure_exponent: self.pressure_exponent,
+            pose: fingerpad::PoseTable::of_one_pose(30.0),
         }
     }
 }

@@ -18,8 +18,14 @@ const STEP_DEG: f32 = 1.0;
 const NORMAL_SHARE: f64 = 0.02;
 const FRICTION_SHARE: f64 = 0.03;
 const CENTRE_MM: f64 = 0.3;
-/// Change of a coefficient from none that counts 1: holds what the runs do not determine.
-const PRIOR: f64 = 3.0;
+/// Change of a coefficient from none that counts 1, those of the contact's place in mm and the others: holds what the runs
+/// do not determine.
+const PRIOR_MM: f64 = 20.0;
+const PRIOR: f64 = 0.5;
+/// The same for the stretch of the depth, which acts much as a factor on the normal force.
+const PRIOR_DEPTH: f64 = 0.02;
+/// Rows of the table that are places, mm.
+const PLACES: [usize; 2] = [7, 9];
 /// Step of the finite differences of the Jacobian.
 const DIFFERENCE: f64 = 1e-4;
 /// Depth below which rows are not compared, mm: limits are too small to be held against.
@@ -56,7 +62,7 @@ pub fn fit_poses<const M: usize, const N: usize>(
     }
     let mut problem = Poses { data: params.build_unchecked(), runs };
     let start = vec![0.0; 3 * POSE_ROWS];
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_patience(40);
+    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_patience(100);
     let (found, report) = minimise(&mut problem, &start, &minimiser);
     if !(report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)) {
         return Err(ReduceError::Fit(format!("poses: {:?}", report.termination)));
@@ -98,7 +104,7 @@ fn table(pitch_deg: f64, vector: &[f64]) -> PoseTable<f64> {
     if rows.iter().flatten().all(|x| *x == 0.0) {
         rows[0][0] = f64::from(f32::MIN_POSITIVE);
     }
-    PoseTable { pitch_deg, rows }
+    PoseTable { pitch_deg, rows, band: [0.0; 2] }
 }
 
 fn largest_normal(run: &Run) -> f64 {
@@ -181,7 +187,12 @@ impl<const M: usize, const N: usize> Poses<'_, M, N> {
                 out.extend([centre_x * weight, centre_y * weight]);
             }
         }
-        out.extend(vector.iter().map(|x| x / PRIOR));
+        let prior = |k: usize| match k / 3 {
+            0 => PRIOR_DEPTH,
+            row if PLACES.contains(&row) => PRIOR_MM,
+            _ => PRIOR,
+        };
+        out.extend(vector.iter().enumerate().map(|(k, x)| x / prior(k)));
         out.iter_mut().for_each(|r| *r = if r.is_finite() { *r } else { 1e3 });
         out
     }
