@@ -95,9 +95,10 @@ pub fn fit_from<const M: usize, const N: usize>(
     pressure_exponent: f64,
     settings: &Settings,
 ) -> Result<Fitted<M, N>, ReduceError> {
+    // At the last node itself the tables have no slope.
+    let deepest = BEYOND * runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let runs: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
     let guess = initial_guess(&runs)?;
-    let deepest = runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let parameterisation =
         Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
     let mut theta = parameterisation.start(&touch_mm, &guess);
@@ -136,7 +137,7 @@ fn minimised(
     origin: &[f64],
     iterations: usize,
 ) -> Result<(Vec<f64>, MinimizationReport<f64>), ReduceError> {
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-6).with_gtol(0.0).with_stepbound(1.0).with_patience(iterations);
+    let minimiser = LevenbergMarquardt::new().with_ftol(3e-5).with_xtol(1e-6).with_gtol(0.0).with_stepbound(1.0).with_patience(iterations);
     let (theta, report) = minimise(problem, origin, &minimiser);
     let useful = report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience);
     if useful { Ok((theta, report)) } else { Err(ReduceError::Fit(format!("{:?}", report.termination))) }
@@ -207,12 +208,14 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
     }
 }
 
+/// Largest depth of the tables over that of the runs.
+const BEYOND: f64 = 1.005;
 /// Steps of a fit's replays over those of others: the error of friction is 0.1 % of the limit.
 const COARSE: f32 = 3.0;
 /// Length that makes a moment a force, mm.
 const ARM_MM: f64 = 3.0;
 /// Step of the finite differences; the vector's numbers are of order 1.
-const DIFFERENCE: f64 = 1e-5;
+const DIFFERENCE: f64 = 1e-4;
 
 impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
     fn residuals(&mut self, theta: &[f64]) -> Option<Vec<f64>> {

@@ -18,6 +18,8 @@ pub struct Parameterisation {
     pub rising: Knots,
     /// Knots of the others.
     pub gentle: Knots,
+    /// Springs whose pairs lie along y, as bits; the others lie along x.
+    pub along_y: usize,
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: f64,
 }
@@ -99,6 +101,7 @@ impl Parameterisation {
             depth_max_mm,
             rising: Knots::graded(rising, depth_max_mm),
             gentle: Knots::graded(gentle, depth_max_mm),
+            along_y: std::env::var("ALONG").map_or(0b0101_0101, |s| s.parse().unwrap()),
             pressure_exponent,
         }
     }
@@ -131,7 +134,7 @@ impl Parameterisation {
     /// Where those stand that only a spin, its moment and the centre of pressure depend on.
     pub fn of_spin(&self, springs: usize) -> Range<usize> {
         let start = self.of_contact(springs).end;
-        start..start + 3 * springs + self.gentle.0.len() + 2
+        start..start + 2 * springs + self.gentle.0.len() + 2
     }
 
     /// The vector of an initial guess; springs touch at these depths, mm (the first one at 0 whatever it says).
@@ -170,13 +173,15 @@ impl Parameterisation {
         // Area tilt, area shares, sharpness.
         theta.extend(vec![0.0; 1 + springs * gentle]);
         theta.extend(vec![-1.0; springs]);
-        // Pairs of springs lie across one another, the more apart the later they touch.
-        for j in 0..springs {
-            let arm = 0.4 + 0.5 * (springs - j) as f64 / springs as f64;
-            theta.extend(if j % 2 == 0 { [0.0, arm, 0.2] } else { [0.0, 0.2, -arm] });
-        }
+        // What touches later lies farther out.
+        theta.extend((0..springs).flat_map(|j| [0.0, (1.0 + 2.0 * j as f64 / springs as f64).ln()]));
         theta.extend(vec![0.0; gentle + 2]);
         theta
+    }
+
+    /// The arm of a spring's pair, mm: along x or along y, so that the finger's two sides are alike.
+    fn arm(&self, spring: usize, length_mm: f64) -> [f64; 2] {
+        if self.along_y >> spring & 1 == 1 { [0.0, length_mm] } else { [length_mm, 0.0] }
     }
 
     /// The parameters of a model with bands of 0.
@@ -211,7 +216,7 @@ impl Parameterisation {
         let area_tilt = 0.5 * cursor.one().tanh();
         let area_shares: Vec<&[f64]> = (0..M).map(|_| cursor.take(gentle)).collect();
         let sharpness = cursor.take(M);
-        let places: Vec<&[f64]> = (0..M).map(|_| cursor.take(3)).collect();
+        let places: Vec<&[f64]> = (0..M).map(|_| cursor.take(2)).collect();
         let centre: Vec<f64> = cursor.take(gentle).to_vec();
         let (centre_per_n, spin_cross) = (cursor.one(), cursor.one());
 
@@ -249,8 +254,8 @@ impl Parameterisation {
             springs: std::array::from_fn(|j| SpringParams {
                 stiffness_share: stiffness_share[j],
                 sharpness: 1.0 / (1.0 + (-sharpness[j]).exp()),
-                centre_mm: ARM_MM * places[j][0],
-                arm_mm: [ARM_MM * places[j][1], ARM_MM * places[j][2]],
+                centre_mm: 6.0 * places[j][0].tanh(),
+                arm_mm: self.arm(j, ARM_MM * places[j][1].clamp(-3.0, 1.4).exp()),
             }),
             nodes,
             odd_per_mm: (ALLOWED * ODD_MAX / (REACH * longest) * odd).clamp(-1.99, 1.99),
