@@ -69,12 +69,15 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let fresh = !state.in_contact();
     move_plane(state, motion, at.press_slide, &mut status);
     state.depth = at.depth;
-    let here = [state.position[0][0] + at.press_slide, state.position[0][1], state.angle[0]];
+    let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
+    let here = [slid[0] + at.press_slide, slid[1], slid[2]];
     if fresh {
         touch(state, here, data, scale);
+        state.turn = slid;
+        state.reached = slid;
     }
     let gyration = scale.length(data.gyration);
-    let way = Way::follow(state, here, at.limit, at.stiffness[0], gyration);
+    let way = Way::follow(state, slid, at.limit, at.stiffness[0], gyration);
     let carried = move_springs(state, model, &at, here, &way);
 
     // Resultants
@@ -254,7 +257,7 @@ fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M,
     for anchor in state.anchor.as_flattened_mut() {
         *anchor = [anchor[0] - here[0], anchor[1] - here[1]];
     }
-    for place in [&mut state.turn, &mut state.reached] {
+    for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
         *place = [place[0] - here[0], place[1] - here[1], place[2]];
     }
     state.position[0] = [-press_slide, T::of(0.0)];
@@ -273,8 +276,6 @@ fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T
             *anchor = place_of::<P, T>(here, spring.place::<P>(k).map(|p| scale.length(p)));
         }
     }
-    state.turn = here;
-    state.reached = here;
 }
 
 /// Where the plane has carried a spring at `place`.

@@ -2,7 +2,9 @@
 //!
 //! Main types: [`Reduced`], [`Meta`]. Uses everything else of this room.
 
-use fingerpad::{Data, EffectSlot, Params};
+use std::collections::BTreeMap;
+
+use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
@@ -25,9 +27,24 @@ pub struct Meta {
     pub paths: [usize; 2],
     /// Errors along the held-out paths.
     pub held_out: Scores,
+    /// The same for each kind of motion.
+    pub kinds: BTreeMap<String, KindScores>,
     /// Share of held-out rows within the band, over all and in stick, partial slip, slip; each half of the held-out
     /// paths against a band from the other half.
     pub coverage: [Coverage; 4],
+}
+
+/// Errors along the held-out paths of one kind: the few numbers of [`Scores`] that a file has room for, rounded to three digits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KindScores {
+    /// Paths.
+    pub paths: usize,
+    /// [`Scores::normal_of_range`].
+    pub normal: f64,
+    /// [`Scores::friction_of_limit`].
+    pub friction: f64,
+    /// [`Scores::moment_of_limit`].
+    pub moment: f64,
 }
 
 /// Ranges of depth, slide, force and history that the runs cover.
@@ -45,29 +62,33 @@ pub struct Ranges {
 
 /// A reduced model with its scores and provenance.
 #[derive(Clone, Debug)]
-pub struct Reduced {
+pub struct Reduced<const M: usize = SPRINGS> {
     /// Parameters, band included.
-    pub params: Params,
+    pub params: ParamsOf<M, NODES>,
     /// The numbers as a step reads them, accepted by `DataOf::check`.
-    pub data: Data,
+    pub data: DataOf<M, NODES>,
     /// Provenance.
     pub meta: Meta,
     /// Errors along every run, held out or not.
     pub scores: Vec<RunScore>,
-    /// Sum of squares at the start and at the end of the fit.
+    /// Half the sum of squares of normal force and friction at the start and at the end of the fit.
     pub cost: [f64; 2],
     /// Why the minimiser stopped.
     pub ended: String,
 }
 
-/// Fits, replays and checks the default model.
+/// Fits, replays and checks a model of `M` springs.
 ///
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
 /// [`ReduceError::Runs`] if runs of different settings are mixed or too few or not representable, [`ReduceError::Fit`],
 /// [`ReduceError::Model`] if the core refuses the numbers.
-pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Result<Reduced, ReduceError> {
+pub fn reduce<const M: usize>(
+    runs: &[Run],
+    pressure_exponent: f64,
+    settings: &Settings,
+) -> Result<Reduced<M>, ReduceError> {
     let first = runs.first().ok_or_else(|| ReduceError::Runs("no runs: make them with --design".into()))?;
     if let Some(other) = runs.iter().find(|r| r.settings_hash != first.settings_hash) {
         return Err(ReduceError::Runs(format!(
@@ -77,11 +98,12 @@ pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Resu
     }
     if let Some(other) = runs.iter().find(|r| !r.is_representable()) {
         return Err(ReduceError::Runs(format!(
-            "{} turns the plane or drives it by force, which the reduced model does not know; leave it out of the fit",
+            "{} changes the pitch or roll of the plane or drives its spin by a moment, which the reduced model does not know; leave \
+             it out of the fit",
             other.name
         )));
     }
-    let fitted = fit::<{ fingerpad::ELEMENTS }, { fingerpad::NODES }>(runs, pressure_exponent, settings)?;
+    let fitted = fit::<M, NODES>(runs, pressure_exponent, settings)?;
     let mut params = fitted.params;
     let plain = params.try_build()?;
     let model = plain.model()?;
@@ -107,9 +129,20 @@ pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Resu
         ranges: ranges(runs),
         paths: [runs.len() - held_out.len(), held_out.len()],
         held_out: Scores::of(&scores, |s| s.held_out),
+        kinds: kinds(&scores),
         coverage: std::array::from_fn(|i| a[i].together(b[i])),
     };
     Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended })
+}
+
+fn kinds(scores: &[RunScore]) -> BTreeMap<String, KindScores> {
+    let of = |kind: &Kind| {
+        let s = Scores::of(scores, |s| s.held_out && s.kind == *kind);
+        let [normal, friction, moment] =
+            [s.normal_of_range, s.friction_of_limit, s.moment_of_limit].map(|v| (1e5 * v).round() / 1e5);
+        (s.paths > 0).then(|| (kind.as_str().to_owned(), KindScores { paths: s.paths, normal, friction, moment }))
+    };
+    Kind::ALL.iter().filter_map(of).collect()
 }
 
 fn ranges(runs: &[Run]) -> Ranges {
@@ -124,14 +157,14 @@ fn ranges(runs: &[Run]) -> Ranges {
     }
 }
 
-impl Reduced {
+impl<const M: usize> Reduced<M> {
     /// The model file's bytes, with the slots of `effects`.
     ///
     /// # Errors
     /// [`ReduceError::Model`] if the file does not read back as the same model.
     pub fn file(&self, effects: &[EffectSlot]) -> Result<Vec<u8>, ReduceError> {
         let meta = serde_json::to_string(&self.meta).expect("plain numbers and text");
-        let mut bytes = vec![0; Data::file_length(effects, &meta)];
+        let mut bytes = vec![0; DataOf::<M, NODES>::file_length(effects, &meta)];
         self.data.write_file(effects, &meta, &mut bytes)?;
         Ok(bytes)
     }
@@ -141,6 +174,8 @@ impl Reduced {
 mod tests {
     use super::*;
     use crate::{DesignSettings, Sample, design, simulate_path};
+    use fingerpad::{Data, Params};
+    use fingerpad_fe::load_path::{Drive, Turn};
 
     /// Runs whose responses come from a known model instead of finite elements.
     fn twin() -> (Data, Vec<Run>) {
@@ -172,7 +207,7 @@ mod tests {
     fn a_planted_model_is_found() {
         let (planted, mut runs) = twin();
         let settings = Settings { iterations: 7, ..Settings::default() };
-        let reduced = reduce(&runs, 0.46, &settings).unwrap();
+        let reduced: Reduced = reduce(&runs, 0.46, &settings).unwrap();
         let held_out = &reduced.meta.held_out;
         assert!(held_out.paths >= 60);
         assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
@@ -187,11 +222,12 @@ mod tests {
         assert_eq!(*file.file().model.data(), reduced.data);
         assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
         runs[3].settings_hash = "other".into();
-        let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
+        let message = reduce::<SPRINGS>(&runs, 0.46, &settings).unwrap_err().to_string();
         assert!(message.contains("has other"), "{message}");
         runs[3].settings_hash = "twin".into();
-        runs[3].path.drives[0] = fingerpad_fe::load_path::Drive::Force;
-        let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
-        assert!(message.starts_with(&runs[3].name) && message.contains("by force"), "{message}");
+        let pitch = Turn { drive: Drive::Displacement, values: vec![30.0; runs[3].path.waypoints.len()] };
+        runs[3].path.turns.pitch = Some(pitch);
+        let message = reduce::<SPRINGS>(&runs, 0.46, &settings).unwrap_err().to_string();
+        assert!(message.starts_with(&runs[3].name) && message.contains("pitch"), "{message}");
     }
 }
