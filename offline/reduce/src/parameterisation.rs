@@ -107,10 +107,6 @@ impl Parameterisation {
         }
     }
 
-    /// Length of the vector for `springs` springs.
-    pub fn len(&self, springs: usize) -> usize {
-        self.of_spin(springs).end
-    }
 
     /// Where the numbers stand that normal force and friction depend on.
     pub fn of_forces(&self, springs: usize) -> Range<usize> {
@@ -327,7 +323,7 @@ mod tests {
             ratio: 0.65,
         };
         let start = layout.start(&[0.0, 0.1, 0.8], &guess);
-        assert_eq!(start.len(), layout.len(3));
+        assert_eq!(start.len(), layout.of_spin(3).end);
         assert!(layout.params::<3, 37>(&start).try_build().is_ok());
         let mut seed = 7u64;
         let mut next = || {

@@ -20,7 +20,7 @@ pub enum Compared {
     Forces,
     /// Stick ratio and area.
     Contact,
-    /// Friction, moment and centre of pressure under spin.
+    /// Normal force, friction, moment and centre of pressure under spin.
     Spin,
 }
 
@@ -39,7 +39,7 @@ impl Compared {
         match self {
             Self::Forces => 3,
             Self::Contact => 2,
-            Self::Spin => 4,
+            Self::Spin => 5,
         }
     }
 }
@@ -77,9 +77,10 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
         let friction = s.friction_share * limit;
         let of = |a: f64, b: f32, scale: f64| (a - f64::from(b)) / scale;
         let of_friction = [0, 1].map(|k| of(r.friction_n[k], sample.friction_n[k], friction));
+        let of_normal = of(r.normal_force_n, sample.normal_force_n, s.normal_share * most[0]);
         match self.compared {
             Compared::Forces => {
-                out.push(of(r.normal_force_n, sample.normal_force_n, s.normal_share * most[0]));
+                out.push(of_normal);
                 out.extend(of_friction);
             }
             Compared::Contact => {
@@ -89,6 +90,7 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
                 out.push(of(r.contact_area_mm2, sample.contact_area_mm2, s.area_share * most[1]));
             }
             Compared::Spin => {
+                out.push(of_normal);
                 out.extend(of_friction);
                 let moment = spin_moment(sample).unwrap_or(r.spin_moment_n_mm);
                 out.push((r.spin_moment_n_mm - moment) / (friction * ARM_MM));
@@ -158,6 +160,9 @@ impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
     }
 }
 
+/// Depth from which rows tell of the limit under slide and spin, share of the largest.
+const SHALLOW: f64 = 0.1;
+
 /// c of the limit f² + m² + c |f| |m| = 1 of friction and moment, both over their own limit, by least squares over the rows of
 /// `runs` in which the model slips as a whole.
 pub fn spin_cross<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, runs: &[&Run]) -> f64 {
@@ -166,7 +171,8 @@ pub fn spin_cross<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, 
     let (mut sum, mut square) = (0.0, 0.0);
     for run in runs {
         for (sample, r) in run.samples.iter().zip(&replay(&model, run)) {
-            if r.regime != Regime::Slip {
+            // Nearly lifted off, both limits are small and their quotients rough.
+            if r.regime != Regime::Slip || f64::from(sample.depth_mm) < SHALLOW * data.depth_max {
                 continue;
             }
             let x = f64::from(sample.depth_mm) * data.cells_per_mm;
