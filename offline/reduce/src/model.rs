@@ -173,7 +173,7 @@ impl<const M: usize> Reduced<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DesignSettings, Sample, design, simulate_path};
+    use crate::{DesignSettings, Sample, design, simulate_path, strength};
     use fingerpad::{Data, Params};
     use fingerpad_fe::load_path::{Drive, Turn};
 
@@ -213,10 +213,11 @@ mod tests {
         assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
         assert!(held_out.normal_of_range < 0.005, "{held_out:?}");
         assert!(held_out.regime_right > 0.97, "{held_out:?}");
-        for i in [10, 20, 24] {
-            let (found, there) = (reduced.data.rows[i].limit.value, planted.rows[i].limit.value);
-            assert!((found / there - 1.0).abs() < 0.02, "limit at node {i}: {found} for {there}");
+        for depth_mm in [0.7, 1.4, 1.7] {
+            let [found, there] = [&reduced.data, &planted].map(|data| strength(&data.model().unwrap(), depth_mm));
+            assert!((found / there - 1.0).abs() < 0.02, "limit at {depth_mm} mm: {found} for {there}");
         }
+        assert!(held_out.moment_of_limit < 0.03, "{held_out:?}");
         let bytes = reduced.file(&[]).unwrap();
         let file = fingerpad::ModelFile::new(&bytes).unwrap();
         assert_eq!(*file.file().model.data(), reduced.data);

@@ -107,7 +107,6 @@ impl Parameterisation {
         }
     }
 
-
     /// Where the numbers stand that normal force and friction depend on.
     pub fn of_forces(&self, springs: usize) -> Range<usize> {
         let gentle = self.gentle.0.len();
@@ -332,7 +331,7 @@ mod tests {
         };
         let mut accepted = 0;
         for case in 0..2000 {
-            let theta: Vec<f64> = start.iter().map(|t| t + 0.6 * next()).collect();
+            let theta: Vec<f64> = start.iter().map(|t| t + 0.3 * next()).collect();
             match layout.params::<3, 37>(&theta).try_build() {
                 Ok(_) => accepted += 1,
                 Err(fingerpad::Error::NotPassive { .. }) => {}
