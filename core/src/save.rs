@@ -10,8 +10,9 @@ use crate::{DataOf, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
 const VERSION: u32 = 2;
-/// Words beside the anchors: version, model, position, angle, turn, reached, limit, depth, strength factor, checksum.
-const BESIDE: usize = 2 + 4 + 2 + 3 + 3 + 3 + 1;
+/// Words beside the anchors: version, model, position, angle, three places of the way, two limits, depth, strength factor,
+/// checksum.
+const BESIDE: usize = 2 + 4 + 2 + 9 + 4 + 1;
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = state_bytes(SPRINGS, 1);
@@ -22,11 +23,13 @@ pub const fn state_bytes(springs: usize, pairs: usize) -> usize {
 }
 
 impl<const M: usize, const P: usize> StateOf<M, P> {
-    /// Numbers of a state: anchors, position, angle, turn, reached, limit there, depth, strength factor.
+    /// Numbers of a state: anchors, position, angle, turn, reached, turn before, limits there, depth, strength factor.
     fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
         let anchors = self.anchor.as_flattened().as_flattened().iter();
-        let places = self.position.as_flattened().iter().chain(&self.angle).chain(&self.turn).chain(&self.reached);
-        anchors.chain(places).copied().chain([self.limit_reached, self.depth, self.strength_factor])
+        let places = self.position.as_flattened().iter().chain(&self.angle);
+        let way = self.turn.iter().chain(&self.reached).chain(&self.turn_before);
+        let numbers = [self.limit_reached, self.limit_before, self.depth, self.strength_factor];
+        anchors.chain(places).chain(way).copied().chain(numbers)
     }
 
     /// Writes the state into `out`, little-endian with version, checksum of the model's numbers ([`DataOf::checksum`]) and
@@ -69,10 +72,12 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let mut state = Self::default();
         let anchors = state.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
         let places = state.position.as_flattened_mut().iter_mut().chain(&mut state.angle);
-        for slot in anchors.chain(places).chain(&mut state.turn).chain(&mut state.reached) {
+        let way = state.turn.iter_mut().chain(&mut state.reached).chain(&mut state.turn_before);
+        for slot in anchors.chain(places).chain(way) {
             *slot = next();
         }
         state.limit_reached = next();
+        state.limit_before = next();
         state.depth = next();
         state.strength_factor = next();
         state.check()
@@ -93,7 +98,10 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
             return Err(bad(last - 5, self.depth));
         }
         if !(self.limit_reached >= 0.0) {
-            return Err(bad(last - 6, self.limit_reached));
+            return Err(bad(last - 7, self.limit_reached));
+        }
+        if !(self.limit_before >= 0.0) {
+            return Err(bad(last - 6, self.limit_before));
         }
         if !(self.strength_factor >= 0.1 && self.strength_factor <= 5.0) {
             return Err(bad(last - 4, self.strength_factor));
@@ -132,6 +140,8 @@ mod with_serde {
         turn: [f32; 3],
         reached: [f32; 3],
         limit_reached_n: f32,
+        turn_before: [f32; 3],
+        limit_before_n: f32,
         depth_mm: f32,
         strength_factor: f32,
     }
@@ -155,6 +165,8 @@ mod with_serde {
                 turn: self.turn,
                 reached: self.reached,
                 limit_reached_n: self.limit_reached,
+                turn_before: self.turn_before,
+                limit_before_n: self.limit_before,
                 depth_mm: self.depth,
                 strength_factor: self.strength_factor,
             };
@@ -172,6 +184,8 @@ mod with_serde {
                 turn: plain.turn,
                 reached: plain.reached,
                 limit_reached: plain.limit_reached_n,
+                turn_before: plain.turn_before,
+                limit_before: plain.limit_before_n,
                 depth: plain.depth_mm,
                 strength_factor: plain.strength_factor,
             };

@@ -23,12 +23,16 @@ pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
     pub(crate) position: [[T; 2]; 2],
     /// Angle of the plane likewise, rad; 0 without spin.
     pub(crate) angle: [T; 2],
-    /// Slide (that of pressing included) and angle at which the motion last turned back.
+    /// Slide and angle at which the motion last turned back.
     pub(crate) turn: [T; 3],
     /// The last place on the way from there of which note was taken.
     pub(crate) reached: [T; 3],
     /// Friction limit there, N; the least one since.
     pub(crate) limit_reached: T,
+    /// The turn from which the way counted before the contact grew.
+    pub(crate) turn_before: [T; 3],
+    /// Friction limit then, N; 0 if the contact has not grown or the slide has gone on since.
+    pub(crate) limit_before: T,
     pub(crate) depth: T,
     pub(crate) strength_factor: T,
 }
@@ -43,6 +47,8 @@ impl<const M: usize, const P: usize, T: Scalar> Default for StateOf<M, P, T> {
             turn: [zero; 3],
             reached: [zero; 3],
             limit_reached: zero,
+            turn_before: [zero; 3],
+            limit_before: zero,
             depth: zero,
             strength_factor: T::of(1.0),
         }
@@ -89,6 +95,8 @@ impl<const M: usize, const P: usize> StateOf<M, P, f64> {
             turn: self.turn.map(of),
             reached: self.reached.map(of),
             limit_reached: of(self.limit_reached),
+            turn_before: self.turn_before.map(of),
+            limit_before: of(self.limit_before),
             depth: of(self.depth),
             strength_factor: of(self.strength_factor),
         }

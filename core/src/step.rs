@@ -67,13 +67,16 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let fresh = !state.in_contact();
     move_plane(state, motion, at.press_slide, &mut status);
     state.depth = at.depth;
+    let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
     let [press_x, press_y] = at.press_slide;
-    let here = [state.position[0][0] + press_x, state.position[0][1] + press_y, state.angle[0]];
+    let here = [slid[0] + press_x, slid[1] + press_y, slid[2]];
     if fresh {
         touch(state, here, data, scale);
+        state.turn = slid;
+        state.reached = slid;
     }
     let gyration = scale.length(data.gyration);
-    let way = Way::follow(state, here, at.limit, at.stiffness[0], gyration);
+    let way = Way::follow(state, slid, at.limit, at.stiffness[0], gyration);
     let odd = Odd(data.odd / at.radius);
     let carried = move_springs(state, model, &at, here, &way, &odd);
 
@@ -280,7 +283,7 @@ fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M,
     for anchor in state.anchor.as_flattened_mut() {
         *anchor = [anchor[0] - here[0], anchor[1] - here[1]];
     }
-    for place in [&mut state.turn, &mut state.reached] {
+    for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
         *place = [place[0] - here[0], place[1] - here[1], place[2]];
     }
     state.position[0] = [-press_x, -press_y];
@@ -299,8 +302,6 @@ fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T
             *anchor = place_of::<P, T>(here, spring.place::<P, S>(k, scale));
         }
     }
-    state.turn = here;
-    state.reached = here;
 }
 
 /// Where the plane has carried a spring at `place`.

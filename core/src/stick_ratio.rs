@@ -8,7 +8,8 @@
 //!
 //! A turn counts once the plane has moved by [`NOTICED_MM`]: less is noise, or elastic slip of the skin. A move back forgets
 //! that part of the way which it goes back. A contact that grows adds strength everywhere, and all of it sticks as long as
-//! friction grows less than k times as fast as the limit: then the way begins anew. (With Coulomb's law between half-spaces
+//! friction grows less than k times as fast as the limit: then the way begins anew, and the old one goes on once the limit is
+//! back where it was before (wiping out, as in a cycle of slide). (With Coulomb's law between half-spaces
 //! k is 1: Mindlin and Deresiewicz 1953, J. Appl. Mech. 20:327. In a law tau ~ sigma^beta a rising pressure lets the strength
 //! grow beta times as fast.)
 
@@ -19,13 +20,16 @@ use crate::{Regime, StateOf};
 /// Slide of the plane, or slide that would be needed to make up for a growth of the limit, that is taken note of, mm.
 pub(crate) const NOTICED_MM: f32 = 0.01;
 /// k: growth of friction over that of the limit up to which a growing contact sticks.
-const GROWTH: f32 = 0.5;
+const GROWTH: f32 = 0.8;
+/// A limit up to this share of the one before the contact grew is that one again.
+const SAME: f32 = 1.01;
 
 /// The way since the last turn: slide along x and y, mm, and angle, rad.
 pub(crate) struct Way<T>(pub(crate) [T; 3]);
 
 impl<T: Scalar> Way<T> {
-    /// Follows the motion to `here` (slide with that of pressing, angle), before the springs move.
+    /// Follows the motion to `here` (slide, angle), before the springs move. The slide that pressing amounts to is none of the
+    /// way: a contact that is only pressed and lifted sticks.
     ///
     /// * `limit`, `stiffness`: of the contact at its depth, N and N/mm
     /// * `gyration_mm`: what makes angles lengths
@@ -47,22 +51,35 @@ impl<T: Scalar> Way<T> {
         let moved = less(here, state.reached);
         let square = dot(moved, moved);
         let grown = limit - state.limit_reached;
+        let nothing = T::of(0.0);
         if square > noticed * noticed || grown > noticed * stiffness {
-            let mut way = less(state.reached, state.turn);
-            let ahead = dot(moved, way);
             let growth = T::of(GROWTH) * grown;
-            let sticks = growth > T::of(0.0) && growth * growth > square * stiffness * stiffness;
-            if sticks {
+            if growth > nothing && growth * growth > square * stiffness * stiffness {
+                if !(state.limit_before > nothing) {
+                    state.turn_before = state.turn;
+                    state.limit_before = state.limit_reached;
+                }
                 state.turn = here;
-            } else if ahead < T::of(0.0) {
-                let back = ahead / square;
-                way = [0, 1, 2].map(|k| way[k] - back * moved[k]);
-                state.turn = less(state.reached, way);
+            } else {
+                if limit <= T::of(SAME) * state.limit_before {
+                    state.turn = state.turn_before;
+                }
+                state.limit_before = nothing;
+                let way = less(state.reached, state.turn);
+                let ahead = dot(moved, way);
+                if ahead < nothing {
+                    let back = ahead / square;
+                    state.turn = less(state.reached, [0, 1, 2].map(|k| way[k] - back * moved[k]));
+                }
             }
             state.reached = here;
             state.limit_reached = limit;
         } else {
             state.limit_reached = state.limit_reached.at_most(limit);
+            if limit < state.limit_before {
+                state.turn = state.turn_before;
+                state.limit_before = nothing;
+            }
         }
         Self(less(here, state.turn))
     }

@@ -60,7 +60,6 @@ pub fn run(
     share: Share,
     jobs: Option<usize>,
 ) -> Result<(), Failure> {
-    reduce::slip_length::check_law(config.friction.beta)?;
     let design = reduce::design(settings)?;
     check_paths(config, &design)?;
     let place = Place { folder, hash: reduce::settings_hash(config)? };
@@ -85,7 +84,7 @@ pub fn run(
     let bars = Bars::default();
     let total = bars.add(counter("design", missing, "paths"));
     let run = |batch: &Batch| run_batch(config, batch, &place, &bars, &|| total.count());
-    // The paths of the initial guess first: they show whether the reduced model can hold this finger with its law.
+    // The paths of the initial guess first: without them there is no fit.
     let (first, rest): (Vec<_>, Vec<_>) =
         queue.into_iter().partition(|batch| batch.experiments.iter().any(|e| e.is_for_initial_guess()));
     for part in [first, rest] {
@@ -93,9 +92,6 @@ pub fn run(
         if go_on().is_break() {
             return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
         }
-        let runs = super::reduce::read_runs(Some(folder)).unwrap_or_default();
-        let runs: Vec<Run> = runs.into_iter().filter(|run| run.settings_hash == place.hash).collect();
-        reduce::slip_length::check_runs(&runs, config.friction.beta)?;
     }
     total.finish_and_clear();
     Ok(())

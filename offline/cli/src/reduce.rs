@@ -82,9 +82,7 @@ impl From<ReduceError> for Failure {
             ReduceError::Fit(_) | ReduceError::Model(_) => Self::Numerics(error.into()),
             ReduceError::Run { .. }
             | ReduceError::Runs(_)
-            | ReduceError::Design { .. }
-            | ReduceError::SlipLengthOfLaw { .. }
-            | ReduceError::SlipLengthOfRuns { .. } => Self::Input(error.into()),
+            | ReduceError::Design { .. } => Self::Input(error.into()),
         }
     }
 }
@@ -124,7 +122,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// The runs that the reduced model knows; tells which ones are left out of the fit.
 pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
-    let (known, left): (Vec<Run>, Vec<Run>) = runs.into_iter().partition(Run::is_representable);
+    let (known, left): (Vec<Run>, Vec<Run>) = runs.into_iter().partition(|run| run.is_representable() || reduce::is_posed(run));
     let of_kind = |kind: Kind| left.iter().filter(|run| run.kind == kind).count();
     let kinds: Vec<String> = (Kind::ALL.iter())
         .filter(|&&kind| of_kind(kind) > 0)
@@ -132,8 +130,7 @@ pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
         .collect();
     if !left.is_empty() {
         println!(
-            "left out of the fit: {} runs with turns of the plane or driven forces, which the reduced model does not know \
-             ({})",
+            "left out of the fit: {} runs whose spin is driven by a moment, which the reduced model does not know ({})",
             left.len(),
             kinds.join(", ")
         );

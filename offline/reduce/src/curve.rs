@@ -1,4 +1,4 @@
-//! Accuracy against cost: the fit repeated with other numbers of elements and table nodes.
+//! Accuracy against cost: the fit repeated with other numbers of springs and table nodes.
 //!
 //! Main type: [`CurvePoint`]. Uses fit, score.
 
@@ -6,19 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use super::{ReduceError, Run, Scores, Settings, fit, score};
 
-/// Most instructions of a step on a Cortex-M4F by number of elements, counted under QEMU by `cargo xtask thumb count`
-/// with the example's tables. The number of table nodes does not change them.
-const MOST_INSTRUCTIONS: [(usize, u32); 5] = [(2, 380), (3, 423), (4, 482), (5, 537), (8, 689)];
-
 /// One size of the model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
-    /// Elements.
-    pub elements: usize,
+    /// Springs.
+    pub springs: usize,
     /// Table nodes.
     pub nodes: usize,
-    /// Most instructions of a step.
-    pub instructions: u32,
     /// Bytes of the model's numbers.
     pub bytes: usize,
     /// Errors along the held-out paths.
@@ -33,17 +27,15 @@ fn point<const M: usize, const N: usize>(
     let fitted = fit::<M, N>(runs, exponent, settings)?;
     let data = fitted.params.try_build()?;
     let scores = score(&data.model()?, runs);
-    let instructions = MOST_INSTRUCTIONS.iter().find(|(m, _)| *m == M).map_or(0, |(_, n)| *n);
     Ok(CurvePoint {
-        elements: M,
+        springs: M,
         nodes: N,
-        instructions,
         bytes: size_of_val(&data),
         held_out: Scores::of(&scores, |s| s.held_out),
     })
 }
 
-/// Fits models of several sizes: elements 2 to 8 with the default's nodes, and fewer and more nodes with its elements.
+/// Fits models of several sizes: springs 2 to 8 with the default's nodes, and fewer and more nodes with its springs.
 ///
 /// `go_on` is asked before each fit, with the share done.
 ///
@@ -61,10 +53,10 @@ pub fn curve(
         point::<3, 37>,
         point::<4, 37>,
         point::<5, 37>,
+        point::<6, 37>,
         point::<8, 37>,
-        point::<2, 13>,
-        point::<2, 25>,
-        point::<2, 49>,
+        point::<4, 25>,
+        point::<4, 49>,
     ];
     let mut points = Vec::with_capacity(sizes.len());
     for (i, size) in sizes.iter().enumerate() {

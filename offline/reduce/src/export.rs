@@ -4,9 +4,7 @@
 
 use std::fmt::Write as _;
 
-use fingerpad::{Data, Line};
-
-use fingerpad::ModelFile;
+use fingerpad::{Data, Line, ModelFile, Parabola, Row, SPRINGS, Spring};
 
 /// Format of a model's source text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,8 +39,8 @@ fn rust(file: &ModelFile) -> String {
     for line in wrapped(model.meta) {
         let _ = writeln!(out, "// {line}");
     }
-    let (m, n) = (data.elements.len(), data.rows.len());
-    let _ = writeln!(out, "\nuse fingerpad::{{DataOf, Element, Line, Row}};\n");
+    let (m, n) = (data.springs.len(), data.rows.len());
+    let _ = writeln!(out, "\nuse fingerpad::{{DataOf, Line, Parabola, Row, Spring}};\n");
     let _ = writeln!(out, "/// Turn it into a model with `MODEL.model()`, which checks it.");
     let _ = writeln!(out, "pub static MODEL: DataOf<{m}, {n}> = DataOf {{");
     for (name, values) in head(data) {
@@ -52,22 +50,37 @@ fn rust(file: &ModelFile) -> String {
             _ => writeln!(out, "    {name}: [{text}],"),
         };
     }
-    let _ = writeln!(out, "    elements: [");
-    for e in &data.elements {
-        let [y, w, e] = [e.inverse_yield, e.strength, e.energy].map(literal);
-        let _ = writeln!(out, "        Element {{ inverse_yield: {y}, strength: {w}, energy: {e} }},");
+    let _ = writeln!(out, "    springs: [");
+    for spring in &data.springs {
+        let [stiffness, sharpness, centre, x, y] = numbers_of(spring).map(literal);
+        let _ = writeln!(
+            out,
+            "        Spring {{ stiffness: {stiffness}, sharpness: {sharpness}, centre_mm: {centre}, arm_mm: [{x}, {y}] }},"
+        );
     }
     let _ = writeln!(out, "    ],\n    rows: [");
     for row in &data.rows {
         let _ = writeln!(out, "        Row {{");
         for (name, line) in lines(row) {
-            let [value, change] = [line.value, line.change].map(literal);
-            let _ = writeln!(out, "            {name}: Line {{ value: {value}, change: {change} }},");
+            let _ = writeln!(out, "            {name}: {},", line_text(&line));
         }
-        let _ = writeln!(out, "            press_slide: {},\n        }},", literal(row.press_slide));
+        for (name, parabola) in parabolas(row) {
+            let [value, slope, bend] = [parabola.value, parabola.slope, parabola.bend].map(literal);
+            let _ = writeln!(out, "            {name}: Parabola {{ value: {value}, slope: {slope}, bend: {bend} }},");
+        }
+        for (name, lines) in of_springs(row) {
+            let text: Vec<String> = lines.iter().map(line_text).collect();
+            let _ = writeln!(out, "            {name}: [{}],", text.join(", "));
+        }
+        let _ = writeln!(out, "        }},");
     }
     let _ = writeln!(out, "    ],\n}};");
     out
+}
+
+fn line_text(line: &Line) -> String {
+    let [value, change] = [line.value, line.change].map(literal);
+    format!("Line {{ value: {value}, change: {change} }}")
 }
 
 fn head(data: &Data) -> [(&'static str, &[f32]); 10] {
@@ -75,31 +88,44 @@ fn head(data: &Data) -> [(&'static str, &[f32]); 10] {
     [
         ("depth_max", one(&data.depth_max)),
         ("cells_per_mm", one(&data.cells_per_mm)),
-        ("half_cell", one(&data.half_cell)),
-        ("half_turn_slip", one(&data.half_turn_slip)),
-        ("slip_rate", one(&data.slip_rate)),
-        ("twice_odd", one(&data.twice_odd)),
+        ("odd", one(&data.odd)),
         ("area_tilt", one(&data.area_tilt)),
+        ("pressure_centre_per_n", one(&data.pressure_centre_per_n)),
+        ("spin_cross", one(&data.spin_cross)),
+        ("gyration", one(&data.gyration)),
         ("band_normal", &data.band_normal),
         ("band_friction", &data.band_friction),
         ("pressure_exponent", one(&data.pressure_exponent)),
     ]
 }
 
-fn lines(row: &fingerpad::Row) -> [(&'static str, Line); 11] {
+fn numbers_of(spring: &Spring) -> [f32; 5] {
+    [spring.stiffness, spring.sharpness, spring.centre_mm, spring.arm_mm[0], spring.arm_mm[1]]
+}
+
+fn lines(row: &Row<SPRINGS>) -> [(&'static str, Line); 11] {
     [
         ("normal", row.normal),
         ("area", row.area),
-        ("limit", row.limit),
-        ("stiffness", row.stiffness),
-        ("stiffness_anisotropy", row.stiffness_anisotropy),
-        ("strength_anisotropy", row.strength_anisotropy),
-        ("normal_shear_x", row.normal_shear_x),
-        ("normal_shear_y", row.normal_shear_y),
+        ("anisotropy", row.anisotropy),
         ("yield_shift", row.yield_shift),
+        ("limit", row.limit),
+        ("limit_ratio", row.limit_ratio),
+        ("limit_shift", row.limit_shift),
+        ("spin_limit", row.spin_limit),
+        ("friction_centre", row.friction_centre),
+        ("pressure_centre", row.pressure_centre),
         ("band_normal", row.band_normal),
-        ("press_coupling", row.press_coupling),
     ]
+}
+
+fn parabolas(row: &Row<SPRINGS>) -> [(&'static str, Parabola); 3] {
+    [("stiffness_x", row.stiffness_x), ("stiffness_y", row.stiffness_y), ("press_slide", row.press_slide)]
+}
+
+/// Tables of which each spring has one.
+fn of_springs(row: &Row<SPRINGS>) -> [(&'static str, &[Line]); 2] {
+    [("radius", &row.radius), ("area_share", &row.area_share)]
 }
 
 /// `text` in lines of at most 110 bytes, cut after a comma.
@@ -143,19 +169,29 @@ fn json(file: &ModelFile) -> String {
     let data = model.model.data();
     let meta = serde_json::from_str::<serde_json::Value>(model.meta)
         .unwrap_or_else(|_| serde_json::Value::String(model.meta.to_owned()));
-    let elements: Vec<_> = data
-        .elements
+    let springs: Vec<_> = data
+        .springs
         .iter()
-        .map(|e| serde_json::json!({"inverse_yield": e.inverse_yield, "strength": e.strength, "energy": e.energy}))
-        .collect();
-    let tables: serde_json::Map<_, _> = lines(&data.rows[0])
-        .iter()
-        .enumerate()
-        .map(|(k, (name, _))| {
-            let values: Vec<f32> = data.rows.iter().map(|row| lines(row)[k].1.value).collect();
-            ((*name).to_owned(), values.into())
+        .map(|s| {
+            let [stiffness, sharpness, centre, x, y] = numbers_of(s);
+            serde_json::json!({
+                "stiffness": stiffness, "sharpness": sharpness, "centre_mm": centre, "arm_mm": [x, y],
+            })
         })
         .collect();
+    let mut tables = serde_json::Map::new();
+    for (k, (name, _)) in lines(&data.rows[0]).iter().enumerate() {
+        let values: Vec<f32> = data.rows.iter().map(|row| lines(row)[k].1.value).collect();
+        tables.insert((*name).to_owned(), values.into());
+    }
+    for (k, (name, _)) in parabolas(&data.rows[0]).iter().enumerate() {
+        let values: Vec<f32> = data.rows.iter().map(|row| parabolas(row)[k].1.value).collect();
+        tables.insert((*name).to_owned(), values.into());
+    }
+    for (k, (name, _)) in of_springs(&data.rows[0]).iter().enumerate() {
+        let at = |row: &Row<SPRINGS>| of_springs(row)[k].1.iter().map(|line| line.value).collect::<Vec<f32>>();
+        tables.insert((*name).to_owned(), data.rows.iter().map(at).collect::<Vec<_>>().into());
+    }
     let effects: Vec<_> =
         model.effects.iter().map(|e| serde_json::json!({"kind": e.kind, "values": e.values})).collect();
     let number = |v: &[f32]| if let [one] = v { (*one).into() } else { v.into() };
@@ -163,7 +199,7 @@ fn json(file: &ModelFile) -> String {
     let cell = data.depth_max / (data.rows.len() - 1) as f32;
     let depth_mm: Vec<f32> = (0..data.rows.len()).map(|i| cell * i as f32).collect();
     let whole = serde_json::json!({
-        "format": "fpm", "version": fingerpad::VERSION, "meta": meta, "numbers": numbers, "elements": elements,
+        "format": "fpm", "version": fingerpad::VERSION, "meta": meta, "numbers": numbers, "springs": springs,
         "depth_mm": depth_mm, "tables": tables, "effects": effects,
     });
     serde_json::to_string_pretty(&whole).expect("plain numbers and text") + "\n"
@@ -206,12 +242,13 @@ mod tests {
         let model = file.file();
         let data = model.model.data();
         let mut expected: Vec<f32> = head(data).iter().flat_map(|(_, v)| v.iter().copied()).collect();
-        for e in &data.elements {
-            expected.extend([e.inverse_yield, e.strength, e.energy]);
+        for spring in &data.springs {
+            expected.extend(numbers_of(spring));
         }
         for row in &data.rows {
             expected.extend(lines(row).iter().flat_map(|(_, l)| [l.value, l.change]));
-            expected.push(row.press_slide);
+            expected.extend(parabolas(row).iter().flat_map(|(_, p)| [p.value, p.slope, p.bend]));
+            expected.extend(of_springs(row).iter().flat_map(|(_, l)| l.iter()).flat_map(|l| [l.value, l.change]));
         }
         let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&numbers), bits(&expected));
@@ -222,6 +259,7 @@ mod tests {
         let value: serde_json::Value = serde_json::from_str(&export(&example(), Format::Json)).unwrap();
         assert_eq!(value["meta"]["name"], "a, long, enough, text");
         assert_eq!(value["tables"]["normal"].as_array().unwrap().len(), fingerpad::NODES);
-        assert_eq!(value["elements"].as_array().unwrap().len(), fingerpad::ELEMENTS);
+        assert_eq!(value["tables"]["radius"][20].as_array().unwrap().len(), fingerpad::SPRINGS);
+        assert_eq!(value["springs"].as_array().unwrap().len(), fingerpad::SPRINGS);
     }
 }

@@ -1,21 +1,18 @@
 //! The fit: the model's numbers that make its replay of the runs least wrong, in the sense of weighted least squares.
 //!
-//! Main types: [`Settings`], [`fit`]. Every residual comes out of `fingerpad` itself, in 64-bit numbers; the Jacobian is
-//! by finite differences. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
-//! Uses initial_guess, parameterisation, replay.
+//! Main types: [`Settings`], [`fit`]. First what normal force and friction depend on, from several starts, then stick ratio
+//! and area, then what only a spin shows. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
+//! Uses initial_guess, parameterisation, residuals.
 
-use std::ops::Range;
-
-use fingerpad::{ParamsOf, Regime, Response};
+use fingerpad::ParamsOf;
 use fingerpad_least_squares::{
     LevenbergMarquardt, MinimizationReport, Problem, TerminationReason, minimise, objective,
 };
-use rayon::prelude::*;
 
 use super::initial_guess::initial_guess;
-use super::parameterisation::Parameterisation;
-use super::replay::{pressure_centre, replay_coarsely, spin_moment};
-use super::{ReduceError, Run, Sample};
+use super::parameterisation::{InitialGuess, Parameterisation, rounded};
+use super::residuals::{Compared, Replay, spin_cross};
+use super::{ReduceError, Run};
 
 /// Settings of the fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +23,7 @@ pub struct Settings {
     pub gentle_knots: usize,
     /// Error of the normal force that counts 1, share of the largest of its run.
     pub normal_share: f64,
-    /// Error of friction and of the spin moment over the springs' mean arm that counts 1, share of the limit at the depth.
+    /// Error of friction, and of the spin moment over 3 mm, that counts 1, share of the limit at the depth.
     pub friction_share: f64,
     /// Error of the stick ratio that counts 1.
     pub stick: f64,
@@ -34,16 +31,17 @@ pub struct Settings {
     pub stick_end: f64,
     /// Error of the area that counts 1, share of the largest of its run.
     pub area_share: f64,
-    /// Error of the centre of pressure that counts 1, mm.
+    /// Error of the centre of pressure that counts 1, mm, under the largest normal force of its run.
     pub centre_mm: f64,
     /// Change of a number of the fit that counts 1: holds what the runs do not determine at its start.
     pub prior: f64,
-    /// The same for the bends of the yield slides.
+    /// The same for the bends of the yield slides over depth.
     pub bend_prior: f64,
     /// Largest number of iterations.
     pub iterations: usize,
-    /// Iterations of each start before the best one goes on.
-    pub start_iterations: usize,
+    /// Further fits of the forces from springs that touch at other depths, the best of which is kept: the sum of squares has
+    /// many minima.
+    pub restarts: usize,
 }
 
 impl Default for Settings {
@@ -58,9 +56,9 @@ impl Default for Settings {
             area_share: 0.03,
             centre_mm: 0.1,
             prior: 2.0,
-            bend_prior: 0.3,
-            iterations: 40,
-            start_iterations: 12,
+            bend_prior: 0.5,
+            iterations: 15,
+            restarts: 1,
         }
     }
 }
@@ -69,184 +67,158 @@ impl Default for Settings {
 #[derive(Clone, Debug)]
 pub struct Fitted<const M: usize, const N: usize> {
     /// The parameters; bands are 0.
-    pub params: ParamsOf<M, N, f64>,
+    pub params: ParamsOf<M, N>,
     /// The parameter vector behind them.
     pub theta: Vec<f64>,
-    /// Half the sum of squared residuals of the forces at the start and at the end.
+    /// Half the sum of squared residuals of normal force and friction at the start and at the end.
     pub cost: [f64; 2],
-    /// Why the minimiser stopped, in its words.
+    /// Evaluations of all runs, those for derivatives not counted.
+    pub evaluations: usize,
+    /// Why the minimiser stopped at the best end for the forces, in its words.
     pub ended: String,
 }
 
-/// What is compared between model and runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Compared {
-    /// Normal force and friction.
-    Forces,
-    /// Stick ratio, area, centre of pressure.
-    Contact,
-    /// Friction and moment under spin.
-    Spin,
-}
+/// Largest depth of the tables over that of the runs: at the last node itself the tables have no slope.
+const BEYOND: f64 = 1.005;
+/// Depth at which the second spring touches, mm, in the first start and in the further ones.
+const SECOND_TOUCHES_MM: [f64; 4] = [0.12, 0.03, 0.3, 0.01];
+/// Depth between whose half and which the others do, share of the largest.
+const LAST_TOUCHES: f64 = 0.5;
 
-pub fn fit_from<const M: usize, const N: usize>(
+/// Fits the form with `M` springs and `N` table nodes to those `runs` that are not held out.
+///
+/// * `pressure_exponent`: beta of the runs' friction law
+///
+/// # Errors
+/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::Model`] if the core refuses the end's numbers,
+/// [`ReduceError::Fit`] if the minimiser gave up.
+pub fn fit<const M: usize, const N: usize>(
     runs: &[Run],
-    touch_mm: [f64; M],
     pressure_exponent: f64,
     settings: &Settings,
 ) -> Result<Fitted<M, N>, ReduceError> {
-    let runs: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
-    let guess = initial_guess(&runs)?;
-    let deepest = runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
-    let parameterisation =
-        Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
-    let mut theta = parameterisation.start(&touch_mm, &guess);
-    let planar: Vec<&Run> = runs.iter().copied().filter(|r| !r.spins()).collect();
-    let spinning: Vec<&Run> = runs.iter().copied().filter(|r| r.spins()).collect();
-    let mut cost = [0.0; 2];
-    let mut ended = String::new();
-    for (compared, range, runs) in [
-        (Compared::Forces, parameterisation.of_forces(M), &planar),
-        (Compared::Contact, parameterisation.of_contact(M), &planar),
-        (Compared::Spin, parameterisation.of_spin(M), &spinning),
-    ]
-    .into_iter()
-    .take(std::env::var("STAGES").map_or(3, |s| s.parse().unwrap()))
-    {
+    let deepest = BEYOND * runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
+    let seen: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
+    let guess = initial_guess(&seen)?;
+    let (spinning, planar): (Vec<&Run>, Vec<&Run>) = seen.into_iter().partition(|r| r.spins());
+    let layout = Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
+    let mut stages =
+        Stages::<M, N> { planar, spinning, guess, layout, settings, theta: vec![], evaluations: 0, cost: [0.0; 2] };
+    let ended = stages.fit_forces()?;
+    stages.fit_contact()?;
+    stages.fit_spin()?;
+    let mut params = stages.layout.params::<M, N>(&stages.theta);
+    params.spin_cross = spin_cross(&params, &stages.spinning);
+    let params = rounded(&params);
+    params.validate()?;
+    Ok(Fitted { params, theta: stages.theta, cost: stages.cost, evaluations: stages.evaluations, ended })
+}
+
+/// The fit's stages and what they have found so far.
+struct Stages<'a, const M: usize, const N: usize> {
+    planar: Vec<&'a Run>,
+    spinning: Vec<&'a Run>,
+    guess: InitialGuess,
+    layout: Parameterisation,
+    settings: &'a Settings,
+    theta: Vec<f64>,
+    evaluations: usize,
+    cost: [f64; 2],
+}
+
+impl<const M: usize, const N: usize> Stages<'_, M, N> {
+    /// Minimises over the part of the vector that `compared` stands for, from `theta`; returns the vector and the report.
+    fn minimised(
+        &mut self,
+        compared: Compared,
+        theta: &[f64],
+    ) -> Result<(Vec<f64>, f64, MinimizationReport<f64>), ReduceError> {
+        let runs = if compared == Compared::Spin { &self.spinning } else { &self.planar };
+        let range = compared.range(&self.layout, M);
         let mut problem = Replay::<M, N> {
             runs,
-            limit: guess.limit,
-            parameterisation: &parameterisation,
-            settings,
+            limit: self.guess.limit,
+            layout: &self.layout,
+            settings: self.settings,
             compared,
-            range: range.clone(),
-            theta: theta.clone(),
+            theta: theta.to_vec(),
         };
         let origin = theta[range.clone()].to_vec();
         let before = problem.residuals(&origin).ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
-        let (found, report) = minimised(&mut problem, &origin, settings.iterations)?;
-        if compared == Compared::Forces {
-            cost = [objective(&before), report.objective_function];
-            ended = format!("{:?} {}", report.termination, report.number_of_evaluations);
+        // The first step may change a number by about as much as it measures: farther off lie other minima.
+        let minimiser = LevenbergMarquardt::new()
+            .with_ftol(3e-5)
+            .with_xtol(1e-6)
+            .with_gtol(0.0)
+            .with_stepbound(1.0)
+            .with_patience(self.settings.iterations);
+        let (found, report) = minimise(&mut problem, &origin, &minimiser);
+        if !(report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)) {
+            return Err(ReduceError::Fit(format!("{:?}", report.termination)));
         }
+        self.evaluations += report.number_of_evaluations;
+        let mut theta = theta.to_vec();
         theta[range].copy_from_slice(&found);
+        Ok((theta, objective(&before), report))
     }
-    Ok(Fitted { params: parameterisation.params(&theta), theta, cost, ended })
-}
 
-fn minimised(
-    problem: &mut dyn Problem,
-    origin: &[f64],
-    iterations: usize,
-) -> Result<(Vec<f64>, MinimizationReport<f64>), ReduceError> {
-    let minimiser = LevenbergMarquardt::new()
-        .with_ftol(1e-5)
-        .with_xtol(1e-6)
-        .with_gtol(0.0)
-        .with_stepbound(1.0)
-        .with_patience(iterations);
-    let (theta, report) = minimise(problem, origin, &minimiser);
-    let useful = report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience);
-    if useful { Ok((theta, report)) } else { Err(ReduceError::Fit(format!("{:?}", report.termination))) }
-}
-
-/// Replays of the runs, compared with the finite elements.
-struct Replay<'a, const M: usize, const N: usize> {
-    runs: &'a [&'a Run],
-    /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
-    limit: [f64; 2],
-    parameterisation: &'a Parameterisation,
-    settings: &'a Settings,
-    compared: Compared,
-    /// Which numbers are varied.
-    range: Range<usize>,
-    /// The whole vector at the start; a prior near it holds what the runs do not determine.
-    theta: Vec<f64>,
-}
-
-impl<const M: usize, const N: usize> Replay<'_, M, N> {
-    fn of_row(&self, sample: &Sample, r: &Response<f64>, most: [f64; 2], arm: f64, out: &mut Vec<f64>) {
-        let s = self.settings;
-        let normal = f64::from(sample.normal_force_n);
-        let limit = self.limit[0] * f64::from(sample.depth_mm).max(0.05).powf(self.limit[1]);
-        let friction = s.friction_share * limit;
-        let of = |a: f64, b: f32, scale: f64| (a - f64::from(b)) / scale;
-        match self.compared {
-            Compared::Forces => {
-                out.push(of(r.normal_force_n, sample.normal_force_n, s.normal_share * most[0]));
-                out.extend([0, 1].map(|k| of(r.friction_n[k], sample.friction_n[k], friction)));
-            }
-            Compared::Contact => {
-                // The ends of the stick ratio are regimes of their own.
-                let end = matches!(sample.regime, Regime::Stick | Regime::Slip);
-                out.push(of(r.stick_ratio, sample.stick_ratio, if end { s.stick_end } else { s.stick }));
-                out.push(of(r.contact_area_mm2, sample.contact_area_mm2, s.area_share * most[1]));
-            }
-            Compared::Spin => {
-                out.extend([0, 1].map(|k| of(r.friction_n[k], sample.friction_n[k], friction)));
-                let moment = spin_moment(sample).unwrap_or(r.spin_moment_n_mm);
-                out.push((r.spin_moment_n_mm - moment) / (friction * arm));
-                let centre = pressure_centre(sample).unwrap_or(r.pressure_centre_mm[0]);
-                out.push((r.pressure_centre_mm[0] - centre) * normal / (most[0] * s.centre_mm));
+    /// Normal force and friction of the paths without spin; returns why the best minimisation ended.
+    fn fit_forces(&mut self) -> Result<String, ReduceError> {
+        let mut ended = String::new();
+        for second in SECOND_TOUCHES_MM.iter().take(1 + self.settings.restarts) {
+            let last = LAST_TOUCHES * self.layout.depth_max_mm;
+            let touch: [f64; M] = std::array::from_fn(|j| match j {
+                0 => 0.0,
+                1 => *second,
+                _ => last * (j as f64 - 1.0) / (M as f64 - 1.5),
+            });
+            let origin = self.layout.start(&touch, &self.guess);
+            let (theta, before, report) = self.minimised(Compared::Forces, &origin)?;
+            if self.theta.is_empty() || report.objective_function < self.cost[1] {
+                self.theta = theta;
+                self.cost = [before, report.objective_function];
+                ended = format!("{:?}", report.termination);
             }
         }
+        Ok(ended)
     }
-    fn residuals_at(&self, varied: &[f64]) -> Vec<f64> {
-        let mut theta = self.theta.clone();
-        theta[self.range.clone()].copy_from_slice(varied);
-        let data = self.parameterisation.params::<M, N>(&theta).build_unchecked();
-        let model = data.model_unchecked();
-        let mut out = Vec::new();
-        for run in self.runs {
-            let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(0.0f32, f32::max));
-            let most = [most(|s| s.normal_force_n).max(1e-3), most(|s| s.contact_area_mm2).max(1.0)];
-            for (sample, r) in run.samples.iter().zip(&replay_coarsely(&model, run, COARSE)) {
-                if sample.normal_force_n > 0.0 || r.normal_force_n > 0.0 {
-                    self.of_row(sample, r, most, ARM_MM, &mut out);
-                } else {
-                    out.extend(vec![
-                        0.0;
-                        match self.compared {
-                            Compared::Forces => 3,
-                            Compared::Contact => 2,
-                            Compared::Spin => 4,
-                        }
-                    ]);
+
+    /// Stick ratio and area of the same paths.
+    fn fit_contact(&mut self) -> Result<(), ReduceError> {
+        self.theta = self.minimised(Compared::Contact, &self.theta.clone())?.0;
+        Ok(())
+    }
+
+    /// Places of the pairs, and the centre of pressure: from pairs that lie along x and y in turn, then with one of them turned
+    /// if that is better.
+    fn fit_spin(&mut self) -> Result<(), ReduceError> {
+        if self.spinning.is_empty() {
+            return Ok(());
+        }
+        let all = (1 << M) - 1;
+        let origin = self.theta.clone();
+        let mut best = f64::INFINITY;
+        let mut chosen = self.layout.along_y;
+        let mut tried = vec![];
+        let in_turn = [0x5555_5555_5555_5555, 0xAAAA_AAAA_AAAA_AAAA_usize].map(|bits| bits & all);
+        for round in 0..2 {
+            let from = chosen;
+            let next: Vec<usize> = if round == 0 { in_turn.to_vec() } else { (0..M).map(|j| from ^ (1 << j)).collect() };
+            for along_y in next {
+                if tried.contains(&along_y) {
+                    continue;
+                }
+                tried.push(along_y);
+                self.layout.along_y = along_y;
+                let (theta, _, report) = self.minimised(Compared::Spin, &origin)?;
+                if report.objective_function < best {
+                    best = report.objective_function;
+                    self.theta = theta;
+                    chosen = along_y;
                 }
             }
         }
-        let of_bends = self.parameterisation.of_bends(M);
-        let prior = |k: usize| {
-            if of_bends.iter().any(|r| r.contains(&k)) { self.settings.bend_prior } else { self.settings.prior }
-        };
-        out.extend(self.range.clone().zip(varied).map(|(k, t)| (t - self.theta[k]) / prior(k)));
-        out
-    }
-}
-
-/// Steps of a fit's replays over those of others: the error of friction is 0.1 % of the limit.
-const COARSE: f32 = 3.0;
-/// Length that makes a moment a force, mm.
-const ARM_MM: f64 = 3.0;
-/// Step of the finite differences; the vector's numbers are of order 1.
-const DIFFERENCE: f64 = 1e-5;
-
-impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
-    fn residuals(&mut self, theta: &[f64]) -> Option<Vec<f64>> {
-        Some(self.residuals_at(theta).into_iter().map(|r| if r.is_finite() { r } else { 1e3 }).collect())
-    }
-
-    fn jacobian(&mut self, theta: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let here = self.residuals_at(theta);
-        Some(
-            (0..theta.len())
-                .into_par_iter()
-                .map(|k| {
-                    let mut to = theta.to_vec();
-                    to[k] += DIFFERENCE;
-                    self.residuals_at(&to).iter().zip(&here).map(|(u, h)| (u - h) / DIFFERENCE).collect()
-                })
-                .collect(),
-        )
+        self.layout.along_y = chosen;
+        Ok(())
     }
 }

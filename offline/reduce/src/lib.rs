@@ -7,13 +7,17 @@
 //! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
 mod band;
+mod curve;
 mod design;
 mod error;
+mod export;
 mod fit;
 mod initial_guess;
+mod model;
 mod parameterisation;
 mod poses;
 mod replay;
+mod residuals;
 mod runs;
 mod score;
 mod stored_run;
@@ -21,11 +25,14 @@ mod tables;
 mod trajectory;
 
 pub use band::{Band, Coverage};
+pub use curve::{CurvePoint, curve};
 pub use design::{
     Batch, DesignSettings, Experiment, Kind, PathNumbers, batches, design, halton, is_representable, share,
 };
 pub use error::ReduceError;
-pub use fit::{Fitted, Settings, fit_from};
+pub use export::{Format, export};
+pub use fit::{Fitted, Settings, fit};
+pub use model::{KindScores, Meta, Ranges, Reduced, reduce};
 pub use poses::{PoseScores, fit_poses, is_posed, pose_scores};
 pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};
 pub use runs::{Run, Sample, Turned, settings_hash};

@@ -2,10 +2,13 @@
 //!
 //! Main types: [`Reduced`], [`Meta`]. Uses everything else of this room.
 
-use fingerpad::{Data, EffectSlot, Params};
+use std::collections::BTreeMap;
+
+use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, SPRINGS, PoseTable};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
+use super::poses::{PoseScores, fit_poses, is_posed, pose_scores};
 use super::{Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
 /// Contents of a model file's META section.
@@ -25,9 +28,27 @@ pub struct Meta {
     pub paths: [usize; 2],
     /// Errors along the held-out paths.
     pub held_out: Scores,
+    /// The same for each kind of motion.
+    pub kinds: BTreeMap<String, KindScores>,
     /// Share of held-out rows within the band, over all and in stick, partial slip, slip; each half of the held-out
     /// paths against a band from the other half.
     pub coverage: [Coverage; 4],
+    /// Errors in other poses, held out: in a pose that stays, and in one that changes in contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<[PoseScores; 2]>,
+}
+
+/// Errors along the held-out paths of one kind: the few numbers of [`Scores`] that a file has room for, rounded to three digits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KindScores {
+    /// Paths.
+    pub paths: usize,
+    /// [`Scores::normal_of_range`].
+    pub normal: f64,
+    /// [`Scores::friction_of_limit`].
+    pub friction: f64,
+    /// [`Scores::moment_of_limit`].
+    pub moment: f64,
 }
 
 /// Ranges of depth, slide, force and history that the runs cover.
@@ -45,29 +66,33 @@ pub struct Ranges {
 
 /// A reduced model with its scores and provenance.
 #[derive(Clone, Debug)]
-pub struct Reduced {
+pub struct Reduced<const M: usize = SPRINGS> {
     /// Parameters, band included.
-    pub params: Params,
+    pub params: ParamsOf<M, NODES>,
     /// The numbers as a step reads them, accepted by `DataOf::check`.
-    pub data: Data,
+    pub data: DataOf<M, NODES>,
     /// Provenance.
     pub meta: Meta,
     /// Errors along every run, held out or not.
     pub scores: Vec<RunScore>,
-    /// Sum of squares at the start and at the end of the fit.
+    /// Half the sum of squares of normal force and friction at the start and at the end of the fit.
     pub cost: [f64; 2],
     /// Why the minimiser stopped.
     pub ended: String,
 }
 
-/// Fits, replays and checks the default model.
+/// Fits, replays and checks a model of `M` springs.
 ///
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
 /// [`ReduceError::Runs`] if runs of different settings are mixed or too few or not representable, [`ReduceError::Fit`],
 /// [`ReduceError::Model`] if the core refuses the numbers.
-pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Result<Reduced, ReduceError> {
+pub fn reduce<const M: usize>(
+    runs: &[Run],
+    pressure_exponent: f64,
+    settings: &Settings,
+) -> Result<Reduced<M>, ReduceError> {
     let first = runs.first().ok_or_else(|| ReduceError::Runs("no runs: make them with --design".into()))?;
     if let Some(other) = runs.iter().find(|r| r.settings_hash != first.settings_hash) {
         return Err(ReduceError::Runs(format!(
@@ -75,13 +100,16 @@ pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Resu
             first.name, first.settings_hash, other.name, other.settings_hash
         )));
     }
+    let (posed, runs): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| is_posed(run));
+    let runs: Vec<Run> = runs.into_iter().cloned().collect();
+    let runs = runs.as_slice();
     if let Some(other) = runs.iter().find(|r| !r.is_representable()) {
         return Err(ReduceError::Runs(format!(
-            "{} turns the plane or drives it by force, which the reduced model does not know; leave it out of the fit",
+            "{} drives the spin of the plane by a moment, which the reduced model does not know; leave it out of the fit",
             other.name
         )));
     }
-    let fitted = fit::<{ fingerpad::ELEMENTS }, { fingerpad::NODES }>(runs, pressure_exponent, settings)?;
+    let fitted = fit::<M, NODES>(runs, pressure_exponent, settings)?;
     let mut params = fitted.params;
     let plain = params.try_build()?;
     let model = plain.model()?;
@@ -98,6 +126,8 @@ pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Resu
     };
     let (a, b) = (crossed(0, 1)?, crossed(1, 0)?);
     Band::of(&model, &held_out).put(&mut params);
+    params.pose.pitch_deg = fitted_pitch_deg(runs);
+    let poses = add_poses(&mut params, &posed)?;
     let data = params.try_build()?;
     let meta = Meta {
         name: "fingertip".into(),
@@ -107,9 +137,52 @@ pub fn reduce(runs: &[Run], pressure_exponent: f64, settings: &Settings) -> Resu
         ranges: ranges(runs),
         paths: [runs.len() - held_out.len(), held_out.len()],
         held_out: Scores::of(&scores, |s| s.held_out),
+        kinds: kinds(&scores),
         coverage: std::array::from_fn(|i| a[i].together(b[i])),
+        poses,
     };
     Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended })
+}
+
+/// Pitch of the pose in which a model is fitted, degrees; runs that were stored before there were poses have that of the
+/// shipped finger.
+fn fitted_pitch_deg(runs: &[Run]) -> f32 {
+    let first = runs.first().and_then(|run| run.samples.first()).and_then(|sample| sample.turned);
+    first.map_or(30.0, |turned| (1e3 * turned.pitch_deg).round() / 1e3)
+}
+
+/// Adds the dependence on pitch and roll, and the band that it needs, to a model that is fitted in one pose; returns the
+/// errors along held-out runs in a pose that stays, and in one that changes in contact. None without enough runs.
+fn add_poses<const M: usize>(
+    params: &mut ParamsOf<M, NODES>,
+    posed: &[&Run],
+) -> Result<Option<[PoseScores; 2]>, ReduceError> {
+    let of = |kind: Kind, held_out: bool| -> Vec<&Run> {
+        posed.iter().copied().filter(|run| run.kind == kind && run.held_out == held_out).collect()
+    };
+    let mut data = params.try_build()?.cast::<f64>();
+    let Some(table) = fit_poses(&data, &of(Kind::Pose, false))? else { return Ok(None) };
+    data.pose = table;
+    let scores = [Kind::Pose, Kind::PoseChange].map(|kind| pose_scores(&data, &of(kind, true)));
+    // Half-widths for 95 % of a normal distribution; friction has two components.
+    let [fixed, _] = &scores;
+    let band = [1.96 * fixed.normal_of_largest, 1.96 * fixed.friction_of_limit / std::f64::consts::SQRT_2];
+    params.pose = PoseTable {
+        pitch_deg: params.pose.pitch_deg,
+        rows: table.rows.map(|row| row.map(|x| x as f32)),
+        band: band.map(|x| x as f32),
+    };
+    Ok(Some(scores))
+}
+
+fn kinds(scores: &[RunScore]) -> BTreeMap<String, KindScores> {
+    let of = |kind: &Kind| {
+        let s = Scores::of(scores, |s| s.held_out && s.kind == *kind);
+        let [normal, friction, moment] =
+            [s.normal_of_range, s.friction_of_limit, s.moment_of_limit].map(|v| (1e5 * v).round() / 1e5);
+        (s.paths > 0).then(|| (kind.as_str().to_owned(), KindScores { paths: s.paths, normal, friction, moment }))
+    };
+    Kind::ALL.iter().filter_map(of).collect()
 }
 
 fn ranges(runs: &[Run]) -> Ranges {
@@ -124,14 +197,14 @@ fn ranges(runs: &[Run]) -> Ranges {
     }
 }
 
-impl Reduced {
+impl<const M: usize> Reduced<M> {
     /// The model file's bytes, with the slots of `effects`.
     ///
     /// # Errors
     /// [`ReduceError::Model`] if the file does not read back as the same model.
     pub fn file(&self, effects: &[EffectSlot]) -> Result<Vec<u8>, ReduceError> {
         let meta = serde_json::to_string(&self.meta).expect("plain numbers and text");
-        let mut bytes = vec![0; Data::file_length(effects, &meta)];
+        let mut bytes = vec![0; DataOf::<M, NODES>::file_length(effects, &meta)];
         self.data.write_file(effects, &meta, &mut bytes)?;
         Ok(bytes)
     }
@@ -140,7 +213,9 @@ impl Reduced {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DesignSettings, Sample, design, simulate_path};
+    use crate::{DesignSettings, Sample, design, simulate_path, strength};
+    use fingerpad::{Data, Params};
+    use fingerpad_fe::load_path::{Drive, Turn};
 
     /// Runs whose responses come from a known model instead of finite elements.
     fn twin() -> (Data, Vec<Run>) {
@@ -172,26 +247,28 @@ mod tests {
     fn a_planted_model_is_found() {
         let (planted, mut runs) = twin();
         let settings = Settings { iterations: 7, ..Settings::default() };
-        let reduced = reduce(&runs, 0.46, &settings).unwrap();
+        let reduced: Reduced = reduce(&runs, 0.46, &settings).unwrap();
         let held_out = &reduced.meta.held_out;
         assert!(held_out.paths >= 60);
         assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
         assert!(held_out.normal_of_range < 0.005, "{held_out:?}");
         assert!(held_out.regime_right > 0.97, "{held_out:?}");
-        for i in [10, 20, 24] {
-            let (found, there) = (reduced.data.rows[i].limit.value, planted.rows[i].limit.value);
-            assert!((found / there - 1.0).abs() < 0.02, "limit at node {i}: {found} for {there}");
+        for depth_mm in [0.7, 1.4, 1.7] {
+            let [found, there] = [&reduced.data, &planted].map(|data| strength(&data.model().unwrap(), depth_mm));
+            assert!((found / there - 1.0).abs() < 0.02, "limit at {depth_mm} mm: {found} for {there}");
         }
+        assert!(held_out.moment_of_limit < 0.03, "{held_out:?}");
         let bytes = reduced.file(&[]).unwrap();
         let file = fingerpad::ModelFile::new(&bytes).unwrap();
         assert_eq!(*file.file().model.data(), reduced.data);
         assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
         runs[3].settings_hash = "other".into();
-        let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
+        let message = reduce::<SPRINGS>(&runs, 0.46, &settings).unwrap_err().to_string();
         assert!(message.contains("has other"), "{message}");
         runs[3].settings_hash = "twin".into();
-        runs[3].path.drives[0] = fingerpad_fe::load_path::Drive::Force;
-        let message = reduce(&runs, 0.46, &settings).unwrap_err().to_string();
-        assert!(message.starts_with(&runs[3].name) && message.contains("by force"), "{message}");
+        let moment = Turn { drive: Drive::Force, values: vec![1.0; runs[3].path.waypoints.len()] };
+        runs[3].path.turns.spin = Some(moment);
+        let message = reduce::<SPRINGS>(&runs, 0.46, &settings).unwrap_err().to_string();
+        assert!(message.starts_with(&runs[3].name) && message.contains("by a moment"), "{message}");
     }
 }

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use fingerpad::{Node, ParamsOf, SpringParams};
+use fingerpad::{Node, ParamsOf, SpringParams, PoseTable};
 
 use super::tables::Knots;
 
@@ -18,6 +18,8 @@ pub struct Parameterisation {
     pub rising: Knots,
     /// Knots of the others.
     pub gentle: Knots,
+    /// Springs whose pairs lie along y, as bits; the others lie along x.
+    pub along_y: usize,
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: f64,
 }
@@ -50,8 +52,9 @@ const SLOPE: f64 = 0.2;
 const YIELD_MAX_MM: f64 = 9.9;
 /// Stiffness of the spring that touches first and of each of the others at the start of a fit, in proportion.
 const FIRST_SHARES: [f64; 2] = [1.5, 0.6];
-/// Length in which places of springs are counted, mm.
+/// Length in which arms of pairs are counted, mm, and the farthest middle of a pair from the point under first touch.
 const ARM_MM: f64 = 3.0;
+const CENTRE_MAX_MM: f64 = 6.0;
 
 /// Reads the vector piece by piece.
 struct Cursor<'a>(&'a [f64]);
@@ -99,13 +102,9 @@ impl Parameterisation {
             depth_max_mm,
             rising: Knots::graded(rising, depth_max_mm),
             gentle: Knots::graded(gentle, depth_max_mm),
+            along_y: 0,
             pressure_exponent,
         }
-    }
-
-    /// Length of the vector for `springs` springs.
-    pub fn len(&self, springs: usize) -> usize {
-        self.of_spin(springs).end
     }
 
     /// Where the numbers stand that normal force and friction depend on.
@@ -131,7 +130,7 @@ impl Parameterisation {
     /// Where those stand that only a spin, its moment and the centre of pressure depend on.
     pub fn of_spin(&self, springs: usize) -> Range<usize> {
         let start = self.of_contact(springs).end;
-        start..start + 3 * springs + self.gentle.0.len() + 2
+        start..start + 2 * springs + self.gentle.0.len() + 1
     }
 
     /// The vector of an initial guess; springs touch at these depths, mm (the first one at 0 whatever it says).
@@ -170,13 +169,15 @@ impl Parameterisation {
         // Area tilt, area shares, sharpness.
         theta.extend(vec![0.0; 1 + springs * gentle]);
         theta.extend(vec![-1.0; springs]);
-        // Pairs of springs lie across one another, the more apart the later they touch.
-        for j in 0..springs {
-            let arm = 0.4 + 0.5 * (springs - j) as f64 / springs as f64;
-            theta.extend(if j % 2 == 0 { [0.0, arm, 0.2] } else { [0.0, 0.2, -arm] });
-        }
-        theta.extend(vec![0.0; gentle + 2]);
+        // What touches later lies farther out.
+        theta.extend((0..springs).flat_map(|j| [0.0, (1.0 + 2.0 * j as f64 / springs as f64).ln()]));
+        theta.extend(vec![0.0; gentle + 1]);
         theta
+    }
+
+    /// The arm of a spring's pair, mm: along x or along y, so that the finger's two sides are alike.
+    fn arm(&self, spring: usize, length_mm: f64) -> [f64; 2] {
+        if self.along_y >> spring & 1 == 1 { [0.0, length_mm] } else { [length_mm, 0.0] }
     }
 
     /// The parameters of a model with bands of 0.
@@ -210,9 +211,9 @@ impl Parameterisation {
         let area_tilt = 0.5 * cursor.one().tanh();
         let area_shares: Vec<&[f64]> = (0..M).map(|_| cursor.take(gentle)).collect();
         let sharpness = cursor.take(M);
-        let places: Vec<&[f64]> = (0..M).map(|_| cursor.take(3)).collect();
+        let places: Vec<&[f64]> = (0..M).map(|_| cursor.take(2)).collect();
         let centre: Vec<f64> = cursor.take(gentle).to_vec();
-        let (centre_per_n, spin_cross) = (cursor.one(), cursor.one());
+        let centre_per_n = cursor.one();
 
         let mut nodes: [Node<M, f64>; N] = [Node::default(); N];
         let cell = self.depth_max_mm / (N - 1) as f64;
@@ -248,21 +249,100 @@ impl Parameterisation {
             springs: std::array::from_fn(|j| SpringParams {
                 stiffness_share: stiffness_share[j],
                 sharpness: 1.0 / (1.0 + (-sharpness[j]).exp()),
-                centre_mm: ARM_MM * places[j][0],
-                arm_mm: [ARM_MM * places[j][1], ARM_MM * places[j][2]],
+                centre_mm: CENTRE_MAX_MM * places[j][0].tanh(),
+                arm_mm: self.arm(j, ARM_MM * places[j][1].clamp(-3.0, 1.4).exp()),
             }),
             nodes,
             odd_per_mm: (ALLOWED * ODD_MAX / (REACH * longest) * odd).clamp(-1.99, 1.99),
             area_tilt,
             pressure_centre_per_n: centre_per_n,
-            spin_cross: spin_cross.clamp(0.0, 1.0),
+            spin_cross: 0.0,
             band_normal_middle: 1.0,
             band_normal_slip: 1.0,
             band_friction_stick: 0.0,
             band_friction_middle: 0.0,
             band_friction_slip: 0.0,
             pressure_exponent: self.pressure_exponent,
-            pose: fingerpad::PoseTable::of_one_pose(30.0),
+            pose: PoseTable::of_one_pose(30.0),
         }
+    }
+}
+
+/// The same parameters in the numbers of the target.
+pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> ParamsOf<M, N> {
+    let node = |n: &Node<M, f64>| Node {
+        normal_force_n: n.normal_force_n as f32,
+        contact_area_mm2: n.contact_area_mm2 as f32,
+        stiffness_slope_n_mm2: n.stiffness_slope_n_mm2.map(|v| v as f32),
+        yield_slide_mm: n.yield_slide_mm.map(|v| v as f32),
+        strength_ratio: n.strength_ratio as f32,
+        tilt_x: n.tilt_x as f32,
+        press_coupling: n.press_coupling as f32,
+        area_share: n.area_share.map(|v| v as f32),
+        pressure_centre_mm: n.pressure_centre_mm as f32,
+        band_normal_n: n.band_normal_n as f32,
+    };
+    ParamsOf {
+        depth_max_mm: p.depth_max_mm as f32,
+        stiffness_n_mm: p.stiffness_n_mm.map(|v| v as f32),
+        springs: p.springs.map(|s| SpringParams {
+            stiffness_share: s.stiffness_share as f32,
+            sharpness: s.sharpness as f32,
+            centre_mm: s.centre_mm as f32,
+            arm_mm: s.arm_mm.map(|v| v as f32),
+        }),
+        nodes: std::array::from_fn(|i| node(&p.nodes[i])),
+        odd_per_mm: p.odd_per_mm as f32,
+        area_tilt: p.area_tilt as f32,
+        pressure_centre_per_n: p.pressure_centre_per_n as f32,
+        spin_cross: p.spin_cross as f32,
+        band_normal_middle: p.band_normal_middle as f32,
+        band_normal_slip: p.band_normal_slip as f32,
+        band_friction_stick: p.band_friction_stick as f32,
+        band_friction_middle: p.band_friction_middle as f32,
+        band_friction_slip: p.band_friction_slip as f32,
+        pressure_exponent: p.pressure_exponent as f32,
+        pose: PoseTable {
+            pitch_deg: p.pose.pitch_deg as f32,
+            rows: p.pose.rows.map(|row| row.map(|v| v as f32)),
+            band: p.pose.band.map(|v| v as f32),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The start is a model, and so is what lies around it but for the inequalities of passivity, which the fit obeys by its
+    /// residuals.
+    #[test]
+    fn vectors_are_models() {
+        let layout = Parameterisation::new(12, 4, 2.5, 0.46);
+        let guess = InitialGuess {
+            normal: [0.33, 1.6],
+            area: [65.0, 1.0],
+            limit: [0.5, 1.3],
+            stiffness: [0.3, 0.2],
+            ratio: 0.65,
+        };
+        let start = layout.start(&[0.0, 0.1, 0.8], &guess);
+        assert_eq!(start.len(), layout.of_spin(3).end);
+        assert!(layout.params::<3, 37>(&start).try_build().is_ok());
+        let mut seed = 7u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 40) as f64 / (1u64 << 24) as f64 - 0.5
+        };
+        let mut accepted = 0;
+        for case in 0..2000 {
+            let theta: Vec<f64> = start.iter().map(|t| t + 0.3 * next()).collect();
+            match layout.params::<3, 37>(&theta).try_build() {
+                Ok(_) => accepted += 1,
+                Err(fingerpad::Error::NotPassive { .. }) => {}
+                Err(error) => panic!("seed 7, case {case}: {error}"),
+            }
+        }
+        assert!(accepted > 500, "{accepted}");
     }
 }

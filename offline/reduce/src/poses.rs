@@ -2,7 +2,7 @@
 //!
 //! Main functions: [`fit_poses`], [`pose_scores`]. Uses runs and `fingerpad`.
 
-use fingerpad::{DataOf, Motion, POSE_ROWS, ParamsOf, Pose, PoseTable, Response, StateOf};
+use fingerpad::{DataOf, Motion, POSE_ROWS, Pose, PoseTable, Response, StateOf};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, TerminationReason, minimise};
 use serde::{Deserialize, Serialize};
 
@@ -54,20 +54,20 @@ pub fn is_posed(run: &Run) -> bool {
 /// # Errors
 /// [`ReduceError::Fit`] if the minimiser finds no minimum.
 pub fn fit_poses<const M: usize, const N: usize>(
-    params: &ParamsOf<M, N, f64>,
+    data: &DataOf<M, N, f64>,
     runs: &[&Run],
 ) -> Result<Option<PoseTable<f64>>, ReduceError> {
     if runs.len() < LEAST_RUNS {
         return Ok(None);
     }
-    let mut problem = Poses { data: params.build_unchecked(), runs };
+    let mut problem = Poses { data: *data, runs };
     let start = vec![0.0; 3 * POSE_ROWS];
     let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_patience(100);
     let (found, report) = minimise(&mut problem, &start, &minimiser);
     if !(report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)) {
         return Err(ReduceError::Fit(format!("poses: {:?}", report.termination)));
     }
-    Ok(Some(table(params.pose.pitch_deg, &found)))
+    Ok(Some(table(data.pose.pitch_deg, &found)))
 }
 
 /// Errors of a model along runs in other poses.

@@ -23,8 +23,7 @@ pub struct RunScore {
     pub normal_of_range: f64,
     /// RMS of the length of friction's error over the friction limit at the row's depth.
     pub friction_of_limit: f64,
-    /// RMS of the spin moment's error over the springs' mean arm and the friction limit at the row's depth; of paths that
-    /// spin.
+    /// RMS of the spin moment's error over its limit at the row's depth; of paths that spin.
     pub moment_of_limit: Option<f64>,
     /// RMS and largest of the length of the error in the change of friction since a vibration of the depth began, over the
     /// friction limit at the depth where it did; of vibrations, while the slide is held.
@@ -50,7 +49,7 @@ pub struct Scores {
     pub normal_of_range: f64,
     /// Friction, RMS of the limit at the depth.
     pub friction_of_limit: f64,
-    /// Spin moment over the springs' mean arm, RMS of the limit at the depth; 0 without spins.
+    /// Spin moment, RMS of its limit at the depth; 0 without spins.
     pub moment_of_limit: f64,
     /// Change of friction since a vibration began, RMS and largest of the limit there; 0 without vibrations.
     pub vibration_of_limit: [f64; 2],
@@ -127,9 +126,9 @@ fn friction_error(r: &Response, s: &Sample) -> f64 {
 
 /// Errors of `responses`, the model's at the samples of `run`.
 ///
-/// * `limit`: the strength at a depth, N
-/// * `arm_mm`: what makes moments forces
-pub fn score_run(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f64, arm_mm: f64) -> RunScore {
+/// * `limits`: friction and spin moment in full slip at a depth, N and N mm
+pub fn score_run(run: &Run, responses: &[Response], limits: impl Fn(f32) -> [f64; 2]) -> RunScore {
+    let limit = |depth_mm: f32| limits(depth_mm)[0];
     let turn = first_turn(run);
     let (mut normal, mut friction, mut moment, mut area) = Default::default();
     let (mut stick, mut regime_rows, mut regime_wrong) = ([Errors::default(); 2], 0, 0);
@@ -147,7 +146,7 @@ pub fn score_run(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f64, 
         push(&mut area, (r.contact_area_mm2 - s.contact_area_mm2).into());
         push(&mut stick[usize::from(i >= turn)], (r.stick_ratio - s.stick_ratio).into());
         if let (true, Some(there)) = (run.spins(), spin_moment(s)) {
-            push(&mut moment, (f64::from(r.spin_moment_n_mm) - there) / (arm_mm * limit(s.depth_mm)));
+            push(&mut moment, (f64::from(r.spin_moment_n_mm) - there) / limits(s.depth_mm)[1]);
         }
         if outside_band(s.stick_ratio) {
             regime_rows += 1;
@@ -192,16 +191,20 @@ fn vibration_errors(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f6
 
 /// Errors of a model along every run.
 pub fn score<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[Run]) -> Vec<RunScore> {
-    let arm_mm = f64::from(model.data().gyration).max(1e-6);
-    runs.iter().map(|run| score_run(run, &replay(model, run), |depth| strength(model, depth), arm_mm)).collect()
+    runs.iter().map(|run| score_run(run, &replay(model, run), |depth| limits(model, depth))).collect()
 }
 
-/// Friction limit along x, the mean of both directions, at `depth_mm`, N.
+/// Friction in full slip along x, the mean of both directions, at `depth_mm`, N.
 pub fn strength<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32) -> f64 {
+    limits(model, depth_mm)[0]
+}
+
+/// That, and the moment in full spin, N mm.
+fn limits<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32) -> [f64; 2] {
     let data = model.data();
     let x = (depth_mm.max(0.05) / data.depth_max * (N - 1) as f32).min((N - 1) as f32);
     let row = &data.rows[x as usize];
-    f64::from(row.limit.value + row.limit.change * (x - x.floor()))
+    [&row.limit, &row.spin_limit].map(|line| f64::from(line.value + line.change * (x - x.floor())))
 }
 
 impl Scores {

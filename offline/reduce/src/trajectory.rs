@@ -6,7 +6,7 @@ use fingerpad::{
     Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Response, StateOf, Surroundings, Tangential,
 };
 
-use fingerpad_fe::load_path::{self, Drive, Path, Waypoint};
+use fingerpad_fe::load_path::{self, Drive, Path};
 
 /// Longest motion of one step, mm, as in replays.
 const STEP_MM: f64 = super::STEP_MM as f64;
@@ -18,7 +18,7 @@ const STEPS_PER_ROW: usize = 5;
 /// One row: the quantities of a finite-element response, and those that only the reduced model gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryRow {
-    /// Position and forces; the centre of pressure is NaN.
+    /// Position, forces and moments; the centre of pressure along y is NaN and the moment about x 0: the model knows neither.
     pub response: load_path::Response,
     /// Largest friction in the direction of the present one, N.
     pub friction_limit_n: f64,
@@ -30,7 +30,7 @@ pub struct TrajectoryRow {
     pub band_friction_n: f64,
 }
 
-fn row(t_s: f64, at: [f64; 3], r: &Response) -> TrajectoryRow {
+fn row(t_s: f64, at: [f64; 4], r: &Response) -> TrajectoryRow {
     TrajectoryRow {
         response: load_path::Response {
             t_s,
@@ -44,7 +44,13 @@ fn row(t_s: f64, at: [f64; 3], r: &Response) -> TrajectoryRow {
             stick_ratio: r.stick_ratio.into(),
             regime: r.regime,
             status: r.status,
-            centre_of_pressure_mm: [f64::NAN; 2],
+            centre_of_pressure_mm: r.pressure_centre_mm.map(f64::from),
+            spin_deg: at[3],
+            moment_n_mm: [
+                f64::from(r.pressure_centre_mm[1] * r.normal_force_n),
+                -f64::from(r.pressure_centre_mm[0] * r.normal_force_n),
+                r.spin_moment_n_mm.into(),
+            ],
             ..Default::default()
         },
         friction_limit_n: r.friction_limit_n.into(),
@@ -54,13 +60,21 @@ fn row(t_s: f64, at: [f64; 3], r: &Response) -> TrajectoryRow {
     }
 }
 
-/// Simulates `path` in steps of at most 0.02 mm or 5 mN; returns a row at every waypoint and at every fifth step between.
+/// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
-/// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag.
+/// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag. Pitch and roll and a spin
+/// driven by its moment are not known to the model ([`crate::is_representable`]) and left out.
 pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<TrajectoryRow> {
-    let mut state = StateOf::<M>::default();
+    if path.turns.spin.is_some() { driven::<M, N, 2>(model, path) } else { driven::<M, N, 1>(model, path) }
+}
+
+fn driven<const M: usize, const N: usize, const P: usize>(
+    model: &ModelOf<'_, M, N>,
+    path: &Path,
+) -> Vec<TrajectoryRow> {
+    let mut state = StateOf::<M, P>::default();
     let by_force = path.drives.map(|d| d == Drive::Force);
-    along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+    along(path, &mut |target: [f64; 4], dt: f64, at: &mut [f64; 4]| -> Response {
         let normal = if by_force[0] { Normal::ForceN(target[0] as f32) } else { Normal::DepthMm(target[0] as f32) };
         // Both tangential axes are driven alike by the core; a mixed drive holds the other at its present force.
         let slide = [target[1] - at[1], target[2] - at[2]];
@@ -69,10 +83,9 @@ pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, 
         } else {
             Tangential::SlideIncrementMm(slide.map(|s| s as f32))
         };
-        let driven = model.step_driven(
-            &mut state,
-            CoreDrive { normal, tangential, spin_increment_rad: 0.0, dt_s: dt.max(1e-6) as f32 },
-        );
+        let spin_increment_rad = (target[3] - at[3]).to_radians() as f32;
+        let drive = CoreDrive { normal, tangential, spin_increment_rad, dt_s: dt.max(1e-6) as f32 };
+        let driven = model.step_driven(&mut state, drive);
         at[0] = driven.motion.depth_mm.into();
         for k in 0..2 {
             at[k + 1] = if by_force[1] || by_force[2] {
@@ -81,6 +94,7 @@ pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, 
                 target[k + 1]
             };
         }
+        at[3] = target[3];
         driven.response
     })
 }
@@ -88,27 +102,22 @@ pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, 
 /// Simulates `path` with the effects of a model file, in surroundings that are constant but for the clock of the
 /// series, which starts at theirs. Forces are the sensor's readings where the file has a tare or cross-talk.
 ///
-/// `None` for a path that is driven by force: effects know motions alone.
+/// `None` for a path that is driven by force or spins: effects know depth and slide alone.
 pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     surroundings: Surroundings,
     path: &Path,
 ) -> Option<Vec<TrajectoryRow>> {
-    if path.drives.contains(&Drive::Force) {
+    if path.drives.contains(&Drive::Force) || path.turns.spin.is_some() {
         return None;
     }
     let mut contact = Contact::default();
     let mut now = surroundings;
-    Some(along(path, &mut |target: [f64; 3], dt: f64, at: &mut [f64; 3]| -> Response {
+    Some(along(path, &mut |target: [f64; 4], dt: f64, at: &mut [f64; 4]| -> Response {
         now.series_s += dt as f32;
         let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
-        let motion = Motion {
-            depth_mm: target[0] as f32,
-            slide_increment_mm: slide,
-            spin_increment_rad: 0.0,
-            dt_s: dt.max(1e-6) as f32,
-        };
+        let motion = Motion { depth_mm: target[0] as f32, slide_increment_mm: slide, spin_increment_rad: 0.0, dt_s: dt.max(1e-6) as f32 };
         *at = target;
         let mut response = effects.step(model, &mut contact, now, motion);
         let [normal, x, y] = effects.reading(&response);
@@ -119,32 +128,38 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
 
 /// Steps that a path takes, as a float since a path may be absurdly long.
 pub fn steps(path: &Path) -> f64 {
-    path.waypoints.windows(2).map(|pair| steps_between(path, corner(&pair[0]), corner(&pair[1]))).sum()
+    (1..path.waypoints.len()).map(|i| steps_between(path, corner(path, i - 1), corner(path, i))).sum()
 }
 
-fn corner(w: &Waypoint) -> [f64; 3] {
-    [w.normal, w.x, w.y]
+/// Depth or normal force, slides or frictions, and spin (degrees) at a waypoint.
+fn corner(path: &Path, index: usize) -> [f64; 4] {
+    let w = &path.waypoints[index];
+    let spin = path.turns.spin.as_ref().and_then(|turn| turn.values.get(index)).copied().unwrap_or(0.0);
+    [w.normal, w.x, w.y, spin]
 }
 
-fn steps_between(path: &Path, from: [f64; 3], to: [f64; 3]) -> f64 {
-    let longest = |k: usize| if path.drives[k] == Drive::Force { STEP_N } else { STEP_MM };
-    (0..3).map(|k| (to[k] - from[k]).abs() / longest(k)).fold(0.0, f64::max).ceil().max(1.0)
+fn steps_between(path: &Path, from: [f64; 4], to: [f64; 4]) -> f64 {
+    let longest = |k: usize| match path.drives.get(k) {
+        Some(Drive::Force) => STEP_N,
+        Some(_) => STEP_MM,
+        None => f64::from(super::STEP_RAD).to_degrees(),
+    };
+    (0..4).map(|k| (to[k] - from[k]).abs() / longest(k)).fold(0.0, f64::max).ceil().max(1.0)
 }
 
 /// One step: from target, duration (s) and position, which it moves, to the response there.
-type Step<'a> = dyn FnMut([f64; 3], f64, &mut [f64; 3]) -> Response + 'a;
+type Step<'a> = dyn FnMut([f64; 4], f64, &mut [f64; 4]) -> Response + 'a;
 
 /// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
 fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
-    let first = &path.waypoints[0];
-    let by_force = path.drives.map(|d| d == Drive::Force);
-    let start = corner(first);
-    let mut at: [f64; 3] = std::array::from_fn(|k| if by_force[k] { 0.0 } else { start[k] });
+    let by_force = |k: usize| path.drives.get(k) == Some(&Drive::Force);
+    let start = corner(path, 0);
+    let mut at: [f64; 4] = std::array::from_fn(|k| if by_force(k) { 0.0 } else { start[k] });
     let mut rows = Vec::new();
     let response = go(start, 1e-3, &mut at);
-    rows.push(row(first.t_s, at, &response));
-    for pair in path.waypoints.windows(2) {
-        let (from, to) = (corner(&pair[0]), corner(&pair[1]));
+    rows.push(row(path.waypoints[0].t_s, at, &response));
+    for (i, pair) in path.waypoints.windows(2).enumerate() {
+        let (from, to) = (corner(path, i), corner(path, i + 1));
         let steps = steps_between(path, from, to) as usize;
         let dt = (pair[1].t_s - pair[0].t_s) / steps as f64;
         for k in 1..=steps {
@@ -163,6 +178,7 @@ fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
 #[cfg(test)]
 mod tests {
     use fingerpad::{EffectSlot, Params};
+    use fingerpad_fe::load_path::Waypoint;
 
     use super::*;
 

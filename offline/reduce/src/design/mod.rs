@@ -146,13 +146,14 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
         let [calibration, held_out] = settings.paths.of(kind);
         let paths = calibration + held_out;
         for i in 0..paths {
-            // Fit and held-out paths alternate along the sequence, so both fill the ranges.
+            // Fit and held-out paths alternate along the sequence, so that both fill the ranges.
             let late = i * held_out / paths != (i + 1) * held_out / paths;
+            let in_turn = |i: usize| if calibration == held_out { in_turn(i) } else { i };
             add(&mut all, kind, late, |number| {
                 let drawn = match kind {
                     // Four that differ in the amplitude alone share the other parameters.
-                    Kind::Vibration => 2 * (number / motions::AMPLITUDES) + usize::from(late),
-                    _ => i,
+                    Kind::Vibration => in_turn(2 * (number / motions::AMPLITUDES) + usize::from(late)),
+                    _ => in_turn(i),
                 };
                 let index = 1 + drawn + KIND_STRIDE * kind as usize + SEED_STRIDE * settings.seed as usize;
                 one(settings, kind, number, &mut HaltonPoint::new(index))
@@ -160,6 +161,12 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
         }
     }
     Ok(all)
+}
+
+/// The point of the sequence for the `i`-th path where fit and held-out paths alternate strictly: every second pair changes
+/// places. Numbers in base 2 go up and down in turn as well, so that else one half would get all small ones.
+fn in_turn(i: usize) -> usize {
+    i ^ (i >> 1 & 1)
 }
 
 /// Appends a path; `path` makes it from its number within kind and half.

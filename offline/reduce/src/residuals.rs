@@ -1,0 +1,190 @@
+//! What a fit makes small: differences between the model's replay and the finite elements.
+//!
+//! Main type: [`Replay`]. Every residual comes out of `fingerpad` itself, in 64-bit numbers; the Jacobian is by finite
+//! differences. Uses parameterisation, replay.
+
+use std::ops::Range;
+
+use fingerpad::{DataOf, Error, Line, ParamsOf, Regime, Response};
+use fingerpad_least_squares::Problem;
+use rayon::prelude::*;
+
+use super::parameterisation::Parameterisation;
+use super::replay::{pressure_centre, replay, replay_coarsely, spin_moment};
+use super::{Run, Sample, Settings};
+
+/// What is compared between model and runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Compared {
+    /// Normal force and friction.
+    Forces,
+    /// Stick ratio and area.
+    Contact,
+    /// Normal force, friction, moment and centre of pressure under spin.
+    Spin,
+}
+
+impl Compared {
+    /// The numbers of the vector that are varied for it.
+    pub fn range(self, layout: &Parameterisation, springs: usize) -> Range<usize> {
+        match self {
+            Self::Forces => layout.of_forces(springs),
+            Self::Contact => layout.of_contact(springs),
+            Self::Spin => layout.of_spin(springs),
+        }
+    }
+
+    /// Residuals of a row.
+    fn count(self) -> usize {
+        match self {
+            Self::Forces => 3,
+            Self::Contact => 2,
+            Self::Spin => 5,
+        }
+    }
+}
+
+/// Replays of the runs, compared with the finite elements.
+pub struct Replay<'a, const M: usize, const N: usize> {
+    /// The runs.
+    pub runs: &'a [&'a Run],
+    /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
+    pub limit: [f64; 2],
+    /// Meaning of the vector.
+    pub layout: &'a Parameterisation,
+    /// Weights.
+    pub settings: &'a Settings,
+    /// What is compared.
+    pub compared: Compared,
+    /// The whole vector at the start; a prior near it holds what the runs do not determine.
+    pub theta: Vec<f64>,
+}
+
+/// Steps of a fit's replays over those of others.
+const COARSE: f32 = 3.0;
+/// Length that makes a moment a force, mm.
+const ARM_MM: f64 = 3.0;
+/// Step of the finite differences; the vector's numbers are of order 1.
+const DIFFERENCE: f64 = 1e-4;
+/// Residual of numbers that are no model, and the largest of any: the minimiser steps back instead of giving up.
+const NO_MODEL: f64 = 1e3;
+
+impl<const M: usize, const N: usize> Replay<'_, M, N> {
+    /// Residuals of one row; `most` are the largest normal force and area of the run.
+    fn of_row(&self, sample: &Sample, r: &Response<f64>, most: [f64; 2], out: &mut Vec<f64>) {
+        let s = self.settings;
+        let limit = self.limit[0] * f64::from(sample.depth_mm).max(0.05).powf(self.limit[1]);
+        let friction = s.friction_share * limit;
+        let of = |a: f64, b: f32, scale: f64| (a - f64::from(b)) / scale;
+        let of_friction = [0, 1].map(|k| of(r.friction_n[k], sample.friction_n[k], friction));
+        let of_normal = of(r.normal_force_n, sample.normal_force_n, s.normal_share * most[0]);
+        match self.compared {
+            Compared::Forces => {
+                out.push(of_normal);
+                out.extend(of_friction);
+            }
+            Compared::Contact => {
+                // The ends of the stick ratio are regimes of their own.
+                let end = matches!(sample.regime, Regime::Stick | Regime::Slip);
+                out.push(of(r.stick_ratio, sample.stick_ratio, if end { s.stick_end } else { s.stick }));
+                out.push(of(r.contact_area_mm2, sample.contact_area_mm2, s.area_share * most[1]));
+            }
+            Compared::Spin => {
+                out.push(of_normal);
+                out.extend(of_friction);
+                let moment = spin_moment(sample).unwrap_or(r.spin_moment_n_mm);
+                out.push((r.spin_moment_n_mm - moment) / (friction * ARM_MM));
+                let centre = pressure_centre(sample).unwrap_or(r.pressure_centre_mm[0]);
+                let weight = f64::from(sample.normal_force_n) / (most[0] * s.centre_mm);
+                out.push((r.pressure_centre_mm[0] - centre) * weight);
+            }
+        }
+    }
+
+    /// Residuals of all runs, then those of the prior and one for what the core would refuse.
+    fn residuals_at(&self, varied: &[f64]) -> Vec<f64> {
+        let mut theta = self.theta.clone();
+        let range = self.compared.range(self.layout, M);
+        theta[range.clone()].copy_from_slice(varied);
+        let data = self.layout.params::<M, N>(&theta).build_unchecked();
+        let model = data.model_unchecked();
+        let mut out = Vec::new();
+        for run in self.runs {
+            let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(0.0f32, f32::max));
+            let most = [most(|s| s.normal_force_n).max(1e-3), most(|s| s.contact_area_mm2).max(1.0)];
+            for (sample, r) in run.samples.iter().zip(&replay_coarsely(&model, run, COARSE)) {
+                if sample.normal_force_n > 0.0 || r.normal_force_n > 0.0 {
+                    self.of_row(sample, r, most, &mut out);
+                } else {
+                    out.extend(vec![0.0; self.compared.count()]);
+                }
+            }
+        }
+        let bends = self.layout.of_bends(M);
+        let prior = |k: usize| {
+            let is_bend = bends.iter().any(|r| r.contains(&k));
+            if is_bend { self.settings.bend_prior } else { self.settings.prior }
+        };
+        out.extend(range.zip(varied).map(|(k, t)| (t - self.theta[k]) / prior(k)));
+        out.push(refusal(&data));
+        // Also makes infinities and what is no number large.
+        out.iter().map(|r| if r.abs() < NO_MODEL { *r } else { NO_MODEL }).collect()
+    }
+}
+
+/// 0 for what the core accepts; for what is not passive it grows with the excess.
+fn refusal<const M: usize, const N: usize>(data: &DataOf<M, N, f64>) -> f64 {
+    match data.check() {
+        Ok(()) => 0.0,
+        Err(Error::NotPassive { value, limit, .. }) => {
+            let excess = f64::from(value - limit) / f64::from(limit.abs()).max(1e-9);
+            (0.1 + excess).min(1.0) * NO_MODEL
+        }
+        Err(_) => NO_MODEL,
+    }
+}
+
+impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
+    fn residuals(&mut self, theta: &[f64]) -> Option<Vec<f64>> {
+        Some(self.residuals_at(theta))
+    }
+
+    fn jacobian(&mut self, theta: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let here = self.residuals_at(theta);
+        let column = |k: usize| {
+            let mut to = theta.to_vec();
+            to[k] += DIFFERENCE;
+            self.residuals_at(&to).iter().zip(&here).map(|(u, h)| (u - h) / DIFFERENCE).collect()
+        };
+        Some((0..theta.len()).into_par_iter().map(column).collect())
+    }
+}
+
+/// Depth from which rows tell of the limit under slide and spin, share of the largest.
+const SHALLOW: f64 = 0.1;
+
+/// c of the limit f² + m² + c |f| |m| = 1 of friction and moment, both over their own limit, by least squares over the rows of
+/// `runs` in which the model slips as a whole.
+pub fn spin_cross<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, runs: &[&Run]) -> f64 {
+    let data = params.build_unchecked();
+    let model = data.model_unchecked();
+    let (mut sum, mut square) = (0.0, 0.0);
+    for run in runs {
+        for (sample, r) in run.samples.iter().zip(&replay(&model, run)) {
+            // Nearly lifted off, both limits are small and their quotients rough.
+            if r.regime != Regime::Slip || f64::from(sample.depth_mm) < SHALLOW * data.depth_max {
+                continue;
+            }
+            let x = f64::from(sample.depth_mm) * data.cells_per_mm;
+            let i = (x as usize).min(N - 1);
+            let row = &data.rows[i];
+            let at = |line: &Line<f64>| line.value + line.change * (x - i as f64).min(1.0);
+            let [fx, fy] = r.friction_n;
+            let friction = fx.hypot(fy) / r.friction_limit_n;
+            let moment = (r.spin_moment_n_mm - at(&row.friction_centre) * fy).abs() / at(&row.spin_limit);
+            sum += (1.0 - friction * friction - moment * moment) * friction * moment;
+            square += (friction * moment).powi(2);
+        }
+    }
+    if square > 0.0 { (sum / square).clamp(0.0, 1.0) } else { 0.0 }
+}
