@@ -70,7 +70,7 @@ impl<T: Scalar> PoseTable<T> {
         }
         let numbers = self.rows.iter().flatten().enumerate();
         numbers
-            .filter(|(_, x)| !(x.magnitude() <= T::of(100.0)))
+            .filter(|(_, x)| !(x.magnitude() <= T::of(1000.0)))
             .map(|(i, x)| bad(i + 1, *x))
             .next()
             .map_or(Ok(()), Err)

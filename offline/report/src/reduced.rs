@@ -50,8 +50,6 @@ pub struct PathPair {
 pub struct SizePoint {
     /// Elements and table nodes.
     pub size: [usize; 2],
-    /// Most instructions of a step.
-    pub instructions: u32,
     /// Friction error on held-out paths, % of the limit.
     pub friction_percent: f64,
     /// Normal-force error, % of the range.
@@ -251,7 +249,7 @@ impl Figure for Histogram {
     }
 }
 
-/// Accuracy against instructions.
+/// Accuracy against springs.
 struct Sizes<'a>(&'a [SizePoint]);
 
 impl Figure for Sizes<'_> {
@@ -260,14 +258,14 @@ impl Figure for Sizes<'_> {
     }
 
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
-        let x = Axis::covering("Most instructions of a step, Cortex-M4F", [300.0, 700.0], std::iter::empty(), 8);
+        let x = Axis::covering("Springs", [2.0, 8.0], std::iter::empty(), 7);
         let values = self.0.iter().flat_map(|p| [p.friction_percent, p.normal_percent, p.stick_percent]);
         let y = Axis::covering("RMS error on held-out paths, %", [0.0, 0.0], values, 6);
         let panel = Panel { left: 60.0, top: 50.0, width: 520.0, height: 300.0, x, y };
         panel.draw(canvas)?;
         let default_nodes = self.0.iter().find(|p| p.default).map_or(25, |p| p.size[1]);
         let mut line: Vec<&SizePoint> = self.0.iter().filter(|p| p.size[1] == default_nodes).collect();
-        line.sort_by_key(|p| p.instructions);
+        line.sort_by_key(|p| p.size[0]);
         type Of = fn(&SizePoint) -> f64;
         let series: [(&str, Of, Marker); 3] = [
             ("friction, of the limit", |p| p.friction_percent, Marker::Circle),
@@ -277,20 +275,20 @@ impl Figure for Sizes<'_> {
         let mut ends = Vec::new();
         for (k, (name, of, marker)) in series.iter().enumerate() {
             let colour = SERIES[k];
-            let points: Vec<_> = line.iter().map(|p| panel.at(f64::from(p.instructions), of(p))).collect();
+            let points: Vec<_> = line.iter().map(|p| panel.at(p.size[0] as f64, of(p))).collect();
             canvas.line(&points, Line::solid(colour, 2.0))?;
             for (p, at) in line.iter().zip(&points) {
                 canvas.marker(*marker, *at, 4.5, colour, p.default)?;
             }
             for p in self.0.iter().filter(|p| p.size[1] != default_nodes) {
-                canvas.marker(Marker::Diamond, panel.at(f64::from(p.instructions), of(p)), 2.5, GREY, false)?;
+                canvas.marker(Marker::Diamond, panel.at(p.size[0] as f64, of(p)), 2.5, GREY, false)?;
             }
             if let Some(last) = points.last() {
                 ends.push((last.1, (*name).to_owned(), colour));
             }
         }
         for p in &line {
-            let at = panel.at(f64::from(p.instructions), panel.y.max());
+            let at = panel.at(p.size[0] as f64, panel.y.max());
             let colour = if p.default { ESTIMATE } else { GREY };
             canvas.text(&format!("M {}", p.size[0]), (at.0 - 10.0, at.1 + 8.0), Text { colour, ..Text::BODY })?;
         }

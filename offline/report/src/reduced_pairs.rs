@@ -35,7 +35,8 @@ pub fn reduced_report(
             text("Bytes of the model's numbers", size_of::<Data>().to_string()),
         ],
         table: table(reduced),
-        pairs: runs.iter().map(|run| pair(&model, run)).collect(),
+        // Pages show the pose of the fit.
+        pairs: runs.iter().filter(|run| run.is_representable()).map(|run| pair(&model, run)).collect(),
         worst: meta.held_out.worst_friction.1.clone(),
         sizes: curve.iter().map(size).collect(),
     })
@@ -43,12 +44,11 @@ pub fn reduced_report(
 
 fn size(point: &CurvePoint) -> SizePoint {
     SizePoint {
-        size: [point.elements, point.nodes],
-        instructions: point.instructions,
+        size: [point.springs, point.nodes],
         friction_percent: 100.0 * point.held_out.friction_of_limit,
         normal_percent: 100.0 * point.held_out.normal_of_range,
         stick_percent: 100.0 * point.held_out.stick_turned,
-        default: point.elements == fingerpad::SPRINGS && point.nodes == fingerpad::NODES,
+        default: point.springs == fingerpad::SPRINGS && point.nodes == fingerpad::NODES,
     }
 }
 
