@@ -1,5 +1,5 @@
-//! Any bytes as a model file: refused, or a model whose steps keep their promises. The checksum is made right, so
-//! that the fuzzer gets past it. `cargo +nightly fuzz run file -- -max_total_time=60`
+//! Any bytes as a model file, and the shipped file with bytes changed: refused, or a model whose steps keep their promises. The
+//! checksum is made right, so that the fuzzer gets past it. `cargo +nightly fuzz run file -- -max_total_time=60`
 #![no_main]
 
 use fingerpad::{File, Motion, State, step};
