@@ -64,7 +64,10 @@ fn a_held_load_stays_under_noise_of_a_micrometre_on_depth() {
             step(model, &mut state, motion(1.0 + 0.001 * noise.next(), 0.0, 0.0));
         }
         let after = step(model, &mut state, motion(1.0, 0.0, 0.0));
-        assert!((after.friction_n[0] - before.friction_n[0]).abs() < 0.005 * before.friction_limit_n, "{name} {after:?}");
+        assert!(
+            (after.friction_n[0] - before.friction_n[0]).abs() < 0.005 * before.friction_limit_n,
+            "{name} {after:?}"
+        );
     });
 }
 

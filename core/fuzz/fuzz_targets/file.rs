@@ -22,7 +22,12 @@ fuzz_target!(|input: &[u8]| {
         let Ok(file) = File::from_bytes(bytes) else { return };
         let mut state = State::default();
         for i in 0..40 {
-            let motion = Motion { depth_mm: 0.1 * i as f32, slide_increment_mm: [0.3, -0.2], spin_increment_rad: 0.0, dt_s: 1e-3 };
+            let motion = Motion {
+                depth_mm: 0.1 * i as f32,
+                slide_increment_mm: [0.3, -0.2],
+                spin_increment_rad: 0.0,
+                dt_s: 1e-3,
+            };
             let r = step(&file.model, &mut state, motion);
             let [x, y] = r.friction_n;
             assert!(r.normal_force_n.is_finite() && r.normal_force_n >= 0.0, "{r:?}");

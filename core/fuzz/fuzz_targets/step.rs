@@ -6,8 +6,8 @@
 use std::sync::LazyLock;
 
 use fingerpad::{
-    Contact, Data, Drive, EffectSlot, Effects, ModelFile, Motion, Normal, Params, Response, SPRINGS, SpinState, State, StateOf,
-    Status, Surroundings, Tangential, Tuned, Tuning, step,
+    Contact, Data, Drive, EffectSlot, Effects, ModelFile, Motion, Normal, Params, Response, SPRINGS, SpinState, State,
+    StateOf, Status, Surroundings, Tangential, Tuned, Tuning, step,
 };
 use libfuzzer_sys::fuzz_target;
 
@@ -27,7 +27,8 @@ fuzz_target!(|input: &[u8]| {
         let Ok(mut tuned) = plain.tuned(Tuning::default()) else { continue };
         let (mut state, mut spun, mut contact) = (State::default(), SpinState::default(), Contact::default());
         for words in input.chunks_exact(WORDS) {
-            let f: [f32; 6] = core::array::from_fn(|i| f32::from_le_bytes(core::array::from_fn(|k| words[1 + 4 * i + k])));
+            let f: [f32; 6] =
+                core::array::from_fn(|i| f32::from_le_bytes(core::array::from_fn(|k| words[1 + 4 * i + k])));
             match words[0] % 4 {
                 0 => {
                     let tuning = Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] };

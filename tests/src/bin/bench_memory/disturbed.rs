@@ -8,7 +8,12 @@ use crate::row::{Noise, Row};
 /// flagged without cause.
 pub fn rows(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
     let bad = broken::<1>(model, steps, seed) + broken::<2>(model, steps, seed + 1);
-    vec![Row::new("strength, tuning, depth, slide and spin change in every step: bad answers", f64::from(bad), [0.0; 2], "steps")]
+    vec![Row::new(
+        "strength, tuning, depth, slide and spin change in every step: bad answers",
+        f64::from(bad),
+        [0.0; 2],
+        "steps",
+    )]
 }
 
 fn broken<const P: usize>(plain: &Model<'_>, steps: u32, seed: u64) -> u32 {

@@ -66,7 +66,12 @@ pub fn rows(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
         let what = format!("0.3 N held under {percent} % uniform noise on the normal force");
         rows.push(Row::new(format!("{what}: way"), 1e3 * held.way_mm.abs(), marks, "um"));
         let late = 1e3 * (held.way_mm - way_at_half).abs();
-        rows.push(Row::new(format!("{what}: of it in the second half"), late, [0.02 * marks[0], 0.02 * marks[1]], "um"));
+        rows.push(Row::new(
+            format!("{what}: of it in the second half"),
+            late,
+            [0.02 * marks[0], 0.02 * marks[1]],
+            "um",
+        ));
     }
     for percent in [1.0, 5.0] {
         let (mut held, normal) = holding(model);
@@ -83,8 +88,17 @@ pub fn rows(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
         }
         held.drive(normal);
         let beyond = 100.0 * (held.way_mm / replay.way_mm - 1.0);
-        println!("    (Gaussian noise of {percent} %: way {:.2} um, least force {:.3} of the mean)", 1e3 * held.way_mm, least / normal);
-        rows.push(Row::new(format!("the same, {percent} % Gaussian: way beyond that at the least force so far"), beyond, [5.0, 1.0], "%"));
+        println!(
+            "    (Gaussian noise of {percent} %: way {:.2} um, least force {:.3} of the mean)",
+            1e3 * held.way_mm,
+            least / normal
+        );
+        rows.push(Row::new(
+            format!("the same, {percent} % Gaussian: way beyond that at the least force so far"),
+            beyond,
+            [5.0, 1.0],
+            "%",
+        ));
     }
     rows
 }
@@ -118,7 +132,12 @@ pub fn rest_in_a_loop(model: &Model<'_>) -> Vec<Row> {
             }
         }
         let speed = 1e3 * (place - rested).abs() / (0.5 * 40.0);
-        rows.push(Row::new(format!("object of 45 g between two fingers, {milliseconds} ms: drift at rest"), speed, [1e-3, 0.0], "um/s"));
+        rows.push(Row::new(
+            format!("object of 45 g between two fingers, {milliseconds} ms: drift at rest"),
+            speed,
+            [1e-3, 0.0],
+            "um/s",
+        ));
     }
     rows
 }

@@ -40,7 +40,12 @@ pub fn cycles(model: &Model<'_>, steps: u32) -> Vec<Row> {
     (0..steps).for_each(|_| cycle(&mut state));
     differ += usize::from(state != after_eight);
     all += 1;
-    vec![Row::new(format!("{all} loads under repeated cycles of depth: other bits than after 8"), f64::from(differ as u32), [0.0; 2], "loads")]
+    vec![Row::new(
+        format!("{all} loads under repeated cycles of depth: other bits than after 8"),
+        f64::from(differ as u32),
+        [0.0; 2],
+        "loads",
+    )]
 }
 
 /// Noise on depth and slide of a held load.
@@ -71,7 +76,12 @@ pub fn noise(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
             }
         }
         let what = format!("noise of {micrometres} um on depth, 1 um on slide, held load");
-        rows.push(Row::new(format!("{what}: against the least depth so far"), against_least, [0.5, 0.1], "% of the limit"));
+        rows.push(Row::new(
+            format!("{what}: against the least depth so far"),
+            against_least,
+            [0.5, 0.1],
+            "% of the limit",
+        ));
         if depth_noise == 0.001 {
             rows.push(Row::new(format!("{what}: against the noise-free"), against_still, [0.5, 0.2], "% of the limit"));
         }
@@ -113,7 +123,10 @@ pub fn nested(model: &Model<'_>) -> Vec<Row> {
             let (mut state, _) = held(model, at, along, 0.5 * full);
             let press = |state: &mut State, to: f64| {
                 let from = f64::from(state.depth_mm());
-                (1..=50).map(|i| step(model, state, motion(from + (at * to - from) * 0.02 * f64::from(i), [0.0; 2]))).last().unwrap_or_default()
+                (1..=50)
+                    .map(|i| step(model, state, motion(from + (at * to - from) * 0.02 * f64::from(i), [0.0; 2])))
+                    .last()
+                    .unwrap_or_default()
             };
             press(&mut state, 0.6);
             let outer = press(&mut state, 0.95);
@@ -124,7 +137,12 @@ pub fn nested(model: &Model<'_>) -> Vec<Row> {
     vec![
         Row::new("nested cycle in slide along x returns to its start", slide, [1e-4, 1.2e-5], "% of the limit"),
         // Pressing has slid along x a little, and what is left of that depends on the way along y.
-        Row::new("nested cycle in slide along y, across the slide by pressing", across, [1e-4, 1.2e-5], "% of the limit"),
+        Row::new(
+            "nested cycle in slide along y, across the slide by pressing",
+            across,
+            [1e-4, 1.2e-5],
+            "% of the limit",
+        ),
         Row::new("nested cycle in spin returns to its start, moment", spin, [1e-4, 1.2e-5], "% of limit times arm"),
         Row::new("nested cycle in depth returns to its start", depth, [0.1, 0.01], "% of the limit"),
     ]

@@ -60,7 +60,8 @@ fn read(file: &Path) -> Result<Data, String> {
 
 /// Prints the table; the number of rows that miss their mark.
 fn table(args: &Args) -> Result<usize, String> {
-    let data = if args.example { Params::example().try_build().map_err(|e| e.to_string())? } else { read(&args.model)? };
+    let data =
+        if args.example { Params::example().try_build().map_err(|e| e.to_string())? } else { read(&args.model)? };
     let model = data.model().map_err(|e| e.to_string())?;
     println!("seed {}, {} steps", args.seed, args.steps);
     println!("{:<78} {:>10} {:>10} {:>10}  ", "", "value", "pass", "reach");

@@ -68,13 +68,19 @@ pub fn growth(model: &Model<'_>) -> Vec<Row> {
                     let mut ratios = [0.0; 2];
                     for _ in 0..10 {
                         let on = motion(depth + growth, along.map(|a| 0.005 * a));
-                        ratios = [step(model, &mut state, on), step(model, &mut plain, on)].map(|r| f64::from(r.stick_ratio));
+                        ratios = [step(model, &mut state, on), step(model, &mut plain, on)]
+                            .map(|r| f64::from(r.stick_ratio));
                     }
                     apart = apart.max((ratios[0] - ratios[1]).abs());
                 }
             }
         }
-        rows.push(Row::new(format!("depth grows by {what} while slipping: stick ratio 50 um of slide later"), apart, [0.05, 0.02], ""));
+        rows.push(Row::new(
+            format!("depth grows by {what} while slipping: stick ratio 50 um of slide later"),
+            apart,
+            [0.05, 0.02],
+            "",
+        ));
     }
     rows
 }
