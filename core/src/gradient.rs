@@ -87,8 +87,8 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                     let safe = flow.magnitude() + T::of(NOTHING);
                     for i in 0..3 {
                         let back = outward[i] / safe;
-                        rate[0][i] = rate[0][i] - back * ux;
-                        rate[1][i] = rate[1][i] - back * ratio * uy;
+                        rate[0][i] -= back * ux;
+                        rate[1][i] -= back * ratio * uy;
                     }
                 }
                 let weight = share * spring.stiffness;

@@ -76,7 +76,7 @@ impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
     ///
     /// Range 0.1 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
     pub fn set_strength_factor(&mut self, factor: T) -> T {
-        if factor == factor {
+        if factor.partial_cmp(&factor).is_some() {
             let [least, most] = [0.1, 5.0].map(T::of);
             self.strength_factor = if factor < least { least } else { factor.at_most(most) };
         }
