@@ -112,8 +112,8 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
         square_y = square_y * T::of(1.07) / (anisotropy * anisotropy);
         let friction = T::of(1.3) * row.limit.at(t);
         let per = T::of(1.0) / cell;
-        let [(kx, dkx, ddkx), (ky, dky, ddky)] = [&row.stiffness_x, &row.stiffness_y]
-            .map(|k| (k.at(t), k.slope_at(t) * per, (k.bend + k.bend) * per * per));
+        let [(kx, dkx, ddkx), (ky, dky, ddky)] =
+            [&row.stiffness_x, &row.stiffness_y].map(|k| (k.at(t), k.slope_at(t) * per, (k.bend + k.bend) * per * per));
         let press = row.press_slide;
         let (coupling, bend) = (press.slope_at(t) * per, (press.bend + press.bend) * per * per);
         let normal = row.normal.at(t);

@@ -132,6 +132,33 @@ impl<T: Scalar> Spring<T> {
     }
 }
 
+impl<const M: usize, const N: usize> DataOf<M, N> {
+    /// The same numbers in another scalar: `f64` for the twin, [`crate::Dual`] for derivatives.
+    pub fn cast<U: Scalar>(&self) -> DataOf<M, N, U> {
+        let of = U::of;
+        DataOf {
+            depth_max: of(self.depth_max),
+            cells_per_mm: of(self.cells_per_mm),
+            odd: of(self.odd),
+            area_tilt: of(self.area_tilt),
+            pressure_centre_per_n: of(self.pressure_centre_per_n),
+            spin_cross: of(self.spin_cross),
+            gyration: of(self.gyration),
+            band_normal: self.band_normal.map(of),
+            band_friction: self.band_friction.map(of),
+            pressure_exponent: of(self.pressure_exponent),
+            pose: PoseTable { pitch_deg: of(self.pose.pitch_deg), rows: self.pose.rows.map(|row| row.map(of)) },
+            springs: self.springs.map(|s| Spring {
+                stiffness: of(s.stiffness),
+                sharpness: of(s.sharpness),
+                centre_mm: of(s.centre_mm),
+                arm_mm: s.arm_mm.map(of),
+            }),
+            rows: self.rows.each_ref().map(Row::cast),
+        }
+    }
+}
+
 impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     /// A model on these numbers as they are; see [`crate::ParamsOf::build_unchecked`].
     pub fn model_unchecked(&self) -> ModelOf<'_, M, N, Fitted, T> {

@@ -100,7 +100,12 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// Mostly two or three rounds; 1600 to 4900 instructions when driven by normal force, 2000 to 9000 when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
     pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
-        let mut motion = Motion { depth_mm: state.depth, slide_increment_mm: [0.0; 2], spin_increment_rad: drive.spin_increment_rad, dt_s: drive.dt_s };
+        let mut motion = Motion {
+            depth_mm: state.depth,
+            slide_increment_mm: [0.0; 2],
+            spin_increment_rad: drive.spin_increment_rad,
+            dt_s: drive.dt_s,
+        };
         let (mut want_normal, mut want_friction) = (None, None);
         let mut bad = Status::OK;
         match drive.normal {
@@ -160,7 +165,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             }
             if want_friction.is_some() && motion.depth_mm > 0.0 {
                 let together = want_normal.is_some() && halves && error < NEAR;
-                let (further, slide) = self.way_for(&trial, lack, deeper, together);
+                let (further, slide) = self.way_for(&trial, motion.slide_increment_mm, lack, deeper, together);
                 deeper = further;
                 // Only so far as the contact holds together: one slip length a round.
                 let longest = response.friction_limit_n / self.stiffness_at(trial.depth);
@@ -181,10 +186,18 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         Driven { response, motion }
     }
 
-    /// Change of depth and slide that change the forces (normal, x, y) by `lack`, by the gradient for loading in that
-    /// direction: Newton's step if they go `together`, else the depth as given.
-    fn way_for<const P: usize>(&self, state: &StateOf<M, P>, lack: [f32; 3], deeper: f32, together: bool) -> (f32, [f32; 2]) {
-        let g = self.gradient(state, [deeper, lack[1], lack[2]]);
+    /// Change of depth and slide that change the forces (normal, x, y) by `lack`: Newton's step if they go `together`, else
+    /// the depth as given. A step that went too far is shortened, so that the gradient is that of going on as it `went`, mm.
+    fn way_for<const P: usize>(
+        &self,
+        state: &StateOf<M, P>,
+        went: [f32; 2],
+        lack: [f32; 3],
+        deeper: f32,
+        together: bool,
+    ) -> (f32, [f32; 2]) {
+        let sign = if went[0] * lack[1] + went[1] * lack[2] < 0.0 { -1.0 } else { 1.0 };
+        let g = self.gradient(state, [deeper, sign * lack[1], sign * lack[2]]);
         let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
         let stiffness = self.stiffness_at(state.depth);
         let det = a * d - b * c;

@@ -4,7 +4,7 @@
 
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
-use crate::spring::{NOTHING, Odd, Sums};
+use crate::spring::{NOTHING, Odd, SLACK_MM, Sums};
 use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
@@ -59,7 +59,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
-            // A spring that does not touch carries nothing.
+            // A spring that does not touch follows without force.
             if !(radius > zero) {
                 continue;
             }
@@ -71,8 +71,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 let mut rate = [[press, one, zero], [press_y, zero, one]];
                 // Half of the rate of v² − R² (1 + alpha²).
                 let outward = [
-                    vx * (press - dshift * radius - shift * dradius)
-                        + vy * (uy * danisotropy + anisotropy * press_y)
+                    vx * (press - dshift * radius - shift * dradius) + vy * (uy * danisotropy + anisotropy * press_y)
                         - radius * dradius * wide
                         - radius * radius * shift * dshift,
                     vx,
@@ -80,7 +79,8 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 ];
                 let total = outward[0] * direction[0] + outward[1] * direction[1] + outward[2] * direction[2];
                 let square = radius * radius * wide;
-                if vx * vx + vy * vy >= square - square * T::of(ON_LIMIT) && total > zero {
+                let near = radius * (radius * T::of(ON_LIMIT) + T::of(SLACK_MM));
+                if vx * vx + vy * vy >= square - near && total > zero {
                     let flow = ux * vx + ratio * (vy * vy);
                     let safe = flow.magnitude() + T::of(NOTHING);
                     for i in 0..3 {
@@ -104,8 +104,9 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
-        let mut normal: [T; 3] =
-            core::array::from_fn(|i| press * friction[0][i] + press_y * friction[1][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
+        let mut normal: [T; 3] = core::array::from_fn(|i| {
+            press * friction[0][i] + press_y * friction[1][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]
+        });
         normal[0] +=
             scale.normal(row.normal.change) * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         if state.depth >= self.depth_max_mm() {

@@ -6,9 +6,11 @@ extern crate std;
 
 #[cfg(feature = "serde")]
 mod array;
+mod batch;
 mod check;
 mod data;
 mod drive;
+mod dual;
 pub mod effects;
 mod error;
 pub mod events;
@@ -32,17 +34,19 @@ mod step;
 mod stick_ratio;
 mod table;
 
+pub use batch::{BatchLength, Forces, Motions};
 pub use data::{Data, DataOf, Model, ModelOf, NODES, SPRINGS, Spring, Tuned};
 pub use drive::{Drive, Driven, Normal, Tangential};
+pub use dual::Dual;
 pub use effects::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
+pub use math::Scalar;
 pub use model_file::{EffectSlot, File, FileOf, MAGIC, VERSION};
 #[cfg(feature = "std")]
 pub use owned::ModelFile;
-pub use math::Scalar;
 pub use params::{Node, Params, ParamsOf, SpringParams};
 pub use pose::{POSE_ROWS, Pose, PoseTable};
 pub use regime::{Regime, Status};

@@ -28,7 +28,7 @@ pub(crate) fn add<T: Scalar>(sum: T, low: T, increment: T) -> (T, T) {
     (to, (sum - (to - part)) + (increment - part))
 }
 
-mod sealed {
+pub(crate) mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}

@@ -56,12 +56,17 @@ impl<T: Scalar> PoseTable<T> {
 
     /// Refuses what is not finite or too large.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let bad = |index: usize, value: T| Error::Range { what: Field::Pose, index: index as u16, value: value.to_f32() };
+        let bad =
+            |index: usize, value: T| Error::Range { what: Field::Pose, index: index as u16, value: value.to_f32() };
         if !(self.pitch_deg >= T::of(10.0) && self.pitch_deg <= T::of(70.0)) {
             return Err(bad(0, self.pitch_deg));
         }
         let numbers = self.rows.iter().flatten().enumerate();
-        numbers.filter(|(_, x)| !(x.magnitude() <= T::of(100.0))).map(|(i, x)| bad(i + 1, *x)).next().map_or(Ok(()), Err)
+        numbers
+            .filter(|(_, x)| !(x.magnitude() <= T::of(100.0)))
+            .map(|(i, x)| bad(i + 1, *x))
+            .next()
+            .map_or(Ok(()), Err)
     }
 
     /// The quantities in a pose.

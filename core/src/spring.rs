@@ -8,10 +8,10 @@ use crate::math::Scalar;
 pub(crate) const ODD_MAX: f32 = 0.4;
 /// Share by which the square of a displacement may exceed its limit's before the spring slips. It is returned to the limit up
 /// to rounding; the gap is wider than that, so that a spring on its limit stays where it is when nothing moves.
-const SLACK: f32 = 1.0 / (1 << 14) as f32;
+const SLACK: f32 = 1.0 / (1 << 20) as f32;
 /// Twice the length by which a displacement may exceed a small limit, mm: what rounding of positions within some ten mm makes.
 /// A spring whose limit is 0 has none and carries nothing.
-const SLACK_MM: f32 = 4e-6;
+pub(crate) const SLACK_MM: f32 = 2e-6;
 /// A square that is added to others, so that quotients of the two are numbers.
 pub(crate) const NOTHING: f32 = 1e-26;
 

@@ -77,3 +77,53 @@ impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
         self.strength_factor
     }
 }
+
+impl<const M: usize, const P: usize> StateOf<M, P, f64> {
+    /// The same state in another scalar that holds 64 bits, see [`crate::Dual`].
+    pub fn cast<const D: usize>(&self) -> StateOf<M, P, crate::Dual<D>> {
+        let of = crate::Dual::constant;
+        StateOf {
+            anchor: self.anchor.map(|pair| pair.map(|place| place.map(of))),
+            position: self.position.map(|part| part.map(of)),
+            angle: self.angle.map(of),
+            turn: self.turn.map(of),
+            reached: self.reached.map(of),
+            limit_reached: of(self.limit_reached),
+            depth: of(self.depth),
+            strength_factor: of(self.strength_factor),
+        }
+    }
+}
+
+impl<const M: usize, const P: usize, const D: usize> StateOf<M, P, crate::Dual<D>> {
+    /// Makes the anchors (x and y of each spring), the slide and the angle of the plane, the place of the last turn and the
+    /// strength factor variables, numbered from `first` in this order; returns the number behind the last.
+    pub fn as_variables(&mut self, first: usize) -> usize {
+        let mut next = first;
+        for number in self.variables() {
+            *number = crate::Dual::variable(number.value, next);
+            next += 1;
+        }
+        next
+    }
+}
+
+impl<const M: usize, const P: usize, T> StateOf<M, P, T> {
+    /// The numbers on which the forces of a step depend, in the order of `as_variables`.
+    fn variables(&mut self) -> impl Iterator<Item = &mut T> {
+        let [[x, y], _] = &mut self.position;
+        let anchors = self.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
+        anchors.chain([x, y, &mut self.angle[0]]).chain(&mut self.turn).chain([&mut self.strength_factor])
+    }
+
+    /// Moves one of these numbers.
+    #[cfg(test)]
+    pub(crate) fn nudge(&mut self, index: usize, by: T)
+    where
+        T: core::ops::AddAssign,
+    {
+        if let Some(number) = self.variables().nth(index) {
+            *number += by;
+        }
+    }
+}

@@ -217,7 +217,8 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
                 *status = status.with(Status::BAD_INPUT);
                 return T::of(0.0);
             }
-            if s < T::of(-most) { T::of(-most) } else { s.at_most(T::of(most)) }
+            let most = T::of(most);
+            if s < -most { -most } else { s.at_most(most) }
         };
         let finite = x.is_number() && y.is_number();
         [x, y] = [x, y].map(|s| bounded(s, 1e6, status));
@@ -312,8 +313,11 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
     odd: &Odd<T>,
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
-    let limit =
-        Limit::new(scale.tilt(at.row.yield_shift.at(at.t)), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
+    let limit = Limit::new(
+        scale.tilt(at.row.yield_shift.at(at.t)),
+        at.row.anisotropy.at(at.t),
+        at.stiffness[1] / at.stiffness[0],
+    );
     let none = T::of(-0.0);
     let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let share = T::of(1.0 / P as f32);

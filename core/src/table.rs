@@ -142,7 +142,43 @@ impl<const M: usize, T: Scalar> Default for Row<M, T> {
     }
 }
 
+impl Line {
+    /// The same line in another scalar.
+    fn cast<U: Scalar>(&self) -> Line<U> {
+        Line { value: U::of(self.value), change: U::of(self.change) }
+    }
+}
+
+impl Parabola {
+    /// The same parabola in another scalar.
+    fn cast<U: Scalar>(&self) -> Parabola<U> {
+        Parabola { value: U::of(self.value), slope: U::of(self.slope), bend: U::of(self.bend) }
+    }
+}
+
 impl<const M: usize> Row<M> {
+    /// The same row in another scalar.
+    pub(crate) fn cast<U: Scalar>(&self) -> Row<M, U> {
+        Row {
+            normal: self.normal.cast(),
+            area: self.area.cast(),
+            stiffness_x: self.stiffness_x.cast(),
+            stiffness_y: self.stiffness_y.cast(),
+            press_slide: self.press_slide.cast(),
+            anisotropy: self.anisotropy.cast(),
+            yield_shift: self.yield_shift.cast(),
+            limit: self.limit.cast(),
+            limit_ratio: self.limit_ratio.cast(),
+            limit_shift: self.limit_shift.cast(),
+            spin_limit: self.spin_limit.cast(),
+            friction_centre: self.friction_centre.cast(),
+            pressure_centre: self.pressure_centre.cast(),
+            band_normal: self.band_normal.cast(),
+            radius: self.radius.each_ref().map(Line::cast),
+            area_share: self.area_share.each_ref().map(Line::cast),
+        }
+    }
+
     /// All numbers of a row, in the order of a file.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
         let line = |l: &Line| [l.value, l.change];

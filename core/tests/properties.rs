@@ -3,12 +3,10 @@
 mod common;
 
 use common::books::keep;
-use common::{
-    DisturbedPath, Noise, any_model, closed_path, disturbed_path, example, models, motion, run,
-};
+use common::{DisturbedPath, Noise, any_model, closed_path, disturbed_path, example, models, motion, run};
 use fingerpad::{
-    Data, Error, ModelOf, Motion, Params, ParamsOf, Regime, Response, SPRINGS, STATE_BYTES, Scaling, SpinState, State, StateOf, Status,
-    step,
+    Data, Error, ModelOf, Motion, Params, ParamsOf, Regime, Response, SPRINGS, STATE_BYTES, Scaling, SpinState, State,
+    StateOf, Status, step,
 };
 use proptest::prelude::*;
 
@@ -22,7 +20,10 @@ fn assert_sane(data: &Data, strength: f32, r: &Response) {
     assert!(r.friction_limit_n >= 0.0 && r.friction_limit_n <= 3.0 * strength * deepest.limit.value, "{r:?}");
     let others = [r.spin_moment_n_mm, r.pressure_centre_mm[0], r.normal_force_n];
     assert!(others.iter().all(|v| v.is_finite()) && r.normal_force_n >= 0.0, "{r:?}");
-    assert!([r.contact_area_mm2, r.band_normal_n, r.band_friction_n].iter().all(|v| *v >= 0.0 && v.is_finite()), "{r:?}");
+    assert!(
+        [r.contact_area_mm2, r.band_normal_n, r.band_friction_n].iter().all(|v| *v >= 0.0 && v.is_finite()),
+        "{r:?}"
+    );
     assert!(!r.status.contains(Status::MEMORY_LOST), "{r:?}");
 }
 
@@ -352,7 +353,8 @@ fn nothing_moves_at_any_depth() {
             let mut state = SpinState::default();
             state.set_strength_factor(0.3 + 0.0007 * i as f32);
             step(&model, &mut state, motion(depth, 0.0, 0.0));
-            let turned = Motion { spin_increment_rad: 1e-4 * i as f32, ..motion(depth, 0.002 * i as f32, -0.001 * i as f32) };
+            let turned =
+                Motion { spin_increment_rad: 1e-4 * i as f32, ..motion(depth, 0.002 * i as f32, -0.001 * i as f32) };
             step(&model, &mut state, turned);
             step(&model, &mut state, motion(depth, 0.0, 0.0));
             let before = state;

@@ -77,8 +77,10 @@ proptest! {
         };
         let pressed = model.step_driven(&mut state, press);
         prop_assert!((pressed.response.normal_force_n / force - 1.0).abs() < 1e-5, "{pressed:?}");
-        let load = share * pressed.response.friction_limit_n;
-        let friction = [load * angle.cos(), load * angle.sin()];
+        // The limit depends on the direction: that of a long slide.
+        let mut far = state;
+        let slid = step(&model, &mut far, motion(state.depth_mm(), 20.0 * angle.cos(), 20.0 * angle.sin()));
+        let friction = slid.friction_n.map(|f| share * f);
         let mut driven = pressed;
         for k in 1..=20 {
             let part = k as f32 / 20.0;
@@ -125,6 +127,8 @@ proptest! {
             driven = model.step_driven(&mut state, drive);
         }
         let r = driven.response;
+        // Near the limit itself friction is only reached after a long slide.
+        prop_assume!(margin > 0.1);
         prop_assert_eq!(r.status, Status::OK);
         // With the band of full slip off the limit the margin is what was asked for.
         let band = data.band_friction[0] * model.step(&mut State::default(), motion(grip.depth_mm, 0.0, 0.0)).friction_limit_n;

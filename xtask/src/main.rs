@@ -23,7 +23,8 @@ enum Chore {
         args: Vec<String>,
     },
     /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
-    /// `diagnose` (score card on hidden sets) or `confirm` (`--confirm-fe` on the stored finite-element sets)
+    /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
+    /// `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
         /// Which
         name: String,
@@ -59,13 +60,16 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["xtask", "thumb", "count"], &[])?;
                 cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
             }
+            "memory" => {
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_memory", "--"], &args)
+            }
             "diagnose" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_diagnose", "--"], &args)
             }
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: calculix, core, diagnose, confirm"),
+            other => bail!("no benchmark {other}; there are: calculix, core, memory, diagnose, confirm"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),

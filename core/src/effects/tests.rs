@@ -29,7 +29,12 @@ fn without_slots_it_is_the_plain_step() {
     let model = data.model().unwrap();
     let (mut contact, mut state) = (Contact::default(), State::default());
     for i in 0..500 {
-        let motion = Motion { depth_mm: 0.003 * i as f32, slide_increment_mm: [0.01, -0.004], spin_increment_rad: 0.0, dt_s: 0.01 };
+        let motion = Motion {
+            depth_mm: 0.003 * i as f32,
+            slide_increment_mm: [0.01, -0.004],
+            spin_increment_rad: 0.0,
+            dt_s: 0.01,
+        };
         let effects = Effects::new(&[]).unwrap();
         let a = effects.step(&model, &mut contact, Surroundings::default(), motion);
         assert_eq!(a, step(&model, &mut state, motion));

@@ -27,7 +27,8 @@ pub fn energy<const P: usize>(data: &Data, tuning: &Tuning, state: &StateOf<SPRI
     let line = |l: &Line| f64::from(l.value) + f64::from(l.change) * t;
     let parabola = |p: &Parabola| f64::from(p.value) + t * (f64::from(p.slope) + t * f64::from(p.bend));
 
-    let below: f64 = data.rows[..index].iter().map(|r| f64::from(r.normal.value) + 0.5 * f64::from(r.normal.change)).sum();
+    let below: f64 =
+        data.rows[..index].iter().map(|r| f64::from(r.normal.value) + 0.5 * f64::from(r.normal.change)).sum();
     let here = t * (f64::from(row.normal.value) + 0.5 * t * f64::from(row.normal.change));
     let pressed = (below + here) * cell * size * e * size * size;
 

@@ -34,7 +34,12 @@ pub fn digest(file: &File<'_>, strokes: u32) -> Result<u32, Error> {
                 350..450 => (1.0, -1.0),
                 _ => ((490 - i) as f32 / 40.0, 0.0),
             };
-            let motion = Motion { depth_mm: depth * share, slide_increment_mm: [sign * vx, sign * vy], spin_increment_rad: 0.0, dt_s: 0.004 };
+            let motion = Motion {
+                depth_mm: depth * share,
+                slide_increment_mm: [sign * vx, sign * vy],
+                spin_increment_rad: 0.0,
+                dt_s: 0.004,
+            };
             let response = effects.step(&file.model, &mut contact, around, motion);
             for value in effects.reading(&response) {
                 digest = (digest ^ value.to_bits()).wrapping_mul(0x0100_0193).rotate_left(5);

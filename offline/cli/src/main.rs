@@ -23,6 +23,7 @@ mod design;
 mod diagnose;
 mod eval;
 mod export;
+mod finger;
 mod identify;
 mod interrupt;
 mod mesh;
@@ -73,6 +74,8 @@ enum Command {
     Diagnose(diagnose::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
+    /// Make the model file of your finger: runs of a design of experiments, fit, report
+    Finger(finger::Args),
     /// Fit the reduced model to finite-element runs, or make these runs
     Reduce(reduce::Args),
     /// Follow a path of the plane with the reduced model
@@ -193,6 +196,7 @@ fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Mesh(args) => mesh::run(&args),
+        Command::Finger(args) => finger::run(&args),
         Command::Reduce(args) => reduce::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Export(args) => export::run(&args),

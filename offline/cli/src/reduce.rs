@@ -157,7 +157,7 @@ pub(super) fn fit(runs: &[Run], exponent: f64, settings: &Settings, out: &Path) 
 
 /// Page, numbers and figures of the fit; with settings for a `curve` other sizes are fitted for it, which takes minutes:
 /// the report is written before without them.
-fn write_report(
+pub(super) fn write_report(
     folder: &Path,
     runs: &[Run],
     reduced: &Reduced,

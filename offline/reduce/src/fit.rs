@@ -109,7 +109,10 @@ pub fn fit_from<const M: usize, const N: usize>(
         (Compared::Forces, parameterisation.of_forces(M), &planar),
         (Compared::Contact, parameterisation.of_contact(M), &planar),
         (Compared::Spin, parameterisation.of_spin(M), &spinning),
-    ].into_iter().take(std::env::var("STAGES").map_or(3, |s| s.parse().unwrap())) {
+    ]
+    .into_iter()
+    .take(std::env::var("STAGES").map_or(3, |s| s.parse().unwrap()))
+    {
         let mut problem = Replay::<M, N> {
             runs,
             limit: guess.limit,
@@ -136,7 +139,12 @@ fn minimised(
     origin: &[f64],
     iterations: usize,
 ) -> Result<(Vec<f64>, MinimizationReport<f64>), ReduceError> {
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-6).with_gtol(0.0).with_stepbound(1.0).with_patience(iterations);
+    let minimiser = LevenbergMarquardt::new()
+        .with_ftol(1e-5)
+        .with_xtol(1e-6)
+        .with_gtol(0.0)
+        .with_stepbound(1.0)
+        .with_patience(iterations);
     let (theta, report) = minimise(problem, origin, &minimiser);
     let useful = report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience);
     if useful { Ok((theta, report)) } else { Err(ReduceError::Fit(format!("{:?}", report.termination))) }
@@ -196,12 +204,21 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
                 if sample.normal_force_n > 0.0 || r.normal_force_n > 0.0 {
                     self.of_row(sample, r, most, ARM_MM, &mut out);
                 } else {
-                    out.extend(vec![0.0; match self.compared { Compared::Forces => 3, Compared::Contact => 2, Compared::Spin => 4 }]);
+                    out.extend(vec![
+                        0.0;
+                        match self.compared {
+                            Compared::Forces => 3,
+                            Compared::Contact => 2,
+                            Compared::Spin => 4,
+                        }
+                    ]);
                 }
             }
         }
         let of_bends = self.parameterisation.of_bends(M);
-        let prior = |k: usize| if of_bends.iter().any(|r| r.contains(&k)) { self.settings.bend_prior } else { self.settings.prior };
+        let prior = |k: usize| {
+            if of_bends.iter().any(|r| r.contains(&k)) { self.settings.bend_prior } else { self.settings.prior }
+        };
         out.extend(self.range.clone().zip(varied).map(|(k, t)| (t - self.theta[k]) / prior(k)));
         out
     }
@@ -221,13 +238,15 @@ impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
 
     fn jacobian(&mut self, theta: &[f64]) -> Option<Vec<Vec<f64>>> {
         let here = self.residuals_at(theta);
-        Some((0..theta.len())
-            .into_par_iter()
-            .map(|k| {
-                let mut to = theta.to_vec();
-                to[k] += DIFFERENCE;
-                self.residuals_at(&to).iter().zip(&here).map(|(u, h)| (u - h) / DIFFERENCE).collect()
-            })
-            .collect())
+        Some(
+            (0..theta.len())
+                .into_par_iter()
+                .map(|k| {
+                    let mut to = theta.to_vec();
+                    to[k] += DIFFERENCE;
+                    self.residuals_at(&to).iter().zip(&here).map(|(u, h)| (u - h) / DIFFERENCE).collect()
+                })
+                .collect(),
+        )
     }
 }

@@ -141,6 +141,30 @@ impl PathNumbers {
 }
 
 impl DesignSettings {
+    /// The same ranges with some forty paths: enough for a finger of its own, in one pose.
+    pub fn quick(self) -> Self {
+        let [shallow, deep] = self.depth_mm;
+        let paths = PathNumbers {
+            press: [1, 1],
+            straight: [2, 2],
+            reversal: [3, 2],
+            turn: [3, 2],
+            depth: [3, 2],
+            oblique: [2, 1],
+            random: [2, 2],
+            vibration: [2, 1],
+            spin: [1, 1],
+            spin_slide: [2, 1],
+            spin_reversal: [1, 0],
+            pose: [0, 0],
+            pose_change: [0, 0],
+            force: [0, 0],
+            force_step: [0, 0],
+        };
+        let axis_depths_mm = vec![shallow, 0.5 * (shallow + deep), deep];
+        Self { axis_depths_mm, paths, ..self }
+    }
+
     /// Refuses settings that make no design.
     ///
     /// # Errors

@@ -1,0 +1,96 @@
+//! `fingerpad finger`: from a geometry to a model file for firmware, in one command.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use fingerpad_identify::population::Share;
+use fingerpad_reduce::{self as reduce, DesignSettings, Settings};
+
+use super::reduce::{fit, read_runs, representable, write_report};
+use super::{Failure, Model, Outputs, design, make_finger};
+
+/// Make the model file of your finger: runs of a design of experiments, fit, report
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad finger --config mine.toml --out mine               a quick design on the default mesh
+  fingerpad finger --shape b --mesh-preset coarse --out b      a shipped shape, coarse: minutes
+  fingerpad finger --config mine.toml --out mine --design full every kind of motion, hours
+  fingerpad finger --config mine.toml --out mine --estimate    only tell how many runs and how long
+
+The folder holds runs/ (a file for each finished path), model.fpm and a report. A run that was interrupted goes on where
+it was. The quick design has presses, slides along and between the axes, reversals, turns, changes and vibrations of the
+depth, and spins; what a model is asked for beyond that it answers by its form. --design full is the design that the
+shipped finger is fitted to; a section [design] in --config sizes either.")]
+pub struct Args {
+    /// Folder for runs, model.fpm and report
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Which motions are run
+    #[arg(long, value_name = "DESIGN", default_value = "quick")]
+    design: Design,
+    /// Tell the number of runs and about how long they take, and stop
+    #[arg(long)]
+    estimate: bool,
+    #[command(flatten)]
+    model: Model,
+    /// Threads; each path runs on one [default: the machine's]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+}
+
+/// Size of the design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Design {
+    /// Some forty paths in one pose
+    Quick,
+    /// All paths of the default design
+    Full,
+}
+
+/// CPU time of an increment of a contact 1 mm deep, per node of the mesh to the power of [`NODES_EXPONENT`], s: the shipped
+/// finger's design.
+const INCREMENT_S: f64 = 6.0e-6;
+/// Growth of the time with the number of nodes.
+const NODES_EXPONENT: f64 = 1.1;
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let (config, _, mut settings) = args.model.settings()?;
+    if args.design == Design::Quick && settings.paths == DesignSettings::default().paths {
+        settings = settings.quick();
+    }
+    let runs_folder = args.out.join("runs");
+    Outputs::beside(args.model.inputs(&config)).folder("--out", &args.out, &[]).prepare()?;
+    let experiments = reduce::design(&settings)?;
+    let (finger, _) = make_finger(&config)?;
+    let cost: f64 = reduce::batches(&experiments).iter().map(reduce::Batch::cost).sum();
+    let threads = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).max(1);
+    let cpu_s = cost * INCREMENT_S * (finger.mesh.nodes.len() as f64).powf(NODES_EXPONENT);
+    println!(
+        "{} paths on {} nodes: about {} of CPU, {} on {threads} threads",
+        experiments.len(),
+        finger.mesh.nodes.len(),
+        duration(cpu_s),
+        duration(cpu_s / threads as f64),
+    );
+    if args.estimate {
+        return Ok(());
+    }
+    design::run(&config, &settings, &runs_folder, Share::ALL, args.jobs)?;
+    let hash = reduce::settings_hash(&config)?;
+    let mut runs = read_runs(Some(&runs_folder))?;
+    runs.retain(|run| run.settings_hash == hash);
+    let runs = representable(runs);
+    let fitted = fit(&runs, config.friction.beta, &Settings::default(), &args.out.join("model.fpm"))?;
+    write_report(&args.out, &runs, &fitted, config.friction.beta, None)
+}
+
+/// A time in words, to one digit or two.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
