@@ -8,8 +8,8 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::{
-    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, Normal, Params, Pose, Response, SPRINGS,
-    SpinState, State, Surroundings, Tangential, Tuned, Tuning,
+    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, Normal, Params, Pose, Response,
+    SPRINGS, SpinState, State, Surroundings, Tangential, Tuned, Tuning,
 };
 use nalgebra::{Matrix3, Vector3};
 use panic_never as _;

@@ -189,7 +189,11 @@ struct TunedBench<'a> {
 }
 
 extern "C" fn ours_tuned(b: &mut TunedBench<'_>, s: &[f32; 4]) {
-    b.response = step(&b.model, &mut b.state, Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] });
+    b.response = step(
+        &b.model,
+        &mut b.state,
+        Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] },
+    );
 }
 
 extern "C" fn gradient(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {

@@ -10,17 +10,19 @@
 //! them.
 
 use fingerpad::effects::baseline::{DIRECTION, SHEAR};
-use fingerpad::{Data, EffectSlot, Effects, Error, NODES, Node, Params, SPRINGS, SpringParams};
+use fingerpad::{Data, EffectSlot, Effects, Error, NODES, Node, Params, SPRINGS, SpringParams, Surroundings};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 
 use crate::core_replay::replay_stroke;
 use crate::model::{ELEMENTS, MIDDLE_MM, ODD_SHAPE, SmoothModel};
 use crate::reference::{middle_node, normal_per_full_shear};
 use crate::simulate;
-use crate::trajectory::Stroke;
+use crate::trajectory::{Sample, Stroke};
 
-/// Most strokes along which the springs' parts of the stiffness are fitted.
+/// Most measured strokes along which the springs are fitted.
 const MOST_STROKES: usize = 16;
+/// Depths of the slides that are always fitted, mm.
+const DEPTHS_MM: [f64; 5] = [0.4, 0.7, 1.1, 1.5, 2.0];
 /// Depths whose tangential stiffness the springs' parts start from, mm: where fingers are used.
 const START_MM: f64 = 1.5;
 /// Largest odd term times the longest slide at which a spring slips; the core takes 0.4 of the whole way of a tilted limit.
@@ -104,16 +106,16 @@ impl Curves {
         }
     }
 
-    /// Mean slide, mm, at which the slope of friction at a node falls through each spring's part of the stiffness, N/mm; the
-    /// last part reaches as far up as the slope does.
+    /// Mean slide, mm, at which the slope of friction at a node falls through each spring's part of the stiffness, N/mm; where
+    /// the model is stiffer than all springs together, its slope is taken as theirs.
     fn yield_slides_mm(&self, node: usize, parts: &[f64; SPRINGS]) -> [f64; SPRINGS] {
-        let stiffness = self.stiffness_n_mm[node];
+        let all: f64 = parts.iter().sum();
+        let stiffness = self.stiffness_n_mm[node].min(all);
         let slip_length = self.strength_n[node] / stiffness;
         let mut below = 0.0;
-        std::array::from_fn(|j| {
-            let (from, part) = (below, parts[j]);
-            below += part;
-            let to = if j + 1 == SPRINGS { f64::INFINITY } else { below };
+        parts.map(|part| {
+            let (from, to) = (below, below + part);
+            below = to;
             let (mut level, mut area) = (0.0, 0.0);
             for [yield_position, share] in self.elements {
                 let next = level + share * stiffness;
@@ -278,10 +280,43 @@ fn stiffness_nodes(cell_mm: f64, model: &SmoothModel, strength_n: &[f64]) -> Vec
     stiffness
 }
 
-/// Fits the springs so that the core follows the smooth model's friction along some strokes.
+/// Presses to depths where fingers are used, a slide into full slip along x or y or against them, and half of it back:
+/// measured strokes alone may leave out what another finger or another day needs.
+fn slides_everywhere(model: &SmoothModel) -> Vec<Stroke> {
+    const SAMPLES: usize = 20;
+    let slide = |depth_mm: f64, [x, y]: [f64; 2]| {
+        let at = model.at_depth(depth_mm);
+        let step_mm = 3.0 * at.strength_n / at.tangential_n_mm / SAMPLES as f64;
+        let sample = |k: usize| {
+            let sign = if k >= 2 * SAMPLES { -1.0 } else { 1.0 };
+            let way_mm = if k < SAMPLES { 0.0 } else { sign * step_mm };
+            Sample {
+                t_s: 0.05 * (k + 1) as f64,
+                depth_mm: depth_mm * ((k + 1) as f64 / SAMPLES as f64).min(1.0),
+                slide_mm: [way_mm * x, way_mm * y],
+                double_angle: [x * x - y * y, 2.0 * x * y],
+                direction: [sign * x, sign * y],
+                surroundings: Surroundings::default(),
+            }
+        };
+        Stroke { start_s: 0.0, samples: (0..5 * SAMPLES / 2).map(sample).collect() }
+    };
+    let directions = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+    DEPTHS_MM.iter().flat_map(|depth_mm| directions.map(|direction| slide(*depth_mm, direction))).collect()
+}
+
+/// Fits the springs so that the core follows the smooth model's friction along some strokes and along slides everywhere.
 fn fit_bed(data: &Data, model: &SmoothModel, curves: &Curves, strokes: &[Stroke]) -> Bed {
     let stride = strokes.len().div_ceil(MOST_STROKES).max(1);
-    let strokes: Vec<Stroke> = strokes.iter().step_by(stride).cloned().collect();
+    let mut strokes: Vec<Stroke> = strokes.iter().step_by(stride).cloned().collect();
+    let measured: usize = strokes.iter().map(|s| s.samples.len()).sum();
+    strokes.extend(slides_everywhere(model));
+    // Measured strokes count by their forces, the others by shares of the strength at their depth.
+    let strength_n = |depth_mm: f64| model.at_depth(depth_mm).strength_n;
+    let deepest_mm = |stroke: &Stroke| stroke.samples.iter().map(|s| s.depth_mm).fold(0.0, f64::max);
+    let weight = |stroke: &Stroke| strength_n(MIDDLE_MM) / strength_n(deepest_mm(stroke));
+    let samples = strokes.iter().flat_map(|stroke| stroke.samples.iter().map(move |_| stroke)).enumerate();
+    let weights: Vec<f64> = samples.map(|(i, stroke)| if i < measured { 1.0 } else { weight(stroke) }).collect();
     let wanted = simulate(model, &strokes);
     let misfit = |p: &[f64]| -> Option<Vec<f64>> {
         let trial = passive(data, model, curves, &Bed::of(p)).ok()?;
@@ -290,7 +325,7 @@ fn fit_bed(data: &Data, model: &SmoothModel, curves: &Curves, strokes: &[Stroke]
         let mut found = Vec::with_capacity(wanted.len());
         strokes.iter().for_each(|stroke| replay_stroke(&trial.model_unchecked(), &effects, stroke, &mut found));
         let friction = wanted.iter().zip(&found).enumerate().filter(|(i, _)| i % 3 != 0);
-        Some(friction.map(|(_, (w, f))| w - f).collect())
+        Some(friction.map(|(i, (w, f))| (w - f) * weights[i / 3]).collect())
     };
     let start: Vec<f64> = curves.equal_parts().iter().map(|part| part.ln()).chain([0.0]).collect();
     Bed::of(&least_squares(start.clone(), &misfit).unwrap_or(start))
