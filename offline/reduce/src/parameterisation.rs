@@ -197,9 +197,8 @@ impl Parameterisation {
         let stiffness_share = shares(cursor.take(M));
         let stiffness_x = cursor.one().exp();
         let stiffness_n_mm = [stiffness_x, stiffness_x * cursor.one().exp().clamp(0.3, 3.0)];
-        let slopes = [0, 1].map(|k| -> Vec<f64> {
-            cursor.take(gentle).iter().map(|t| t * SLOPE * stiffness_n_mm[k]).collect()
-        });
+        let slopes =
+            [0, 1].map(|k| -> Vec<f64> { cursor.take(gentle).iter().map(|t| t * SLOPE * stiffness_n_mm[k]).collect() });
         let strength_ratio: Vec<f64> = cursor.take(gentle).iter().map(|t| t.exp().clamp(0.51, 1.95)).collect();
         let signed = |cursor: &mut Cursor, bound: f64| {
             let start = bound * cursor.one().tanh();

@@ -226,10 +226,7 @@ impl Scores {
             normal_of_range: mean(&|s| Some(s.normal_of_range)),
             friction_of_limit: mean(&|s| Some(s.friction_of_limit)),
             moment_of_limit: mean(&|s| s.moment_of_limit),
-            vibration_of_limit: [
-                mean(&|s| s.vibration_of_limit.map(|v| v[0])),
-                vibrations(1).fold(0.0, f64::max),
-            ],
+            vibration_of_limit: [mean(&|s| s.vibration_of_limit.map(|v| v[0])), vibrations(1).fold(0.0, f64::max)],
             stick_straight: mean(&|s| s.stick_straight),
             stick_turned: mean(&|s| s.stick_turned),
             area_of_largest: mean(&|s| Some(s.area_of_largest)),
