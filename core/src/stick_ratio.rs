@@ -103,3 +103,47 @@ pub(crate) fn regime_of<T: Scalar>(stick_ratio: T) -> Regime {
     let number = 1 + u8::from(stick_ratio < T::of(0.99)) + u8::from(stick_ratio <= T::of(0.01));
     bytemuck::checked::try_cast(number).unwrap_or(Regime::NoContact)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Motion, Params, Regime, Response, State};
+
+    /// Steps to a depth and by a slide along x, in steps of 5 µm; the answers on the way.
+    fn go(state: &mut State, depth_mm: f32, slide_mm: f32) -> std::vec::Vec<Response> {
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let from = state.depth_mm();
+        let steps = ((depth_mm - from).abs().max(slide_mm.abs()) / 0.005).ceil();
+        (1..=steps as u32)
+            .map(|k| {
+                let depth_mm = from + (depth_mm - from) * (k as f32 / steps);
+                let slide_increment_mm = [slide_mm / steps, 0.0];
+                model.step(state, Motion { depth_mm, slide_increment_mm, dt_s: 1e-3, ..Motion::default() })
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_press_and_a_lift_stick() {
+        let mut state = State::default();
+        for r in go(&mut state, 1.5, 0.0).into_iter().chain(go(&mut state, 0.05, 0.0)) {
+            assert_eq!(r.regime, Regime::Stick, "{r:?}");
+        }
+    }
+
+    /// A contact that grows sticks; back where it was the old stick ratio comes back with the next slide, below it at once.
+    #[test]
+    fn what_a_growth_hid_comes_back() {
+        let mut state = State::default();
+        go(&mut state, 1.0, 0.0);
+        let before = go(&mut state, 1.0, 1.0).pop().unwrap().stick_ratio;
+        assert!(before > 0.2 && before < 0.8, "{before}");
+        assert_eq!(go(&mut state, 1.2, 0.0).pop().unwrap().stick_ratio, 1.0);
+        assert_eq!(go(&mut state, 1.0, 0.0).pop().unwrap().stick_ratio, 1.0);
+        let mut lower = state;
+        let after = go(&mut state, 1.0, 0.03).pop().unwrap().stick_ratio;
+        assert!((after - before).abs() < 0.04, "{after} after {before}");
+        let below = go(&mut lower, 0.98, 0.0).pop().unwrap().stick_ratio;
+        assert!((below - before).abs() < 0.06, "{below} after {before}");
+    }
+}

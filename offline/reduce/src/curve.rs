@@ -27,12 +27,7 @@ fn point<const M: usize, const N: usize>(
     let fitted = fit::<M, N>(runs, exponent, settings)?;
     let data = fitted.params.try_build()?;
     let scores = score(&data.model()?, runs);
-    Ok(CurvePoint {
-        springs: M,
-        nodes: N,
-        bytes: size_of_val(&data),
-        held_out: Scores::of(&scores, |s| s.held_out),
-    })
+    Ok(CurvePoint { springs: M, nodes: N, bytes: size_of_val(&data), held_out: Scores::of(&scores, |s| s.held_out) })
 }
 
 /// Fits models of several sizes: springs 2 to 8 with the default's nodes, and fewer and more nodes with its springs.

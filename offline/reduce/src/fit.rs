@@ -74,7 +74,7 @@ pub struct Fitted<const M: usize, const N: usize> {
     pub cost: [f64; 2],
     /// Evaluations of all runs, those for derivatives not counted.
     pub evaluations: usize,
-    /// Why the minimiser stopped at the best end for the forces, in its words.
+    /// Why the last minimisation of the forces stopped, in the minimiser's words.
     pub ended: String,
 }
 
@@ -162,9 +162,8 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
         Ok((theta, objective(&before), report))
     }
 
-    /// Normal force and friction of the paths without spin; returns why the best minimisation ended.
+    /// Normal force and friction of the paths without spin; returns why the last minimisation ended.
     fn fit_forces(&mut self) -> Result<String, ReduceError> {
-        let mut ended = String::new();
         for second in SECOND_TOUCHES_MM.iter().take(1 + self.settings.restarts) {
             let last = LAST_TOUCHES * self.layout.depth_max_mm;
             let touch: [f64; M] = std::array::from_fn(|j| match j {
@@ -177,10 +176,15 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
             if self.theta.is_empty() || report.objective_function < self.cost[1] {
                 self.theta = theta;
                 self.cost = [before, report.objective_function];
-                ended = format!("{:?}", report.termination);
             }
         }
-        Ok(ended)
+        // Once more from the best end: what the prior held near its start goes on.
+        let (theta, _, report) = self.minimised(Compared::Forces, &self.theta.clone())?;
+        if report.objective_function < self.cost[1] {
+            self.theta = theta;
+            self.cost[1] = report.objective_function;
+        }
+        Ok(format!("{:?}", report.termination))
     }
 
     /// Stick ratio and area of the same paths.
@@ -203,7 +207,8 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
         let in_turn = [0x5555_5555_5555_5555, 0xAAAA_AAAA_AAAA_AAAA_usize].map(|bits| bits & all);
         for round in 0..2 {
             let from = chosen;
-            let next: Vec<usize> = if round == 0 { in_turn.to_vec() } else { (0..M).map(|j| from ^ (1 << j)).collect() };
+            let next: Vec<usize> =
+                if round == 0 { in_turn.to_vec() } else { (0..M).map(|j| from ^ (1 << j)).collect() };
             for along_y in next {
                 if tried.contains(&along_y) {
                     continue;

@@ -117,7 +117,12 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     Some(along(path, &mut |target: [f64; 4], dt: f64, at: &mut [f64; 4]| -> Response {
         now.series_s += dt as f32;
         let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
-        let motion = Motion { depth_mm: target[0] as f32, slide_increment_mm: slide, spin_increment_rad: 0.0, dt_s: dt.max(1e-6) as f32 };
+        let motion = Motion {
+            depth_mm: target[0] as f32,
+            slide_increment_mm: slide,
+            spin_increment_rad: 0.0,
+            dt_s: dt.max(1e-6) as f32,
+        };
         *at = target;
         let mut response = effects.step(model, &mut contact, now, motion);
         let [normal, x, y] = effects.reading(&response);
