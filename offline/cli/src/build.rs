@@ -13,9 +13,10 @@ use fingerpad_fe::load_path::{
     Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory, follow_path,
 };
 use fingerpad_fe::mesh;
+use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::atomic_write;
 use fingerpad_identify::population::Share;
-use fingerpad_reduce::{self as reduce, DesignSettings};
+use fingerpad_reduce::{self as reduce, DesignSettings, Run};
 use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -145,12 +146,22 @@ fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<()
         super::design::run(config, design, &made, Share::ALL, args.jobs)?;
     }
     let folder = if args.full { Some(made.as_path()) } else { args.runs.as_deref() };
-    let mut runs = super::reduce::read_runs(folder)?;
-    runs.retain(|run| run.settings_hash == hash);
+    let all = super::reduce::read_runs(folder)?;
+    // Runs of the same finger on another mesh serve where there are none on this one; the comparison below tells by how much
+    // they differ.
+    let other_meshes = [MeshPreset::Default, MeshPreset::Medium, MeshPreset::Fine, MeshPreset::Coarse]
+        .map(|mesh_preset| reduce::settings_hash(&Config { mesh_preset, ..config.clone() }));
+    let mut hashes = vec![hash.clone()];
+    hashes.extend(other_meshes.into_iter().collect::<Result<Vec<_>, _>>()?);
+    let found = hashes.iter().find(|hash| all.iter().any(|run| run.settings_hash == **hash));
+    let runs: Vec<Run> = all.into_iter().filter(|run| Some(&run.settings_hash) == found).collect();
     if runs.is_empty() {
         let place = folder.map_or("the program".into(), |f| f.display().to_string());
         println!("no reduced model: {place} has no runs of settings {hash}; --full makes them");
         return Ok(());
+    }
+    if found.is_some_and(|found| *found != hash) {
+        println!("the stored runs behind the reduced model are of this finger on another mesh");
     }
     if !args.full
         && let Some(stored) = runs.iter().find(|run| run.name == AGAIN)
@@ -170,7 +181,7 @@ fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<()
             100.0 * friction
         );
     }
-    super::reduce::fit(
+    super::reduce::fit::<{ fingerpad::SPRINGS }>(
         &super::reduce::representable(runs),
         config.friction.beta,
         &fingerpad_reduce::Settings::default(),

@@ -82,7 +82,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut runs = read_runs(Some(&runs_folder))?;
     runs.retain(|run| run.settings_hash == hash);
     let runs = representable(runs);
-    let fitted = fit(&runs, config.friction.beta, &Settings::default(), &args.out.join("model.fpm"))?;
+    let fitted =
+        fit::<{ fingerpad::SPRINGS }>(&runs, config.friction.beta, &Settings::default(), &args.out.join("model.fpm"))?;
     write_report(&args.out, &runs, &fitted, config.friction.beta, None)
 }
 

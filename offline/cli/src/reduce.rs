@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::Context;
+use fingerpad::SPRINGS;
 use fingerpad_formats::atomic_write;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::{self as reduce, CurvePoint, Kind, ReduceError, Reduced, Run, Scores, Settings};
@@ -28,8 +29,7 @@ Examples:
                                                                with pictures, and what accuracy costs
 
 The design has 289 paths in fifteen kinds, 136 of them held out: the fit never sees them; the section [design] of
---config sizes it. The fit leaves out, and tells, the kinds that the reduced model does not know: turns of the plane and
-driven forces. Each finished path is a file of its own in the folder; a killed design goes on where it was. Runs of other
+--config sizes it. Each finished path is a file of its own in the folder; a killed design goes on where it was. Runs of other
 settings are kept apart by the hash in their names. --check fails if a path is missing. The folder of --report holds one report: its files.txt lists what was written, and the next report there
 removes it; other files stay.")]
 pub struct Args {
@@ -57,11 +57,25 @@ pub struct Args {
     /// Fits from beside the best one so far; the best on the paths of the fit is kept
     #[arg(long, value_name = "N", default_value_t = 12)]
     restarts: usize,
+    /// Springs of the model: 4, which firmware takes by default, or 6, more accurate at a higher cost of a step
+    #[arg(long, value_name = "N", default_value_t = SPRINGS, value_parser = springs, conflicts_with = "report")]
+    springs: usize,
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
+}
+
+/// Springs of the accurate model.
+const ACCURATE: usize = 6;
+
+/// A number of springs for which models are made.
+fn springs(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ (SPRINGS | ACCURATE)) => Ok(count),
+        _ => Err(format!("models have {SPRINGS} or {ACCURATE} springs")),
+    }
 }
 
 /// Files of the report.
@@ -80,9 +94,7 @@ impl From<ReduceError> for Failure {
     fn from(error: ReduceError) -> Self {
         match error {
             ReduceError::Fit(_) | ReduceError::Model(_) => Self::Numerics(error.into()),
-            ReduceError::Run { .. }
-            | ReduceError::Runs(_)
-            | ReduceError::Design { .. } => Self::Input(error.into()),
+            ReduceError::Run { .. } | ReduceError::Runs(_) | ReduceError::Design { .. } => Self::Input(error.into()),
         }
     }
 }
@@ -113,6 +125,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let runs = representable(runs);
     let settings = Settings { restarts: args.restarts, ..Settings::default() };
+    if args.springs == ACCURATE {
+        fit::<ACCURATE>(&runs, config.friction.beta, &settings, out)?;
+        return Ok(());
+    }
     let reduced = fit(&runs, config.friction.beta, &settings, out)?;
     if let Some(folder) = &args.report {
         write_report(folder, &runs, &reduced, config.friction.beta, args.curve.then_some(&settings))?;
@@ -122,7 +138,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// The runs that the reduced model knows; tells which ones are left out of the fit.
 pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
-    let (known, left): (Vec<Run>, Vec<Run>) = runs.into_iter().partition(|run| run.is_representable() || reduce::is_posed(run));
+    let (known, left): (Vec<Run>, Vec<Run>) =
+        runs.into_iter().partition(|run| run.is_representable() || reduce::is_posed(run));
     let of_kind = |kind: Kind| left.iter().filter(|run| run.kind == kind).count();
     let kinds: Vec<String> = (Kind::ALL.iter())
         .filter(|&&kind| of_kind(kind) > 0)
@@ -139,11 +156,16 @@ pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
 }
 
 /// Fits, prints the errors and writes the model file.
-pub(super) fn fit(runs: &[Run], exponent: f64, settings: &Settings, out: &Path) -> Result<Reduced, Failure> {
+pub(super) fn fit<const M: usize>(
+    runs: &[Run],
+    exponent: f64,
+    settings: &Settings,
+    out: &Path,
+) -> Result<Reduced<M>, Failure> {
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     let hash = runs.first().map_or("", |r| &r.settings_hash);
     println!("{} runs of settings {hash}, {early} ended early", runs.len());
-    let reduced = during("fitting, every step through the core", |_| reduce::reduce(runs, exponent, settings))?;
+    let reduced = during("fitting, every step through the core", |_| reduce::reduce::<M>(runs, exponent, settings))?;
     let bytes = reduced.file(&[])?;
     atomic_write(out, |w| w.write_all(&bytes))?;
     print_summary(&reduced);
@@ -218,13 +240,13 @@ pub(super) fn read_runs(folder: Option<&Path>) -> Result<Vec<Run>, Failure> {
 }
 
 /// What the same paths cost both models.
-fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
+fn print_speed<const M: usize>(runs: &[Run], reduced: &Reduced<M>) -> Result<(), Failure> {
     let model = reduced.data.model().map_err(ReduceError::from)?;
     println!(
         "                         finite elements, s a path   reduced, us a path   steps   ns a step        ratio"
     );
     for kind in Kind::ALL {
-        let of_kind: Vec<&Run> = runs.iter().filter(|r| r.kind == kind).collect();
+        let of_kind: Vec<&Run> = runs.iter().filter(|r| r.kind == kind && r.is_representable()).collect();
         let count = of_kind.len() as f64;
         if of_kind.is_empty() {
             continue;
@@ -253,7 +275,7 @@ fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
     Ok(())
 }
 
-fn print_summary(reduced: &Reduced) {
+fn print_summary<const M: usize>(reduced: &Reduced<M>) {
     println!("cost {:.4e} -> {:.4e}; {}", reduced.cost[0], reduced.cost[1], reduced.ended);
     println!("                         N, of range   F, of limit   stick straight   turned   regime right   paths");
     let line = |name: &str, s: &Scores| {
@@ -278,6 +300,18 @@ fn print_summary(reduced: &Reduced) {
     for (name, c) in ["all", "stick", "partial slip", "slip"].iter().zip(&reduced.meta.coverage) {
         let (normal, friction) = (100.0 * c.normal, 100.0 * c.friction);
         println!("band of 95 %, {name}: normal force {normal:.1} %, friction {friction:.1} % of {} rows", c.rows);
+    }
+    if let Some([fixed, changing]) = &reduced.meta.poses {
+        for (what, s) in [("that stay", fixed), ("that change in contact", changing)] {
+            println!(
+                "other poses {what}, {} paths held out: normal force {:.1} % of the largest, friction {:.1} % of the limit, \
+                 centre of pressure {:.2} mm",
+                s.runs,
+                100.0 * s.normal_of_largest,
+                100.0 * s.friction_of_limit,
+                s.centre_mm
+            );
+        }
     }
     let (share, name) = &reduced.meta.held_out.worst_friction;
     println!("worst path held out: {name}, friction {:.1} % of the limit", 100.0 * share);

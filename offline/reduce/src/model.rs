@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, SPRINGS, PoseTable};
+use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};

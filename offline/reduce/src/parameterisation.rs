@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use fingerpad::{Node, ParamsOf, SpringParams, PoseTable};
+use fingerpad::{Node, ParamsOf, PoseTable, SpringParams};
 
 use super::tables::Knots;
 
