@@ -118,6 +118,12 @@ impl<T: Scalar> Limit<T> {
         Seen { v, over, square: square - slack, middle: [middle_x, middle_y] }
     }
 
+    /// A displacement from the middle of its limit, along y times the anisotropy.
+    #[inline(always)]
+    pub(crate) fn place_in(&self, [ux, uy]: [T; 2], seen: &Seen<T>) -> [T; 2] {
+        [ux - seen.middle[0], uy * self.anisotropy - seen.middle[1]]
+    }
+
     /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy.
     ///
     /// The overshoot o = v² − R² (1 + alpha²) goes back along (u_x, r u_y) by lambda = o/(o + 2 (u_x v_x + r b u_y v_y)): Newton's

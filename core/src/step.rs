@@ -345,6 +345,9 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
             let to = place_of::<P, T>(here, place);
             let mut u = [to[0] - anchor[0], to[1] - anchor[1]];
             let seen = if S::TILTS_ALONG_Y { limit.see::<true>(u, radius) } else { limit.see::<false>(u, radius) };
+            let gone = place_of::<P, T>(way.0, place);
+            let gone = [gone[0], gone[1] * limit.anisotropy];
+            let (mut v, mut room) = (seen.v, -seen.over);
             if seen.over > T::of(0.0) {
                 u = if S::TILTS_ALONG_Y {
                     limit.return_map::<true>(u, &seen)
@@ -352,13 +355,12 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
                     limit.return_map::<false>(u, &seen)
                 };
                 *anchor = [to[0] - u[0], to[1] - u[1]];
-                slipping += share;
-            } else {
-                let gone = place_of::<P, T>(way.0, place);
-                let p = share_of_way([gone[0], gone[1] * limit.anisotropy], seen.v, -seen.over);
-                let square = p * p;
-                slipping += share * (square + square * (spring.sharpness * (square - T::of(1.0))));
+                v = limit.place_in(u, &seen);
+                room = T::of(0.0);
             }
+            let p = share_of_way(gone, v, room);
+            let square = p * p;
+            slipping += share * (square + square * (spring.sharpness * (square - T::of(1.0))));
             let [along, across] = carried.sums.add(share * spring.stiffness, u);
             if P > 1 {
                 carried.moment[0] += place[1] * (along - odd.0 * along * u[0]);

@@ -85,8 +85,8 @@ impl<T: Scalar> Way<T> {
     }
 }
 
-/// p of a spring that does not slip: `way` since the last turn, `v` where it is now, both from the middle of its limit, and
-/// the `room` that is left of the limit's square, not negative.
+/// p of a spring: `way` since the last turn, `v` where it is now, both from the middle of its limit, and
+/// the `room` that is left of the limit's square, 0 where it slips.
 ///
 /// p solves |v − way + way/p| = limit.
 #[inline(always)]
@@ -94,7 +94,7 @@ pub(crate) fn share_of_way<T: Scalar>(way: [T; 2], v: [T; 2], room: T) -> T {
     let square = way[0] * way[0] + way[1] * way[1];
     let ahead = way[0] * v[0] + way[1] * v[1];
     let root = (ahead * ahead + square * room).magnitude().sqrt();
-    square / (square - ahead + root + T::of(NOTHING))
+    (square / (square - ahead + root + T::of(NOTHING))).at_most(T::of(1.0))
 }
 
 /// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1.
