@@ -179,9 +179,16 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             data.gyration += spring.stiffness * (x * x + y * y).sqrt();
         }
         let node = |index: usize| -> Node<M, T> {
-            let mut node = self.nodes.get(index).copied().unwrap_or_default();
+            let touching = |mut node: Node<M, T>| {
+                // A spring that does not touch stands for no area.
+                for (share, yield_slide) in node.area_share.iter_mut().zip(&node.yield_slide_mm) {
+                    *share = if *yield_slide > zero { *share } else { zero };
+                }
+                node
+            };
+            let mut node = touching(self.nodes.get(index).copied().unwrap_or_default());
             if index == 0 {
-                let first = self.nodes.get(1).copied().unwrap_or_default();
+                let first = touching(self.nodes.get(1).copied().unwrap_or_default());
                 node.normal_force_n = T::of(FLOOR) * first.normal_force_n;
                 node.contact_area_mm2 = T::of(FLOOR) * first.contact_area_mm2;
                 node.yield_slide_mm = [zero; M];
@@ -209,8 +216,10 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             }
             let anisotropy = |node: &Node<M, T>, k: [T; 2]| k[1] / (k[0] * node.strength_ratio);
             let line = Line::between;
-            let share =
-                |node: &Node<M, T>, j: usize| node.area_share[j] / node.area_share.iter().fold(zero, |sum, s| sum + *s);
+            let share = |node: &Node<M, T>, j: usize| {
+                let all = node.area_share.iter().fold(zero, |sum, s| sum + *s);
+                node.area_share[j] / (all + T::of(f32::MIN_POSITIVE))
+            };
             data.rows[index] = Row {
                 normal: line(a.normal_force_n, b.normal_force_n),
                 area: line(a.contact_area_mm2, b.contact_area_mm2),

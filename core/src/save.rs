@@ -9,7 +9,7 @@ use crate::step::TOUCH_MM;
 use crate::{DataOf, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Words beside the anchors: version, model, position, angle, three places of the way, two limits, depth, strength factor,
 /// checksum.
 const BESIDE: usize = 2 + 4 + 2 + 9 + 4 + 1;

@@ -65,7 +65,7 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     }
     let at = AtDepth::look_up(model, state, depth, &mut status);
     let fresh = !state.in_contact();
-    move_plane(state, motion, at.press_slide, &mut status);
+    move_plane(model, state, motion, at.press_slide, &mut status);
     state.depth = at.depth;
     let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
     let [press_x, press_y] = at.press_slide;
@@ -221,7 +221,8 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
 
 /// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
 #[inline(always)]
-fn move_plane<const M: usize, const P: usize, T: Scalar>(
+fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    model: &ModelOf<'_, M, N, S, T>,
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
     press_slide: [T; 2],
@@ -270,23 +271,32 @@ fn move_plane<const M: usize, const P: usize, T: Scalar>(
     }
     if to_x.either_is_far(to_y) | (P > 1 && state.angle[0].magnitude() > T::of(2.0)) {
         rare();
-        move_origin(state, press_slide);
+        move_origin(state, press_slide, model.data, &model.scale);
     }
 }
 
-/// Moves the state's origin to where the plane is. Displacements keep their bits: those that a step computes from the
-/// anchors are what the anchors become.
+/// Moves the state's origin to where the plane is, and its angle to 0. Displacements keep their bits: those that a step
+/// computes from the anchors are what the anchors become.
 #[inline(always)]
-fn move_origin<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, [press_x, press_y]: [T; 2]) {
+fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    [press_x, press_y]: [T; 2],
+    data: &DataOf<M, N, T>,
+    scale: &S,
+) {
     let [x, y] = state.position[0];
-    let here = [x + press_x, y + press_y];
-    for anchor in state.anchor.as_flattened_mut() {
-        *anchor = [anchor[0] - here[0], anchor[1] - here[1]];
+    let here = [x + press_x, y + press_y, state.angle[0]];
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        for (k, anchor) in pair.iter_mut().enumerate() {
+            let to = place_of::<P, T>(here, spring.place::<P, S>(k, scale));
+            *anchor = [anchor[0] - to[0], anchor[1] - to[1]];
+        }
     }
     for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
-        *place = [place[0] - here[0], place[1] - here[1], place[2]];
+        *place = [place[0] - here[0], place[1] - here[1], place[2] - here[2]];
     }
     state.position[0] = [-press_x, -press_y];
+    state.angle[0] = T::of(0.0);
 }
 
 /// A contact begins: all springs are held where they are.
