@@ -7,21 +7,20 @@
 #include <stdint.h>
 
 // Bytes of a saved state.
-#define FINGERPAD_STATE_BYTES 104
+#define FINGERPAD_STATE_BYTES 120
 
 // Bytes of a saved state of a contact that spins.
-#define FINGERPAD_SPIN_STATE_BYTES 136
+#define FINGERPAD_SPIN_STATE_BYTES 152
 
 // A model ready to step. Load it with `fingerpad_model_load`; the file must stay where it is.
 typedef struct {
   uint64_t opaque[10];
 } fingerpad_model;
 
-// All that a contact remembers. Plain memory: copy it to go back to it in the same program; `fingerpad_state_save` makes
-// bytes that can be checked when they are read.
+// A model in another pose. Write it with `fingerpad_model_pose`; the file must stay where it is.
 typedef struct {
-  uint32_t opaque[23];
-} fingerpad_state;
+  uint64_t opaque[10];
+} fingerpad_posed_model;
 
 // Forces that the plane exerts on the finger.
 typedef struct {
@@ -56,6 +55,12 @@ typedef struct {
   uint16_t status;
 } fingerpad_response;
 
+// All that a contact remembers. Plain memory: copy it to go back to it in the same program; `fingerpad_state_save` makes
+// bytes that can be checked when they are read.
+typedef struct {
+  uint32_t opaque[27];
+} fingerpad_state;
+
 // What the plane does in one step.
 typedef struct {
   // Depth at the end of the step, mm.
@@ -73,7 +78,7 @@ typedef struct {
 
 // The same of a contact that also spins.
 typedef struct {
-  uint32_t opaque[31];
+  uint32_t opaque[35];
 } fingerpad_spin_state;
 
 // The least grip that holds a load.
@@ -116,11 +121,19 @@ int32_t fingerpad_model_tune(fingerpad_model *model,
 // nothing is written. A state may be carried over.
 //
 // # Safety
-// `model` was loaded, `posed` points to memory for a model.
+// `model` was loaded, `posed` points to memory for a posed model.
 int32_t fingerpad_model_pose(const fingerpad_model *model,
-                             fingerpad_model *posed,
+                             fingerpad_posed_model *posed,
                              float pitch_deg,
                              float roll_deg);
+
+// Advances a contact by one step in another pose. Cannot fail, whatever the motion.
+//
+// # Safety
+// `posed` was written by `fingerpad_model_pose`, `state` was initialised.
+fingerpad_response fingerpad_posed_step(const fingerpad_posed_model *posed,
+                                        fingerpad_state *state,
+                                        fingerpad_motion motion);
 
 // A finger in the air.
 //

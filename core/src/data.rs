@@ -19,6 +19,8 @@ pub const NODES: usize = 37;
 pub type Model<'a> = ModelOf<'a, SPRINGS, NODES>;
 /// The default model retuned to another finger; see [`ModelOf::tuned`].
 pub type Tuned<'a> = ModelOf<'a, SPRINGS, NODES, Scaled>;
+/// The default model in another pose; see [`ModelOf::posed`].
+pub type Posed<'a> = ModelOf<'a, SPRINGS, NODES, Scaled<f32, true>>;
 /// The numbers of the default model; see [`DataOf`].
 pub type Data = DataOf<SPRINGS, NODES>;
 

@@ -35,7 +35,7 @@ mod stick_ratio;
 mod table;
 
 pub use batch::{BatchLength, Forces, Motions};
-pub use data::{Data, DataOf, Model, ModelOf, NODES, SPRINGS, Spring, Tuned};
+pub use data::{Data, DataOf, Model, ModelOf, NODES, Posed, SPRINGS, Spring, Tuned};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use dual::Dual;
 pub use effects::{Contact, Effects, Surroundings};

@@ -199,12 +199,14 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
         // Stiffness and slide by pressing are integrals of the nodes' slopes.
         let mut stiffness = self.stiffness_n_mm;
         let mut press = zero;
-        for index in 0..N {
+        for (index, row) in data.rows.iter_mut().enumerate() {
             let (a, b) = (node(index), node((index + 1).min(N - 1)));
             let inside = if index + 1 < N { cell } else { zero };
             let integral = |value: T, left: T, right: T| Parabola::of_slopes(value, inside * left, inside * right);
-            let [stiffness_x, stiffness_y] =
-                [0, 1].map(|k| integral(stiffness[k], a.stiffness_slope_n_mm2[k], b.stiffness_slope_n_mm2[k]));
+            let [from_x, from_y] = stiffness;
+            let ([left_x, left_y], [right_x, right_y]) = (a.stiffness_slope_n_mm2, b.stiffness_slope_n_mm2);
+            let stiffness_x = integral(from_x, left_x, right_x);
+            let stiffness_y = integral(from_y, left_y, right_y);
             let press_slide = integral(press, a.press_coupling, b.press_coupling);
             let here = stiffness;
             stiffness = [stiffness_x.at(one), stiffness_y.at(one)];
@@ -216,11 +218,11 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             }
             let anisotropy = |node: &Node<M, T>, k: [T; 2]| k[1] / (k[0] * node.strength_ratio);
             let line = Line::between;
-            let share = |node: &Node<M, T>, j: usize| {
+            let shares = |node: &Node<M, T>| {
                 let all = node.area_share.iter().fold(zero, |sum, s| sum + *s);
-                node.area_share[j] / (all + T::of(f32::MIN_POSITIVE))
+                node.area_share.map(|share| share / (all + T::of(f32::MIN_POSITIVE)))
             };
-            data.rows[index] = Row {
+            *row = Row {
                 normal: line(a.normal_force_n, b.normal_force_n),
                 area: line(a.contact_area_mm2, b.contact_area_mm2),
                 stiffness_x,
@@ -235,8 +237,8 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
                 friction_centre: line(left.centre, right.centre),
                 pressure_centre: line(a.pressure_centre_mm, b.pressure_centre_mm),
                 band_normal: line(a.band_normal_n, b.band_normal_n),
-                radius: core::array::from_fn(|j| line(a.yield_slide_mm[j], b.yield_slide_mm[j])),
-                area_share: core::array::from_fn(|j| line(share(&a, j), share(&b, j))),
+                radius: lines(a.yield_slide_mm, b.yield_slide_mm),
+                area_share: lines(shares(&a), shares(&b)),
             };
         }
         data
@@ -276,6 +278,15 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             centre,
         }
     }
+}
+
+/// Lines from each left value to its right one.
+fn lines<const M: usize, T: Scalar>(left: [T; M], right: [T; M]) -> [Line<T>; M] {
+    let mut lines = [Line::default(); M];
+    for ((line, left), right) in lines.iter_mut().zip(left).zip(right) {
+        *line = Line::between(left, right);
+    }
+    lines
 }
 
 /// The parabola over 0 to 1 through values at 0, 1/2 and 1: value at 0, factors of the variable and its square.

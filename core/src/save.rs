@@ -37,12 +37,14 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
     pub fn write_bytes(&self, model: u32, out: &mut [u8]) -> Result<usize, Error> {
         let needed = state_bytes(M, P);
         let Some(out) = out.get_mut(..needed) else { return Err(Error::Buffer { needed: needed as u32 }) };
-        let (body, end) = out.split_at_mut(needed - 4);
+        let Some((body, end)) = out.split_last_chunk_mut::<4>() else {
+            return Err(Error::Buffer { needed: needed as u32 });
+        };
         let words = [VERSION, model].into_iter().chain(self.numbers().map(f32::to_bits));
-        for (slot, word) in body.chunks_exact_mut(4).zip(words) {
-            slot.copy_from_slice(&word.to_le_bytes());
+        for (slot, word) in body.as_chunks_mut::<4>().0.iter_mut().zip(words) {
+            *slot = word.to_le_bytes();
         }
-        end.copy_from_slice(&crc32(body).to_le_bytes());
+        *end = crc32(body).to_le_bytes();
         Ok(needed)
     }
 

@@ -119,7 +119,7 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         let most = scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING);
         let moment = (spin_moment - centre) * per_limit / most;
         let cross = data.spin_cross * (moment * alone).magnitude();
-        (alone * alone + moment * moment + cross).sqrt()
+        (alone * alone + moment * moment + cross).magnitude().sqrt()
     };
     let [pose_normal, pose_friction] = scale.band();
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);

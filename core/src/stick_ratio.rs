@@ -69,7 +69,8 @@ impl<T: Scalar> Way<T> {
                 let ahead = dot(moved, way);
                 if ahead < nothing {
                     let back = ahead / square;
-                    state.turn = less(state.reached, [0, 1, 2].map(|k| way[k] - back * moved[k]));
+                    let left = [way[0] - back * moved[0], way[1] - back * moved[1], way[2] - back * moved[2]];
+                    state.turn = less(state.reached, left);
                 }
             }
             state.reached = here;

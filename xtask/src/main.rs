@@ -82,9 +82,7 @@ fn model() -> anyhow::Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = "data/models/fingertip.fpm";
     let fit = ["--package", "fingerpad-cli", "--", "reduce", "--runs", "data/runs", "--out", file];
-    // Restarts gain hundredths of a percent with this form and take ten times as long.
-    let once = ["--restarts", "0"];
-    run(Command::new(env!("CARGO")).current_dir(&root).args(["run", "--release"]).args(fit).args(once))?;
+    run(Command::new(env!("CARGO")).current_dir(&root).args(["run", "--release"]).args(fit))?;
     let show = ["run", "--quiet", "--release", "--package", "fingerpad", "--example", "document", "--", file];
     let out = Command::new(env!("CARGO")).current_dir(&root).args(show).output()?;
     let says = String::from_utf8(out.stdout)?;

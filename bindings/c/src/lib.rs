@@ -4,13 +4,13 @@
 
 use core::slice;
 
-use fingerpad::{Error, Model, Motion, Pose, STATE_BYTES, SpinState, State, StateOf, Tuned, Tuning};
+use fingerpad::{Error, Model, ModelOf, Motion, Pose, Posed, Scaled, STATE_BYTES, SpinState, State, StateOf, Tuned, Tuning};
 use panic_never as _;
 
 /// Bytes of a saved state.
-pub const FINGERPAD_STATE_BYTES: usize = 104;
+pub const FINGERPAD_STATE_BYTES: usize = 120;
 /// Bytes of a saved state of a contact that spins.
-pub const FINGERPAD_SPIN_STATE_BYTES: usize = 136;
+pub const FINGERPAD_SPIN_STATE_BYTES: usize = 152;
 
 /// A model ready to step. Load it with `fingerpad_model_load`; the file must stay where it is.
 #[repr(C)]
@@ -18,17 +18,24 @@ pub struct fingerpad_model {
     opaque: [u64; 10],
 }
 
+
+/// A model in another pose. Write it with `fingerpad_model_pose`; the file must stay where it is.
+#[repr(C)]
+pub struct fingerpad_posed_model {
+    opaque: [u64; 10],
+}
+
 /// All that a contact remembers. Plain memory: copy it to go back to it in the same program; `fingerpad_state_save` makes
 /// bytes that can be checked when they are read.
 #[repr(C)]
 pub struct fingerpad_state {
-    opaque: [u32; 23],
+    opaque: [u32; 27],
 }
 
 /// The same of a contact that also spins.
 #[repr(C)]
 pub struct fingerpad_spin_state {
-    opaque: [u32; 31],
+    opaque: [u32; 35],
 }
 
 /// What the plane does in one step.
@@ -95,6 +102,8 @@ pub struct fingerpad_grip {
 const _: () = {
     assert!(size_of::<Tuned<'static>>() <= size_of::<fingerpad_model>());
     assert!(align_of::<Tuned<'static>>() <= align_of::<fingerpad_model>());
+    assert!(size_of::<Posed<'static>>() <= size_of::<fingerpad_posed_model>());
+    assert!(align_of::<Posed<'static>>() <= align_of::<fingerpad_posed_model>());
     assert!(size_of::<State>() == size_of::<fingerpad_state>());
     assert!(align_of::<State>() == align_of::<fingerpad_state>());
     assert!(size_of::<SpinState>() == size_of::<fingerpad_spin_state>());
@@ -123,8 +132,8 @@ fn code(error: Error) -> i32 {
     }
 }
 
-fn step<const P: usize>(
-    model: &Tuned<'static>,
+fn step<const POSED: bool, const P: usize>(
+    model: &ModelOf<'static, { fingerpad::SPRINGS }, { fingerpad::NODES }, Scaled<f32, POSED>>,
     state: &mut StateOf<{ fingerpad::SPRINGS }, P>,
     motion: fingerpad_motion,
 ) -> fingerpad_response {
@@ -216,11 +225,11 @@ pub unsafe extern "C" fn fingerpad_model_tune(
 /// nothing is written. A state may be carried over.
 ///
 /// # Safety
-/// `model` was loaded, `posed` points to memory for a model.
+/// `model` was loaded, `posed` points to memory for a posed model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_model_pose(
     model: *const fingerpad_model,
-    posed: *mut fingerpad_model,
+    posed: *mut fingerpad_posed_model,
     pitch_deg: f32,
     roll_deg: f32,
 ) -> i32 {
@@ -229,11 +238,26 @@ pub unsafe extern "C" fn fingerpad_model_pose(
     match model.posed(Pose { pitch_deg, roll_deg }) {
         Ok(to) => {
             // SAFETY: the caller's promise; size and alignment were checked above.
-            unsafe { posed.cast::<Tuned<'static>>().write(to) };
+            unsafe { posed.cast::<Posed<'static>>().write(to) };
             0
         }
         Err(error) => code(error),
     }
+}
+
+/// Advances a contact by one step in another pose. Cannot fail, whatever the motion.
+///
+/// # Safety
+/// `posed` was written by `fingerpad_model_pose`, `state` was initialised.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_posed_step(
+    posed: *const fingerpad_posed_model,
+    state: *mut fingerpad_state,
+    motion: fingerpad_motion,
+) -> fingerpad_response {
+    // SAFETY: the caller's promise.
+    let (model, state) = unsafe { (&*posed.cast::<Posed<'static>>(), &mut *state.cast::<State>()) };
+    step(model, state, motion)
 }
 
 /// A finger in the air.
