@@ -4,7 +4,9 @@
 
 use core::slice;
 
-use fingerpad::{Error, Model, ModelOf, Motion, Pose, Posed, Scaled, STATE_BYTES, SpinState, State, StateOf, Tuned, Tuning};
+use fingerpad::{
+    Error, Model, ModelOf, Motion, Pose, Posed, STATE_BYTES, Scaled, SpinState, State, StateOf, Tuned, Tuning,
+};
 use panic_never as _;
 
 /// Bytes of a saved state.
@@ -17,7 +19,6 @@ pub const FINGERPAD_SPIN_STATE_BYTES: usize = 152;
 pub struct fingerpad_model {
     opaque: [u64; 10],
 }
-
 
 /// A model in another pose. Write it with `fingerpad_model_pose`; the file must stay where it is.
 #[repr(C)]

@@ -76,7 +76,8 @@ fn SysTick() {
             let motion = Motion {
                 depth_mm: position[0] + finger.depth_extra,
                 slide_increment_mm: [position[1] - control.last[1], position[2] - control.last[2]],
-                spin_increment_rad: 0.0, dt_s,
+                spin_increment_rad: 0.0,
+                dt_s,
             };
             *response = step(&finger.model, &mut finger.state, motion);
             if index == 1 {

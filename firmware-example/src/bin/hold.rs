@@ -37,7 +37,12 @@ fn hold(model: &Model<'_>) -> Outcome {
         let before = position;
         position += speed * DT_S;
         // The object is each pad's plane; what moves is what the rounded position moves.
-        let motion = Motion { depth_mm: depth, slide_increment_mm: [position - before, 0.0], spin_increment_rad: 0.0, dt_s: DT_S };
+        let motion = Motion {
+            depth_mm: depth,
+            slide_increment_mm: [position - before, 0.0],
+            spin_increment_rad: 0.0,
+            dt_s: DT_S,
+        };
         load = 0.0;
         for pad in &mut pads {
             let r = step(model, pad, motion);

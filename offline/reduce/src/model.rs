@@ -144,11 +144,11 @@ pub fn reduce<const M: usize>(
     Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended })
 }
 
-/// Pitch of the pose in which a model is fitted, degrees; runs that were stored before there were poses have that of the
-/// shipped finger.
+/// Pitch of the pose in which a model is fitted, degrees; that of the shipped finger where the runs do not tell one.
 fn fitted_pitch_deg(runs: &[Run]) -> f32 {
     let first = runs.first().and_then(|run| run.samples.first()).and_then(|sample| sample.turned);
-    first.map_or(30.0, |turned| (1e3 * turned.pitch_deg).round() / 1e3)
+    let pitch_deg = first.map_or(0.0, |turned| (1e3 * turned.pitch_deg).round() / 1e3);
+    if (10.0..=70.0).contains(&pitch_deg) { pitch_deg } else { 30.0 }
 }
 
 /// Adds the dependence on pitch and roll, and the band that it needs, to a model that is fitted in one pose; returns the
