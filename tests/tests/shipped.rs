@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fingerpad::ModelFile;
-use fingerpad_reduce::{Coverage, DesignSettings, Meta, Run, Scores, design, score};
+use fingerpad_reduce::{Coverage, DesignSettings, Kind, Meta, Run, Scores, design, pose_scores, score};
 
 fn data(below: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(below)
@@ -15,13 +15,13 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
     let bytes = std::fs::read(data("models/fingertip.fpm")).unwrap();
     let file = ModelFile::new(&bytes).unwrap();
     let meta: Meta = serde_json::from_str(file.file().meta).unwrap();
-    let mut runs = Vec::new();
+    let (mut runs, mut posed) = (Vec::new(), Vec::new());
     for experiment in design(&DesignSettings::default()).unwrap() {
         let path = data("runs").join(Run::file_name(&experiment, &meta.settings_hash));
         let Ok(bytes) = std::fs::read(&path) else { continue };
         let run = Run::from_bytes(&bytes, &path).unwrap();
         assert_eq!((&run.name, run.held_out, &run.path), (&experiment.name, experiment.held_out, &experiment.path));
-        runs.push(run);
+        if run.is_representable() { &mut runs } else { &mut posed }.push(run);
     }
     let held_out: Vec<&Run> = runs.iter().filter(|run| run.held_out).collect();
     assert_eq!(meta.paths, [runs.len() - held_out.len(), held_out.len()]);
@@ -39,6 +39,15 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
         ("regime", again.regime_right, told.regime_right),
     ] {
         assert!((found - told).abs() <= 1e-9, "{name}: the file tells {told}, the runs give {found}");
+    }
+    // The file's table of poses is in single precision.
+    let of_kind = |kind: Kind| posed.iter().filter(|run| run.held_out && run.kind == kind).collect::<Vec<_>>();
+    let poses = meta.poses.expect("fitted to runs in other poses as well");
+    for (told, kind) in poses.iter().zip([Kind::Pose, Kind::PoseChange]) {
+        let found = pose_scores(&model.data().cast::<f64>(), &of_kind(kind));
+        println!("{kind:?}: {found:?}");
+        assert!((found.friction_of_limit - told.friction_of_limit).abs() < 1e-4, "{found:?} {told:?}");
+        assert!((found.normal_of_largest - told.normal_of_largest).abs() < 1e-4, "{found:?} {told:?}");
     }
     // The band in the file is made from all held-out paths; 95.5 % is what it aims at.
     let [all, ..] = Coverage::of(&model, &held_out);
