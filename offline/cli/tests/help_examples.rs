@@ -64,7 +64,9 @@ fn prepare(at: &Path) {
             std::io::copy(&mut text, &mut unpacked).unwrap();
         }
     }
-    fs::write(at.join("fixed.toml"), "[tissue.bone]\nkind = \"fixed\"\n").unwrap();
+    for name in ["fixed.toml", "mine.toml"] {
+        fs::write(at.join(name), "[tissue.bone]\nkind = \"fixed\"\n").unwrap();
+    }
     for line in [
         "mesh --mesh-preset coarse --out theirs.msh",
         "phantom --voxels 256 64 64 --out scan.nii.gz",
@@ -115,7 +117,8 @@ fn every_example_of_every_help_runs() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
     let design = tempfile::tempdir().unwrap();
-    let commands = ["simulate", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "identify", "build"];
+    let commands =
+        ["simulate", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "finger", "identify", "build"];
     let all = help("");
     let mut count = 0;
     for command in commands {
