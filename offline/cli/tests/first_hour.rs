@@ -240,7 +240,7 @@ fn eval_says_what_it_flagged_and_asks_for_units() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     for (text, said) in [
-        (path("50", "4"), &["depth_above_range in 516 of 543 rows", "data row 28", "(2.5 mm)", "micrometres"][..]),
+        (path("50", "4"), &["depth_above_range in 516 of 543 rows", "data row 28", "(2.630085 mm)", "micrometres"][..]),
         (path("0.001", "0.004"), &["0.001", "in metres"]),
         (path("-1", "4"), &["no row touches", "0 at most", "sign"]),
         (
