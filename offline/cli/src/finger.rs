@@ -13,10 +13,10 @@ use super::{Failure, Model, Outputs, design, make_finger};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad finger --config mine.toml --out mine               a quick design on the default mesh
+  fingerpad finger --config mine.toml --out model              a quick design on the default mesh
   fingerpad finger --shape b --mesh-preset coarse --out b      a shipped shape, coarse: minutes
-  fingerpad finger --config mine.toml --out mine --estimate    only tell how many runs and how long
-  fingerpad finger --config mine.toml --out mine --design full
+  fingerpad finger --config mine.toml --out model --estimate   only tell how many runs and how long
+  fingerpad finger --config mine.toml --out model --design full
                                                                every kind of motion, hours
 
 The folder holds runs/ (a file for each finished path), model.fpm and a report. A run that was interrupted goes on where
