@@ -46,8 +46,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth;
         let plain = row.limit.at(t);
         let radius_factor = scale.radius(plain, scale.limit(plain, scale.area(row.area.at(t)))) * state.strength_factor;
-        let [tilt_x, shift_y] = scale.tilt();
-        let (shift, dshift) = (row.yield_shift.at(t) + tilt_x, row.yield_shift.change * per_mm);
+        let ([shift, shift_y], dshift) = (scale.tilt(row.yield_shift.at(t)), row.yield_shift.change * per_mm);
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
         let wide = one + shift * shift + shift_y * shift_y;

@@ -32,8 +32,8 @@ pub const POSE_ROWS: usize = 11;
 ///
 /// Rows: factors on depth, normal force, area, strength and stiffness less 1, then tilt of the limit, slide along x per depth
 /// and place of the contact along x, mm, each a p + b p² + c r²; then slide along y per depth, place of the contact along y, mm,
-/// and tilt of the limit along y, each a r + b p r + c r³. The place is that against the fitted pose: spins go about the point under first touch in the
-/// fitted pose, from which springs and centre of pressure then lie away.
+/// and tilt of the limit along y, each a r + b p r + c r³. The place is that against the fitted pose: spins go about the point
+/// under first touch in the fitted pose, from which springs and centre of pressure then lie away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]

@@ -41,6 +41,9 @@ impl Default for Tuning {
 /// Range of the factor on the tissue's stiffness.
 pub(crate) const STIFFNESS_FACTOR: core::ops::RangeInclusive<f32> = 0.2..=5.0;
 
+/// Largest tilt of a limit along x or y.
+const TILT_MAX: f32 = 0.25;
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for super::Fitted {}
@@ -61,8 +64,8 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     fn depth(&self, mm: T) -> T;
     /// Whether limits may be tilted along y.
     const TILTS_ALONG_Y: bool;
-    /// What the pose adds to the tilt of a limit along x and y.
-    fn tilt(&self) -> [T; 2];
+    /// Tilt of a limit along x and y, from that along x in the fitted pose.
+    fn tilt(&self, fitted: T) -> [T; 2];
     /// What the pose adds to the bands: shares of the normal force and of the limit.
     fn band(&self) -> [T; 2];
     /// Slides along x and y, mm/mm, that a depth increment amounts to in the pose, beyond that of the fitted one.
@@ -83,6 +86,11 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     fn per_newton(&self, x: T) -> T;
     /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law.
     fn stiffened(&self, factor: T, beta: T) -> Self::Stiffened;
+}
+
+/// What may still be brought into another pose: a finger in the fitted one. Sealed.
+#[doc(hidden)]
+pub trait Unposed<T: Scalar>: Scaling<T> {
     /// The same finger in a pose.
     fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T, true>;
 }
@@ -109,8 +117,8 @@ impl<T: Scalar> Scaling<T> for Fitted {
         mm
     }
     #[inline(always)]
-    fn tilt(&self) -> [T; 2] {
-        [T::of(0.0); 2]
+    fn tilt(&self, fitted: T) -> [T; 2] {
+        [fitted, T::of(0.0)]
     }
     #[inline(always)]
     fn band(&self) -> [T; 2] {
@@ -151,6 +159,9 @@ impl<T: Scalar> Scaling<T> for Fitted {
     fn stiffened(&self, factor: T, beta: T) -> Scaled<T> {
         Scaled::<T>::same().stiffened(factor, beta)
     }
+}
+
+impl<T: Scalar> Unposed<T> for Fitted {
     fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T, true> {
         Scaled::<T>::same().posed(pose)
     }
@@ -239,8 +250,9 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         mm * self.depth
     }
     #[inline(always)]
-    fn tilt(&self) -> [T; 2] {
-        self.tilt
+    fn tilt(&self, fitted: T) -> [T; 2] {
+        let held = |tilt: T| if tilt < T::of(-TILT_MAX) { T::of(-TILT_MAX) } else { tilt.at_most(T::of(TILT_MAX)) };
+        if POSED { [held(fitted + self.tilt[0]), held(self.tilt[1])] } else { [fitted, T::of(0.0)] }
     }
     #[inline(always)]
     fn band(&self) -> [T; 2] {
@@ -291,8 +303,10 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
             ..*self
         }
     }
+}
+
+impl<T: Scalar> Unposed<T> for Scaled<T> {
     fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T, true> {
-        let one = T::of(1.0);
         Scaled {
             per_length: self.per_length * pose.depth,
             depth: self.depth / pose.depth,
@@ -304,9 +318,9 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
             length: self.length,
             band: pose.band,
             per_newton: self.per_newton / pose.limit,
-            softness: self.softness * (one / pose.stiffness),
+            softness: self.softness / pose.stiffness,
             tilt: pose.tilt,
-            press: [self.press[0] + pose.press[0], self.press[1] + pose.press[1]],
+            press: pose.press,
             offset: pose.offset.map(|mm| mm * self.length),
         }
     }
@@ -333,20 +347,22 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
         Ok(ModelOf { data: self.data, scale })
     }
 
-    /// The same finger in another pose: pitch and roll of the finger against the plane; see [`Pose`]. A state may be carried
-    /// over. To be called from the model of the fitted pose.
-    ///
-    /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
-    pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T, true>, T>, Error> {
-        let factors = self.data.pose.factors(pose)?;
-        Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
-    }
-
     /// The same finger with the tissue's stiffness times `factor`, which is held within [`STIFFNESS_FACTOR`].
     pub(crate) fn stiffened(&self, factor: T) -> ModelOf<'a, M, N, S::Stiffened, T> {
         let [least, most] = [*STIFFNESS_FACTOR.start(), *STIFFNESS_FACTOR.end()].map(T::of);
         let factor = if factor < least { least } else { factor.at_most(most) };
         let scale = self.scale.stiffened(factor, self.data.pressure_exponent);
         ModelOf { data: self.data, scale }
+    }
+}
+
+impl<'a, const M: usize, const N: usize, T: Scalar, S: Unposed<T>> ModelOf<'a, M, N, S, T> {
+    /// The same finger in another pose: pitch and roll of the finger against the plane; see [`Pose`]. A state may be
+    /// carried over.
+    ///
+    /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
+    pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T, true>, T>, Error> {
+        let factors = self.data.pose.factors(pose)?;
+        Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
     }
 }

@@ -103,10 +103,11 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     let [along, across] = friction.map(|f| f * per_limit);
     let stretched = across / at.row.limit_ratio.at(at.t);
     let square = along * along + T::of(NOTHING);
-    let [tilt_x, tilt_y] = scale.tilt();
-    let mut shifted = (at.row.limit_shift.at(at.t) + tilt_x) * along;
+    let mut shifted = at.row.limit_shift.at(at.t) * along;
     if S::TILTS_ALONG_Y {
-        shifted += tilt_y * stretched;
+        let fitted = at.row.yield_shift.at(at.t);
+        let [tilt_x, tilt_y] = scale.tilt(fitted);
+        shifted += (tilt_x - fitted) * along + tilt_y * stretched;
     }
     let alone = (square + stretched * stretched + shifted * shifted).sqrt() - shifted;
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
@@ -161,22 +162,7 @@ struct AtDepth<'a, const M: usize, T> {
     press_slide: [T; 2],
 }
 
-/// Largest tilt of a limit along x or y.
-const TILT_MAX: f32 = 0.25;
-
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
-    /// alpha along x and y, in the pose.
-    #[inline(always)]
-    fn tilt<S: Scaling<T>>(&self, scale: &S) -> [T; 2] {
-        let [x, y] = scale.tilt();
-        let fitted = self.row.yield_shift.at(self.t);
-        if !S::TILTS_ALONG_Y {
-            return [fitted, y];
-        }
-        let held = |tilt: T| if tilt < T::of(-TILT_MAX) { T::of(-TILT_MAX) } else { tilt.at_most(T::of(TILT_MAX)) };
-        [held(fitted + x), held(y)]
-    }
-
     /// Reads the tables; a depth beyond them is held at their end and flagged.
     #[inline(always)]
     fn look_up<const N: usize, const P: usize, S: Scaling<T>>(
@@ -342,7 +328,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
     odd: &Odd<T>,
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
-    let limit = Limit::new(at.tilt(scale), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
+    let limit = Limit::new(scale.tilt(at.row.yield_shift.at(at.t)), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
     let none = T::of(-0.0);
     let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let share = T::of(1.0 / P as f32);
