@@ -78,14 +78,18 @@ void reset(void)
     __asm__ volatile("dsb\nisb");
     static fingerpad_model model;
     static fingerpad_state state;
-    if (fingerpad_model_load(&model, model_start, (size_t)(model_end - model_start)) != 0) {
+    if (fingerpad_model_load(&model, model_start, (size_t)(model_end - model_start)) != FINGERPAD_OK) {
         print("model refused\n");
         leave(1);
     }
-    fingerpad_state_init(&state);
+    (void)fingerpad_state_init(&state);
     for (unsigned i = 0; i < sizeof motions / sizeof *motions; i++) {
         const fingerpad_motion motion = {motions[i][0], motions[i][1], motions[i][2], 0, 1e-3f};
-        const fingerpad_response r = fingerpad_step(&model, &state, motion);
+        fingerpad_response r;
+        if (fingerpad_step(&model, &state, motion, &r) != FINGERPAD_OK) {
+            print("step refused\n");
+            leave(1);
+        }
         print_word(bits(r.normal_force_n));
         print_word(bits(r.friction_x_n));
         print_word(bits(r.friction_y_n));
