@@ -72,10 +72,9 @@ static const float motions[][3] = {
     {0.5f, 0, 0}, {1, 0, 0}, {1, 1.5f, 0}, {1, 0, 2}, {0.7f, -0.25f, 0}, {3, 0, 0}, {1, __builtin_nanf(""), 0.125f}, {0, 0, 0},
 };
 
-void reset(void)
+/* Not inlined: reset must not use the FPU before it is on. */
+__attribute__((noinline)) static void step_through_vectors(void)
 {
-    *(volatile uint32_t *)0xE000ED88 |= 0xF << 20; /* the FPU */
-    __asm__ volatile("dsb\nisb");
     static fingerpad_model model;
     static fingerpad_state state;
     if (fingerpad_model_load(&model, model_start, (size_t)(model_end - model_start)) != FINGERPAD_OK) {
@@ -105,4 +104,11 @@ void reset(void)
         print(r.status < 10 ? status + 1 : status);
     }
     leave(0);
+}
+
+void reset(void)
+{
+    *(volatile uint32_t *)0xE000ED88 |= 0xF << 20; /* the FPU */
+    __asm__ volatile("dsb\nisb" ::: "memory");
+    step_through_vectors();
 }
