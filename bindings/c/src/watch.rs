@@ -1,6 +1,6 @@
 //! Events: what happened to a contact and when.
 
-use fingerpad::events::{Change, Queue, Watch, WatchSettings};
+use fingerpad::events::{Change, Watch, WatchSettings};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer};
 use crate::pointer::{check, exclusive, shared, write};
@@ -138,11 +138,8 @@ pub unsafe extern "C" fn fingerpad_watch_look(
         let response = read_back(response).ok_or(FINGERPAD_RANGE)?;
         check(events)?;
         check(count)?;
-        let mut queue: Queue<{ FINGERPAD_EVENTS_A_LOOK + 1 }> = Queue::new();
-        let (mut producer, mut consumer) = queue.split();
-        watch.look(&response, &mut producer);
         let mut seen = 0;
-        while let Some(event) = consumer.dequeue() {
+        for event in watch.see(&response).take(FINGERPAD_EVENTS_A_LOOK) {
             let change = match event.change {
                 Change::Touch => FINGERPAD_TOUCH,
                 Change::FirstSlip => FINGERPAD_FIRST_SLIP,
@@ -150,7 +147,7 @@ pub unsafe extern "C" fn fingerpad_watch_look(
                 Change::Restick => FINGERPAD_RESTICK,
                 Change::LiftOff => FINGERPAD_LIFT_OFF,
             };
-            // SAFETY: the caller's promise: there is room for as many as the queue holds.
+            // SAFETY: the caller's promise: there is room for as many.
             unsafe { write(events.add(seen), fingerpad_event { tick: event.tick, finger: event.finger, change }) }?;
             seen += 1;
         }
