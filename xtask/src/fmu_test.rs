@@ -36,8 +36,14 @@ pub fn test() -> Result<()> {
 
 /// Writes the FMU of a model by the program itself.
 pub fn export(model: &Path, out: &Path) -> Result<()> {
-    let program = ["run", "--quiet", "--release", "--package", "fingerpad-cli", "--", "export", "--format", "fmu", "--model"];
-    run(Command::new(env!("CARGO")).current_dir(root()).args(program).arg(fs::canonicalize(model)?).arg("--out").arg(out))
+    let program =
+        ["run", "--quiet", "--release", "--package", "fingerpad-cli", "--", "export", "--format", "fmu", "--model"];
+    run(Command::new(env!("CARGO"))
+        .current_dir(root())
+        .args(program)
+        .arg(fs::canonicalize(model)?)
+        .arg("--out")
+        .arg(out))
 }
 
 fn check(python: &Path, folder: &Path, story: &Path) -> Result<()> {

@@ -15,6 +15,8 @@ pub fn environment(folder: &Path, requirements: &Path) -> Result<PathBuf> {
         run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(folder))?;
     }
     let python = folder.join("bin/python");
-    run(Command::new(&python).args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"]).arg(requirements))?;
+    run(Command::new(&python)
+        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
+        .arg(requirements))?;
     Ok(python)
 }

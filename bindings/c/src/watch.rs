@@ -88,15 +88,8 @@ unsafe fn marked<'a>(watch: *mut fingerpad_watch) -> Result<&'a mut Watch, i32> 
 pub unsafe extern "C" fn fingerpad_watch_settings_default(settings: *mut fingerpad_watch_settings) -> i32 {
     let WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks } =
         WatchSettings::default();
-    let usual = fingerpad_watch_settings {
-        first_slip,
-        sure_slip,
-        full_slip,
-        partial_restick,
-        restick,
-        looks,
-        contact_looks,
-    };
+    let usual =
+        fingerpad_watch_settings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
     // SAFETY: the caller's promise.
     answer(unsafe { write(settings, usual) })
 }
@@ -114,8 +107,7 @@ pub unsafe extern "C" fn fingerpad_watch_init(
     if [first_slip, sure_slip, full_slip, partial_restick, restick].iter().any(|t| !(0.0..=1.0).contains(t)) {
         return FINGERPAD_RANGE;
     }
-    let settings =
-        WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
+    let settings = WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
     // SAFETY: the caller's promise; size and alignment were checked above.
     answer(unsafe { write(watch.cast(), Marked { mark: SET_UP, watch: Watch::with_settings(finger, settings) }) })
 }

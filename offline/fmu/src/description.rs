@@ -44,7 +44,11 @@ const OUTPUTS: [Variable; 12] = [
 
 const INTEGERS: [(u32, &str, &str); 2] = [
     (61, "regime", "0 no contact, 1 stick, 2 partial slip, 3 slip"),
-    (62, "status", "Flags: 2 bad input, 8 depth above range, 16 large increment, 64 spin ignored, 128 memory lost, 256 effect held"),
+    (
+        62,
+        "status",
+        "Flags: 2 bad input, 8 depth above range, 16 large increment, 64 spin ignored, 128 memory lost, 256 effect held",
+    ),
 ];
 
 /// Units with their factor to the base units and the exponents of kg, m, s.
@@ -107,10 +111,8 @@ pub fn model_description(file: &File<'_>, name: &str) -> String {
     }
     for (reference, name, says) in INTEGERS {
         let kind = "causality=\"output\" variability=\"discrete\" initial=\"exact\" start=\"0\"";
-        let _ = writeln!(
-            xml,
-            "    <Int32 name=\"{name}\" valueReference=\"{reference}\" {kind} description=\"{says}\"/>"
-        );
+        let _ =
+            writeln!(xml, "    <Int32 name=\"{name}\" valueReference=\"{reference}\" {kind} description=\"{says}\"/>");
     }
     xml.push_str("  </ModelVariables>\n  <ModelStructure>\n");
     let outputs = OUTPUTS.iter().map(|variable| variable.0).chain(INTEGERS.iter().map(|variable| variable.0));

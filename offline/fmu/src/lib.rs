@@ -22,7 +22,9 @@ const WORKSPACE: &str = include_str!("../../../Cargo.toml");
 #[derive(Debug, thiserror::Error)]
 pub enum FmuError {
     /// The program was compiled for a system for which the unit is not compiled with it.
-    #[error("this program has no co-simulation unit for {platform} inside; bindings/fmu/README.md tells how to build one")]
+    #[error(
+        "this program has no co-simulation unit for {platform} inside; bindings/fmu/README.md tells how to build one"
+    )]
     NoUnit {
         /// The system as FMI names it.
         platform: String,
@@ -57,7 +59,8 @@ pub fn pack(model: &ModelFile, name: &str) -> Result<Vec<u8>, FmuError> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in &files {
         let mode = if name.starts_with("binaries") { 0o755 } else { 0o644 };
-        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).unix_permissions(mode);
+        let options =
+            SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).unix_permissions(mode);
         zip.start_file(name.as_str(), options)?;
         zip.write_all(bytes)?;
     }

@@ -55,8 +55,7 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
             *at += if increment.is_finite() { f64::from(increment) } else { 0.0 };
         }
         let [x, y, spin_increment_rad] = increments;
-        let motion =
-            Motion { depth_mm: place[0] as f32, slide_increment_mm: [x, y], spin_increment_rad, dt_s: 1e-3 };
+        let motion = Motion { depth_mm: place[0] as f32, slide_increment_mm: [x, y], spin_increment_rad, dt_s: 1e-3 };
         let [factor, pitch, roll] = [place[4], place[5], place[6]].map(|x| x as f32);
         spin.set_strength_factor(factor);
         contact.state.set_strength_factor(factor);
