@@ -1,8 +1,13 @@
 //! Chores of the project; each prints what it does.
 
+mod bench_bindings;
+mod c_release;
+mod c_test;
+mod fmu_test;
 mod gates;
 mod install;
 mod package;
+mod python;
 mod thumb;
 
 use std::path::PathBuf;
@@ -22,7 +27,7 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
+    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
     /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
     /// `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
@@ -41,6 +46,9 @@ enum Chore {
     /// Fit the shipped model to the stored runs again, and bring the documented vectors and the firmware's corrected model
     /// up to it
     Model,
+    /// The C library as a folder that needs no Rust: static libraries for this host, Cortex-M with and without FPU and RISC-V,
+    /// header, model, example, CMake and pkg-config files
+    ReleaseC(c_release::Args),
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
 }
@@ -52,6 +60,7 @@ fn main() -> anyhow::Result<()> {
             cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
         }
         Chore::Bench { name, args } => match name.as_str() {
+            "bindings" => bench_bindings::main(),
             "calculix" => {
                 install::calculix()?;
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_calculix", "--"], &args)
@@ -69,10 +78,11 @@ fn main() -> anyhow::Result<()> {
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: calculix, core, memory, diagnose, confirm"),
+            other => bail!("no benchmark {other}; there are: bindings, calculix, core, memory, diagnose, confirm"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
+        Chore::ReleaseC(args) => c_release::main(&args),
         Chore::Thumb(args) => thumb::main(&args),
     }
 }
