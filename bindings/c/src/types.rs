@@ -27,6 +27,8 @@ pub const FINGERPAD_STATUS_SPIN_IGNORED: u16 = 64;
 pub const FINGERPAD_STATUS_MEMORY_LOST: u16 = 128;
 /// Flag of `status`: an effect led beyond its range and was held there.
 pub const FINGERPAD_STATUS_EFFECT_HELD: u16 = 256;
+/// Flag of `status`: a pose beyond those that the model was fitted in; the answer is that of the nearest of them.
+pub const FINGERPAD_STATUS_POSE_OUT_OF_RANGE: u16 = 512;
 
 const _: () = {
     assert!(FINGERPAD_STATUS_BAD_INPUT == Status::BAD_INPUT.0);
@@ -37,6 +39,7 @@ const _: () = {
     assert!(FINGERPAD_STATUS_SPIN_IGNORED == Status::SPIN_IGNORED.0);
     assert!(FINGERPAD_STATUS_MEMORY_LOST == Status::MEMORY_LOST.0);
     assert!(FINGERPAD_STATUS_EFFECT_HELD == Status::EFFECT_HELD.0);
+    assert!(FINGERPAD_STATUS_POSE_OUT_OF_RANGE == Status::POSE_OUT_OF_RANGE.0);
 };
 
 /// What the plane does in one step.
