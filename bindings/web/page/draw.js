@@ -1,13 +1,13 @@
 // A canvas that is sharp at every size, and the page's colours.
 
-const NAMES = ["ink", "muted", "faint", "line", "card", "stick", "slip", "flesh", "skin", "bone", "nail", "glass", "warn"];
+const NAMES = ["ink", "muted", "faint", "line", "card", "stick", "between", "slip", "flesh", "skin", "bone", "nail", "glass", "warn"];
 export const colour = {};
 
 /** Reads the colours of the present scheme. */
 export function readColours() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) colour[name] = style.getPropertyValue(`--${name}`).trim();
-  for (let i = 0; i <= 8; i++) blend[i] = mix(colour.slip, colour.stick, i / 8);
+  for (let i = 0; i <= 8; i++) blend[i] = i < 4 ? mix(colour.slip, colour.between, i / 4) : mix(colour.between, colour.stick, i / 4 - 1);
 }
 
 const blend = [];
@@ -58,28 +58,36 @@ export class Sheet {
     ctx.fillText(words, x, y);
   }
 
-  line(points, stroke, width = 1, dash = []) {
-    const { ctx } = this;
-    ctx.beginPath();
-    points.forEach(([x, y], i) => (i ? ctx.lineTo(x, y) : ctx.moveTo(x, y)));
-    ctx.strokeStyle = stroke;
-    ctx.lineWidth = width;
-    ctx.setLineDash(dash);
-    ctx.stroke();
-    ctx.setLineDash([]);
+  /** Begins a figure through places. */
+  trace(points) {
+    this.ctx.beginPath();
+    for (const [x, y] of points) this.ctx.lineTo(x, y);
+  }
+
+  fill(tone) {
+    this.ctx.fillStyle = tone;
+    this.ctx.fill();
+  }
+
+  stroke(tone, width = 1) {
+    this.ctx.strokeStyle = tone;
+    this.ctx.lineWidth = width;
+    this.ctx.stroke();
+  }
+
+  line(points, tone, width, dash = []) {
+    this.trace(points);
+    this.ctx.setLineDash(dash);
+    this.stroke(tone, width);
+    this.ctx.setLineDash([]);
   }
 
   dot(x, y, radius, fill, ring) {
     const { ctx } = this;
     ctx.beginPath();
     ctx.arc(x, y, radius, 0, 7);
-    ctx.fillStyle = fill;
-    ctx.fill();
-    if (ring) {
-      ctx.strokeStyle = ring;
-      ctx.lineWidth = 2;
-      ctx.stroke();
-    }
+    this.fill(fill);
+    if (ring) this.stroke(ring, 2);
   }
 
   arrow(x, y, dx, dy, stroke, width = 2.5) {
@@ -89,13 +97,9 @@ export class Sheet {
     const head = Math.min(9, length * 0.6);
     const [tx, ty] = [x + dx, y + dy];
     this.line([[x, y], [tx - ux * head * 0.7, ty - uy * head * 0.7]], stroke, width);
-    const { ctx } = this;
-    ctx.beginPath();
-    ctx.moveTo(tx, ty);
-    ctx.lineTo(tx - ux * head - uy * head * 0.48, ty - uy * head + ux * head * 0.48);
-    ctx.lineTo(tx - ux * head + uy * head * 0.48, ty - uy * head - ux * head * 0.48);
-    ctx.fillStyle = stroke;
-    ctx.fill();
+    const side = [-0.48, 0.48].map((k) => [tx - head * (ux - k * uy), ty - head * (uy + k * ux)]);
+    this.trace([[tx, ty], ...side]);
+    this.fill(stroke);
   }
 }
 

@@ -37,6 +37,7 @@ export class Hand {
   follow(walk) {
     this.walk = walk;
     this.at = walk.next();
+    walk.i = 0;
     this.target = [...this.at];
   }
 
@@ -53,7 +54,7 @@ export class Hand {
     this.time += STEP_S;
     const speed = walk && !walk.done ? 0 : skin.speed_mm_s;
     const turn = (to[3] - at[3]) * (Math.PI / 180);
-    motions.set([to[0] + this.shake(to[0]), to[1] - at[1], to[2] - at[2], turn, STEP_S, to[4], to[5], skin.hydration_au, skin.temperature_c, speed], index * MOTION.length);
+    motions.set([to[0] + this.shake(to[0]), to[1] - at[1], to[2] - at[2], turn, STEP_S, to[4], to[5], skin.hydration_au, skin.temperature_c, speed], index * MOTION);
     for (let i = 0; i < AXES; i++) at[i] = to[i];
     if (walk) this.target = [...at];
   }

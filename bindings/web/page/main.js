@@ -14,10 +14,25 @@ const MOST_S = 0.1;
 /** Time for which a regime must last before it is told, s. */
 const TOLD_S = 0.12;
 const AXES = ["depth", "x", "y", "spin", "pitch", "roll"];
-const SKIN = { moisture: "hydration_au", temperature: "temperature_c", speed: "speed_mm_s" };
+/** Words, range, step and unit of every slider. */
+const SLIDERS = {
+  depth: ["Depth", -0.3, 2.5, 0.01, " mm"],
+  x: ["Slide along", -6, 6, 0.02, " mm"],
+  y: ["Slide across", -6, 6, 0.02, " mm"],
+  spin: ["Twist", -60, 60, 0.5, "°"],
+  pitch: ["Pitch", 20, 50, 0.5, "°"],
+  roll: ["Roll", -15, 15, 0.5, "°"],
+  moisture: ["Moisture", 5, 100, 1, " a.u."],
+  temperature: ["Temperature", 20, 42, 0.5, " °C"],
+  speed: ["Speed of sliding", -1, 2, 0.02, " mm/s"],
+  noise: ["Size", 1, 10, 1, " µm"],
+};
+const NUMBERS = { normal: "Normal force", friction: "Friction", limit: "Friction limit", band: "95 % band", moment: "Moment", area: "Contact area" };
+const SKIN = { moisture: /* @__KEY__ */ "hydration_au", temperature: /* @__KEY__ */ "temperature_c", speed: /* @__KEY__ */ "speed_mm_s" };
 const REST = { hydration_au: 35, temperature_c: 32, speed_mm_s: 2 };
 
 const el = (id) => document.getElementById(id);
+const on = (node, type, act) => node.addEventListener(type, act);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 class Page {
@@ -94,7 +109,7 @@ class Page {
     const { model, hand } = this;
     model.wasm.lift(1);
     [[0, 0], ...motions].forEach(([slide, spin], i) => {
-      model.motions.set([depth, slide, 0, spin, STEP_S, hand.at[4], hand.at[5], skin.hydration_au, skin.temperature_c, skin.speed_mm_s], i * MOTION.length);
+      model.motions.set([depth, slide, 0, spin, STEP_S, hand.at[4], hand.at[5], skin.hydration_au, skin.temperature_c, skin.speed_mm_s], i * MOTION);
     });
     model.run(1, motions.length + 1);
     return model.response(motions.length);
@@ -207,7 +222,7 @@ class Page {
   }
 
   reset() {
-    this.walked("Drop a CSV with t_s, depth_mm, slide_x_mm, slide_y_mm.");
+    this.walked("");
     this.hand.at = [-0.3, 0, 0, 0, this.model.pitch, 0];
     this.hand.target = [...this.hand.at];
     this.model.wasm.lift(0);
@@ -257,13 +272,21 @@ function say(id, words) {
   if (node.textContent !== words) node.textContent = words;
 }
 
+/** Fills in what comes from tables. */
+function furnish() {
+  for (const [id, [words, min, max, step]] of Object.entries(SLIDERS)) {
+    el(`for-${id}`).innerHTML = `${words} <output></output><input id="${id}" type="range" min="${min}" max="${max}" step="${step}">`;
+  }
+  el("numbers").innerHTML = Object.entries(NUMBERS).map(([id, words]) => `<dt>${words}<dd id="n-${id}">`).join("");
+}
+
 function gauge(id, share) {
   el(id).style.width = `${100 * share}%`;
 }
 
 function output(input, words) {
   const node = input.parentElement.querySelector("output");
-  const text = words + input.dataset.unit;
+  const text = words + SLIDERS[input.id][4];
   if (node.textContent !== text) node.textContent = text;
 }
 
@@ -277,7 +300,7 @@ function notice(words, good = false) {
 /** Sliders, switches and buttons. */
 function controls(page) {
   const { hand } = page;
-  AXES.forEach((name, i) => el(name).addEventListener("input", (event) => {
+  AXES.forEach((name, i) => on(el(name), "input", (event) => {
     page.take();
     page.ask(i, Number(event.target.value));
   }));
@@ -289,7 +312,7 @@ function controls(page) {
     const rest = REST[SKIN[id]];
     el(id).value = id === "speed" ? Math.log10(rest) : rest;
     output(el(id), fixed(rest, id === "speed" ? 1 : 0));
-    el(id).addEventListener("input", (event) => {
+    on(el(id), "input", (event) => {
       skin(id, Number(event.target.value));
       page.skinChanged();
     });
@@ -301,11 +324,11 @@ function controls(page) {
     output(el("noise"), String(size));
   };
   el("noise").value = 5;
-  for (const id of ["noisy", "noise", "vibrates"]) el(id).addEventListener("input", disturb);
+  for (const id of ["noisy", "noise", "vibrates"]) on(el(id), "input", disturb);
   disturb();
-  el("play").addEventListener("click", () => (hand.walk ? page.take() : page.play(parsePath(EXAMPLE), false, "The example path.")));
-  el("reset").addEventListener("click", () => page.reset());
-  el("open").addEventListener("change", (event) => {
+  on(el("play"), "click", () => (hand.walk ? page.take() : page.play(parsePath(EXAMPLE), false, "The example path.")));
+  on(el("reset"), "click", () => page.reset());
+  on(el("open"), "change", (event) => {
     if (event.target.files[0]) page.open(event.target.files[0]);
     event.target.value = "";
   });
@@ -318,14 +341,14 @@ function pointers(page) {
     const canvas = el(name);
     const view = page.views[name];
     let drag = null;
-    canvas.addEventListener("pointerdown", (event) => {
+    on(canvas, "pointerdown", (event) => {
       page.take();
       canvas.setPointerCapture(event.pointerId);
       const [x, y] = [event.offsetX, event.offsetY];
       const twists = name === "patch" && Math.hypot(x - view.knob(hand.at[3])[0], y - view.knob(hand.at[3])[1]) < 26;
       drag = { x, y, from: [...hand.target], twists, angle: angle(view, x, y) };
     });
-    canvas.addEventListener("pointermove", (event) => {
+    on(canvas, "pointermove", (event) => {
       if (!drag) return;
       const [dx, dy] = [(event.offsetX - drag.x) / view.scale, (event.offsetY - drag.y) / view.scale];
       if (drag.twists) {
@@ -336,7 +359,7 @@ function pointers(page) {
         page.ask(name === "side" ? 0 : 2, name === "side" ? drag.from[0] - dy : drag.from[2] + dy);
       }
     });
-    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => { drag = null; });
+    for (const end of ["pointerup", "pointercancel"]) on(canvas, end, () => { drag = null; });
   }
 }
 
@@ -354,7 +377,7 @@ const KEYS = {
 
 function keys(page) {
   for (const [name, map] of Object.entries(KEYS)) {
-    el(name).addEventListener("keydown", (event) => {
+    on(el(name), "keydown", (event) => {
       const move = map[event.key] ?? map[event.key.toLowerCase()];
       if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
@@ -369,15 +392,16 @@ function drops(page) {
     event.preventDefault();
     document.body.classList.toggle("drop", on);
   };
-  addEventListener("dragover", over(true));
-  addEventListener("dragleave", over(false));
-  addEventListener("drop", (event) => {
+  on(window, "dragover", over(true));
+  on(window, "dragleave", over(false));
+  on(window, "drop", (event) => {
     over(false)(event);
     if (event.dataTransfer?.files[0]) page.open(event.dataTransfer.files[0]);
   });
 }
 
 async function begin() {
+  furnish();
   readColours();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);
   const bytes = async (name) => new Uint8Array(await (await fetch(name)).arrayBuffer());
@@ -393,11 +417,11 @@ async function begin() {
     page.hand.target = [1.1, 1.6, 0, 0, model.pitch, 0];
     page.hand.at[0] = 1.1;
   } else {
-    page.play(parsePath(EXAMPLE), true, "The example path plays until you touch something.");
+    page.play(parsePath(EXAMPLE), true, "The example plays until you touch something.");
   }
   page.start();
   // For the console and the tests.
   globalThis.fingerpad = Object.assign(page, { Walk, parsePath, colour });
 }
 
-begin().catch((error) => notice(`The page could not start: ${error.message}. It needs a web server, such as: python3 -m http.server`));
+begin().catch((error) => notice(`The page could not start: ${error.message}. It needs a web server`));

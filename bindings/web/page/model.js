@@ -1,9 +1,29 @@
 // The model: a WebAssembly module that holds the file, the contact and its own memory.
 
-/** Numbers of a motion in the order in which the module reads them. */
-export const MOTION = ["depth_mm", "slide_x_mm", "slide_y_mm", "spin_rad", "dt_s", "pitch_deg", "roll_deg", "hydration_au", "temperature_c", "speed_mm_s"];
+/** Numbers of a motion: depth, slide x, y in mm, spin in rad, dt in s, pitch, roll in degrees, moisture, temperature, speed. */
+export const MOTION = 10;
 /** Numbers of a response in the order in which the module writes them; the last two are whole. */
-export const RESPONSE = ["normal_n", "friction_x_n", "friction_y_n", "stick_ratio", "limit_n", "margin", "moment_n_mm", "pressure_x_mm", "pressure_y_mm", "area_mm2", "band_normal_n", "band_friction_n", "centre_x_mm", "centre_y_mm", "stretch_x_mm", "stretch_y_mm", "regime", "status"];
+const RESPONSE = [
+  /* @__KEY__ */ "normal_n",
+  /* @__KEY__ */ "friction_x_n",
+  /* @__KEY__ */ "friction_y_n",
+  /* @__KEY__ */ "stick_ratio",
+  /* @__KEY__ */ "limit_n",
+  "margin",
+  /* @__KEY__ */ "moment_n_mm",
+  /* @__KEY__ */ "pressure_x_mm",
+  /* @__KEY__ */ "pressure_y_mm",
+  /* @__KEY__ */ "area_mm2",
+  /* @__KEY__ */ "band_normal_n",
+  /* @__KEY__ */ "band_friction_n",
+  /* @__KEY__ */ "centre_x_mm",
+  /* @__KEY__ */ "centre_y_mm",
+  /* @__KEY__ */ "stretch_x_mm",
+  /* @__KEY__ */ "stretch_y_mm",
+  /* @__KEY__ */ "regime",
+  "status",
+];
+const WORDS = RESPONSE.length;
 export const LAWS = { moisture: 1, speed: 2, temperature: 17 };
 
 const FIELDS = "DepthMax NormalForce ContactArea FrictionLimit TangentialStiffness StiffnessSlope StiffnessShare StiffnessRatio StrengthRatio YieldSlide AreaShare Sharpness SpringArm SpinLimit SpinCross PressureCentre PressCoupling TiltX OddStiffness AreaTilt BandNormal BandFriction BandSlip PressureExponent Pose Size Stiffness Lambda Tau0 EffectValue State".split(" ");
@@ -19,9 +39,9 @@ export class Model {
     this.wasm = wasm;
     this.most = wasm.most_steps();
     const memory = wasm.memory.buffer;
-    this.motions = new Float32Array(memory, wasm.motions(), MOTION.length * this.most);
-    this.floats = new Float32Array(memory, wasm.results(), RESPONSE.length * this.most);
-    this.words = new Uint32Array(memory, wasm.results(), RESPONSE.length * this.most);
+    this.motions = new Float32Array(memory, wasm.motions(), MOTION * this.most);
+    this.floats = new Float32Array(memory, wasm.results(), WORDS * this.most);
+    this.words = new Uint32Array(memory, wasm.results(), WORDS * this.most);
   }
 
   /** Uses a model file from now on. Throws in plain words if it is none; the one in use then stays. */
@@ -36,7 +56,6 @@ export class Model {
     this.pitch = wasm.fitted_pitch_deg();
     this.cross = wasm.spin_cross();
     this.poses = wasm.knows_poses() === 1;
-    this.meta = metaOf(bytes);
   }
 
   /** The reason for which the last file was refused, as the core puts it. */
@@ -44,7 +63,7 @@ export class Model {
     const words = new Uint32Array(this.wasm.memory.buffer, this.wasm.refusal(), 5);
     const floats = new Float32Array(words.buffer, words.byteOffset, 5);
     const [reason, a, b] = words;
-    const field = `${FIELDS[a]}`;
+    const field = FIELDS[a];
     switch (reason) {
       case 1: return "not a model file (it does not start with FPM1)";
       case 2: return `format version ${a}; this library reads version ${b}`;
@@ -66,9 +85,9 @@ export class Model {
 
   /** One response as an object. */
   response(index) {
-    const at = index * RESPONSE.length;
+    const at = index * WORDS;
     const r = {};
-    RESPONSE.forEach((name, i) => { r[name] = i < 16 ? this.floats[at + i] : this.words[at + i]; });
+    RESPONSE.forEach((name, i) => { r[name] = i < WORDS - 2 ? this.floats[at + i] : this.words[at + i]; });
     return r;
   }
 
@@ -89,20 +108,4 @@ function number(x) {
     if (Math.fround(text) === x) return String(Number(text));
   }
   return Number.isFinite(x) ? String(x) : Number.isNaN(x) ? "NaN" : x > 0 ? "inf" : "-inf";
-}
-
-/** What a file that was accepted tells of itself. */
-function metaOf(bytes) {
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
-  for (let i = 0; i < Math.min(view.getUint32(16, true), 16); i++) {
-    const at = 20 + 12 * i;
-    if (view.getUint32(at, false) !== 0x4d455441) continue;
-    const start = view.getUint32(at + 4, true);
-    try {
-      return JSON.parse(new TextDecoder().decode(bytes.subarray(start, start + view.getUint32(at + 8, true))));
-    } catch {
-      return {};
-    }
-  }
-  return {};
 }

@@ -70,20 +70,16 @@ export class Patch {
   /** The plate's own marks, which slide and turn with it. */
   grid(x, y, spin) {
     const { sheet, scale: s } = this;
-    const { ctx } = sheet;
     const [mx, my] = this.middle;
     const [c, n] = [Math.cos(spin), Math.sin(spin)];
     const back = ([px, py]) => [c * (px - x) + n * (py - y), c * (py - y) - n * (px - x)];
     const [bx, by] = back([0, 0]).map((v) => 2 * Math.round(v / 2));
-    ctx.fillStyle = colour.faint;
     for (let i = -10; i <= 10; i++) {
       for (let j = -10; j <= 10; j++) {
         const [gx, gy] = [bx + 2 * i, by + 2 * j];
         const [px, py] = [mx + (x + c * gx - n * gy) * s, my + (y + n * gx + c * gy) * s];
         if (px < -4 || py < -4 || px > sheet.w + 4 || py > sheet.h + 4) continue;
-        ctx.beginPath();
-        ctx.arc(px, py, 1.35, 0, 7);
-        ctx.fill();
+        sheet.dot(px, py, 1.35, colour.faint);
       }
     }
   }
@@ -99,57 +95,47 @@ export class Patch {
     ctx.lineTo(-40, 8.5);
     ctx.closePath();
     ctx.globalAlpha = 0.62;
-    ctx.fillStyle = colour.flesh;
-    ctx.fill();
+    this.sheet.fill(colour.flesh);
     ctx.globalAlpha = 1;
-    ctx.strokeStyle = colour.line;
-    ctx.lineWidth = 1.2 / this.scale;
-    ctx.stroke();
+    this.sheet.stroke(colour.line, 1.2 / this.scale);
   }
 
   outline(x, y, a, b) {
-    const { ctx } = this.sheet;
-    ctx.beginPath();
-    for (const [u, v] of ROUND) ctx.lineTo(x + a * u, y + b * v);
-    ctx.closePath();
+    this.sheet.trace(ROUND.map(([u, v]) => [x + a * u, y + b * v]));
+    this.sheet.ctx.closePath();
   }
 
   /** The patch: slips where it is amber, sticks where it is blue, with the ridges of the skin that friction carries along. */
   touching(r, a, roll) {
-    const { ctx } = this.sheet;
+    const { sheet } = this;
+    const { ctx } = sheet;
     const b = a / ASPECT;
     const [x, y] = [r.pressure_x_mm - 0.6, r.pressure_y_mm];
     ctx.save();
     this.outline(x, y, a, b);
-    ctx.fillStyle = colour.slip;
-    ctx.fill();
+    sheet.fill(colour.slip);
     ctx.clip();
     const core = Math.sqrt(r.stick_ratio);
     if (core > 0.02) {
       this.outline(x, y, a * core, b * core);
-      ctx.fillStyle = colour.stick;
-      ctx.fill();
+      sheet.fill(colour.stick);
     }
     this.ridges(r.stretch_x_mm, r.stretch_y_mm - 0.03 * roll);
     ctx.restore();
     this.outline(x, y, a, b);
-    ctx.strokeStyle = colour.ink;
-    ctx.lineWidth = 1.1 / this.scale;
-    ctx.stroke();
+    sheet.stroke(colour.ink, 1.1 / this.scale);
   }
 
   /** A fingerprint's loops. */
   ridges(dx, dy) {
     const { ctx } = this.sheet;
-    ctx.strokeStyle = "rgb(255 255 255 / 0.30)";
-    ctx.lineWidth = 0.24;
     for (let k = 1; k < 24; k++) {
       const q = k * RIDGE_MM;
       ctx.beginPath();
       ctx.moveTo(-12 + dx, 1.02 * q + 1.2 + dy);
       ctx.bezierCurveTo(-4 + dx, 1.0 * q + 0.9 + dy, -1 + 0.75 * q + dx, 0.95 * q + 0.4 + dy, 0.8 + 0.78 * q + dx, 0.2 + dy);
       ctx.bezierCurveTo(0.9 + 0.7 * q + dx, -0.95 * q + dy, -3 + dx, -0.92 * q - 0.2 + dy, -12 + dx, -0.75 * q - 0.1 + dy);
-      ctx.stroke();
+      this.sheet.stroke("#fff5", 0.24);
     }
   }
 
@@ -159,18 +145,13 @@ export class Patch {
     const { ctx } = sheet;
     const [mx, my] = this.middle;
     const zero = (-50 * Math.PI) / 180;
-    ctx.beginPath();
-    ctx.arc(mx, my, this.ring, zero - Math.PI / 3, zero + Math.PI / 3);
-    ctx.strokeStyle = colour.line;
-    ctx.lineWidth = 2;
-    ctx.stroke();
-    if (Math.abs(spin) > 0.5) {
-      const t = zero + (spin * Math.PI) / 180;
+    const arc = (from, to, tone) => {
       ctx.beginPath();
-      ctx.arc(mx, my, this.ring, Math.min(zero, t), Math.max(zero, t));
-      ctx.strokeStyle = colour.ink;
-      ctx.stroke();
-    }
+      ctx.arc(mx, my, this.ring, Math.min(from, to), Math.max(from, to));
+      sheet.stroke(tone, 2);
+    };
+    arc(zero - Math.PI / 3, zero + Math.PI / 3, colour.line);
+    arc(zero, zero + (spin * Math.PI) / 180, colour.ink);
     const [kx, ky] = this.knob(spin);
     sheet.dot(kx, ky, 8, colour.card, focus ? colour.stick : colour.ink);
     sheet.dot(kx, ky, 2.5, colour.ink);

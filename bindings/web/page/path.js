@@ -6,20 +6,17 @@ const FORCES = ["normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n
 
 export const EXAMPLE = `t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg
 0,-0.2,0,0,0
-1,1.1,0,0,0
-1.4,1.1,0,0,0
-3.2,1.1,3.6,0,0
-5.6,1.1,-1.2,0,0
-6.6,1.1,0.8,0,0
-7.4,1.1,0.8,0,0
-8.6,1.1,0.8,0,24
-9.8,1.1,0.8,0,-10
-10.6,1.6,0.8,0,-10
-12.2,1.6,2.2,2.6,-10
-13.6,1.6,1.2,-0.4,0
-14.4,0.5,0,0,0
-15,-0.2,0,0,0
-15.6,-0.2,0,0,0
+1,1.2,0,0,0
+3,1.2,4,0,0
+6,1.2,-3,0,0
+8,1.2,1,0,0
+9,1.2,1,0,24
+10,1.2,1,0,-10
+11,1.7,1,0,-10
+13,1.7,2.5,2.6,-10
+14.5,1.7,1,-0.5,0
+15.5,-0.2,0,0,0
+16,-0.2,0,0,0
 `;
 
 /** Cells of a line; quotes may stand around one. */
@@ -37,7 +34,7 @@ export function parsePath(text) {
   for (const name of NEEDED) {
     if (name in at) continue;
     const forces = FORCES.filter((force) => force in at);
-    const hint = forces.length > 0 ? `; the page replays motions, \`fingerpad eval\` also forces (${forces.join(", ")})` : `; the columns are ${NEEDED.join(", ")} and, if wanted, ${TURNS.join(", ")}`;
+    const hint = forces.length > 0 ? `; the page replays motions, \`fingerpad eval\` also forces (${forces.join(", ")})` : `; columns are ${[...NEEDED, ...TURNS].join(", ")}`;
     throw new Error(`line ${headLine}: no column \`${name}\`${hint}`);
   }
   if (new Set(head).size < head.length) throw new Error(`line ${headLine}: a column stands twice`);
@@ -53,7 +50,7 @@ export function parsePath(text) {
       return value;
     });
     const before = rows.at(-1);
-    if (before && numbers[0] <= before[0]) throw new Error(`line ${line}: column \`t_s\`: \`${values[at.t_s]}\` is not after ${before[0]} of the row before; time must increase`);
+    if (before && numbers[0] <= before[0]) throw new Error(`line ${line}: column \`t_s\`: \`${values[at[NEEDED[0]]]}\` is not after ${before[0]} of the row before; time must increase`);
     rows.push(numbers);
   }
   if (rows.length < 2) throw new Error(`the file ends after ${rows.length} row(s) of values; at least 2 needed`);

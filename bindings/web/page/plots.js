@@ -99,8 +99,9 @@ export class Loop {
     const f = frame(sheet, [-wide, wide], [-high, high]);
     ticks(sheet, f, wide, high);
     if (limit > 0) {
-      for (const side of [-1, 1]) sheet.line([[f.box[0], f.y(side * limit)], [f.box[2], f.y(side * limit)]], colour.slip, 1.5, [5, 4]);
-      sheet.text("limit", f.box[2] - 4, f.y(limit) - 5, { align: "right", fill: colour.warn });
+      const y = f.y((axis ? r.friction_y_n : r.friction_x_n) < 0 ? -limit : limit);
+      sheet.line([[f.box[0], y], [f.box[2], y]], colour.slip, 1.5, [5, 4]);
+      sheet.text("limit", f.box[2] - 4, y - 5, { align: "right", fill: colour.warn });
     }
     this.trail(points, f);
     if (r.regime) sheet.dot(f.x(at[from]), f.y([r.friction_x_n, r.friction_y_n, r.moment_n_mm][axis]), 4.5, colour.ink, colour.card);
@@ -111,20 +112,19 @@ export class Loop {
   /** The way so far, older parts paler, coloured by what sticks. */
   trail(points, f) {
     const { ctx } = this.sheet;
-    ctx.lineWidth = 2;
+    const toneOf = ([, , stick]) => (stick < 0 ? colour.line : byStick(stick));
     let i = 1;
     while (i < points.length) {
-      const tone = points[i][2] < 0 ? colour.line : byStick(points[i][2]);
+      const tone = toneOf(points[i]);
       const age = Math.floor((8 * i) / points.length);
       ctx.beginPath();
       ctx.moveTo(f.x(points[i - 1][0]), f.y(points[i - 1][1]));
       do {
         ctx.lineTo(f.x(points[i][0]), f.y(points[i][1]));
         i++;
-      } while (i < points.length && (points[i][2] < 0 ? colour.line : byStick(points[i][2])) === tone && Math.floor((8 * i) / points.length) === age);
-      ctx.strokeStyle = tone;
-      ctx.globalAlpha = 0.22 + (0.78 * (age + 1)) / 8;
-      ctx.stroke();
+      } while (i < points.length && toneOf(points[i]) === tone && Math.floor((8 * i) / points.length) === age);
+      ctx.globalAlpha = 0.3 + (0.7 * (age + 1)) / 8;
+      this.sheet.stroke(tone, 2);
     }
     ctx.globalAlpha = 1;
   }
@@ -162,20 +162,15 @@ export class LimitSurface {
       this.way = [];
       sheet.text("no contact, no limit", (f.box[0] + f.box[2]) / 2, f.y(0) - 10, { align: "center" });
     } else {
-      ctx.beginPath();
-      for (let i = 0; i <= 120; i++) {
-        const t = (i / 120) * 2 * Math.PI;
-        const [c, s] = [Math.cos(t), Math.sin(t)];
+      sheet.trace(Array.from({ length: 121 }, (_, i) => {
+        const [c, s] = [Math.cos((i * Math.PI) / 60), Math.sin((i * Math.PI) / 60)];
         const radius = 1 / Math.sqrt(1 + cross * Math.abs(c * s));
-        ctx.lineTo(f.x(c * radius * most), f.y(s * radius * turn));
-      }
+        return [f.x(c * radius * most), f.y(s * radius * turn)];
+      }));
       ctx.globalAlpha = 0.13;
-      ctx.fillStyle = colour.stick;
-      ctx.fill();
+      sheet.fill(colour.stick);
       ctx.globalAlpha = 1;
-      ctx.strokeStyle = colour.slip;
-      ctx.lineWidth = 2.5;
-      ctx.stroke();
+      sheet.stroke(colour.slip, 2.5);
       const [x, y] = [f.x(here[0] * most), f.y(here[1] * turn)];
       this.way.push([here[0] * most, here[1] * turn]);
       if (this.way.length > 90) this.way.shift();

@@ -70,13 +70,13 @@ export class Side {
 
   /** Pixels per mm. */
   get scale() {
-    return Math.min(this.sheet.w / 33, this.sheet.h / 19.5);
+    return Math.min(this.sheet.w / 31, this.sheet.h / 17.5);
   }
 
   draw({ at, r, a }) {
     const { sheet, scale: s } = this;
     const ctx = sheet.begin();
-    const [ox, oy] = [sheet.w * 0.57, sheet.h - 4.6 * s];
+    const [ox, oy] = [sheet.w * 0.57, sheet.h - 2.6 * s];
     const [depth, slide, , , pitch] = at;
     const touch = r.regime > 0;
     const place = turner(pitch);
@@ -100,46 +100,38 @@ export class Side {
   }
 
   finger(outline, raised, s) {
-    const { ctx } = this.sheet;
-    const trace = (points) => {
-      ctx.beginPath();
-      points.forEach(([x, y], i) => (i ? ctx.lineTo(x, y) : ctx.moveTo(x, y)));
-    };
-    const smooth = (points) => {
-      ctx.beginPath();
-      points.forEach(([x, y], i) => {
-        const [nx, ny] = points[(i + 1) % points.length];
-        if (i === 0) ctx.moveTo((x + nx) / 2, (y + ny) / 2);
-        else ctx.quadraticCurveTo(x, y, (x + nx) / 2, (y + ny) / 2);
-      });
-      ctx.closePath();
-    };
-    trace(outline);
-    ctx.closePath();
-    ctx.fillStyle = colour.flesh;
-    ctx.fill();
+    const { sheet } = this;
+    const { ctx } = sheet;
+    const closed = [...outline, outline[0]];
+    sheet.trace(closed);
+    sheet.fill(colour.flesh);
     ctx.save();
     ctx.clip();
-    ctx.strokeStyle = colour.skin;
-    ctx.lineWidth = 2 * SHAPE.skin * s;
-    ctx.stroke();
+    sheet.stroke(colour.skin, 2 * SHAPE.skin * s);
     ctx.restore();
     for (const part of [MIDDLE, DISTAL]) {
-      smooth(part.map(raised));
-      ctx.fillStyle = colour.bone;
-      ctx.fill();
-      ctx.strokeStyle = colour.line;
-      ctx.lineWidth = 1;
-      ctx.stroke();
+      this.rounded(part.map(raised));
+      sheet.fill(colour.bone);
+      sheet.stroke(colour.line);
     }
-    trace(outline);
-    ctx.closePath();
-    ctx.strokeStyle = colour.muted;
-    ctx.lineWidth = 1.25;
-    ctx.stroke();
-    const nail = TOP.filter(([x]) => x >= NAIL[0] && x <= NAIL[1] + 0.5).map(([x, z]) => [x, z + 0.12]);
-    this.sheet.line(nail.map(raised), colour.muted, 0.62 * s + 2);
-    this.sheet.line(nail.map(raised), colour.nail, 0.62 * s);
+    sheet.line(closed, colour.muted, 1.25);
+    const nail = TOP.filter(([x]) => x >= NAIL[0] && x <= NAIL[1] + 0.5).map(([x, z]) => raised([x, z + 0.12]));
+    sheet.line(nail, colour.muted, 0.62 * s + 2);
+    sheet.line(nail, colour.nail, 0.62 * s);
+  }
+
+  /** A closed figure within corners, which it touches halfway between. */
+  rounded(corners) {
+    const { ctx } = this.sheet;
+    ctx.beginPath();
+    corners.forEach(([x, y], i) => {
+      const [nx, ny] = corners[(i + 1) % corners.length];
+      const middle = [(x + nx) / 2, (y + ny) / 2];
+      if (i) ctx.quadraticCurveTo(x, y, ...middle);
+      else ctx.moveTo(...middle);
+    });
+    const [[x, y], [nx, ny]] = corners;
+    ctx.quadraticCurveTo(x, y, (x + nx) / 2, (y + ny) / 2);
   }
 
   /** The plate with a tick each millimetre, which move with it. */
@@ -174,28 +166,26 @@ export class Side {
     this.sheet.ctx.lineCap = "round";
   }
 
+  /** What the plate does to the finger: normal force up, friction along. */
   forces(middle, r, ox, oy, s) {
     const { sheet } = this;
-    const x = ox + (middle + r.stretch_x_mm) * s;
-    const y = oy + 3.55 * s;
-    const scale = 3.2 * s;
-    sheet.arrow(x, y, r.friction_x_n * scale * 2.5, 0, colour.ink, 2);
-    sheet.arrow(x, y, 0, -Math.min(r.normal_n * scale * 1.25, 3.3 * s), colour.ink, 2);
-    sheet.dot(x, y, 2.5, colour.ink);
-    const to = r.friction_x_n < 0 ? -1 : 1;
-    sheet.text(`friction ${fixed(r.friction_x_n, 2)} N`, x + to * 8 + r.friction_x_n * scale * 2.5, y, { align: to < 0 ? "right" : "left", base: "middle", fill: colour.ink });
-    sheet.text(`normal force ${fixed(r.normal_n, 2)} N`, x - to * 10, y, { align: to < 0 ? "left" : "right", base: "middle", fill: colour.ink });
+    const [x, y] = [ox + (middle + r.stretch_x_mm) * s, oy - 1.2 * s];
+    const [up, along] = [6 * s * r.normal_n, 11 * s * r.friction_x_n];
+    sheet.arrow(x, y, 0, -up, colour.ink);
+    sheet.arrow(x, y, along, 0, colour.ink);
+    sheet.dot(x, y, 3, colour.ink);
+    const ink = { fill: colour.ink, weight: 600, size: 12.5 };
+    sheet.text(`${fixed(r.normal_n, 2)} N`, x + 8, y - Math.max(up, 14) + 8, ink);
+    if (Math.abs(along) > 4) sheet.text(`${fixed(r.friction_x_n, 2)} N`, x + along + Math.sign(along) * 7, y + 1, { ...ink, align: along < 0 ? "right" : "left", base: "middle" });
   }
 
   depth(depth, ox, oy, s, touch) {
     const { sheet } = this;
-    const x = Math.min(ox + 9.6 * s, sheet.w - 96);
-    const y = oy + depth * s;
+    const [x, y] = [20, oy + depth * s];
     if (touch) {
       sheet.line([[x, oy], [x, y]], colour.ink, 1.25);
-      sheet.line([[x - 4, y], [x + 4, y]], colour.ink, 1.25);
-      sheet.line([[x - 4, oy], [x + 4, oy]], colour.ink, 1.25);
+      for (const end of [oy, y]) sheet.line([[x - 4, end], [x + 4, end]], colour.ink, 1.25);
     }
-    sheet.text(touch ? `${fixed(depth, 2)} mm deep` : "in the air", x - 4, oy - 10, { fill: colour.ink, size: 12.5, weight: 600 });
+    sheet.text(touch ? `${fixed(depth, 2)} mm` : "in the air", x - 4, oy - 9, { fill: colour.ink, size: 12.5, weight: 600 });
   }
 }

@@ -3,13 +3,13 @@
 import { fixed } from "./draw.js";
 
 const REGIMES = [
-  ["In the air", "The pad does not touch the plate. Press it: drag the plate upwards or raise the depth."],
-  ["It sticks", "Every point of the pad holds on to the plate. Push and it only stretches, like rubber; let go and it comes back."],
-  ["It slips at the rim", "The blue middle still holds, the amber rim already slides. The grip is not lost yet, but its reserve is shrinking."],
-  ["It slips", "Nothing holds any more: the whole pad slides over the plate and friction cannot grow. Press harder or turn back."],
+  ["In the air", "Drag the plate up, or raise the depth, until it touches the pad."],
+  ["It sticks", "All of the pad holds on to the plate. Push, and it stretches like rubber; let go, and it comes back."],
+  ["It slips at the rim", "The blue middle still holds, the amber rim already slides. The grip is not lost, but its reserve shrinks."],
+  ["It slips", "The whole pad slides over the plate, and friction cannot grow. Press harder or turn back."],
 ];
 
-const FLAGS = [[2, "a motion was no number"], [8, "deeper than the model was fitted: the answer is that of its largest depth"], [16, "a step beyond 64 mm was cut"], [128, "the contact began anew"], [256, "an effect was held at the end of its range"]];
+const FLAGS = [[2, "a motion was no number"], [8, "deeper than the model knows: held at its largest depth"], [16, "a step beyond 64 mm was cut"], [128, "the contact began anew"], [256, "an effect is at the end of its range"]];
 
 export const verdict = (r) => REGIMES[r.regime];
 
@@ -33,7 +33,7 @@ export function numbers(r) {
 /** Formulas of the skin's laws with the sizes in use. */
 export function formulas(model, laws) {
   const of = (kind, i) => fixed(model.value(kind, i), 3).replace(/\.?0+$/, "");
-  const source = (kind) => ["", "typical size; the file has none of its own", "size from the file"][model.origin(kind)];
+  const source = (kind) => ["", "typical size, none in the file", "size from the file"][model.origin(kind)];
   const { moisture: m, speed: v, temperature: t } = laws;
   return [
     `Moisture h: × 1 + ${of(m, 0)} [g(h) − g(35)], g(h) = exp(−½ ((h − ${of(m, 1)})/${of(m, 2)})²) (${source(m)}).`,

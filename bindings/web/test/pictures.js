@@ -10,10 +10,10 @@ const PATH = `t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg
 0,-0.2,0,0,0
 1,1.2,0,0,0
 1.3,1.2,0,0,0
-3.4,1.2,3.4,0,0
-6,1.2,-1.6,0,0
-7.6,1.2,0.55,0.12,7
-8.6,1.2,0.55,0.12,7`;
+3.2,1.2,3.9,0,0
+6.4,1.2,-3.2,0,0
+8.2,1.2,1.3,0.3,9
+9,1.2,1.3,0.3,9`;
 const MOST = 200_000;
 
 /** Goes along the path and holds still at its end. */
@@ -22,7 +22,7 @@ export async function pose(page) {
     const page = globalThis.fingerpad;
     page.reset();
     page.play(page.parsePath(text), false, "The path is at its end.");
-    page.advance(8600);
+    page.advance(9000);
     page.take();
   }, PATH);
   await page.waitForTimeout(400);

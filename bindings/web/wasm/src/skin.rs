@@ -5,14 +5,25 @@
 use fingerpad::effects::hydration_bell::HydrationBell;
 use fingerpad::effects::speed_log::SpeedLog;
 use fingerpad::effects::temperature::Temperature;
-use fingerpad::effects::{Effect, Law};
+use fingerpad::effects::{Effect, Law, VALUES};
 use fingerpad::{EffectSlot, Effects, Error, Field};
 
 /// Laws that the page's sliders drive. A file that lacks one gets it with the size that its source gives as typical; at the
 /// sliders' rest it changes nothing.
-const DRIVEN: [&Law; 3] = [&HydrationBell::LAW, &SpeedLog::LAW, &Temperature::LAW];
+const DRIVEN: [EffectSlot; 3] = [typical(&HydrationBell::LAW), typical(&SpeedLog::LAW), typical(&Temperature::LAW)];
 /// Most laws in use at once.
 const MOST: usize = 24;
+
+/// A law with its typical parameters. Evaluated when compiling, so that the module holds no text of a law.
+const fn typical(law: &Law) -> EffectSlot {
+    let mut slot = EffectSlot { kind: law.kind, reserved: 0, values: [0.0; VALUES] };
+    let mut k = 0;
+    while k < law.parameters.len() {
+        slot.values[k] = law.parameters[k].typical as f32;
+        k += 1;
+    }
+    slot
+}
 
 /// Effects of the file, and behind them those that it lacks.
 pub struct Slots {
@@ -28,14 +39,9 @@ impl Slots {
         let mut slots = [EffectSlot::default(); MOST];
         let of_file = file.len();
         slots.get_mut(..of_file).ok_or(too_many)?.copy_from_slice(file);
-        let lacking = DRIVEN.iter().filter(|law| !file.iter().any(|slot| slot.kind == law.kind));
         let mut all = of_file;
-        for law in lacking {
-            let slot = slots.get_mut(all).ok_or(too_many)?;
-            slot.kind = law.kind;
-            for (value, parameter) in slot.values.iter_mut().zip(law.parameters) {
-                *value = parameter.typical as f32;
-            }
+        for law in DRIVEN.iter().filter(|law| !file.iter().any(|slot| slot.kind == law.kind)) {
+            *slots.get_mut(all).ok_or(too_many)? = *law;
             all += 1;
         }
         let slots = Self { slots, of_file, all };
