@@ -4,6 +4,7 @@ mod gates;
 mod install;
 mod package;
 mod thumb;
+mod web;
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -43,6 +44,8 @@ enum Chore {
     Model,
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
+    /// The page: build, test in Chromium, picture, bench
+    Web(web::Args),
 }
 
 fn main() -> anyhow::Result<()> {
@@ -74,6 +77,7 @@ fn main() -> anyhow::Result<()> {
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
         Chore::Thumb(args) => thumb::main(&args),
+        Chore::Web(args) => web::main(&args),
     }
 }
 

@@ -240,7 +240,7 @@ class Page {
     try {
       const bytes = new Uint8Array(await file.arrayBuffer());
       if (/\.csv$/i.test(file.name)) {
-        const path = parsePath(new TextDecoder("utf-8", { fatal: true }).decode(bytes));
+        const path = parsePath(new TextDecoder().decode(bytes));
         const over = path.passedOver.length ? ` Columns passed over: ${path.passedOver.join(", ")}.` : "";
         this.play(path, false, `${file.name}: ${path.rows.length} rows.${over}`);
         notice("");
@@ -251,8 +251,7 @@ class Page {
         notice(`${file.name} is in use now.`, true);
       }
     } catch (error) {
-      const why = error instanceof TypeError ? "it is no text in UTF-8" : error.message;
-      notice(`${file.name} was not opened: ${why}. Nothing has changed.`);
+      notice(`${file.name} was not opened: ${error.message}. Nothing has changed.`);
     }
   }
 
@@ -275,7 +274,7 @@ function say(id, words) {
 /** Fills in what comes from tables. */
 function furnish() {
   for (const [id, [words, min, max, step]] of Object.entries(SLIDERS)) {
-    el(`for-${id}`).innerHTML = `${words} <output></output><input id="${id}" type="range" min="${min}" max="${max}" step="${step}">`;
+    document.querySelector(`[for=${id}]`).innerHTML = `${words} <output></output><input id="${id}" type="range" min="${min}" max="${max}" step="${step}">`;
   }
   el("numbers").innerHTML = Object.entries(NUMBERS).map(([id, words]) => `<dt>${words}<dd id="n-${id}">`).join("");
 }

@@ -73,15 +73,18 @@ export class Patch {
     const [mx, my] = this.middle;
     const [c, n] = [Math.cos(spin), Math.sin(spin)];
     const back = ([px, py]) => [c * (px - x) + n * (py - y), c * (py - y) - n * (px - x)];
+    const { ctx } = sheet;
+    ctx.beginPath();
     const [bx, by] = back([0, 0]).map((v) => 2 * Math.round(v / 2));
     for (let i = -10; i <= 10; i++) {
       for (let j = -10; j <= 10; j++) {
         const [gx, gy] = [bx + 2 * i, by + 2 * j];
         const [px, py] = [mx + (x + c * gx - n * gy) * s, my + (y + n * gx + c * gy) * s];
         if (px < -4 || py < -4 || px > sheet.w + 4 || py > sheet.h + 4) continue;
-        sheet.dot(px, py, 1.35, colour.faint);
+        ctx.rect(px - 1.2, py - 1.2, 2.4, 2.4);
       }
     }
+    sheet.fill(colour.faint);
   }
 
   /** Silhouette of the finger behind the plate. */

@@ -24,7 +24,7 @@ await build({
   charset: "utf8",
   // Names of the page's own that are long and frequent; strings with the mark __KEY__ follow, the module's exports do not.
   reserveProps: /^depth_max_mm$/,
-  mangleProps: /^(\w+_(n|mm|mm2|n_mm|ratio|um|au|c|mm_s)|regime|sheet|record|disturbance|vibrates|turning|middle|passedOver|average|travel|rounded|touching|outline|ridges|strength|probe|tellHeld|skinChanged|refusal|rounded|raised|closed|response|origin|furnish|pressed|trail|follow|strength)$/,
+  mangleProps: /^(\w+_(n|mm|mm2|n_mm|ratio|um|au|c|mm_s)|regime|sheet|record|disturbance|vibrates|turning|middle|passedOver|average|travel|rounded|touching|outline|ridges|strength|probe|tellHeld|skinChanged|rounded|raised|closed|response|origin|furnish|pressed|trail|strength)$/,
 });
 const style = await transform(readFileSync(join(WEB, "page/style.css"), "utf8"), { loader: "css", minify: true, charset: "utf8" });
 writeFileSync(join(SITE, "style.css"), style.code);

@@ -39,22 +39,28 @@ pub struct Tools {
 }
 
 impl Tools {
-    /// Installs what is missing.
-    pub fn prepare(route: Route) -> Result<Self> {
+    /// A compiler for `target` alone, installed if it is missing.
+    pub fn compiler(route: Route, target: &str) -> Result<Self> {
         let rustup = match route {
             Route::Debian => false,
-            Route::Rustup | Route::Auto => rustup_target(TARGET),
+            Route::Rustup | Route::Auto => rustup_target(target),
         };
         let debian_linker = match (rustup, route) {
             (true, _) => None,
-            (false, Route::Rustup) => bail!("`rustup target add {TARGET}` failed"),
+            (false, Route::Rustup) => bail!("`rustup target add {target}` failed"),
             (false, _) => {
                 if !has_library_source() {
-                    install::debian(&["rustc-web", "rust-web-src"], &format!("rustup target add {TARGET}"))?;
+                    install::debian(&["rustc-web", "rust-web-src"], &format!("rustup target add {target}"))?;
                 }
                 Some(linker_directory()?)
             }
         };
+        Ok(Self { debian_linker })
+    }
+
+    /// Installs what is missing.
+    pub fn prepare(route: Route) -> Result<Self> {
+        let tools = Self::compiler(route, TARGET)?;
         if !succeeds(Command::new("qemu-system-arm").arg("--version")) {
             install::debian(&["qemu-system-arm"], "apt-get install qemu-system-arm")?;
         }
@@ -65,9 +71,9 @@ impl Tools {
         }
         println!(
             "thumb: compiler from {}; QEMU and defmt-print are there",
-            if debian_linker.is_some() { "Debian" } else { "rustup" }
+            if tools.debian_linker.is_some() { "Debian" } else { "rustup" }
         );
-        Ok(Self { debian_linker })
+        Ok(tools)
     }
 
     /// `cargo` in a workspace's folder with the environment that the route needs.
