@@ -32,7 +32,7 @@ const [first, second] = process.argv.slice(2);
 const server = await serve(SITE);
 const running = await browser();
 if (first === "--readme") {
-  const { page } = await open(running, server.address, { viewport: { width: 1200, height: 850 }, colorScheme: "light", deviceScaleFactor: 1.25 });
+  const { page } = await open(running, server.address, { viewport: { width: 1200, height: 807 }, colorScheme: "light" });
   await pose(page);
   await page.screenshot({ path: second });
   const { size } = statSync(second);
