@@ -9,7 +9,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::root;
-use crate::thumb::tools::{C_LIBRARY, Compiler, Route, cargo_command};
+use crate::thumb::tools::{C_LIBRARY, Compiler, Route, TARGET, cargo_command};
 
 /// Microcontrollers: without FPU, with single-precision FPU, RISC-V without FPU.
 const TARGETS: [&str; 3] = ["thumbv6m-none-eabi", "thumbv7em-none-eabihf", "riscv32imac-unknown-none-elf"];
@@ -50,7 +50,7 @@ pub fn release(out: &Path) -> Result<()> {
     ensure!(!out.exists(), "{} is there already", out.display());
     let host = host()?;
     build_host(&host)?;
-    let compiler = Compiler::prepare(Route::Auto)?;
+    let compiler = Compiler::prepare(Route::Auto, TARGET)?;
     for target in TARGETS {
         compiler.library(target)?;
         let mut cargo = compiler.cargo(C_LIBRARY)?;

@@ -1,6 +1,6 @@
 //! What a change must pass: named steps, the cheap ones first, and the time that each took.
 //!
-//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware and `install` for what is missing.
+//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware, `web` for the page and `install` for what is missing.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{c_test, cargo, fmu_test, install, package, root, run, thumb};
+use crate::{c_test, cargo, fmu_test, install, package, root, run, thumb, web};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -21,7 +21,7 @@ pub struct Args {
 /// A step of `cargo xtask test`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Step {
-    /// rustfmt, in this workspace, the firmware's and the C library's
+    /// rustfmt, in this workspace, the firmware's, the C library's and the page's
     Format,
     /// Clippy without warnings: the workspace with all targets, the core with all features
     Clippy,
@@ -52,6 +52,8 @@ enum Step {
     ThumbC,
     /// The firmware's example programs under QEMU
     ThumbRun,
+    /// The page: built, below its size, and tested in headless Chromium against the core on the host
+    Web,
     /// Integration tests and quick verification cases, some against CalculiX
     Integration,
 }
@@ -83,6 +85,7 @@ impl Step {
             Self::Fmu => fmu_test::test(),
             Self::ThumbC => thumb::step(&thumb::Action::C),
             Self::ThumbRun => thumb::step(&thumb::Action::Programs),
+            Self::Web => web::test(),
         }
     }
 }
@@ -118,7 +121,7 @@ fn print_times(table: &[(String, Duration)], passed: bool) {
 
 fn format() -> Result<()> {
     install::component("rustfmt", "fmt")?;
-    for folder in [".", "firmware-example", "bindings/c"] {
+    for folder in [".", "firmware-example", "bindings/c", "bindings/web"] {
         run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;
     }
     // `cargo fmt` does not see the modules that the list of effects declares.

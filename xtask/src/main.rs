@@ -9,6 +9,7 @@ mod install;
 mod package;
 mod python;
 mod thumb;
+mod web;
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -51,6 +52,8 @@ enum Chore {
     ReleaseC(c_release::Args),
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
+    /// The page: build, test in Chromium, picture, bench
+    Web(web::Args),
 }
 
 fn main() -> anyhow::Result<()> {
@@ -84,6 +87,7 @@ fn main() -> anyhow::Result<()> {
         Chore::Model => model(),
         Chore::ReleaseC(args) => c_release::main(&args),
         Chore::Thumb(args) => thumb::main(&args),
+        Chore::Web(args) => web::main(&args),
     }
 }
 

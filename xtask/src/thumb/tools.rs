@@ -52,18 +52,18 @@ impl std::ops::Deref for Tools {
 }
 
 impl Compiler {
-    /// Installs what is missing.
-    pub fn prepare(route: Route) -> Result<Self> {
+    /// A compiler for `target`, installed if it is missing.
+    pub fn prepare(route: Route, target: &str) -> Result<Self> {
         let rustup = match route {
             Route::Debian => false,
-            Route::Rustup | Route::Auto => rustup_target(TARGET),
+            Route::Rustup | Route::Auto => rustup_target(target),
         };
         let debian_linker = match (rustup, route) {
             (true, _) => None,
-            (false, Route::Rustup) => bail!("`rustup target add {TARGET}` failed"),
+            (false, Route::Rustup) => bail!("`rustup target add {target}` failed"),
             (false, _) => {
                 if !has_library_source() {
-                    install::debian(&["rustc-web", "rust-web-src"], &format!("rustup target add {TARGET}"))?;
+                    install::debian(&["rustc-web", "rust-web-src"], &format!("rustup target add {target}"))?;
                 }
                 Some(linker_directory()?)
             }
@@ -127,7 +127,7 @@ impl Compiler {
 impl Tools {
     /// Installs what is missing.
     pub fn prepare(route: Route) -> Result<Self> {
-        let compiler = Compiler::prepare(route)?;
+        let compiler = Compiler::prepare(route, TARGET)?;
         if !succeeds(Command::new("qemu-system-arm").arg("--version")) {
             install::debian(&["qemu-system-arm"], "apt-get install qemu-system-arm")?;
         }
