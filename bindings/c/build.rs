@@ -9,7 +9,7 @@ fn main() {
         .generate()
         .expect("the library's types can be written in C")
         .write_to_file(format!("{here}/fingerpad.h"));
-    println!("cargo:rerun-if-changed=src/lib.rs");
+    println!("cargo:rerun-if-changed=src");
     println!("cargo:rerun-if-changed=cbindgen.toml");
     println!("cargo:rerun-if-changed=fingerpad.h");
 }
