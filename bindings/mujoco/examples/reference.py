@@ -75,12 +75,11 @@ class Finger:
         assert code == 0, code
         return r
 
-    def moment_limit(self, depth_mm, friction_x_n, turn_rad=1.5):
-        """The largest moment, N mm, of a contact that carries the friction ``friction_x_n`` along x while it is turned by
-        ``turn_rad``: a point of the model's own limit surface."""
+    def moment_after(self, depth_mm, friction_x_n, turn_rad):
+        """The moment, N mm, of a contact that carries the friction ``friction_x_n`` along x when it was turned by ``turn_rad``."""
         self.step(depth_mm)
         for i in range(1, 101):
             self.step_with_friction(depth_mm, 0.01 * i * friction_x_n, 0.0)
-        steps = 300
-        turned = (self.step_with_friction(depth_mm, friction_x_n, 0.0, turn_rad / steps) for _ in range(steps))
-        return max(abs(r.spin_moment_n_mm) for r in turned)
+        for _ in range(500):
+            r = self.step_with_friction(depth_mm, friction_x_n, 0.0, turn_rad / 500)
+        return abs(r.spin_moment_n_mm)
