@@ -68,7 +68,7 @@ def grip(contact="fingerpad", timestep=0.001, integrator="Euler", mass=MASS_KG, 
         <site name="left" pos="{-HALF_WIDTH} 0 0" xyaxes="0 0 1 0 1 0"/>
       </body>
       <body name="right_finger">
-        <joint name="grip" type="slide" axis="-1 0 0" damping="2"/>
+        <joint name="grip" type="slide" axis="-1 0 0" damping="2" range="-0.02 0.02"/>
         <geom type="capsule" size="0.004" fromto="0.05 0 0 0.03 0 0" mass="0.02" contype="0" conaffinity="0"/>
         {pad.format("right", HALF_WIDTH + 0.008)}
         <site name="right" pos="{HALF_WIDTH} 0 0" xyaxes="0 0 1 0 -1 0"/>

@@ -24,6 +24,9 @@ typedef struct {
   } contact[GEOMS_MAX];
 } instance_data;
 
+/* No contact. */
+static const outcome NOTHING = {.model.slip_margin = 1};
+
 static instance_data* data_of(const mjData* d, int instance) { return (instance_data*)d->plugin_data[instance]; }
 
 static mjtNum* numbers_of(const mjModel* m, mjData* d, int instance, int contact) {
@@ -74,7 +77,7 @@ static void reset(const mjModel* m, mjtNum* state, void* plugin_data, int instan
     memory past;
     memory_clear(&past, data->settings.strength_factor[i]);
     memory_write(&past, state + i * MEMORY_NUMBERS);
-    data->contact[i].now = (outcome){.model.slip_margin = 1};
+    data->contact[i].now = NOTHING;
   }
 }
 
@@ -111,8 +114,14 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
   }
 }
 
+/* Whether passive forces are switched off as a whole: then MuJoCo asks for none. */
+static int is_switched_off(const mjModel* m) {
+  return (m->opt.disableflags & mjDSBL_SPRING) && (m->opt.disableflags & mjDSBL_DAMPER);
+}
+
 static void tell(const mjModel* m, mjData* d, int instance) {
-  const instance_data* data = data_of(d, instance);
+  instance_data* data = data_of(d, instance);
+  for (int i = 0; is_switched_off(m) && i < data->settings.geom_count; i++) data->contact[i].now = NOTHING;
   for (int sensor = 0; sensor < m->nsensor; sensor++) {
     if (m->sensor_type[sensor] != mjSENS_PLUGIN || m->sensor_plugin[sensor] != instance) continue;
     mjtNum* to = d->sensordata + m->sensor_adr[sensor];
@@ -132,8 +141,7 @@ static void compute(const mjModel* m, mjData* d, int instance, int capability) {
 static void advance(const mjModel* m, mjData* d, int instance) {
   instance_data* data = data_of(d, instance);
   const settings* s = &data->settings;
-  /* With all passive forces switched off there was no contact. */
-  if (!data->begun) {
+  if (is_switched_off(m) || !data->begun) {
     reset(m, numbers_of(m, d, instance, 0), data, instance);
     return;
   }
