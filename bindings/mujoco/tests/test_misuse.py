@@ -88,7 +88,7 @@ def test_a_position_that_is_no_number_is_held_and_flagged(bad, integrator):
     lost = paths.lead(model, data, ([bad, 0, 0], Rotation.identity()), object_at)
     assert lost["normal_force_n"] == 0 and fingerpad_mujoco.flags(lost["status"]) == ["bad_input"]
     assert np.isfinite(data.plugin_state).all()
-    mujoco.mj_resetDataKeyframe  # the memory outlives the bad step:
+    # The memory outlives the bad step.
     data.qpos[:] = 0
     data.qacc_warmstart[:] = 0
     after = paths.lead(model, data, (at + [-0.5, 0, -1], Rotation.identity()), object_at)
