@@ -1,5 +1,7 @@
 //! Chores of the project; each prints what it does.
 
+mod c_release;
+mod c_test;
 mod gates;
 mod install;
 mod package;
@@ -41,6 +43,9 @@ enum Chore {
     /// Fit the shipped model to the stored runs again, and bring the documented vectors and the firmware's corrected model
     /// up to it
     Model,
+    /// The C library as a folder that needs no Rust: static libraries for this host, Cortex-M with and without FPU and RISC-V,
+    /// header, model, example, CMake and pkg-config files
+    ReleaseC(c_release::Args),
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
 }
@@ -73,6 +78,7 @@ fn main() -> anyhow::Result<()> {
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
+        Chore::ReleaseC(args) => c_release::main(&args),
         Chore::Thumb(args) => thumb::main(&args),
     }
 }

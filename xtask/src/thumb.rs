@@ -3,7 +3,7 @@
 //! Main type: [`Action`]. Uses [`tools`] for the toolchain and [`elf`] for what was linked; knows nothing of the model.
 
 mod elf;
-mod tools;
+pub mod tools;
 
 use std::fs;
 use std::path::PathBuf;
