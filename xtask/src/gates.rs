@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{c_test, cargo, install, package, root, run, thumb};
+use crate::{c_test, cargo, install, mujoco, package, root, run, thumb};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -50,6 +50,8 @@ enum Step {
     ThumbC,
     /// The firmware's example programs under QEMU
     ThumbRun,
+    /// The MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
+    Mujoco,
     /// Integration tests and quick verification cases, some against CalculiX
     Integration,
 }
@@ -73,6 +75,7 @@ impl Step {
                 install::calculix()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
+            Self::Mujoco => mujoco::test(),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),

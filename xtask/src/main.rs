@@ -4,6 +4,7 @@ mod c_release;
 mod c_test;
 mod gates;
 mod install;
+mod mujoco;
 mod package;
 mod thumb;
 
@@ -25,8 +26,9 @@ enum Chore {
         args: Vec<String>,
     },
     /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
-    /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
-    /// `confirm` (`--confirm-fe` on the stored finite-element sets)
+    /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets),
+    /// `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object held by the plugin and by MuJoCo's own
+    /// contact)
     Bench {
         /// Which
         name: String,
@@ -74,7 +76,8 @@ fn main() -> anyhow::Result<()> {
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: calculix, core, memory, diagnose, confirm"),
+            "mujoco" => mujoco::bench(&args),
+            other => bail!("no benchmark {other}; there are: calculix, core, memory, diagnose, confirm, mujoco"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
