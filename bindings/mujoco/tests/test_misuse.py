@@ -11,13 +11,12 @@ import hold
 import scenes
 
 
-def why_refused(scene, capfd, tmp_path, monkeypatch):
+def why_refused(scene, capfd, folder):
     """All that MuJoCo says when it refuses a scene: the exception and the warning before it."""
-    monkeypatch.chdir(tmp_path)
     with pytest.raises((ValueError, mujoco.FatalError)) as error:
         model = mujoco.MjModel.from_xml_string(scene)
         mujoco.MjData(model)
-    log = tmp_path / "MUJOCO_LOG.TXT"
+    log = folder / "MUJOCO_LOG.TXT"
     return str(error.value) + "".join(capfd.readouterr()) + (log.read_text() if log.exists() else "")
 
 
@@ -49,14 +48,14 @@ def why_refused(scene, capfd, tmp_path, monkeypatch):
         ("gripping", "1", "gripping"),
     ],
 )
-def test_a_bad_attribute_is_named_with_its_value(attribute, value, reason, capfd, tmp_path, monkeypatch):
+def test_a_bad_attribute_is_named_with_its_value(attribute, value, reason, capfd, own_folder):
     whole = scenes.MODEL_FILE.read_bytes()
-    (tmp_path / "cut.fpm").write_bytes(whole[: len(whole) // 2])
-    (tmp_path / "text.fpm").write_text("this is no model file, however long it may be\n" * 20)
-    value = value.format(cut=tmp_path / "cut.fpm", text=tmp_path / "text.fpm")
+    (own_folder / "cut.fpm").write_bytes(whole[: len(whole) // 2])
+    (own_folder / "text.fpm").write_text("this is no model file, however long it may be\n" * 20)
+    value = value.format(cut=own_folder / "cut.fpm", text=own_folder / "text.fpm")
     more = '<geom name="nail" type="box" size="1 1 1"/><geom name="ball" size="1"/>'
     scene = paths.scene(**{attribute: value}).replace('<site name="finger"/>', '<site name="finger"/>' + more)
-    said = why_refused(scene, capfd, tmp_path, monkeypatch)
+    said = why_refused(scene, capfd, own_folder)
     assert reason in said, said
     if attribute != "gripping":
         assert f'attribute {attribute} = "{value}"' in said and "instance 'finger'" in said, said
