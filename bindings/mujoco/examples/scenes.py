@@ -28,12 +28,12 @@ def extension(*instances):
     return f'<extension><plugin plugin="fingerpad.contact">{"".join(instances)}</plugin></extension>'
 
 
-#: What stands in <option> and on the geoms for each way to hold the object. `stock` is MuJoCo as it comes; `best` what its
+#: What stands in <option> for each of MuJoCo's own ways to hold the object. `stock` is MuJoCo as it comes; `best` what its
 #: manual recommends against slow slip: elliptic cones, impratio, the solver without slip.
 MUJOCO = {
-    "stock": dict(option="", flags="", solver=""),
-    "impratio": dict(option='cone="elliptic" impratio="100"', flags="", solver=""),
-    "best": dict(option='cone="elliptic" impratio="100" noslip_iterations="20" noslip_tolerance="0"', flags="", solver=""),
+    "stock": "",
+    "impratio": 'cone="elliptic" impratio="100"',
+    "best": 'cone="elliptic" impratio="100" noslip_iterations="20" noslip_tolerance="0"',
 }
 
 
@@ -41,21 +41,20 @@ def grip(contact="fingerpad", timestep=0.001, integrator="Euler", mass=MASS_KG, 
     """An object between two fingers: the left one stands, the right one is pushed by the motor `grip`, N; both hang on a hand
     that the actuator `hand` moves up and down, m.
 
-    ``contact``: `fingerpad`, or one of MUJOCO, then with the coefficients ``friction`` and ``torsion`` (m).
+    ``contact``: `fingerpad`, `none`, or one of MUJOCO, then with the coefficients ``friction`` and ``torsion`` (m).
     ``attributes``: of the plugin.
     """
-    own = contact == "fingerpad"
-    other = MUJOCO.get(contact, MUJOCO["stock"])
-    pad = "" if own else (
+    own, option = contact == "fingerpad", MUJOCO.get(contact)
+    pad = "" if option is None else (
         f'<geom name="{{}}_pad" type="sphere" size="0.008" pos="{{}} 0 0" mass="0" condim="4" '
         f'friction="{friction} {torsion} 0.0001"/>'
     )
-    flag = '<flag contact="disable"/>' if own else ""
+    flag = '<flag contact="disable"/>' if option is None else ""
     plugin = extension(*(instance(s, s, "object", **attributes) for s in ("left", "right"))) if own else ""
     sensors = f'<sensor>{sensor("left")}{sensor("right")}</sensor>' if own else ""
-    collides = "" if own else f'condim="4" friction="{friction} {torsion} 0.0001"'
+    collides = "" if option is None else f'condim="4" friction="{friction} {torsion} 0.0001"'
     return f"""<mujoco>
-  <option timestep="{timestep}" integrator="{integrator}" {other['option']}>{flag}</option>
+  <option timestep="{timestep}" integrator="{integrator}" {option or ""}>{flag}</option>
   <size nuserdata="4"/>
   {plugin}
   <worldbody>
