@@ -89,10 +89,17 @@ fn build_host(host: &str) -> Result<()> {
 
 /// The static library without debug information, which would name this machine's folders.
 fn static_library<'a>(cargo: &'a mut Command, target: &str) -> &'a mut Command {
-    cargo
-        .env("CARGO_PROFILE_RELEASE_DEBUG", "0")
-        .env("CARGO_PROFILE_RELEASE_STRIP", "debuginfo")
-        .args(["rustc", "--lib", "--release", "--crate-type", "staticlib", "--target-dir", BUILT, "--target", target])
+    cargo.env("CARGO_PROFILE_RELEASE_DEBUG", "0").env("CARGO_PROFILE_RELEASE_STRIP", "debuginfo").args([
+        "rustc",
+        "--lib",
+        "--release",
+        "--crate-type",
+        "staticlib",
+        "--target-dir",
+        BUILT,
+        "--target",
+        target,
+    ])
 }
 
 /// A model file as a constant of words, which every compiler puts at an address divisible by 4.

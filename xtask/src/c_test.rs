@@ -78,7 +78,10 @@ impl Consumer {
         };
         c_release::release(&consumer.release)?;
         let written = fs::read_to_string(consumer.release.join("include/fingerpad.h"))?;
-        ensure!(header == written, "{C_LIBRARY}/fingerpad.h was not up to date with the library; now it is: look at it");
+        ensure!(
+            header == written,
+            "{C_LIBRARY}/fingerpad.h was not up to date with the library; now it is: look at it"
+        );
         copy_folder(&root().join(C_LIBRARY).join("consumer"), &consumer.source)?;
         fs::create_dir(&consumer.story)?;
         tell_story(&consumer.story)?;

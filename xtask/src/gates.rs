@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{c_test, cargo, install, mujoco, package, root, run, thumb};
+use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -46,6 +46,8 @@ enum Step {
     /// The C library's release folder: a CMake project outside the repository builds on it as C99 and C++17, gives the bits of
     /// the core and answers misuse by codes
     C,
+    /// The co-simulation unit (FMI 3.0): valid and bit for bit the core's by FMPy, also when built from the sources inside
+    Fmu,
     /// The C library on the target gives the documented vectors
     ThumbC,
     /// The firmware's example programs under QEMU
@@ -81,6 +83,7 @@ impl Step {
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
             Self::ThumbCount => thumb::step(&thumb::Action::Count),
             Self::C => c_test::test(),
+            Self::Fmu => fmu_test::test(),
             Self::ThumbC => thumb::step(&thumb::Action::C),
             Self::ThumbRun => thumb::step(&thumb::Action::Programs),
         }

@@ -1,6 +1,6 @@
 //! Puts on the machine what a chore needs; where that is not possible, says the one line that helps.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Result, bail, ensure};
@@ -55,28 +55,6 @@ pub fn calculix() -> Result<()> {
         return Ok(());
     }
     debian(&["calculix-ccx"], "apt-get install calculix-ccx")
-}
-
-/// A Python of its own in `folder` with the packages that the file `requirements` lists; returns its path. Installs only what
-/// changed since the last time.
-pub fn python(folder: &Path, requirements: &Path) -> Result<PathBuf> {
-    let (python, list) = (folder.join("bin/python"), std::fs::read(requirements)?);
-    let stamp = folder.join("requirements.txt");
-    if std::fs::read(&stamp).is_ok_and(|installed| installed == list) {
-        return Ok(python);
-    }
-    if !succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"])) {
-        debian(&["python3", "python3-venv"], "apt-get install python3-venv")?;
-    }
-    say(&format!("python3 -m venv {}", folder.display()));
-    let made = Command::new("python3").args(["-m", "venv", "--clear"]).arg(folder).status()?;
-    ensure!(made.success(), "python3 -m venv {} failed", folder.display());
-    say(&format!("pip install -r {}", requirements.display()));
-    let mut pip = Command::new(&python);
-    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"]).arg(requirements);
-    ensure!(pip.status()?.success(), "pip could not install what {} lists", requirements.display());
-    std::fs::write(&stamp, list)?;
-    Ok(python)
 }
 
 /// Whether a command is there and ends well.

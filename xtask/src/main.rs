@@ -1,11 +1,14 @@
 //! Chores of the project; each prints what it does.
 
+mod bench_bindings;
 mod c_release;
 mod c_test;
+mod fmu_test;
 mod gates;
 mod install;
 mod mujoco;
 mod package;
+mod python;
 mod thumb;
 
 use std::path::PathBuf;
@@ -25,10 +28,10 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
-    /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets),
-    /// `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object held by the plugin and by MuJoCo's own
-    /// contact)
+    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step:
+    /// instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles, against marks),
+    /// `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object
+    /// held by the plugin and by MuJoCo's own contact)
     Bench {
         /// Which
         name: String,
@@ -59,6 +62,7 @@ fn main() -> anyhow::Result<()> {
             cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
         }
         Chore::Bench { name, args } => match name.as_str() {
+            "bindings" => bench_bindings::main(),
             "calculix" => {
                 install::calculix()?;
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_calculix", "--"], &args)
@@ -77,7 +81,9 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
             "mujoco" => mujoco::bench(&args),
-            other => bail!("no benchmark {other}; there are: calculix, core, memory, diagnose, confirm, mujoco"),
+            other => {
+                bail!("no benchmark {other}; there are: bindings, calculix, core, memory, diagnose, confirm, mujoco")
+            }
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),

@@ -1,14 +1,15 @@
 //! The MuJoCo plugin: build it against pip's MuJoCo, test it, measure it.
 //!
-//! Main functions: [`test`], [`bench`]. Uses `c_test` for the tools of C and `install` for those of Python.
+//! Main functions: [`test`], [`bench`]. Uses `c_test` for the tools of C and `python` for the environment.
 
+use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
 use crate::thumb::tools::{C_LIBRARY, cargo_command};
-use crate::{c_test, install, root, run};
+use crate::{c_test, python, root, run};
 
 /// The plugin's folder from the repository's root.
 const FOLDER: &str = "bindings/mujoco";
@@ -25,6 +26,13 @@ pub fn bench(args: &[String]) -> Result<()> {
     run(Command::new(python).current_dir(folder()).arg("examples/hold.py").args(args))
 }
 
+/// The command that prints the nanoseconds of a contact of the held object, by the plugin or by MuJoCo's own contact.
+pub fn contact_ns(contact: &str) -> Result<Command> {
+    let mut command = Command::new(build()?);
+    command.current_dir(folder()).args(["examples/hold.py", "--contact-ns", contact]);
+    Ok(command)
+}
+
 fn folder() -> PathBuf {
     root().join(FOLDER)
 }
@@ -34,7 +42,7 @@ fn build() -> Result<PathBuf> {
     c_test::prepare()?;
     let mut cargo = cargo_command();
     run(cargo.current_dir(root().join(C_LIBRARY)).args(["build", "--release"]))?;
-    let python = install::python(&root().join("target/mujoco"), &folder().join("requirements.txt"))?;
+    let python = environment()?;
     let asked = "import mujoco, pathlib; print(pathlib.Path(mujoco.__file__).parent)";
     let out = Command::new(&python).args(["-c", asked]).output()?;
     ensure!(out.status.success(), "mujoco cannot be imported: {}", String::from_utf8_lossy(&out.stderr));
@@ -43,5 +51,17 @@ fn build() -> Result<PathBuf> {
     configure.current_dir(folder()).args(["-S", ".", "-B", "build"]);
     run(configure.arg(format!("-DMUJOCO_FOLDER={}", mujoco.trim())))?;
     run(Command::new("cmake").current_dir(folder()).args(["--build", "build"]))?;
+    Ok(python)
+}
+
+/// The Python environment, made anew when its requirements have changed.
+fn environment() -> Result<PathBuf> {
+    let (folder, requirements) = (root().join("target/mujoco"), folder().join("requirements.txt"));
+    let (stamp, list) = (folder.join("requirements.txt"), fs::read(&requirements)?);
+    if fs::read(&stamp).is_ok_and(|installed| installed == list) {
+        return Ok(folder.join("bin/python"));
+    }
+    let python = python::environment(&folder, &requirements)?;
+    fs::write(stamp, list)?;
     Ok(python)
 }

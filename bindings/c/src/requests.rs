@@ -93,11 +93,8 @@ pub unsafe extern "C" fn fingerpad_least_grip(
     // SAFETY: the caller's promise.
     answer(unsafe { loaded(model) }.and_then(|model| {
         let found = with_model!(model, model => model.least_grip([load_x_n, load_y_n], margin, strength_factor));
-        let found = fingerpad_grip {
-            depth_mm: found.depth_mm,
-            normal_force_n: found.normal_force_n,
-            status: found.status.0,
-        };
+        let found =
+            fingerpad_grip { depth_mm: found.depth_mm, normal_force_n: found.normal_force_n, status: found.status.0 };
         // SAFETY: the caller's promise.
         unsafe { write(grip, found) }
     }))

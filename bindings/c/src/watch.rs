@@ -1,6 +1,6 @@
 //! Events: what happened to a contact and when.
 
-use fingerpad::events::{Change, Queue, Watch, WatchSettings};
+use fingerpad::events::{Change, Watch, WatchSettings};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer};
 use crate::pointer::{check, exclusive, shared, write};
@@ -88,15 +88,8 @@ unsafe fn marked<'a>(watch: *mut fingerpad_watch) -> Result<&'a mut Watch, i32> 
 pub unsafe extern "C" fn fingerpad_watch_settings_default(settings: *mut fingerpad_watch_settings) -> i32 {
     let WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks } =
         WatchSettings::default();
-    let usual = fingerpad_watch_settings {
-        first_slip,
-        sure_slip,
-        full_slip,
-        partial_restick,
-        restick,
-        looks,
-        contact_looks,
-    };
+    let usual =
+        fingerpad_watch_settings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
     // SAFETY: the caller's promise.
     answer(unsafe { write(settings, usual) })
 }
@@ -114,8 +107,7 @@ pub unsafe extern "C" fn fingerpad_watch_init(
     if [first_slip, sure_slip, full_slip, partial_restick, restick].iter().any(|t| !(0.0..=1.0).contains(t)) {
         return FINGERPAD_RANGE;
     }
-    let settings =
-        WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
+    let settings = WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
     // SAFETY: the caller's promise; size and alignment were checked above.
     answer(unsafe { write(watch.cast(), Marked { mark: SET_UP, watch: Watch::with_settings(finger, settings) }) })
 }
@@ -138,11 +130,8 @@ pub unsafe extern "C" fn fingerpad_watch_look(
         let response = read_back(response).ok_or(FINGERPAD_RANGE)?;
         check(events)?;
         check(count)?;
-        let mut queue: Queue<{ FINGERPAD_EVENTS_A_LOOK + 1 }> = Queue::new();
-        let (mut producer, mut consumer) = queue.split();
-        watch.look(&response, &mut producer);
         let mut seen = 0;
-        while let Some(event) = consumer.dequeue() {
+        for event in watch.see(&response).take(FINGERPAD_EVENTS_A_LOOK) {
             let change = match event.change {
                 Change::Touch => FINGERPAD_TOUCH,
                 Change::FirstSlip => FINGERPAD_FIRST_SLIP,
@@ -150,7 +139,7 @@ pub unsafe extern "C" fn fingerpad_watch_look(
                 Change::Restick => FINGERPAD_RESTICK,
                 Change::LiftOff => FINGERPAD_LIFT_OFF,
             };
-            // SAFETY: the caller's promise: there is room for as many as the queue holds.
+            // SAFETY: the caller's promise: there is room for as many.
             unsafe { write(events.add(seen), fingerpad_event { tick: event.tick, finger: event.finger, change }) }?;
             seen += 1;
         }

@@ -2,6 +2,7 @@
 
     python examples/hold.py            every table, about a minute
     python examples/hold.py --quick    10 s of holding in place of 60
+    python examples/hold.py --contact-ns fingerpad    what one contact adds to a step, ns
 
 `test_hold.py` runs these functions and checks their numbers.
 """
@@ -171,6 +172,13 @@ def cost(rounds=41, steps=1000):
     return {name: statistics.median(each) for name, each in times.items()}
 
 
+def contact_ns(contact):
+    """Nanoseconds that one of the two contacts adds to a step."""
+    times = cost()
+    name = contact if contact == "fingerpad" else f"MuJoCo, {contact}"
+    return 1e3 * (times[name] - times["no contact"]) / 2
+
+
 def print_held(name, timestep, r):
     numbers = "falls out | |" if r["drift_um_s"] is None else f"{r['drift_um_s']:.2g} | {r['turn_rad_s']:.1g} | {r['sag_mm']:.3f}"
     print(f"| {name} | {1e3 * timestep:g} | {numbers} |")
@@ -179,8 +187,13 @@ def print_held(name, timestep, r):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="hold for 10 s in place of 60")
-    duration = 10.0 if parser.parse_args().quick else 60.0
+    parser.add_argument("--contact-ns", choices=["fingerpad", *scenes.MUJOCO], help="print only what one contact costs")
+    arguments = parser.parse_args()
+    duration = 10.0 if arguments.quick else 60.0
     fingerpad_mujoco.load()
+    if arguments.contact_ns:
+        print(f"spin_step {contact_ns(arguments.contact_ns):.0f}")
+        return
     contacts = ["fingerpad", *scenes.MUJOCO]
 
     print(f"Held for {duration:g} s, drift over the second half\n")

@@ -228,7 +228,7 @@ impl Sandbox {
                 said(self.fingerpad().args(rest).arg("--help"))
             }
             ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
-            ["cargo", "xtask", "bench", "core"] => Ok(String::new()),
+            ["cargo", "xtask", "bench", "core" | "bindings"] => Ok(String::new()),
             ["cargo", "xtask", "bench", name, ref rest @ ..] => {
                 said(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
             }

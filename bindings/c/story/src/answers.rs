@@ -3,8 +3,8 @@
 use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
 use fingerpad::{
-    Contact, Drive, Driven, Error, File, Gradient, ModelFile, Motion, Normal, Pose, Posed, Response, SPRINGS, SpinState,
-    State, StateOf, Surroundings, Tangential, Tuned, Tuning, state_bytes,
+    Contact, Drive, Driven, Error, File, Gradient, ModelFile, Motion, Normal, Pose, Posed, Response, SPRINGS,
+    SpinState, State, StateOf, Surroundings, Tangential, Tuned, Tuning, state_bytes,
 };
 
 use crate::told::{Request, words};

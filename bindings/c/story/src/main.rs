@@ -1,10 +1,11 @@
 //! Tells a story of a contact twice: `story.txt`, one request a line, and `answers.txt`, what the core answers to each. A
-//! binding reads the first and must write the second, bit for bit.
+//! binding reads the first and must write the second, bit for bit. `places_*.txt` tell the same by places (`places.rs`).
 //!
 //! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. All numbers are 32-bit words in hexadecimal; `told.rs` has the requests.
 
 mod answers;
 mod paths;
+mod places;
 mod told;
 
 use std::fs;
@@ -29,6 +30,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lines: Vec<String> = story.iter().map(ToString::to_string).collect();
     fs::write(Path::new(folder).join("story.txt"), lines.join("\n") + "\n")?;
     fs::write(Path::new(folder).join("answers.txt"), answers.join("\n") + "\n")?;
+    for (file, name) in files.iter().zip(["shipped", "corrected"]) {
+        let clean = places::rows(&paths::clean_story(), file);
+        let disturbed = places::rows(&paths::disturbed_story(file), file);
+        fs::write(Path::new(folder).join(format!("places_clean_{name}.txt")), clean.join("\n") + "\n")?;
+        fs::write(Path::new(folder).join(format!("places_disturbed_{name}.txt")), disturbed.join("\n") + "\n")?;
+    }
     println!("{} requests, disturbed by the seed {}", story.len(), paths::SEED);
     Ok(())
 }

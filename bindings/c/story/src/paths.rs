@@ -42,6 +42,20 @@ pub fn story(shipped: &ModelFile) -> Vec<Request> {
     told
 }
 
+/// The clean path alone.
+pub fn clean_story() -> Vec<Request> {
+    let mut told = Vec::new();
+    clean(&mut told);
+    told
+}
+
+/// The disturbed path alone, about the pose of a model.
+pub fn disturbed_story(model: &ModelFile) -> Vec<Request> {
+    let mut told = Vec::new();
+    disturbed(&mut told, model.file().model.data().pose.pitch_deg, &mut Noise(SEED));
+    told
+}
+
 fn step(depth_mm: f32, x: f32, y: f32, spin: f32) -> Request {
     Request::Step([depth_mm, x, y, spin, DT_S])
 }
