@@ -78,7 +78,8 @@ static fingerpad_motion told(memory* past, const mjtNum motion[3], float depth, 
 /* The model in the pose of the finger; beyond its range the pose is held and flagged. */
 static int bring_into_pose(fingerpad_model* model, const settings* s, const placement* here) {
   mjtNum pitch = s->fitted_pitch_deg + DEGREES * here->pitch, roll = DEGREES * here->roll;
-  mjtNum held_pitch = mju_clip(pitch, PITCH_RANGE[0], PITCH_RANGE[1]), held_roll = mju_clip(roll, ROLL_RANGE[0], ROLL_RANGE[1]);
+  mjtNum held_pitch = mju_clip(pitch, PITCH_RANGE[0], PITCH_RANGE[1]);
+  mjtNum held_roll = mju_clip(roll, ROLL_RANGE[0], ROLL_RANGE[1]);
   fingerpad_model_pose(model, (float)held_pitch, (float)held_roll);
   return held_pitch == pitch && held_roll == roll ? 0 : STATUS_POSE_HELD;
 }
@@ -161,7 +162,8 @@ static void damp(
 
 /* Moment on the finger about the site, N m along x, y and z of the contact. The normal force acts below the pad's lowest
  * point, or at the model's centre of pressure if the pose is followed. */
-static void moment_of(mjtNum moment[3], mjtNum normal_n, mjtNum spin_n_mm, const outcome* now, const settings* s, const placement* here) {
+static void moment_of(
+    mjtNum moment[3], mjtNum normal_n, mjtNum spin_n_mm, const outcome* now, const settings* s, const placement* here) {
   mjtNum spin = spin_n_mm / MM_PER_M, normal = normal_n / MM_PER_M;
   moment[2] = spin;
   if (s->follows_pose) {

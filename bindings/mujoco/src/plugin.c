@@ -149,7 +149,8 @@ static void advance(const mjModel* m, mjData* d, int instance) {
     memory past;
     mjtNum* numbers = numbers_of(m, d, instance, i);
     memory_read(&past, numbers);
-    contact_step(&past, s, &data->contact[i].start, data->contact[i].start_finite, settings_strength(s, d, i), m->opt.timestep);
+    float strength = settings_strength(s, d, i);
+    contact_step(&past, s, &data->contact[i].start, data->contact[i].start_finite, strength, m->opt.timestep);
     memory_write(&past, numbers);
   }
   data->begun = 0;
