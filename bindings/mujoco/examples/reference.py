@@ -29,7 +29,8 @@ class Drive(ctypes.Structure):
 
 
 class State(ctypes.Structure):
-    _fields_ = [("words", ctypes.c_uint32 * 35)]
+    # Room for a state of any version; the library uses the first words.
+    _fields_ = [("words", ctypes.c_uint32 * 128)]
 
 
 class Finger:

@@ -1,8 +1,11 @@
 """Five fingers turn the lid of a jar, and slip on it with a weak grip."""
 
+import re
+
 import jar
 import mujoco
 import pytest
+import reference
 
 
 def test_a_firm_grip_turns_the_lid_and_reaches_back():
@@ -24,6 +27,8 @@ def test_a_weak_grip_slips():
     assert result["least_margin"] < 0.02
 
 
-def test_seventy_five_contacts_are_saved_and_restored():
+def test_the_state_holds_seventy_five_contacts():
+    header = (reference.C_FOLDER / "fingerpad.h").read_text()
+    words = re.search(r"opaque\[(\d+)\];\n} fingerpad_spin_state", header).group(1)
     model = mujoco.MjModel.from_xml_string(jar.scene())
-    assert model.npluginstate == 5 * jar.FACES * (8 + 35)
+    assert model.npluginstate == 5 * jar.FACES * (8 + int(words))
