@@ -71,10 +71,10 @@
 #define FINGERPAD_NOT_SET_UP 15
 
 // Bytes of a saved state.
-#define FINGERPAD_STATE_BYTES 120
+#define FINGERPAD_STATE_BYTES 152
 
 // Bytes of a saved state of a contact that spins.
-#define FINGERPAD_SPIN_STATE_BYTES 152
+#define FINGERPAD_SPIN_STATE_BYTES 184
 
 // No contact: the value of `regime` in a response.
 #define FINGERPAD_NO_CONTACT 0
@@ -133,13 +133,13 @@
 // A model file in use. Set it up with `fingerpad_model_load`; the file must stay where it is. May be copied, and read by
 // several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[20];
+  uint64_t opaque[32];
 } fingerpad_model;
 
 // All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same
 // program (a step that is tried and rejected); `fingerpad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint32_t opaque[27];
+  uint32_t opaque[35];
 } fingerpad_state;
 
 // Motions of many contacts, `count` numbers in each array; see `fingerpad_motion`.
@@ -192,7 +192,7 @@ typedef struct {
 
 // The same of a contact that also spins. Set it up with `fingerpad_spin_state_init`.
 typedef struct {
-  uint32_t opaque[35];
+  uint32_t opaque[43];
 } fingerpad_spin_state;
 
 // What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.
@@ -216,7 +216,7 @@ typedef struct {
 // All that a contact with effects remembers: a state, and the clocks and paths that effects read. Set it up with
 // `fingerpad_contact_init`. Plain memory: copy it to go back to it.
 typedef struct {
-  uint32_t opaque[39];
+  uint32_t opaque[47];
 } fingerpad_contact;
 
 // What the plane does in one step.
