@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{c_test, cargo, fmu_test, install, package, root, run, thumb, web};
+use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, web};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -54,6 +54,8 @@ enum Step {
     ThumbRun,
     /// The page: built, below its size, and tested in headless Chromium against the core on the host
     Web,
+    /// The MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
+    Mujoco,
     /// Integration tests and quick verification cases, some against CalculiX
     Integration,
 }
@@ -77,6 +79,7 @@ impl Step {
                 install::calculix()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
+            Self::Mujoco => mujoco::test(),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),

@@ -6,6 +6,7 @@ mod c_test;
 mod fmu_test;
 mod gates;
 mod install;
+mod mujoco;
 mod package;
 mod python;
 mod thumb;
@@ -28,9 +29,10 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
-    /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
-    /// `confirm` (`--confirm-fe` on the stored finite-element sets)
+    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step:
+    /// instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles, against marks),
+    /// `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object
+    /// held by the plugin and by MuJoCo's own contact)
     Bench {
         /// Which
         name: String,
@@ -81,7 +83,10 @@ fn main() -> anyhow::Result<()> {
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: bindings, calculix, core, memory, diagnose, confirm"),
+            "mujoco" => mujoco::bench(&args),
+            other => {
+                bail!("no benchmark {other}; there are: bindings, calculix, core, memory, diagnose, confirm, mujoco")
+            }
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
