@@ -24,7 +24,8 @@ Examples:
   fingerpad diagnose --calibration c.csv --measured m.csv --covariate-sd hydration_au=2 --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --confirm-fe --shape d --out d
   fingerpad diagnose --force-only --measured t.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
-  fingerpad diagnose --table data/yoshida2011.csv --out d
+  fingerpad diagnose --table data/yoshida2011.csv --mesh-preset coarse --out d
+  fingerpad diagnose --table my.csv --unit normal_force_n=N,depth_mm=mm --out d
 
 Measured runs are described in docs/diagnose.md. The verdict is one of none, named, ambiguous and
 unexplained_structure; report.json has all numbers, report.html the page, corrected.fpm the model with the effect,
@@ -34,6 +35,12 @@ stands.
 --confirm-fe fits the finite-element finger (--shape, --config, --mesh-preset) to some calibration strokes, switches the
 named effect on inside its law and re-runs some of the held-out strokes (of the measured ones without a hold-out file);
 its own gap before and after is in the report. Finished strokes are kept in DIR/fe, and Ctrl-C loses none of them.
+
+--table runs the finite elements (--shape, --config, --mesh-preset; medium mesh unless said) with the published constants
+at the table's depths, shows the gap of every cell and looks for what closes it: columns depth_mm and any of
+normal_force_n, contact_area_mm2, friction_coefficient, each with its spread as ..._sd where it is known.
+corrected.toml (for simulate and build --config), corrected_table.csv and side_by_side.csv go to DIR as well; finished
+slides are kept in DIR/fe. docs/diagnose-table.md describes it.
 
 DIR holds one diagnosis: DIR/files.txt lists its files, and the next diagnosis there removes them before it writes its
 own. Other files in DIR are never touched; one with a name that a diagnosis needs is refused.")]
@@ -65,8 +72,11 @@ pub struct Args {
     /// With --confirm-fe: strokes that are run, as many again of the calibration
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     fe_strokes: u32,
-    /// Geometry, mesh, materials and law of the finite-element finger for --confirm-fe; the coarse mesh unless said
-    #[command(flatten, next_help_heading = "The finite-element finger of --confirm-fe (coarse mesh unless said)")]
+    /// Geometry, mesh, materials and law of the finite-element finger for --confirm-fe and --table
+    #[command(
+        flatten,
+        next_help_heading = "The finite-element finger of --confirm-fe (coarse mesh unless said) and --table (medium)"
+    )]
     finger: Model,
     /// Forces alone: a finger moved freely on a force plate
     #[arg(long, conflicts_with_all = ["calibration", "table", "holdout"])]
@@ -77,7 +87,7 @@ pub struct Args {
     /// With --table: units of its columns, as normal_force_n=mN,depth_mm=um
     #[arg(long, value_name = "COLUMN=UNIT", requires = "table")]
     unit: Option<String>,
-    /// A table like Table 1 of Yoshida et al. 2011 (CSV)
+    /// A table like Table 1 of Yoshida et al. 2011 (CSV), to be compared with the finite elements
     #[arg(long, value_name = "T.csv", conflicts_with = "measured")]
     table: Option<PathBuf>,
     /// Folder for the results

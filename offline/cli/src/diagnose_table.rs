@@ -24,8 +24,8 @@ pub const CORRECTED_CONFIG: &str = "corrected.toml";
 pub const CORRECTED_SHAPE: &str = "corrected_shape.toml";
 pub const CORRECTED_TABLE: &str = "corrected_table.csv";
 pub const SIDE_BY_SIDE: &str = "side_by_side.csv";
-/// Steady slides that were computed; kept for the next run.
-pub const STATES: &str = "states.bin";
+/// Steady slides that were computed, in a folder of their own; kept for the next run.
+pub const STATES: &str = "fe/steady_slides.bin";
 
 /// A diagnosis with the files that it leaves.
 pub struct TableDiagnosis {
@@ -84,13 +84,16 @@ pub fn diagnose(model: &Model, path: &Path, names: &ColumnNames, seed: u64, out:
         },
     };
     let _keeping = keeping();
-    let cache = StateCache::open(&out.join(STATES))?;
+    let kept = out.join(STATES);
+    let folder = kept.parent().expect("a file in a folder").to_path_buf();
+    std::fs::create_dir_all(&folder).map_err(|source| fingerpad_formats::Error::File { path: folder, source })?;
+    let cache = StateCache::open(&kept)?;
     let input = Input { config: &config, settings: &settings, table, jobs };
     let result = fingerpad_table::diagnose(&input, cache, &hooks);
     bar.finish_and_clear();
     let mut finding = result.map_err(|error| match error {
         TableError::Fe(IdentifyError::Interrupted) => {
-            Failure::Interrupted(format!("finished slides are kept in {}", out.join(STATES).display()))
+            Failure::Interrupted(format!("finished slides are kept in {}", kept.display()))
         }
         TableError::TooLittle(problem) => Failure::Input(anyhow!("{}: {problem}", path.display())),
         other => other.into(),

@@ -234,9 +234,10 @@ impl LeastSquares<'_, '_> {
         let widths: Vec<f64> = self.free.iter().map(|p| self.task.prior_sd(*p)).collect();
         let jacobian = DMatrix::from_fn(n, p, |i, j| columns[j][i] * widths[j]);
         let precision = jacobian.tr_mul(&jacobian) + DMatrix::identity(p, p);
-        let volume = precision.clone().symmetric_eigenvalues().iter().map(|l| l.max(1.0).ln()).sum::<f64>();
-        let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(p, p));
-        let spread: DVector<f64> = covariance.diagonal();
+        let (volume, spread) = match precision.cholesky() {
+            Some(factor) if p > 0 => (factor.ln_determinant(), factor.inverse().diagonal()),
+            _ => (0.0, DVector::from_element(p, 1.0)),
+        };
         let ln_k = self.noise.ln();
         let cost = square(&data) + 2.0 * n as f64 * ln_k + (ln_k / scatter).powi(2) + square(&prior) + volume;
         let readings = predict(self.surface, &values, &self.task.table.depths_mm);

@@ -9,6 +9,7 @@ use super::measured::MeasuredTable;
 use super::parameters::{Effect, Values};
 use super::reading::{Elastic, Surface, place_of, predict};
 use super::surface::{Corrected, FittedSurface};
+use super::verdict::APART;
 
 /// Rounds in which a fit and the finite elements at its end settle.
 const CHECK_ROUNDS: usize = 3;
@@ -84,17 +85,28 @@ impl Search<'_> {
         Ok(out)
     }
 
-    /// All without a pair, and the best pairs.
+    /// All without a pair; the best pairs that hold no effect which explains as much by itself; and the best effect with
+    /// errors of single depths, which no table is free of.
     fn to_check(&self, candidates: &[Candidate]) -> Vec<usize> {
         let cost = |k: &usize| candidates[*k].fitted.cost;
-        let pairs = (0..candidates.len()).filter(|k| candidates[*k].fitted.model.effects.len() == 2);
-        // A constant in a pair adds nothing to what is fitted beside the constants anyway.
-        let own = |k: &usize| !candidates[*k].fitted.model.effects.iter().any(|e| e.is_constant());
-        let mut pairs: Vec<usize> = pairs.filter(own).collect();
-        pairs.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let effects = |k: &usize| &candidates[*k].fitted.model.effects;
         let least = (0..candidates.len()).map(|k| cost(&k)).fold(f64::INFINITY, f64::min);
-        let near = pairs.into_iter().filter(|k| cost(k) < least + FAR).take(CHECKED_PAIRS);
-        (0..candidates.len()).filter(|k| candidates[*k].fitted.model.effects.len() < 2).chain(near).collect()
+        let singles: Vec<usize> = (0..candidates.len()).filter(|k| effects(k).len() < 2).collect();
+        let near = |e: &Effect| singles.iter().any(|k| effects(k) == &[*e] && cost(k) < least + APART);
+        // A constant in a pair adds nothing to what is fitted beside the constants anyway.
+        let own = |k: &usize| effects(k).len() == 2 && !effects(k).iter().any(|e| e.is_constant() || near(e));
+        let mut pairs: Vec<usize> = (0..candidates.len()).filter(|k| own(k) && cost(k) < least + FAR).collect();
+        pairs.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        pairs.truncate(CHECKED_PAIRS);
+        let free = singles.iter().filter(|k| effects(k).iter().any(|e| !e.is_constant() && *e != Effect::DepthErrors));
+        let best = free.min_by(|a, b| cost(a).total_cmp(&cost(b))).map(|k| effects(k)[0]);
+        let with_depths = |k: &usize| {
+            effects(k).len() == 2 && best.is_some_and(|b| effects(k).contains(&b) && effects(k).contains(&Effect::DepthErrors))
+        };
+        let mut out = singles;
+        out.extend(pairs);
+        out.extend((0..candidates.len()).filter(with_depths));
+        out
     }
 
     /// A model on a surface.

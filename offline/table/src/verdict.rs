@@ -5,7 +5,6 @@
 use fingerpad_diagnose::Verdict;
 
 use super::measured::MeasuredTable;
-use super::parameters::Effect;
 use super::search::Candidate;
 
 /// Difference of costs (−2 log evidence) up to which two explanations cannot be told apart: odds of 20 to 1.
@@ -32,51 +31,33 @@ impl Answer {
     /// Weighs the candidates, of which the first is the one without effects.
     pub fn of(table: &MeasuredTable, candidates: &[Candidate]) -> Self {
         let cost = |k: usize| candidates[k].fitted.cost;
+        let effects = |k: usize| &candidates[k].fitted.model.effects;
         // A constant of the finger is in every model; with others its name adds nothing.
-        let judged: Vec<usize> = (0..candidates.len())
-            .filter(|&k| !candidates[k].fitted.model.effects.iter().any(|e| e.is_constant()))
-            .filter(|&k| candidates[k].fitted.model.effects.len() < 2 || candidates[k].checked || !candidates[0].checked)
-            .collect();
-        let by_cost = |a: &usize, b: &usize| cost(*a).total_cmp(&cost(*b));
-        let top = judged.iter().copied().min_by(by_cost).expect("the model without effects is among them");
-        let near: Vec<usize> = judged.iter().copied().filter(|&k| cost(k) < cost(top) + APART).collect();
-        // The fewest effects that explain as much.
-        let size = |k: &usize| candidates[*k].fitted.model.effects.len();
-        let least = near.iter().map(size).min().expect("the best is near itself");
-        let mut contenders: Vec<usize> = near.iter().copied().filter(|k| size(k) == least).collect();
-        contenders.sort_by(by_cost);
+        let judged: Vec<usize> =
+            (0..candidates.len()).filter(|&k| !effects(k).iter().any(|e| e.is_constant())).collect();
+        let top = judged.iter().map(|&k| cost(k)).fold(f64::INFINITY, f64::min);
+        let near: Vec<usize> = judged.iter().copied().filter(|&k| cost(k) < top + APART).collect();
+        // Of two explanations one of which holds the other, the smaller one suffices.
+        let within = |a: usize, b: usize| effects(a).len() < effects(b).len() && effects(a).iter().all(|e| effects(b).contains(e));
+        let mut contenders: Vec<usize> =
+            near.iter().copied().filter(|&k| !near.iter().any(|&other| within(other, k))).collect();
+        // The fewest effects first.
+        contenders.sort_by(|a, b| effects(*a).len().cmp(&effects(*b).len()).then(cost(*a).total_cmp(&cost(*b))));
         let best = contenders[0];
-        let unexplained = misfits(table, &candidates[best]);
-        let gain = cost(0) - cost(best);
-        let verdict = if unexplained {
+        let verdict = if misfits(table, &candidates[best]) {
             Verdict::UnexplainedStructure
-        } else if least == 0 || gain < GAIN {
+        } else if effects(best).is_empty() || cost(0) - cost(best) < GAIN {
             Verdict::None
-        } else if contenders.len() == 1 && shared(candidates, &near) == candidates[best].fitted.model.effects {
+        } else if contenders.len() == 1 {
             Verdict::Named
         } else {
             Verdict::Ambiguous
         };
         match verdict {
             Verdict::None => Self { verdict, best: 0, contenders: vec![0] },
-            _ => Self { verdict, best, contenders: if verdict == Verdict::Named { vec![best] } else { in_order(&near, best, by_cost) } },
+            _ => Self { verdict, best, contenders },
         }
     }
-}
-
-fn in_order(near: &[usize], best: usize, by_cost: impl Fn(&usize, &usize) -> std::cmp::Ordering) -> Vec<usize> {
-    let mut out: Vec<usize> = near.iter().copied().filter(|k| *k != best).collect();
-    out.sort_by(by_cost);
-    out.insert(0, best);
-    out
-}
-
-/// Effects that every one of the models has.
-fn shared(candidates: &[Candidate], models: &[usize]) -> Vec<Effect> {
-    let effects = |k: usize| &candidates[k].fitted.model.effects;
-    let mut out = effects(models[0]).clone();
-    out.retain(|e| models.iter().all(|k| effects(*k).contains(e)));
-    out
 }
 
 /// Whether a model leaves more than the errors allow.
