@@ -111,20 +111,22 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// Fits a model on a surface.
+    /// Fits a model on a surface, from several starts.
     ///
     /// # Errors
     /// [`TableError::Fe`] if the minimiser fails.
     pub fn fit(&self, surface: &dyn Surface, model: &Model) -> Result<Fitted, TableError> {
         let free = model.free(self.table.depths_mm.len());
-        let mut best: Option<Fitted> = None;
+        let mut best: Option<(f64, Values)> = None;
         for start in self.starts(&free) {
-            let fitted = self.fit_from(surface, model, &free, start)?;
-            if best.as_ref().is_none_or(|b| fitted.cost < b.cost) {
-                best = Some(fitted);
+            let mut fit = LeastSquares { task: self, surface, free: &free, values: start, noise: 1.0 };
+            fit.minimise()?;
+            let sum = fit.sum_of_squares();
+            if best.as_ref().is_none_or(|(least, _)| sum < *least) {
+                best = Some((sum, fit.values));
             }
         }
-        Ok(best.expect("at least one start"))
+        self.fit_from(surface, model, best.expect("at least one start").1)
     }
 
     /// The start as it is, and with each free effect at its prior's width to either side.
@@ -142,26 +144,16 @@ impl<'a> Task<'a> {
         starts
     }
 
-    fn fit_from(
-        &self,
-        surface: &dyn Surface,
-        model: &Model,
-        free: &[Parameter],
-        start: Values,
-    ) -> Result<Fitted, TableError> {
+    /// Fits a model from one start; fit and noise settle in turns.
+    ///
+    /// # Errors
+    /// As [`Self::fit`].
+    pub fn fit_from(&self, surface: &dyn Surface, model: &Model, start: Values) -> Result<Fitted, TableError> {
         let scatter = NOISE_SCATTER[usize::from(self.table.has_spread())];
-        let mut fit = LeastSquares { task: self, surface, free, values: start, noise: 1.0 };
-        let variables = |values: &Values| -> Vec<Variable> {
-            let bounded = |p: &Parameter| Variable { value: values.get(*p), bounds: p.prior().bounds };
-            free.iter().map(bounded).collect()
-        };
+        let free = model.free(self.table.depths_mm.len());
+        let mut fit = LeastSquares { task: self, surface, free: &free, values: start, noise: 1.0 };
         for _ in 0..NOISE_ROUNDS {
-            if !free.is_empty() {
-                let stop = Stop { tolerance: 1e-9, evaluations: 60 * (free.len() + 1) };
-                let from = variables(&fit.values);
-                let solution = least_squares::minimise("table", &mut fit, &from, stop)?;
-                fit.values = fit.at(&solution.values);
-            }
+            fit.minimise()?;
             let sum = fit.data_residuals(&fit.values).iter().map(|r| r * r).sum::<f64>() * fit.noise * fit.noise;
             fit.noise = noise(sum, self.numbers.len(), scatter);
         }
@@ -193,6 +185,24 @@ struct LeastSquares<'a, 't> {
 }
 
 impl LeastSquares<'_, '_> {
+    /// Moves the values to the least sum of squares near them.
+    fn minimise(&mut self) -> Result<(), TableError> {
+        if self.free.is_empty() {
+            return Ok(());
+        }
+        let bounded = |p: &Parameter| Variable { value: self.values.get(*p), bounds: p.prior().bounds };
+        let from: Vec<Variable> = self.free.iter().map(bounded).collect();
+        let stop = Stop { tolerance: 1e-7, evaluations: 30 * (self.free.len() + 1) };
+        let solution = least_squares::minimise("table", self, &from, stop)?;
+        self.values = self.at(&solution.values);
+        Ok(())
+    }
+
+    fn sum_of_squares(&self) -> f64 {
+        let residuals = self.data_residuals(&self.values).into_iter().chain(self.prior_residuals(&self.values));
+        residuals.map(|r| r * r).sum()
+    }
+
     fn at(&self, x: &[f64]) -> Values {
         self.free.iter().zip(x).fold(self.values.clone(), |values, (p, v)| values.with(*p, *v))
     }

@@ -113,8 +113,8 @@ impl Search<'_> {
     fn candidate(&self, effects: &[Effect], surface: &dyn Surface, checked: bool) -> Result<Candidate, TableError> {
         let model = Model::beside_constants(effects);
         let fitted = self.task.fit(surface, &model)?;
-        let alone = self.task.fit(surface, &Model::alone(effects))?;
-        let left_out_rms_percent = self.leave_out(surface, &model)?;
+        let alone = self.task.fit_from(surface, &Model::alone(effects), self.task.start.clone())?;
+        let left_out_rms_percent = self.leave_out(surface, &model, &fitted.values)?;
         Ok(Candidate { fitted, alone_rms_percent: alone.rms_percent, left_out_rms_percent, checked })
     }
 
@@ -148,7 +148,7 @@ impl Search<'_> {
     }
 
     /// Fits without each depth in turn and predicts it.
-    fn leave_out(&self, surface: &dyn Surface, model: &Model) -> Result<Option<f64>, TableError> {
+    fn leave_out(&self, surface: &dyn Surface, model: &Model, from: &Values) -> Result<Option<f64>, TableError> {
         let table = self.task.table;
         let mut sum = 0.0;
         for slot in 0..table.depths_mm.len() {
@@ -156,8 +156,8 @@ impl Search<'_> {
             if part.numbers.len() < model.free(table.depths_mm.len()).len().min(4) {
                 return Ok(None);
             }
-            let fitted = part.fit(surface, model)?;
-            // An error of this depth alone cannot be known from the others.
+            let fitted = part.fit_from(surface, model, from.clone())?;
+            // An error of this depth alone cannot be known from the others; its prior takes it back to none.
             let readings = predict(surface, &fitted.values, &table.depths_mm);
             let own: Vec<_> = self.task.numbers.iter().copied().filter(|m| m.slot == slot).collect();
             sum += rms_percent(&own, &readings).powi(2) * own.len() as f64;

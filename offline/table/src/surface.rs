@@ -4,7 +4,7 @@
 //! shear stress over the law's strength at the mean pressure, which varies far less than friction itself. A mesh makes
 //! contact point by point, so that its answers have kinks of a per cent; the regression goes through their middle.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use fingerpad_fe::contact::{FrictionLaw, RubberFriction};
 use fingerpad_identify::LawPoint;
@@ -104,9 +104,8 @@ impl FittedSurface {
     fn logarithms_at(&self, c: &[f64; 4]) -> [f64; 3] {
         let inside: [f64; 4] = std::array::from_fn(|k| c[k].clamp(self.range[k][0], self.range[k][1]));
         let value = |at: &[f64; 4]| {
-            let terms = DVector::from_row_slice(&self.law_terms(at));
-            let out = self.law.tr_mul(&terms);
-            [out[0], out[1], out[2]]
+            let terms = self.law_terms(at);
+            [0, 1, 2].map(|q| self.law.column(q).iter().zip(&terms).map(|(c, t)| c * t).sum::<f64>())
         };
         let mut out = value(&inside);
         for k in 0..4 {
@@ -146,9 +145,8 @@ impl Surface for FittedSurface {
         let mut logs = self.logarithms_at(&c);
         if let Some(bone) = &self.bone {
             let ln_depth = c[0].clamp(self.range[0][0], self.range[0][1]);
-            let terms = DVector::from_row_slice(&self.bone_terms(ln_depth, place.bone_mm));
-            let moved = bone.tr_mul(&terms);
-            (0..3).for_each(|k| logs[k] += moved[k]);
+            let terms = self.bone_terms(ln_depth, place.bone_mm);
+            (0..3).for_each(|k| logs[k] += bone.column(k).iter().zip(&terms).map(|(c, t)| c * t).sum::<f64>());
         }
         let (normal_n, area_mm2) = (logs[0].exp(), logs[1].exp());
         let strength = place.law.friction(&self.base).strength(normal_n / area_mm2).0;

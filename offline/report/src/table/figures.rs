@@ -87,16 +87,15 @@ const ROW: f64 = 24.0;
 impl Candidates<'_> {
     /// The constants, the single effects from the best on, then the best pairs.
     fn shown(&self) -> Vec<&CandidateReport> {
-        let sorted = |mut list: Vec<&'_ CandidateReport>| {
-            list.sort_by(|a, b| a.delta_2le.total_cmp(&b.delta_2le));
-            list
-        };
         let of = |count: usize| self.section.candidates.iter().filter(move |c| c.effects.len() == count);
         let constants = ["depth_zero", "tissue_stiffness"];
         let mut out: Vec<&CandidateReport> = of(0).collect();
         let held = |c: &&CandidateReport| !c.effects.iter().any(|e| constants.contains(&e.as_str()));
-        out.extend(sorted(of(1).filter(held).collect()));
-        out.extend(sorted(of(2).filter(held).collect()).into_iter().take(PAIRS));
+        for (count, most) in [(1, usize::MAX), (2, PAIRS)] {
+            let mut list: Vec<&CandidateReport> = of(count).filter(held).collect();
+            list.sort_by(|a, b| a.delta_2le.total_cmp(&b.delta_2le));
+            out.extend(list.into_iter().take(most));
+        }
         out
     }
 }
