@@ -3,9 +3,7 @@
 use fingerpad::Effects;
 use fingerpad::ModelFile;
 use fingerpad_diagnose::runs_csv;
-use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, Correction, Verdict, corrected_model, replay_all,
-};
+use fingerpad_diagnose::{CORNEOMETER_SD_AU, Correction, Verdict, corrected_model, replay_all};
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
 use fingerpad_tests::synthetic_truth::score::{Class, reference, run, run_with_evidence, score, shipped};

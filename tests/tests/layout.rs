@@ -20,7 +20,8 @@ const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT];
+const LIBRARIES: &[&str] =
+    &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
 const MAY_USE: [(&str, &[&str]); 14] = [

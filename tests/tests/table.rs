@@ -12,7 +12,7 @@ use fingerpad_formats::ColumnNames;
 use fingerpad_identify::table_csv::{Cell, PartialRow, read_partial};
 use fingerpad_identify::{Evaluator, Hooks, Query, Settings, StateCache};
 use fingerpad_table::{
-    CorrectedFinger, Elastic, Effect, Finding, Input, MeasuredTable, Parameter, Values, diagnose, place_of, read,
+    CorrectedFinger, Effect, Elastic, Finding, Input, MeasuredTable, Parameter, Values, diagnose, place_of, read,
 };
 use fingerpad_tests::random::Random;
 
@@ -66,7 +66,9 @@ fn made(values: &Values, noise: f64, seed: u64) -> MeasuredTable {
     let rows = (elastic(&config(), values).iter().enumerate())
         .map(|(slot, elastic)| {
             let [n, a, mu] = read(values, &place_of(values, DEPTHS_MM[slot], slot).1.apply(elastic));
-            let mut cell = |value: f64| Some(Cell { value: value * (1.0 + 1.7 * noise * random.number()), sd: Some(noise.max(0.01) * value) });
+            let mut cell = |value: f64| {
+                Some(Cell { value: value * (1.0 + 1.7 * noise * random.number()), sd: Some(noise.max(0.01) * value) })
+            };
             PartialRow {
                 depth_mm: Cell { value: DEPTHS_MM[slot], sd: Some(0.02) },
                 normal_force_n: cell(n),
@@ -128,7 +130,11 @@ fn the_published_table_is_told_end_to_end() {
     assert_eq!(report.verdict, Verdict::Ambiguous);
     assert_eq!(section.contenders[0], "normal_force_zero", "{:?}", section.contenders);
     let gap = |name: &str| section.steps.iter().find(|s| s.name == name).unwrap().rms_percent;
-    assert!(gap("corrected") < 0.5 * gap("as_given") && gap("corrected") < gap("four_constants"), "{:?}", section.steps);
+    assert!(
+        gap("corrected") < 0.5 * gap("as_given") && gap("corrected") < gap("four_constants"),
+        "{:?}",
+        section.steps
+    );
     let zero = &report.effects[0].parameters[0];
     assert_eq!(zero.name, "normal_force_offset_n");
     assert!((-0.08..-0.03).contains(&zero.value) && zero.ci95[0] < zero.value && zero.value < zero.ci95[1], "{zero:?}");

@@ -57,7 +57,13 @@ pub fn names(map: Option<&str>, unit: Option<&str>) -> Result<ColumnNames, Failu
 ///
 /// * `names`: what the file calls its columns
 /// * `out`: folder of the results, where finished slides are kept
-pub fn diagnose(model: &Model, path: &Path, names: &ColumnNames, seed: u64, out: &Path) -> Result<TableDiagnosis, Failure> {
+pub fn diagnose(
+    model: &Model,
+    path: &Path,
+    names: &ColumnNames,
+    seed: u64,
+    out: &Path,
+) -> Result<TableDiagnosis, Failure> {
     let started = Instant::now();
     let (mut config, settings, design) = model.settings()?;
     if model.mesh_preset.is_none() && model.config.is_none() {
@@ -65,8 +71,7 @@ pub fn diagnose(model: &Model, path: &Path, names: &ColumnNames, seed: u64, out:
     }
     let rows = table_csv::read_partial(path, names)?;
     let count = rows.len();
-    let table = MeasuredTable::new(rows)
-        .map_err(|e| Failure::Input(anyhow!("{}: {e}", path.display())))?;
+    let table = MeasuredTable::new(rows).map_err(|e| Failure::Input(anyhow!("{}: {e}", path.display())))?;
     let jobs = std::thread::available_parallelism().map_or(1, usize::from);
     let bar = counter("finite elements", 1, "slides");
     let done = Mutex::new(0);
@@ -98,8 +103,8 @@ pub fn diagnose(model: &Model, path: &Path, names: &ColumnNames, seed: u64, out:
         TableError::TooLittle(problem) => Failure::Input(anyhow!("{}: {problem}", path.display())),
         other => other.into(),
     })?;
-    let bytes = std::fs::read(path)
-        .map_err(|source| fingerpad_formats::Error::File { path: path.to_path_buf(), source })?;
+    let bytes =
+        std::fs::read(path).map_err(|source| fingerpad_formats::Error::File { path: path.to_path_buf(), source })?;
     let diagnosis = &mut finding.report.diagnosis;
     diagnosis.input = vec![InputFile {
         role: "measured".into(),

@@ -126,9 +126,10 @@ pub fn identify(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Outco
         identify_law(&mut FeModel::new(&evaluator, &calibrated.shape, &problem))?
     };
     if settings.force_zero && !input.published {
-        outcome.force_zero = Some(clock.time("beta against the force zero", || {
-            against_force_zero(&evaluator, &mut fe_model, &table, &given)
-        })?);
+        outcome.force_zero =
+            Some(clock.time("beta against the force zero", || {
+                against_force_zero(&evaluator, &mut fe_model, &table, &given)
+            })?);
     }
     outcome.stages = clock.stages.into_inner();
     Ok(outcome)

@@ -102,6 +102,7 @@ impl Rivals<'_> {
         effects.sort();
         effects.dedup();
         let mut out: Vec<String> = effects.iter().map(|e| self.decides(*e)).collect();
+        out.dedup();
         if effects.is_empty() {
             out.push("A table with the spread of every cell, and each depth approached three times, would show smaller effects.".into());
         }

@@ -146,9 +146,5 @@ impl FiniteElements<'_, '_> {
 }
 
 fn elastic(steady: &Steady) -> Elastic {
-    Elastic {
-        normal_n: steady.normal_force_n,
-        area_mm2: steady.contact_area_mm2,
-        friction_n: steady.friction_x_n,
-    }
+    Elastic { normal_n: steady.normal_force_n, area_mm2: steady.contact_area_mm2, friction_n: steady.friction_x_n }
 }

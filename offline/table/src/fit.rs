@@ -132,7 +132,9 @@ impl<'a> Task<'a> {
     /// The start as it is, and with each free effect at its prior's width to either side.
     fn starts(&self, free: &[Parameter]) -> Vec<Values> {
         let mut starts = vec![self.start.clone()];
-        for &parameter in free.iter().filter(|p| !CONSTANTS.contains(p)).filter(|p| !matches!(p, Parameter::DepthError(_))) {
+        for &parameter in
+            free.iter().filter(|p| !CONSTANTS.contains(p)).filter(|p| !matches!(p, Parameter::DepthError(_)))
+        {
             let (value, [low, high]) = (self.start.get(parameter), parameter.prior().bounds);
             for side in [-1.0, 1.0] {
                 let moved = value + side * self.prior_sd(parameter);
@@ -226,7 +228,9 @@ impl LeastSquares<'_, '_> {
 
     /// Derivatives of the data's residuals, a column for each free parameter.
     fn columns(&self, values: &Values) -> Vec<Vec<f64>> {
-        let side = |p: Parameter, sign: f64| self.data_residuals(&values.clone().with(p, values.get(p) + sign * Self::step(p)));
+        let side = |p: Parameter, sign: f64| {
+            self.data_residuals(&values.clone().with(p, values.get(p) + sign * Self::step(p)))
+        };
         let slope = |p: &Parameter| {
             side(*p, 1.0).iter().zip(side(*p, -1.0)).map(|(a, b)| (a - b) / (2.0 * Self::step(*p))).collect()
         };

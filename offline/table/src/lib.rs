@@ -17,14 +17,13 @@ mod procedure;
 mod reading;
 mod search;
 mod surface;
+mod telling;
 mod verdict;
 
 pub use corrected::CorrectedFinger;
 pub use fit::{Fitted, Model, Task};
 pub use measured::{ASSUMED_DEPTH_SD_MM, ASSUMED_SD, Measured, MeasuredTable, QUANTITIES};
-pub use outcome::{
-    CandidateReport, CellGap, FiniteElementsUsed, LawConstants, Step, TableReport, TableSection,
-};
+pub use outcome::{CandidateReport, CellGap, FiniteElementsUsed, LawConstants, Step, TableReport, TableSection};
 pub use parameters::{Effect, Parameter, Prior, Values};
 pub use procedure::{Finding, Input, diagnose};
 pub use reading::{Elastic, ElasticPlace, Scaling, Surface, corrected, place_of, predict, read};

@@ -57,10 +57,10 @@ impl MeasuredTable {
                 depths_mm.len()
             )));
         }
-        let slot: Vec<usize> =
-            rows.iter().map(|r| depths_mm.partition_point(|d| *d < r.depth_mm.value)).collect();
+        let slot: Vec<usize> = rows.iter().map(|r| depths_mm.partition_point(|d| *d < r.depth_mm.value)).collect();
         let sd_of = |k: usize| {
-            let known: Vec<f64> = (rows.iter().zip(&slot)).filter(|(_, s)| **s == k).filter_map(|(r, _)| r.depth_mm.sd).collect();
+            let known: Vec<f64> =
+                (rows.iter().zip(&slot)).filter(|(_, s)| **s == k).filter_map(|(r, _)| r.depth_mm.sd).collect();
             if known.is_empty() { ASSUMED_DEPTH_SD_MM } else { known.iter().sum::<f64>() / known.len() as f64 }
         };
         let depth_sd_mm = (0..depths_mm.len()).map(sd_of).collect();
@@ -116,7 +116,8 @@ mod tests {
             contact_area_mm2: Some(Cell { value: 60.0, sd: None }),
             friction_coefficient: None,
         };
-        let table = MeasuredTable::new(vec![row(1.0, None), row(0.5, Some(0.02)), row(1.5, None), row(1.0, None)]).unwrap();
+        let table =
+            MeasuredTable::new(vec![row(1.0, None), row(0.5, Some(0.02)), row(1.5, None), row(1.0, None)]).unwrap();
         assert_eq!((&table.depths_mm[..], &table.slot[..]), (&[0.5, 1.0, 1.5][..], &[1, 0, 2, 1][..]));
         assert_eq!(table.depth_sd_mm, [0.02, ASSUMED_DEPTH_SD_MM, ASSUMED_DEPTH_SD_MM]);
         let numbers = table.numbers();

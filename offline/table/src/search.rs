@@ -55,7 +55,9 @@ pub fn testable(table: &MeasuredTable, surface: &FittedSurface) -> (Vec<Effect>,
             Effect::NormalForceZero | Effect::Adhesion if !force && !friction => "no column of forces",
             Effect::SensorTilt | Effect::Tau0 | Effect::Exponent if !friction => "no column friction_coefficient",
             Effect::TissueStiffness | Effect::StrainStiffening if !force => "no column normal_force_n",
-            Effect::Geometry if !surface.knows_bone() => "the finger's geometry has no bone clearance that can be varied",
+            Effect::Geometry if !surface.knows_bone() => {
+                "the finger's geometry has no bone clearance that can be varied"
+            }
             _ => continue,
         };
         no.push((effect, lacking.to_owned()));
@@ -101,7 +103,8 @@ impl Search<'_> {
         let free = singles.iter().filter(|k| effects(k).iter().any(|e| !e.is_constant() && *e != Effect::DepthErrors));
         let best = free.min_by(|a, b| cost(a).total_cmp(&cost(b))).map(|k| effects(k)[0]);
         let with_depths = |k: &usize| {
-            effects(k).len() == 2 && best.is_some_and(|b| effects(k).contains(&b) && effects(k).contains(&Effect::DepthErrors))
+            effects(k).len() == 2
+                && best.is_some_and(|b| effects(k).contains(&b) && effects(k).contains(&Effect::DepthErrors))
         };
         let mut out = singles;
         out.extend(pairs);

@@ -54,8 +54,7 @@ impl FittedSurface {
         });
         let first = &plain[0].0;
         let middle = (0.5 * (range[0][0] + range[0][1]), first.law);
-        let mut out =
-            Self { base, middle, range, law: DMatrix::zeros(LAW_TERMS, 3), bone: None, rms: [0.0; 3] };
+        let mut out = Self { base, middle, range, law: DMatrix::zeros(LAW_TERMS, 3), bone: None, rms: [0.0; 3] };
         let matrix = DMatrix::from_fn(plain.len(), LAW_TERMS, |i, j| out.law_terms(&coordinates[i])[j]);
         let wanted = DMatrix::from_fn(plain.len(), 3, |i, k| logarithms(&plain[i].1, &plain[i].0.law, &base)[k]);
         out.law = solve(&matrix, &wanted)?;
@@ -90,8 +89,24 @@ impl FittedSurface {
     fn law_terms(&self, coordinates: &[f64; 4]) -> [f64; LAW_TERMS] {
         let [t, u, b, s] = self.away(coordinates);
         [
-            1.0, t, t * t, t * t * t, u, u * t, u * u, u * t * t, b, b * t, b * b, b * t * t, u * b, s, s * t, s * s,
-            s * u, s * b,
+            1.0,
+            t,
+            t * t,
+            t * t * t,
+            u,
+            u * t,
+            u * u,
+            u * t * t,
+            b,
+            b * t,
+            b * b,
+            b * t * t,
+            u * b,
+            s,
+            s * t,
+            s * s,
+            s * u,
+            s * b,
         ]
     }
 
@@ -123,7 +138,6 @@ impl FittedSurface {
         out
     }
 }
-
 
 fn coordinates(place: &ElasticPlace) -> [f64; 4] {
     [place.depth_mm.max(1e-3).ln(), place.law.tau_ref_kpa.ln(), place.law.beta, place.law.tau0_share]

@@ -38,7 +38,9 @@ impl Answer {
         let top = judged.iter().map(|&k| cost(k)).fold(f64::INFINITY, f64::min);
         let near: Vec<usize> = judged.iter().copied().filter(|&k| cost(k) < top + APART).collect();
         // Of two explanations one of which holds the other, the smaller one suffices.
-        let within = |a: usize, b: usize| effects(a).len() < effects(b).len() && effects(a).iter().all(|e| effects(b).contains(e));
+        let within = |a: usize, b: usize| {
+            effects(a).len() < effects(b).len() && effects(a).iter().all(|e| effects(b).contains(e))
+        };
         let mut contenders: Vec<usize> =
             near.iter().copied().filter(|&k| !near.iter().any(|&other| within(other, k))).collect();
         // The fewest effects first.

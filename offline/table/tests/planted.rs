@@ -4,12 +4,12 @@
 //! al. 2011), with a parabola of pressure. It stands in for the finite elements, so that hundreds of tables are judged;
 //! tables made by the finite elements are judged in `tests/tests/table.rs`.
 
+use fingerpad_diagnose::Verdict;
 use fingerpad_fe::contact::{FrictionLaw, RubberFriction};
 use fingerpad_identify::table_csv::{Cell, PartialRow};
 use fingerpad_table::{
     Answer, Candidate, Effect, Elastic, ElasticPlace, MeasuredTable, Parameter, Search, Surface, Task, Values, predict,
 };
-use fingerpad_diagnose::Verdict;
 
 /// The pad.
 struct Pad;
@@ -23,7 +23,8 @@ impl Surface for Pad {
         let law = place.law.friction(&RubberFriction::default());
         let mean = normal_n / area_mm2;
         // Rings of equal area under a parabola.
-        let stress: f64 = (0..10).map(|k| law.strength(2.0 * mean * (1.0 - (f64::from(k) + 0.5) / 10.0)).0).sum::<f64>() / 10.0;
+        let stress: f64 =
+            (0..10).map(|k| law.strength(2.0 * mean * (1.0 - (f64::from(k) + 0.5) / 10.0)).0).sum::<f64>() / 10.0;
         Elastic { normal_n, area_mm2, friction_n: stress * area_mm2 }
     }
 }
@@ -72,8 +73,7 @@ fn none(slots: usize) -> Values {
 
 fn judge(table: &MeasuredTable) -> (Answer, Vec<Candidate>) {
     let start = none(table.depths_mm.len());
-    let search =
-        Search { task: Task::all(table, start.clone(), start), surface: &Pad, effects: Effect::ALL.to_vec() };
+    let search = Search { task: Task::all(table, start.clone(), start), surface: &Pad, effects: Effect::ALL.to_vec() };
     let candidates = search.run(&mut |_| Ok(None)).unwrap();
     (Answer::of(table, &candidates), candidates)
 }
@@ -108,7 +108,14 @@ impl Score {
 }
 
 /// Verdicts on tables with a planted effect of random size.
-fn score(truth: &[(Effect, Parameter, f64)], noise: f64, spread: bool, depths_mm: &[f64], tables: u64, seed: u64) -> Score {
+fn score(
+    truth: &[(Effect, Parameter, f64)],
+    noise: f64,
+    spread: bool,
+    depths_mm: &[f64],
+    tables: u64,
+    seed: u64,
+) -> Score {
     let mut out = Score::default();
     for k in 0..tables {
         let mut random = Random(seed + 1000 * k);

@@ -128,10 +128,18 @@ impl Figure for Candidates<'_> {
                 let x = at(left_out);
                 canvas.line(&[(x, y - 8.0), (x, y + 8.0)], Line::solid(ESTIMATE, 2.2))?;
             }
-            canvas.text(&number, (left + 5.0, y), Text { colour: if contends { WHITE } else { INK }, em: 11.0, ..Text::BODY })?;
+            canvas.text(
+                &number,
+                (left + 5.0, y),
+                Text { colour: if contends { WHITE } else { INK }, em: 11.0, ..Text::BODY },
+            )?;
         }
         let y = f64::from(height) - 12.0;
         let small = Text { em: 11.0, colour: GREY, ..Text::BODY };
-        canvas.text("bar: gap left; line: depths left out and predicted; dark: the table cannot tell it from the best", (left, y), small)
+        canvas.text(
+            "bar: gap left; line: depths left out and predicted; dark: the table cannot tell it from the best",
+            (left, y),
+            small,
+        )
     }
 }

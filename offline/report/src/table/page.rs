@@ -97,13 +97,20 @@ fn first_sentence(section: &TableSection) -> String {
 
 fn value(p: &fingerpad_diagnose::FittedParameter) -> String {
     let (v, unit) = if p.unit == "N" { (1e3 * p.value, "mN") } else { (p.value, p.unit.as_str()) };
-    format!("{} {} {unit}", p.name.replace('_', " ").trim_end_matches(" n"), signed(v, if unit == "mN" { 0 } else { 2 })).trim().into()
+    format!(
+        "{} {} {unit}",
+        p.name.replace('_', " ").trim_end_matches(" n"),
+        signed(v, if unit == "mN" { 0 } else { 2 })
+    )
+    .trim()
+    .into()
 }
 
 fn steps(section: &TableSection) -> String {
-    let mut out = "<h2>The gap, step by step</h2>\n<table>\n<thead><tr><th class=\"name\">what moves</th><th>numbers fitted</th>\
+    let mut out =
+        "<h2>The gap, step by step</h2>\n<table>\n<thead><tr><th class=\"name\">what moves</th><th>numbers fitted</th>\
                    <th>gap, %</th></tr></thead>\n<tbody>\n"
-        .to_owned();
+            .to_owned();
     for step in &section.steps {
         let _ = writeln!(
             out,
