@@ -171,7 +171,7 @@ impl Telling<'_> {
         if self.answer.best != 0 {
             let best = &self.candidates[self.answer.best];
             let words: Vec<&str> = best.fitted.model.effects.iter().map(|e| e.words()).collect();
-            add("corrected", format!("with {}", words.join(" and ")), best);
+            add("corrected", format!("{} beside the three constants", words.join(" and ")), best);
         }
         out
     }

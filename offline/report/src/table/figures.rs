@@ -93,7 +93,8 @@ impl Candidates<'_> {
         let held = |c: &&CandidateReport| !c.effects.iter().any(|e| constants.contains(&e.as_str()));
         for (count, most) in [(1, usize::MAX), (2, PAIRS)] {
             let mut list: Vec<&CandidateReport> = of(count).filter(held).collect();
-            list.sort_by(|a, b| a.delta_2le.total_cmp(&b.delta_2le));
+            let contends = |c: &CandidateReport| self.section.contenders.contains(&c.name);
+            list.sort_by(|a, b| contends(b).cmp(&contends(a)).then(a.delta_2le.total_cmp(&b.delta_2le)));
             out.extend(list.into_iter().take(most));
         }
         out
