@@ -21,6 +21,7 @@ mod config;
 mod confirm;
 mod design;
 mod diagnose;
+mod diagnose_table;
 mod eval;
 mod export;
 mod finger;

@@ -14,6 +14,7 @@ const LONG: &[(&str, &str)] = &[
     ("fingerpad identify --data data/yoshida2011.csv --out", "the paper's simplex: a quarter of an hour of CPU"),
     ("fingerpad identify --data data/yoshida2011.csv --fast", "the default mesh: minutes of CPU"),
     ("fingerpad identify --data data/yoshida2011.csv --joint", "the default mesh: minutes of CPU"),
+    ("fingerpad identify --data data/yoshida2011.csv --force-zero", "seven calibrations: a minute of CPU"),
     ("fingerpad identify --published", "the default mesh: a minute of CPU"),
     ("fingerpad reduce", "hundreds of finite-element paths, or their fit"),
     (

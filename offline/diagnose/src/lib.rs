@@ -36,7 +36,7 @@ pub use error::DiagnoseError;
 pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
 pub use model::residual_sums::ResidualSums;
-pub use reduced_input::{Plot, ReducedDiagnosis, TableRow, diagnose_forces, diagnose_table};
+pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, CrossValidationError, Diagnosis, Disagreement, EffectFound,
     FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region, Rescale,

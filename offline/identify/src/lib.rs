@@ -18,6 +18,7 @@ mod error;
 mod evaluator;
 pub mod fe_friction;
 pub mod finger_fit;
+mod force_zero;
 pub mod friction_fit;
 mod history;
 mod law;
