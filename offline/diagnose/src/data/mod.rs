@@ -4,6 +4,7 @@
 //! May use: laws (the columns and rows that they read), `fingerpad-formats`.
 
 pub mod checks;
+pub mod clock;
 pub mod covariates;
 pub mod runs;
 pub mod runs_csv;

@@ -15,6 +15,7 @@ use sha2::{Digest, Sha256};
 
 use fingerpad_formats::Error;
 
+use crate::data::clock::{equal_stamps, note};
 use crate::data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 use crate::error::DiagnoseError;
 use crate::laws::Column;
@@ -107,6 +108,7 @@ fn read_text(path: &Path, text: impl Read, go_on: &mut dyn FnMut() -> bool) -> R
         return Err(Error::TooFewRows { path: path.to_path_buf(), line: 1, found: 0, needed: 1 }.into());
     }
     let mut notes = columns.notes;
+    notes.extend(note(assembler.equal_stamps));
     if assembler.thinned > 0 {
         notes.push(format!("{} runs are longer than {KEPT_ROWS} rows and were thinned to that", assembler.thinned));
     }
@@ -276,6 +278,7 @@ struct RunAssembler<'a> {
     stride: usize,
     kept_rows: usize,
     thinned: usize,
+    equal_stamps: usize,
     recorded: Option<Vec<Column>>,
 }
 
@@ -293,6 +296,7 @@ impl<'a> RunAssembler<'a> {
             stride: 1,
             kept_rows: 0,
             thinned: 0,
+            equal_stamps: 0,
             recorded: None,
         }
     }
@@ -314,14 +318,14 @@ impl<'a> RunAssembler<'a> {
         }
         let last = self.rows.last();
         if let Some(last) = last
-            && !(row.t_s > last.t_s)
+            && !(row.t_s >= last.t_s)
         {
             return Err(Error::Value {
                 path: self.path.to_path_buf(),
                 line: row.line,
                 column: "t_s".into(),
                 value: row.t_s.to_string(),
-                problem: format!("is not after {}: time must rise within run `{}`", last.t_s, self.labels.run),
+                problem: format!("is before {}: time must not fall within run `{}`", last.t_s, self.labels.run),
             }
             .into());
         }
@@ -346,6 +350,7 @@ impl<'a> RunAssembler<'a> {
         if rows.is_empty() {
             return Ok(());
         }
+        self.equal_stamps += equal_stamps(&rows);
         let here = recorded(rows.iter());
         self.recorded = Some(match self.recorded.take() {
             None => here,
