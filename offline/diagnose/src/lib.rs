@@ -38,7 +38,7 @@ pub use model::core_replay::{replay, replay_all};
 pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, TableRow, diagnose_forces, diagnose_table};
 pub use schema::{
-    Baseline, BaselineParameter, CandidateLaw, CrossValidationError, Diagnosis, Disagreement, EffectFound,
+    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
     FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region, Rescale,
     ScatterRatio, UnexplainedFound, Verdict,
 };

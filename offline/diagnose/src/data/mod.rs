@@ -6,6 +6,7 @@
 pub mod checks;
 pub mod clock;
 pub mod covariates;
+pub mod outliers;
 pub mod runs;
 pub mod runs_csv;
 pub mod trace_csv;

@@ -63,7 +63,7 @@ pub struct Run {
     pub rows: Vec<Row>,
     /// Displacement of the plate in each row, mm.
     pub slide_mm: Vec<[f64; 2]>,
-    /// Readings: normal, x, y, N.
+    /// Readings: normal, x, y, N; NaN where one is left out.
     pub force_n: Vec<[f64; 3]>,
 }
 

@@ -60,6 +60,7 @@ fn empty_report(
     Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict,
+        cautions: Vec::new(),
         effects: Vec::new(),
         disagreement: Disagreement {
             rms_n: rms_n[0],

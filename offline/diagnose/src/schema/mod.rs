@@ -248,6 +248,19 @@ pub struct InputFile {
     pub notes: Vec<String>,
 }
 
+/// Something about the files that is told before the verdict.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Caution {
+    /// `sensor_rail`, `spikes`, `outside_calibration`, `one_axis` or `scatter`.
+    pub kind: String,
+    /// `calibration`, `measured` or `holdout`.
+    pub role: String,
+    /// Column that it is about; empty if it is about rows.
+    pub column: String,
+    /// The sentence.
+    pub text: String,
+}
+
 /// The report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
@@ -255,6 +268,8 @@ pub struct Diagnosis {
     pub schema: String,
     /// The answer.
     pub verdict: Verdict,
+    /// What is to be known of the files before it.
+    pub cautions: Vec<Caution>,
     /// One entry per missing effect, strongest first.
     pub effects: Vec<EffectFound>,
     /// Before any effect.

@@ -11,11 +11,14 @@ use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::task::Task;
 
-/// Standard deviation that row noise and variances between runs give each observation of a task, N.
+/// Standard deviation that row noise and variances between runs give each observation of a task, N; NaN where a reading is
+/// left out.
 pub fn noise_floor_n(task: &Task<'_>, parameters: &Parameters, laws: &[ActiveLaw], variances: &PerEffect) -> Vec<f64> {
     let prediction = task.predict(parameters, laws);
     let spread = task.random_effect_columns(parameters, laws, &Vec::new(), &prediction).spread(variances);
-    spread.iter().zip(&task.sigma_n).map(|(s, sigma)| s.sqrt() * sigma).collect()
+    let floor =
+        |((s, sigma), reading): ((&f64, &f64), &f64)| if reading.is_nan() { f64::NAN } else { s.sqrt() * sigma };
+    spread.iter().zip(&task.sigma_n).zip(&task.readings_n).map(floor).collect()
 }
 
 /// Largest ratio of two triples.

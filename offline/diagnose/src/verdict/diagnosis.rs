@@ -10,12 +10,13 @@ use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::schema::{Diagnosis, Verdict};
 use crate::selection::acceptance::SelectionSettings;
-use crate::statistics::calibration::{Calibration, calibrate};
+use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::verdict::cross_validation::{by_folds, on_file};
 use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
+use crate::verdict::preparation::{Prepared, clean, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
 
@@ -45,12 +46,14 @@ pub fn diagnose<E: From<DiagnoseError>>(
     check(measured)?;
     check_pair(calibration_set, measured)?;
     stage("calibrating");
-    let calibration = finite(calibrate(calibration_set, reference), calibration_set)?;
-    let corrections = learn_corrections(measured, &options.errors);
+    let Prepared { calibration_set, measured, calibration, mut cautions } =
+        prepare(calibration_set, measured, reference)?;
+    let calibration = finite(calibration, &calibration_set)?;
+    let corrections = learn_corrections(&measured, &options.errors);
     let mut corrected = measured.clone();
     corrections.iter().for_each(|c| c.apply(&mut corrected));
     stage("comparing laws");
-    let decision = decide(&corrected, calibration_set, reference, &calibration, &corrections, &options.settings);
+    let decision = decide(&corrected, &calibration_set, reference, &calibration, &corrections, &options.settings);
     let calibration = calibration.drifting(decision.drift);
     let null = &decision.selection.null;
     let full = if is_claimed(&decision) { &decision.selection.fit } else { null };
@@ -61,7 +64,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let expected = &decision.expected_variances;
     let holdout = match &mut held_out {
         Some(set) => {
-            check_pair(calibration_set, set)?;
+            check_pair(&calibration_set, set)?;
+            *set = clean(set, "holdout", &calibration, reference, &mut cautions)?;
             corrections.iter().for_each(|c| c.apply(set));
             on_file(set, reference, &calibration, expected, null, full)
         }
@@ -75,6 +79,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict: decision.verdict,
+        cautions,
         effects,
         disagreement: sections::disagreement(&decision, &corrected),
         baseline: sections::baseline(&decision, &calibration, &options.model),
@@ -103,7 +108,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         expected_variances: *expected,
         checked: if held_out.is_some() { "holdout" } else { "measured" }.into(),
         checked_set: held_out.unwrap_or_else(|| corrected.clone()),
-        calibration_set: calibration_set.clone(),
+        calibration_set,
         calibration,
         corrections,
     };

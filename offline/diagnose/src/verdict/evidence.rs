@@ -70,7 +70,8 @@ pub fn driver_plot(set: &RunSet, active: &ActiveLaw, without: &[f64], with: &[f6
                 if normal { v[i] } else { v[i + 1] * row.along[0] + v[i + 2] * row.along[1] }
             };
             let base = measure(without);
-            let usable = row.depth_mm > 0.0 && base > 0.02 && (normal || row.path_mm > 0.0);
+            let read = measure(readings).is_finite();
+            let usable = read && row.depth_mm > 0.0 && base > 0.02 && (normal || row.path_mm > 0.0);
             if !usable {
                 continue;
             }

@@ -12,5 +12,6 @@ pub mod diagnosis;
 mod effects_found;
 pub mod evidence;
 mod next_experiment;
+mod preparation;
 pub mod regions;
 mod report_sections;

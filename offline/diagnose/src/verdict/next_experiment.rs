@@ -18,7 +18,7 @@ use crate::statistics::fit::Fit;
 use crate::statistics::precision::Block;
 use crate::statistics::projection::Projection;
 use crate::statistics::random_effects::RandomEffectColumns;
-use crate::statistics::task::Task;
+use crate::statistics::task::{NO_READING_N, Task};
 use crate::verdict::candidate_designs::{ReferenceConditions, candidate_designs, rows_of};
 
 /// Two competing laws: the first is in force in a fit, the second has its best parameters.
@@ -75,7 +75,7 @@ fn noise_like(task: &Task<'_>, known_n: &[f64], new_n: &[f64]) -> Vec<f64> {
         let mut near = (f64::INFINITY, task.sigma_n[channel]);
         for i in (channel..known_n.len()).step_by(3 * 7) {
             let d = (known_n[i] - force).abs();
-            if d < near.0 {
+            if d < near.0 && task.sigma_n[i] < NO_READING_N {
                 near = (d, task.sigma_n[i]);
             }
         }

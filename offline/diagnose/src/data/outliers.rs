@@ -1,0 +1,197 @@
+//! Rows that no force explains: spikes of the logger, and readings at the sensor's rail.
+//!
+//! A spike lies off the rows on both of its sides by far more than the noise. An effect does not: it moves a row together
+//! with at least one of its neighbours [outliers against neighbours: Hampel 1974]. Such readings become NaN, a reading
+//! that is not there; the row keeps its place in the motion.
+//!
+//! Main type: [`Flags`]; main functions: [`spikes`], [`rails`], [`without`].
+
+use crate::data::runs::RunSet;
+
+/// Readings to be left out, normal, x and y of each row, by run.
+pub type Flags = Vec<Vec<[bool; 3]>>;
+
+/// Distance from the neighbours, in standard deviations, from which a row is a spike.
+const SPIKE: f64 = 6.0;
+/// Least noise, in stated standard deviations: below, a coarse sensor's steps would look like spikes.
+const LEAST_SCALE: f64 = 0.3;
+/// Largest number of spikes per row of a set: more is no fault of single rows.
+const MOST_SPIKES: f64 = 0.2;
+
+/// Readings that are spikes.
+///
+/// * `residual_n`: readings less a prediction, three a row, N
+/// * `sigma_n`: standard deviation of the row noise, N
+pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
+    let mut distances: Vec<Vec<[f64; 3]>> = Vec::new();
+    let mut at = 0;
+    for run in &set.runs {
+        let rows = run.rows.len();
+        let scaled = |row: usize, channel: usize| {
+            let i = at + 3 * row + channel;
+            residual_n[i] / sigma_n[i].max(1e-9)
+        };
+        distances
+            .push((0..rows).map(|row| std::array::from_fn(|k| off_both_sides(rows, row, &|i| scaled(i, k)))).collect());
+        at += 3 * rows;
+    }
+    let scale: [f64; 3] = std::array::from_fn(|k| {
+        let mut sizes: Vec<f64> = distances.iter().flatten().map(|d| d[k]).collect();
+        sizes.sort_by(f64::total_cmp);
+        // Of normal noise, 90 % of these distances lie below 0.98 standard deviations.
+        (sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0) / 0.98).max(LEAST_SCALE)
+    });
+    let of_row = |d: &[f64; 3]| std::array::from_fn(|k| d[k] > SPIKE * scale[k]);
+    let flagged: Flags = distances.iter().map(|run| run.iter().map(of_row).collect()).collect();
+    if count(&flagged) as f64 > MOST_SPIKES * set.rows() as f64 {
+        return flagged.into_iter().map(|run| vec![[false; 3]; run.len()]).collect();
+    }
+    flagged
+}
+
+/// Number of readings to be left out.
+pub fn count(flags: &Flags) -> usize {
+    flags.iter().flatten().flatten().filter(|f| **f).count()
+}
+
+/// How far a row lies off the nearer ones of two rows on either side, where it lies off both sides the same way.
+fn off_both_sides(rows: usize, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
+    let here = of(row);
+    let nearest = |near: &mut dyn Iterator<Item = usize>| {
+        near.map(|i| here - of(i)).filter(|d| d.is_finite()).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    };
+    let before = nearest(&mut (row.saturating_sub(2)..row));
+    let after = nearest(&mut (row + 1..rows.min(row + 3)));
+    match (before, after) {
+        (Some(a), Some(b)) if a * b > 0.0 => a.abs().min(b.abs()),
+        // At a run's ends there is one side.
+        (Some(a), None) | (None, Some(a)) => a.abs(),
+        _ => 0.0,
+    }
+}
+
+/// A channel that ends at its largest size in many rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rail {
+    /// Channel: normal, x, y.
+    pub channel: usize,
+    /// The reading, N.
+    pub force_n: f64,
+    /// Rows with it.
+    pub rows: usize,
+    /// Runs with it.
+    pub runs: usize,
+}
+
+/// Fewest rows at a rail.
+const LEAST_AT_RAIL: usize = 8;
+
+/// The rails of a set: a largest or least reading that comes again and again, more often than the one next to it, as no
+/// force with noise does.
+pub fn rails(set: &RunSet) -> Vec<Rail> {
+    let mut out = Vec::new();
+    for channel in 0..3 {
+        for sign in [1.0, -1.0] {
+            let readings = || set.runs.iter().flat_map(|r| &r.force_n).map(move |f| sign * f[channel]);
+            let end = readings().fold(f64::NEG_INFINITY, f64::max);
+            let next = readings().filter(|f| *f < end).fold(f64::NEG_INFINITY, f64::max);
+            let count = |value: f64| readings().filter(|f| *f == value).count();
+            let (rows, beside) = (count(end), count(next));
+            // A channel that reads one value throughout (a sensor without that axis) has no rail.
+            if rows >= LEAST_AT_RAIL && rows > 3 * beside && rows < set.rows() / 2 && end.abs() > 0.0 {
+                let force_n = sign * end;
+                let runs = set.runs.iter().filter(|r| r.force_n.iter().any(|f| f[channel] == force_n)).count();
+                out.push(Rail { channel, force_n, rows, runs });
+            }
+        }
+    }
+    out
+}
+
+/// Readings at one of the rails.
+pub fn at_rail(set: &RunSet, rails: &[Rail]) -> Flags {
+    let railed = |f: &[f64; 3]| std::array::from_fn(|k| rails.iter().any(|r| r.channel == k && f[k] == r.force_n));
+    set.runs.iter().map(|run| run.force_n.iter().map(railed).collect()).collect()
+}
+
+/// The set with the flagged readings NaN.
+pub fn without(set: &RunSet, flags: &Flags) -> RunSet {
+    let mut out = set.clone();
+    for (run, flags) in out.runs.iter_mut().zip(flags) {
+        for (force_n, flags) in run.force_n.iter_mut().zip(flags) {
+            for (f, flag) in force_n.iter_mut().zip(flags) {
+                if *flag {
+                    *f = f64::NAN;
+                }
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::runs::{Labels, RawRow};
+
+    /// Presses to 0.6 to 1.3 mm with normal forces of 1 N/mm and a little noise.
+    fn set(change: impl Fn(usize, usize, &mut RawRow)) -> RunSet {
+        let run = |r: usize| {
+            let rows = (0..30).map(|i| {
+                let depth_mm = (0.6 + 0.1 * r as f64) * (i.min(10) as f64) / 10.0;
+                let noise = 0.001 * (((r * 31 + i * 17) % 13) as f64 - 6.0);
+                let mut row = RawRow {
+                    line: 2,
+                    t_s: i as f64,
+                    depth_mm,
+                    slide_mm: [0.0; 2],
+                    force_n: [depth_mm + noise, noise, -noise],
+                    contact_time_s: f64::NAN,
+                    speed_mm_s: f64::NAN,
+                    direction_deg: f64::NAN,
+                    dwell_s: f64::NAN,
+                    occlusion_time_s: f64::NAN,
+                    hydration_au: f64::NAN,
+                    temperature_c: f64::NAN,
+                    finger_width_mm: f64::NAN,
+                };
+                change(r, i, &mut row);
+                row
+            });
+            (Labels { run: format!("r{r}"), ..Labels::default() }, rows.collect())
+        };
+        RunSet::from_rows("runs.csv".into(), (0..8).map(run).collect()).unwrap()
+    }
+
+    fn residual(set: &RunSet) -> Vec<f64> {
+        let rows = set.runs.iter().flat_map(|r| r.rows.iter().zip(&r.force_n));
+        rows.flat_map(|(row, f)| [f[0] - row.depth_mm.max(0.0), f[1], f[2]]).collect()
+    }
+
+    #[test]
+    fn spikes_are_flagged_and_steps_and_slopes_are_not() {
+        let spiked = set(|r, i, row| {
+            row.force_n[0] += if (r, i) == (2, 12) || (r, i) == (5, 20) { 0.3 } else { 0.0 };
+            // A step and a slope, as effects make them.
+            row.force_n[1] += if i > 15 { 0.4 } else { 0.0 };
+            row.force_n[2] += 0.05 * i as f64;
+        });
+        let left = residual(&spiked);
+        let flags = spikes(&spiked, &left, &vec![0.004; left.len()]);
+        let found: Vec<(usize, usize)> =
+            (0..8).flat_map(|r| (0..30).map(move |i| (r, i))).filter(|(r, i)| flags[*r][*i][0]).collect();
+        assert_eq!(found, [(2, 12), (5, 20)]);
+        assert_eq!(count(&flags), 2);
+        assert!(without(&spiked, &flags).runs[2].force_n[12][0].is_nan());
+    }
+
+    #[test]
+    fn a_rail_is_found_and_a_plateau_of_a_coarse_sensor_is_not() {
+        let railed = set(|_, _, row| row.force_n[0] = row.force_n[0].min(0.9));
+        let [rail] = &rails(&railed)[..] else { panic!("{:?}", rails(&railed)) };
+        assert_eq!((rail.channel, rail.force_n), (0, 0.9));
+        assert!(rail.rows > 60 && rail.runs == 5, "{rail:?}");
+        let coarse = set(|_, _, row| row.force_n = row.force_n.map(|f| (f / 0.01).round() * 0.01));
+        assert_eq!(rails(&coarse), []);
+    }
+}
