@@ -9,6 +9,16 @@ pub fn equal_stamps(raw: &[RawRow]) -> usize {
     raw.windows(2).filter(|pair| pair[1].t_s == pair[0].t_s).count()
 }
 
+/// Step of the clock where rows share stamps, s; 0 where none do.
+pub fn clock_step_s(raw: &[RawRow]) -> f64 {
+    if equal_stamps(raw) == 0 {
+        return 0.0;
+    }
+    let steps = raw.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).filter(|step| *step > 0.0);
+    // A run of one stamp only has no clock; any order serves.
+    steps.min_by(f64::total_cmp).unwrap_or(1.0)
+}
+
 /// The rows with rising clocks: those that share a stamp lie evenly between it and the next one, at most one step of the
 /// clock (the least difference of two stamps of the run) apart from their first.
 pub fn spread_equal_stamps(raw: &[RawRow]) -> Vec<RawRow> {
@@ -16,10 +26,7 @@ pub fn spread_equal_stamps(raw: &[RawRow]) -> Vec<RawRow> {
     if equal_stamps(raw) == 0 {
         return rows;
     }
-    let steps = raw.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).filter(|step| *step > 0.0);
-    let step_s = steps.fold(f64::INFINITY, f64::min);
-    // A run of one stamp only has no clock; any order serves.
-    let step_s = if step_s.is_finite() { step_s } else { 1.0 };
+    let step_s = clock_step_s(raw);
     let mut first = 0;
     while first < raw.len() {
         let stamp = raw[first].t_s;

@@ -10,3 +10,4 @@ pub mod outliers;
 pub mod runs;
 pub mod runs_csv;
 pub mod trace_csv;
+pub mod turns;

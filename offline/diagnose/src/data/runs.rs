@@ -4,7 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::data::clock::{equal_stamps, note, spread_equal_stamps};
+use crate::data::clock::{clock_step_s, equal_stamps, note, spread_equal_stamps};
+use crate::data::turns::with_lost_turns;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, Row};
 
@@ -149,7 +150,9 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
             });
         }
     }
-    let raw = &spread_equal_stamps(raw)[..];
+    let clock_s = clock_step_s(raw);
+    let raw = spread_equal_stamps(raw);
+    let raw = &with_lost_turns(&raw, nominal_speed(&raw), clock_s)[..];
     let n = raw.len();
     let touch_s = touch_time(raw);
     let step = |i: usize| -> [f64; 2] {

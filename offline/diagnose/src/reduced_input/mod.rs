@@ -3,6 +3,7 @@
 //! Main types: [`ReducedDiagnosis`], [`Plot`]; main functions: [`diagnose_forces`], [`diagnose_table`].
 //! May use: schema, statistics (tail probabilities), data, laws (their names).
 
+mod air;
 mod forces;
 mod table;
 mod tare;

@@ -151,6 +151,7 @@ impl<'a> TableFits<'a> {
             p_model: (-minus_ln_p(self.gain(), 1)).exp(),
             p_runs: 1.0,
             against_calibration: false,
+            outside_calibration: false,
             lambda_detect: self.gain(),
             candidates,
         }

@@ -21,6 +21,8 @@ pub struct Region {
     pub z: f64,
     /// Runs with rows in there.
     pub runs: usize,
+    /// Whether the calibration has no runs there.
+    pub outside_calibration: bool,
 }
 
 /// How near runs are predicted that no fit saw: root mean square residuals of normal, x and y, N.

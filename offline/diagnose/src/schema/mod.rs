@@ -69,6 +69,8 @@ pub struct EffectFound {
     pub p_runs: f64,
     /// Whether the evidence lies in the comparison with the calibration; then `p_runs` is no test.
     pub against_calibration: bool,
+    /// Whether measured runs lie outside the calibration in what drives it.
+    pub outside_calibration: bool,
     /// Expected gain under this protocol.
     pub lambda_detect: f64,
     /// The best law first, then those that cannot be excluded.

@@ -12,6 +12,7 @@ use crate::schema::{Diagnosis, Verdict};
 use crate::selection::acceptance::SelectionSettings;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
+use crate::verdict::calibrated_range::CalibratedRange;
 use crate::verdict::cross_validation::{by_folds, on_file};
 use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
@@ -74,14 +75,19 @@ pub fn diagnose<E: From<DiagnoseError>>(
     .or_refused();
 
     stage("writing the report");
-    let (effects, drivers) =
+    let (mut effects, drivers) =
         if is_claimed(&decision) { effects(&decision, &corrected) } else { (Vec::new(), Vec::new()) };
+    let mut disagreement = sections::disagreement(&decision, &corrected);
+    let range = CalibratedRange::of(&calibration_set);
+    range.mark(&corrected, &mut disagreement.regions, &mut effects);
+    cautions.extend(range.cautions(&corrected));
+    cautions.extend(sections::scatter_caution(&decision));
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict: decision.verdict,
         cautions,
         effects,
-        disagreement: sections::disagreement(&decision, &corrected),
+        disagreement,
         baseline: sections::baseline(&decision, &calibration, &options.model),
         noise: sections::noise(&calibration),
         tests: sections::tests(&decision),

@@ -4,6 +4,7 @@
 //! Main types: [`Decision`](decision::Decision), [`Evidence`](evidence::Evidence); main function:
 //! [`diagnose`](diagnosis::diagnose). May use: all other rooms but reduced_input.
 
+mod calibrated_range;
 mod candidate_designs;
 pub mod corrected_model;
 pub mod cross_validation;
