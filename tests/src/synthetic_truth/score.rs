@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use fingerpad::ModelFile;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlannedRun, RunSet,
-    SelectionSettings, Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlanConstraints, PlannedRun,
+    RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
 };
 
 use fingerpad_smooth::ReferenceCurves;
@@ -94,6 +94,7 @@ pub fn run_with_evidence(
         settings: SelectionSettings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
         model: "shipped".into(),
+        plan: PlanConstraints::default(),
     };
     let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {

@@ -5,6 +5,7 @@
 
 pub mod checks;
 pub mod clock;
+pub mod column_map;
 pub mod covariates;
 pub mod outliers;
 pub mod runs;

@@ -100,7 +100,12 @@ fn off_both_sides(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
             (Some(a), None) | (None, Some(a)) => {
                 let near = before.iter().chain(&after).copied();
                 let alike: Vec<usize> = near.filter(|i| in_contact(*i) == in_contact(first)).collect();
-                nearest(&alike).map_or(0.5 * a.abs(), f64::abs)
+                let level = nearest(&alike).map_or(0.5 * a.abs(), f64::abs);
+                // A slope ends as a slope: beside the rows next to it the line through them counts.
+                match (&before[..], &after[..]) {
+                    (&[far, near], []) | ([], &[near, far]) => level.min((of(first) - 2.0 * of(near) + of(far)).abs()),
+                    _ => level,
+                }
             }
             _ => 0.0,
         }

@@ -196,11 +196,13 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::data::column_map::ColumnMap;
     use crate::data::trace_csv;
 
     fn trace(name: &str) -> Vec<TraceRow> {
         let path = format!("{}/../../data/human_texture_exploration/{name}.csv", env!("CARGO_MANIFEST_DIR"));
-        trace_csv::read(Path::new(&path), Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp")).unwrap()
+        let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
+        trace_csv::read(Path::new(&path), &map).unwrap()
     }
 
     #[test]

@@ -98,9 +98,11 @@ fn empty_report(
         holdout: CrossValidationError {
             method: method.into(),
             runs,
+            rms_calibrated_n: rms_n[0],
             rms_before_n: rms_n[0],
             rms_after_n: rms_n[1],
             floor_rms_n: floor_n,
+            ratio_calibrated: ratio(rms_n[0]),
             ratio_before: ratio(rms_n[0]),
             ratio_after: ratio(rms_n[1]),
             refused_after_n: None,

@@ -3,7 +3,7 @@
 //! Main function: [`diagnose_table`].
 
 use crate::reduced_input::{Plot, ReducedDiagnosis, empty_report};
-use crate::schema::{CandidateLaw, EffectFound, FittedParameter, NextExperiment, PlannedRun, Verdict};
+use crate::schema::{CandidateLaw, EffectFound, FittedParameter, NextExperiment, PlannedRun, Verdict, minutes};
 use crate::statistics::tails::minus_ln_p;
 
 /// A row of a table of kinetic states: depth mm, normal force N, friction coefficient, contact area mm².
@@ -175,13 +175,16 @@ impl<'a> TableFits<'a> {
             new_block: Some(true),
             ..PlannedRun::default()
         };
+        let runs: Vec<_> = NEXT_DEPTHS_MM.iter().map(stroke).collect();
         NextExperiment {
             // Where load and area are powers of depth, exponent and geometry are one curve: strokes at other depths do
             // not separate them.
             separates: vec![["load_exponent".into(), "tau_0".into()]],
             factor: "depth_mm".into(),
             lambda_rival_expected: chi_squared(&constant_strength(&expected).2),
-            runs: NEXT_DEPTHS_MM.iter().map(stroke).collect(),
+            minutes: minutes(&runs),
+            prices: Vec::new(),
+            runs,
         }
     }
 

@@ -32,12 +32,16 @@ pub struct CrossValidationError {
     pub method: String,
     /// Runs that were predicted.
     pub runs: usize,
-    /// Before any effect.
+    /// As calibrated: nothing refitted to the measured runs.
+    pub rms_calibrated_n: [f64; 3],
+    /// Refitted, before any effect.
     pub rms_before_n: [f64; 3],
     /// With the claimed effects.
     pub rms_after_n: [f64; 3],
     /// Residual that a perfect model would leave: row noise and scatter between runs.
     pub floor_rms_n: [f64; 3],
+    /// As calibrated over floor, worst channel.
+    pub ratio_calibrated: f64,
     /// Before over floor, worst channel.
     pub ratio_before: f64,
     /// After over floor, worst channel.

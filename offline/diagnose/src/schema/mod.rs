@@ -8,7 +8,7 @@ mod next_experiment;
 use serde::{Deserialize, Serialize};
 
 pub use fit_quality::{CrossValidationError, Region};
-pub use next_experiment::{NextExperiment, PlannedRun};
+pub use next_experiment::{FactorPrice, NextExperiment, PlannedRun, minutes};
 
 /// The answer of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -13,13 +13,15 @@ use crate::selection::acceptance::SelectionSettings;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::verdict::calibrated_range::CalibratedRange;
-use crate::verdict::cross_validation::{by_folds, on_file};
+use crate::verdict::candidate_designs::PlanConstraints;
+use crate::verdict::cross_validation::{by_folds, noise_floor_n, on_file};
 use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
 use crate::verdict::preparation::{Prepared, clean, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
+use crate::verdict::traces::worst_traces;
 
 /// Choices of a diagnosis beside the data.
 #[derive(Clone, Debug)]
@@ -30,6 +32,8 @@ pub struct Options {
     pub errors: Vec<CovariateError>,
     /// Name of the model file that the baseline starts from.
     pub model: String,
+    /// What the next experiment may do.
+    pub plan: PlanConstraints,
 }
 
 /// Diagnoses a measured set. `open_holdout` is called once, after the verdict stands; `stage` names what begins.
@@ -58,7 +62,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let calibration = calibration.drifting(decision.drift);
     let null = &decision.selection.null;
     let full = if is_claimed(&decision) { &decision.selection.fit } else { null };
-    let next_experiment = sections::next_experiment(&decision, &corrected);
+    let next_experiment = sections::next_experiment(&decision, &corrected, &options.plan);
 
     stage("predicting held-out runs");
     let mut held_out = open_holdout()?;
@@ -103,7 +107,9 @@ pub fn diagnose<E: From<DiagnoseError>>(
         elapsed_s: 0.0,
     };
     let map_of = |fit: &Fit| residual_map(&corrected, &decision.task.residual_without_random_effects_n(fit));
+    let floor_n = noise_floor_n(&decision.task, &null.parameters, &[], expected);
     let evidence = Evidence {
+        traces: worst_traces(&decision.task, &corrected, &calibration.fit.parameters, [null, full], &floor_n, 3),
         map_before: map_of(null),
         map_after: map_of(full),
         drivers,

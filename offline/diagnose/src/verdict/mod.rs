@@ -5,14 +5,16 @@
 //! [`diagnose`](diagnosis::diagnose). May use: all other rooms but reduced_input.
 
 mod calibrated_range;
-mod candidate_designs;
+pub mod candidate_designs;
 pub mod corrected_model;
 pub mod cross_validation;
 pub mod decision;
 pub mod diagnosis;
+pub mod dry_run;
 mod effects_found;
 pub mod evidence;
 mod next_experiment;
 mod preparation;
 pub mod regions;
 mod report_sections;
+pub mod traces;

@@ -12,13 +12,14 @@ use crate::schema::{
 use crate::selection::lack_of_fit::SCATTER_LEVEL;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
+use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
 use crate::verdict::decision::Decision;
 use crate::verdict::next_experiment::{HypothesisPair, propose};
 use crate::verdict::regions::{residual_map, strongest};
 
 /// The strokes that would separate the competing laws of an ambiguous verdict.
-pub fn next_experiment(decision: &Decision<'_>, set: &RunSet) -> Option<NextExperiment> {
+pub fn next_experiment(decision: &Decision<'_>, set: &RunSet, constraints: &PlanConstraints) -> Option<NextExperiment> {
     if decision.verdict != Verdict::Ambiguous {
         return None;
     }
@@ -33,7 +34,7 @@ pub fn next_experiment(decision: &Decision<'_>, set: &RunSet) -> Option<NextExpe
             }
         }
     }
-    propose(&decision.task, set, &decision.selection.fit, &pairs)
+    propose(&decision.task, set, &decision.selection.fit, &pairs, constraints)
 }
 
 /// Where baseline and measurement differ before any effect.
