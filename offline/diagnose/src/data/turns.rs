@@ -11,10 +11,15 @@ use crate::data::runs::RawRow;
 /// less is.
 const LOST_STEPS: f64 = 1.8;
 
-/// The rows with a row without readings at each turn that was lost.
+/// Path after a turn in which friction still depends on where it was, mm.
+const FORGOTTEN_MM: f64 = 1.0;
+
+/// The rows with a row without readings at each turn that was lost. The turn's place is known to a step only, so that the
+/// friction within a millimetre after it is left out.
 ///
 /// * `speed_mm_s`: of the plate while it slides; 0 where it is not known
-/// * `clock_s`: step of the clock; where the plate moves farther in it than between rows, nothing is added
+/// * `clock_s`: step of the clock; where the plate moves farther in it than between rows, no row is added, and the friction
+///   after every turn is left out
 pub fn with_lost_turns(raw: &[RawRow], speed_mm_s: f64, clock_s: f64) -> Vec<RawRow> {
     let step = |i: usize| [0, 1].map(|k| raw[i].slide_mm[k] - raw[i - 1].slide_mm[k]);
     let length = |s: [f64; 2]| s[0].hypot(s[1]);
@@ -23,17 +28,31 @@ pub fn with_lost_turns(raw: &[RawRow], speed_mm_s: f64, clock_s: f64) -> Vec<Raw
     lengths.sort_by(f64::total_cmp);
     let usual_mm = lengths.get(lengths.len() / 2).copied().unwrap_or(f64::INFINITY);
     let mut out: Vec<RawRow> = Vec::with_capacity(raw.len() + 1);
+    let mut since_lost_mm = f64::INFINITY;
     for (i, row) in raw.iter().enumerate() {
-        if i >= 2
-            && row.depth_mm > 0.0
-            && speed_mm_s * clock_s < usual_mm
-            && let Some(turn) = lost_turn([step(i - 1), step(i)], [&raw[i - 1], row], speed_mm_s, usual_mm)
-        {
-            out.push(turn);
+        let mut row = *row;
+        if i >= 2 && row.depth_mm > 0.0 && turns(step(i - 1), step(i)) {
+            if speed_mm_s * clock_s >= usual_mm {
+                since_lost_mm = 0.0;
+            } else if let Some(turn) = lost_turn([step(i - 1), step(i)], [&raw[i - 1], &row], speed_mm_s, usual_mm) {
+                out.push(turn);
+                since_lost_mm = 0.0;
+            }
         }
-        out.push(*row);
+        if i > 0 {
+            since_lost_mm += length(step(i));
+        }
+        if since_lost_mm < FORGOTTEN_MM {
+            (row.force_n[1], row.force_n[2]) = (f64::NAN, f64::NAN);
+        }
+        out.push(row);
     }
     out
+}
+
+/// Whether the second step leads back.
+fn turns(first: [f64; 2], second: [f64; 2]) -> bool {
+    first[0] * second[0] + first[1] * second[1] < 0.3 * first[0].hypot(first[1]) * second[0].hypot(second[1])
 }
 
 /// The turning point between two rows, where the plate's speed says that it was farther out than the first of them.
@@ -100,7 +119,12 @@ mod tests {
         // Rows lost on a straight way add nothing, nor does a whole run; nor does a coarse clock.
         for (lost, again, clock_s) in [(4, 9, 0.0), (25, 25, 0.0), (13, 18, 0.3)] {
             let whole = rows(lost, again);
-            assert_eq!(with_lost_turns(&whole, 2.0, clock_s).len(), whole.len(), "{lost} {again}");
+            let found = with_lost_turns(&whole, 2.0, clock_s);
+            assert_eq!(found.len(), whole.len(), "{lost} {again}");
+            // A clock that cannot place the turn takes the friction after it, not the normal force.
+            let left_out = found.iter().filter(|r| r.force_n[1].is_nan()).count();
+            assert_eq!(left_out > 0, clock_s > 0.0, "{lost} {again}");
+            assert!(found.iter().all(|r| r.force_n[0].is_finite()));
         }
     }
 }
