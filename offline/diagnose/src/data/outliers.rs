@@ -27,10 +27,9 @@ const MOST_SPIKES: f64 = 0.2;
 pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
     let mut scaled: Vec<f64> = residual_n.iter().zip(sigma_n).map(|(r, s)| r / s.max(1e-9)).collect();
     let mut flags: Flags = set.runs.iter().map(|run| vec![[false; 3]; run.rows.len()]).collect();
-    let mut scale = None;
+    let scale = noise_scale(set, &scaled);
     for _ in 0..ROUNDS {
         let distances = distances(set, &scaled);
-        let scale = *scale.get_or_insert_with(|| noise_scale(&distances));
         let mut found = 0;
         let mut at = 0;
         for (flags, distances) in flags.iter_mut().zip(&distances) {
@@ -66,13 +65,19 @@ fn distances(set: &RunSet, scaled: &[f64]) -> Vec<Vec<[f64; 3]>> {
     set.runs.iter().map(of_run).collect()
 }
 
-/// Noise of each channel in the stated standard deviations.
-fn noise_scale(distances: &[Vec<[f64; 3]>]) -> [f64; 3] {
+/// Noise of each channel in the stated standard deviations, by what neighbouring rows leave of a straight line.
+fn noise_scale(set: &RunSet, scaled: &[f64]) -> [f64; 3] {
     std::array::from_fn(|k| {
-        let mut sizes: Vec<f64> = distances.iter().flatten().map(|d| d[k]).collect();
+        let mut sizes = Vec::new();
+        let mut at = 0;
+        for run in &set.runs {
+            let own: Vec<f64> = (0..run.rows.len()).map(|row| scaled[at + 3 * row + k]).collect();
+            at += 3 * run.rows.len();
+            sizes.extend(own.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).filter(|d| d.is_finite()));
+        }
         sizes.sort_by(f64::total_cmp);
-        // Of normal noise, 90 % of these distances lie below 0.98 standard deviations.
-        (sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0) / 0.98).max(LEAST_SCALE)
+        // Of normal noise, the median is 0.6745 times the standard deviation, which is sqrt(1.5).
+        (sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / (0.6745 * 1.5f64.sqrt())).max(LEAST_SCALE)
     })
 }
 
