@@ -25,18 +25,23 @@ const MOST_SPIKES: f64 = 0.2;
 /// * `residual_n`: readings less a prediction, three a row, N
 /// * `sigma_n`: standard deviation of the row noise, N
 pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
-    let mut scaled: Vec<f64> = residual_n.iter().zip(sigma_n).map(|(r, s)| r / s.max(1e-9)).collect();
+    let over_noise =
+        |n: &mut dyn Iterator<Item = f64>| -> Vec<f64> { n.zip(sigma_n).map(|(v, s)| v / s.max(1e-9)).collect() };
+    let mut scaled = over_noise(&mut residual_n.iter().copied());
+    // What an effect adds at a turn or an onset may lie off its neighbours; the reading itself does not.
+    let mut readings = over_noise(&mut set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()));
     let mut flags: Flags = set.runs.iter().map(|run| vec![[false; 3]; run.rows.len()]).collect();
     let scale = noise_scale(set, &scaled);
     for _ in 0..ROUNDS {
-        let distances = distances(set, &scaled);
+        let [of_residual, of_reading] = [&scaled, &readings].map(|values| distances(set, values));
         let mut found = 0;
         let mut at = 0;
-        for (flags, distances) in flags.iter_mut().zip(&distances) {
-            for (flags, distances) in flags.iter_mut().zip(distances) {
+        for (run, flags) in flags.iter_mut().enumerate() {
+            for (row, flags) in flags.iter_mut().enumerate() {
                 for k in 0..3 {
-                    if distances[k] > SPIKE * scale[k] {
-                        (flags[k], scaled[at + k]) = (true, f64::NAN);
+                    if of_residual[run][row][k].min(of_reading[run][row][k]) > SPIKE * scale[k] {
+                        flags[k] = true;
+                        (scaled[at + k], readings[at + k]) = (f64::NAN, f64::NAN);
                         found += 1;
                     }
                 }

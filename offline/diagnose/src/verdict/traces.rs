@@ -13,9 +13,7 @@ use crate::statistics::task::Task;
 pub struct ForceTrace {
     /// The run.
     pub run: String,
-    /// Time since touch of each row, s.
-    pub time_s: Vec<f64>,
-    /// Readings; NaN where one is left out.
+    /// Readings of each row; NaN where one is left out.
     pub readings_n: Vec<[f64; 2]>,
     /// Predictions as calibrated, refitted, and with the claimed effects.
     pub models_n: [Vec<[f64; 2]>; 3],
@@ -61,7 +59,6 @@ pub fn worst_traces(
             };
             ForceTrace {
                 run: run.labels.run.clone(),
-                time_s: run.rows.iter().map(|r| r.contact_time_s).collect(),
                 readings_n: pairs(&task.readings_n),
                 models_n: [&models[0], &models[1], &models[2]].map(|m| pairs(m)),
             }

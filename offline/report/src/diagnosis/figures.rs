@@ -339,17 +339,17 @@ impl Figure for Traces<'_> {
                     top: 62.0 + TRACE * row as f64,
                     width: 370.0,
                     height: TRACE - 74.0,
-                    x: Axis::covering("time since touch, s", [0.0, 0.0], trace.time_s.iter().copied(), 6),
+                    x: Axis::covering("row of the run", [1.0, trace.readings_n.len() as f64], std::iter::empty(), 6),
                     y: Axis::covering(&format!("{}: {name}", trace.run), [0.0, 0.0], forces, 4),
                 };
                 panel.draw(canvas)?;
                 for ((_, colour), model) in shown.iter().zip(&trace.models_n) {
                     let points: Vec<(f64, f64)> =
-                        trace.time_s.iter().zip(model).map(|(t, f)| panel.at(*t, f[k])).collect();
+                        (1..).zip(model).map(|(row, f)| panel.at(f64::from(row), f[k])).collect();
                     canvas.line(&points, Line::solid(*colour, 2.0))?;
                 }
-                for (t, f) in trace.time_s.iter().zip(&trace.readings_n).filter(|(_, f)| f[k].is_finite()) {
-                    canvas.marker(Marker::Circle, panel.at(*t, f[k]), 2.4, INK, true)?;
+                for (row, f) in (1..).zip(&trace.readings_n).filter(|(_, f)| f[k].is_finite()) {
+                    canvas.marker(Marker::Circle, panel.at(f64::from(row), f[k]), 2.4, INK, true)?;
                 }
             }
         }
