@@ -212,7 +212,13 @@ fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> R
         for run in &set.runs {
             for ((row, [x, y]), reading) in run.rows.iter().zip(&run.slide_mm).zip(&run.force_n) {
                 let p = at.next().expect("three numbers a row");
-                let left: [f64; 3] = std::array::from_fn(|k| reading[k] - p[k]);
+                if reading.iter().all(|f| f.is_nan()) {
+                    // A turn that the logger lost: no row of the file.
+                    continue;
+                }
+                let left = [0, 1, 2]
+                    .map(|k| reading[k] - p[k])
+                    .map(|r| if r.is_nan() { String::new() } else { r.to_string() });
                 let name = if run.labels.run.contains([',', '"']) {
                     format!("\"{}\"", run.labels.run.replace('"', "\"\""))
                 } else {

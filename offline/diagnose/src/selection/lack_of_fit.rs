@@ -33,8 +33,10 @@ pub struct LackOfFit {
     pub p_runs: f64,
     /// Variance between runs over that of the calibration: of stiffness and strength.
     pub scatter_ratio: [f64; 2],
-    /// p of the larger ratio.
+    /// p of the larger ratio that is above twice the expected.
     pub p_scatter: f64,
+    /// Whether it counts as structure: it is large, or the accepted laws left most of it.
+    pub is_scattered: bool,
 }
 
 /// Numbers and runs that the test compares a fit with.
@@ -51,6 +53,10 @@ pub struct Expectations<'a> {
     pub explained_2ll: f64,
 }
 
+/// p of the F test from which on a scatter above twice the expected is told.
+pub const SCATTER_LEVEL: f64 = 1e-3;
+/// Scatter over the expected, as variances, that no error of an accepted law's form excuses.
+const LARGE_SCATTER: f64 = 8.0;
 /// Smallest standard deviation between runs that is told apart, a share of the force.
 const LEAST_SCATTER: f64 = 0.004;
 
@@ -70,7 +76,7 @@ pub fn lack_of_fit_test(
     compare_scatter(&mut out, task, fit, expected);
     let structure = out.gain > (0.15 * expected.explained_2ll).max(16.0)
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
-    let between_runs = out.p_scatter < 1e-3 || is_uneven(task, fit, &projection);
+    let between_runs = out.is_scattered || is_uneven(task, fit, &projection);
     out.significant = structure || between_runs;
     if between_runs && !structure {
         out.column = "run_id".to_owned();
@@ -137,8 +143,9 @@ fn compare_scatter(out: &mut LackOfFit, task: &Task<'_>, fit: &Fit, expected: &E
         let p = 2.0 * f_tail(ratio, n1, n2);
         // Of the scatter that the laws were to explain, most must be gone; a law's form is never exact.
         let (left, before) = (found - wanted, expected.null_variances[k] - wanted);
-        if ratio > 2.0 && left > 0.3 * before && p < out.p_scatter {
-            out.p_scatter = p;
+        if ratio > 2.0 {
+            out.p_scatter = out.p_scatter.min(p);
+            out.is_scattered |= p < SCATTER_LEVEL && (left > 0.3 * before || ratio > LARGE_SCATTER);
         }
     }
 }

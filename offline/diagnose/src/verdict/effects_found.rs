@@ -8,6 +8,7 @@ use crate::data::runs::RunSet;
 use crate::laws::{Place, Reported};
 use crate::model::active_law::{ActiveLaw, is_log};
 use crate::schema::{CandidateLaw, EffectFound, FittedParameter};
+use crate::statistics::fit::Fit;
 use crate::verdict::decision::{Decision, families};
 use crate::verdict::evidence::{DriverPlot, driver_plot};
 
@@ -33,6 +34,7 @@ pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<
             p_model: e.p_model,
             p_runs: e.p_runs.p,
             against_calibration: e.p_runs.by_calibration,
+            outside_calibration: false,
             lambda_detect: hypotheses.lambda_detect,
             candidates: hypotheses
                 .candidates
@@ -51,6 +53,23 @@ pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<
     }
     out.sort_by(|a, b| b.0.gain_2ll.total_cmp(&a.0.gain_2ll));
     out.into_iter().unzip()
+}
+
+/// Laws of a decision whose linear parameters have intervals that all hold zero.
+pub fn without_amplitude(fit: &Fit, runs: usize, ln_area_sd: f64) -> Vec<usize> {
+    let quantile = quantile(runs, fit.laws.iter().map(|a| a.values.len()).sum());
+    let mut at = Parameter::COUNT;
+    let mut out = Vec::new();
+    for (index, active) in fit.laws.iter().enumerate() {
+        // Amplitude and axis are fitted as two components; the amplitude is the first of what is reported.
+        let amplitudes = if active.law.reported == Reported::AmplitudeAndAxis { 1 } else { active.law.linear };
+        let told = parameters(active, &fit.covariance, at, quantile, ln_area_sd);
+        if told[..amplitudes].iter().all(|p| p.ci95[0] <= 0.0 && p.ci95[1] >= 0.0) {
+            out.push(index);
+        }
+        at += active.values.len();
+    }
+    out
 }
 
 /// Error of a parameter, as a share of it, that the baseline's form leaves beside the noise: about what other fingers
