@@ -151,11 +151,11 @@ class Fingers:
         out of range; no finger moves then.
         """
         names = {"depth_mm": depth_mm, "slide_x_mm": slide_x_mm, "slide_y_mm": slide_y_mm, "spin_rad": spin_rad}
-        arrays = self._arrays(1, names, strength_factor, pose)
+        first, x, y, spin, strength, pitch, roll = self._arrays(1, names, strength_factor, pose)
         record = _record(outputs)
         result = _target(out, record, (self._count,))
         words = _words(result, 1)
-        self._contacts.run(*arrays, _times(dt_s, 1), words)
+        self._contacts.run(first, x, y, spin, strength, pitch, roll, _times(dt_s, 1), words)
         return result
 
     def run(
@@ -179,10 +179,11 @@ class Fingers:
         """
         names = {"depth_mm": depth_mm, "slide_x_mm": slide_x_mm, "slide_y_mm": slide_y_mm, "spin_rad": spin_rad}
         steps = self._steps(names, strength_factor, pose, dt_s)
-        arrays = self._arrays(steps, names, strength_factor, pose)
+        first, x, y, spin, strength, pitch, roll = self._arrays(steps, names, strength_factor, pose)
         record = _record(outputs)
         result = _target(out, record, (steps, self._count))
-        self._contacts.run(*arrays, _times(dt_s, steps), _words(result, steps))
+        words = _words(result, steps)
+        self._contacts.run(first, x, y, spin, strength, pitch, roll, _times(dt_s, steps), words)
         return result
 
     def step_driven(
@@ -218,10 +219,12 @@ class Fingers:
             else {"slide_x_mm": slide_x_mm, "slide_y_mm": slide_y_mm}
         )
         plane = {name: 0.0 if value is None else value for name, value in plane.items()}
-        first, x, y, *more = self._arrays(1, normal | plane | {"spin_rad": spin_rad}, strength_factor, pose)
+        first, x, y, spin, strength, pitch, roll = self._arrays(1, normal | plane | {"spin_rad": spin_rad}, strength_factor, pose)
         result = _target(out, DRIVEN, (self._count,))
-        words = _words(result, 1)
-        self._contacts.step_driven(first, x, y, normal_force_n is not None, by_friction, *more, _times(dt_s, 1), words)
+        words, by_force = _words(result, 1), normal_force_n is not None
+        self._contacts.step_driven(
+            first, x, y, spin, strength, pitch, roll, by_force, by_friction, _times(dt_s, 1), words
+        )
         return result
 
     def gradient(

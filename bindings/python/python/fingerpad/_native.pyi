@@ -6,6 +6,8 @@ from typing import Any, Sequence, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = ["Contacts", "Model", "run_program", "status_words"]
+
 _Floats = npt.NDArray[np.float32]
 _Words = npt.NDArray[np.uint32]
 
@@ -99,12 +101,12 @@ class Contacts:
         normal: _Floats,
         along_x: _Floats,
         along_y: _Floats,
-        by_normal_force: bool,
-        by_friction: bool,
         spin_rad: _Floats | None,
         strength_factor: _Floats | None,
         pitch_deg: _Floats | None,
         roll_deg: _Floats | None,
+        by_normal_force: bool,
+        by_friction: bool,
         dt_s: _Floats,
         out: _Words,
     ) -> None: ...
