@@ -1,6 +1,6 @@
 //! What a change must pass: named steps, the cheap ones first, and the time that each took.
 //!
-//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware and `install` for what is missing.
+//! Main type: [`Step`]. Uses `package` for the published crate, `python` for the wheel, `thumb` for the firmware and `install` for what is missing.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{cargo, install, package, root, run, thumb};
+use crate::{cargo, install, package, python, root, run, thumb};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -21,7 +21,7 @@ pub struct Args {
 /// A step of `cargo xtask test`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Step {
-    /// rustfmt, in this workspace, the firmware's and the C library's
+    /// rustfmt, in this workspace, the firmware's, the C library's and the Python package's
     Format,
     /// Clippy without warnings: the workspace with all targets, the core with all features
     Clippy,
@@ -47,6 +47,8 @@ enum Step {
     ThumbC,
     /// The firmware's example programs under QEMU
     ThumbRun,
+    /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
+    Python,
     /// Integration tests and quick verification cases, some against CalculiX
     Integration,
 }
@@ -70,6 +72,7 @@ impl Step {
                 install::calculix()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
+            Self::Python => python::test(python::Part::Fingers),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
@@ -111,7 +114,7 @@ fn print_times(table: &[(String, Duration)], passed: bool) {
 
 fn format() -> Result<()> {
     install::component("rustfmt", "fmt")?;
-    for folder in [".", "firmware-example", "bindings/c"] {
+    for folder in [".", "firmware-example", "bindings/c", "bindings/python"] {
         run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;
     }
     // `cargo fmt` does not see the modules that the list of effects declares.

@@ -3,6 +3,7 @@
 mod gates;
 mod install;
 mod package;
+mod python;
 mod thumb;
 
 use std::path::PathBuf;
@@ -16,14 +17,15 @@ use clap::Parser;
 enum Chore {
     /// Everything that a change must pass, step by step; installs what is missing
     Test(gates::Args),
-    /// The long verification cases; names select some, --list lists them
+    /// The long verification cases, then the whole Python package with its commands and notebooks (`python`); names select
+    /// some, --list lists the cases
     Verify {
         /// Handed on to the verification program
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
     /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
-    /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
+    /// `python` (a batch of fingers in Python beside plain Rust), `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
     /// `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
         /// Which
@@ -48,9 +50,7 @@ enum Chore {
 fn main() -> anyhow::Result<()> {
     match Chore::parse() {
         Chore::Test(args) => gates::main(&args),
-        Chore::Verify { args } => {
-            cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
-        }
+        Chore::Verify { args } => verify(args),
         Chore::Bench { name, args } => match name.as_str() {
             "calculix" => {
                 install::calculix()?;
@@ -60,6 +60,7 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["xtask", "thumb", "count"], &[])?;
                 cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
             }
+            "python" => python::bench(),
             "memory" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_memory", "--"], &args)
             }
@@ -69,12 +70,22 @@ fn main() -> anyhow::Result<()> {
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: calculix, core, memory, diagnose, confirm"),
+            other => bail!("no benchmark {other}; there are: calculix, core, python, memory, diagnose, confirm"),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
         Chore::Thumb(args) => thumb::main(&args),
     }
+}
+
+/// The verification cases of these names and the Python package, all of them without names.
+fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
+    let all = args.is_empty();
+    let named = args.iter().position(|name| name == "python").map(|place| args.remove(place)).is_some();
+    if all || !args.is_empty() {
+        cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)?;
+    }
+    if all || named { python::test(python::Part::Whole) } else { Ok(()) }
 }
 
 /// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.

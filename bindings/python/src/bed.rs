@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use fingerpad::events::{Event, Queue, Watch, WatchSettings};
 use fingerpad::{
-    DataOf, Drive, Error, Forces, Motion, Motions, NODES, Normal, Pose, Regime, Response, StateOf, Status,
-    Tangential, Tuning, state_bytes,
+    DataOf, Drive, Error, Forces, Motion, Motions, NODES, Normal, Pose, Regime, Response, StateOf, Status, Tangential,
+    Tuning, state_bytes,
 };
 
 use crate::model::with_model;
@@ -221,7 +221,8 @@ impl<const M: usize, const P: usize> Bed for BedOf<M, P> {
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
         }
-        self.states = bytes.chunks_exact(one).map(|saved| StateOf::read_bytes(model, saved)).collect::<Result<_, _>>()?;
+        self.states =
+            bytes.chunks_exact(one).map(|saved| StateOf::read_bytes(model, saved)).collect::<Result<_, _>>()?;
         Ok(())
     }
 
@@ -272,8 +273,7 @@ fn step_alike<const M: usize, const P: usize>(
         }
         return;
     }
-    let (mut numbers, mut regimes, mut statuses) =
-        ([[0.0; CHUNK]; 6], [Regime::NoContact; CHUNK], [Status::OK; CHUNK]);
+    let (mut numbers, mut regimes, mut statuses) = ([[0.0; CHUNK]; 6], [Regime::NoContact; CHUNK], [Status::OK; CHUNK]);
     for start in (0..count).step_by(CHUNK) {
         let end = (start + CHUNK).min(count);
         let part = Motions {

@@ -242,7 +242,8 @@ impl Contacts {
         looks: u8,
         contact_looks: u8,
     ) {
-        let settings = WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
+        let settings =
+            WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
         py.detach(|| self.lock().watch(settings));
     }
 

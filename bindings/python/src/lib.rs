@@ -4,7 +4,9 @@
 
 // A wheel must run on every processor of its architecture, and the same bits come from all of them.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx"))]
-compile_error!("built for this machine's processor alone: build in bindings/python, or set RUSTFLAGS=-Ctarget-cpu=generic");
+compile_error!(
+    "built for this machine's processor alone: build in bindings/python, or set RUSTFLAGS=-Ctarget-cpu=generic"
+);
 
 mod bed;
 mod contacts;
@@ -12,7 +14,6 @@ mod error;
 mod model;
 
 use std::ffi::OsString;
-use std::time::Duration;
 
 use pyo3::prelude::*;
 
@@ -24,10 +25,7 @@ use pyo3::prelude::*;
 #[pyfunction]
 #[pyo3(signature = (words, line_every_s=None))]
 fn run_program(py: Python<'_>, words: Vec<OsString>, line_every_s: Option<f64>) -> u8 {
-    if let Some(period) = line_every_s.and_then(|s| Duration::try_from_secs_f64(s).ok()) {
-        fingerpad_cli::line_every(period);
-    }
-    py.detach(|| fingerpad_cli::run(words))
+    py.detach(|| program::run(words, line_every_s))
 }
 
 /// The names of the flags in `bits`, joined by `+`; `ok` for none.
@@ -43,4 +41,30 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<contacts::Contacts>()?;
     module.add_function(wrap_pyfunction!(run_program, module)?)?;
     module.add_function(wrap_pyfunction!(status_words, module)?)
+}
+
+#[cfg(feature = "program")]
+mod program {
+    use std::ffi::OsString;
+    use std::time::Duration;
+
+    pub fn run(words: Vec<OsString>, line_every_s: Option<f64>) -> u8 {
+        if let Some(period) = line_every_s.and_then(|s| Duration::try_from_secs_f64(s).ok()) {
+            fingerpad_cli::line_every(period);
+        }
+        fingerpad_cli::run(words)
+    }
+}
+
+#[cfg(not(feature = "program"))]
+mod program {
+    use std::ffi::OsString;
+
+    /// Exit code of bad usage.
+    const BAD_USAGE: u8 = 2;
+
+    pub fn run(_: Vec<OsString>, _: Option<f64>) -> u8 {
+        eprintln!("error: this wheel was built without the program: models and fingers alone");
+        BAD_USAGE
+    }
 }

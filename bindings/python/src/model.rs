@@ -12,6 +12,9 @@ use pyo3::types::PyBytes;
 
 use crate::error;
 
+/// The model that ships.
+const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
+
 /// Springs of the accurate model.
 pub const ACCURATE: usize = 6;
 
@@ -108,7 +111,7 @@ impl Model {
 
     #[staticmethod]
     fn shipped() -> PyResult<Self> {
-        Self::from_bytes(fingerpad_cli::SHIPPED_MODEL)
+        Self::from_bytes(SHIPPED)
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
@@ -196,7 +199,9 @@ impl Model {
         format!("<fingerpad.Model: {} springs, to {depth} mm, {} effects{words}>", self.springs(), self.effects.len())
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<[f32; 4]>))> {
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<[f32; 4]>))> {
         let py = slf.py();
         let this = slf.get();
         let values = this.tuning.map(|t| [t.size, t.stiffness, t.lambda, t.tau0_mpa]);

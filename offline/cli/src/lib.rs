@@ -188,7 +188,6 @@ impl From<fingerpad_formats::Error> for Failure {
     }
 }
 
-pub use model::SHIPPED as SHIPPED_MODEL;
 pub use progress::line_every;
 
 /// Runs the program in this process, whose signals it takes from then on; returns the exit code.

@@ -81,7 +81,8 @@ def read_csv(path: Place) -> pd.DataFrame:
         import pandas as pd
     except ImportError:
         raise InputError("frames need pandas: pip install fingerpad[frames]") from None
-    if int(pd.__version__.split(".")[0]) >= 3:
+    # From 3.1 on that precision is the default, and asking for it is deprecated.
+    if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1):
         return pd.read_csv(path)
     return pd.read_csv(path, float_precision="round_trip")
 
