@@ -53,7 +53,7 @@ pub fn test(part: Part) -> Result<()> {
     environment.pip(&[&format!("{}[{extras}]", wheel.display())])?;
     let mut files = vec!["test_bits.py", "test_fingers.py"];
     if part == Part::Whole {
-        files.extend(["test_commands.py", "test_notebooks.py"]);
+        files.extend(["test_commands.py", "test_docs.py", "test_notebooks.py"]);
         cargo(&["build", "--release", "--package", "fingerpad-cli"], &[])?;
         let mut clippy = Command::new(env!("CARGO"));
         clippy.current_dir(package()).env("RUSTFLAGS", FLAGS);
