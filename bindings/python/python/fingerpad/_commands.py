@@ -38,12 +38,10 @@ class Folder:
         self.path = self.scratch / "out" if out is None else Path(out)
 
     def run(self, command: str, options: Mapping[str, Any], progress: Progressing, *words: str) -> str:
-        """Runs a command; returns what it said. What is interrupted without a folder of the caller's keeps its own."""
+        """Runs a command; returns what it said. What ends before its end, other than by bad input, keeps the folder."""
         try:
             said, warned = run([command, *words, *flags(options)], progress)
-        except KeyboardInterrupt:
-            raise
-        except BaseException:
+        except InputError:
             self.remove()
             raise
         weakref.finalize(self, shutil.rmtree, self.scratch, ignore_errors=True)
@@ -155,7 +153,7 @@ def simulate(
     displacement, stress and contact at every row for ParaView or pyvista. report: draw it into report/report.html. map_rows:
     rows, the first is 1, that the report draws. out: folder of the files; a run that was stopped goes on there.
 
-    Raises InputError, NumericsError (what was reached is in response.partial.csv of `out`), Interrupted.
+    Raises InputError; NumericsError and Interrupted, whose text says where what was reached is kept.
     """
     folder = Folder(out)
     options = {
