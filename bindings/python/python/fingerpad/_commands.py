@@ -80,9 +80,10 @@ def read_csv(path: Place) -> pd.DataFrame:
     except ImportError:
         raise InputError("frames need pandas: pip install fingerpad[frames]") from None
     # From 3.1 on that precision is the default, and asking for it is deprecated.
-    if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1):
-        return pd.read_csv(path)
-    return pd.read_csv(path, float_precision="round_trip")
+    exact = {} if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1) else {"float_precision": "round_trip"}
+    table: pd.DataFrame = pd.read_csv(path, **exact)  # type: ignore[call-overload]
+    # A column of whole numbers is one of numbers all the same.
+    return table.astype({name: float for name in table.select_dtypes("integer")})
 
 
 def _json(path: Path) -> dict[str, Any]:
