@@ -151,11 +151,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             band_normal: self.band_normal.map(of),
             band_friction: self.band_friction.map(of),
             pressure_exponent: of(self.pressure_exponent),
-            pose: PoseTable {
-                pitch_deg: of(self.pose.pitch_deg),
-                rows: self.pose.rows.map(|row| row.map(of)),
-                band: self.pose.band.map(of),
-            },
+            pose: self.pose.map(of),
             springs: self.springs.map(|s| Spring {
                 stiffness: of(s.stiffness),
                 sharpness: of(s.sharpness),

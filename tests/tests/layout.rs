@@ -9,6 +9,7 @@ const CORE: &str = "fingerpad";
 const FORMATS: &str = "fingerpad-formats";
 const LEAST_SQUARES: &str = "fingerpad-least-squares";
 const FE: &str = "fingerpad-fe";
+const FMU: &str = "fingerpad-fmu";
 const IDENTIFY: &str = "fingerpad-identify";
 const REDUCE: &str = "fingerpad-reduce";
 const SMOOTH: &str = "fingerpad-smooth";
@@ -19,10 +20,11 @@ const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT];
+const LIBRARIES: &[&str] =
+    &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT, FMU];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
-const MAY_USE: [(&str, &[&str]); 13] = [
+const MAY_USE: [(&str, &[&str]); 14] = [
     (CORE, &[]),
     (FORMATS, &[]),
     (LEAST_SQUARES, &[]),
@@ -33,6 +35,7 @@ const MAY_USE: [(&str, &[&str]); 13] = [
     (DIAGNOSE, &[CORE, FORMATS, SMOOTH]),
     (CONFIRM, &[DIAGNOSE, SMOOTH, FE, FORMATS, CORE]),
     (REPORT, &[IDENTIFY, REDUCE, DIAGNOSE, FE, FORMATS, CORE, SMOOTH]),
+    (FMU, &[CORE]),
     (CLI, LIBRARIES),
     (TESTS, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT, CLI, XTASK]),
     (XTASK, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT, CLI]),

@@ -1,6 +1,6 @@
 //! What a change must pass: named steps, the cheap ones first, and the time that each took.
 //!
-//! Main type: [`Step`]. Uses `package` for the published crate, `python` for the wheel, `thumb` for the firmware and `install` for what is missing.
+//! Main type: [`Step`]. Uses `package` for the published crate, `wheel` for the Python package, `thumb` for the firmware and `install` for what is missing.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{cargo, install, package, python, root, run, thumb};
+use crate::{c_test, cargo, fmu_test, install, package, root, run, thumb, wheel};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -43,6 +43,11 @@ enum Step {
     ThumbCheck,
     /// Instructions per call within their bounds
     ThumbCount,
+    /// The C library's release folder: a CMake project outside the repository builds on it as C99 and C++17, gives the bits of
+    /// the core and answers misuse by codes
+    C,
+    /// The co-simulation unit (FMI 3.0): valid and bit for bit the core's by FMPy, also when built from the sources inside
+    Fmu,
     /// The C library on the target gives the documented vectors
     ThumbC,
     /// The firmware's example programs under QEMU
@@ -72,11 +77,13 @@ impl Step {
                 install::calculix()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
-            Self::Python => python::test(python::Part::Fingers),
+            Self::Python => wheel::test(wheel::Part::Fingers),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
             Self::ThumbCount => thumb::step(&thumb::Action::Count),
+            Self::C => c_test::test(),
+            Self::Fmu => fmu_test::test(),
             Self::ThumbC => thumb::step(&thumb::Action::C),
             Self::ThumbRun => thumb::step(&thumb::Action::Programs),
         }

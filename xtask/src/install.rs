@@ -57,14 +57,6 @@ pub fn calculix() -> Result<()> {
     debian(&["calculix-ccx"], "apt-get install calculix-ccx")
 }
 
-/// Python with the means to make an environment.
-pub fn python() -> Result<()> {
-    if succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"])) {
-        return Ok(());
-    }
-    debian(&["python3", "python3-venv"], "apt-get install python3 python3-venv")
-}
-
 /// Whether a command is there and ends well.
 pub fn succeeds(command: &mut Command) -> bool {
     command

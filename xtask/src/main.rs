@@ -1,10 +1,15 @@
 //! Chores of the project; each prints what it does.
 
+mod bench_bindings;
+mod c_release;
+mod c_test;
+mod fmu_test;
 mod gates;
 mod install;
 mod package;
 mod python;
 mod thumb;
+mod wheel;
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -24,7 +29,7 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
+    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
     /// `python` (a batch of fingers in Python beside plain Rust), `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
     /// `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
@@ -43,6 +48,9 @@ enum Chore {
     /// Fit the shipped model to the stored runs again, and bring the documented vectors and the firmware's corrected model
     /// up to it
     Model,
+    /// The C library as a folder that needs no Rust: static libraries for this host, Cortex-M with and without FPU and RISC-V,
+    /// header, model, example, CMake and pkg-config files
+    ReleaseC(c_release::Args),
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
 }
@@ -52,6 +60,7 @@ fn main() -> anyhow::Result<()> {
         Chore::Test(args) => gates::main(&args),
         Chore::Verify { args } => verify(args),
         Chore::Bench { name, args } => match name.as_str() {
+            "bindings" => bench_bindings::main(),
             "calculix" => {
                 install::calculix()?;
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_calculix", "--"], &args)
@@ -60,7 +69,7 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["xtask", "thumb", "count"], &[])?;
                 cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
             }
-            "python" => python::bench(),
+            "python" => wheel::bench(),
             "memory" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_memory", "--"], &args)
             }
@@ -70,10 +79,13 @@ fn main() -> anyhow::Result<()> {
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: calculix, core, python, memory, diagnose, confirm"),
+            other => {
+                bail!("no benchmark {other}; there are: bindings, calculix, core, python, memory, diagnose, confirm")
+            }
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
+        Chore::ReleaseC(args) => c_release::main(&args),
         Chore::Thumb(args) => thumb::main(&args),
     }
 }
@@ -85,7 +97,7 @@ fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
     if all || !args.is_empty() {
         cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)?;
     }
-    if all || named { python::test(python::Part::Whole) } else { Ok(()) }
+    if all || named { wheel::test(wheel::Part::Whole) } else { Ok(()) }
 }
 
 /// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.

@@ -229,7 +229,7 @@ impl Sandbox {
             }
             ["cargo", "xtask", "verify" | "bench", "python"] => Ok(String::new()),
             ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
-            ["cargo", "xtask", "bench", "core"] => Ok(String::new()),
+            ["cargo", "xtask", "bench", "core" | "bindings"] => Ok(String::new()),
             ["cargo", "xtask", "bench", name, ref rest @ ..] => {
                 said(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
             }
