@@ -78,6 +78,7 @@ class Status(IntFlag):
     SPIN_IGNORED = 1 << 6
     MEMORY_LOST = 1 << 7
     EFFECT_HELD = 1 << 8
+    POSE_OUT_OF_RANGE = 1 << 9
 
 
 class Pose(NamedTuple):
