@@ -1,6 +1,7 @@
 //! What a change must pass: named steps, the cheap ones first, and the time that each took.
 //!
-//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware, `web` for the page and `install` for what is missing.
+//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `c_test` and
+//! `fmu_test` for the bindings and `install` for what is missing.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -8,12 +9,13 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, web};
+use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, web, wheel};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Only these steps, in the order given (comma-separated or repeated); all steps, in the order of this list, without it
+    /// Only these steps, in the order given (comma-separated or repeated); all steps but mujoco, in the order of this list,
+    /// without it
     #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
     only: Vec<Step>,
 }
@@ -21,7 +23,7 @@ pub struct Args {
 /// A step of `cargo xtask test`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Step {
-    /// rustfmt, in this workspace, the firmware's, the C library's and the page's
+    /// rustfmt, in this workspace, the firmware's and those of the bindings
     Format,
     /// Clippy without warnings: the workspace with all targets, the core with all features
     Clippy,
@@ -54,8 +56,10 @@ enum Step {
     ThumbRun,
     /// The page: built, below its size, and tested in headless Chromium against the core on the host
     Web,
-    /// The MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
+    /// Only by name, and in `cargo xtask verify`: the MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
     Mujoco,
+    /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
+    Python,
     /// Integration tests and quick verification cases, some against CalculiX
     Integration,
 }
@@ -80,6 +84,7 @@ impl Step {
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
             Self::Mujoco => mujoco::test(),
+            Self::Python => wheel::test(wheel::Part::Fingers),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
@@ -95,7 +100,8 @@ impl Step {
 
 /// Runs the steps until one fails; prints what each took in any case.
 pub fn main(args: &Args) -> Result<()> {
-    let steps = if args.only.is_empty() { Step::value_variants() } else { &args.only };
+    let all = || Step::value_variants().iter().copied().filter(|step| *step != Step::Mujoco).collect();
+    let steps: Vec<Step> = if args.only.is_empty() { all() } else { args.only.clone() };
     let mut table = Vec::new();
     let mut outcome = Ok(());
     for step in steps {
@@ -125,6 +131,7 @@ fn print_times(table: &[(String, Duration)], passed: bool) {
 fn format() -> Result<()> {
     install::component("rustfmt", "fmt")?;
     for folder in [".", "firmware-example", "bindings/c", "bindings/web"] {
+    for folder in [".", "firmware-example", "bindings/c", "bindings/python"] {
         run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;
     }
     // `cargo fmt` does not see the modules that the list of effects declares.

@@ -11,6 +11,7 @@ mod package;
 mod python;
 mod thumb;
 mod web;
+mod wheel;
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -23,7 +24,8 @@ use clap::Parser;
 enum Chore {
     /// Everything that a change must pass, step by step; installs what is missing
     Test(gates::Args),
-    /// The long verification cases; names select some, --list lists them
+    /// The long verification cases, then the whole Python package with its commands and notebooks (`python`); names select
+    /// some, --list lists the cases
     Verify {
         /// Handed on to the verification program
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -33,6 +35,9 @@ enum Chore {
     /// instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles, against marks),
     /// `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object
     /// held by the plugin and by MuJoCo's own contact)
+    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
+    /// `python` (a batch of fingers in Python beside plain Rust), `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
+    /// `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
         /// Which
         name: String,
@@ -61,9 +66,7 @@ enum Chore {
 fn main() -> anyhow::Result<()> {
     match Chore::parse() {
         Chore::Test(args) => gates::main(&args),
-        Chore::Verify { args } => {
-            cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
-        }
+        Chore::Verify { args } => verify(args),
         Chore::Bench { name, args } => match name.as_str() {
             "bindings" => bench_bindings::main(),
             "calculix" => {
@@ -74,6 +77,7 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["xtask", "thumb", "count"], &[])?;
                 cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
             }
+            "python" => wheel::bench(),
             "memory" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_memory", "--"], &args)
             }
@@ -84,9 +88,9 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
             "mujoco" => mujoco::bench(&args),
-            other => {
-                bail!("no benchmark {other}; there are: bindings, calculix, core, memory, diagnose, confirm, mujoco")
-            }
+            other => bail!(
+                "no benchmark {other}; there are: bindings, calculix, core, python, memory, diagnose, confirm, mujoco"
+            ),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
@@ -94,6 +98,20 @@ fn main() -> anyhow::Result<()> {
         Chore::Thumb(args) => thumb::main(&args),
         Chore::Web(args) => web::main(&args),
     }
+}
+
+/// The verification cases of these names, the Python package and the MuJoCo plugin, all of them without names.
+fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
+    let all = args.is_empty();
+    let mut named = |name: &str| args.iter().position(|arg| arg == name).map(|place| args.remove(place)).is_some();
+    let (python, plugin) = (named("python"), named("mujoco"));
+    if all || !args.is_empty() {
+        cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)?;
+    }
+    if all || python {
+        wheel::test(wheel::Part::Whole)?;
+    }
+    if all || plugin { mujoco::test() } else { Ok(()) }
 }
 
 /// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.
