@@ -130,8 +130,7 @@ fn print_times(table: &[(String, Duration)], passed: bool) {
 
 fn format() -> Result<()> {
     install::component("rustfmt", "fmt")?;
-    for folder in [".", "firmware-example", "bindings/c", "bindings/web"] {
-    for folder in [".", "firmware-example", "bindings/c", "bindings/python"] {
+    for folder in [".", "firmware-example", "bindings/c", "bindings/web", "bindings/python"] {
         run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;
     }
     // `cargo fmt` does not see the modules that the list of effects declares.
