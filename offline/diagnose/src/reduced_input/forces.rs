@@ -164,8 +164,9 @@ fn sentences(fit: &TareFit, verdict: Verdict, carries: bool) -> Vec<String> {
         out.push(format!("No tangential tare that these rows could show: x {}, y {}.", value(1), value(2)));
     }
     out.push(match fit.friction_tared {
-        Some(tared) => format!(
-            "Median friction coefficient: {:.2} as read, {tared:.2} with the whole tare taken off, the normal force's included.",
+        Some([tared, open]) => format!(
+            "Median friction coefficient: {:.2} as read, {tared:.2} ± {open:.2} with the whole tare taken off, the normal \
+             force's included.",
             fit.friction_as_read
         ),
         None => format!(
@@ -245,12 +246,12 @@ mod tests {
                 list[list.len() / 2]
             };
             println!("{name}: {air:?} read {:.3} tared {:?}", fit.friction_as_read, fit.friction_tared);
-            if let Some(tared) = fit.friction_tared {
+            if let Some([tared, _]) = fit.friction_tared {
                 assert!((tared / slides(truth) - 1.0).abs() < 0.05, "{name}: {tared} against {}", slides(truth));
             }
             // The rows in contact alone: within 5 % of it, or nothing.
             let alone = fit_tare(&whole[air.rows..]).unwrap();
-            if let Some(tared) = alone.friction_tared {
+            if let Some([tared, _]) = alone.friction_tared {
                 assert!((tared / slides(truth) - 1.0).abs() < 0.05, "{name}: {tared} against {}", slides(truth));
             }
         }

@@ -55,9 +55,9 @@ pub struct TareFit {
     pub rows: Vec<usize>,
     /// Median |F|/N of the sliding rows as read.
     pub friction_as_read: f64,
-    /// The same with the whole tare taken off, the normal force's included; `None` where the tare's intervals leave it
-    /// more than 5 % open.
-    pub friction_tared: Option<f64>,
+    /// The same with the whole tare taken off, the normal force's included, and what the tare's intervals leave of it open;
+    /// `None` where that is more than 5 % of it and no rows before touch fix the tare.
+    pub friction_tared: Option<[f64; 2]>,
     /// Rows before touch, where the trace begins with some: then the tare is theirs.
     pub air: Option<RowsInAir>,
     /// 5 and 95 % of the load of the sliding rows, N.
@@ -259,8 +259,8 @@ fn friction_coefficient(trace: &[TraceRow], rows: &[usize], tare_n: [f64; 3]) ->
 /// Largest part of the friction coefficient that the tare's intervals may leave open.
 const OPEN: f64 = 0.05;
 
-/// The friction coefficient with the whole tare taken off, where that leaves no more than [`OPEN`] of it open.
-fn friction_tared(trace: &[TraceRow], rows: &[usize], tare_n: [f64; 3], half_n: [f64; 3]) -> Option<f64> {
+/// The friction coefficient with the whole tare taken off, and the half-width that the tare's intervals give it.
+fn friction_tared(trace: &[TraceRow], rows: &[usize], tare_n: [f64; 3], half_n: [f64; 3]) -> [f64; 2] {
     let of = |tare_n| friction_coefficient(trace, rows, tare_n);
     let middle = of(tare_n);
     let change = |k: usize| {
@@ -268,7 +268,7 @@ fn friction_tared(trace: &[TraceRow], rows: &[usize], tare_n: [f64; 3], half_n: 
         (0.5 * (at(1.0) - at(-1.0))).abs().max((at(1.0) - middle).abs()).max((at(-1.0) - middle).abs())
     };
     let open = (0..3).map(|k| change(k).powi(2)).sum::<f64>().sqrt();
-    (open < OPEN * middle).then_some(middle)
+    [middle, open]
 }
 
 /// Fits the tare to the sliding rows of a trace.
@@ -320,7 +320,8 @@ fn fit_with(trace: &[TraceRow], air: Option<RowsInAir>) -> Option<TareFit> {
         rms_n: [rms_distance_n(trace, &rows, &without), rms_distance_n(trace, &rows, &p)],
         noise_n,
         friction_as_read: friction_coefficient(trace, &rows, [0.0; 3]),
-        friction_tared: friction_tared(trace, &rows, tare_n, half_n),
+        friction_tared: Some(friction_tared(trace, &rows, tare_n, half_n))
+            .filter(|[middle, open]| air.is_some() || *open < OPEN * middle),
         air,
         load_n: [loads[loads.len() / 20], loads[loads.len() - 1 - loads.len() / 20]],
         harmonics: std::array::from_fn(|k| p[5 + k]),

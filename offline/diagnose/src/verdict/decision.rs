@@ -103,9 +103,9 @@ pub fn decide<'a>(
         explained_2ll: selection.null.minus_2ll - selection.fit.minus_2ll,
     };
     let lack_of_fit = lack_of_fit_test(&task, set, &selection.fit, &selection.derivatives, &expected, settings.seed);
-    let verdict = if lack_of_fit.significant {
-        Verdict::UnexplainedStructure
-    } else if selection.fit.laws.is_empty() && selection.tests.iter().any(|t| t.significant) {
+    // Evidence for a law that no refit bears out is structure too.
+    let unclaimed = selection.fit.laws.is_empty() && selection.tests.iter().any(|t| t.significant);
+    let verdict = if lack_of_fit.significant || unclaimed {
         Verdict::UnexplainedStructure
     } else if selection.fit.laws.is_empty() {
         Verdict::None
