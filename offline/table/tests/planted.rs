@@ -175,13 +175,16 @@ fn no_effect_is_ever_named_wrongly() {
     ] {
         for truth in truths() {
             let names: Vec<&str> = truth.iter().map(|t| t.0.name()).collect();
-            let s = score(&truth, noise, spread, depths, 6, 77);
+            let s = score(&truth, noise, spread, depths, 2, 77);
             println!("{} depths, noise {noise}, spread {spread}, {names:?}: {s:?}", depths.len());
             (if truth.is_empty() { &mut clean } else { &mut total }).add(&s);
         }
     }
     println!("with an effect: {total:?}\nwithout: {clean:?}");
-    assert!(total.wrong + clean.wrong <= 2, "of {} tables, {} wrong names", 240, total.wrong + clean.wrong);
-    assert!(clean.none >= 22, "{clean:?}");
-    assert!(total.named + total.ambiguous_with > 120, "{total:?}");
+    assert_eq!(total.wrong + clean.wrong, 0, "wrong names");
+    assert_eq!(clean.named, 0, "{clean:?}");
+    assert!(clean.none >= 7, "{clean:?}");
+    // Small effects under 10 % of noise stay unnamed; every second effect is found all the same.
+    assert!(total.named + total.ambiguous_with >= 36, "{total:?}");
+    assert!(total.ambiguous_without <= 3, "{total:?}");
 }
