@@ -4,7 +4,7 @@
 //! A place is followed by 32-bit increments; what rounding leaves out of one is made up in the next.
 
 use fingerpad::effects::Effects;
-use fingerpad::{Contact, ModelFile, Motion, Pose, Response, SpinState, Surroundings, Tuning};
+use fingerpad::{Contact, ModelFile, Motion, Pose, Response, SPRINGS, SpinState, Surroundings, Tuning};
 
 use crate::told::{Request, words};
 
@@ -44,7 +44,7 @@ fn places(story: &[Request], pitch_deg: f32) -> Vec<Place> {
 pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
     let model = file.file();
     let pitch_deg = model.model.data().pose.pitch_deg;
-    let (mut spin, mut contact) = (SpinState::default(), Contact::default());
+    let (mut spin, mut contact) = (SpinState::default(), Contact::<SPRINGS>::default());
     let effects = Effects::new(model.effects).expect("the story's files have known effects");
     let tuned = model.model.tuned(Tuning::default()).expect("the fitted finger is in range");
     let mut followed = [0.0f64; 3];
