@@ -85,8 +85,8 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
     let calibrated = calibrate(table, &surface, &published)?;
     let (effects, untested) = testable(table, &surface);
     let search = Search { task: Task::all(table, calibrated.clone(), published.clone()), surface: &surface, effects };
-    // Two rounds each for what is alone, and as many for the pairs that come near.
-    fe.expected = fe.asked + 2 * (search.effects.len() + 8) * table.depths_mm.len();
+    // Three rounds each for what is alone, and as many for the pairs that come near.
+    fe.expected = fe.asked + 3 * (search.effects.len() + 8) * table.depths_mm.len();
     let candidates = search.run(&mut |values| exact(&mut fe, &table.depths_mm, values))?;
     let answer = Answer::of(table, &candidates);
     let before = Before {

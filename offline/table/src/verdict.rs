@@ -9,7 +9,8 @@ use super::search::Candidate;
 
 /// Difference of costs (−2 log evidence) up to which two explanations cannot be told apart: odds of 20 to 1.
 pub const APART: f64 = 6.0;
-/// Gain that an effect must bring over the finger's constants alone.
+/// Gain over the finger's constants alone that the best explanation must bring before any is told, and the one that is
+/// named by itself.
 const GAIN: f64 = 8.0;
 /// Probability of the misfit under the stated errors below which nothing explains the table.
 const MISFIT: f64 = 1e-3;
@@ -48,9 +49,9 @@ impl Answer {
         let best = contenders[0];
         let verdict = if misfits(table, &candidates[best]) {
             Verdict::UnexplainedStructure
-        } else if effects(best).is_empty() || cost(0) - cost(best) < GAIN {
+        } else if effects(best).is_empty() || cost(0) - top < GAIN {
             Verdict::None
-        } else if contenders.len() == 1 {
+        } else if contenders.len() == 1 && cost(0) - cost(best) >= GAIN {
             Verdict::Named
         } else {
             Verdict::Ambiguous
