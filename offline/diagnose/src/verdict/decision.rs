@@ -201,8 +201,11 @@ impl<'a> Settling<'a> {
     /// Drops laws whose size may be zero by their own intervals: they have no name to give.
     fn drop_without_amplitude(&mut self) {
         let ln_area_sd = self.task.reference.ln_area_sd;
-        while let Some(i) = without_amplitude(&self.selection.fit, self.set.runs.len(), ln_area_sd).pop() {
-            self.drop_law(i);
+        loop {
+            let gains: Vec<f64> = self.hypotheses.iter().map(|h| h.gain_2ll).collect();
+            let weak = without_amplitude(&self.selection.fit, &gains, self.set.runs.len(), ln_area_sd);
+            let Some(i) = weak.last() else { break };
+            self.drop_law(*i);
         }
     }
 

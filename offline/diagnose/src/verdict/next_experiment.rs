@@ -21,8 +21,8 @@ use crate::statistics::random_effects::RandomEffectColumns;
 use crate::statistics::task::{NO_READING_N, Task};
 use crate::verdict::candidate_designs::{PlanConstraints, ReferenceConditions, candidate_designs, rows_of};
 
-/// Expected separation in 2 log likelihood from which on a plan suffices.
-const SUFFICES: f64 = 60.0;
+/// Share of the best plan's expected separation from which on a plan suffices.
+const OF_BEST: f64 = 0.5;
 
 /// Two competing laws: the first is in force in a fit, the second has its best parameters.
 pub struct HypothesisPair<'a> {
@@ -82,8 +82,9 @@ pub fn propose(
     }
     prices.sort_by(|a, b| a.minutes.total_cmp(&b.minutes));
     let best = plans.first()?.0.lambda_rival_expected;
-    // The expectation is one of a linear picture: a plan that suffices must do so with room to spare.
-    let suffices = |p: &FactorPrice| p.lambda_rival_expected >= SUFFICES || p.lambda_rival_expected >= best;
+    // The expectation is one of a linear picture, whose largest values are the least certain: what comes near the best
+    // suffices.
+    let suffices = |p: &FactorPrice| p.lambda_rival_expected >= OF_BEST * best;
     let cost = |p: &FactorPrice| p.minutes * if p.factor == "all" { 2.0 } else { 1.0 };
     let of_enough = plans.into_iter().filter(|(p, _)| suffices(p));
     let (FactorPrice { factor, lambda_rival_expected, minutes }, runs) =
