@@ -74,7 +74,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// * `margin`: share of the limit kept in reserve, 0 to 0.95 (moved into that range)
     /// * `strength_factor`: as in [`crate::StateOf::set_strength_factor`]
     ///
-    /// By bisection to 1 part in 2^24 of the depth range, rounded up. Costs about 1250 instructions.
+    /// By bisection to 1 part in 2^24 of the depth range, rounded up. Costs about 1130 instructions.
     pub fn least_grip(&self, load_n: [f32; 2], margin: f32, strength_factor: f32) -> Grip {
         let [x, y] = load_n;
         let load = sqrt(x * x + y * y);

@@ -150,7 +150,7 @@ impl<T: Scalar> PoseTable<T> {
         let (p, r) = ((pitch - self.pitch_deg) * rad, roll * rad);
         let square = r * r;
         let flat = T::of(FLAT_RAD);
-        let edge = (square + flat * flat).sqrt() - flat;
+        let edge = (square + flat * flat).magnitude().sqrt() - flat;
         let even = |[a, b, c, d]: [T; POSE_TERMS]| p * (a + b * p) + c * square + d * edge;
         let odd = |[a, b, c, d]: [T; POSE_TERMS]| r * (a + p * (b + d * p) + c * square);
         let least = T::of(-LOGARITHM_MAX);
@@ -169,7 +169,7 @@ impl<T: Scalar> PoseTable<T> {
             normal: line(normal),
             area: line(area),
             limit: line(pressed),
-            stiffness: (area[0] * area[1]).sqrt().sqrt() * factor(stiffness),
+            stiffness: (area[0] * area[1]).magnitude().sqrt().magnitude().sqrt() * factor(stiffness),
             tilt: [even(tilt), odd(tilt_y)],
             press: [even(press_x), odd(press_y)],
             offset: [even(place_x), odd(place_y)],

@@ -48,7 +48,7 @@ impl<T: Scalar> Rolled<T> {
     pub(crate) fn roll_to(&mut self, place: [T; 2], slide: [T; 2], full: T, length: T) -> T {
         let (zero, one) = (T::of(0.0), T::of(1.0));
         let [dx, dy] = [slide[0] - self.slide[0], slide[1] - self.slide[1]];
-        let gone = (dx * dx + dy * dy).sqrt();
+        let gone = (dx * dx + dy * dy).magnitude().sqrt();
         if gone > T::of(NOTICED_MM) {
             let shrunk = (gone / full).at_most(one);
             for (range, place) in self.range.iter_mut().zip(self.place) {

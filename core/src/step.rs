@@ -125,7 +125,11 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         let cross = data.spin_cross * (moment * alone).magnitude();
         (alone * alone + moment * moment + cross).magnitude().sqrt()
     };
-    let [pose_normal, pose_friction] = scale.band();
+    let (mut band_normal, mut band_friction) = (T::of(-0.0), T::of(-0.0));
+    if S::POSED {
+        let [of_normal, of_limit] = scale.band();
+        (band_normal, band_friction) = (of_normal * normal.not_negative(), of_limit);
+    }
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     Response {
         normal_force_n: normal.not_negative(),
@@ -141,9 +145,8 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
             offset_y,
         ],
         contact_area_mm2: at.area + at.area * data.area_tilt * along,
-        band_normal_n: scale.normal(at.row.band_normal.at(at.t), at.depth) * band(&data.band_normal)
-            + pose_normal * normal.not_negative(),
-        band_friction_n: at.limit * (band(&data.band_friction) + pose_friction),
+        band_normal_n: scale.normal(at.row.band_normal.at(at.t), at.depth) * band(&data.band_normal) + band_normal,
+        band_friction_n: at.limit * (band(&data.band_friction) + band_friction),
         regime: regime_of(stick_ratio),
         status: status.with(scale.status()),
     }
@@ -361,7 +364,7 @@ fn roll<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>
     if !(data.pose.rolling_length > T::of(0.0)) {
         return;
     }
-    let length = data.pose.rolling_length * (at.area * T::of(core::f32::consts::FRAC_1_PI)).sqrt();
+    let length = data.pose.rolling_length * (at.area * T::of(core::f32::consts::FRAC_1_PI)).magnitude().sqrt();
     let full = at.limit / at.stiffness[0];
     let [x, y] = state.position[0];
     let lost = T::of(1.0) - state.rolled.roll_to(scale.offset(), [x, y], full, length);
