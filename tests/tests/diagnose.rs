@@ -139,7 +139,7 @@ fn unusable_files_name_line_and_column() {
         })
     };
     refuse(&|_| cell(5, 5, "NaN"), &["bad.csv:5", "normal_force_n", "NaN"]);
-    refuse(&|_| cell(7, 1, "0"), &["bad.csv:7", "t_s", "must rise"]);
+    refuse(&|_| cell(7, 1, "0"), &["bad.csv:7", "t_s", "must not fall"]);
     refuse(&|_| cell(9, 2, ""), &["bad.csv:9", "depth_mm", "blank"]);
     refuse(&|_| cell(40, 0, "measured0"), &["bad.csv:40", "run_id", "contiguous"]);
     refuse(&|t| t.replacen("depth_mm", "depth_um", 1), &["bad.csv:1", "depth_mm", "depth_um", "convert"]);

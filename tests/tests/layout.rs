@@ -9,6 +9,7 @@ const CORE: &str = "fingerpad";
 const FORMATS: &str = "fingerpad-formats";
 const LEAST_SQUARES: &str = "fingerpad-least-squares";
 const FE: &str = "fingerpad-fe";
+const FMU: &str = "fingerpad-fmu";
 const IDENTIFY: &str = "fingerpad-identify";
 const REDUCE: &str = "fingerpad-reduce";
 const SMOOTH: &str = "fingerpad-smooth";
@@ -21,10 +22,10 @@ const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
 const LIBRARIES: &[&str] =
-    &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT];
+    &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, FMU];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
-const MAY_USE: [(&str, &[&str]); 14] = [
+const MAY_USE: [(&str, &[&str]); 15] = [
     (CORE, &[]),
     (FORMATS, &[]),
     (LEAST_SQUARES, &[]),
@@ -36,6 +37,7 @@ const MAY_USE: [(&str, &[&str]); 14] = [
     (CONFIRM, &[DIAGNOSE, SMOOTH, FE, FORMATS, CORE]),
     (TABLE, &[IDENTIFY, DIAGNOSE, FE, FORMATS]),
     (REPORT, &[IDENTIFY, REDUCE, DIAGNOSE, TABLE, FE, FORMATS, CORE, SMOOTH]),
+    (FMU, &[CORE]),
     (CLI, LIBRARIES),
     (TESTS, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, CLI, XTASK]),
     (XTASK, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, CLI]),

@@ -6,8 +6,9 @@ use std::time::Instant;
 use anyhow::anyhow;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment, Options,
-    ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model, diagnose, diagnose_forces, laws::Column,
+    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment,
+    Options, PlanConstraints, ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model, diagnose,
+    diagnose_forces, laws::Column, understand,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
@@ -26,6 +27,12 @@ Examples:
   fingerpad diagnose --force-only --measured t.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
   fingerpad diagnose --table data/yoshida2011.csv --mesh-preset coarse --out d
   fingerpad diagnose --table my.csv --unit normal_force_n=N,depth_mm=mm --out d
+  fingerpad diagnose --template runs.csv
+  fingerpad diagnose --calibration c.csv --measured m.csv --map run=Trial,depth=Z --unit depth=um --check
+  fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed,dwell --least-rest-s 30 --out d
+
+--check says what was understood of the files and which laws they can test. Files may be compressed by gzip. With
+--can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.
 
 Measured runs are described in docs/diagnose.md. The verdict is one of none, named, ambiguous and
 unexplained_structure; report.json has all numbers, report.html the page, corrected.fpm the model with the effect,
@@ -46,10 +53,10 @@ DIR holds one diagnosis: DIR/files.txt lists its files, and the next diagnosis t
 own. Other files in DIR are never touched; one with a name that a diagnosis needs is refused.")]
 pub struct Args {
     /// Runs without an effect, under reference conditions (CSV)
-    #[arg(long, value_name = "C.csv", required_unless_present_any = ["force_only", "table"])]
+    #[arg(long, value_name = "C.csv", required_unless_present_any = ["force_only", "table", "template"])]
     calibration: Option<PathBuf>,
     /// Runs to be explained (CSV); with --force-only several traces may be given
-    #[arg(long, value_name = "M.csv", required_unless_present = "table", num_args = 1..)]
+    #[arg(long, value_name = "M.csv", required_unless_present_any = ["table", "template"], num_args = 1..)]
     measured: Vec<PathBuf>,
     /// Further runs, opened only after the verdict stands (CSV)
     #[arg(long, value_name = "H.csv")]
@@ -81,21 +88,68 @@ pub struct Args {
     /// Forces alone: a finger moved freely on a force plate
     #[arg(long, conflicts_with_all = ["calibration", "table", "holdout"])]
     force_only: bool,
-    /// With --force-only or --table: where the columns are, a minus sign turns one round
-    #[arg(long, value_name = "normal=-Fz,x=Fx,y=Fy,t=Timestamp")]
+    /// What the columns are called in the files; a minus sign turns one round
+    #[arg(long, value_name = "normal=-Fz,x=Fx,y=Fy,t=Timestamp", allow_hyphen_values = true)]
     map: Option<String>,
-    /// With --table: units of its columns, as normal_force_n=mN,depth_mm=um
-    #[arg(long, value_name = "COLUMN=UNIT", requires = "table")]
+    /// Units of columns that are not ours: mm, N, s, mm/s, C, deg
+    #[arg(long, value_name = "depth=um,normal=mN")]
     unit: Option<String>,
+    /// Say what was understood and what can be tested, and diagnose nothing
+    #[arg(long, conflicts_with_all = ["force_only", "table", "confirm_fe"])]
+    check: bool,
+    /// Write a file with all columns and two rows as an example, and diagnose nothing
+    #[arg(long, value_name = "RUNS.csv")]
+    template: Option<PathBuf>,
+    /// What the next experiment may vary: depth, speed, direction, dwell, hydration, temperature, length, rest
+    #[arg(long, value_name = "depth,speed,dwell", value_delimiter = ',')]
+    can_set: Vec<Factor>,
+    /// Least rest before each stroke of the next experiment, s
+    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    least_rest_s: f64,
     /// A table like Table 1 of Yoshida et al. 2011 (CSV), to be compared with the finite elements
     #[arg(long, value_name = "T.csv", conflicts_with = "measured")]
     table: Option<PathBuf>,
     /// Folder for the results
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["check", "template"])]
+    out: Option<PathBuf>,
     /// Where report.json goes, if not into the folder
     #[arg(long, value_name = "R.json")]
     report: Option<PathBuf>,
+}
+
+impl Args {
+    /// The folder for the results, which the command line demands where anything is written to it.
+    fn out(&self) -> &Path {
+        self.out.as_deref().unwrap_or(Path::new("."))
+    }
+}
+
+/// A factor of the next experiment.
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+enum Factor {
+    Depth,
+    Speed,
+    Direction,
+    Dwell,
+    Hydration,
+    Temperature,
+    Length,
+    Rest,
+}
+
+impl Factor {
+    fn column(self) -> &'static str {
+        match self {
+            Self::Depth => "depth_mm",
+            Self::Speed => "speed_mm_s",
+            Self::Direction => "direction_deg",
+            Self::Dwell => "dwell_s",
+            Self::Hydration => "hydration_au",
+            Self::Temperature => "temperature_c",
+            Self::Length => "length_mm",
+            Self::Rest => "rest_before_s",
+        }
+    }
 }
 
 /// Files of a diagnosis.
@@ -111,6 +165,7 @@ const NAMES: &[&str] = &[
     PAGE,
     "map_before.png",
     "map_after.png",
+    "traces.png",
     "driver_1.png",
     "driver_2.png",
     "driver_3.png",
@@ -151,8 +206,12 @@ impl From<DiagnoseError> for Failure {
 
 /// Measured runs from a file, with a bar.
 pub fn read(path: &Path) -> Result<RunSet, Failure> {
+    read_mapped(path, &ColumnMap::default())
+}
+
+fn read_mapped(path: &Path, map: &ColumnMap) -> Result<RunSet, Failure> {
     let bar = bar("reading".into());
-    let result = runs_csv::read(path, &mut |share| {
+    let result = runs_csv::read_mapped(path, map, &mut |share| {
         bar.set_share(share);
         go_on().is_continue()
     });
@@ -177,7 +236,7 @@ fn input(role: &str, set: &RunSet) -> InputFile {
 
 /// Where report.json goes, if not among the other results.
 fn elsewhere(args: &Args) -> Option<&Path> {
-    args.report.as_deref().filter(|path| **path != args.out.join(JSON))
+    args.report.as_deref().filter(|path| **path != args.out().join(JSON))
 }
 
 /// Checks the files of the command and makes its folders.
@@ -202,13 +261,29 @@ fn prepare(args: &Args, folders: &[&Path]) -> Result<(), Failure> {
 /// Diagnoses a table against the finite elements.
 fn table(args: &Args, path: &Path) -> Result<(), Failure> {
     let names = diagnose_table::names(args.map.as_deref(), args.unit.as_deref())?;
-    prepare(args, &[&args.out])?;
-    let made = diagnose_table::diagnose(&args.finger, path, &names, args.seed, &args.out)?;
+    prepare(args, &[args.out()])?;
+    let made = diagnose_table::diagnose(&args.finger, path, &names, args.seed, args.out())?;
     let diagnosis = &made.finding.report.diagnosis;
     let plan = diagnosis.next_experiment.as_ref();
-    write_files(args, &args.out, made.rendered, plan, made.files)?;
+    write_files(args, args.out(), made.rendered, plan, made.files)?;
     println!("{}: verdict: {}", path.display(), report::diagnosis::word(diagnosis));
     made.finding.sentences.iter().for_each(|s| println!("{s}"));
+    Ok(())
+}
+
+fn column_map(args: &Args) -> Result<ColumnMap, Failure> {
+    ColumnMap::parse(args.map.as_deref(), args.unit.as_deref()).map_err(|problem| Failure::Input(anyhow!(problem)))
+}
+
+/// Says what was understood of the files and what they can test.
+fn check(calibration: &Path, measured: &Path, map: &ColumnMap) -> Result<(), Failure> {
+    let sets = [("calibration", read_mapped(calibration, map)?), ("measured", read_mapped(measured, map)?)];
+    for (role, set) in &sets {
+        println!("{role}: {}: {} runs, {} rows", set.path.display(), set.runs_read, set.rows_read);
+        set.notes.iter().for_each(|note| println!("  {note}"));
+    }
+    let [(_, calibration), (_, measured)] = &sets;
+    understand(calibration, measured)?.iter().for_each(|line| println!("{line}"));
     Ok(())
 }
 
@@ -219,8 +294,8 @@ fn forces(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("--report: one file for several traces; each has its own in --out")));
     }
     let folder = |path: &PathBuf| match several {
-        true => args.out.join(path.file_stem().unwrap_or_default()),
-        false => args.out.clone(),
+        true => args.out().join(path.file_stem().unwrap_or_default()),
+        false => args.out().to_path_buf(),
     };
     let folders: Vec<PathBuf> = args.measured.iter().map(folder).collect();
     for (i, out) in folders.iter().enumerate() {
@@ -233,8 +308,9 @@ fn forces(args: &Args) -> Result<(), Failure> {
         }
     }
     prepare(args, &folders.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let map = column_map(args)?;
     for (path, out) in args.measured.iter().zip(&folders) {
-        let trace = fingerpad_diagnose::trace_csv::read(path, args.map.as_deref())?;
+        let trace = fingerpad_diagnose::trace_csv::read(path, &map)?;
         let found = during("forces", |_| diagnose_forces(&trace, args.alpha));
         write_reduced(args, path, out, found, trace.len())?;
     }
@@ -246,8 +322,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.alpha > 0.0 && args.alpha < 0.5) {
         return Err(Failure::Input(anyhow!("--alpha {}: not between 0 and 0.5", args.alpha)));
     }
-    if args.map.is_some() && !args.force_only && args.table.is_none() {
-        return Err(Failure::Input(anyhow!("--map: goes with --force-only or --table")));
+    if !(args.least_rest_s >= 0.0 && args.least_rest_s.is_finite()) {
+        return Err(Failure::Input(anyhow!("--least-rest-s {}: not a time", args.least_rest_s)));
+    }
+    if let Some(path) = &args.template {
+        if path.exists() {
+            return Err(Failure::Input(anyhow!(
+                "--template {}: is there already and is not overwritten",
+                path.display()
+            )));
+        }
+        formats::atomic_write(path, |w| w.write_all(runs_csv::TEMPLATE.as_bytes()))?;
+        println!(
+            "{}: all columns, and two rows as an example; docs/first-diagnosis.md says what they are",
+            path.display()
+        );
+        return Ok(());
     }
     let started = Instant::now();
     if let Some(path) = &args.table {
@@ -262,9 +352,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(calibration_path) = &args.calibration else {
         return Err(Failure::Input(anyhow!("--calibration is missing")));
     };
-    prepare(args, &[&args.out])?;
-    let calibration = read(calibration_path)?;
-    let measured = read(measured_path)?;
+    let map = column_map(args)?;
+    if args.check {
+        return check(calibration_path, measured_path, &map);
+    }
+    prepare(args, &[args.out()])?;
+    let calibration = read_mapped(calibration_path, &map)?;
+    let measured = read_mapped(measured_path, &map)?;
     let (file, model) = super::model::load(args.model.as_deref())?;
     let data = *file.file().model.data();
     let reference = ReferenceCurves::from_model_data(&data, args.model.is_some());
@@ -273,13 +367,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         errors.push(CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU });
     }
     let selection = SelectionSettings { alpha: args.alpha, seed: args.seed, ..SelectionSettings::default() };
-    let options = Options { settings: selection, errors, model };
+    let can_set = (!args.can_set.is_empty()).then(|| args.can_set.iter().map(|f| f.column().to_owned()).collect());
+    let plan = PlanConstraints { can_set, least_rest_s: args.least_rest_s };
+    let options = Options { settings: selection, errors, model, plan };
     let mut held: Option<InputFile> = None;
     let (mut report, evidence) = during("diagnosis", |tell| {
         let open_holdout = || match &args.holdout {
             None => Ok(None),
             Some(path) => {
-                let set = read(path)?;
+                let set = read_mapped(path, &map)?;
                 held = Some(input("holdout", &set));
                 Ok(Some(set))
             }
@@ -305,7 +401,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.confirm_fe && report.effects.is_empty() {
         println!("--confirm-fe: nothing is claimed, so there is nothing to switch on");
     } else if args.confirm_fe {
-        let folder = args.out.join("fe");
+        let folder = args.out().join("fe");
         let strokes = args.fe_strokes as usize;
         let confirmation = super::confirm::confirm(&args.finger, &reference, &evidence, strokes, &folder)?;
         report.fe_confirmation = Some(confirmation.report);
@@ -346,7 +442,7 @@ fn write(args: &Args, report: &Diagnosis, evidence: &Evidence, model: Option<&[u
     let rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
     let plan = report.next_experiment.as_ref().filter(|_| report.verdict == Verdict::Ambiguous);
     let model = model.map(|bytes| (CORRECTED.to_owned(), bytes.to_vec()));
-    write_files(args, &args.out, rendered, plan, model.into_iter().collect())
+    write_files(args, args.out(), rendered, plan, model.into_iter().collect())
 }
 
 /// Writes a diagnosis in place of the folder's earlier one, the page last.

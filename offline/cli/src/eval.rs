@@ -142,7 +142,7 @@ fn along_path(
 }
 
 /// What each flag of the status means.
-const FLAGS: [(Status, &str); 8] = [
+const FLAGS: [(Status, &str); 9] = [
     (Status::BAD_INPUT, "a depth or slide that is no number"),
     (Status::BAD_TIME_STEP, "a time step that is not positive"),
     (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted: the answer is that of the largest depth"),
@@ -154,6 +154,7 @@ const FLAGS: [(Status, &str); 8] = [
         Status::EFFECT_HELD,
         "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number",
     ),
+    (Status::POSE_OUT_OF_RANGE, "a pose beyond those that the model was fitted in: the answer is that of the nearest"),
 ];
 
 /// Says on standard error what the response's flags say, and what looks like a wrong unit or sign.
@@ -211,7 +212,13 @@ fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> R
         for run in &set.runs {
             for ((row, [x, y]), reading) in run.rows.iter().zip(&run.slide_mm).zip(&run.force_n) {
                 let p = at.next().expect("three numbers a row");
-                let left: [f64; 3] = std::array::from_fn(|k| reading[k] - p[k]);
+                if reading.iter().all(|f| f.is_nan()) {
+                    // A turn that the logger lost: no row of the file.
+                    continue;
+                }
+                let left = [0, 1, 2]
+                    .map(|k| reading[k] - p[k])
+                    .map(|r| if r.is_nan() { String::new() } else { r.to_string() });
                 let name = if run.labels.run.contains([',', '"']) {
                     format!("\"{}\"", run.labels.run.replace('"', "\"\""))
                 } else {

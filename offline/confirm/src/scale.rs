@@ -74,7 +74,7 @@ impl FingerScale {
         }
         for s in rows {
             let (deep, turn) = (over_depth(s.depth_mm), over_direction(&s.row));
-            for channel in 0..3 {
+            for channel in (0..3).filter(|k| s.reading_n[*k].is_finite()) {
                 let force = s.predicted_n[channel];
                 let of_stiffness = if channel == 0 { force } else { force * (1.0 + (beta - 1.0) * s.slips) };
                 let of_strength = if channel == 0 { 0.0 } else { force * s.slips };

@@ -29,6 +29,7 @@ mod statistics;
 mod verdict;
 
 pub use data::checks::check;
+pub use data::column_map::ColumnMap;
 pub use data::covariates::{CORNEOMETER_SD_AU, Correction, CovariateError};
 pub use data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 pub use data::{runs_csv, trace_csv};
@@ -38,15 +39,18 @@ pub use model::core_replay::{replay, replay_all};
 pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
-    Baseline, BaselineParameter, CandidateLaw, CrossValidationError, Diagnosis, Disagreement, EffectFound,
-    FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region, Rescale,
-    ScatterRatio, UnexplainedFound, Verdict,
+    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
+    FactorPrice, FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region,
+    Rescale, ScatterRatio, UnexplainedFound, Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};
 pub use statistics::task::Task;
+pub use verdict::candidate_designs::PlanConstraints;
 pub use verdict::corrected_model::{CorrectedModel, corrected_model};
 pub use verdict::cross_validation::noise_floor_n;
 pub use verdict::diagnosis::{Options, diagnose};
+pub use verdict::dry_run::understand;
 pub use verdict::evidence::{DriverPlot, Evidence};
 pub use verdict::regions::{BINS, CHANNELS, COLUMNS};
+pub use verdict::traces::ForceTrace;

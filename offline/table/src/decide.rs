@@ -1,6 +1,6 @@
 //! What the table cannot tell, and the experiment that would.
 
-use fingerpad_diagnose::{NextExperiment, PlannedRun};
+use fingerpad_diagnose::{NextExperiment, PlannedRun, minutes};
 
 use super::fit::Fitted;
 use super::measured::MeasuredTable;
@@ -88,11 +88,14 @@ impl Rivals<'_> {
             new_block: Some(true),
             ..PlannedRun::default()
         };
+        let runs: Vec<PlannedRun> = (0..REPEATS).flat_map(|_| chosen.iter().map(stroke)).collect();
         Some(NextExperiment {
             separates: rivals.iter().map(|r| [best.model.name(), r.model.name()]).collect(),
             factor: if zero { "unloaded_reading" } else { "depth_mm" }.into(),
             lambda_rival_expected: lambda,
-            runs: (0..REPEATS).flat_map(|_| chosen.iter().map(stroke)).collect(),
+            minutes: minutes(&runs),
+            prices: Vec::new(),
+            runs,
         })
     }
 

@@ -303,6 +303,7 @@ impl Telling<'_> {
                 p_model: p_of(gain),
                 p_runs: 1.0,
                 against_calibration: true,
+                outside_calibration: false,
                 lambda_detect: gain,
                 candidates: candidates.clone(),
             }

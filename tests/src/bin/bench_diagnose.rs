@@ -8,9 +8,10 @@ use clap::Parser;
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::{LIBRARY, OUTSIDE};
 use fingerpad_tests::synthetic_truth::finger::Noise;
+use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::oracle::{Separation, separation};
 use fingerpad_tests::synthetic_truth::score::{Class, Scored, score, settle};
-use fingerpad_tests::synthetic_truth::sets::{Case, Hide, case};
+use fingerpad_tests::synthetic_truth::sets::{Case, Hide, case_of};
 
 #[derive(Parser)]
 #[command(about = "Score card of the diagnosis on hidden sets", name = "cargo xtask bench diagnose")]
@@ -24,6 +25,12 @@ struct Args {
     /// Only these kinds: single, none, pair, outside, unrecorded
     #[arg(long, value_delimiter = ',')]
     kinds: Vec<String>,
+    /// How the laboratory moves and logs
+    #[arg(long, value_enum, default_value = "plane")]
+    protocol: Protocol,
+    /// Only sizes from this on
+    #[arg(long, default_value_t = 0.0)]
+    least_size: f64,
     /// Threads
     #[arg(long, default_value_t = 2)]
     threads: usize,
@@ -115,6 +122,7 @@ fn jobs(args: &Args) -> Vec<Job> {
     if !args.only.is_empty() {
         out.retain(|j| args.only.contains(&j.seed));
     }
+    out.retain(|j| j.kind == "none" || j.size >= args.least_size);
     if !args.kinds.is_empty() {
         out.retain(|j| args.kinds.iter().any(|k| k == j.kind));
     }
@@ -143,7 +151,8 @@ fn main() {
                     let i = next.fetch_add(1, Ordering::Relaxed);
                     let Some(job) = jobs.get(i).copied() else { break };
                     let exact_form = job.seed % 2 == 0;
-                    let made: Case = case(job.seed, job.hide, job.size, job.level, job.runs, exact_form);
+                    let made: Case =
+                        case_of(args.protocol, job.seed, job.hide, job.size, job.level, job.runs, exact_form);
                     if let Some(folder) = &args.dump {
                         for (set, role) in [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")] {
                             let path = folder.join(format!("{}_{role}.csv", job.seed));

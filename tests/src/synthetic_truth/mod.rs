@@ -8,6 +8,7 @@ pub mod effects;
 pub mod fe;
 pub mod fe_sets;
 pub mod finger;
+pub mod loggers;
 pub mod oracle;
 pub mod protocol;
 pub mod score;

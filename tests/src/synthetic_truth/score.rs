@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use fingerpad::ModelFile;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlannedRun, RunSet,
-    SelectionSettings, Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlanConstraints, PlannedRun,
+    RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
 };
 
 use fingerpad_smooth::ReferenceCurves;
@@ -94,6 +94,7 @@ pub fn run_with_evidence(
         settings: SelectionSettings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
         model: "shipped".into(),
+        plan: PlanConstraints::default(),
     };
     let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
@@ -170,7 +171,8 @@ fn plan_of(run: &PlannedRun) -> Plan {
 /// Runs the proposed strokes on the same hidden truth, merges them and diagnoses again.
 pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
     let plan = report.next_experiment.as_ref()?;
-    let plans: Vec<Plan> = plan.runs.iter().map(plan_of).collect();
+    let mut plans: Vec<Plan> = plan.runs.iter().map(plan_of).collect();
+    case.protocol.turn(&mut plans, false);
     let mut more = strokes(&plans, 30);
     let start = case.measured.runs.iter().flat_map(|r| &r.rows).map(|r| r.t_s).fold(0.0, f64::max);
     for stroke in &mut more {
@@ -178,6 +180,7 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
     }
     let mut random = Random::new(case.seed ^ 0xABCD);
     let set = measure(&case.finger, &more, &case.truth, &case.noise, &mut random, "next", case.dropped);
+    let set = case.protocol.log(set, false, &mut random);
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);
     let again = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);

@@ -7,6 +7,7 @@ use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
 use super::Random;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
 use super::finger::{Finger, Noise, Scatter, all_readings};
+use super::loggers::Protocol;
 use super::protocol::{self, Plan, Stroke};
 
 /// What is hidden, and the three files.
@@ -35,6 +36,8 @@ pub struct Case {
     pub noise: Noise,
     /// Strokes of the measured set.
     pub strokes: Vec<Stroke>,
+    /// How the laboratory moves and logs.
+    pub protocol: Protocol,
 }
 
 /// What is to be hidden.
@@ -52,14 +55,31 @@ pub enum Hide {
     Unrecorded(usize),
 }
 
-/// Makes a case.
+/// Makes a case with directions over the plane and a logger without faults.
 pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_form: bool) -> Case {
+    case_of(Protocol::Plane, seed, hide, size, level, runs, exact_form)
+}
+
+/// Makes a case of a protocol.
+pub fn case_of(
+    protocol: Protocol,
+    seed: u64,
+    hide: Hide,
+    size: f64,
+    level: usize,
+    runs: usize,
+    exact_form: bool,
+) -> Case {
     let mut random = Random::new(seed);
     let finger = Finger::random(&mut random);
     let noise = Noise::random(&mut random);
-    let calibration_strokes = protocol::strokes(&protocol::calibration(30, &mut random), 30);
-    let strokes = protocol::strokes(&protocol::measured(runs, level, &mut random), 30);
-    let holdout_strokes = protocol::strokes(&protocol::measured(20, level, &mut random), 30);
+    let turned = |mut plans: Vec<Plan>, calibration| {
+        protocol.turn(&mut plans, calibration);
+        protocol::strokes(&plans, 30)
+    };
+    let calibration_strokes = turned(protocol::calibration(30, &mut random), true);
+    let strokes = turned(protocol::measured(runs, level, &mut random), false);
+    let holdout_strokes = turned(protocol::measured(20, level, &mut random), false);
     let names: Vec<&'static str> = match hide {
         Hide::Nothing => vec![],
         Hide::Law(i) | Hide::Unrecorded(i) => vec![LIBRARY[i].0],
@@ -82,6 +102,9 @@ pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_f
     let calibration = set(&finger, &calibration_strokes, &[], "calibration");
     let measured = set(&today, &strokes, &truth, "measured");
     let holdout = set(&today, &holdout_strokes, &truth, "holdout");
+    let mut faults = Random::new(seed ^ 0x1066);
+    let [calibration, measured, holdout] = [(calibration, true), (measured, false), (holdout, false)]
+        .map(|(set, calibration)| protocol.log(set, calibration, &mut faults));
     Case {
         seed,
         truth,
@@ -95,6 +118,7 @@ pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_f
         finger: today,
         noise,
         strokes,
+        protocol,
     }
 }
 

@@ -16,9 +16,10 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Depth and reading of the deepest row of each run.
+/// Depth and reading of the deepest row of a run that has a reading.
 fn deepest(run: &Run) -> (f64, [f64; 3]) {
-    let i = (0..run.rows.len()).max_by(|a, b| run.rows[*a].depth_mm.total_cmp(&run.rows[*b].depth_mm)).unwrap_or(0);
+    let read = (0..run.rows.len()).filter(|i| !run.force_n[*i][0].is_nan());
+    let i = read.max_by(|a, b| run.rows[*a].depth_mm.total_cmp(&run.rows[*b].depth_mm)).unwrap_or(0);
     (run.rows[i].depth_mm, run.force_n[i])
 }
 
@@ -145,7 +146,7 @@ fn friction_follows_motion(set: &RunSet) -> Result<(), DiagnoseError> {
     let (mut size, mut along, mut exchanged) = (0.0, 0.0, 0.0);
     for run in &set.runs {
         for (row, [_, x, y]) in run.rows.iter().zip(&run.force_n) {
-            if row.depth_mm > 0.0 && row.speed_mm_s > 0.0 && row.turn_mm > 1.0 {
+            if row.depth_mm > 0.0 && row.speed_mm_s > 0.0 && row.turn_mm > 1.0 && !x.is_nan() {
                 size += x.hypot(*y);
                 along += x * row.along[0] + y * row.along[1];
                 exchanged += y * row.along[0] + x * row.along[1];
@@ -180,7 +181,7 @@ fn columns(set: &RunSet) -> Result<(), DiagnoseError> {
     let mut rows: Vec<(f64, [f64; 3])> = Vec::new();
     for run in &set.runs {
         for (row, force) in run.rows.iter().zip(&run.force_n) {
-            if row.depth_mm > 0.0 {
+            if row.depth_mm > 0.0 && !force[0].is_nan() {
                 rows.push((row.depth_mm, *force));
             }
         }

@@ -4,7 +4,11 @@
 //! May use: laws (the columns and rows that they read), `fingerpad-formats`.
 
 pub mod checks;
+pub mod clock;
+pub mod column_map;
 pub mod covariates;
+pub mod outliers;
 pub mod runs;
 pub mod runs_csv;
 pub mod trace_csv;
+pub mod turns;

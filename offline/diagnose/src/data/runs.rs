@@ -4,6 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::data::clock::{clock_step_s, equal_stamps, note, spread_equal_stamps};
+use crate::data::turns::with_lost_turns;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, Row};
 
@@ -62,7 +64,7 @@ pub struct Run {
     pub rows: Vec<Row>,
     /// Displacement of the plate in each row, mm.
     pub slide_mm: Vec<[f64; 2]>,
-    /// Readings: normal, x, y, N.
+    /// Readings: normal, x, y, N; NaN where one is left out.
     pub force_n: Vec<[f64; 3]>,
 }
 
@@ -135,20 +137,23 @@ const STILL_MM: f64 = 1e-6;
 ///
 /// * `recorded`: state columns that the file has
 ///
-/// Errors: [`DiagnoseError::Unusable`] for time running backwards.
+/// Rows of one time stamp are spread over the clock's step. Errors: [`DiagnoseError::Unusable`] for time running backwards.
 pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, DiagnoseError> {
-    let n = raw.len();
     for pair in raw.windows(2) {
-        if !(pair[1].t_s > pair[0].t_s) {
+        if !(pair[1].t_s >= pair[0].t_s) {
             return Err(DiagnoseError::Unusable {
                 path: path.to_path_buf(),
                 problem: format!(
-                    "line {}, column t_s: {} after {}: time must rise within run `{}`",
+                    "line {}, column t_s: {} after {}: time must not fall within run `{}`",
                     pair[1].line, pair[1].t_s, pair[0].t_s, labels.run
                 ),
             });
         }
     }
+    let clock_s = clock_step_s(raw);
+    let raw = spread_equal_stamps(raw);
+    let raw = &with_lost_turns(&raw, nominal_speed(&raw), clock_s)[..];
+    let n = raw.len();
     let touch_s = touch_time(raw);
     let step = |i: usize| -> [f64; 2] {
         let from = if i == 0 { [0.0; 2] } else { raw[i - 1].slide_mm };
@@ -296,8 +301,9 @@ impl RunSet {
         let rows_read = rows.iter().map(|r| r.1.len()).sum();
         let runs_read = rows.len();
         let recorded = recorded(rows.iter().flat_map(|r| &r.1));
+        let notes = note(rows.iter().map(|r| equal_stamps(&r.1)).sum()).into_iter().collect();
         let runs = rows.into_iter().map(|(labels, rows)| run_of(&path, labels, &rows)).collect::<Result<_, _>>()?;
-        Ok(Self { path, runs, recorded, notes: Vec::new(), rows_read, runs_read, sha256: String::new() })
+        Ok(Self { path, runs, recorded, notes, rows_read, runs_read, sha256: String::new() })
     }
 }
 

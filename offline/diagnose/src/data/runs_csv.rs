@@ -15,6 +15,8 @@ use sha2::{Digest, Sha256};
 
 use fingerpad_formats::Error;
 
+use crate::data::clock::{equal_stamps, note};
+use crate::data::column_map::ColumnMap;
 use crate::data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 use crate::error::DiagnoseError;
 use crate::laws::Column;
@@ -36,6 +38,14 @@ const OPTIONAL: [&str; 11] = [
     "block_id",
     "subject_id",
 ];
+/// A file with all columns and the first two rows of a run.
+pub const TEMPLATE: &str = "\
+run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,contact_time_s,speed_mm_s,direction_deg,\
+dwell_s,occlusion_time_s,hydration_au,temperature_c,finger_width_mm,condition_id,block_id,subject_id
+stroke1,0.00,-0.20,0,0,0.001,-0.002,0.000,-0.20,2,0,1.0,0,35.2,32.1,16.0,reference,block1,subject1
+stroke1,0.35,0.30,0,0,0.062,0.001,0.000,0.15,2,0,1.0,0.15,35.2,32.1,16.0,reference,block1,subject1
+";
+
 /// Most rows of a run that are held; a longer one is thinned while it is read.
 const HELD_ROWS: usize = 4096;
 /// Most rows of a run that are kept.
@@ -65,6 +75,13 @@ pub enum ReadError {
 ///
 /// Errors: [`ReadError`] with file, line and column.
 pub fn read(path: &Path, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet, ReadError> {
+    read_mapped(path, &ColumnMap::default(), progress)
+}
+
+/// The same from a file whose columns have other names and units.
+///
+/// Errors: [`ReadError`] with file, line and column.
+pub fn read_mapped(path: &Path, map: &ColumnMap, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet, ReadError> {
     let failed = |source| Error::File { path: path.to_path_buf(), source };
     let file = File::open(path).map_err(failed)?;
     let length = file.metadata().map_or(0, |m| m.len()).max(1);
@@ -74,9 +91,9 @@ pub fn read(path: &Path, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet
     let mut source = HashingReader { inner: file, hash: Sha256::new(), bytes: Rc::clone(&bytes) };
     let mut share_read = || progress(bytes.get() as f64 / length as f64);
     let mut set = if compressed {
-        read_text(path, MultiGzDecoder::new(&mut source), &mut share_read)?
+        read_text(path, map, MultiGzDecoder::new(&mut source), &mut share_read)?
     } else {
-        read_text(path, &mut source, &mut share_read)?
+        read_text(path, map, &mut source, &mut share_read)?
     };
     std::io::copy(&mut source, &mut std::io::sink()).map_err(failed)?;
     set.sha256 = source.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
@@ -84,9 +101,14 @@ pub fn read(path: &Path, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet
 }
 
 /// Reads the runs of a text; `go_on` is asked now and then.
-fn read_text(path: &Path, text: impl Read, go_on: &mut dyn FnMut() -> bool) -> Result<RunSet, ReadError> {
+fn read_text(
+    path: &Path,
+    map: &ColumnMap,
+    text: impl Read,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<RunSet, ReadError> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
-    let columns = ColumnPlaces::of(path, reader.headers().map_err(|e| csv_error(path, &e))?)?;
+    let columns = ColumnPlaces::of(path, map, reader.headers().map_err(|e| csv_error(path, &e))?)?;
     let mut assembler = RunAssembler::new(path);
     let mut record = csv::StringRecord::new();
     let mut rows_read = 0usize;
@@ -107,6 +129,8 @@ fn read_text(path: &Path, text: impl Read, go_on: &mut dyn FnMut() -> bool) -> R
         return Err(Error::TooFewRows { path: path.to_path_buf(), line: 1, found: 0, needed: 1 }.into());
     }
     let mut notes = columns.notes;
+    notes.extend(map.told());
+    notes.extend(note(assembler.equal_stamps));
     if assembler.thinned > 0 {
         notes.push(format!("{} runs are longer than {KEPT_ROWS} rows and were thinned to that", assembler.thinned));
     }
@@ -154,10 +178,12 @@ struct ColumnPlaces {
     optional: [Option<usize>; OPTIONAL.len()],
     count: usize,
     notes: Vec<String>,
+    map: ColumnMap,
 }
 
 impl ColumnPlaces {
-    fn of(path: &Path, header: &csv::StringRecord) -> Result<Self, Error> {
+    fn of(path: &Path, map: &ColumnMap, header: &csv::StringRecord) -> Result<Self, Error> {
+        let ours = |name: &&str| REQUIRED.iter().chain(&OPTIONAL).any(|column| map.name(column) == *name);
         let names: Vec<&str> =
             header.iter().map(|n| n.trim_start_matches('\u{feff}').trim().trim_matches('"')).collect();
         let problem =
@@ -166,7 +192,7 @@ impl ColumnPlaces {
             return Err(problem("`run_id`: cells are to be separated by commas, with a decimal point"));
         }
         for (i, name) in names.iter().enumerate() {
-            if names[..i].contains(name) && (REQUIRED.contains(name) || OPTIONAL.contains(name)) {
+            if names[..i].contains(name) && ours(name) {
                 return Err(Error::Conflict {
                     path: path.to_path_buf(),
                     line: 1,
@@ -175,17 +201,19 @@ impl ColumnPlaces {
                 });
             }
         }
-        let find = |name: &str| names.iter().position(|n| *n == name);
+        let find = |name: &str| names.iter().position(|n| *n == map.name(name));
         let mut required = [0; REQUIRED.len()];
         for (slot, name) in required.iter_mut().zip(REQUIRED) {
             *slot = find(name).ok_or_else(|| match stem_match(name, &names) {
-                Some(other) => problem(&format!("`{name}`; there is `{other}`, which is another unit: convert it")),
-                None => problem(&format!("`{name}`")),
+                Some(other) => problem(&format!(
+                    "`{name}`; there is `{other}`, another unit: convert it, or --map {name}={other} --unit {name}=UNIT"
+                )),
+                None => problem(&format!("`{}` (--map {name}=COLUMN says where it is)", map.name(name))),
             })?;
         }
         let mut notes = Vec::new();
         for name in &names {
-            if !REQUIRED.contains(name) && !OPTIONAL.contains(name) {
+            if !ours(name) {
                 notes.push(format!("column `{name}` is unknown and ignored"));
             }
         }
@@ -197,7 +225,7 @@ impl ColumnPlaces {
             }
         }
         notes.sort();
-        Ok(Self { required, optional: OPTIONAL.map(find), count: names.len(), notes })
+        Ok(Self { required, optional: OPTIONAL.map(find), count: names.len(), notes, map: map.clone() })
     }
 
     fn row(&self, path: &Path, line: usize, record: &csv::StringRecord) -> Result<(Labels, RawRow), Error> {
@@ -213,6 +241,7 @@ impl ColumnPlaces {
         };
         let number = |column: &str, cell: &str| -> Result<f64, Error> {
             let value: f64 = cell.parse().map_err(|_| refuse(column, cell, "is not a number"))?;
+            let value = self.map.value(column, value);
             if value.is_finite() { Ok(value) } else { Err(refuse(column, cell, "is not a finite number")) }
         };
         let need = |k: usize| -> Result<f64, Error> {
@@ -276,6 +305,7 @@ struct RunAssembler<'a> {
     stride: usize,
     kept_rows: usize,
     thinned: usize,
+    equal_stamps: usize,
     recorded: Option<Vec<Column>>,
 }
 
@@ -293,6 +323,7 @@ impl<'a> RunAssembler<'a> {
             stride: 1,
             kept_rows: 0,
             thinned: 0,
+            equal_stamps: 0,
             recorded: None,
         }
     }
@@ -314,14 +345,14 @@ impl<'a> RunAssembler<'a> {
         }
         let last = self.rows.last();
         if let Some(last) = last
-            && !(row.t_s > last.t_s)
+            && !(row.t_s >= last.t_s)
         {
             return Err(Error::Value {
                 path: self.path.to_path_buf(),
                 line: row.line,
                 column: "t_s".into(),
                 value: row.t_s.to_string(),
-                problem: format!("is not after {}: time must rise within run `{}`", last.t_s, self.labels.run),
+                problem: format!("is before {}: time must not fall within run `{}`", last.t_s, self.labels.run),
             }
             .into());
         }
@@ -346,6 +377,7 @@ impl<'a> RunAssembler<'a> {
         if rows.is_empty() {
             return Ok(());
         }
+        self.equal_stamps += equal_stamps(&rows);
         let here = recorded(rows.iter());
         self.recorded = Some(match self.recorded.take() {
             None => here,
@@ -377,6 +409,18 @@ mod tests {
     use std::io::Write;
 
     use super::*;
+
+    #[test]
+    fn the_template_has_every_column_and_can_be_read() {
+        let path = std::env::temp_dir().join(format!("template-{}.csv", std::process::id()));
+        std::fs::write(&path, TEMPLATE).unwrap();
+        let set = read(&path, &mut |_| true).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!((set.rows_read, set.runs_read, set.notes.len(), set.recorded.len()), (2, 1, 0, 5));
+        for column in REQUIRED.iter().chain(&OPTIONAL) {
+            assert!(TEMPLATE.lines().next().unwrap().split(',').any(|c| c == *column), "{column}");
+        }
+    }
 
     #[test]
     fn a_compressed_file_gives_the_runs_of_the_plain_one() {

@@ -8,6 +8,7 @@ use std::path::Path;
 use fingerpad_formats::Error;
 use flate2::read::MultiGzDecoder;
 
+use crate::data::column_map::ColumnMap;
 use crate::data::runs_csv::GZIP_MAGIC;
 
 /// One row of a trace.
@@ -19,12 +20,13 @@ pub struct TraceRow {
     pub force_n: [f64; 3],
 }
 
-/// Keys of a map, and the columns that they stand for without one.
-const WANTED: [(&str, &str); 4] =
-    [("t", "t_s"), ("normal", "normal_force_n"), ("x", "friction_x_n"), ("y", "friction_y_n")];
+/// Columns of a trace.
+const WANTED: [&str; 4] = ["t_s", "normal_force_n", "friction_x_n", "friction_y_n"];
 
-/// Reads a trace, plain or compressed by gzip. `map` is like `normal=-Fz,x=Fx,y=Fy,t=Timestamp`; a minus sign turns a column round.
-pub fn read(path: &Path, map: Option<&str>) -> Result<Vec<TraceRow>, Error> {
+/// Reads a trace, plain or compressed by gzip.
+///
+/// Errors: [`Error`] with file, line and column.
+pub fn read(path: &Path, map: &ColumnMap) -> Result<Vec<TraceRow>, Error> {
     let problem = |line: usize, column: &str, value: &str, problem: &str| Error::Value {
         path: path.to_path_buf(),
         line,
@@ -32,17 +34,7 @@ pub fn read(path: &Path, map: Option<&str>) -> Result<Vec<TraceRow>, Error> {
         value: value.to_owned(),
         problem: problem.to_owned(),
     };
-    let mut names = WANTED.map(|(_, column)| (column.to_owned(), 1.0));
-    for pair in map.unwrap_or("").split(',').filter(|p| !p.is_empty()) {
-        let (key, column) = pair.split_once('=').ok_or_else(|| problem(1, "--map", pair, "is not KEY=COLUMN"))?;
-        let slot = WANTED.iter().position(|(k, c)| *k == key.trim() || *c == key.trim());
-        let slot = slot.ok_or_else(|| problem(1, "--map", key, "is not one of t, normal, x, y"))?;
-        let column = column.trim();
-        names[slot] = match column.strip_prefix('-') {
-            Some(turned) => (turned.to_owned(), -1.0),
-            None => (column.to_owned(), 1.0),
-        };
-    }
+    let names = WANTED.map(|column| map.name(column).to_owned());
     let bytes = std::fs::read(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
     let bytes = if bytes.starts_with(&GZIP_MAGIC) {
         let mut text = Vec::new();
@@ -61,7 +53,7 @@ pub fn read(path: &Path, map: Option<&str>) -> Result<Vec<TraceRow>, Error> {
     let fail = |e: csv::Error| Error::File { path: path.to_path_buf(), source: std::io::Error::other(e.to_string()) };
     let header = reader.headers().map_err(fail)?.clone();
     let mut at = [0; 4];
-    for (slot, (name, _)) in at.iter_mut().zip(&names) {
+    for (slot, name) in at.iter_mut().zip(&names) {
         *slot = header.iter().position(|h| h == name).ok_or_else(|| Error::MissingColumn {
             path: path.to_path_buf(),
             line: 1,
@@ -75,14 +67,14 @@ pub fn read(path: &Path, map: Option<&str>) -> Result<Vec<TraceRow>, Error> {
         let mut v = [0.0; 4];
         for k in 0..4 {
             let cell = record.get(at[k]).unwrap_or("");
-            let value: f64 = cell.parse().map_err(|_| problem(line, &names[k].0, cell, "is not a number"))?;
+            let value: f64 = cell.parse().map_err(|_| problem(line, &names[k], cell, "is not a number"))?;
             if !value.is_finite() {
-                return Err(problem(line, &names[k].0, cell, "is not a finite number"));
+                return Err(problem(line, &names[k], cell, "is not a finite number"));
             }
-            v[k] = names[k].1 * value;
+            v[k] = map.value(WANTED[k], value);
         }
-        if rows.last().is_some_and(|last| !(v[0] > last.t_s)) {
-            return Err(problem(line, &names[0].0, &v[0].to_string(), "is not after the row before"));
+        if rows.last().is_some_and(|last| !(v[0] >= last.t_s)) {
+            return Err(problem(line, &names[0], &v[0].to_string(), "is before the row above: time must not fall"));
         }
         lines.push(line);
         rows.push(TraceRow { t_s: v[0], force_n: [v[1], v[2], v[3]] });
@@ -90,12 +82,41 @@ pub fn read(path: &Path, map: Option<&str>) -> Result<Vec<TraceRow>, Error> {
     if rows.len() < 3 {
         return Err(Error::TooFewRows { path: path.to_path_buf(), line: rows.len() + 1, found: rows.len(), needed: 3 });
     }
+    if let Some((line, value)) = falls(&rows, &lines) {
+        let hint = "is below the rows with which the trace begins, and friction grows as the normal force falls: it is to be \
+                    positive where the finger presses; turn it round with --map normal=-COLUMN";
+        return Err(problem(line, &names[1], &value.to_string(), hint));
+    }
     if let Some((line, value)) = pulls(&rows, &lines) {
         let hint = "is the largest normal force in size, and negative: it is to be positive where the finger presses; turn it \
                     round with --map normal=-COLUMN";
-        return Err(problem(line, &names[1].0, &(names[1].1 * value).to_string(), hint));
+        return Err(problem(line, &names[1], &value.to_string(), hint));
     }
     Ok(rows)
+}
+
+/// Line and value of the largest fall below the rows with which a trace begins, where these are the highest readings of
+/// all and friction grows as the reading falls: then the finger presses downwards, whatever the tare.
+fn falls(rows: &[TraceRow], lines: &[usize]) -> Option<(usize, f64)> {
+    let first = rows.len().min(3);
+    let start: [f64; 3] =
+        std::array::from_fn(|k| rows[..first].iter().map(|r| r.force_n[k]).sum::<f64>() / first as f64);
+    let mut readings: Vec<f64> = rows.iter().map(|r| r.force_n[0]).collect();
+    readings.sort_by(f64::total_cmp);
+    let below = readings.partition_point(|f| *f < start[0] - 0.1);
+    if below * 20 < rows.len() * 19 / 2 || readings[readings.len() * 19 / 20] > start[0] + 0.1 {
+        return None;
+    }
+    let pair = |r: &TraceRow| (start[0] - r.force_n[0], (r.force_n[1] - start[1]).hypot(r.force_n[2] - start[2]));
+    let n = rows.len() as f64;
+    let mean = rows.iter().map(pair).fold((0.0, 0.0), |a, b| (a.0 + b.0 / n, a.1 + b.1 / n));
+    let (mut both, mut own) = (0.0, [0.0; 2]);
+    for (load, friction) in rows.iter().map(pair) {
+        both += (load - mean.0) * (friction - mean.1);
+        own = [own[0] + (load - mean.0).powi(2), own[1] + (friction - mean.1).powi(2)];
+    }
+    let lowest = (0..rows.len()).min_by(|a, b| rows[*a].force_n[0].total_cmp(&rows[*b].force_n[0]))?;
+    (both > 0.3 * (own[0] * own[1]).sqrt()).then(|| (lines[lowest], rows[lowest].force_n[0]))
 }
 
 /// Line and value of the largest pull, where the normal force of a trace reaches farther below zero than above it: a
@@ -120,7 +141,7 @@ mod tests {
     fn a_normal_force_of_the_wrong_sign_is_refused_with_a_hint() {
         for name in ["July3_1_force_data_1", "July3_2_force_data_1", "July3_2_force_data_2", "July5_1_force_data_2"] {
             let path = format!("{FOLDER}{name}.csv");
-            let read = |map| read(Path::new(&path), Some(map));
+            let read = |map| read(Path::new(&path), &ColumnMap::parse(Some(map), None).unwrap());
             assert!(read("normal=-Fz,x=Fx,y=Fy,t=Timestamp").is_ok(), "{name}");
             let message = read("normal=Fz,x=Fx,y=Fy,t=Timestamp").unwrap_err().to_string();
             for word in [name, "Fz", "turn it round", "--map normal=-"] {
@@ -132,7 +153,7 @@ mod tests {
     #[test]
     fn a_compressed_trace_gives_the_rows_of_the_plain_one() {
         let path = format!("{FOLDER}July3_1_force_data_1.csv");
-        let map = Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp");
+        let map = &ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
         encoder.write_all(&std::fs::read(&path).unwrap()).unwrap();
         let packed = std::env::temp_dir().join(format!("trace-{}.csv.gz", std::process::id()));

@@ -4,20 +4,20 @@
 #[derive(Clone, Copy, Default)]
 pub struct ResidualSums {
     sum: [f64; 3],
-    rows: f64,
+    rows: [f64; 3],
 }
 
 impl ResidualSums {
-    /// Adds residuals, three per row, N.
+    /// Adds residuals, three per row, N; NaN is none.
     pub fn add(&mut self, values: impl Iterator<Item = f64>) {
-        for (i, v) in values.enumerate() {
+        for (i, v) in values.enumerate().filter(|(_, v)| !v.is_nan()) {
             self.sum[i % 3] += v * v;
-            self.rows += 1.0 / 3.0;
+            self.rows[i % 3] += 1.0;
         }
     }
 
     /// Root mean squares, N.
     pub fn rms(&self) -> [f64; 3] {
-        self.sum.map(|s| (s / self.rows.max(1.0)).sqrt())
+        std::array::from_fn(|k| (self.sum[k] / self.rows[k].max(1.0)).sqrt())
     }
 }

@@ -11,6 +11,9 @@ pub struct RowNoise {
     pub multiplicative: f64,
 }
 
+/// Root mean square force below which a channel carries none, N.
+const LEAST_FORCE_N: f64 = 1e-3;
+
 impl RowNoise {
     /// Standard deviation at a force, N.
     pub fn sigma_n(&self, force_n: f64) -> f64 {
@@ -24,7 +27,10 @@ impl RowNoise {
     pub fn fit(points: &[(f64, f64)], factor: f64) -> Self {
         let sum = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>().max(1e-300);
         let total = sum(|p| p.1);
-        let (mut a, mut m) = (0.5 * total / points.len().max(1) as f64, 0.5 * total / sum(|p| p.0));
+        // Without a force nothing tells the second term; it then stays at the least one.
+        let (force, count) = (sum(|p| p.0), points.len().max(1) as f64);
+        let has_force = force > LEAST_FORCE_N.powi(2) * count;
+        let (mut a, mut m) = (0.5 * total / count, if has_force { 0.5 * total / force } else { 0.0 });
         for _ in 0..200 {
             let mut s = [1e-300; 4];
             for &(x, y) in points {
@@ -53,6 +59,13 @@ pub fn sigma_of(noise: &[RowNoise; 3], prediction_n: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_channel_without_force_has_the_noise_of_its_readings() {
+        let points: Vec<(f64, f64)> = (0..300).map(|i| (0.0, if i % 2 == 0 { 1e-5 } else { 2e-5 })).collect();
+        let found = RowNoise::fit(&points, 1.0);
+        assert!(found.sigma_n(0.5) < 0.05 && found.additive_n > 2e-3 && found.additive_n < 5e-3, "{found:?}");
+    }
 
     #[test]
     fn both_terms_of_the_row_noise_are_found() {

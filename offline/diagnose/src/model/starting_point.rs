@@ -49,7 +49,7 @@ pub fn starting_point(set: &RunSet, reference: &ReferenceCurves) -> Parameters {
             .iter()
             .zip(&found)
             .enumerate()
-            .filter(|(i, _)| i % 3 != 0)
+            .filter(|(i, (y, _))| i % 3 != 0 && !y.is_nan())
             .map(|(_, (y, p))| (y - p).abs())
             .sum::<f64>()
     };

@@ -14,8 +14,9 @@ pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
         return ReducedDiagnosis { report, sentences, plot: None };
     };
     let carries = fit.half_n[1].max(fit.half_n[2]) < 0.5;
-    let found = fit.p < alpha && (excludes_zero(&fit, 1) || excludes_zero(&fit, 2));
-    let verdict = if found && carries { Verdict::Named } else { Verdict::None };
+    let claimable = if fit.air.is_some() { 0..3 } else { 1..3 };
+    let found = carries && fit.p < alpha && claimable.into_iter().any(|k| excludes_zero(&fit, k));
+    let verdict = if found { Verdict::Named } else { Verdict::None };
     let rms = fit.rms_n.map(|r| [0.0, r, r]);
     let rms = if verdict == Verdict::Named { rms } else { [rms[0]; 2] };
     let mut report = reduced_report(
@@ -47,7 +48,7 @@ pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
     if verdict == Verdict::Named {
         report.effects.push(tare_effect(&fit));
     }
-    let sentences = sentences(&fit, trace, verdict, carries);
+    let sentences = sentences(&fit, verdict, carries);
     ReducedDiagnosis { report, sentences, plot: Some(ring_plot(trace, &fit)) }
 }
 
@@ -116,6 +117,7 @@ fn tare_effect(fit: &TareFit) -> EffectFound {
         p_model: fit.p,
         p_runs: fit.p,
         against_calibration: false,
+        outside_calibration: false,
         lambda_detect: fit.gain_2ll,
         candidates: vec![CandidateLaw {
             law: "tare_bias".into(),
@@ -136,13 +138,14 @@ fn excludes_zero(fit: &TareFit, k: usize) -> bool {
     fit.tare_n[k].abs() > fit.half_n[k]
 }
 
-fn sentences(fit: &TareFit, trace: &[TraceRow], verdict: Verdict, carries: bool) -> Vec<String> {
+fn sentences(fit: &TareFit, verdict: Verdict, carries: bool) -> Vec<String> {
     let value = |k: usize| format!("{:+.2} ± {:.2} N", fit.tare_n[k], fit.half_n[k]);
     let named = |k: usize| format!("{} {}", ["normal", "x", "y"][k], value(k));
     let mut out = Vec::new();
+    let known = if fit.air.is_some() { 0..3 } else { 1..3 };
     if verdict == Verdict::Named {
         let list = |claimed: bool| -> Vec<String> {
-            [1, 2].into_iter().filter(|k| excludes_zero(fit, *k) == claimed).map(named).collect()
+            known.clone().filter(|k| excludes_zero(fit, *k) == claimed).map(named).collect()
         };
         let rest = list(false);
         let rest = if rest.is_empty() {
@@ -150,27 +153,38 @@ fn sentences(fit: &TareFit, trace: &[TraceRow], verdict: Verdict, carries: bool)
         } else {
             format!(" Not claimed, because its interval holds zero: {}.", rest.join(", "))
         };
-        let rows = fit.rows.len();
-        let claimed = list(true).join(", ");
-        out.push(format!("Missing: the sensor's tare, {claimed} (95 %), from {rows} rows in firm contact.{rest}"));
-        out.push(format!(
-            "Median friction coefficient: {:.2} as read, {:.2} with the tangential tare taken off.",
-            fit.friction_coefficient[0], fit.friction_coefficient[1]
-        ));
+        let from = match &fit.air {
+            Some(air) => format!("the {} rows before touch", air.rows),
+            None => format!("{} rows in firm contact", fit.rows.len()),
+        };
+        out.push(format!("Missing: the sensor's tare, {} (95 %), from {from}.{rest}", list(true).join(", ")));
     } else if !carries {
         out.push(format!("This trace carries too little to tell a tare: x {}, y {}.", value(1), value(2)));
     } else {
         out.push(format!("No tangential tare that these rows could show: x {}, y {}.", value(1), value(2)));
     }
-    out.push(if is_normal_inseparable(fit) {
+    out.push(match fit.friction_tared {
+        Some([tared, open]) => format!(
+            "Median friction coefficient: {:.2} as read, {tared:.2} ± {open:.2} with the whole tare taken off, the normal \
+             force's included.",
+            fit.friction_as_read
+        ),
+        None => format!(
+            "Median friction coefficient: {:.2} as read; without the tare it is not given, because the tare's intervals \
+             leave more than 5 % of it open.",
+            fit.friction_as_read
+        ),
+    });
+    out.push(if fit.air.is_some() {
+        format!("Normal tare {}, from the same rows.", value(0))
+    } else if is_normal_inseparable(fit) {
         format!(
             "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}; correlation \
-             {:.2}): it is not claimed. {}",
+             {:.2}): it is not claimed. A few rows in the air before the first touch would tell it.",
             value(0),
             fit.friction[1],
             2.57 * fit.exponent_sd,
             fit.normal_exponent_correlation,
-            rows_in_air(fit, trace)
         )
     } else {
         format!("Normal tare {}.", value(0))
@@ -178,55 +192,68 @@ fn sentences(fit: &TareFit, trace: &[TraceRow], verdict: Verdict, carries: bool)
     out
 }
 
-/// A sentence on the rows in the air that would tell the normal tare: those with which the trace begins, if it does.
-fn rows_in_air(fit: &TareFit, trace: &[TraceRow]) -> String {
-    const FEWEST: usize = 3;
-    let leading = fit.rows.first().copied().unwrap_or(0);
-    if leading < FEWEST {
-        return "A row in the air would tell it.".into();
-    }
-    let mean = trace[..leading].iter().map(|r| r.force_n[0]).sum::<f64>() / leading as f64;
-    format!(
-        "The {leading} rows before the first firm contact read {mean:+.2} N on average: where the finger did not touch yet, \
-         that is the tare."
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::data::column_map::ColumnMap;
     use crate::data::trace_csv;
 
     fn trace(name: &str) -> Vec<TraceRow> {
         let path = format!("{}/../../data/human_texture_exploration/{name}.csv", env!("CARGO_MANIFEST_DIR"));
-        trace_csv::read(Path::new(&path), Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp")).unwrap()
+        let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
+        trace_csv::read(Path::new(&path), &map).unwrap()
     }
 
     #[test]
     fn a_component_whose_interval_holds_zero_is_not_claimed() {
-        let found = diagnose_forces(&trace("July3_2_force_data_2"), 0.01);
-        assert_eq!(found.report.verdict, Verdict::Named);
-        let [low, high] = found.report.effects[0].parameters[1].ci95;
-        assert!(low < 0.0 && high > 0.0, "{low} {high}");
-        let (claimed, rest) = found.sentences[0].split_once("Not claimed").unwrap();
-        assert!(
-            claimed.contains(" y -0.46") && !claimed.contains(" x ") && rest.contains(" x -0.21"),
-            "{}",
-            found.sentences[0]
-        );
-        let both = diagnose_forces(&trace("July3_1_force_data_1"), 0.01);
-        assert!(!both.sentences[0].contains("Not claimed") && both.sentences[0].contains(" x -0.94"));
+        let whole = trace("July3_2_force_data_2");
+        let pressed = &whole[fit_tare(&whole).unwrap().air.unwrap().rows..];
+        let found = diagnose_forces(pressed, 0.01);
+        for effect in &found.report.effects {
+            let held = |k: usize| effect.parameters[k].ci95[0] <= 0.0 && effect.parameters[k].ci95[1] >= 0.0;
+            let claimed = found.sentences[0].split("Not claimed").next().unwrap();
+            for (k, name) in [(1, " x "), (2, " y ")] {
+                assert!(!(held(k) && claimed.contains(name)), "{claimed}");
+            }
+        }
+        if found.report.verdict == Verdict::None {
+            assert!(found.report.tests.iter().all(|t| !t.significant));
+        }
     }
 
+    /// Rows before touch are the tare: friction is that of the trace with their mean taken off, or it is not given.
     #[test]
-    fn rows_in_the_air_are_asked_for_only_where_there_are_none() {
-        let whole = trace("July3_1_force_data_1");
-        let told = |trace: &[TraceRow]| diagnose_forces(trace, 0.01).sentences.pop().unwrap();
-        assert!(told(&whole).contains("rows before the first firm contact"), "{}", told(&whole));
-        let first = fit_tare(&whole).unwrap().rows[0];
-        let pressed: Vec<TraceRow> = whole[first..].to_vec();
-        assert!(told(&pressed).contains("A row in the air would tell it"), "{}", told(&pressed));
+    fn rows_before_touch_fix_the_whole_tare() {
+        for name in ["July3_1_force_data_1", "July3_2_force_data_1", "July3_2_force_data_2", "July5_1_force_data_2"] {
+            let whole = trace(name);
+            let fit = fit_tare(&whole).unwrap();
+            let air = fit.air.clone().unwrap_or_else(|| panic!("{name}: no rows before touch"));
+            let truth: [f64; 3] = std::array::from_fn(|k| whole[..4].iter().map(|r| r.force_n[k]).sum::<f64>() / 4.0);
+            for k in 0..3 {
+                assert!((air.mean_n[k] - truth[k]).abs() < 0.12, "{name}: {air:?}, first rows {truth:?}");
+            }
+            let found = diagnose_forces(&whole, 0.01);
+            assert!(found.sentences[0].contains("rows before touch"), "{:?}", found.sentences);
+            let slides = |tare: [f64; 3]| {
+                let of = |i: &usize| {
+                    let f: [f64; 3] = std::array::from_fn(|k| whole[*i].force_n[k] - tare[k]);
+                    f[1].hypot(f[2]) / f[0].max(0.02)
+                };
+                let mut list: Vec<f64> = fit.rows.iter().map(of).collect();
+                list.sort_by(f64::total_cmp);
+                list[list.len() / 2]
+            };
+            println!("{name}: {air:?} read {:.3} tared {:?}", fit.friction_as_read, fit.friction_tared);
+            if let Some([tared, _]) = fit.friction_tared {
+                assert!((tared / slides(truth) - 1.0).abs() < 0.05, "{name}: {tared} against {}", slides(truth));
+            }
+            // The rows in contact alone: within 5 % of it, or nothing.
+            let alone = fit_tare(&whole[air.rows..]).unwrap();
+            if let Some([tared, _]) = alone.friction_tared {
+                assert!((tared / slides(truth) - 1.0).abs() < 0.05, "{name}: {tared} against {}", slides(truth));
+            }
+        }
     }
 }

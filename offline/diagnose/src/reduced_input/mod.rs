@@ -3,6 +3,7 @@
 //! Main types: [`ReducedDiagnosis`], [`Plot`]; main functions: [`diagnose_forces`], [`reduced_report`].
 //! May use: schema, statistics (tail probabilities), data, laws (their names).
 
+mod air;
 mod forces;
 mod tare;
 
@@ -58,6 +59,7 @@ pub fn reduced_report(
     Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict,
+        cautions: Vec::new(),
         effects: Vec::new(),
         disagreement: Disagreement {
             rms_n: rms_n[0],
@@ -94,9 +96,11 @@ pub fn reduced_report(
         holdout: CrossValidationError {
             method: method.into(),
             runs,
+            rms_calibrated_n: rms_n[0],
             rms_before_n: rms_n[0],
             rms_after_n: rms_n[1],
             floor_rms_n: floor_n,
+            ratio_calibrated: ratio(rms_n[0]),
             ratio_before: ratio(rms_n[0]),
             ratio_after: ratio(rms_n[1]),
             refused_after_n: None,

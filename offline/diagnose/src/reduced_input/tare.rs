@@ -10,6 +10,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::data::trace_csv::TraceRow;
+use crate::reduced_input::air::RowsInAir;
 use crate::statistics::tails::minus_ln_p;
 
 /// Parameters: tare x, y, normal; ln k; m; first harmonic cos, sin; second harmonic cos, sin.
@@ -52,8 +53,13 @@ pub struct TareFit {
     pub noise_n: f64,
     /// Indices of the rows that slide.
     pub rows: Vec<usize>,
-    /// Median |F|/N of the sliding rows, as read and with the tangential tare taken off.
-    pub friction_coefficient: [f64; 2],
+    /// Median |F|/N of the sliding rows as read.
+    pub friction_as_read: f64,
+    /// The same with the whole tare taken off, the normal force's included, and what the tare's intervals leave of it open;
+    /// `None` where that is more than 5 % of it and no rows before touch fix the tare.
+    pub friction_tared: Option<[f64; 2]>,
+    /// Rows before touch, where the trace begins with some: then the tare is theirs.
+    pub air: Option<RowsInAir>,
     /// 5 and 95 % of the load of the sliding rows, N.
     pub load_n: [f64; 2],
     /// Harmonics of the friction over the direction: first cos, sin, second cos, sin.
@@ -212,6 +218,16 @@ fn best_fit(trace: &[TraceRow], rows: &[usize], ring: &Ring<'_>, noise_n: f64) -
     best
 }
 
+/// Parameters with the tare that rows before touch have.
+fn fit_around(air: &RowsInAir, trace: &[TraceRow], rows: &[usize], noise_n: f64) -> RingFit {
+    let free = std::array::from_fn(|k| k > 2);
+    let ring = Ring { rows: rows.iter().map(|i| &trace[*i].force_n).collect(), free, prior: PRIOR };
+    let [normal, x, y] = air.mean_n;
+    let start = Vector::from([x, y, normal, -0.2, 0.8, 0.0, 0.0, 0.0, 0.0]);
+    let (parameters, information, shares) = ring.fit(start, noise_n);
+    RingFit { objective: ring.objective(&parameters, noise_n), parameters, information, shares }
+}
+
 /// Squared distance of the tangential tare from zero under its covariance, grown to the given standard deviations.
 fn wald_statistic(covariance: &Matrix, p: &Vector, sd: impl Fn(usize) -> f64) -> f64 {
     let block = covariance.fixed_view::<2, 2>(0, 0).into_owned();
@@ -231,26 +247,49 @@ fn rms_distance_n(trace: &[TraceRow], rows: &[usize], p: &Vector) -> f64 {
     (rows.iter().map(square).sum::<f64>() / rows.len() as f64).sqrt()
 }
 
-/// Median |F|/N of rows with a tangential tare taken off.
-fn friction_coefficient(trace: &[TraceRow], rows: &[usize], [x, y]: [f64; 2]) -> f64 {
+/// Median |F|/N of rows with a tare taken off.
+fn friction_coefficient(trace: &[TraceRow], rows: &[usize], tare_n: [f64; 3]) -> f64 {
     let of = |i: &usize| {
-        let f = trace[*i].force_n;
-        (f[1] - x).hypot(f[2] - y) / f[0].max(0.02)
+        let [n, x, y]: [f64; 3] = std::array::from_fn(|k| trace[*i].force_n[k] - tare_n[k]);
+        x.hypot(y) / n.max(0.02)
     };
     median(rows.iter().map(of).collect())
+}
+
+/// Largest part of the friction coefficient that the tare's intervals may leave open.
+const OPEN: f64 = 0.05;
+
+/// The friction coefficient with the whole tare taken off, and the half-width that the tare's intervals give it.
+fn friction_tared(trace: &[TraceRow], rows: &[usize], tare_n: [f64; 3], half_n: [f64; 3]) -> [f64; 2] {
+    let of = |tare_n| friction_coefficient(trace, rows, tare_n);
+    let middle = of(tare_n);
+    let change = |k: usize| {
+        let at = |sign: f64| of(std::array::from_fn(|j| tare_n[j] + if j == k { sign * half_n[k] } else { 0.0 }));
+        (0.5 * (at(1.0) - at(-1.0))).abs().max((at(1.0) - middle).abs()).max((at(-1.0) - middle).abs())
+    };
+    let open = (0..3).map(|k| change(k).powi(2)).sum::<f64>().sqrt();
+    [middle, open]
 }
 
 /// Fits the tare to the sliding rows of a trace.
 ///
 /// `None` where fewer than [`LEAST_ROWS`] rows slide.
 pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
+    fit_with(trace, RowsInAir::of(trace))
+}
+
+/// The fit with the tare of rows before touch, where there are some, and of the ring otherwise.
+fn fit_with(trace: &[TraceRow], air: Option<RowsInAir>) -> Option<TareFit> {
     let rows = sliding_rows(trace);
     if rows.len() < LEAST_ROWS {
         return None;
     }
     let noise_n = noise(trace, &rows);
     let ring_of = |free| Ring { rows: rows.iter().map(|i| &trace[*i].force_n).collect(), free, prior: PRIOR };
-    let with = best_fit(trace, &rows, &ring_of([true; P]), noise_n)?;
+    let with = match &air {
+        Some(air) => fit_around(air, trace, &rows, noise_n),
+        None => best_fit(trace, &rows, &ring_of([true; P]), noise_n)?,
+    };
     let p = with.parameters;
     let covariance = robust(&with.information, &with.shares, spacing(trace, &rows));
     let without_tare = ring_of([false, false, true, true, true, true, true, true, true]);
@@ -262,17 +301,28 @@ pub fn fit_tare(trace: &[TraceRow]) -> Option<TareFit> {
     let sd = |k: usize| covariance[(k, k)].max(0.0).sqrt().max(parts[k]).hypot(choices[k]);
     let mut loads: Vec<f64> = rows.iter().map(|i| trace[*i].force_n[0]).collect();
     loads.sort_by(f64::total_cmp);
+    // What the sensor reads before touch is its tare; the ring knows less.
+    let of_ring = ([p[2], p[0], p[1]], [T_95 * sd(2), T_95 * sd(0), T_95 * sd(1)]);
+    let (tare_n, half_n) = air.as_ref().map_or(of_ring, |air| (air.mean_n, air.half_n));
+    let of_air = air.as_ref().map(|air| (0..3).map(|k| (2.0 * air.mean_n[k] / air.half_n[k]).powi(2)).sum::<f64>());
+    let p_value = match of_air {
+        Some(square) => (-minus_ln_p(square, 3)).exp(),
+        None => (-minus_ln_p(wald_statistic(&covariance, &p, sd), 2)).exp(),
+    };
     Some(TareFit {
-        tare_n: [p[2], p[0], p[1]],
-        half_n: [T_95 * sd(2), T_95 * sd(0), T_95 * sd(1)],
+        tare_n,
+        half_n,
         friction: [p[3].exp(), p[4]],
         exponent_sd: sd(4),
         normal_exponent_correlation: covariance[(2, 4)] / (sd(2) * sd(4)),
-        gain_2ll,
-        p: (-minus_ln_p(wald_statistic(&covariance, &p, sd), 2)).exp(),
+        gain_2ll: of_air.unwrap_or(gain_2ll),
+        p: p_value,
         rms_n: [rms_distance_n(trace, &rows, &without), rms_distance_n(trace, &rows, &p)],
         noise_n,
-        friction_coefficient: [[0.0, 0.0], [p[0], p[1]]].map(|tare| friction_coefficient(trace, &rows, tare)),
+        friction_as_read: friction_coefficient(trace, &rows, [0.0; 3]),
+        friction_tared: Some(friction_tared(trace, &rows, tare_n, half_n))
+            .filter(|[middle, open]| air.is_some() || *open < OPEN * middle),
+        air,
         load_n: [loads[loads.len() / 20], loads[loads.len() - 1 - loads.len() / 20]],
         harmonics: std::array::from_fn(|k| p[5 + k]),
         rows,
@@ -378,7 +428,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// The four public traces: normal is −Fz. The rows before touch are not in the fit; their mean is the truth.
+    /// The four public traces: normal is −Fz. The rows before touch are not in the fit of the ring; their mean is the truth.
     #[test]
     fn tares_of_the_public_traces_lie_in_their_intervals() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/human_texture_exploration/");
@@ -393,18 +443,19 @@ mod tests {
                     TraceRow { t_s: c[6], force_n: [-c[2], c[0], c[1]] }
                 })
                 .collect();
-            let fit = fit_tare(&trace).unwrap();
-            assert!(!fit.rows.iter().any(|i| *i < 5), "{name}: rows before touch were used");
             let truth: [f64; 3] = std::array::from_fn(|k| trace[..5].iter().map(|r| r.force_n[k]).sum::<f64>() / 5.0);
+            let fit = fit_with(&trace, None).unwrap();
+            assert!(!fit.rows.iter().any(|i| *i < 5), "{name}: rows before touch were used");
             println!(
-                "{name}: truth {truth:.3?} fit {:.3?} ± {:.3?} exponent {:.2} corr {:.2} gain {:.1} rms {:.3?} mu {:.2?} noise {:.3}",
+                "{name}: truth {truth:.3?} fit {:.3?} ± {:.3?} exponent {:.2} corr {:.2} gain {:.1} rms {:.3?} mu {:.2?} {:.2?} noise {:.3}",
                 fit.tare_n,
                 fit.half_n,
                 fit.friction[1],
                 fit.normal_exponent_correlation,
                 fit.gain_2ll,
                 fit.rms_n,
-                fit.friction_coefficient,
+                fit.friction_as_read,
+                fit.friction_tared,
                 fit.noise_n
             );
             let covers = (1..3).all(|k| (fit.tare_n[k] - truth[k]).abs() < fit.half_n[k]);

@@ -21,6 +21,8 @@ pub struct Region {
     pub z: f64,
     /// Runs with rows in there.
     pub runs: usize,
+    /// Whether the calibration has no runs there.
+    pub outside_calibration: bool,
 }
 
 /// How near runs are predicted that no fit saw: root mean square residuals of normal, x and y, N.
@@ -30,12 +32,16 @@ pub struct CrossValidationError {
     pub method: String,
     /// Runs that were predicted.
     pub runs: usize,
-    /// Before any effect.
+    /// As calibrated: nothing refitted to the measured runs.
+    pub rms_calibrated_n: [f64; 3],
+    /// Refitted, before any effect.
     pub rms_before_n: [f64; 3],
     /// With the claimed effects.
     pub rms_after_n: [f64; 3],
     /// Residual that a perfect model would leave: row noise and scatter between runs.
     pub floor_rms_n: [f64; 3],
+    /// As calibrated over floor, worst channel.
+    pub ratio_calibrated: f64,
     /// Before over floor, worst channel.
     pub ratio_before: f64,
     /// After over floor, worst channel.

@@ -8,7 +8,7 @@ mod next_experiment;
 use serde::{Deserialize, Serialize};
 
 pub use fit_quality::{CrossValidationError, Region};
-pub use next_experiment::{NextExperiment, PlannedRun};
+pub use next_experiment::{FactorPrice, NextExperiment, PlannedRun, minutes};
 
 /// The answer of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,6 +69,8 @@ pub struct EffectFound {
     pub p_runs: f64,
     /// Whether the evidence lies in the comparison with the calibration; then `p_runs` is no test.
     pub against_calibration: bool,
+    /// Whether measured runs lie outside the calibration in what drives it.
+    pub outside_calibration: bool,
     /// Expected gain under this protocol.
     pub lambda_detect: f64,
     /// The best law first, then those that cannot be excluded.
@@ -248,6 +250,19 @@ pub struct InputFile {
     pub notes: Vec<String>,
 }
 
+/// Something about the files that is told before the verdict.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Caution {
+    /// `sensor_rail`, `spikes`, `outside_calibration`, `one_axis` or `scatter`.
+    pub kind: String,
+    /// `calibration`, `measured` or `holdout`.
+    pub role: String,
+    /// Column that it is about; empty if it is about rows.
+    pub column: String,
+    /// The sentence.
+    pub text: String,
+}
+
 /// The report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
@@ -255,6 +270,8 @@ pub struct Diagnosis {
     pub schema: String,
     /// The answer.
     pub verdict: Verdict,
+    /// What is to be known of the files before it.
+    pub cautions: Vec<Caution>,
     /// One entry per missing effect, strongest first.
     pub effects: Vec<EffectFound>,
     /// Before any effect.

@@ -11,8 +11,23 @@ pub struct NextExperiment {
     pub factor: String,
     /// Least separation that is to be expected.
     pub lambda_rival_expected: f64,
+    /// Time that the strokes take with rests and with setting what they vary, minutes.
+    pub minutes: f64,
+    /// What each factor can do alone, or all together, and its price, cheapest first.
+    pub prices: Vec<FactorPrice>,
     /// The strokes, in this order.
     pub runs: Vec<PlannedRun>,
+}
+
+/// The best plan that varies a factor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FactorPrice {
+    /// Column that the plan varies, or `all`.
+    pub factor: String,
+    /// Least separation that is to be expected.
+    pub lambda_rival_expected: f64,
+    /// Time, minutes.
+    pub minutes: f64,
 }
 
 /// A stroke to be run; missing values are those of the reference conditions.
@@ -48,4 +63,13 @@ pub struct PlannedRun {
     /// Whether the stroke goes back at its end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reverse: Option<bool>,
+}
+
+/// Time that a stroke takes beside its rest and its hold, s: to set it up, press, slide and lift.
+const STROKE_S: f64 = 30.0;
+
+/// Time that strokes take with their rests and holds, minutes.
+pub fn minutes(runs: &[PlannedRun]) -> f64 {
+    let seconds = |r: &PlannedRun| r.rest_before_s.unwrap_or(60.0) + r.dwell_s.unwrap_or(1.0) + STROKE_S;
+    runs.iter().map(seconds).sum::<f64>() / 60.0
 }

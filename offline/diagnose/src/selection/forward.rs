@@ -3,7 +3,7 @@
 //! Main types: [`Selection`], [`LawEvidence`]; main function: [`select`].
 
 use crate::data::runs::RunSet;
-use crate::laws::{Column, Law};
+use crate::laws::{Column, Law, Place};
 use crate::selection::acceptance::{BY_CALIBRATION, SearchedCells, SelectionSettings, SignFlipP, is_significant};
 use crate::selection::discrepancy::ModelDiscrepancy;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, grid_of, scored, start_of, why_untestable};
@@ -81,9 +81,11 @@ pub fn penalised_minus_2ll(fit: &Fit) -> f64 {
     fit.minus_2ll + fit.laws.iter().map(|a| (a.law.parameters.len() - a.law.linear) as f64).sum::<f64>()
 }
 
-/// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error.
+/// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error. An error
+/// of the sensor is none of the finger's.
 fn same_axis(a: &Law, b: &Law) -> bool {
-    a.axes.iter().any(|axis| b.axes.contains(axis))
+    let of_sensor = |law: &Law| law.place == Place::Reading;
+    of_sensor(a) == of_sensor(b) && a.axes.iter().any(|axis| b.axes.contains(axis))
 }
 
 /// Runs the selection.
@@ -314,13 +316,13 @@ impl<'a> Search<'a> {
                 gain = share * self.gain_over_nested(&fit);
             }
             let (stands, p_model) = test(gain);
+            if round == 0
+                && let Some(test) = self.tests.iter_mut().find(|t| t.law == law)
+            {
+                // The refit knows more than the scan.
+                (test.gain_2ll, test.p_model, test.significant) = (gain.max(0.0), p_model, stands);
+            }
             if gain >= self.least_gain(law) && stands {
-                if round == 0
-                    && let Some(test) = self.tests.iter_mut().find(|t| t.law == law)
-                {
-                    // The refit knows more than the scan.
-                    (test.gain_2ll, test.p_model, test.significant) = (gain, p_model, true);
-                }
                 out.push((fit, LawEvidence { gain_2ll: gain, p_model, p_runs }));
             }
         }

@@ -33,8 +33,10 @@ pub struct LackOfFit {
     pub p_runs: f64,
     /// Variance between runs over that of the calibration: of stiffness and strength.
     pub scatter_ratio: [f64; 2],
-    /// p of the larger ratio.
+    /// p of the larger ratio that is above twice the expected.
     pub p_scatter: f64,
+    /// Whether it counts as structure: it is large, or the accepted laws left most of it.
+    pub is_scattered: bool,
 }
 
 /// Numbers and runs that the test compares a fit with.
@@ -51,6 +53,10 @@ pub struct Expectations<'a> {
     pub explained_2ll: f64,
 }
 
+/// p of the F test from which on a scatter above twice the expected is told.
+pub const SCATTER_LEVEL: f64 = 1e-3;
+/// Scatter over the expected, as variances, that no error of an accepted law's form excuses.
+const LARGE_SCATTER: f64 = 8.0;
 /// Smallest standard deviation between runs that is told apart, a share of the force.
 const LEAST_SCATTER: f64 = 0.004;
 
@@ -67,10 +73,10 @@ pub fn lack_of_fit_test(
     let groups = basis_groups(task, set, derivatives, false);
     let mut out = LackOfFit { p_model: 1.0, p_runs: 1.0, p_scatter: 1.0, ..LackOfFit::default() };
     strongest_structure(&mut out, task, &projection, &groups, expected, seed);
-    compare_scatter(&mut out, task, fit, expected);
+    compare_scatter(&mut out, task, fit, derivatives, expected);
     let structure = out.gain > (0.15 * expected.explained_2ll).max(16.0)
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
-    let between_runs = out.p_scatter < 1e-3 || is_uneven(task, fit, &projection);
+    let between_runs = out.is_scattered || is_uneven(task, fit, &projection);
     out.significant = structure || between_runs;
     if between_runs && !structure {
         out.column = "run_id".to_owned();
@@ -125,7 +131,19 @@ fn group_scores(projection: &Projection<'_>, groups: &[BasisGroup]) -> Vec<(usiz
 }
 
 /// Compares the variances between runs of stiffness and strength with those expected, by an F test.
-fn compare_scatter(out: &mut LackOfFit, task: &Task<'_>, fit: &Fit, expected: &Expectations<'_>) {
+///
+/// Scatter that a twentieth of the runs makes by itself is told and is no structure: rows that a logger lost or garbled in
+/// single runs do that, and nothing can be said of their cause.
+fn compare_scatter(
+    out: &mut LackOfFit,
+    task: &Task<'_>,
+    fit: &Fit,
+    derivatives: &Derivatives,
+    expected: &Expectations<'_>,
+) {
+    let scaled = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
+    let columns = &derivatives.random_effects;
+    let predicted = columns.best_predictions(&fit.variances, &columns.observed(scaled));
     let degrees = |runs: usize| (runs as f64 - 3.0).max(1.0);
     let (n1, n2) = (degrees(task.layout.runs()), degrees(expected.calibration_runs));
     for (slot, effect) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().enumerate() {
@@ -135,12 +153,29 @@ fn compare_scatter(out: &mut LackOfFit, task: &Task<'_>, fit: &Fit, expected: &E
         let ratio = (found + floor) / (wanted + floor);
         out.scatter_ratio[slot] = ratio;
         let p = 2.0 * f_tail(ratio, n1, n2);
+        let of_most = ratio.min(ratio * share_of_most(predicted.iter().map(|u| u[k])));
         // Of the scatter that the laws were to explain, most must be gone; a law's form is never exact.
         let (left, before) = (found - wanted, expected.null_variances[k] - wanted);
-        if ratio > 2.0 && left > 0.3 * before && p < out.p_scatter {
-            out.p_scatter = p;
+        if ratio > 2.0 {
+            out.p_scatter = out.p_scatter.min(p);
+            let all = of_most > 2.0 && 2.0 * f_tail(of_most, n1, n2) < SCATTER_LEVEL;
+            out.is_scattered |= all && (left > 0.3 * before || of_most > LARGE_SCATTER);
         }
     }
+}
+
+/// Runs that may lie off by themselves, as a share.
+const FEW: f64 = 0.05;
+/// Share of a normal distribution's variance that its middle 95 % has: 0.95 − 2 z φ(z) at z = 1.96.
+const WITHIN_MOST: f64 = 0.72;
+
+/// Variance of values without their outermost twentieth over that of all, 1 for a normal distribution.
+fn share_of_most(values: impl Iterator<Item = f64>) -> f64 {
+    let mut squares: Vec<f64> = values.map(|v| v * v).collect();
+    squares.sort_by(f64::total_cmp);
+    let all: f64 = squares.iter().sum();
+    let few = (FEW * squares.len() as f64).ceil() as usize;
+    squares[..squares.len() - few.min(squares.len())].iter().sum::<f64>() / (WITHIN_MOST * all).max(1e-300)
 }
 
 /// Whether the size of a law differs from run to run by more than its form's error: then it stands for something that is

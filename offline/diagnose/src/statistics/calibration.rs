@@ -84,34 +84,69 @@ impl Calibration {
     }
 }
 
+/// Share of the other tangential channel's force below which a channel has no force of its own to tell its noise by.
+const LEAST_FORCE: f64 = 0.25;
+
+/// Squared forces and residuals of a channel, N², of all rows and of rows against their neighbours.
+#[derive(Clone, Default)]
+struct ChannelResiduals {
+    rows: Vec<(f64, f64)>,
+    neighbours: Vec<(f64, f64)>,
+}
+
+impl ChannelResiduals {
+    fn force(&self) -> f64 {
+        (self.rows.iter().map(|p| p.0).sum::<f64>() / self.rows.len().max(1) as f64).sqrt()
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        let join = |a: &[(f64, f64)], b: &[(f64, f64)]| a.iter().chain(b).copied().collect();
+        Self { rows: join(&self.rows, &other.rows), neighbours: join(&self.neighbours, &other.neighbours) }
+    }
+}
+
 /// Row noise from what is left after parameters and random effects, and its ratio to that between neighbouring rows.
+///
+/// Where the calibration slides along one axis only, nothing tells how the noise of the other tangential channel grows
+/// with its force: both belong to one sensor, and the channel without force gets the noise of both.
 fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
-    let prediction = task.predict(&fit.parameters, &fit.laws);
-    let left = within_runs(task, fit);
+    let own = channel_residuals(task, fit);
+    let shared = |channel: usize| {
+        let other = 3 - channel;
+        let lacks = channel > 0 && own[channel].force() < LEAST_FORCE * own[other].force();
+        if lacks { own[channel].and(&own[other]) } else { own[channel].clone() }
+    };
     let mut noise = [RowNoise { additive_n: 0.003, multiplicative: 0.02 }; 3];
     let mut misfit = [1.0; 3];
     for channel in 0..3 {
-        let (mut points, mut neighbours) = (Vec::new(), Vec::new());
-        for run in 0..task.layout.runs() {
-            let range = task.layout.range(run);
-            let at: Vec<usize> = range.filter(|i| i % 3 == channel).collect();
-            for &i in &at {
-                points.push((prediction[i].powi(2), left[i].powi(2)));
-            }
-            for w in at.windows(3) {
-                let d = left[w[1]] - 0.5 * (left[w[0]] + left[w[2]]);
-                neighbours.push((prediction[w[1]].powi(2), d * d / 1.5));
-            }
-        }
+        let ChannelResiduals { rows, neighbours } = shared(channel);
         // The six random effects of each run consumed degrees of freedom, about two a channel.
-        let rows = points.len() as f64;
-        let consumed = 2.0 * task.layout.runs() as f64 + 4.0;
-        noise[channel] = RowNoise::fit(&points, rows / (rows - consumed).max(0.5 * rows));
+        let count = rows.len() as f64;
+        let consumed = (2.0 * task.layout.runs() as f64 + 4.0) * count / own[channel].rows.len().max(1) as f64;
+        noise[channel] = RowNoise::fit(&rows, count / (count - consumed).max(0.5 * count));
         let pure = RowNoise::fit(&neighbours, 1.0);
-        let mean = |n: &RowNoise| points.iter().map(|p| n.sigma_n(p.0.sqrt()).powi(2)).sum::<f64>();
+        let mean = |n: &RowNoise| rows.iter().map(|p| n.sigma_n(p.0.sqrt()).powi(2)).sum::<f64>();
         misfit[channel] = (mean(&noise[channel]) / mean(&pure)).sqrt();
     }
     (noise, misfit)
+}
+
+fn channel_residuals(task: &Task<'_>, fit: &Fit) -> [ChannelResiduals; 3] {
+    let prediction = task.predict(&fit.parameters, &fit.laws);
+    let left = within_runs(task, fit);
+    let mut out: [ChannelResiduals; 3] = Default::default();
+    for (channel, residuals) in out.iter_mut().enumerate() {
+        for run in 0..task.layout.runs() {
+            let at: Vec<usize> =
+                task.layout.range(run).filter(|i| i % 3 == channel && !task.readings_n[*i].is_nan()).collect();
+            residuals.rows.extend(at.iter().map(|i| (prediction[*i].powi(2), left[*i].powi(2))));
+            residuals.neighbours.extend(at.windows(3).map(|w| {
+                let d = left[w[1]] - 0.5 * (left[w[0]] + left[w[2]]);
+                (prediction[w[1]].powi(2), d * d / 1.5)
+            }));
+        }
+    }
+    out
 }
 
 /// Residual less the run's own random effects, N.

@@ -240,8 +240,8 @@ impl Task<'_> {
         random_effects: &RandomEffects,
         columns: &RandomEffectColumns,
     ) -> ObservationColumn {
-        let mut out: Vec<f64> =
-            self.readings_n.iter().zip(prediction_n).zip(&self.sigma_n).map(|((y, p), s)| (y - p) / s).collect();
+        let scaled = |((y, p), s): ((&f64, &f64), &f64)| if y.is_nan() { 0.0 } else { (y - p) / s };
+        let mut out: Vec<f64> = self.readings_n.iter().zip(prediction_n).zip(&self.sigma_n).map(scaled).collect();
         columns.add(random_effects, &mut out);
         columns.observed(out)
     }

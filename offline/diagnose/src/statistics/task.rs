@@ -13,6 +13,9 @@ use crate::model::row_noise::{RowNoise, sigma_of};
 use crate::statistics::fit::Fit;
 use crate::statistics::random_effects::Layout;
 
+/// Standard deviation of a reading that is left out, N: so large that it weighs nothing.
+pub const NO_READING_N: f64 = 1e12;
+
 /// Runs that the prior on the variances between runs weighs, where they were seen in a calibration.
 const CALIBRATION_WEIGHT: f64 = 4.0;
 
@@ -24,7 +27,7 @@ pub struct Task<'a> {
     pub reference: &'a ReferenceCurves,
     /// Prior of the smooth model's parameters.
     pub prior: Prior,
-    /// Standard deviation of the row noise of every observation, N.
+    /// Standard deviation of the row noise of every observation, N; [`NO_READING_N`] where a reading is left out.
     pub sigma_n: Vec<f64>,
     /// Prior of the variances between runs.
     pub variances: PerEffect,
@@ -34,7 +37,7 @@ pub struct Task<'a> {
     pub consumed_degrees_of_freedom: f64,
     /// Which observations belong to which run.
     pub layout: Layout,
-    /// Readings, three per row, N.
+    /// Readings, three per row, N; NaN where one is left out.
     pub readings_n: Vec<f64>,
     strokes: Vec<Stroke>,
     trajectory: BatchedTrajectory,
@@ -50,6 +53,9 @@ impl<'a> Task<'a> {
         variances: PerEffect,
     ) -> Self {
         let strokes = strokes_of(runs);
+        let readings_n: Vec<f64> = runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect();
+        let known = |(sigma, reading): (f64, &f64)| if reading.is_nan() { NO_READING_N } else { sigma };
+        let sigma_n = sigma_n.into_iter().zip(&readings_n).map(known).collect();
         Self {
             runs,
             reference,
@@ -59,7 +65,7 @@ impl<'a> Task<'a> {
             variance_weight: 0.0,
             consumed_degrees_of_freedom: 3.0,
             layout: Layout::of(runs.iter().map(|r| r.rows.len())),
-            readings_n: runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect(),
+            readings_n,
             trajectory: BatchedTrajectory::new(&strokes),
             strokes,
         }
@@ -102,7 +108,7 @@ impl<'a> Task<'a> {
         self.inputs(laws, random_effects, Perturbation::default()).predict_n(&self.reference.model(parameters))
     }
 
-    /// Readings less the prediction of a fit with all random effects 0, N.
+    /// Readings less the prediction of a fit with all random effects 0, N; NaN where a reading is left out.
     pub fn residual_without_random_effects_n(&self, fit: &Fit) -> Vec<f64> {
         let prediction = self.predict(&fit.parameters, &fit.laws);
         self.readings_n.iter().zip(&prediction).map(|(y, p)| y - p).collect()

@@ -111,6 +111,65 @@ pub fn candidate_designs(set: &RunSet, depth_mm: [f64; 2]) -> Vec<(&'static str,
     out
 }
 
+/// What the laboratory can do.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlanConstraints {
+    /// Columns that may be varied, with `length_mm` and `rest_before_s`; all where `None`.
+    pub can_set: Option<Vec<String>>,
+    /// Least rest before a stroke, s.
+    pub least_rest_s: f64,
+}
+
+/// Rest in which moisture or temperature of the skin settle at another value, s.
+const STATE_REST_S: f64 = 300.0;
+
+impl PlanConstraints {
+    fn allows(&self, factor: &str) -> bool {
+        self.can_set.as_ref().is_none_or(|list| list.iter().any(|c| c == factor))
+    }
+
+    /// A design as the laboratory can do it; `None` where what it varies cannot be set.
+    ///
+    /// Moisture and temperature rise from stroke to stroke, with time to settle: nobody sets them anew at will.
+    pub fn apply(&self, factor: &str, mut runs: Vec<PlannedRun>) -> Option<Vec<PlannedRun>> {
+        let varies = if factor == "reverse" { "length_mm" } else { factor };
+        if !(factor == "all" || factor == "t_s" || self.allows(varies)) {
+            return None;
+        }
+        if factor == "rest_before_s" && runs.iter().all(|r| r.rest_before_s.is_some_and(|s| s <= self.least_rest_s)) {
+            return None;
+        }
+        for run in &mut runs {
+            let keep = |column: &str, value: &mut Option<f64>| {
+                if !self.allows(column) {
+                    *value = None;
+                }
+            };
+            keep("depth_mm", &mut run.depth_mm);
+            keep("speed_mm_s", &mut run.speed_mm_s);
+            keep("direction_deg", &mut run.direction_deg);
+            keep("dwell_s", &mut run.dwell_s);
+            keep("hydration_au", &mut run.hydration_au);
+            keep("temperature_c", &mut run.temperature_c);
+            run.rest_before_s = run.rest_before_s.map(|s| s.max(self.least_rest_s));
+        }
+        let state = |r: &PlannedRun| [r.hydration_au, r.temperature_c];
+        if runs.iter().any(|r| state(r) != [None; 2]) {
+            let key = |r: &PlannedRun| r.hydration_au.or(r.temperature_c).unwrap_or(0.0);
+            runs.sort_by(|a, b| key(a).total_cmp(&key(b)));
+            let mut before = [None; 2];
+            for run in &mut runs {
+                if state(run) != before {
+                    run.rest_before_s = Some(run.rest_before_s.unwrap_or(0.0).max(STATE_REST_S));
+                    run.new_block = Some(true);
+                }
+                before = state(run);
+            }
+        }
+        Some(runs)
+    }
+}
+
 /// Conditions of a stroke where the design says nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferenceConditions {
@@ -178,4 +237,29 @@ pub fn rows_of(plan: &[PlannedRun], conditions: ReferenceConditions) -> Vec<(Lab
             (Labels { run: format!("next{i}"), ..Labels::default() }, rows)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schema::minutes;
+
+    #[test]
+    fn plans_keep_to_what_the_laboratory_can_do() {
+        let limits = PlanConstraints {
+            can_set: Some(vec!["depth_mm".into(), "speed_mm_s".into(), "dwell_s".into()]),
+            least_rest_s: 30.0,
+        };
+        let moist = PlannedRun { hydration_au: Some(40.0), rest_before_s: Some(2.0), ..PlannedRun::default() };
+        assert_eq!(limits.apply("hydration_au", vec![moist.clone()]), None);
+        let all = PlannedRun { depth_mm: Some(1.0), ..moist.clone() };
+        let [run] = &limits.apply("all", vec![all]).unwrap()[..] else { panic!() };
+        assert_eq!((run.depth_mm, run.hydration_au, run.rest_before_s), (Some(1.0), None, Some(30.0)));
+        // Where moisture may be set it rises, and has time to.
+        let strokes = [60.0, 20.0, 40.0].map(|h| PlannedRun { hydration_au: Some(h), ..moist.clone() });
+        let runs = PlanConstraints::default().apply("hydration_au", strokes.to_vec()).unwrap();
+        assert!(runs.windows(2).all(|p| p[0].hydration_au < p[1].hydration_au));
+        assert!(runs.iter().all(|r| r.rest_before_s >= Some(STATE_REST_S)));
+        assert!(minutes(&runs) > 15.0);
+    }
 }

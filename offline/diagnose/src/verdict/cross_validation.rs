@@ -11,11 +11,14 @@ use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::task::Task;
 
-/// Standard deviation that row noise and variances between runs give each observation of a task, N.
+/// Standard deviation that row noise and variances between runs give each observation of a task, N; NaN where a reading is
+/// left out.
 pub fn noise_floor_n(task: &Task<'_>, parameters: &Parameters, laws: &[ActiveLaw], variances: &PerEffect) -> Vec<f64> {
     let prediction = task.predict(parameters, laws);
     let spread = task.random_effect_columns(parameters, laws, &Vec::new(), &prediction).spread(variances);
-    spread.iter().zip(&task.sigma_n).map(|(s, sigma)| s.sqrt() * sigma).collect()
+    let floor =
+        |((s, sigma), reading): ((&f64, &f64), &f64)| if reading.is_nan() { f64::NAN } else { s.sqrt() * sigma };
+    spread.iter().zip(&task.sigma_n).zip(&task.readings_n).map(floor).collect()
 }
 
 /// Largest ratio of two triples.
@@ -26,16 +29,18 @@ pub fn worst(a: &[f64; 3], floor: &[f64; 3]) -> f64 {
 fn error_of(
     method: &str,
     runs: usize,
-    before: ResidualSums,
-    after: ResidualSums,
+    [calibrated, before, after]: [ResidualSums; 3],
     floor: ResidualSums,
 ) -> CrossValidationError {
-    let (rms_before_n, rms_after_n, floor_rms_n) = (before.rms(), after.rms(), floor.rms());
+    let [rms_calibrated_n, rms_before_n, rms_after_n] = [calibrated, before, after].map(|sums| sums.rms());
+    let floor_rms_n = floor.rms();
     CrossValidationError {
         method: method.to_owned(),
         runs,
+        ratio_calibrated: worst(&rms_calibrated_n, &floor_rms_n),
         ratio_before: worst(&rms_before_n, &floor_rms_n),
         ratio_after: worst(&rms_after_n, &floor_rms_n),
+        rms_calibrated_n,
         rms_before_n,
         rms_after_n,
         floor_rms_n,
@@ -63,9 +68,10 @@ pub fn on_file(
     let task = calibration.task(set, reference);
     let mut floor = ResidualSums::default();
     floor.add(noise_floor_n(&task, &full.parameters, &full.laws, variances).into_iter());
+    let calibrated = squares(&task, &task.predict(&calibration.fit.parameters, &[]));
     let before = squares(&task, &task.predict(&null.parameters, &null.laws));
     let after = squares(&task, &task.predict(&full.parameters, &full.laws));
-    error_of("file", set.runs.len(), before, after, floor)
+    error_of("file", set.runs.len(), [calibrated, before, after], floor)
 }
 
 /// The error by leaving out every fifth run in turn; each fold is fitted without the runs that it predicts.
@@ -78,8 +84,7 @@ pub fn by_folds(
     full: &Fit,
 ) -> CrossValidationError {
     const FOLDS: usize = 5;
-    let (mut before, mut after, mut floor) =
-        (ResidualSums::default(), ResidualSums::default(), ResidualSums::default());
+    let [mut calibrated, mut before, mut after, mut floor] = [ResidualSums::default(); 4];
     for fold in 0..FOLDS {
         let train = set.subset(|i| i % FOLDS != fold);
         let test = set.subset(|i| i % FOLDS == fold);
@@ -95,13 +100,14 @@ pub fn by_folds(
         let plain = fitted(null);
         let with = if full.laws.is_empty() { plain.clone() } else { fitted(full) };
         let other = calibration.task(&test, reference);
-        let add = |sum: &mut ResidualSums, fit: &Fit| {
-            let prediction = other.predict(&fit.parameters, &fit.laws);
+        let add = |sum: &mut ResidualSums, parameters: &Parameters, laws: &[ActiveLaw]| {
+            let prediction = other.predict(parameters, laws);
             sum.add(other.readings_n.iter().zip(&prediction).map(|(y, p)| y - p));
         };
-        add(&mut before, &plain);
-        add(&mut after, &with);
+        add(&mut calibrated, &calibration.fit.parameters, &[]);
+        add(&mut before, &plain.parameters, &plain.laws);
+        add(&mut after, &with.parameters, &with.laws);
         floor.add(noise_floor_n(&other, &with.parameters, &with.laws, variances).into_iter());
     }
-    error_of("k-fold by run", set.runs.len(), before, after, floor)
+    error_of("k-fold by run", set.runs.len(), [calibrated, before, after], floor)
 }

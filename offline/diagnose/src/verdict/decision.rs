@@ -21,6 +21,7 @@ use crate::selection::scan::why_untestable;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
 use crate::statistics::task::Task;
+use crate::verdict::effects_found::without_amplitude;
 
 /// Everything that a verdict rests on.
 pub struct Decision<'a> {
@@ -85,6 +86,7 @@ pub fn decide<'a>(
     let (mut settling, drift) = Settling::new(set, reference, calibration, &discrepancy, settings);
     settling.swap_for_better();
     settling.drop_weak();
+    settling.drop_without_amplitude();
     settling.renew_evidence();
     let Settling { task, selection, hypotheses, .. } = settling;
 
@@ -101,7 +103,9 @@ pub fn decide<'a>(
         explained_2ll: selection.null.minus_2ll - selection.fit.minus_2ll,
     };
     let lack_of_fit = lack_of_fit_test(&task, set, &selection.fit, &selection.derivatives, &expected, settings.seed);
-    let verdict = if lack_of_fit.significant {
+    // Evidence for a law that no refit bears out is structure too.
+    let unclaimed = selection.fit.laws.is_empty() && selection.tests.iter().any(|t| t.significant);
+    let verdict = if lack_of_fit.significant || unclaimed {
         Verdict::UnexplainedStructure
     } else if selection.fit.laws.is_empty() {
         Verdict::None
@@ -190,12 +194,30 @@ impl<'a> Settling<'a> {
     /// Drops laws that would not be accepted any more: they came in by a swap, or beside a law that has gone.
     fn drop_weak(&mut self) {
         while let Some(i) = weakest(&self.selection, &self.hypotheses, &self.settings) {
-            let mut laws = self.selection.fit.laws.clone();
-            laws.remove(i);
-            self.selection.evidence.remove(i);
-            self.refit(FitStart { laws, ..FitStart::from(&self.selection.fit) });
-            self.compare();
+            self.drop_law(i);
         }
+    }
+
+    /// Drops laws whose size may be zero by their own intervals: they have no name to give.
+    fn drop_without_amplitude(&mut self) {
+        let ln_area_sd = self.task.reference.ln_area_sd;
+        loop {
+            let gains: Vec<f64> = self.hypotheses.iter().map(|h| h.gain_2ll).collect();
+            let weak = without_amplitude(&self.selection.fit, &gains, self.set.runs.len(), ln_area_sd);
+            let Some(i) = weak.last() else { break };
+            self.drop_law(*i);
+        }
+    }
+
+    fn drop_law(&mut self, i: usize) {
+        let mut laws = self.selection.fit.laws.clone();
+        let dropped = laws.remove(i).law;
+        self.selection.evidence.remove(i);
+        for test in self.selection.tests.iter_mut().filter(|t| t.law == dropped) {
+            test.significant = false;
+        }
+        self.refit(FitStart { laws, ..FitStart::from(&self.selection.fit) });
+        self.compare();
     }
 
     /// Takes the gain of each law over leaving it out as its evidence.

@@ -10,14 +10,18 @@ use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::schema::{Diagnosis, Verdict};
 use crate::selection::acceptance::SelectionSettings;
-use crate::statistics::calibration::{Calibration, calibrate};
+use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
-use crate::verdict::cross_validation::{by_folds, on_file};
+use crate::verdict::calibrated_range::CalibratedRange;
+use crate::verdict::candidate_designs::PlanConstraints;
+use crate::verdict::cross_validation::{by_folds, noise_floor_n, on_file};
 use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
+use crate::verdict::preparation::{Prepared, clean, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
+use crate::verdict::traces::worst_traces;
 
 /// Choices of a diagnosis beside the data.
 #[derive(Clone, Debug)]
@@ -28,6 +32,8 @@ pub struct Options {
     pub errors: Vec<CovariateError>,
     /// Name of the model file that the baseline starts from.
     pub model: String,
+    /// What the next experiment may do.
+    pub plan: PlanConstraints,
 }
 
 /// Diagnoses a measured set. `open_holdout` is called once, after the verdict stands; `stage` names what begins.
@@ -45,23 +51,26 @@ pub fn diagnose<E: From<DiagnoseError>>(
     check(measured)?;
     check_pair(calibration_set, measured)?;
     stage("calibrating");
-    let calibration = finite(calibrate(calibration_set, reference), calibration_set)?;
-    let corrections = learn_corrections(measured, &options.errors);
+    let Prepared { calibration_set, measured, calibration, mut cautions } =
+        prepare(calibration_set, measured, reference)?;
+    let calibration = finite(calibration, &calibration_set)?;
+    let corrections = learn_corrections(&measured, &options.errors);
     let mut corrected = measured.clone();
     corrections.iter().for_each(|c| c.apply(&mut corrected));
     stage("comparing laws");
-    let decision = decide(&corrected, calibration_set, reference, &calibration, &corrections, &options.settings);
+    let decision = decide(&corrected, &calibration_set, reference, &calibration, &corrections, &options.settings);
     let calibration = calibration.drifting(decision.drift);
     let null = &decision.selection.null;
     let full = if is_claimed(&decision) { &decision.selection.fit } else { null };
-    let next_experiment = sections::next_experiment(&decision, &corrected);
+    let next_experiment = sections::next_experiment(&decision, &corrected, &options.plan);
 
     stage("predicting held-out runs");
     let mut held_out = open_holdout()?;
     let expected = &decision.expected_variances;
     let holdout = match &mut held_out {
         Some(set) => {
-            check_pair(calibration_set, set)?;
+            check_pair(&calibration_set, set)?;
+            *set = clean(set, "holdout", &calibration, reference, &mut cautions)?;
             corrections.iter().for_each(|c| c.apply(set));
             on_file(set, reference, &calibration, expected, null, full)
         }
@@ -70,13 +79,19 @@ pub fn diagnose<E: From<DiagnoseError>>(
     .or_refused();
 
     stage("writing the report");
-    let (effects, drivers) =
+    let (mut effects, drivers) =
         if is_claimed(&decision) { effects(&decision, &corrected) } else { (Vec::new(), Vec::new()) };
+    let mut disagreement = sections::disagreement(&decision, &corrected);
+    let range = CalibratedRange::of(&calibration_set);
+    range.mark(&corrected, &mut disagreement.regions, &mut effects);
+    cautions.extend(range.cautions(&corrected));
+    cautions.extend(sections::scatter_caution(&decision));
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict: decision.verdict,
+        cautions,
         effects,
-        disagreement: sections::disagreement(&decision, &corrected),
+        disagreement,
         baseline: sections::baseline(&decision, &calibration, &options.model),
         noise: sections::noise(&calibration),
         tests: sections::tests(&decision),
@@ -92,7 +107,9 @@ pub fn diagnose<E: From<DiagnoseError>>(
         elapsed_s: 0.0,
     };
     let map_of = |fit: &Fit| residual_map(&corrected, &decision.task.residual_without_random_effects_n(fit));
+    let floor_n = noise_floor_n(&decision.task, &null.parameters, &[], expected);
     let evidence = Evidence {
+        traces: worst_traces(&decision.task, &corrected, &calibration.fit.parameters, [null, full], &floor_n, 3),
         map_before: map_of(null),
         map_after: map_of(full),
         drivers,
@@ -103,7 +120,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         expected_variances: *expected,
         checked: if held_out.is_some() { "holdout" } else { "measured" }.into(),
         checked_set: held_out.unwrap_or_else(|| corrected.clone()),
-        calibration_set: calibration_set.clone(),
+        calibration_set,
         calibration,
         corrections,
     };

@@ -8,6 +8,7 @@ use crate::data::runs::RunSet;
 use crate::laws::{Place, Reported};
 use crate::model::active_law::{ActiveLaw, is_log};
 use crate::schema::{CandidateLaw, EffectFound, FittedParameter};
+use crate::statistics::fit::Fit;
 use crate::verdict::decision::{Decision, families};
 use crate::verdict::evidence::{DriverPlot, driver_plot};
 
@@ -27,12 +28,20 @@ pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<
         let effect = EffectFound {
             law: active.law.name.into(),
             family: active.law.family.into(),
-            parameters: parameters(active, &fit.covariance, at, quantile, decision.task.reference.ln_area_sd),
+            parameters: parameters(
+                active,
+                &fit.covariance,
+                at,
+                quantile,
+                decision.task.reference.ln_area_sd,
+                hypotheses.gain_2ll,
+            ),
             size_p90_relative: size_p90(set, &without, &with),
             gain_2ll: e.gain_2ll,
             p_model: e.p_model,
             p_runs: e.p_runs.p,
             against_calibration: e.p_runs.by_calibration,
+            outside_calibration: false,
             lambda_detect: hypotheses.lambda_detect,
             candidates: hypotheses
                 .candidates
@@ -53,6 +62,25 @@ pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<
     out.into_iter().unzip()
 }
 
+/// Laws of a fit whose linear parameters have intervals that all hold zero.
+///
+/// * `gains_2ll`: gain of each law over leaving it out
+pub fn without_amplitude(fit: &Fit, gains_2ll: &[f64], runs: usize, ln_area_sd: f64) -> Vec<usize> {
+    let quantile = quantile(runs, fit.laws.iter().map(|a| a.values.len()).sum());
+    let mut at = Parameter::COUNT;
+    let mut out = Vec::new();
+    for (index, active) in fit.laws.iter().enumerate() {
+        // Amplitude and axis are fitted as two components; the amplitude is the first of what is reported.
+        let amplitudes = if active.law.reported == Reported::AmplitudeAndAxis { 1 } else { active.law.linear };
+        let told = parameters(active, &fit.covariance, at, quantile, ln_area_sd, gains_2ll[index]);
+        if told[..amplitudes].iter().all(|p| p.ci95[0] <= 0.0 && p.ci95[1] >= 0.0) {
+            out.push(index);
+        }
+        at += active.values.len();
+    }
+    out
+}
+
 /// Error of a parameter, as a share of it, that the baseline's form leaves beside the noise: about what other fingers
 /// of known truth showed.
 const FORM_ERROR: f64 = 0.025;
@@ -64,12 +92,16 @@ fn quantile(runs: usize, parameters: usize) -> f64 {
 }
 
 /// Values as they are reported with 95 % intervals; `at` is the place of the law's first parameter in the covariance.
+///
+/// An amplitude that trades with a shape has no symmetric interval: its end towards zero is where the likelihood puts it,
+/// which falls by `gain_2ll` on the whole way to zero (its signed root taken as linear).
 fn parameters(
     active: &ActiveLaw,
     covariance: &nalgebra::DMatrix<f64>,
     at: usize,
     quantile: f64,
     ln_area_sd: f64,
+    gain_2ll: f64,
 ) -> Vec<FittedParameter> {
     let n = active.values.len();
     let form = FORM_ERROR.hypot(match active.law.place {
@@ -89,7 +121,11 @@ fn parameters(
                 polar(active, covariance, at, k, quantile)
             } else {
                 let half = quantile * sd_own.hypot(form * reported[k]);
-                [reported[k] - half, reported[k] + half]
+                let mut ends = [reported[k] - half, reported[k] + half];
+                if active.law.linear == 1 && ends[0] * ends[1] <= 0.0 && gain_2ll > quantile * quantile {
+                    ends[usize::from(reported[k] < 0.0)] = reported[k] * (1.0 - quantile / gain_2ll.sqrt());
+                }
+                ends
             };
             FittedParameter { name: p.name.into(), value: reported[k], unit: p.unit.into(), ci95 }
         })

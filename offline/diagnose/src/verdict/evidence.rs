@@ -11,6 +11,7 @@ use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::PerEffect;
 use crate::schema::Region;
 use crate::statistics::calibration::Calibration;
+use crate::verdict::traces::ForceTrace;
 
 /// Fits, sets and maps of a diagnosis, beyond its report.
 pub struct Evidence {
@@ -20,6 +21,8 @@ pub struct Evidence {
     pub map_after: Vec<Region>,
     /// For each claimed effect the residual without it, and the fitted law, along its driver.
     pub drivers: Vec<DriverPlot>,
+    /// Forces of the worst runs beside the models.
+    pub traces: Vec<ForceTrace>,
     /// The smooth model's parameters, fitted with the claimed laws.
     pub parameters: Parameters,
     /// The same, fitted without a law.
@@ -70,7 +73,8 @@ pub fn driver_plot(set: &RunSet, active: &ActiveLaw, without: &[f64], with: &[f6
                 if normal { v[i] } else { v[i + 1] * row.along[0] + v[i + 2] * row.along[1] }
             };
             let base = measure(without);
-            let usable = row.depth_mm > 0.0 && base > 0.02 && (normal || row.path_mm > 0.0);
+            let read = measure(readings).is_finite();
+            let usable = read && row.depth_mm > 0.0 && base > 0.02 && (normal || row.path_mm > 0.0);
             if !usable {
                 continue;
             }

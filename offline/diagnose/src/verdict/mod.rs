@@ -4,13 +4,17 @@
 //! Main types: [`Decision`](decision::Decision), [`Evidence`](evidence::Evidence); main function:
 //! [`diagnose`](diagnosis::diagnose). May use: all other rooms but reduced_input.
 
-mod candidate_designs;
+mod calibrated_range;
+pub mod candidate_designs;
 pub mod corrected_model;
 pub mod cross_validation;
 pub mod decision;
 pub mod diagnosis;
+pub mod dry_run;
 mod effects_found;
 pub mod evidence;
 mod next_experiment;
+mod preparation;
 pub mod regions;
 mod report_sections;
+pub mod traces;

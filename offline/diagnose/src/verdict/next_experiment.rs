@@ -11,15 +11,18 @@ use crate::data::runs::{Run, RunSet};
 use crate::laws::Column;
 use crate::model::active_law::ActiveLaw;
 use crate::model::prior::Prior;
-use crate::schema::{NextExperiment, PlannedRun};
+use crate::schema::{FactorPrice, NextExperiment, PlannedRun, minutes};
 use crate::selection::scan::{columns_of, start_of};
 use crate::statistics::derivatives::Derivatives;
 use crate::statistics::fit::Fit;
 use crate::statistics::precision::Block;
 use crate::statistics::projection::Projection;
 use crate::statistics::random_effects::RandomEffectColumns;
-use crate::statistics::task::Task;
-use crate::verdict::candidate_designs::{ReferenceConditions, candidate_designs, rows_of};
+use crate::statistics::task::{NO_READING_N, Task};
+use crate::verdict::candidate_designs::{PlanConstraints, ReferenceConditions, candidate_designs, rows_of};
+
+/// Share of the best plan's expected separation from which on a plan suffices.
+const OF_BEST: f64 = 0.5;
 
 /// Two competing laws: the first is in force in a fit, the second has its best parameters.
 pub struct HypothesisPair<'a> {
@@ -29,8 +32,15 @@ pub struct HypothesisPair<'a> {
     pub competitor: &'a ActiveLaw,
 }
 
-/// Proposes the strokes that best separate all pairs of competing laws of a fit.
-pub fn propose(task: &Task<'_>, set: &RunSet, fit: &Fit, pairs: &[HypothesisPair<'_>]) -> Option<NextExperiment> {
+/// Proposes the cheapest strokes that separate all pairs of competing laws of a fit, or those that separate them best where
+/// none suffices.
+pub fn propose(
+    task: &Task<'_>,
+    set: &RunSet,
+    fit: &Fit,
+    pairs: &[HypothesisPair<'_>],
+    constraints: &PlanConstraints,
+) -> Option<NextExperiment> {
     let mut depths: Vec<f64> = set.runs.iter().map(|r| r.depth_mm()).collect();
     depths.sort_by(f64::total_cmp);
     let reach = [depths[depths.len() / 20], depths[depths.len() - 1 - depths.len() / 20]];
@@ -47,8 +57,9 @@ pub fn propose(task: &Task<'_>, set: &RunSet, fit: &Fit, pairs: &[HypothesisPair
         width_mm: widths.get(widths.len() / 2).copied().unwrap_or(16.0),
     };
     let known: Vec<PairInRuns> = pairs.iter().map(|r| PairInRuns::of(task, fit, r)).collect();
-    let mut best: Option<(f64, &'static str, Vec<PlannedRun>)> = None;
+    let mut plans: Vec<(FactorPrice, Vec<PlannedRun>)> = Vec::new();
     for (factor, plan) in candidate_designs(set, [round(low), round(high)]) {
+        let Some(plan) = constraints.apply(factor, plan) else { continue };
         let more = RunSet::from_rows(PathBuf::new(), rows_of(&plan, conditions)).ok()?;
         let mut new = Task::new(&more.runs, task.reference, task.prior.clone(), Vec::new(), task.variances);
         new.sigma_n = noise_like(task, &known[0].with, &new.predict(&fit.parameters, &fit.laws));
@@ -59,14 +70,28 @@ pub fn propose(task: &Task<'_>, set: &RunSet, fit: &Fit, pairs: &[HypothesisPair
             .zip(&known)
             .map(|(r, known)| known.and(PairInRuns::of(&new, fit, r)).separation(task, &runs, fit))
             .fold(f64::INFINITY, f64::min);
-        if best.as_ref().is_none_or(|b| least > b.0) {
-            best = Some((least, factor, plan));
+        let price = FactorPrice { factor: factor.to_owned(), lambda_rival_expected: least, minutes: minutes(&plan) };
+        plans.push((price, plan));
+    }
+    plans.sort_by(|a, b| b.0.lambda_rival_expected.total_cmp(&a.0.lambda_rival_expected));
+    let mut prices: Vec<FactorPrice> = Vec::new();
+    for (price, _) in &plans {
+        if prices.iter().all(|p| p.factor != price.factor) {
+            prices.push(price.clone());
         }
     }
-    let (lambda, factor, runs) = best?;
+    prices.sort_by(|a, b| a.minutes.total_cmp(&b.minutes));
+    let best = plans.first()?.0.lambda_rival_expected;
+    // The expectation is one of a linear picture, whose largest values are the least certain: what comes near the best
+    // suffices.
+    let suffices = |p: &FactorPrice| p.lambda_rival_expected >= OF_BEST * best;
+    let cost = |p: &FactorPrice| p.minutes * if p.factor == "all" { 2.0 } else { 1.0 };
+    let of_enough = plans.into_iter().filter(|(p, _)| suffices(p));
+    let (FactorPrice { factor, lambda_rival_expected, minutes }, runs) =
+        of_enough.min_by(|a, b| cost(&a.0).total_cmp(&cost(&b.0)))?;
     let separates =
         pairs.iter().map(|r| [fit.laws[r.index].law.family.to_owned(), r.competitor.law.family.to_owned()]).collect();
-    Some(NextExperiment { separates, factor: factor.to_owned(), lambda_rival_expected: lambda, runs })
+    Some(NextExperiment { separates, factor, lambda_rival_expected, minutes, prices, runs })
 }
 
 /// Row noise of new rows, N: that of the present row with the nearest force in the same channel.
@@ -75,7 +100,7 @@ fn noise_like(task: &Task<'_>, known_n: &[f64], new_n: &[f64]) -> Vec<f64> {
         let mut near = (f64::INFINITY, task.sigma_n[channel]);
         for i in (channel..known_n.len()).step_by(3 * 7) {
             let d = (known_n[i] - force).abs();
-            if d < near.0 {
+            if d < near.0 && task.sigma_n[i] < NO_READING_N {
                 near = (d, task.sigma_n[i]);
             }
         }

@@ -158,6 +158,7 @@ fn region(column: Column, unit: &str, channel: usize, [from, to]: [f64; 2], mean
         mean_relative: mean,
         z: mean / (sd / n.sqrt()).max(1e-9),
         runs: means.len(),
+        outside_calibration: false,
     })
 }
 

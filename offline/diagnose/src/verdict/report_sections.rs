@@ -6,18 +6,20 @@ use crate::data::runs::RunSet;
 use crate::model::random_effects::RandomEffect;
 use crate::model::residual_sums::ResidualSums;
 use crate::schema::{
-    Baseline, BaselineParameter, CandidateLaw, Disagreement, LawTest, NextExperiment, NoiseFound, Rescale,
+    Baseline, BaselineParameter, CandidateLaw, Caution, Disagreement, LawTest, NextExperiment, NoiseFound, Rescale,
     ScatterRatio, UnexplainedFound, Verdict,
 };
+use crate::selection::lack_of_fit::SCATTER_LEVEL;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
+use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
 use crate::verdict::decision::Decision;
 use crate::verdict::next_experiment::{HypothesisPair, propose};
 use crate::verdict::regions::{residual_map, strongest};
 
 /// The strokes that would separate the competing laws of an ambiguous verdict.
-pub fn next_experiment(decision: &Decision<'_>, set: &RunSet) -> Option<NextExperiment> {
+pub fn next_experiment(decision: &Decision<'_>, set: &RunSet, constraints: &PlanConstraints) -> Option<NextExperiment> {
     if decision.verdict != Verdict::Ambiguous {
         return None;
     }
@@ -32,7 +34,7 @@ pub fn next_experiment(decision: &Decision<'_>, set: &RunSet) -> Option<NextExpe
             }
         }
     }
-    propose(&decision.task, set, &decision.selection.fit, &pairs)
+    propose(&decision.task, set, &decision.selection.fit, &pairs, constraints)
 }
 
 /// Where baseline and measurement differ before any effect.
@@ -108,18 +110,38 @@ pub fn tests(decision: &Decision<'_>) -> Vec<LawTest> {
         .collect()
 }
 
+/// Scatter between runs beyond twice what the calibration explains, where the verdict does not rest on it.
+pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
+    let u = &decision.lack_of_fit;
+    let told = u.p_scatter < SCATTER_LEVEL && decision.verdict != Verdict::UnexplainedStructure;
+    told.then(|| Caution {
+        kind: "scatter".into(),
+        role: "measured".into(),
+        column: "run_id".into(),
+        text: format!(
+            "With what is named in the model, runs still scatter by {:.1} (normal) and {:.1} (friction) times the variance that \
+             the calibration explains: its form is not exact, or something else is there too.",
+            u.scatter_ratio[0], u.scatter_ratio[1]
+        ),
+    })
+}
+
 /// Structure that the accepted laws leave.
 pub fn unexplained(decision: &Decision<'_>) -> UnexplainedFound {
     let u = &decision.lack_of_fit;
+    // Evidence for a law that no refit bears out is structure along its driver.
+    let law = decision.selection.tests.iter().find(|t| t.significant).filter(|_| !u.significant);
+    let unexplained = decision.verdict == Verdict::UnexplainedStructure;
+    let column = law.filter(|_| unexplained).and_then(|t| t.law.drivers.first());
     UnexplainedFound {
-        significant: u.significant,
-        column: u.column.clone(),
+        significant: unexplained,
+        column: column.map_or_else(|| u.column.clone(), |c| c.name().into()),
         channel: u.channel.clone(),
         gain: u.gain,
         p_model: u.p_model.min(u.p_scatter),
         p_runs: u.p_runs,
         scatter_ratio: ScatterRatio { normal: u.scatter_ratio[0], friction: u.scatter_ratio[1] },
-        partial: if decision.verdict == Verdict::UnexplainedStructure { partial(decision) } else { Vec::new() },
+        partial: if unexplained { partial(decision) } else { Vec::new() },
     }
 }
 

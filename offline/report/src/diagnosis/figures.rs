@@ -7,14 +7,14 @@ use crate::axes::{Axis, Panel};
 use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
 use crate::colour::{FAINT, GREY, INK, MODEL, SERIES, WHITE, mix, rgb};
 use crate::numbers::fixed;
-use fingerpad_diagnose::{CrossValidationError, Diagnosis, DriverPlot, FeConfirmation, Plot, Region};
+use fingerpad_diagnose::{CrossValidationError, Diagnosis, DriverPlot, FeConfirmation, ForceTrace, Plot, Region};
 
 const MORE: BackendColor = rgb(0xb2182b);
 const LESS: BackendColor = rgb(0x2166ac);
 
 /// Relative residual at full colour: the map's largest, at least 5 %.
 pub fn scale(map: &[Region]) -> f64 {
-    map.iter().filter(|r| r.channel != "across").map(|r| r.mean_relative.abs()).fold(0.05, f64::max).min(0.5)
+    map.iter().map(|r| r.mean_relative.abs()).fold(0.05, f64::max).min(0.5)
 }
 
 /// Residuals over the parts of every column.
@@ -38,19 +38,23 @@ impl ResidualMap<'_> {
 }
 
 const ROW: f64 = 34.0;
-const CELL: f64 = 58.0;
+const CELL: f64 = 46.0;
 
 impl Figure for ResidualMap<'_> {
     fn size(&self) -> (u32, u32) {
-        (940, (96.0 + ROW * self.columns().len().max(1) as f64) as u32)
+        (1080, (96.0 + ROW * self.columns().len().max(1) as f64) as u32)
     }
 
     fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let small = Text { em: 10.5, colour: GREY, ..Text::BODY };
-        for (channel, left) in [("normal", 190.0), ("friction", 572.0)] {
-            let title = if channel == "normal" { "normal force" } else { "friction along the motion" };
+        let channels = [
+            ("normal", "normal force, %", 190.0),
+            ("friction", "friction along the motion, %", 486.0),
+            ("across", "friction across it, %", 782.0),
+        ];
+        for (channel, title, left) in channels {
             canvas.text(title, (left, 18.0), Text { bold: true, em: 12.5, ..Text::BODY })?;
             for (row, column) in self.columns().into_iter().enumerate() {
                 let y = 36.0 + ROW * row as f64;
@@ -71,7 +75,7 @@ impl Figure for ResidualMap<'_> {
                         m if m > 0.0 => "+",
                         _ => "−",
                     };
-                    let text = format!("{sign}{size} %");
+                    let text = format!("{sign}{size}");
                     canvas.text(
                         &text,
                         (x + 0.5 * CELL - 4.0, y + 10.0),
@@ -222,11 +226,16 @@ pub struct GapBars<'a> {
 }
 
 impl<'a> GapBars<'a> {
-    /// Held-out runs; without a claimed effect there is no after.
-    pub fn held_out(gap: &CrossValidationError, claimed: bool) -> Self {
-        let mut series = vec![("before", gap.rms_before_n, GREY)];
+    /// Held-out runs under the three models; without a claimed effect there are two. The finite elements with the effect
+    /// stand beside them where they were run, on their own strokes.
+    pub fn held_out(gap: &CrossValidationError, claimed: bool, fe: Option<&FeConfirmation>) -> Self {
+        let mut series =
+            vec![("as calibrated", gap.rms_calibrated_n, mix(WHITE, GREY, 0.5)), ("refitted", gap.rms_before_n, GREY)];
         if claimed {
-            series.push(("after", gap.rms_after_n, SERIES[1]));
+            series.push(("with the effect", gap.rms_after_n, SERIES[1]));
+        }
+        if let Some(fe) = fe {
+            series.push(("finite elements with it", fe.rms_after_n, mix(WHITE, SERIES[1], 0.5)));
         }
         series.push(("noise floor", gap.floor_rms_n, MODEL));
         Self { series }
@@ -289,6 +298,60 @@ impl Figure for GapBars<'_> {
             let y = 60.0 + 20.0 * k as f64;
             canvas.rect(722.0, y - 6.0, 14.0, 12.0, *colour)?;
             canvas.text(name, (744.0, y), Text::BODY)?;
+        }
+        Ok(())
+    }
+}
+
+/// Forces of the worst runs, measured and by the three models.
+pub struct Traces<'a> {
+    /// What to show.
+    pub traces: &'a [ForceTrace],
+    /// Whether an effect is claimed; without one there are two models.
+    pub claimed: bool,
+}
+
+const TRACE: f64 = 214.0;
+
+impl Figure for Traces<'_> {
+    fn size(&self) -> (u32, u32) {
+        (940, (48.0 + TRACE * self.traces.len().max(1) as f64) as u32)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+        let (width, height) = self.size();
+        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+        let models = [("as calibrated", mix(WHITE, GREY, 0.6)), ("refitted", MODEL), ("with the effect", SERIES[1])];
+        let shown = if self.claimed { &models[..] } else { &models[..2] };
+        let mut x = 70.0;
+        canvas.marker(Marker::Circle, (x, 16.0), 2.6, INK, true)?;
+        canvas.text("measured", (x + 10.0, 16.0), Text::BODY)?;
+        for (name, colour) in shown {
+            x += 130.0;
+            canvas.line(&[(x, 16.0), (x + 22.0, 16.0)], Line::solid(*colour, 2.2))?;
+            canvas.text(name, (x + 30.0, 16.0), Text::BODY)?;
+        }
+        for (row, trace) in self.traces.iter().enumerate() {
+            for (k, name) in ["normal force, N", "friction along the motion, N"].iter().enumerate() {
+                let forces = trace.readings_n.iter().chain(trace.models_n.iter().flatten()).map(|f| f[k]);
+                let panel = Panel {
+                    left: 70.0 + 450.0 * k as f64,
+                    top: 62.0 + TRACE * row as f64,
+                    width: 370.0,
+                    height: TRACE - 74.0,
+                    x: Axis::covering("row of the run", [1.0, trace.readings_n.len() as f64], std::iter::empty(), 6),
+                    y: Axis::covering(&format!("{}: {name}", trace.run), [0.0, 0.0], forces, 4),
+                };
+                panel.draw(canvas)?;
+                for ((_, colour), model) in shown.iter().zip(&trace.models_n) {
+                    let points: Vec<(f64, f64)> =
+                        (1..).zip(model).map(|(row, f)| panel.at(f64::from(row), f[k])).collect();
+                    canvas.line(&points, Line::solid(*colour, 2.0))?;
+                }
+                for (row, f) in (1..).zip(&trace.readings_n).filter(|(_, f)| f[k].is_finite()) {
+                    canvas.marker(Marker::Circle, panel.at(f64::from(row), f[k]), 2.4, INK, true)?;
+                }
+            }
         }
         Ok(())
     }

@@ -22,6 +22,22 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         pictures.push(Picture { name: name.to_owned(), title, caption, png, svg: Some(svg) });
     };
     let claimed = !report.effects.is_empty();
+    let figure = figures::GapBars::held_out(&report.holdout, claimed, report.fe_confirmation.as_ref());
+    add(
+        "heldout",
+        "The gap on runs that no fit saw: as calibrated, refitted, with the effect".into(),
+        words::gap_caption(report),
+        canvas::png(&figure)?,
+        canvas::svg(&figure)?,
+    );
+    let figure = figures::Traces { traces: &evidence.traces, claimed };
+    add(
+        "traces",
+        "Forces of the three worst runs".into(),
+        words::traces_caption().into(),
+        canvas::png(&figure)?,
+        canvas::svg(&figure)?,
+    );
     for (name, title, map, shown) in [
         ("map_before", "Where simulation and measurement disagree, before any effect", &evidence.map_before, true),
         ("map_after", "The same with the effect in the model", &evidence.map_after, claimed),
@@ -42,14 +58,6 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         "evidence",
         "Evidence for every law against the baseline alone".into(),
         words::bars_caption(report),
-        canvas::png(&figure)?,
-        canvas::svg(&figure)?,
-    );
-    let figure = figures::GapBars::held_out(&report.holdout, claimed);
-    add(
-        "heldout",
-        "The gap on runs that no fit saw, beside the noise floor".into(),
-        words::gap_caption(report),
         canvas::png(&figure)?,
         canvas::svg(&figure)?,
     );

@@ -21,18 +21,24 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<title>fingerpad diagnose: {title}</title>\n<style>\n{STYLE}{}</style>\n\
          </head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n<p class=\"meta\">{} · baseline {} · seed {} · fingerpad {}</p>\n</header>\n\
-         <p class=\"verdict\">{}</p>\n",
+         <p class=\"number\">{}</p>\n<p class=\"verdict\">{}</p>\n",
         fonts(),
         escape(&files.join(" · ")),
         escape(&report.baseline.model),
         report.seed,
         escape(&report.version),
+        prose(&words::number(report)),
         prose(&words::verdict(report)),
     );
+    let (first, rest) = pictures.split_at(pictures.len().min(1));
+    for caution in words::cautions(report) {
+        let _ = writeln!(out, "<p class=\"warning\">{}</p>", prose(&caution));
+    }
+    first.iter().for_each(|picture| figure(&mut out, 1, picture));
     out += &effects(report);
     out += "<section>\n";
-    for (i, picture) in pictures.iter().enumerate() {
-        figure(&mut out, i + 1, picture);
+    for (i, picture) in rest.iter().enumerate() {
+        figure(&mut out, i + 2, picture);
     }
     out += "</section>\n";
     out += &next(report);
@@ -170,17 +176,32 @@ fn next(report: &Diagnosis) -> String {
         }
         out += &(flag(r.new_block) + &flag(r.reverse) + "</tr>\n");
     }
-    out + "</tbody>\n</table>\n"
+    out += "</tbody>\n</table>\n";
+    if !plan.prices.is_empty() {
+        out += "<table>\n<caption>What else would separate them, and its price.</caption>\n<thead><tr>\
+                <th class=\"name\">varied</th><th>separation λ</th><th>minutes</th></tr></thead>\n<tbody>\n";
+        for p in &plan.prices {
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td>{}{}</tr>",
+                escape(&p.factor),
+                cell(&fixed(p.lambda_rival_expected, 0)),
+                cell(&fixed(p.minutes, 0))
+            );
+        }
+        out += "</tbody>\n</table>\n";
+    }
+    out
 }
 
 fn tables(report: &Diagnosis) -> String {
     let mut out = "<section class=\"tables\">\n<h2>Regions that stand out before any effect</h2>\n<table>\n<thead><tr><th class=\"name\">column</th>\
-                   <th>from</th><th>to</th><th class=\"name\">unit</th><th class=\"name\">channel</th><th>mean, %</th><th>z over runs</th><th>runs</th></tr></thead>\n<tbody>\n"
+                   <th>from</th><th>to</th><th class=\"name\">unit</th><th class=\"name\">channel</th><th>mean, %</th><th>z over runs</th><th>runs</th><th class=\"name\">calibrated there</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for r in &report.disagreement.regions {
         let _ = writeln!(
             out,
-            "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td>{}{}{}</tr>",
+            "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td>{}{}{}<td>{}</td></tr>",
             escape(&r.column),
             cell(&significant(r.from, 3)),
             cell(&significant(r.to, 3)),
@@ -188,11 +209,12 @@ fn tables(report: &Diagnosis) -> String {
             escape(&r.channel),
             cell(&fixed(100.0 * r.mean_relative, 1)),
             cell(&fixed(r.z, 1)),
-            cell(&r.runs.to_string())
+            cell(&r.runs.to_string()),
+            if r.outside_calibration { "no" } else { "yes" }
         );
     }
     if report.disagreement.regions.is_empty() {
-        out += "<tr><td colspan=\"8\">none</td></tr>\n";
+        out += "<tr><td colspan=\"9\">none</td></tr>\n";
     }
     let n = &report.noise;
     let _ = write!(
@@ -232,7 +254,7 @@ fn tables(report: &Diagnosis) -> String {
 mod tests {
     use std::path::Path;
 
-    use fingerpad_diagnose::{diagnose_forces, trace_csv};
+    use fingerpad_diagnose::{ColumnMap, diagnose_forces, trace_csv};
 
     use super::*;
 
@@ -240,7 +262,11 @@ mod tests {
     fn a_trace_without_runs_is_told_no_sign_flips() {
         let path =
             concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/human_texture_exploration/July3_1_force_data_1.csv");
-        let trace = trace_csv::read(Path::new(path), Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp")).unwrap();
+        let trace = trace_csv::read(
+            Path::new(path),
+            &ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap(),
+        )
+        .unwrap();
         let mut found = diagnose_forces(&trace, 0.01);
         assert!(!reduced(&found.report, &found.sentences, None).contains("sign flips"));
         found.report.holdout.method = "k-fold by run".into();

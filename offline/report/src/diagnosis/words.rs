@@ -53,7 +53,9 @@ fn calibration_note(misfit: [f64; 3]) -> String {
 }
 
 fn size(effect: &EffectFound) -> String {
-    let p = &effect.parameters[0];
+    // Of a law with several amplitudes the first is told whose interval leaves out zero.
+    let told = effect.parameters.iter().find(|p| p.ci95[0] > 0.0 || p.ci95[1] < 0.0);
+    let p = told.unwrap_or(&effect.parameters[0]);
     let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
     format!(
         "{} {}{unit} (95 %: {} to {}), {} % of the force at its 90th percentile",
@@ -81,7 +83,22 @@ pub fn axis(name: &str) -> String {
 
 /// The verdict as one paragraph.
 pub fn verdict(report: &Diagnosis) -> String {
-    answer(report) + &calibration_note(report.baseline.calibration_misfit)
+    answer(report) + &outside_note(report)
+}
+
+/// A sentence where what carries the verdict lies outside the calibration.
+fn outside_note(report: &Diagnosis) -> String {
+    let outside =
+        |column: &str| report.cautions.iter().any(|c| c.kind == "outside_calibration" && column.contains(&c.column));
+    let laws: Vec<String> = report.effects.iter().filter(|e| e.outside_calibration).map(|e| plain(&e.law)).collect();
+    if report.verdict == Verdict::UnexplainedStructure && outside(&report.unexplained.column) {
+        " The measured runs leave the calibration there: it may be the form of the model, which no calibration run has tested."
+            .into()
+    } else if !laws.is_empty() {
+        format!(" Part of the evidence for {} lies outside the calibration.", laws.join(" and "))
+    } else {
+        String::new()
+    }
 }
 
 fn answer(report: &Diagnosis) -> String {
@@ -95,8 +112,10 @@ fn answer(report: &Diagnosis) -> String {
         )
     } else {
         format!(
-            "On {} runs that no fit saw, the worst channel's residual goes from {} to {} times the noise floor.",
+            "On {} runs that no fit saw, the worst channel's residual goes from {} (as calibrated) over {} (refitted) to {} \
+             times the noise floor.",
             gap.runs,
+            fixed(gap.ratio_calibrated, 2),
             fixed(gap.ratio_before, 2),
             fixed(gap.ratio_after, 2)
         )
@@ -115,9 +134,10 @@ fn answer(report: &Diagnosis) -> String {
             let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
             let next = report.next_experiment.as_ref().map_or_else(String::new, |n| {
                 format!(
-                    " The {} strokes below (varying {}) are expected to separate them by {} in 2 log likelihood.",
+                    " The {} strokes below (varying {}; {} minutes) are expected to separate them by {} in 2 log likelihood.",
                     n.runs.len(),
                     n.factor,
+                    fixed(n.minutes, 0),
                     fixed(n.lambda_rival_expected, 0)
                 )
             });
@@ -161,7 +181,8 @@ pub fn word(report: &Diagnosis) -> &'static str {
 /// The lines that the command prints.
 pub fn summary(report: &Diagnosis) -> String {
     let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
-    format!("verdict: {}\n{}{fe}", word(report), verdict(report))
+    let first: String = cautions(report).iter().map(|c| format!("note: {c}\n")).collect();
+    format!("{first}verdict: {}\n{}{fe}", word(report), verdict(report))
 }
 
 /// What the finite elements say, in one or two sentences.
@@ -210,8 +231,32 @@ pub fn confirmation_caption(fe: &FeConfirmation) -> String {
 /// Under a residual map.
 pub fn map_caption() -> &'static str {
     "Mean relative residual over runs in parts of each column, one row a column, six parts from low to high; \
-     left normal force, right friction along the motion. Red: more force measured than predicted. A dot marks parts \
+     left normal force, then friction along and across the motion. Red: more force measured than predicted. A dot marks parts \
      whose mean is more than 3.5 standard errors over runs from zero."
+}
+
+/// Under the force traces.
+pub fn traces_caption() -> &'static str {
+    "The measured runs that the refitted baseline misses most, over the noise floor. As calibrated: nothing is fitted to the \
+     measured runs. Readings that were left out (spikes, a sensor's rail) are not shown."
+}
+
+/// Kinds of cautions, those that come first first.
+const FIRST: [&str; 5] = ["sensor_rail", "outside_calibration", "one_axis", "scatter", "spikes"];
+
+/// What is told before the verdict: cautions in the order of their weight, then a calibration that misses its noise.
+pub fn cautions(report: &Diagnosis) -> Vec<String> {
+    let place = |kind: &str| FIRST.iter().position(|k| *k == kind).unwrap_or(FIRST.len());
+    let mut list: Vec<_> = report.cautions.iter().collect();
+    list.sort_by_key(|c| place(&c.kind));
+    let misfit = calibration_note(report.baseline.calibration_misfit);
+    list.into_iter().map(|c| c.text.clone()).chain((!misfit.is_empty()).then(|| misfit.trim().to_owned())).collect()
+}
+
+/// The first number of the page: what is left on runs that no fit saw, over the noise floor.
+pub fn number(report: &Diagnosis) -> String {
+    let gap = &report.holdout;
+    format!("{} × the noise floor", fixed(gap.ratio_after, 2))
 }
 
 /// Under a plot over a driver.

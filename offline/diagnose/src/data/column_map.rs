@@ -1,0 +1,211 @@
+//! Names and units of a user's columns.
+//!
+//! Main type: [`ColumnMap`].
+
+/// What our columns are called in a file, and in which units they stand there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ColumnMap {
+    entries: Vec<Entry>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Entry {
+    column: String,
+    name: Option<String>,
+    turned: bool,
+    unit: Option<Unit>,
+}
+
+/// A unit: value in ours = factor × value + offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Unit {
+    name: &'static str,
+    of: Quantity,
+    factor: f64,
+    offset: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Length,
+    Force,
+    Time,
+    Speed,
+    Temperature,
+    Angle,
+}
+
+const fn unit(name: &'static str, of: Quantity, factor: f64, offset: f64) -> Unit {
+    Unit { name, of, factor, offset }
+}
+
+/// Units that are known; the first of a quantity is ours.
+const UNITS: [Unit; 24] = [
+    unit("mm", Quantity::Length, 1.0, 0.0),
+    unit("m", Quantity::Length, 1e3, 0.0),
+    unit("cm", Quantity::Length, 10.0, 0.0),
+    unit("um", Quantity::Length, 1e-3, 0.0),
+    unit("nm", Quantity::Length, 1e-6, 0.0),
+    unit("in", Quantity::Length, 25.4, 0.0),
+    unit("N", Quantity::Force, 1.0, 0.0),
+    unit("mN", Quantity::Force, 1e-3, 0.0),
+    unit("kN", Quantity::Force, 1e3, 0.0),
+    unit("gf", Quantity::Force, 9.806_65e-3, 0.0),
+    unit("kgf", Quantity::Force, 9.806_65, 0.0),
+    unit("s", Quantity::Time, 1.0, 0.0),
+    unit("ms", Quantity::Time, 1e-3, 0.0),
+    unit("us", Quantity::Time, 1e-6, 0.0),
+    unit("min", Quantity::Time, 60.0, 0.0),
+    unit("mm/s", Quantity::Speed, 1.0, 0.0),
+    unit("m/s", Quantity::Speed, 1e3, 0.0),
+    unit("cm/s", Quantity::Speed, 10.0, 0.0),
+    unit("um/s", Quantity::Speed, 1e-3, 0.0),
+    unit("C", Quantity::Temperature, 1.0, 0.0),
+    unit("K", Quantity::Temperature, 1.0, -273.15),
+    unit("F", Quantity::Temperature, 5.0 / 9.0, -160.0 / 9.0),
+    unit("deg", Quantity::Angle, 1.0, 0.0),
+    unit("rad", Quantity::Angle, 180.0 / std::f64::consts::PI, 0.0),
+];
+
+/// Columns that a map may name, with short names.
+const COLUMNS: [(&str, &str); 19] = [
+    ("run_id", "run"),
+    ("t_s", "t"),
+    ("depth_mm", "depth"),
+    ("slide_x_mm", "slide_x"),
+    ("slide_y_mm", "slide_y"),
+    ("normal_force_n", "normal"),
+    ("friction_x_n", "x"),
+    ("friction_y_n", "y"),
+    ("contact_time_s", "contact_time"),
+    ("speed_mm_s", "speed"),
+    ("direction_deg", "direction"),
+    ("dwell_s", "dwell"),
+    ("occlusion_time_s", "occlusion_time"),
+    ("hydration_au", "hydration"),
+    ("temperature_c", "temperature"),
+    ("finger_width_mm", "finger_width"),
+    ("condition_id", "condition"),
+    ("block_id", "block"),
+    ("subject_id", "subject"),
+];
+
+/// The quantity of one of our columns, by its ending.
+fn quantity(column: &str) -> Option<Quantity> {
+    let endings = [
+        ("_mm_s", Quantity::Speed),
+        ("_mm", Quantity::Length),
+        ("_n", Quantity::Force),
+        ("_s", Quantity::Time),
+        ("_c", Quantity::Temperature),
+        ("_deg", Quantity::Angle),
+    ];
+    endings.iter().find(|(ending, _)| column.ends_with(ending)).map(|(_, quantity)| *quantity)
+}
+
+fn column_of(key: &str) -> Result<&'static str, String> {
+    let key = key.trim();
+    COLUMNS.iter().find(|(column, short)| *column == key || *short == key).map(|(column, _)| *column).ok_or_else(|| {
+        format!("`{key}` is not one of {}", COLUMNS.map(|(column, short)| format!("{short} ({column})")).join(", "))
+    })
+}
+
+impl ColumnMap {
+    /// From texts like `normal=-Fz,x=Fx,t=Timestamp` and `depth=um,normal=mN`; a minus sign turns a column round.
+    ///
+    /// Errors: a sentence that names the pair that cannot be used.
+    pub fn parse(map: Option<&str>, units: Option<&str>) -> Result<Self, String> {
+        let mut out = Self::default();
+        for (flag, text) in [("--map", map), ("--unit", units)] {
+            for pair in text.unwrap_or("").split(',').filter(|p| !p.trim().is_empty()) {
+                let (key, value) = pair.split_once('=').ok_or_else(|| format!("{flag}: `{pair}` is not KEY=VALUE"))?;
+                let column = column_of(key).map_err(|problem| format!("{flag}: {problem}"))?;
+                let entry = out.entry(column);
+                let value = value.trim();
+                let again = if flag == "--map" { entry.name.is_some() } else { entry.unit.is_some() };
+                if again {
+                    return Err(format!("{flag}: {column} is given twice"));
+                }
+                if flag == "--map" {
+                    entry.turned = value.starts_with('-');
+                    entry.name = Some(value.strip_prefix('-').unwrap_or(value).to_owned());
+                } else {
+                    entry.unit = Some(unit_of(column, value)?);
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    fn entry(&mut self, column: &str) -> &mut Entry {
+        let place = self.entries.iter().position(|e| e.column == column).unwrap_or_else(|| {
+            self.entries.push(Entry { column: column.to_owned(), name: None, turned: false, unit: None });
+            self.entries.len() - 1
+        });
+        &mut self.entries[place]
+    }
+
+    fn find(&self, column: &str) -> Option<&Entry> {
+        self.entries.iter().find(|e| e.column == column)
+    }
+
+    /// What one of our columns is called in the file.
+    pub fn name<'a>(&'a self, column: &'a str) -> &'a str {
+        self.find(column).and_then(|e| e.name.as_deref()).unwrap_or(column)
+    }
+
+    /// A value of the file in our unit and sign.
+    pub fn value(&self, column: &str, value: f64) -> f64 {
+        let Some(entry) = self.find(column) else { return value };
+        let value = entry.unit.map_or(value, |u| u.factor * value + u.offset);
+        if entry.turned { -value } else { value }
+    }
+
+    /// What was understood, one line a column.
+    pub fn told(&self) -> Vec<String> {
+        let of = |e: &Entry| {
+            let turned = if e.turned { ", turned round" } else { "" };
+            let unit = e.unit.map_or_else(String::new, |u| format!(", in {}", u.name));
+            format!("{} is column `{}`{unit}{turned}", e.column, e.name.as_deref().unwrap_or(&e.column))
+        };
+        self.entries.iter().map(of).collect()
+    }
+}
+
+fn unit_of(column: &str, name: &str) -> Result<Unit, String> {
+    let name = if name == "µm" { "um" } else { name };
+    let quantity = quantity(column);
+    let known = || UNITS.iter().filter(|u| Some(u.of) == quantity);
+    known().find(|u| u.name == name).copied().ok_or_else(|| {
+        let list: Vec<&str> = known().map(|u| u.name).collect();
+        if list.is_empty() {
+            format!("--unit: {column} has no unit that could be another one")
+        } else {
+            format!("--unit: `{name}` is not a unit of {column}; known are {}", list.join(", "))
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_signs_and_units_are_understood_and_contradictions_are_not() {
+        let map = ColumnMap::parse(Some("normal=-Fz, depth=Z"), Some("depth=um,normal=mN,temperature=K")).unwrap();
+        assert_eq!((map.name("normal_force_n"), map.name("depth_mm"), map.name("t_s")), ("Fz", "Z", "t_s"));
+        assert!((map.value("normal_force_n", -1500.0) - 1.5).abs() < 1e-12);
+        assert!((map.value("depth_mm", 900.0) - 0.9).abs() < 1e-12);
+        assert!((map.value("temperature_c", 305.15) - 32.0).abs() < 1e-9);
+        for (map, units, word) in [
+            (Some("weight=W"), None, "weight"),
+            (Some("normal"), None, "KEY=VALUE"),
+            (None, Some("normal=mm"), "normal_force_n"),
+            (None, Some("depth=um,depth_mm=mm"), "twice"),
+            (None, Some("run=mm"), "run_id"),
+        ] {
+            let message = ColumnMap::parse(map, units).unwrap_err();
+            assert!(message.contains(word), "{message}");
+        }
+    }
+}

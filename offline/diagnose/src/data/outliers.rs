@@ -1,0 +1,252 @@
+//! Rows that no force explains: spikes of the logger, and readings at the sensor's rail.
+//!
+//! A spike lies off the rows on both of its sides by far more than the noise. An effect does not: it moves a row together
+//! with at least one of its neighbours [outliers against neighbours: Hampel 1974]. Such readings become NaN, a reading
+//! that is not there; the row keeps its place in the motion.
+//!
+//! Main type: [`Flags`]; main functions: [`spikes`], [`rails`], [`without`].
+
+use crate::data::runs::{Run, RunSet};
+
+/// Readings to be left out, normal, x and y of each row, by run.
+pub type Flags = Vec<Vec<[bool; 3]>>;
+
+/// Distance from the neighbours, in standard deviations, from which a row is a spike.
+const SPIKE: f64 = 6.0;
+/// Rounds in which spikes are looked for that others beside them had hidden.
+const ROUNDS: usize = 4;
+/// Least noise, in stated standard deviations: below, a coarse sensor's steps would look like spikes.
+const LEAST_SCALE: f64 = 0.3;
+/// Largest number of spikes per row of a set: more is no fault of single rows.
+const MOST_SPIKES: f64 = 0.2;
+
+/// Readings that are spikes.
+///
+/// * `residual_n`: readings less a prediction, three a row, N
+/// * `sigma_n`: standard deviation of the row noise, N
+pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
+    let over_noise =
+        |n: &mut dyn Iterator<Item = f64>| -> Vec<f64> { n.zip(sigma_n).map(|(v, s)| v / s.max(1e-9)).collect() };
+    let mut scaled = over_noise(&mut residual_n.iter().copied());
+    // What an effect adds at a turn or an onset may lie off its neighbours; the reading itself does not.
+    let mut readings = over_noise(&mut set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()));
+    let mut flags: Flags = set.runs.iter().map(|run| vec![[false; 3]; run.rows.len()]).collect();
+    let scale = noise_scale(set, &scaled);
+    for _ in 0..ROUNDS {
+        let [of_residual, of_reading] = [&scaled, &readings].map(|values| distances(set, values));
+        let mut found = 0;
+        let mut at = 0;
+        for (run, flags) in flags.iter_mut().enumerate() {
+            for (row, flags) in flags.iter_mut().enumerate() {
+                for k in 0..3 {
+                    if of_residual[run][row][k].min(of_reading[run][row][k]) > SPIKE * scale[k] {
+                        flags[k] = true;
+                        (scaled[at + k], readings[at + k]) = (f64::NAN, f64::NAN);
+                        found += 1;
+                    }
+                }
+                at += 3;
+            }
+        }
+        if found == 0 {
+            break;
+        }
+    }
+    if count(&flags) as f64 > MOST_SPIKES * set.rows() as f64 {
+        flags.iter_mut().flatten().for_each(|f| *f = [false; 3]);
+    }
+    flags
+}
+
+/// How far each reading lies off those before and after it, in standard deviations.
+fn distances(set: &RunSet, scaled: &[f64]) -> Vec<Vec<[f64; 3]>> {
+    let mut at = 0;
+    let of_run = |run: &Run| {
+        let start = at;
+        at += 3 * run.rows.len();
+        let channel = |k: usize| move |row: usize| scaled[start + 3 * row + k];
+        (0..run.rows.len()).map(|row| std::array::from_fn(|k| off_both_sides(run, row, &channel(k)))).collect()
+    };
+    set.runs.iter().map(of_run).collect()
+}
+
+/// Noise of each channel in the stated standard deviations, by what neighbouring rows leave of a straight line.
+fn noise_scale(set: &RunSet, scaled: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|k| {
+        let mut sizes = Vec::new();
+        let mut at = 0;
+        for run in &set.runs {
+            let own: Vec<f64> = (0..run.rows.len()).map(|row| scaled[at + 3 * row + k]).collect();
+            at += 3 * run.rows.len();
+            sizes.extend(own.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).filter(|d| d.is_finite()));
+        }
+        sizes.sort_by(f64::total_cmp);
+        // Of normal noise, the median is 0.6745 times the standard deviation, which is sqrt(1.5).
+        (sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / (0.6745 * 1.5f64.sqrt())).max(LEAST_SCALE)
+    })
+}
+
+/// Number of readings to be left out.
+pub fn count(flags: &Flags) -> usize {
+    flags.iter().flatten().flatten().filter(|f| **f).count()
+}
+
+/// How far a row, or the pair that it makes with the row after it, lies off the nearer ones of two rows on either side,
+/// where it lies off both sides the same way.
+fn off_both_sides(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
+    let rows = run.rows.len();
+    let in_contact = |i: usize| run.rows[i].depth_mm > 0.0;
+    let smaller = |a: &f64, b: &f64| a.abs().total_cmp(&b.abs());
+    let off = |first: usize, last: usize| {
+        let nearest = |near: &[usize]| {
+            let least = |i: &usize| (first..=last).map(|own| of(own) - of(*i)).min_by(smaller);
+            near.iter().filter_map(least).filter(|d| d.is_finite()).min_by(smaller)
+        };
+        let before: Vec<usize> = (first.saturating_sub(2)..first).collect();
+        let after: Vec<usize> = (last + 1..rows.min(last + 3)).collect();
+        match (nearest(&before), nearest(&after)) {
+            (Some(a), Some(b)) if a * b > 0.0 => a.abs().min(b.abs()),
+            // At a run's ends there is one side. Where the plate touches between the rows, an effect sets them apart too.
+            (Some(a), None) | (None, Some(a)) => {
+                let near = before.iter().chain(&after).copied();
+                let alike: Vec<usize> = near.filter(|i| in_contact(*i) == in_contact(first)).collect();
+                let level = nearest(&alike).map_or(0.5 * a.abs(), f64::abs);
+                // A slope ends as a slope: beside the rows next to it the line through them counts.
+                match (&before[..], &after[..]) {
+                    (&[far, near], []) | ([], &[near, far]) => level.min((of(first) - 2.0 * of(near) + of(far)).abs()),
+                    _ => level,
+                }
+            }
+            _ => 0.0,
+        }
+    };
+    // Two spikes in a row hide each other; as a pair they have to lie off by twice as much.
+    let pair = if row > 1 && row + 3 < rows { 0.5 * off(row, row + 1) } else { 0.0 };
+    off(row, row).max(pair)
+}
+
+/// A channel that ends at its largest size in many rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rail {
+    /// Channel: normal, x, y.
+    pub channel: usize,
+    /// The reading, N.
+    pub force_n: f64,
+    /// Rows with it.
+    pub rows: usize,
+    /// Runs with it.
+    pub runs: usize,
+}
+
+/// Fewest rows at a rail.
+const LEAST_AT_RAIL: usize = 8;
+
+/// The rails of a set: a largest or least reading that comes again and again, more often than the one next to it, as no
+/// force with noise does.
+pub fn rails(set: &RunSet) -> Vec<Rail> {
+    let mut out = Vec::new();
+    for channel in 0..3 {
+        for sign in [1.0, -1.0] {
+            let readings = || set.runs.iter().flat_map(|r| &r.force_n).map(move |f| sign * f[channel]);
+            let end = readings().fold(f64::NEG_INFINITY, f64::max);
+            let next = readings().filter(|f| *f < end).fold(f64::NEG_INFINITY, f64::max);
+            let count = |value: f64| readings().filter(|f| *f == value).count();
+            let (rows, beside) = (count(end), count(next));
+            // A channel that reads one value throughout (a sensor without that axis) has no rail.
+            if rows >= LEAST_AT_RAIL && rows > 3 * beside && rows < set.rows() / 2 && end.abs() > 0.0 {
+                let force_n = sign * end;
+                let runs = set.runs.iter().filter(|r| r.force_n.iter().any(|f| f[channel] == force_n)).count();
+                out.push(Rail { channel, force_n, rows, runs });
+            }
+        }
+    }
+    out
+}
+
+/// Readings at one of the rails.
+pub fn at_rail(set: &RunSet, rails: &[Rail]) -> Flags {
+    let railed = |f: &[f64; 3]| std::array::from_fn(|k| rails.iter().any(|r| r.channel == k && f[k] == r.force_n));
+    set.runs.iter().map(|run| run.force_n.iter().map(railed).collect()).collect()
+}
+
+/// The set with the flagged readings NaN.
+pub fn without(set: &RunSet, flags: &Flags) -> RunSet {
+    let mut out = set.clone();
+    for (run, flags) in out.runs.iter_mut().zip(flags) {
+        for (force_n, flags) in run.force_n.iter_mut().zip(flags) {
+            for (f, flag) in force_n.iter_mut().zip(flags) {
+                if *flag {
+                    *f = f64::NAN;
+                }
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::runs::{Labels, RawRow};
+
+    /// Presses to 0.6 to 1.3 mm with normal forces of 1 N/mm and a little noise.
+    fn set(change: impl Fn(usize, usize, &mut RawRow)) -> RunSet {
+        let run = |r: usize| {
+            let rows = (0..30).map(|i| {
+                let depth_mm = (0.6 + 0.1 * r as f64) * (i.min(10) as f64) / 10.0;
+                let noise = 0.001 * (((r * 31 + i * 17) % 13) as f64 - 6.0);
+                let mut row = RawRow {
+                    line: 2,
+                    t_s: i as f64,
+                    depth_mm,
+                    slide_mm: [0.0; 2],
+                    force_n: [depth_mm + noise, noise, -noise],
+                    contact_time_s: f64::NAN,
+                    speed_mm_s: f64::NAN,
+                    direction_deg: f64::NAN,
+                    dwell_s: f64::NAN,
+                    occlusion_time_s: f64::NAN,
+                    hydration_au: f64::NAN,
+                    temperature_c: f64::NAN,
+                    finger_width_mm: f64::NAN,
+                };
+                change(r, i, &mut row);
+                row
+            });
+            (Labels { run: format!("r{r}"), ..Labels::default() }, rows.collect())
+        };
+        RunSet::from_rows("runs.csv".into(), (0..8).map(run).collect()).unwrap()
+    }
+
+    fn residual(set: &RunSet) -> Vec<f64> {
+        let rows = set.runs.iter().flat_map(|r| r.rows.iter().zip(&r.force_n));
+        rows.flat_map(|(row, f)| [f[0] - row.depth_mm.max(0.0), f[1], f[2]]).collect()
+    }
+
+    #[test]
+    fn spikes_are_flagged_and_steps_and_slopes_are_not() {
+        let spiked = set(|r, i, row| {
+            row.force_n[0] += if [(2, 12), (5, 20), (5, 21)].contains(&(r, i)) { 0.3 } else { 0.0 };
+            // A step and a slope, as effects make them.
+            row.force_n[1] += if i > 15 { 0.4 } else { 0.0 };
+            row.force_n[2] += 0.05 * i as f64;
+        });
+        let left = residual(&spiked);
+        let flags = spikes(&spiked, &left, &vec![0.004; left.len()]);
+        let found: Vec<(usize, usize)> =
+            (0..8).flat_map(|r| (0..30).map(move |i| (r, i))).filter(|(r, i)| flags[*r][*i][0]).collect();
+        assert_eq!(found, [(2, 12), (5, 20), (5, 21)]);
+        assert_eq!(count(&flags), 3);
+        assert!(without(&spiked, &flags).runs[2].force_n[12][0].is_nan());
+    }
+
+    #[test]
+    fn a_rail_is_found_and_a_plateau_of_a_coarse_sensor_is_not() {
+        let railed = set(|_, _, row| row.force_n[0] = row.force_n[0].min(0.9));
+        let [rail] = &rails(&railed)[..] else { panic!("{:?}", rails(&railed)) };
+        assert_eq!((rail.channel, rail.force_n), (0, 0.9));
+        assert!(rail.rows > 60 && rail.runs == 5, "{rail:?}");
+        let coarse = set(|_, _, row| row.force_n = row.force_n.map(|f| (f / 0.01).round() * 0.01));
+        assert_eq!(rails(&coarse), []);
+    }
+}

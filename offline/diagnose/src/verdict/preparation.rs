@@ -1,0 +1,124 @@
+//! Before the diagnosis: rows that no force explains are left out, and what the files cannot support is put into words.
+//!
+//! Main types: [`Prepared`], [`Cautions`].
+
+use fingerpad_smooth::{Parameters, ReferenceCurves};
+
+use crate::data::outliers::{Flags, at_rail, count, rails, spikes, without};
+use crate::data::runs::RunSet;
+use crate::error::DiagnoseError;
+use crate::model::prediction::predict_runs;
+use crate::model::row_noise::{RowNoise, sigma_of};
+use crate::schema::Caution;
+use crate::statistics::calibration::{Calibration, calibrate};
+
+/// Names of the channels' columns.
+const FORCES: [&str; 3] = ["normal_force_n", "friction_x_n", "friction_y_n"];
+/// Rounds in which the spikes of a calibration are looked for: spikes make the noise look larger than it is.
+const ROUNDS: usize = 4;
+
+/// The sets without rows that no force explains, and the calibration.
+pub struct Prepared {
+    /// Runs without an effect.
+    pub calibration_set: RunSet,
+    /// Runs to be explained.
+    pub measured: RunSet,
+    /// The calibration.
+    pub calibration: Calibration,
+    /// What was left out.
+    pub cautions: Vec<Caution>,
+}
+
+/// Leaves out readings at a rail and spikes, and calibrates.
+///
+/// Errors: [`DiagnoseError`] where too little is left, or the calibration has no likelihood.
+pub fn prepare(
+    calibration: &RunSet,
+    measured: &RunSet,
+    reference: &ReferenceCurves,
+) -> Result<Prepared, DiagnoseError> {
+    let mut cautions = Vec::new();
+    let railed_off = off_rails(calibration, "calibration", &mut cautions)?;
+    let mut calibration_set = railed_off.clone();
+    let mut found = calibrate(&calibration_set, reference);
+    let mut flagged = Flags::new();
+    for _ in 0..ROUNDS {
+        let now = spikes_of(&railed_off, &found.fit.parameters, &found.noise, reference);
+        if now == flagged || (flagged.is_empty() && count(&now) == 0) {
+            break;
+        }
+        calibration_set = without(&railed_off, &now);
+        found = calibrate(&calibration_set, reference);
+        flagged = now;
+    }
+    cautions.extend(spike_caution("calibration", count(&flagged), railed_off.rows()));
+    let measured = clean(measured, "measured", &found, reference, &mut cautions)?;
+    Ok(Prepared { calibration_set, measured, calibration: found, cautions })
+}
+
+/// A set measured after the calibration, without readings at a rail and spikes.
+///
+/// * `role`: `measured` or `holdout`
+///
+/// Errors: [`DiagnoseError`] where too little is left.
+pub fn clean(
+    set: &RunSet,
+    role: &str,
+    calibration: &Calibration,
+    reference: &ReferenceCurves,
+    cautions: &mut Vec<Caution>,
+) -> Result<RunSet, DiagnoseError> {
+    let off = off_rails(set, role, cautions)?;
+    let flagged = spikes_of(&off, &calibration.fit.parameters, &calibration.noise, reference);
+    cautions.extend(spike_caution(role, count(&flagged), off.rows()));
+    Ok(without(&off, &flagged))
+}
+
+fn spikes_of(set: &RunSet, parameters: &Parameters, noise: &[RowNoise; 3], reference: &ReferenceCurves) -> Flags {
+    let prediction = predict_runs(&reference.model(parameters), &set.runs);
+    let readings = set.runs.iter().flat_map(|r| r.force_n.iter().flatten());
+    let residual: Vec<f64> = readings.zip(&prediction).map(|(y, p)| y - p).collect();
+    spikes(set, &residual, &sigma_of(noise, &prediction))
+}
+
+fn spike_caution(role: &str, readings: usize, rows: usize) -> Option<Caution> {
+    (readings > 0).then(|| Caution {
+        kind: "spikes".into(),
+        role: role.into(),
+        column: String::new(),
+        text: format!("{readings} readings in {rows} rows of the {role} set lie far off the rows on both sides; they are left out."),
+    })
+}
+
+fn off_rails(set: &RunSet, role: &str, cautions: &mut Vec<Caution>) -> Result<RunSet, DiagnoseError> {
+    let rails = rails(set);
+    if rails.is_empty() {
+        return Ok(set.clone());
+    }
+    cautions.extend(rails.iter().map(|rail| Caution {
+        kind: "sensor_rail".into(),
+        role: role.into(),
+        column: FORCES[rail.channel].into(),
+        text: format!(
+            "The sensor, not the finger: {} of the {role} set ends at {} N in {} rows of {} runs, the sensor's rail. These \
+             readings are left out; a sensor with a larger range is needed for what lies there.",
+            FORCES[rail.channel], rail.force_n, rail.rows, rail.runs
+        ),
+    }));
+    let left = without(set, &at_rail(set, &rails));
+    let in_contact = || set.runs.iter().flat_map(|r| &r.rows).filter(|r| r.depth_mm > 0.0).count();
+    match rails.iter().find(|r| r.rows > in_contact() / 2) {
+        None => Ok(left),
+        Some(rail) => Err(DiagnoseError::Unusable {
+            path: set.path.clone(),
+            problem: format!(
+                "line {}, column {}: {} N, the sensor's rail, in {} of {} rows in contact: what is left carries no diagnosis",
+                set.runs[0].line,
+                FORCES[rail.channel],
+                rail.force_n,
+                rail.rows,
+                in_contact()
+            ),
+        }),
+    }
+}

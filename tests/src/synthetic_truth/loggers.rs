@@ -1,0 +1,104 @@
+//! How laboratories move the plate and what their loggers do to the rows.
+//!
+//! Main types: [`Protocol`], [`Logger`].
+
+use fingerpad_diagnose::{RawRow, RunSet};
+
+use super::Random;
+use super::protocol::Plan;
+
+/// A way to run the experiments.
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+pub enum Protocol {
+    /// Directions over the whole plane, a logger without faults.
+    Plane,
+    /// All slides along +x, as in Yoshida et al. 2011.
+    OneAxis,
+    /// The calibration along +x, the measured runs over the whole plane.
+    AxisThenPlane,
+    /// A logger with a coarse clock, spikes, dropped rows and two rates.
+    Operator,
+    /// A normal force that ends at the sensor's rail in the measured runs.
+    Clipped,
+}
+
+impl Protocol {
+    /// Turns the strokes into the protocol's directions.
+    pub fn turn(self, plans: &mut [Plan], calibration: bool) {
+        if self == Self::OneAxis || (self == Self::AxisThenPlane && calibration) {
+            plans.iter_mut().for_each(|p| p.direction = 0.0);
+        }
+    }
+
+    /// The set as the protocol's logger writes it.
+    pub fn log(self, set: RunSet, calibration: bool, random: &mut Random) -> RunSet {
+        match self {
+            Self::Operator => Logger::OPERATOR.log(&set, random),
+            Self::Clipped if !calibration => {
+                let mut peaks: Vec<f64> =
+                    set.runs.iter().map(|r| r.force_n.iter().map(|f| f[0]).fold(0.0, f64::max)).collect();
+                peaks.sort_by(f64::total_cmp);
+                // A rail that the deepest third of the runs reaches.
+                Logger { rail_n: peaks[peaks.len() * 2 / 3], ..Logger::FAULTLESS }.log(&set, random)
+            }
+            _ => set,
+        }
+    }
+}
+
+/// Faults of a logger.
+#[derive(Clone, Copy, Debug)]
+pub struct Logger {
+    /// Step of its clock, s; 0 is exact.
+    pub clock_s: f64,
+    /// Share of the readings that are spikes of 0.1 to 1 N either way.
+    pub spikes: f64,
+    /// Share of the rows that are lost.
+    pub lost: f64,
+    /// Share of the runs that are written at half the rate.
+    pub half_rate: f64,
+    /// Largest normal force that the sensor can read, N.
+    pub rail_n: f64,
+}
+
+impl Logger {
+    /// No faults.
+    pub const FAULTLESS: Self = Self { clock_s: 0.0, spikes: 0.0, lost: 0.0, half_rate: 0.0, rail_n: f64::INFINITY };
+    /// The faults of an operator's logger.
+    pub const OPERATOR: Self = Self { clock_s: 0.1, spikes: 0.02, lost: 0.15, half_rate: 0.33, rail_n: f64::INFINITY };
+
+    /// A set as this logger writes it; the time since touch is not among its columns where the clock is coarse.
+    pub fn log(&self, set: &RunSet, random: &mut Random) -> RunSet {
+        let runs = set.runs.iter().map(|run| {
+            let stride = if random.unit() < self.half_rate { 2 } else { 1 };
+            let rows = (0..run.rows.len()).filter_map(|i| {
+                let (row, mut force_n) = (&run.rows[i], run.force_n[i]);
+                for f in &mut force_n {
+                    if random.unit() < self.spikes {
+                        *f += random.between(0.1, 1.0) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
+                    }
+                }
+                force_n[0] = force_n[0].min(self.rail_n);
+                let kept = random.unit() >= self.lost && i % stride == 0;
+                let exact = self.clock_s == 0.0;
+                kept.then_some(RawRow {
+                    line: 2 + i,
+                    t_s: if exact { row.t_s } else { (row.t_s / self.clock_s).floor() * self.clock_s },
+                    depth_mm: row.depth_mm,
+                    slide_mm: run.slide_mm[i],
+                    force_n,
+                    contact_time_s: if exact { row.contact_time_s } else { f64::NAN },
+                    speed_mm_s: f64::NAN,
+                    direction_deg: f64::NAN,
+                    dwell_s: row.dwell_s,
+                    occlusion_time_s: row.occlusion_s,
+                    hydration_au: row.hydration_au,
+                    temperature_c: row.temperature_c,
+                    finger_width_mm: row.width_mm,
+                })
+            });
+            (run.labels.clone(), rows.collect())
+        });
+        RunSet::from_rows(set.path.clone(), runs.collect()).expect("a logger's clock never falls")
+    }
+}
