@@ -47,6 +47,6 @@ pub use outcome::Outcome;
 pub use procedure::{Input, identify, settings_hash};
 pub use settings::{Calibration, Compared, Fast, Joint, Prediction, Settings, Simplex, VariedParameter};
 pub use simplex::SimplexRun;
-pub use state_cache::StateCache;
+pub use state_cache::{Key, StateCache, key_of};
 pub use steady::{Effort, Limits, Place, Slider, Start, Steady};
 pub use table::{Point, Table};

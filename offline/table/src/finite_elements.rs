@@ -4,7 +4,9 @@
 
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::mesh::FingertipShape;
-use fingerpad_identify::{CalibrationParameter, Evaluator, FeModel, IdentifyError, LawPoint, Query, Steady};
+use fingerpad_identify::{
+    CalibrationParameter, Evaluator, FeModel, IdentifyError, Key, LawPoint, Query, Steady, key_of,
+};
 
 use super::TableError;
 use super::reading::{Elastic, ElasticPlace};
@@ -72,6 +74,7 @@ impl FiniteElements<'_, '_> {
             .collect();
         let bone_mm = places.first().map_or(0.0, |p| p.bone_mm);
         let mut left = queries;
+        left.retain(|(_, query)| self.evaluator.cache.get(&self.failure(bone_mm, &query[0])).is_none());
         let mut answers = vec![None; places.len()];
         loop {
             match self.run(bone_mm, &left) {
@@ -86,15 +89,32 @@ impl FiniteElements<'_, '_> {
                 Err(IdentifyError::Steady { depth_mm, .. }) if left.len() > 1 => {
                     let away = |q: &Query| (q.depth_mm - depth_mm).abs();
                     let failed = (0..left.len()).min_by(|a, b| away(&left[*a].1[0]).total_cmp(&away(&left[*b].1[0])));
-                    left.remove(failed.expect("at least two are left"));
+                    let (_, query) = left.remove(failed.expect("at least two are left"));
+                    self.remember_failure(bone_mm, &query[0])?;
                 }
-                Err(error) if error.is_local() => break,
+                Err(error) if error.is_local() => {
+                    for (_, query) in &left {
+                        self.remember_failure(bone_mm, &query[0])?;
+                    }
+                    break;
+                }
                 Err(error) => return Err(error.into()),
             }
         }
         self.asked += places.len();
         (self.evaluator.hooks.tell)("finite elements", &format!("{}/{}", self.asked, self.expected.max(self.asked)));
         Ok(answers)
+    }
+
+    /// Key under which the cache remembers that a slide is not found, so that a run that goes on is the run in one go.
+    fn failure(&self, bone_mm: f64, query: &Query) -> Key {
+        let (config, tolerance) = (self.evaluator.config, self.evaluator.settings.tolerance);
+        let finger = (&self.shape, bone_mm.to_bits(), config.mesh_preset, &config.tissue, config.numerics);
+        key_of(&("no steady slide", env!("CARGO_PKG_VERSION"), finger, tolerance.to_bits(), query))
+    }
+
+    fn remember_failure(&self, bone_mm: f64, query: &Query) -> Result<(), TableError> {
+        Ok(self.evaluator.cache.put(self.failure(bone_mm, query), &Steady::default())?)
     }
 
     fn run(&mut self, bone_mm: f64, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
