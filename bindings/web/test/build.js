@@ -8,7 +8,7 @@ import { build, transform } from "esbuild";
 import { MODEL, MODULE, SITE, WEB } from "./folder.js";
 
 /** Most bytes of module, scripts, styles and page together. */
-const MOST = 60_000;
+const MOST = 62_500;
 /** What is counted; the model file is data. */
 const COUNTED = ["index.html", "style.css", "main.js", "fingerpad.wasm"];
 
