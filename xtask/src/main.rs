@@ -100,13 +100,18 @@ fn main() -> anyhow::Result<()> {
     }
 }
 
-/// The verification cases of these names, the Python package and the MuJoCo plugin, all of them without names.
+/// The verification cases of these names, planted tables, the Python package and the MuJoCo plugin, all of them without names.
 fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
     let all = args.is_empty();
     let mut named = |name: &str| args.iter().position(|arg| arg == name).map(|place| args.remove(place)).is_some();
-    let (python, plugin) = (named("python"), named("mujoco"));
+    let (python, plugin, tables) = (named("python"), named("mujoco"), named("tables"));
     if all || !args.is_empty() {
         cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)?;
+    }
+    if all || tables {
+        let both =
+            ["--package", "fingerpad-table", "--package", "fingerpad-tests", "--test", "planted", "--test", "table"];
+        cargo(&[&["test", "--release"], &both[..], &["--", "--ignored"]].concat(), &[])?;
     }
     if all || python {
         wheel::test(wheel::Part::Whole)?;

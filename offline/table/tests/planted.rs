@@ -163,6 +163,7 @@ fn truths() -> Vec<Vec<(Effect, Parameter, f64)>> {
 }
 
 #[test]
+#[ignore = "minutes: `cargo xtask verify tables`"]
 fn no_effect_is_ever_named_wrongly() {
     let eight = [0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8];
     let mut total = Score::default();
