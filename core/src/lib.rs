@@ -18,6 +18,8 @@ mod example;
 mod frame;
 mod gradient;
 mod grip;
+#[cfg(feature = "lanes")]
+mod lanes;
 mod math;
 mod model_file;
 #[cfg(feature = "std")]
@@ -51,7 +53,7 @@ pub use owned::ModelFile;
 pub use params::{Node, Params, ParamsOf, SpringParams};
 pub use pose::{POSE_ROWS, POSE_TERMS, Pose, PoseTable};
 pub use regime::{Regime, Status};
-pub use rescaling::{Fitted, Scaled, Scaling, Tuning};
+pub use rescaling::{Fitted, Scaled, Scaling, Tuning, Wide};
 pub use response::{Motion, Response};
 pub use save::{STATE_BYTES, state_bytes};
 pub use state::{SpinState, State, StateOf};
