@@ -2,10 +2,10 @@
 //!
 //! Main types: [`Motions`], [`Forces`]. Uses step.
 
-#[cfg(feature = "lanes")]
+#[cfg(all(feature = "lanes", target_feature = "avx"))]
 use crate::lanes::Together;
 use crate::rescaling::Wide;
-#[cfg(feature = "lanes")]
+#[cfg(all(feature = "lanes", target_feature = "avx"))]
 use crate::step::begin;
 use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
 
@@ -90,8 +90,8 @@ impl Forces<'_> {
 }
 
 impl<const M: usize, const N: usize, S: Wide> ModelOf<'_, M, N, S> {
-    /// Advances many contacts by one step each: the same bits as [`crate::step()`] one by one. With feature `lanes` eight
-    /// contacts move at once in the vector registers of a host. To use several cores, divide the slices.
+    /// Advances many contacts by one step each: the same bits as [`crate::step()`] one by one. With feature `lanes`, in a
+    /// build for processors with AVX, eight contacts move at once in vector registers. To use several cores, divide the slices.
     ///
     /// Errors: [`BatchLength`], before any contact moves.
     pub fn step_batch<const P: usize>(
@@ -119,7 +119,7 @@ impl<const M: usize, const N: usize, S: Wide> ModelOf<'_, M, N, S> {
         if let Some(&found) = lengths.iter().find(|&&length| length != expected) {
             return Err(BatchLength { expected, found });
         }
-        #[cfg(feature = "lanes")]
+        #[cfg(all(feature = "lanes", target_feature = "avx"))]
         {
             let mut together = Together::new(self);
             for i in 0..states.len() {
@@ -130,7 +130,7 @@ impl<const M: usize, const N: usize, S: Wide> ModelOf<'_, M, N, S> {
             }
             together.end_each(states, forces);
         }
-        #[cfg(not(feature = "lanes"))]
+        #[cfg(not(all(feature = "lanes", target_feature = "avx")))]
         for (i, state) in states.iter_mut().enumerate() {
             forces.set(i, &self.step(state, motions.of(i)));
         }
@@ -184,5 +184,44 @@ mod tests {
             }
         }
         assert_eq!(states, alone);
+    }
+
+    /// A memory that holds what is no number is lost, as in a step alone; the contacts beside it do not notice.
+    #[test]
+    fn a_broken_memory_stays_alone() {
+        const COUNT: usize = 19;
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let mut alone = [State::default(); COUNT];
+        for state in &mut alone {
+            model.step(state, Motion { depth_mm: 1.0, dt_s: 1e-3, ..Motion::default() });
+        }
+        alone[5].anchor[1][0][1] = f32::NAN;
+        alone[17].anchor[3][0][0] = f32::INFINITY;
+        let mut together = alone;
+        let (mut numbers, mut regime, mut status) =
+            ([[0.0f32; COUNT]; 6], [Regime::NoContact; COUNT], [Status::OK; COUNT]);
+        let [normal, fx, fy, moment, margin, stick] = &mut numbers;
+        let mut forces = Forces {
+            normal_force_n: normal,
+            friction_x_n: fx,
+            friction_y_n: fy,
+            spin_moment_n_mm: moment,
+            slip_margin: margin,
+            stick_ratio: stick,
+            regime: &mut regime,
+            status: &mut status,
+        };
+        let (depth, x, y) = ([1.1; COUNT], [0.02; COUNT], [-0.01; COUNT]);
+        let motions = Motions { depth_mm: &depth, slide_x_mm: &x, slide_y_mm: &y, spin_rad: &[], dt_s: 1e-3 };
+        model.step_batch(&mut together, motions, &mut forces).unwrap();
+        for i in 0..COUNT {
+            let motion =
+                Motion { depth_mm: depth[i], slide_increment_mm: [x[i], y[i]], dt_s: 1e-3, ..Motion::default() };
+            let r = step(&model, &mut alone[i], motion);
+            assert_eq!((numbers[0][i], numbers[1][i], status[i]), (r.normal_force_n, r.friction_n[0], r.status), "{i}");
+            assert_eq!(status[i].contains(Status::MEMORY_LOST), i == 5 || i == 17, "{i}");
+            assert_eq!(together[i], alone[i], "{i}");
+        }
     }
 }

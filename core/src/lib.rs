@@ -18,7 +18,7 @@ mod example;
 mod frame;
 mod gradient;
 mod grip;
-#[cfg(feature = "lanes")]
+#[cfg(all(feature = "lanes", target_feature = "avx"))]
 mod lanes;
 mod math;
 mod model_file;

@@ -102,26 +102,26 @@ pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
 #[doc(hidden)]
 pub trait Wide: Scaling<f32> {
     /// The same for eight contacts side by side.
-    #[cfg(feature = "lanes")]
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
     type InLanes: Scaling<crate::lanes::Lanes>;
     /// The same for eight contacts side by side.
-    #[cfg(feature = "lanes")]
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
     fn in_lanes(&self) -> Self::InLanes;
 }
 
 impl Wide for Fitted {
-    #[cfg(feature = "lanes")]
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
     type InLanes = Fitted;
-    #[cfg(feature = "lanes")]
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
     fn in_lanes(&self) -> Fitted {
         Fitted
     }
 }
 
 impl<const POSED: bool> Wide for Scaled<f32, POSED> {
-    #[cfg(feature = "lanes")]
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
     type InLanes = Scaled<crate::lanes::Lanes, POSED>;
-    #[cfg(feature = "lanes")]
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
     fn in_lanes(&self) -> Self::InLanes {
         let of = <crate::lanes::Lanes as Arithmetic>::of;
         Scaled {

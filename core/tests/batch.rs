@@ -9,7 +9,7 @@ use fingerpad::{Fitted, Forces, ModelOf, Motion, Motions, Pose, Regime, Scaling,
 const COUNT: usize = 29;
 
 /// Steps `COUNT` contacts together and one by one over a path that presses, slides, turns back, lifts and, if `disturbed`,
-/// trembles, jumps, is no number, changes in strength, and restores broken memories.
+/// trembles, jumps, is no number and changes in strength.
 fn compare<const P: usize, S>(model: &ModelOf<'_, 4, 37, S>, disturbed: bool)
 where
     S: Scaling<f32> + Wide,
