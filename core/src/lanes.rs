@@ -8,9 +8,10 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use bytemuck::{Pod, Zeroable};
 use wide::{f32x8, i32x8};
 
+use crate::at_depth::AtDepth;
 use crate::math::{Arithmetic, sealed::Sealed};
 use crate::rescaling::Wide;
-use crate::step::{AtDepth, Begun, answer, carry, end};
+use crate::step::{Begun, answer, carry, end};
 use crate::stick_ratio::{Way, regime_of};
 use crate::table::Row;
 use crate::{DataOf, Forces, ModelOf, StateOf, Status};

@@ -6,6 +6,7 @@ extern crate std;
 
 #[cfg(feature = "serde")]
 mod array;
+mod at_depth;
 mod batch;
 mod check;
 mod data;
