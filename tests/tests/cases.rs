@@ -31,6 +31,11 @@ fn full_slip() {
 }
 
 #[test]
+fn limit_surface() {
+    holds("limit_surface");
+}
+
+#[test]
 fn creep() {
     holds("creep");
 }

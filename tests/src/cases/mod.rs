@@ -4,6 +4,7 @@ mod arch;
 mod geometry;
 mod identify;
 mod law;
+pub mod limit_surface;
 mod meshes;
 mod numerics;
 pub mod paths;
@@ -47,6 +48,11 @@ pub const CASES: &[Case] = &[
         name: "spin",
         about: "sphere that spins: Reissner-Sagoci, Lubkin, full spin, exact far field",
         run: spin::spin,
+    },
+    Case {
+        name: "limit_surface",
+        about: "default mesh of E, 0.5 to 2 mm: friction and moment in full slip, every direction",
+        run: limit_surface::limit_surface,
     },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
     Case {
