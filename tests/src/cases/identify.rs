@@ -39,7 +39,7 @@ fn with_fe_model<T>(
     let settings = Settings { tolerance: 5e-8, ..Settings::default() };
     let evaluator = Evaluator::new(config, &settings, StateCache::default(), &hooks, 2);
     let shape = FingertipShape::named(&config.shape.0)?;
-    let finger = evaluator.finger(&shape)?;
+    let finger = evaluator.finger(&shape, depths_mm.iter().copied().fold(0.0, f64::max))?;
     let problem = config.problem(&finger);
     let mut fe_model = FeModel::new(&evaluator, &shape, &problem);
     let stiffness = FingerPoint::of(shape).stiffness;

@@ -166,7 +166,8 @@ pub fn limit_surface(effort: Effort) -> Result<Vec<Check>, Failure> {
             at_depth.iter().map(|p| over(&(p.load - of(p))).norm() / over(&p.load).norm()).fold(0.0, f64::max)
         };
         let radii = || at_depth.iter().map(|p| over(&p.load).norm());
-        let name = |what: &str| format!("{:?}, {} mm, {} directions: {what}", preset, at_depth[0].depth_mm, directions.len());
+        let name =
+            |what: &str| format!("{:?}, {} mm, {} directions: {what}", preset, at_depth[0].depth_mm, directions.len());
         checks.extend([
             Check::at_most(name("stick ratio"), at_depth.iter().map(|p| p.stick_ratio).fold(0.0, f64::max), 1e-3),
             Check::at_most(name("largest change over the last tenth of the way"), apart(&|p| p.earlier), 0.005),
