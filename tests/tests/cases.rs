@@ -66,6 +66,11 @@ fn loops() {
 }
 
 #[test]
+fn depth_cycles() {
+    holds("depth_cycles");
+}
+
+#[test]
 fn arch() {
     holds("arch");
 }

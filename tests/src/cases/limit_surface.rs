@@ -16,7 +16,7 @@ use super::{Effort, Failure};
 use crate::Check;
 
 /// Arm by which a spin counts as travel, mm: about the moment's limit over friction's.
-const ARM_MM: f64 = 3.0;
+pub const ARM_MM: f64 = 3.0;
 /// Travel along a direction, mm, and the share of it after which nothing may change any more.
 const TRAVEL_MM: f64 = 6.0;
 const STEADY_FROM: f64 = 0.9;
@@ -181,4 +181,100 @@ pub fn limit_surface(effort: Effort) -> Result<Vec<Check>, Failure> {
         ]);
     }
     Ok(checks)
+}
+
+/// Normal force (N) and moment about the normal (N mm) of the index finger's tip and pulp in six precision grips [Sci. Rep. 12,
+/// 2022, doi 10.1038/s41598-022-16962-1, Table 2, measured].
+const HELD_BY_INDEX: [[f64; 2]; 6] =
+    [[2.64, -1.1], [8.08, -1.6], [4.94, -6.6], [3.79, -6.9], [4.09, 2.9], [3.44, -7.7]];
+/// Largest torque that two fingers held in precision grip [Kinoshita et al., J. Neurophysiol. 78, 1997], N mm.
+const LARGEST_TORQUE_N_MM: f64 = 50.0;
+
+/// Deeper than the finger is pressed by the forces below, mm.
+const DEEPEST_MM: f64 = 2.4;
+
+/// The largest moment over a held normal force, alone and with friction, beside what fingers were measured to hold.
+pub fn twist(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let (preset, forces_n): (_, &[f64]) = match effort {
+        Effort::Quick => (MeshPreset::Coarse, &[0.1, 0.3]),
+        Effort::Full => (MeshPreset::Default, &[0.1, 0.2, 0.3, 0.5, 0.7, 1.0]),
+    };
+    let motions = [("spin", Vector3::z()), ("slide", Vector3::x()), ("both", Vector3::new(0.8, 0.0, 0.6))];
+    let mut loads = Vec::new();
+    let mut checks = Vec::new();
+    for &force_n in forces_n {
+        let found =
+            motions.iter().map(|(_, motion)| held_limit(preset, force_n, motion)).collect::<Result<Vec<_>, _>>()?;
+        let name = |what: &str| format!("{force_n} N: {what}");
+        checks.push(Check::told(name("largest moment (N mm)"), found[0].z));
+        checks.push(Check::told(name("largest moment over N (mm)"), found[0].z / force_n));
+        checks.push(Check::told(name("friction in full slip along +x (N)"), found[1].x));
+        checks.push(Check::told(name("both at once: friction (N)"), found[2].x));
+        checks.push(Check::told(name("both at once: moment (N mm)"), found[2].z));
+        loads.push(found);
+    }
+    // N over a load, between and beyond the forces by a power of it.
+    let of = |k: usize, component: usize| -> Vec<[f64; 2]> {
+        forces_n.iter().zip(&loads).map(|(&n, found)| [found[k][component], n]).collect()
+    };
+    let (by_moment, by_friction) = (of(0, 2), of(1, 0));
+    for (&force_n, found) in forces_n.iter().zip(&loads) {
+        let additive = power_between(&by_friction, found[2].x) + power_between(&by_moment, found[2].z);
+        checks.push(Check::at_most(
+            format!("{force_n} N: held normal force over the sum of what moment and friction need alone"),
+            force_n / additive,
+            1.0,
+        ));
+    }
+    let growth = (by_moment[by_moment.len() - 1][0] / by_moment[0][0]).ln()
+        / (by_moment[by_moment.len() - 1][1] / by_moment[0][1]).ln();
+    checks.push(Check::told("power of the largest moment over N (measured: 1)", growth));
+    let needed = power_between(&by_moment, 0.5 * LARGEST_TORQUE_N_MM);
+    checks.push(Check::told("N of each of two fingers for 50 N mm, continued (N)", needed));
+    let moments: Vec<[f64; 2]> = by_moment.iter().map(|[m, n]| [*n, *m]).collect();
+    for [force_n, moment] in HELD_BY_INDEX {
+        let quantity = format!("index finger, {force_n} N: moment held, over the largest of the model, continued");
+        checks.push(Check::at_most(quantity, moment.abs() / power_between(&moments, force_n), 1.0));
+    }
+    Ok(checks)
+}
+
+/// Largest component of the load in its own direction while a plane that presses with `force_n` moves along `motion`.
+fn held_limit(preset: MeshPreset, force_n: f64, motion: &Vector3<f64>) -> Result<Vector3<f64>, Failure> {
+    let config = Config { mesh_preset: preset, ..Config::default() };
+    let way = TRAVEL_MM * motion;
+    let rows = [[0.0, 0.0], [force_n, 0.0], [force_n, 1.0]];
+    let corner = |(t, [normal, share]): (usize, [f64; 2])| Waypoint { t_s: t as f64, normal, x: share * way.x, y: 0.0 };
+    let spin = rows.map(|[_, share]| (share * way.z / ARM_MM).to_degrees()).to_vec();
+    let mut path = Path::new(
+        [Drive::Force, Drive::Displacement, Drive::Displacement],
+        rows.into_iter().enumerate().map(corner).collect(),
+    );
+    if way.z != 0.0 {
+        path.turns.spin = Some(Turn { drive: Drive::Displacement, values: spin });
+    }
+    let (finger, _) = config.finger_for(&[&press_to(DEEPEST_MM)])?;
+    let problem = Problem {
+        load_steps: LoadSettings { friction_while_pressing: false, ..config.numerics.load_steps },
+        ..config.problem(&finger)
+    };
+    let end = follow(&problem, &path, None)?;
+    let last = end.responses().last().ok_or("no response")?;
+    let largest =
+        |of: &dyn Fn(&fingerpad_fe::load_path::Response) -> f64| end.responses().iter().map(of).fold(0.0, f64::max);
+    // Alone the largest on the way, together what both are at the end.
+    Ok(if motion.x == 0.0 {
+        Vector3::new(0.0, 0.0, largest(&|r| r.moment_n_mm[2]))
+    } else if motion.z == 0.0 {
+        Vector3::new(largest(&|r| r.friction_x_n), 0.0, 0.0)
+    } else {
+        Vector3::new(last.friction_x_n, last.friction_y_n, last.moment_n_mm[2])
+    })
+}
+
+/// Value at `x` of a curve through rising points (x, y > 0), a power of x between two of them and beyond the last.
+fn power_between(points: &[[f64; 2]], x: f64) -> f64 {
+    let next = points.partition_point(|p| p[0] < x).clamp(1, points.len() - 1);
+    let ([x0, y0], [x1, y1]) = (points[next - 1], points[next]);
+    y0 * (x / x0).powf((y1 / y0).ln() / (x1 / x0).ln())
 }

@@ -21,20 +21,48 @@ const FULL: f64 = 0.01;
 
 /// Moment over spin at constant approach under Coulomb's and the rubber law.
 pub fn spin(effort: Effort) -> Result<Vec<Check>, Failure> {
-    let (per_radius, extent, growth) = if effort == Effort::Quick { (6, 3.0, 1.5) } else { (12, 4.0, 1.4) };
-    let sphere = Sphere::new(&Layout { part: Part::Whole, per_radius, extent, growth }, 0.4, CURVATURE_MM)?;
-    // Coulomb's limit is the normal force's; the rubber law's sees the area, whose edge lies between nodes.
-    let (bounds, rubber_bound) = if effort == Effort::Quick { ([0.005, 0.02], 0.045) } else { ([0.01, 0.02], 0.02) };
+    // Coulomb's limit is the normal force's; the rubber law's and a stuck disc's see the edge, which lies between nodes.
+    let meshes: &[(usize, [f64; 2])] =
+        if effort == Effort::Quick { &[(6, [0.005, 0.02])] } else { &[(6, [0.005, 0.02]), (12, [0.01, 0.02])] };
+    let (mut checks, mut edges) = (Vec::new(), Vec::new());
+    for &(per_radius, bounds) in meshes {
+        let (extent, growth) = if per_radius > 6 { (4.0, 1.4) } else { (3.0, 1.5) };
+        let (of_mesh, edge) = on_mesh(&Layout { part: Part::Whole, per_radius, extent, growth }, bounds)?;
+        let named = |c: Check| Check { quantity: format!("{}, a/h {per_radius}", c.quantity), ..c };
+        checks.extend(of_mesh.into_iter().map(named));
+        edges.push((1.0 / per_radius as f64, edge));
+    }
+    if let [(coarse, a), (fine, b)] = edges[..] {
+        // What the edge errs by goes with the size of the faces.
+        let limit = |k: usize| b[k] + (b[k] - a[k]) * fine / (coarse - fine);
+        for (k, name) in ["full spin, rubber law", "small spin"].into_iter().enumerate() {
+            checks.push(Check::relative(
+                format!("{name}: Mz over that of Hertz's contact, a/h to infinity"),
+                limit(k),
+                1.0,
+                0.01,
+            ));
+        }
+    }
+    Ok(checks)
+}
+
+/// The checks of one mesh, and Mz over that of Hertz's contact in full spin under the rubber law and in small spin.
+fn on_mesh(layout: &Layout, bounds: [f64; 2]) -> Result<(Vec<Check>, [f64; 2]), Failure> {
+    let sphere = Sphere::new(layout, 0.4, CURVATURE_MM)?;
     let mut solver = sphere.solver(sphere.penalty(1e-3));
     let pressed = sphere.press(&mut solver)?;
     let mut checks = vec![
         Check::relative("normal force (N)", pressed.totals.force.z, sphere.hertz.force_n(), bounds[0]),
+        Check::told("radius from area (mm)", sphere.area_radius_mm(&solver, &pressed)),
         Check::told("nodes", sphere.mesh.nodes.len() as f64),
     ];
-    checks.extend(small(&sphere, &mut solver, &pressed, bounds[1])?);
+    let (of_small, small) = small(&sphere, &mut solver, &pressed, bounds[1])?;
+    checks.extend(of_small);
     checks.extend(coulomb(&sphere, &mut solver, &pressed, bounds)?);
-    checks.extend(rubber(&sphere, &mut solver, &pressed, rubber_bound)?);
-    Ok(checks.into_iter().map(|c| Check { quantity: format!("{}, a/h {per_radius}", c.quantity), ..c }).collect())
+    let (of_rubber, rubber) = rubber(&sphere, &mut solver, &pressed)?;
+    checks.extend(of_rubber);
+    Ok((checks, [rubber, small]))
 }
 
 /// The plane turned to `spin_rad` under the far field of `loads`.
@@ -50,7 +78,7 @@ fn turned(
 }
 
 /// Everything sticks: 16 G a³/3 per radian.
-fn small(sphere: &Sphere, solver: &mut Solver, pressed: &State, bound: f64) -> Result<Vec<Check>, Failure> {
+fn small(sphere: &Sphere, solver: &mut Solver, pressed: &State, bound: f64) -> Result<(Vec<Check>, f64), Failure> {
     let (a, shear) = (sphere.hertz.radius_mm, sphere.hertz.half_space.shear_mpa);
     let turn = 1e-4;
     solver.set_friction(Friction::On(RubberFriction::coulomb(100.0, 1e-4)));
@@ -58,7 +86,13 @@ fn small(sphere: &Sphere, solver: &mut Solver, pressed: &State, bound: f64) -> R
         .disc(a, |r| [0.0, 4.0 / std::f64::consts::PI * shear * turn * r / (a * a - r * r).sqrt(), 0.0]);
     let state = turned(sphere, solver, pressed, turn, &loads)?;
     let stiffness = state.totals.moment.z / turn;
-    Ok(vec![Check::relative("small spin: Mz per radian (N mm)", stiffness, 16.0 / 3.0 * shear * a.powi(3), bound)])
+    let exact = 16.0 / 3.0 * shear * a.powi(3);
+    let own = exact * (sphere.area_radius_mm(solver, pressed) / a).powi(3);
+    let checks = vec![
+        Check::relative("small spin: Mz per radian (N mm)", stiffness, exact, bound),
+        Check::relative("the same, disc of the FE's own area", stiffness, own, bound),
+    ];
+    Ok((checks, stiffness / exact))
 }
 
 /// Partial slip to full slip and back to where half of the radius sticks throughout the swing.
@@ -91,8 +125,8 @@ fn coulomb(sphere: &Sphere, solver: &mut Solver, pressed: &State, bounds: [f64; 
     Ok(checks)
 }
 
-/// Full spin under `lambda sigma^beta`: the integral of r times the law over Hertz's pressure.
-fn rubber(sphere: &Sphere, solver: &mut Solver, pressed: &State, bound: f64) -> Result<Vec<Check>, Failure> {
+/// Full spin under `lambda sigma^beta`: the integral of r times the law over the pressure.
+fn rubber(sphere: &Sphere, solver: &mut Solver, pressed: &State) -> Result<(Vec<Check>, f64), Failure> {
     let (a, p0) = (sphere.hertz.radius_mm, sphere.hertz.peak_mpa());
     let coulomb = Torsion { hertz: sphere.hertz, mu: MU };
     let beta = 0.46;
@@ -119,8 +153,13 @@ fn rubber(sphere: &Sphere, solver: &mut Solver, pressed: &State, bound: f64) -> 
             0.25 * std::f64::consts::PI * weight * a * theta.cos() * 2.0 * std::f64::consts::PI * r * r * strength(r)
         })
         .sum();
-    Ok(vec![
-        Check::relative("full spin, rubber law: Mz (N mm)", state.totals.moment.z, exact, bound),
+    let moment = state.totals.moment.z;
+    let contact = state.contact.nodes.iter().zip(&state.contact.position);
+    let own: f64 = contact.map(|(n, y)| n.area * y.xy().norm() * law.strength(n.pressure_mpa()).0).sum();
+    let checks = vec![
+        Check::relative("full spin, rubber law: Mz over the FE's pressure (N mm)", moment, own, 0.01),
+        Check::told("full spin, rubber law: Mz over that of Hertz's pressure", moment / exact),
         Check::at_most("full spin, rubber law: stuck area (mm²)", state.totals.stuck_area, 0.01 * state.totals.area),
-    ])
+    ];
+    Ok((checks, moment / exact))
 }

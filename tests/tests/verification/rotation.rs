@@ -60,7 +60,14 @@ fn along_path([heading, pitch, roll]: [f64; 3]) -> Vec<State> {
     };
     let tilt = Plane::new(turned([0.0; 4], 0.0)).tilt();
     let (mesh, body) = paraboloid(&(tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), heading)));
-    let settings = SolverSettings { tolerance: 1e-11, max_iterations: 100, ..Default::default() };
+    // Parts of the contact area that are held a little off depend on the way to the equilibrium.
+    let settings = SolverSettings {
+        tolerance: 1e-11,
+        max_iterations: 200,
+        area_error: 1e-12,
+        max_area_renewals: 40,
+        ..Default::default()
+    };
     let penalty = PenaltySettings { penalty_mpa_per_mm: 20.0, augment: false, ..Default::default() };
     let law = Friction::On(RubberFriction::default());
     let mut solver = Solver::new(&body, &mesh.pad_faces, law, penalty, settings);
@@ -106,6 +113,6 @@ fn body_plane_and_path_turned_together_give_the_same_contact() {
             println!("{case}: {}", differences.map(|d| format!("{d:.0e}")).join(" "));
             worst = differences.into_iter().fold(worst, f64::max);
         }
-        verify(&format!("turned together, {case}"), "largest relative difference of any response", worst, 1e-7);
+        verify(&format!("turned together, {case}"), "largest relative difference of any response", worst, 1e-9);
     }
 }
