@@ -60,7 +60,8 @@ fn main() -> Result<(), Failure> {
         let found = limit_points(MESH, &[DEPTH_MM], &motions)?;
         let seen = |load: &Vector3<f64>| cut.components.map(|c| load[c]);
         let points: Vec<[f64; 2]> = found.iter().map(|p| seen(&p.load)).collect();
-        let curve: Vec<[f64; 2]> = (0..=CURVE).map(|i| seen(&reduced(&model, &motion(i as f64 / CURVE as f64)))).collect();
+        let curve: Vec<[f64; 2]> =
+            (0..=CURVE).map(|i| seen(&reduced(&model, &motion(i as f64 / CURVE as f64)))).collect();
         for (motion, point) in motions.iter().zip(&points) {
             let ours = seen(&reduced(&model, motion));
             println!("{}, motion {:.3?}: FE {point:.4?}, reduced {ours:.4?}", cut.title, motion.as_slice());
@@ -127,10 +128,19 @@ fn panel(svg: &mut String, cut: &Cut, left: f64, points: &[[f64; 2]], curve: &[[
             }
             let ([x, y], anchor) = if k == 0 { (at([value, 0.0]), "middle") } else { (at([0.0, value]), "end") };
             let (x, y) = if k == 0 { (x, y + 16.0) } else { (x - 5.0, y + 4.0) };
-            writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"11\" text-anchor=\"{anchor}\">{value:.3}</text>")?;
+            writeln!(
+                svg,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"11\" text-anchor=\"{anchor}\">{value:.3}</text>"
+            )?;
         }
     }
-    writeln!(svg, "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"11\">{}</text>", left + width - 8.0, y0 + 32.0, cut.labels[0])?;
+    writeln!(
+        svg,
+        "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"11\">{}</text>",
+        left + width - 8.0,
+        y0 + 32.0,
+        cut.labels[0]
+    )?;
     writeln!(svg, "<text x=\"{}\" y=\"40\" font-size=\"11\">{}</text>", x0 + 6.0, cut.labels[1])?;
     let ends = [0, points.len() - 1].map(|i| points[i][0].abs());
     let top = points.iter().map(|p| p[1]).fold(0.0, f64::max);

@@ -68,6 +68,7 @@ pub fn direct_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     let mut config = coarse("e", BoneKind::Floating);
     config.numerics.contact.augment = false;
     config.numerics.solver.tolerance = 1e-8;
+    (config.numerics.solver.area_error, config.numerics.solver.max_area_renewals) = (1e-6, 12);
     config.experiment.slide_mm = 10.0;
     let (finger, _) = config.finger()?;
     let direct = with_fe_model(&config, depths, |fe| Ok(fe.states(&planted())?))?;
