@@ -1,7 +1,7 @@
 //! Draws the limit surface of the default finger: friction and moment in full slip, by the finite elements, by the shipped
 //! reduced model, and an ellipsoid.
 //!
-//! `cargo run --release -p fingerpad-tests --bin draw_limit_surface -- docs/pictures/limit-surface.svg`
+//! `cargo run --release -p fingerpad-tests --bin draw_limit_surface -- docs/pictures/limit-surface.svg [coarse]`
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,6 @@ use fingerpad_tests::{
 use nalgebra::Vector3;
 
 const DEPTH_MM: f64 = 1.0;
-const MESH: MeshPreset = MeshPreset::Medium;
 /// Directions of the finite elements' slides and of the reduced model's over half a circle.
 const SLIDES: usize = 12;
 const CURVE: usize = 90;
@@ -39,7 +38,12 @@ const CUTS: [Cut; 2] = [
 ];
 
 fn main() -> Result<(), Failure> {
+    println!("motion | load | a tenth earlier | over the pressure | over the press | reduced model | N, stick ratio");
     let file = std::env::args().nth(1).ok_or("usage: draw_limit_surface FILE.svg")?;
+    let mesh = match std::env::args().nth(2).as_deref() {
+        Some("coarse") => MeshPreset::Coarse,
+        _ => MeshPreset::Medium,
+    };
     let model = ModelFile::new(&std::fs::read("data/models/fingertip.fpm")?).map_err(|e| e.to_string())?;
     let mut svg = String::new();
     let [width, height] = PANEL_PX;
@@ -57,14 +61,21 @@ fn main() -> Result<(), Failure> {
             motion
         };
         let motions: Vec<_> = (0..=SLIDES).map(|i| motion(i as f64 / SLIDES as f64)).collect();
-        let found = limit_points(MESH, &[DEPTH_MM], &motions)?;
+        let found = limit_points(mesh, &[DEPTH_MM], &motions)?;
         let seen = |load: &Vector3<f64>| cut.components.map(|c| load[c]);
         let points: Vec<[f64; 2]> = found.iter().map(|p| seen(&p.load)).collect();
         let curve: Vec<[f64; 2]> =
             (0..=CURVE).map(|i| seen(&reduced(&model, &motion(i as f64 / CURVE as f64)))).collect();
-        for (motion, point) in motions.iter().zip(&points) {
-            let ours = seen(&reduced(&model, motion));
-            println!("{}, motion {:.3?}: FE {point:.4?}, reduced {ours:.4?}", cut.title, motion.as_slice());
+        for point in &found {
+            let row =
+                [point.load, point.earlier, point.over_pressure, point.over_press, reduced(&model, &point.direction)];
+            let numbers = row.map(|load| format!("{:.4} {:.4} {:.4}", load.x, load.y, load.z)).join(" | ");
+            println!(
+                "{:.3?} | {numbers} | {:.4} N, {:.4}",
+                point.direction.as_slice(),
+                point.normal_force_n,
+                point.stick_ratio
+            );
         }
         panel(&mut svg, cut, 10.0 + k as f64 * (width + 10.0), &points, &curve)?;
     }

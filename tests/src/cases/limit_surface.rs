@@ -154,7 +154,7 @@ fn axes(points: &[LimitPoint]) -> Vector3<f64> {
 pub fn limit_surface(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (preset, depths, per_circle): (_, &[f64], _) = match effort {
         Effort::Quick => (MeshPreset::Coarse, &[0.5], 3),
-        Effort::Full => (MeshPreset::Default, &[0.5, 1.0, 1.5, 2.0], 6),
+        Effort::Full => (MeshPreset::Medium, &[0.5, 1.0, 1.5, 2.0], 6),
     };
     let directions = fan(per_circle);
     let points = limit_points(preset, depths, &directions)?;
@@ -197,7 +197,7 @@ const DEEPEST_MM: f64 = 2.4;
 pub fn twist(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (preset, forces_n): (_, &[f64]) = match effort {
         Effort::Quick => (MeshPreset::Coarse, &[0.1, 0.3]),
-        Effort::Full => (MeshPreset::Default, &[0.1, 0.2, 0.3, 0.5, 0.7, 1.0]),
+        Effort::Full => (MeshPreset::Medium, &[0.1, 0.2, 0.3, 0.5, 0.7, 1.0]),
     };
     let motions = [("spin", Vector3::z()), ("slide", Vector3::x()), ("both", Vector3::new(0.8, 0.0, 0.6))];
     let mut loads = Vec::new();

@@ -51,12 +51,12 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "limit_surface",
-        about: "default mesh of E, 0.5 to 2 mm: friction and moment in full slip, every direction",
+        about: "medium mesh of E, 0.5 to 2 mm: friction and moment in full slip, every direction",
         run: limit_surface::limit_surface,
     },
     Case {
         name: "twist",
-        about: "default mesh of E, 0.1 to 1 N: the largest moment, alone and with friction, beside what was measured",
+        about: "medium mesh of E, 0.1 to 1 N: the largest moment, alone and with friction, beside what was measured",
         run: limit_surface::twist,
     },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },

@@ -168,23 +168,23 @@ fn a_driven_moment_beyond_the_limit_ends_soon_with_the_number() {
         limits.push(holds_n_mm);
     }
     // The same either way by symmetry; free to move aside the plane turns about the friction's own centre, on less moment;
-    // a force takes most of it.
+    // a force takes some of it.
     assert!((limits[0] / limits[1] + 1.0).abs() < 0.02 && limits[2] < limits[0], "{limits:?}");
-    assert!(limits[3] > 0.05 * limits[2] && limits[3] < 0.5 * limits[2], "{limits:?}");
+    assert!(limits[3] > 0.5 * limits[2] && limits[3] < 0.95 * limits[2], "{limits:?}");
 }
 
 #[test]
 fn a_force_driven_press_in_a_tilted_pose_has_the_pad_of_that_pose() {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
-    for (pitch, roll) in [(60.0, 0.0), (10.0, 0.0)] {
+    for (pitch, roll, force_n) in [(60.0, 0.0, 1.0), (10.0, 0.0, 0.5)] {
         let turn = |value: f64| Some(Turn { drive: D, values: vec![value; 2] });
         let turns = Turns { pitch: turn(pitch), roll: turn(roll), spin: None };
-        let path = Path { turns, ..path([F, D, D], &[[0.0; 3], [1.0, 0.0, 0.0]]) };
+        let path = Path { turns, ..path([F, D, D], &[[0.0; 3], [force_n, 0.0, 0.0]]) };
         let [of_neutral, of_pose] = [config.finger().unwrap().0, config.finger_for(&[&path]).unwrap().0];
         let run =
             |finger: &Finger| follow_path(&config.problem(finger), &path, &[], &mut |_| ControlFlow::Continue(()));
         let end = run(&of_pose).unwrap_or_else(|error| panic!("{pitch}, {roll}: {error}"));
-        assert!((end.responses.last().unwrap().normal_force_n - 1.0).abs() < 1e-4);
+        assert!((end.responses.last().unwrap().normal_force_n - force_n).abs() < 1e-4);
         let error = run(&of_neutral).unwrap_err();
         assert!(matches!(error, LoadPathError::BesidePad { .. }), "{error}");
         assert!(!error.to_string().contains("pad_height_mm"), "{error}");
