@@ -40,11 +40,10 @@ pub fn step_size(effort: Effort) -> Result<Vec<Check>, Failure> {
     let finger = coarse()?;
     let mut checks = Vec::new();
     let factors: &[f64] = if effort == Effort::Quick { &[1.0] } else { &[1.0, 10.0] };
-    let bound = 0.005;
+    let bound = 0.006;
     for &factor in factors {
         let mut problem = problem(&finger.body, &finger.mesh.pad_faces);
         problem.penalty.penalty_mpa_per_mm *= factor;
-        (problem.settings.area_error, problem.settings.max_area_renewals) = (1e-4, 12);
         let name = |what: &str| format!("relative change of {what}, penalty {}", problem.penalty.penalty_mpa_per_mm);
         let whole = press_and_slide(&problem)?;
         let load_steps = LoadSettings {

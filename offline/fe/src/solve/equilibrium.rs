@@ -185,11 +185,6 @@ impl Convergence {
         needs_double
     }
 
-    /// Other parts of the area make another residual, which says nothing of the factor.
-    fn forget_rate(&mut self) {
-        (self.previous, self.before) = (f64::INFINITY, f64::INFINITY);
-    }
-
     fn factor_renewed(&mut self) {
         self.factor_is_stale = false;
         self.factor_is_new = true;
@@ -237,7 +232,6 @@ impl Solver<'_> {
                 }
                 renewals += 1;
                 iterate.areas = areas;
-                convergence.forget_rate();
                 residual = self.residual(&iterate, increment);
             }
             convergence.check(&residual, &self.settings)?;
