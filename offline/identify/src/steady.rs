@@ -31,11 +31,6 @@ const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 12, release: 0.4
 /// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
 const PATIENCE: u32 = 200;
 
-/// Share of the contact area by which its parts may be off in a steady state: differences of states become derivatives.
-const AREA_ERROR: f64 = 1e-6;
-/// How often they are taken anew.
-const AREA_RENEWALS: u32 = 12;
-
 /// What a steady slide at one depth looks like.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Steady {
@@ -163,8 +158,6 @@ impl<'a> Slider<'a> {
             max_iterations: 25,
             max_contact_iterations: 25,
             max_unsolved_contacts: 3,
-            area_error: AREA_ERROR,
-            max_area_renewals: AREA_RENEWALS,
             ..problem.settings
         };
         let model = problem.symmetric_model();

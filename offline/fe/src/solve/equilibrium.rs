@@ -8,9 +8,7 @@ use nalgebra::Vector3;
 use super::{
     Solver,
     contact_subproblem::{ContactSubproblem, Solution},
-    increment::{
-        Axis, Damping, Guess, LARGEST_AREA_ERROR, SolveError, SolverSettings, State, Stats, Target, WRENCH_OF, Watch,
-    },
+    increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, WRENCH_OF, Watch},
 };
 use crate::assembly::Configuration;
 use crate::contact::{ContactState, Plane};
@@ -38,6 +36,12 @@ const CONTACT_CONTRACTION: f64 = 0.5;
 /// Iterations after which the nodes' parts of the contact area are held: what the edge still moves then is far below
 /// what the mesh sees of it, and a node on the verge of opening could go on for ever.
 const AREA_ITERATIONS: u32 = 5;
+
+/// Share of the contact area by which the parts that were held may be off at equilibrium.
+const AREA_ERROR: f64 = 0.02;
+
+/// How often parts that are off at equilibrium are taken anew before an increment is given up.
+const AREA_RENEWALS: u32 = 4;
 
 /// What is out of balance, N.
 pub(super) struct Residual {
@@ -222,12 +226,10 @@ impl Solver<'_> {
             if residual.norm <= self.settings.tolerance * residual.reference {
                 // Parts that were held while the contact opened for an iteration belong to no equilibrium.
                 let areas = self.areas(&iterate, increment.last, false);
-                let off = difference(&iterate.areas, &areas);
-                let last = renewals == self.settings.max_area_renewals;
-                if off <= self.settings.area_error || (last && off <= LARGEST_AREA_ERROR) {
+                if !are_off(&iterate.areas, &areas) {
                     return Ok(self.committed(iterate, increment.last));
                 }
-                if last {
+                if renewals == AREA_RENEWALS {
                     return Err(convergence.stalled(&residual, &self.settings));
                 }
                 renewals += 1;
@@ -456,10 +458,10 @@ pub(super) fn imbalance(wrench: &[f64; 6], target: &[Option<f64>; 6], length_mm:
     })
 }
 
-/// Difference of parts of the contact area, share of the area.
-fn difference(held: &[f64], now: &[f64]) -> f64 {
+/// Whether parts of the contact area that were held differ too much from those at equilibrium.
+fn are_off(held: &[f64], now: &[f64]) -> bool {
     let difference: f64 = held.iter().zip(now).map(|(a, b)| (a - b).abs()).sum();
-    if difference > 0.0 { difference / now.iter().sum::<f64>() } else { 0.0 }
+    difference > AREA_ERROR * now.iter().sum::<f64>()
 }
 
 /// Asks `watch` whether to go on.

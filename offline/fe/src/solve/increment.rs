@@ -6,9 +6,6 @@ use super::linear::NotPositiveDefinite;
 use crate::assembly::{BodyError, Configuration};
 use crate::contact::{ContactState, Coordinates, Plane, Totals};
 
-/// Share of the contact area by which parts of it may be off at any equilibrium.
-pub(super) const LARGEST_AREA_ERROR: f64 = 0.02;
-
 /// How equilibrium is sought.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -27,13 +24,6 @@ pub struct SolverSettings {
     /// callers that have another way, not in a configuration.
     #[serde(skip)]
     pub max_unsolved_contacts: usize,
-    /// Share of the contact area by which the nodes' parts of it may be off at equilibrium, and how often parts that are
-    /// off are taken anew; set by callers that compare equilibria more closely than runs do, not in a configuration.
-    #[serde(skip)]
-    pub area_error: f64,
-    /// See [`Self::area_error`].
-    #[serde(skip)]
-    pub max_area_renewals: u32,
     /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub refresh_cost_iterations: f64,
@@ -52,8 +42,6 @@ impl Default for SolverSettings {
             max_iterations: 30,
             max_contact_iterations: 40,
             max_unsolved_contacts: 30,
-            area_error: LARGEST_AREA_ERROR,
-            max_area_renewals: 4,
             refresh_cost_iterations: 9.0,
             growth: 1.0,
             max_augmentations: 8,
