@@ -90,7 +90,9 @@ impl From<IdentifyError> for Failure {
     fn from(error: IdentifyError) -> Self {
         match error {
             IdentifyError::Interrupted => Self::Interrupted("finished states are kept".into()),
-            IdentifyError::Steady { .. } | IdentifyError::Fit { .. } => Self::Numerics(error.into()),
+            IdentifyError::Steady { .. } | IdentifyError::BesidePad { .. } | IdentifyError::Fit { .. } => {
+                Self::Numerics(error.into())
+            }
             other => Self::Input(other.into()),
         }
     }

@@ -160,10 +160,21 @@ fn a_response_is_drawn_also_where_the_run_ends_early() {
     let drawn = &report["maps"][0]["response"];
     assert_eq!((drawn["t_s"].as_f64(), drawn["slide_x_mm"].as_f64()), (Some(2.0), Some(0.1)));
 
-    // More friction than there is: the run ends, its rows stay and are drawn.
-    write(at, "p.csv", "t_s,depth_mm,friction_x_n,friction_y_n\n0,0,0,0\n1,0.3,0,0\n2,0.3,5,0\n");
-    let (code, _, stderr) = run(&simulate, at);
-    assert!(code == Some(3) && stderr.contains("rows kept in new/r.partial.csv"), "{code:?} {stderr}");
+    // More friction or moment than there is: the run ends, its rows stay and are drawn.
+    for (path, said) in [
+        ("t_s,depth_mm,friction_x_n,friction_y_n\n0,0,0,0\n1,0.3,0,0\n2,0.3,5,0\n", "friction force of 5.0000 N"),
+        (
+            "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_moment_n_mm\n0,0,0,0,0\n1,0.3,0,0,0\n2,0.3,0,0,9\n",
+            "spin moment of 9.0000 N mm, beyond what friction holds here (0.",
+        ),
+    ] {
+        write(at, "p.csv", path);
+        let (code, _, stderr) = run(&simulate, at);
+        assert!(code == Some(3) && stderr.contains("rows kept in new/r.partial.csv"), "{code:?} {stderr}");
+        assert!(stderr.contains("row 2 drives") && stderr.contains(said), "{stderr}");
+        let rows = fs::read_to_string(at.join("new/r.partial.csv")).unwrap();
+        assert!(rows.lines().count() > 5, "{rows}");
+    }
     let page = fs::read_to_string(at.join("new/report.html")).unwrap();
     assert!(page.contains("The run ended before its path did") && page.contains("href=\"r.partial.csv\""));
 }
