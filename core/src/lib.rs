@@ -7,6 +7,7 @@ extern crate std;
 #[cfg(feature = "serde")]
 mod array;
 mod batch;
+pub mod calibration;
 mod check;
 mod data;
 mod drive;
