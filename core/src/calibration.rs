@@ -39,9 +39,9 @@ const READINGS_MAX: f32 = 4096.0;
 const BLOCKS_LEAST: usize = 8;
 /// Residuals beyond so many of their standard deviations weigh less (Huber 1964, Ann. Math. Statist. 35:73).
 const SURPRISE: f32 = 3.0;
-/// Largest change of an unknown in one round, and the one below which the estimate has settled.
+/// Largest change of an unknown in one round, and the share of its standard error below which it has settled.
 const CHANGE_MAX: f32 = 0.3;
-const SETTLED: f32 = 2e-3;
+const SETTLED: f32 = 0.2;
 /// Slip margin below which the contact counts as slipping, and the slide that it has to go so, mm.
 const SLIPS: f32 = 0.05;
 const SLIPPED_MM: f32 = 0.2;
@@ -186,7 +186,9 @@ impl core::fmt::Display for NotCalibrated {
             Self::OneDepth { shallowest_mm, deepest_mm } => {
                 write!(f, "readings from {shallowest_mm} to {deepest_mm} mm of depth only: press to different depths")
             }
-            Self::FewPresses { presses, needed } => write!(f, "{presses} presses from the air where {needed} are needed"),
+            Self::FewPresses { presses, needed } => {
+                write!(f, "{presses} presses from the air where {needed} are needed")
+            }
             Self::NoSlip { slipped_mm } => {
                 write!(f, "{slipped_mm} mm of slide in full slip where {SLIPPED_MM} mm are needed: slide on")
             }
@@ -283,7 +285,8 @@ impl Gathering {
         if square >= self.farthest {
             self.farthest = square;
             let mean = |sum: f32| sum / self.readings;
-            self.block = Reading { normal_n: mean(self.sum.normal_n), friction_n: self.sum.friction_n.map(mean), ..last };
+            self.block =
+                Reading { normal_n: mean(self.sum.normal_n), friction_n: self.sum.friction_n.map(mean), ..last };
         }
         let back = sqrt(self.farthest) - 0.5 * way_mm;
         if self.farthest < way_mm * way_mm && !(back > 0.0 && square < back * back) {
@@ -405,8 +408,8 @@ pub struct Calibration<'a, const M: usize, const N: usize, const B: usize = BLOC
     /// Logarithms of the factors on size, stiffness and lambda; zero of the depth in [`OFFSET_UNIT_MM`].
     estimate: Vector,
     covariance: Matrix,
-    /// Largest change and slide in full slip of the last round, mm; blocks that it saw.
-    change: f32,
+    /// Whether the last round changed little, its slide in full slip, mm, and the blocks that it saw.
+    settled: bool,
     slipped_mm: f32,
     seen: usize,
 }
@@ -431,7 +434,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
             scatter: [Scatter::UNKNOWN; 2],
             estimate: [0.0; UNKNOWNS],
             covariance: [[0.0; UNKNOWNS]; UNKNOWNS],
-            change: f32::MAX,
+            settled: false,
             slipped_mm: 0.0,
             seen: 0,
         };
@@ -522,14 +525,19 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         let slide_increment_mm = [to[0] - from[0], to[1] - from[1]];
         let responses = self.twins.each_mut().map(|twin| {
             let depth_mm = block.depth_mm + twin.depth_offset_mm;
-            step(&twin.model, &mut twin.state, Motion { depth_mm, slide_increment_mm, spin_increment_rad: 0.0, dt_s: 1e-3 })
+            step(
+                &twin.model,
+                &mut twin.state,
+                Motion { depth_mm, slide_increment_mm, spin_increment_rad: 0.0, dt_s: 1e-3 },
+            )
         });
         let [expected, ..] = responses;
         let ends = responses.map(|r| [r.normal_force_n, r.friction_n[0], r.friction_n[1]]);
-        // On the way of the block, from its begin to its end.
+        // On the way of the block, from its begin to its end: friction as a line, the normal force as the square of one.
         let mut means = ends;
         for (mean, begin) in means.iter_mut().zip(self.round.forces) {
-            *mean = [0, 1, 2].map(|i| 0.5 * (mean[i] + begin[i]));
+            let root = sqrt((mean[0] * begin[0]).magnitude());
+            *mean = [(mean[0] + root + begin[0]) * (1.0 / 3.0), 0.5 * (mean[1] + begin[1]), 0.5 * (mean[2] + begin[2])];
         }
         self.round.forces = ends;
         let least = self.settings.force_error_n;
@@ -561,7 +569,13 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     }
 
     /// The residual along the friction expected, over the limit: near full slip that of the logarithm, as above.
-    fn compare_friction(&mut self, block: &Reading, forces: &[[f32; 3]; UNKNOWNS + 1], response: &Response, alike: f32) {
+    fn compare_friction(
+        &mut self,
+        block: &Reading,
+        forces: &[[f32; 3]; UNKNOWNS + 1],
+        response: &Response,
+        alike: f32,
+    ) {
         let [[_, x, y], others @ ..] = *forces;
         let expected = sqrt(x * x + y * y);
         let limit = response.friction_limit_n;
@@ -594,8 +608,10 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         let Some(covariance) = inverse(information) else { return };
         self.covariance = covariance;
         let step = covariance.map(|row| row.iter().zip(&pull).map(|(a, b)| a * b).sum::<f32>());
-        self.change = step.iter().fold(0.0, |most: f32, by| most.max(by.magnitude()));
-        let held = if self.change > CHANGE_MAX { CHANGE_MAX / self.change } else { 1.0 };
+        self.settled =
+            step.iter().zip(self.standard_errors()).all(|(by, error)| by.magnitude() <= SETTLED * error + 1e-6);
+        let longest = step.iter().fold(0.0, |most: f32, by| most.max(by.magnitude()));
+        let held = if longest > CHANGE_MAX { CHANGE_MAX / longest } else { 1.0 };
         for (value, by) in self.estimate.iter_mut().zip(step) {
             *value += held * by;
         }
@@ -642,7 +658,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     /// The finger, or what is missing: a motion, work, or a model that can be tuned to it.
     pub fn result(&self) -> Result<Calibrated, NotCalibrated> {
         self.motions_suffice()?;
-        if !(self.change <= SETTLED) || self.seen < self.blocks.len() {
+        if !self.settled || self.seen < self.blocks.len() {
             return Err(NotCalibrated::Unsettled);
         }
         let found = self.so_far();
@@ -721,8 +737,7 @@ fn inverse(mut m: Matrix) -> Option<Matrix> {
         m[k][k] = 1.0;
         m[k] = m[k].map(|cell| cell * per_pivot);
         let row = m[k];
-        for (i, other) in m.iter_mut().enumerate().filter(|(i, _)| *i != k) {
-            let _ = i;
+        for (_, other) in m.iter_mut().enumerate().filter(|(i, _)| *i != k) {
             let factor = other[k];
             other[k] = 0.0;
             for (cell, of_row) in other.iter_mut().zip(row) {
