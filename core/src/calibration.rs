@@ -326,7 +326,7 @@ impl Scatter {
     /// it.
     fn weigh(&mut self, residual: f32, model: f32, blocks: f32) -> f32 {
         let most = SURPRISE * sqrt(self.all);
-        let held = residual.clamp(-most, most);
+        let held = residual.max(-most).min(most);
         self.squares += held * held;
         self.steps += 0.5 * (held - self.last) * (held - self.last);
         (self.last, self.number) = (held, self.number + 1.0);
@@ -597,11 +597,12 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         let Settings { size, stiffness, lambda, depth_offset_mm, .. } = self.settings;
         let beforehand = [size, stiffness, lambda, depth_offset_mm / OFFSET_UNIT_MM];
         let (mut information, mut pull) = (self.round.information, self.round.pull);
-        for (i, error) in beforehand.into_iter().enumerate() {
+        let diagonal = information.iter_mut().enumerate().filter_map(|(i, row)| row.get_mut(i));
+        for (((cell, pull), error), value) in diagonal.zip(&mut pull).zip(beforehand).zip(self.estimate) {
             // An unknown that is known beforehand stays.
             let certainty = 1.0 / (error * error + 1e-10);
-            information[i][i] += certainty;
-            pull[i] -= certainty * self.estimate[i];
+            *cell += certainty;
+            *pull -= certainty * value;
         }
         self.scatter.iter_mut().for_each(Scatter::end_round);
         (self.slipped_mm, self.seen) = (self.round.slipped_mm, self.blocks.len());
@@ -650,7 +651,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     fn standard_errors(&self) -> Vector {
         let mut errors = [0.0; UNKNOWNS];
         for (i, (error, row)) in errors.iter_mut().zip(&self.covariance).enumerate() {
-            *error = sqrt(row[i].not_negative());
+            *error = row.get(i).map_or(0.0, |variance| sqrt(variance.not_negative()));
         }
         errors
     }
@@ -729,19 +730,17 @@ fn finger(estimate: Vector) -> (Tuning, f32) {
 /// The inverse of a symmetric positive definite matrix (Gauss and Jordan, without exchanges).
 fn inverse(mut m: Matrix) -> Option<Matrix> {
     for k in 0..UNKNOWNS {
-        let pivot = m[k][k];
-        if !(pivot > f32::MIN_POSITIVE && pivot <= f32::MAX) {
+        let pivot = m.get_mut(k)?;
+        let per_pivot = 1.0 / core::mem::replace(pivot.get_mut(k)?, 1.0);
+        if !(per_pivot > 0.0 && per_pivot <= f32::MAX) {
             return None;
         }
-        let per_pivot = 1.0 / pivot;
-        m[k][k] = 1.0;
-        m[k] = m[k].map(|cell| cell * per_pivot);
-        let row = m[k];
-        for (_, other) in m.iter_mut().enumerate().filter(|(i, _)| *i != k) {
-            let factor = other[k];
-            other[k] = 0.0;
-            for (cell, of_row) in other.iter_mut().zip(row) {
-                *cell -= factor * of_row;
+        *pivot = pivot.map(|cell| cell * per_pivot);
+        let pivot = *pivot;
+        for (_, row) in m.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+            let factor = core::mem::take(row.get_mut(k)?);
+            for (cell, of_pivot) in row.iter_mut().zip(pivot) {
+                *cell -= factor * of_pivot;
             }
         }
     }
