@@ -378,7 +378,7 @@ impl Round {
 /// Finds size, stiffness, lambda and the zero of the depth of a finger while it presses and slides. No allocation, no panic.
 ///
 /// Press from the air to a shallow and to a deep depth, then to one between and slide until the friction stays, and back: the
-/// guide, `docs/my-finger.md`, has the depths. Spikes of single readings are left out, readings and motions that are no number as
+/// guide, `docs/my-firmware.md`, has the depths. Spikes of single readings are left out, readings and motions that are no number as
 /// well; noise is averaged. The finger may be far from the model's: by 3 in stiffness and lambda at least.
 ///
 /// It keeps `B` blocks of 24 bytes. A step costs about five steps of a retuned model (`cargo xtask thumb count`).

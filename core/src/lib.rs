@@ -16,6 +16,7 @@ pub mod effects;
 mod error;
 pub mod events;
 mod example;
+#[cfg(feature = "frame")]
 mod frame;
 mod gradient;
 mod grip;
@@ -42,6 +43,7 @@ pub use drive::{Drive, Driven, Normal, Tangential};
 pub use dual::Dual;
 pub use effects::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
+#[cfg(feature = "frame")]
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
