@@ -15,7 +15,7 @@
 
 use heapless::Vec;
 
-use crate::math::{Scalar, sqrt};
+use crate::math::{Arithmetic, Scalar, sqrt};
 use crate::rescaling::Scaled;
 use crate::{Error, ModelOf, Motion, Response, StateOf, Tuning, step};
 
