@@ -88,7 +88,7 @@ impl Step {
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
-            Self::ThumbCount => thumb::step(&thumb::Action::Count),
+            Self::ThumbCount => thumb::step(&thumb::COUNT),
             Self::C => c_test::test(),
             Self::Fmu => fmu_test::test(),
             Self::ThumbC => thumb::step(&thumb::Action::C),

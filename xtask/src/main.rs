@@ -45,9 +45,9 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// Fuzz the parser of model files and the step, each for that many seconds; needs a nightly toolchain
+    /// Fuzz the parser of model files, the step and the calibration, each for that many seconds; needs a nightly toolchain
     Fuzz {
-        /// Seconds for each of the two targets
+        /// Seconds for each of the three targets
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
@@ -172,7 +172,7 @@ fn corrected(root: &std::path::Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Runs both fuzz targets of the core; a find ends it with its input.
+/// Runs the fuzz targets of the core; a find ends it with its input.
 fn fuzz(seconds: u32) -> anyhow::Result<()> {
     let there = Command::new("cargo").args(["+nightly", "fuzz", "--version"]).output()?.status.success();
     if !there {
@@ -180,7 +180,7 @@ fn fuzz(seconds: u32) -> anyhow::Result<()> {
             .context("cargo-fuzz could not be installed; `rustup toolchain install nightly` may help")?;
     }
     let core = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../core");
-    for target in ["file", "step"] {
+    for target in ["file", "step", "calibration"] {
         let most = format!("-max_total_time={seconds}");
         run(Command::new("cargo").current_dir(&core).args(["+nightly", "fuzz", "run", target, "--", &most]))?;
     }

@@ -40,5 +40,5 @@ pub fn test() -> Result<()> {
     run(Command::new(env!("CARGO"))
         .current_dir(&unpacked)
         .env("CARGO_TARGET_DIR", root().join("target/package/tests"))
-        .args(["test", "--release", "--locked", "--features", "serde,std"]))
+        .args(["test", "--release", "--locked", "--features", "frame,serde,std"]))
 }
