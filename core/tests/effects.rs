@@ -60,6 +60,7 @@ const AT: Conditions<f64> = Conditions {
     hydration_au: 60.0,
     temperature_c: 29.0,
     width_mm: 18.0,
+    own: [0.0; 4],
 };
 
 /// What a law does there with a size and its first shape.
