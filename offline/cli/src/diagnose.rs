@@ -212,11 +212,7 @@ impl From<DiagnoseError> for Failure {
 }
 
 /// Measured runs from a file, with a bar.
-pub fn read(path: &Path) -> Result<RunSet, Failure> {
-    read_mapped(path, &ColumnMap::default())
-}
-
-fn read_mapped(path: &Path, map: &ColumnMap) -> Result<RunSet, Failure> {
+pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<RunSet, Failure> {
     let bar = bar("reading".into());
     let result = runs_csv::read_mapped(path, map, &mut |share| {
         bar.set_share(share);
