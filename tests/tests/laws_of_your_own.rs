@@ -77,13 +77,8 @@ fn case_under(protocol: Protocol, seed: u64) -> Case {
 
 fn diagnosed(calibration: &RunSet, measured: &RunSet, own: LawsFile) -> (Diagnosis, Evidence) {
     let settings = SelectionSettings { laws: own.with_library(), ..SelectionSettings::default() };
-    let options = Options {
-        settings,
-        errors: Vec::new(),
-        model: "shipped".into(),
-        plan: PlanConstraints::default(),
-        own,
-    };
+    let options =
+        Options { settings, errors: Vec::new(), model: "shipped".into(), plan: PlanConstraints::default(), own };
     let open = || Ok::<_, DiagnoseError>(None);
     diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()).unwrap()
 }
@@ -100,12 +95,26 @@ fn a_hidden_electroadhesion_is_named_with_its_law_and_nothing_else_without() {
             let measured = under_voltage(&case, protocol, seed, GAIN);
             let (report, _) = diagnosed(&case.calibration, &measured, laws());
             let (bare, _) = diagnosed(&case.calibration, &measured, LawsFile::default());
-            println!("{protocol:?} seed {seed}: {:?} {:?}; without: {:?} {:?}", report.verdict, named(&report), bare.verdict, named(&bare));
-            assert_eq!((report.verdict, named(&report)), (Verdict::Named, vec!["electroadhesion"]), "{protocol:?} {seed}");
+            println!(
+                "{protocol:?} seed {seed}: {:?} {:?}; without: {:?} {:?}",
+                report.verdict,
+                named(&report),
+                bare.verdict,
+                named(&bare)
+            );
+            assert_eq!(
+                (report.verdict, named(&report)),
+                (Verdict::Named, vec!["electroadhesion"]),
+                "{protocol:?} {seed}"
+            );
             let gain = &report.effects[0].parameters[0];
             println!("  gain {:.4} {:.4?}, truth {GAIN:.4}", gain.value, gain.ci95);
             assert!((gain.value / GAIN - 1.0).abs() < 0.25, "{protocol:?} {seed}: {gain:?}");
-            assert!(matches!(bare.verdict, Verdict::UnexplainedStructure | Verdict::None), "{protocol:?} {seed}: {:?}", named(&bare));
+            assert!(
+                matches!(bare.verdict, Verdict::UnexplainedStructure | Verdict::None),
+                "{protocol:?} {seed}: {:?}",
+                named(&bare)
+            );
         }
     }
 }

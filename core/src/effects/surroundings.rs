@@ -24,6 +24,7 @@ pub struct Surroundings {
     /// Nominal speed of the plane where it moves, mm/s.
     pub speed_mm_s: Option<f32>,
     /// Columns of the user's own (a voltage, a humidity) that tables of the model file read, in the order of the file.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub own: [f32; OWN],
 }
 

@@ -16,7 +16,7 @@ pub const TABLE: u32 = 34;
 /// Numbers before a table's nodes: driver, nodes, least value, nodes per unit of either axis.
 pub const HEAD: usize = 8;
 /// Most nodes of an axis.
-pub const MOST_NODES: usize = 33;
+pub const MOST_NODES: usize = 257;
 /// Most nodes of a table.
 pub const MOST_VALUES: usize = 289;
 /// Drivers that an axis can have, see [`driver`].
@@ -188,17 +188,16 @@ impl<'a> Table<'a> {
 ///
 /// * `index`: number of the slot
 pub(super) fn check(slot: &EffectSlot, index: usize, section: &[f32]) -> Result<(), Error> {
-    let range = |k: usize, value: f32| {
-        Error::Range { what: Field::EffectValue, index: (VALUES * index + k) as u16, value }
-    };
+    let range =
+        |k: usize, value: f32| Error::Range { what: Field::EffectValue, index: (VALUES * index + k) as u16, value };
     let [target, start, ..] = slot.values;
     let limits = Target::of(target).ok_or(range(0, target))?.range();
     if !(start >= 0.0 && start as u32 as f32 == start) {
         return Err(range(1, start));
     }
     let table = Table::at(section, start).ok_or(Error::Section { id: *b"TABL" })?;
-    for (axis, others) in table.axes.iter().zip([1, 0]) {
-        let fits = axis.nodes >= 1 + others && axis.nodes <= MOST_NODES && axis.driver < DRIVERS;
+    for (axis, least) in table.axes.iter().zip([2, 1]) {
+        let fits = axis.nodes >= least && axis.nodes <= MOST_NODES && axis.driver < DRIVERS;
         if !(fits && axis.low.abs() <= 1e9 && axis.per_unit > 0.0 && axis.per_unit <= 1e9) {
             return Err(Error::Section { id: *b"TABL" });
         }
@@ -265,7 +264,11 @@ mod tests {
 
     #[test]
     fn tables_that_are_not_whole_are_refused() {
-        let slot = |values: [f32; 2]| EffectSlot { kind: TABLE, reserved: 0, values: [values[0], values[1], 0.0, 0.0, 0.0, 0.0] };
+        let slot = |values: [f32; 2]| EffectSlot {
+            kind: TABLE,
+            reserved: 0,
+            values: [values[0], values[1], 0.0, 0.0, 0.0, 0.0],
+        };
         assert_eq!(check(&slot([0.0, 0.0]), 0, &section()), Ok(()));
         for (values, broken) in [
             ([9.0, 0.0], None),

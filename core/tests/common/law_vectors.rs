@@ -90,5 +90,6 @@ fn in_precision<T: Real>(at: &Conditions<f64>) -> Conditions<T> {
         hydration_au: T::of(at.hydration_au),
         temperature_c: T::of(at.temperature_c),
         width_mm: T::of(at.width_mm),
+        own: at.own.map(T::of),
     }
 }

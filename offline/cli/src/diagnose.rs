@@ -6,9 +6,9 @@ use std::time::Instant;
 use anyhow::anyhow;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment,
-    Options, PlanConstraints, ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model, diagnose,
-    LawsFile, diagnose_forces, laws::Column, understand,
+    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile,
+    NextExperiment, Options, PlanConstraints, ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model,
+    diagnose, diagnose_forces, laws::Column, understand,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
@@ -291,7 +291,8 @@ fn table(args: &Args, path: &Path) -> Result<(), Failure> {
 }
 
 fn column_map(args: &Args, laws: &LawsFile) -> Result<ColumnMap, Failure> {
-    ColumnMap::parse_with(laws.columns.clone(), args.map.as_deref(), args.unit.as_deref()).map_err(|problem| Failure::Input(anyhow!(problem)))
+    ColumnMap::parse_with(laws.columns.clone(), args.map.as_deref(), args.unit.as_deref())
+        .map_err(|problem| Failure::Input(anyhow!(problem)))
 }
 
 /// Says what was understood of the files and what they can test.

@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use fingerpad::ModelFile;
 use fingerpad_diagnose::{
-    LawsFile, CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlanConstraints, PlannedRun,
-    RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, LawsFile, Options, PlanConstraints,
+    PlannedRun, RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
 };
 
 use fingerpad_smooth::ReferenceCurves;

@@ -71,3 +71,64 @@ pub fn with_ranges_of(laws: &LawsFile, sets: &[&RunSet]) -> LawsFile {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::column_map::ColumnMap;
+    use crate::data::runs_csv;
+    use crate::laws::drivers::RUN_COLUMNS;
+
+    fn laws() -> LawsFile {
+        let text = "[[column]]\nname = \"voltage_v\"\nunit = \"V\"\nrange = [0, 200]\nreference = 5\n\n[[law]]\nname = \"mine\"\n\
+                    acts_on = \"strength\"\nformula = \"gain * voltage_v / 100\"\n\
+                    parameter = [{ name = \"gain\", unit = \"\", range = [0, 1], typical = 0.1 }]\n";
+        LawsFile::parse("mine.toml".as_ref(), text).unwrap()
+    }
+
+    /// A run of two rows whose own column is called `U` and holds these cells.
+    fn read(file: &str, cells: [&str; 2]) -> Result<RunSet, String> {
+        let path = std::env::temp_dir().join(format!("{file}-{}.csv", std::process::id()));
+        let head = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,U";
+        std::fs::write(&path, format!("{head}\na,0,0.1,0,0,0,0,0,{}\na,1,0.2,0,0,0,0,0,{}\n", cells[0], cells[1]))
+            .unwrap();
+        let map = ColumnMap::parse_with(laws().columns, Some("voltage_v=U"), None).unwrap();
+        let set = runs_csv::read_mapped(&path, &map, &mut |_| true).map_err(|e| e.to_string());
+        std::fs::remove_file(&path).unwrap();
+        set
+    }
+
+    #[test]
+    fn own_columns_are_read_under_their_name_and_refused_with_line_and_value() {
+        let set = read("good", ["10", "120.5"]).unwrap();
+        assert_eq!(set.runs[0].rows.iter().map(|r| r.own[0]).collect::<Vec<_>>(), [10.0, 120.5]);
+        assert!(require(&set, &laws()).is_ok());
+        for (cells, words) in [
+            (["10", ""], [":3", "voltage_v", "blank"]),
+            (["10", "x"], [":3", "voltage_v", "`x`"]),
+            (["12000", "10"], [":2", "12000", "0 to 200 V"]),
+            (["nan", "10"], [":2", "nan", "finite"]),
+        ] {
+            let message = read("bad", cells).unwrap_err();
+            assert!(words.iter().all(|word| message.contains(word)), "{message}");
+        }
+        assert!(ColumnMap::parse_with(laws().columns, None, Some("voltage_v=kV")).unwrap_err().contains("voltage_v"));
+    }
+
+    #[test]
+    fn a_set_without_the_column_is_refused_but_for_the_calibration() {
+        let mut set = read("calibration", ["10", "20"]).unwrap();
+        set.recorded.clear();
+        set.runs[0].rows.iter_mut().for_each(|row| row.own[0] = f64::NAN);
+        let message = require(&set, &laws()).unwrap_err().to_string();
+        assert!(message.contains("`voltage_v` is missing") && message.contains("`mine` of mine.toml"), "{message}");
+        let filled = at_reference(&set, &laws());
+        assert!(filled.runs[0].rows.iter().all(|row| row.own[0] == 5.0) && require(&filled, &laws()).is_ok());
+    }
+
+    #[test]
+    fn a_users_column_cannot_be_one_of_the_programs() {
+        let head = runs_csv::TEMPLATE.lines().next().unwrap();
+        assert_eq!(head.split(',').collect::<Vec<_>>(), RUN_COLUMNS);
+    }
+}

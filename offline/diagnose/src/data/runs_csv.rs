@@ -188,9 +188,8 @@ struct ColumnPlaces {
 impl ColumnPlaces {
     fn of(path: &Path, map: &ColumnMap, header: &csv::StringRecord) -> Result<Self, Error> {
         let own = || map.own().iter().map(|c| c.name.as_str());
-        let ours = |name: &&str| {
-            REQUIRED.into_iter().chain(OPTIONAL).chain(own()).any(|column| map.name(column) == *name)
-        };
+        let ours =
+            |name: &&str| REQUIRED.into_iter().chain(OPTIONAL).chain(own()).any(|column| map.name(column) == *name);
         let names: Vec<&str> =
             header.iter().map(|n| n.trim_start_matches('\u{feff}').trim().trim_matches('"')).collect();
         let problem =

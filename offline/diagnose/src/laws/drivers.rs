@@ -19,13 +19,7 @@ pub struct Driver {
     pub axis: Option<Axis>,
 }
 
-const fn driver(
-    name: &'static str,
-    unit: &'static str,
-    column: Column,
-    range: [f64; 2],
-    axis: Option<Axis>,
-) -> Driver {
+const fn driver(name: &'static str, unit: &'static str, column: Column, range: [f64; 2], axis: Option<Axis>) -> Driver {
     Driver { name, unit, column, range, axis }
 }
 

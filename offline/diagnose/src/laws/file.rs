@@ -188,8 +188,10 @@ impl Reader<'_> {
         let parsed = Unit::parse(said).and_then(|unit| check_ending(name, &unit).map(|()| unit)).map_err(&refuse)?;
         ranges.push((name.clone(), *range));
         if let Some(driver) = driver {
-            if Unit::parse(driver.unit).is_ok_and(|ours| ours != parsed) {
-                return Err(refuse(format!("contradictory units: it is in {}, not in {said}", driver.unit)));
+            if let Ok(ours) = Unit::parse(driver.unit)
+                && ours != parsed
+            {
+                return Err(refuse(format!("contradictory units: it is {ours}, not {parsed}")));
             }
             if reference.is_some() {
                 return Err(refuse("the program knows its reference; only its range can be given".into()));
@@ -202,7 +204,9 @@ impl Reader<'_> {
             return Err(refuse(format!("reference {reference} is outside its range {low} to {high}")));
         }
         if RUN_COLUMNS.contains(&name.as_str()) {
-            return Err(refuse("it is one of the program's own columns, which formulas read by the drivers' names".into()));
+            return Err(refuse(
+                "it is one of the program's own columns, which formulas read by the drivers' names".into(),
+            ));
         }
         if !is_name(&name.to_lowercase()) {
             return Err(refuse("a name has letters, digits and underscores".into()));
@@ -240,8 +244,9 @@ impl Reader<'_> {
             refuse(law.formula.span(), text)
         };
         let formula = Formula::parse(law.formula.get_ref()).map_err(of_formula)?;
-        let own = OwnLaw::new(law.name.as_str(), law.formula.get_ref(), formula, target, parameters, columns, ranges, place)
-            .map_err(of_formula)?;
+        let own =
+            OwnLaw::new(law.name.as_str(), law.formula.get_ref(), formula, target, parameters, columns, ranges, place)
+                .map_err(of_formula)?;
         check_formula(&own.formula, &own.units(), &target.unit()).map_err(of_formula)?;
         let linear = check_law(&own).map_err(of_formula)?;
         let confused_with = law.confused_with.iter().map(|name| name.get_ref().as_str());

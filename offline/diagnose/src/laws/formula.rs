@@ -194,12 +194,7 @@ fn part_of(text: &str, pairs: Pairs<'_, Rule>, variables: &mut Vec<(String, usiz
         .parse(pairs)
 }
 
-fn call(
-    text: &str,
-    pair: Pair<'_, Rule>,
-    at: usize,
-    variables: &mut Vec<(String, usize)>,
-) -> Result<Part, Problem> {
+fn call(text: &str, pair: Pair<'_, Rule>, at: usize, variables: &mut Vec<(String, usize)>) -> Result<Part, Problem> {
     let mut inner = pair.into_inner();
     let name = inner.next().map_or("", |name| name.as_str());
     let mut arguments = Vec::new();
@@ -222,8 +217,8 @@ fn call(
         }
     };
     let count = arguments.len();
-    let two = <[Part; 2]>::try_from(arguments)
-        .map_err(|_| refuse(format!("{name} takes two numbers, {count} are given")))?;
+    let two =
+        <[Part; 2]>::try_from(arguments).map_err(|_| refuse(format!("{name} takes two numbers, {count} are given")))?;
     Ok(Part::Two(operation, at, Box::new(two)))
 }
 

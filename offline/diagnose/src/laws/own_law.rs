@@ -259,8 +259,7 @@ impl OwnLaw {
             }
             axes.extend(DRIVERS.get(driver.number).and_then(|d| d.axis).filter(|axis| !axes.contains(axis)));
         }
-        let shapes: Vec<&'static [f64]> =
-            shapes(&parameters[linear..]).into_iter().map(|s| &*s.leak()).collect();
+        let shapes: Vec<&'static [f64]> = shapes(&parameters[linear..]).into_iter().map(|s| &*s.leak()).collect();
         let confused_with: Vec<&'static str> = confused_with.map(|name| &*name.to_owned().leak()).collect();
         let acting = self.clone();
         self.law = Box::leak(Box::new(Law {

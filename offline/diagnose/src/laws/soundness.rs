@@ -36,8 +36,7 @@ fn whole(text: &str) -> Problem {
 
 /// Evenly spaced values of a range, with 0 among them where the range holds it.
 fn places([low, high]: [f64; 2], count: usize) -> Vec<f64> {
-    let mut out: Vec<f64> =
-        (0..count).map(|k| low + (high - low) * k as f64 / (count.max(2) - 1) as f64).collect();
+    let mut out: Vec<f64> = (0..count).map(|k| low + (high - low) * k as f64 / (count.max(2) - 1) as f64).collect();
     if low < 0.0 && high > 0.0 && !out.contains(&0.0) {
         out.push(0.0);
     }
@@ -81,7 +80,8 @@ impl<'a> Trials<'a> {
 
     /// Where a driver stands, in words.
     fn place(&self, drivers: &[f64]) -> String {
-        let one = |(d, v): (&super::own_law::LawDriver, &f64)| format!("{} = {v} {}", d.name, d.unit).trim_end().to_owned();
+        let one =
+            |(d, v): (&super::own_law::LawDriver, &f64)| format!("{} = {v} {}", d.name, d.unit).trim_end().to_owned();
         self.law.drivers.iter().zip(drivers).map(one).collect::<Vec<_>>().join(", ")
     }
 
@@ -90,13 +90,8 @@ impl<'a> Trials<'a> {
         for parameters in &self.parameters {
             for drivers in &self.drivers {
                 self.law.checked_value(parameters, drivers).map_err(|problem| {
-                    let with: Vec<String> = self
-                        .law
-                        .parameters
-                        .iter()
-                        .zip(parameters)
-                        .map(|(p, v)| format!("{} = {v}", p.name))
-                        .collect();
+                    let with: Vec<String> =
+                        self.law.parameters.iter().zip(parameters).map(|(p, v)| format!("{} = {v}", p.name)).collect();
                     let at = format!("{} with {}", self.place(drivers), with.join(", "));
                     let text = format!(
                         "{} at {at}; keep it finite over the ranges of its parameters and columns, as with max(x, 0.1)",

@@ -144,8 +144,9 @@ impl LawTable {
 impl std::fmt::Display for TableTold {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let axes = self.drivers.iter().zip(&self.ranges).zip(&self.nodes);
-        let axes: Vec<String> =
-            axes.map(|((name, [low, high]), nodes)| format!("{nodes} nodes over {name} {low:.4} to {high:.4}")).collect();
+        let axes: Vec<String> = axes
+            .map(|((name, [low, high]), nodes)| format!("{nodes} nodes over {name} {low:.4} to {high:.4}"))
+            .collect();
         write!(
             f,
             "{}: a table of {}, within {:.2e} of the formula, whose largest change is {:.4}; {} bytes",

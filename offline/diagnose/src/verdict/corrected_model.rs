@@ -46,8 +46,7 @@ pub fn corrected_model(
             slots.push(slot(active, &tables, reference, evidence));
             continue;
         };
-        let table =
-            tabulate(own, &active.values, |driver| own.drivers[driver].range).map_err(DiagnoseError::Model)?;
+        let table = tabulate(own, &active.values, |driver| own.drivers[driver].range).map_err(DiagnoseError::Model)?;
         slots.push(table.append(own, &mut section));
         told.push(table.told(own));
     }

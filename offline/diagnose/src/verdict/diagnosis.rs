@@ -5,8 +5,8 @@
 use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::checks::{check, check_pair};
-use crate::data::own_columns::{at_reference, require, with_ranges_of};
 use crate::data::covariates::CovariateError;
+use crate::data::own_columns::{at_reference, require, with_ranges_of};
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::LawsFile;

@@ -4,9 +4,9 @@
 
 use crate::data::checks::{check, check_pair};
 use crate::data::outliers::rails;
+use crate::data::own_columns::require;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
-use crate::data::own_columns::require;
 use crate::laws::LawsFile;
 use crate::selection::scan::why_untestable;
 use crate::verdict::calibrated_range::CalibratedRange;
