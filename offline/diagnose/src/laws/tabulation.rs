@@ -9,6 +9,8 @@ use super::own_law::OwnLaw;
 
 /// Share of the largest change that an interpolation may be wrong by without more nodes being taken.
 const FINE: f64 = 1e-3;
+/// Numbers of nodes of an axis that are tried.
+const NODES: [usize; 9] = [2, 3, 5, 9, 17, 33, 65, 129, 257];
 /// Places between two nodes at which the error of interpolation is looked for.
 const BETWEEN: usize = 5;
 
@@ -56,25 +58,23 @@ pub fn tabulate(law: &OwnLaw, parameters: &[f64], range_of: impl Fn(usize) -> [f
             ranges.len()
         ));
     }
-    let mut nodes: Vec<usize> = vec![3; ranges.len()];
-    let mut best = sample(law, parameters, &ranges, &nodes);
-    loop {
-        let finer = (0..nodes.len())
-            .map(|k| {
-                let mut finer = nodes.clone();
-                finer[k] = 2 * nodes[k] - 1;
-                finer
-            })
-            .filter(|n| n.iter().all(|n| *n <= MOST_NODES) && n.iter().product::<usize>() <= MOST_VALUES)
-            .map(|n| (sample(law, parameters, &ranges, &n), n))
-            .min_by(|a, b| a.0.largest_error.total_cmp(&b.0.largest_error));
-        let is_fine = best.largest_error <= FINE * best.largest_change;
-        let Some((table, taken)) = finer.filter(|_| !is_fine) else { return Ok(best) };
-        if table.largest_error >= best.largest_error && nodes.len() == 1 && taken[0] == MOST_NODES {
-            return Ok(best);
+    let mut sizes: Vec<Vec<usize>> = match ranges.len() {
+        1 => NODES.map(|n| vec![n]).to_vec(),
+        _ => NODES.into_iter().flat_map(|one| NODES.map(|two| vec![one, two])).collect(),
+    };
+    sizes.retain(|n| n.iter().all(|n| *n <= MOST_NODES) && n.iter().product::<usize>() <= MOST_VALUES);
+    sizes.sort_by_key(|n| n.iter().product::<usize>());
+    let mut best: Option<LawTable> = None;
+    for nodes in &sizes {
+        let table = sample(law, parameters, &ranges, nodes);
+        if table.largest_error <= FINE * table.largest_change {
+            return Ok(table);
         }
-        (best, nodes) = (table, taken);
+        if best.as_ref().is_none_or(|b| table.largest_error < b.largest_error) {
+            best = Some(table);
+        }
     }
+    best.ok_or_else(|| format!("{}: its formula reads no driver", law.law.name))
 }
 
 fn sample(law: &OwnLaw, parameters: &[f64], ranges: &[[f64; 2]], nodes: &[usize]) -> LawTable {
