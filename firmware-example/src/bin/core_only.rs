@@ -74,7 +74,7 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     let mut spinning = SpinState::default();
     black_box(one_spin_step(&model, &mut spinning, &Motion { spin_increment_rad: f[1], ..motion }));
     let mut contact = Contact::<SPRINGS>::default();
-    let effects = Effects::new(file.effects).ok()?;
+    let effects = Effects::of_file(&file).ok()?;
     black_box(one_step_with_effects(&effects, &model, &mut contact, &motion));
     Effects::rested(&mut contact);
     black_box(requests(&model, &mut state, f));
