@@ -52,10 +52,41 @@ pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
             break;
         }
     }
+    keep_onsets(set, &mut flags);
     if count(&flags) as f64 > MOST_SPIKES * set.rows() as f64 {
         flags.iter_mut().flatten().for_each(|f| *f = [false; 3]);
     }
     flags
+}
+
+/// Path since touch or the last turn within which friction builds up, mm.
+const ONSET_MM: f64 = 1.0;
+/// How much more often than elsewhere readings may be flagged at the onset before they are taken as the finger's.
+const OFTEN: f64 = 3.0;
+
+/// Takes back the flags at the onset of sliding where these are far more frequent than elsewhere: a logger's spikes know
+/// nothing of the stroke, a sharp peak of static friction does.
+fn keep_onsets(set: &RunSet, flags: &mut Flags) {
+    let onset = |run: usize, row: usize| {
+        let row = &set.runs[run].rows[row];
+        row.depth_mm > 0.0 && row.turn_mm < ONSET_MM
+    };
+    let (mut readings, mut flagged) = ([0.0f64; 2], [0.0f64; 2]);
+    for (run, flags) in flags.iter().enumerate() {
+        for (row, flags) in flags.iter().enumerate() {
+            let place = usize::from(onset(run, row));
+            readings[place] += 3.0;
+            flagged[place] += flags.iter().filter(|f| **f).count() as f64;
+        }
+    }
+    let share = [0, 1].map(|k| flagged[k] / readings[k].max(1.0));
+    // Two flags more are chance.
+    if flagged[1] > OFTEN * share[0] * readings[1] + 2.0 {
+        for (run, flags) in flags.iter_mut().enumerate() {
+            let at_onset = flags.iter_mut().enumerate().filter(|(row, _)| onset(run, *row));
+            at_onset.for_each(|(_, flags)| *flags = [false; 3]);
+        }
+    }
 }
 
 /// How far each reading lies off those before and after it, in standard deviations.
@@ -199,7 +230,7 @@ mod tests {
                     line: 2,
                     t_s: i as f64,
                     depth_mm,
-                    slide_mm: [0.0; 2],
+                    slide_mm: [0.2 * (i.max(10) - 10) as f64, 0.0],
                     force_n: [depth_mm + noise, noise, -noise],
                     contact_time_s: f64::NAN,
                     speed_mm_s: f64::NAN,
@@ -238,6 +269,13 @@ mod tests {
         assert_eq!(found, [(2, 12), (5, 20), (5, 21)]);
         assert_eq!(count(&flags), 3);
         assert!(without(&spiked, &flags).runs[2].force_n[12][0].is_nan());
+    }
+
+    #[test]
+    fn a_peak_at_the_onset_of_every_run_is_the_fingers() {
+        let peaked = set(|_, i, row| row.force_n[1] += if i == 12 { 0.3 } else { 0.0 });
+        let left = residual(&peaked);
+        assert_eq!(count(&spikes(&peaked, &left, &vec![0.004; left.len()])), 0);
     }
 
     #[test]
