@@ -357,11 +357,17 @@ fn card(done: &[Done], args: &Args) {
                     .collect();
                 let partial: Vec<String> =
                     r.unexplained.partial.iter().map(|p| format!("{} {:.0}", p.law, p.delta_2ll)).collect();
+                let plans = r.next_experiment.iter().flat_map(|n| &n.prices);
+                let plans: Vec<String> = plans
+                    .map(|p| format!("{} {:.0} in {:.0} min", p.factor, p.lambda_rival_expected, p.minutes))
+                    .collect();
                 println!(
-                    "    hidden {} | best {} | partial {}",
+                    "    hidden {} | best {} | partial {} | plan {} of {}",
                     d.truth.join(", "),
                     best.join("; "),
-                    partial.join(", ")
+                    partial.join(", "),
+                    r.next_experiment.as_ref().map_or("none", |n| &n.factor),
+                    plans.join("; ")
                 );
             }
         }
