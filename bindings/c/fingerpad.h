@@ -1,4 +1,20 @@
-/* Written by cbindgen from src/lib.rs; change that. */
+/* fingerpad: the friction of a fingertip in real time.
+ *
+ * Written by cbindgen from the library's source (bindings/c/src); change that.
+ *
+ * What holds for every function:
+ * - It returns FINGERPAD_OK (0) or a code below; nothing else happens then, unless told otherwise. fingerpad_error_text
+ *   gives the code's words.
+ * - Numbers go in by value. What is remembered and what comes back goes by pointer; the caller owns that memory. No memory is
+ *   allocated, nothing is global, nothing is printed, nothing waits.
+ * - Null and misaligned pointers are refused, and models, states, contacts and watches that were not set up, were zeroed or
+ *   unloaded. Not checked can be: whether a pointer shows as much memory as its type or length says, and whether another
+ *   thread changes it during the call.
+ * - Different states may be stepped by different threads at once, also with one model.
+ *
+ * Lengths in mm, forces in N, time in s. Frame: z out of the plane into the finger, x along the finger from proximal to
+ * distal; spin is counter-clockwise seen from the finger. Forces are those that the plane exerts on the finger.
+ */
 
 #ifndef FINGERPAD_H
 #define FINGERPAD_H
@@ -6,222 +22,529 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// All is well.
+#define FINGERPAD_OK 0
+
+// The bytes do not start like a model file.
+#define FINGERPAD_NOT_A_MODEL 1
+
+// Another version of the file's or the saved state's layout than this library reads.
+#define FINGERPAD_VERSION_UNKNOWN 2
+
+// Shorter or longer than it says itself: cut off, or not all of it was handed over.
+#define FINGERPAD_LENGTH 3
+
+// The checksum does not agree: damaged.
+#define FINGERPAD_CHECKSUM 4
+
+// A pointer is not aligned as its type asks; a model file must lie at an address divisible by 4.
+#define FINGERPAD_ALIGNMENT 5
+
+// Another number of springs or table nodes than this library was built for.
+#define FINGERPAD_SHAPE 6
+
+// A section of the file is missing, or an effect in it is unknown.
+#define FINGERPAD_SECTION 7
+
+// A value is no number or out of its range.
+#define FINGERPAD_RANGE 8
+
+// A table of the file falls where it must not.
+#define FINGERPAD_NOT_MONOTONE 9
+
+// The file's numbers would let a closed path create energy.
+#define FINGERPAD_NOT_PASSIVE 10
+
+// A buffer is too small, or arrays of a batch are of different length.
+#define FINGERPAD_BUFFER 11
+
+// The state was saved with another model.
+#define FINGERPAD_OTHER_MODEL 12
+
+// An error that this version has no code of its own for.
+#define FINGERPAD_UNKNOWN 13
+
+// A pointer is null.
+#define FINGERPAD_NULL 14
+
+// A model, state, contact or watch that was not set up: never initialised, zeroed or unloaded.
+#define FINGERPAD_NOT_SET_UP 15
+
 // Bytes of a saved state.
-#define FINGERPAD_STATE_BYTES 120
+#define FINGERPAD_STATE_BYTES 152
 
 // Bytes of a saved state of a contact that spins.
-#define FINGERPAD_SPIN_STATE_BYTES 152
+#define FINGERPAD_SPIN_STATE_BYTES 184
 
-// A model ready to step. Load it with `fingerpad_model_load`; the file must stay where it is.
+// No contact: the value of `regime` in a response.
+#define FINGERPAD_NO_CONTACT 0
+
+// The whole contact sticks: stick ratio at least 0.99.
+#define FINGERPAD_STICK 1
+
+// Part of the contact slips.
+#define FINGERPAD_PARTIAL_SLIP 2
+
+// The whole contact slips: stick ratio at most 0.01.
+#define FINGERPAD_SLIP 3
+
+// Flag of `status`: a number of the motion was NaN or infinite; the step was taken as if that axis stood still.
+#define FINGERPAD_STATUS_BAD_INPUT 2
+
+// Flag of `status`: the time step was not a positive number.
+#define FINGERPAD_STATUS_BAD_TIME_STEP 4
+
+// Flag of `status`: deeper than the model was fitted; the answer is that of the largest depth.
+#define FINGERPAD_STATUS_DEPTH_ABOVE_RANGE 8
+
+// Flag of `status`: the slide of one step exceeded 64 mm, or the spin 8 rad, and was cut to that.
+#define FINGERPAD_STATUS_LARGE_INCREMENT 16
+
+// Flag of `status`: a driven step or a grip could not reach the force asked for.
+#define FINGERPAD_STATUS_LOAD_NOT_REACHED 32
+
+// Flag of `status`: the motion spins and the state does not know spin; the step was taken without it.
+#define FINGERPAD_STATUS_SPIN_IGNORED 64
+
+// Flag of `status`: the state held what is no number and was begun anew; the forces are those of a fresh contact.
+#define FINGERPAD_STATUS_MEMORY_LOST 128
+
+// Flag of `status`: an effect led beyond its range and was held there.
+#define FINGERPAD_STATUS_EFFECT_HELD 256
+
+// Flag of `status`: a pose beyond those that the model was fitted in; the answer is that of the nearest of them.
+#define FINGERPAD_STATUS_POSE_OUT_OF_RANGE 512
+
+// The finger touches: the value of `change` in an event.
+#define FINGERPAD_TOUCH 0
+
+// The stick ratio falls below `first_slip`.
+#define FINGERPAD_FIRST_SLIP 1
+
+// The stick ratio falls to `full_slip`.
+#define FINGERPAD_FULL_SLIP 2
+
+// Part or all of a contact that slipped sticks again.
+#define FINGERPAD_RESTICK 3
+
+// The finger leaves the plane.
+#define FINGERPAD_LIFT_OFF 4
+
+// Most events that one look can tell: a finger that lands slipping.
+#define FINGERPAD_EVENTS_A_LOOK 3
+
+// A model file in use. Set it up with `fingerpad_model_load`; the file must stay where it is. May be copied, and read by
+// several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[10];
+  uint64_t opaque[24];
 } fingerpad_model;
 
-// A model in another pose. Write it with `fingerpad_model_pose`; the file must stay where it is.
+// All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same
+// program (a step that is tried and rejected); `fingerpad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint64_t opaque[10];
-} fingerpad_posed_model;
+  uint32_t opaque[35];
+} fingerpad_state;
 
-// Forces that the plane exerts on the finger.
+// Motions of many contacts, `count` numbers in each array; see `fingerpad_motion`.
 typedef struct {
-  // N
+  // Number of contacts.
+  size_t count;
+  // Depths at the end of the step, mm.
+  const float *depth_mm;
+  // Slides along x during the step, mm.
+  const float *slide_x_mm;
+  // Slides along y during the step, mm.
+  const float *slide_y_mm;
+  // Turns about the normal, rad; null for none.
+  const float *spin_rad;
+  // Length of the step, s, the same for all.
+  float dt_s;
+} fingerpad_motions;
+
+// Forces that the plane exerts on the finger, and how far the contact is from slipping.
+typedef struct {
+  // Normal force, N, not negative.
   float normal_force_n;
-  // N
+  // Friction along x, N; it points along the plane's motion.
   float friction_x_n;
-  // N
+  // Friction along y, N.
   float friction_y_n;
-  // Stuck area over contact area.
+  // Stuck area over contact area: 1 in a fresh contact, 0 in full slip and without contact.
   float stick_ratio;
-  // Largest friction in the direction of the present one, N
+  // Largest friction in the direction of the present one, N.
   float friction_limit_n;
   // 1 less the share of its limit that the load uses; with spin the load is friction and moment together.
   float slip_margin;
-  // About the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
+  // Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
   float spin_moment_n_mm;
-  // From the point under first touch, mm
+  // Centre of pressure along x from the point under first touch, mm.
   float pressure_centre_x_mm;
-  // From the point under first touch, mm
+  // Centre of pressure along y from the point under first touch, mm.
   float pressure_centre_y_mm;
-  // mm²
+  // Contact area, mm².
   float contact_area_mm2;
-  // Half-width of the 95 % band, N
+  // Half-width of the 95 % band of the normal force, N.
   float band_normal_n;
-  // Half-width of the 95 % band, N
+  // Half-width of the 95 % band of each friction component, N.
   float band_friction_n;
-  // 0 no contact, 1 stick, 2 partial slip, 3 slip
+  // FINGERPAD_NO_CONTACT, FINGERPAD_STICK, FINGERPAD_PARTIAL_SLIP or FINGERPAD_SLIP.
   uint16_t regime;
-  // Flags: 2 bad input, 4 bad time step, 8 depth above range, 16 large increment, 64 spin ignored, 128 memory lost and
-  // begun anew
+  // Flags FINGERPAD_STATUS_..., 0 for none.
   uint16_t status;
 } fingerpad_response;
 
-// All that a contact remembers. Plain memory: copy it to go back to it in the same program; `fingerpad_state_save` makes
-// bytes that can be checked when they are read.
+// The same of a contact that also spins. Set it up with `fingerpad_spin_state_init`.
 typedef struct {
-  uint32_t opaque[27];
-} fingerpad_state;
+  uint32_t opaque[43];
+} fingerpad_spin_state;
+
+// What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.
+typedef struct {
+  // Moisture of the skin, corneometer units.
+  float hydration_au;
+  // Temperature of the skin, degrees Celsius.
+  float temperature_c;
+  // Width of the finger, mm.
+  float finger_width_mm;
+  // Clock of the series in which the tissue drifts, s.
+  float series_s;
+  // Hold before sliding, s; NaN: counted from the motion.
+  float dwell_s;
+  // Contact time since the last rest, s; NaN: counted from the motion.
+  float occlusion_s;
+  // Nominal speed of the plane where it moves, mm/s; NaN: computed from the motion.
+  float speed_mm_s;
+} fingerpad_surroundings;
+
+// All that a contact with effects remembers: a state, and the clocks and paths that effects read. Set it up with
+// `fingerpad_contact_init`. Plain memory: copy it to go back to it.
+typedef struct {
+  uint32_t opaque[47];
+} fingerpad_contact;
 
 // What the plane does in one step.
 typedef struct {
-  // Depth at the end of the step, mm.
+  // Depth at the end of the step, mm, positive into the finger; 0 or less is no contact.
   float depth_mm;
-  // Slide of the plane during the step, mm.
+  // Slide of the plane along x during the step, mm.
   float slide_x_mm;
-  // Slide of the plane during the step, mm.
+  // Slide of the plane along y during the step, mm.
   float slide_y_mm;
   // Turn of the plane about its normal through the point under first touch during the step, rad, counter-clockwise seen
-  // from the finger. Only `fingerpad_spin_step` follows it; `fingerpad_step` flags it.
+  // from the finger. Only a contact with spin follows it; another flags it.
   float spin_rad;
   // Length of the step, s.
   float dt_s;
 } fingerpad_motion;
 
-// The same of a contact that also spins.
+// What is prescribed in one step: depth or normal force, slide or friction.
 typedef struct {
-  uint32_t opaque[35];
-} fingerpad_spin_state;
+  // 0: `depth_mm` is prescribed; else `normal_force_n`.
+  uint16_t by_normal_force;
+  // 0: `slide_x_mm` and `slide_y_mm` are prescribed; else `friction_x_n` and `friction_y_n`.
+  uint16_t by_friction;
+  // Depth at the end of the step, mm.
+  float depth_mm;
+  // Normal force at the end of the step, N.
+  float normal_force_n;
+  // Slide along x during the step, mm.
+  float slide_x_mm;
+  // Slide along y during the step, mm.
+  float slide_y_mm;
+  // Friction along x at the end of the step, N.
+  float friction_x_n;
+  // Friction along y at the end of the step, N.
+  float friction_y_n;
+  // Turn of the plane during the step, rad.
+  float spin_rad;
+  // Length of the step, s.
+  float dt_s;
+} fingerpad_drive;
+
+// What a model file says of itself.
+typedef struct {
+  // Largest depth for which the model was fitted, mm, for the finger and pose in use.
+  float depth_max_mm;
+  // Pitch of the pose in which it was fitted, degrees.
+  float fitted_pitch_deg;
+  // 1 if it knows other poses, else 0.
+  uint32_t knows_poses;
+  // Number of effects in the file.
+  uint32_t effects;
+  // Checksum of the numbers, by which a saved state knows its model.
+  uint32_t checksum;
+  // The file's description, JSON in UTF-8 without an end mark, inside the file.
+  const char *meta;
+  // Its length in bytes.
+  size_t meta_length;
+} fingerpad_model_info;
+
+// Derivatives of the forces for a motion that goes on, N/mm; each with depth, slide x and slide y.
+typedef struct {
+  // Of the normal force.
+  float normal_n_mm[3];
+  // Of friction along x.
+  float friction_x_n_mm[3];
+  // Of friction along y.
+  float friction_y_n_mm[3];
+} fingerpad_gradient;
 
 // The least grip that holds a load.
 typedef struct {
-  // mm
+  // Depth to press to, mm.
   float depth_mm;
-  // N
+  // Normal force there with the load applied, N.
   float normal_force_n;
-  // 0, 2 bad input, 32 not even the largest depth holds the load
+  // FINGERPAD_STATUS_LOAD_NOT_REACHED if not even the largest depth holds the load, FINGERPAD_STATUS_BAD_INPUT if a number
+  // was none; 0 otherwise.
   uint16_t status;
 } fingerpad_grip;
+
+// When a watch tells a change: thresholds with a gap between there and back (hysteresis), and the number of looks in a row
+// that must agree (debounce). `fingerpad_watch_settings_default` gives the usual ones.
+typedef struct {
+  // First slip: the stick ratio is below this for `looks` looks.
+  float first_slip;
+  // First slip at once: the stick ratio is below this.
+  float sure_slip;
+  // Full slip: the stick ratio is at most this for `looks` looks.
+  float full_slip;
+  // A contact in full slip sticks again in part: the stick ratio is above this for `looks` looks.
+  float partial_restick;
+  // A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
+  float restick;
+  // Looks in a row before slip or stick is told; 0 counts as 1.
+  uint8_t looks;
+  // Looks in a row before touch or lift-off is told; 0 counts as 1.
+  uint8_t contact_looks;
+} fingerpad_watch_settings;
+
+// Sees changes from one response to the next, through noise. Set it up with `fingerpad_watch_init`.
+typedef struct {
+  uint32_t opaque[10];
+} fingerpad_watch;
+
+// A change and its time.
+typedef struct {
+  // The look at which it was seen, counted from 0.
+  uint32_t tick;
+  // Number of the finger.
+  uint8_t finger;
+  // FINGERPAD_TOUCH, FINGERPAD_FIRST_SLIP, FINGERPAD_FULL_SLIP, FINGERPAD_RESTICK or FINGERPAD_LIFT_OFF.
+  uint8_t change;
+} fingerpad_event;
 
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
-// Checks a model file and prepares a model that reads it in place. Returns 0, or: 1 not a model file, 2 version,
-// 3 length, 4 checksum, 5 not at an address divisible by 4, 6 other numbers of springs or nodes, 7 section missing,
-// 8 value out of range, 9 table not monotone, 10 not passive.
+// Advances `count` contacts by one step each, with the same bits as steps one by one; `states` and `responses` are arrays of
+// `count`. To use several cores, divide the arrays.
 //
-// # Safety
-// `model` points to memory for a model, `file` to `length` bytes that live and stay unchanged as long as the model.
+// Returns FINGERPAD_OK, or FINGERPAD_BUFFER if `count` is not that of the motions, FINGERPAD_NULL, FINGERPAD_ALIGNMENT, or
+// FINGERPAD_NOT_SET_UP for the model or any of the states; then nothing changes.
+int32_t fingerpad_step_batch(const fingerpad_model *model,
+                             fingerpad_state *states,
+                             const fingerpad_motions *motions,
+                             fingerpad_response *responses,
+                             size_t count);
+
+// As `fingerpad_step_batch`, with spin.
+int32_t fingerpad_spin_step_batch(const fingerpad_model *model,
+                                  fingerpad_spin_state *states,
+                                  const fingerpad_motions *motions,
+                                  fingerpad_response *responses,
+                                  size_t count);
+
+// What a code means, in English; never null, never to be freed.
+const char *fingerpad_error_text(int32_t code);
+
+// The reference state: 35 corneometer units, 32 degrees Celsius, 16 mm, times and speed counted from the motion.
+int32_t fingerpad_surroundings_default(fingerpad_surroundings *surroundings);
+
+// A finger in the air, all clocks at 0, with a strength factor of 1.
+int32_t fingerpad_contact_init(fingerpad_contact *contact);
+
+// The caller's factor on all strengths, 0.1 to 5; the effects' comes on top of it. Returns FINGERPAD_OK, or FINGERPAD_RANGE.
+int32_t fingerpad_contact_set_strength_factor(fingerpad_contact *contact,
+                                              float factor);
+
+// The finger has rested in the air: what builds up under occlusion starts anew.
+int32_t fingerpad_contact_rested(fingerpad_contact *contact);
+
+// Advances a contact by one step with the effects of the model's file; bad surroundings (NaN) leave their effect out.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_SECTION if the file has effects that this library does not know, FINGERPAD_NULL,
+// FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing changes.
+int32_t fingerpad_contact_step(const fingerpad_model *model,
+                               fingerpad_contact *contact,
+                               fingerpad_surroundings surroundings,
+                               fingerpad_motion motion,
+                               fingerpad_response *response);
+
+// What a sensor with the file's tare and cross-talk reads of a response: normal, x and y, N, into an array of three.
+//
+// Returns FINGERPAD_OK, FINGERPAD_SECTION as above, or FINGERPAD_RANGE for a response whose regime is none.
+int32_t fingerpad_contact_reading(const fingerpad_model *model,
+                                  const fingerpad_response *response,
+                                  float *reading_n);
+
+// Advances a contact by one step driven by displacement or force in each direction; a held load does not creep. A force out
+// of reach gives the nearest state and FINGERPAD_STATUS_LOAD_NOT_REACHED. `motion` becomes the motion that led there; it may
+// be null. Takes 3 to 12 times as long as `fingerpad_step`.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing changes.
+int32_t fingerpad_step_driven(const fingerpad_model *model,
+                              fingerpad_state *state,
+                              fingerpad_drive drive,
+                              fingerpad_response *response,
+                              fingerpad_motion *motion);
+
+// Checks a model file and prepares a model that reads it in place: `length` bytes at an address divisible by 4, which live and
+// stay unchanged as long as the model. Takes some 20 instructions a byte.
+//
+// Returns FINGERPAD_OK, or why the file is refused; then the model is as one that was unloaded.
 int32_t fingerpad_model_load(fingerpad_model *model,
                              const uint8_t *file,
                              size_t length);
 
-// Changes the model to another finger: factors on size, stiffness and lambda, and tau_0 in MPa. Returns 0, or 8 if a
-// value is out of range; then nothing changes.
+// Marks a model as not set up, so that using it after its file is gone is refused.
+int32_t fingerpad_model_unload(fingerpad_model *model);
+
+// Changes the model to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5)
+// and lambda (0.1 to 10), and tau_0 in MPa (0 to 0.1). The pose stays.
 //
-// # Safety
-// `model` was loaded.
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
 int32_t fingerpad_model_tune(fingerpad_model *model,
                              float size,
                              float stiffness,
                              float lambda,
                              float tau0_mpa);
 
-// Writes into `posed` the model in another pose: pitch of the finger against the plane, 10 to 70 degrees, and roll, -30 to 30.
-// `model` is that of the fitted pose. Returns 0, or 8 for a pose out of range or a model that knows one pose alone; then
-// nothing is written. A state may be carried over.
+// Brings the model into another pose: pitch of the finger against the plane, 10 to 70 degrees, and roll, -30 to 30. A state
+// may be carried over. The fitted pose is `fitted_pitch_deg` of `fingerpad_model_info` with roll 0.
 //
-// # Safety
-// `model` was loaded, `posed` points to memory for a posed model.
-int32_t fingerpad_model_pose(const fingerpad_model *model,
-                             fingerpad_posed_model *posed,
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose out of range or a model that knows one pose alone; then nothing changes.
+int32_t fingerpad_model_pose(fingerpad_model *model,
                              float pitch_deg,
                              float roll_deg);
 
-// Advances a contact by one step in another pose. Cannot fail, whatever the motion.
-//
-// # Safety
-// `posed` was written by `fingerpad_model_pose`, `state` was initialised.
-fingerpad_response fingerpad_posed_step(const fingerpad_posed_model *posed,
-                                        fingerpad_state *state,
-                                        fingerpad_motion motion);
+// What a model file says of itself.
+int32_t fingerpad_model_describe(const fingerpad_model *model, fingerpad_model_info *info);
 
-// A finger in the air.
-//
-// # Safety
-// `state` points to memory for a state.
-void fingerpad_state_init(fingerpad_state *state);
+// The gradient at a state for a motion that goes on in the direction (depth, slide x, slide y; any length). One-sided where
+// the law has kinks: springs on their limit slip if the direction loads them further; with zeros all springs stick. 0 without
+// contact, and 0 along depth beyond the tables. NaN in the direction counts as 0.
+int32_t fingerpad_state_gradient(const fingerpad_model *model,
+                                 const fingerpad_state *state,
+                                 float depth_mm,
+                                 float slide_x_mm,
+                                 float slide_y_mm,
+                                 fingerpad_gradient *gradient);
 
-// Sets the factor on all strengths, 0.1 to 5; returns the factor in use.
-//
-// # Safety
-// `state` was initialised.
-float fingerpad_state_set_strength_factor(fingerpad_state *state, float factor);
+// As `fingerpad_state_gradient`, at a fixed angle.
+int32_t fingerpad_spin_state_gradient(const fingerpad_model *model,
+                                      const fingerpad_spin_state *state,
+                                      float depth_mm,
+                                      float slide_x_mm,
+                                      float slide_y_mm,
+                                      fingerpad_gradient *gradient);
 
-// Writes a state as FINGERPAD_STATE_BYTES bytes with version, checksum of the model and checksum of its own. The model's checksum is
-// computed each time, some 20 instructions a byte of the file. Returns 0.
-//
-// # Safety
-// `model` was loaded, `state` was initialised, `bytes` points to FINGERPAD_STATE_BYTES bytes.
-int32_t fingerpad_state_save(const fingerpad_model *model,
-                             const fingerpad_state *state,
-                             uint8_t *bytes);
-
-// Reads a state that `fingerpad_state_save` wrote with the same model file. Returns 0, or: 2 version, 3 length, 4 damaged, 8 a
-// value that no step leaves behind, 12 saved with another model; then the state stays as it was.
-//
-// # Safety
-// `model` was loaded, `state` was initialised, `bytes` points to `length` bytes.
-int32_t fingerpad_state_restore(const fingerpad_model *model,
-                                fingerpad_state *state,
-                                const uint8_t *bytes,
-                                size_t length);
-
-// Advances a contact by one step. Cannot fail, whatever the motion.
-//
-// # Safety
-// `model` was loaded, `state` was initialised.
-fingerpad_response fingerpad_step(const fingerpad_model *model,
-                                  fingerpad_state *state,
-                                  fingerpad_motion motion);
+// The least depth and normal force at which friction of the load, N, leaves the slip margin `margin` (0 to 0.95), even if the
+// finger holds less than the model says by the half-width of its 95 % band; `strength_factor` as in
+// `fingerpad_state_set_strength_factor`.
+int32_t fingerpad_least_grip(const fingerpad_model *model,
+                             float load_x_n,
+                             float load_y_n,
+                             float margin,
+                             float strength_factor,
+                             fingerpad_grip *grip);
 
 // A finger in the air whose contact will also spin.
-//
-// # Safety
-// `state` points to memory for a state.
-void fingerpad_spin_state_init(fingerpad_spin_state *state);
+int32_t fingerpad_spin_state_init(fingerpad_spin_state *state);
 
-// Sets the factor on all strengths, 0.1 to 5; returns the factor in use.
-//
-// # Safety
-// `state` was initialised.
-float fingerpad_spin_state_set_strength_factor(fingerpad_spin_state *state, float factor);
+// As `fingerpad_state_set_strength_factor`.
+int32_t fingerpad_spin_state_set_strength_factor(fingerpad_spin_state *state, float factor);
 
-// Writes a state as FINGERPAD_SPIN_STATE_BYTES bytes with version, checksum of the model and checksum of its own. The model's checksum is
-// computed each time, some 20 instructions a byte of the file. Returns 0.
-//
-// # Safety
-// `model` was loaded, `state` was initialised, `bytes` points to FINGERPAD_SPIN_STATE_BYTES bytes.
+// As `fingerpad_state_save`, FINGERPAD_SPIN_STATE_BYTES bytes.
 int32_t fingerpad_spin_state_save(const fingerpad_model *model,
                                   const fingerpad_spin_state *state,
-                                  uint8_t *bytes);
+                                  uint8_t *bytes,
+                                  size_t length);
 
-// Reads a state that `fingerpad_spin_state_save` wrote with the same model file. Returns 0, or: 2 version, 3 length, 4 damaged, 8 a
-// value that no step leaves behind, 12 saved with another model; then the state stays as it was.
-//
-// # Safety
-// `model` was loaded, `state` was initialised, `bytes` points to `length` bytes.
+// As `fingerpad_state_restore`, FINGERPAD_SPIN_STATE_BYTES bytes.
 int32_t fingerpad_spin_state_restore(const fingerpad_model *model,
                                      fingerpad_spin_state *state,
                                      const uint8_t *bytes,
                                      size_t length);
 
-// Advances a contact that also spins by one step; takes about twice as long as `fingerpad_step`. Cannot fail.
-//
-// # Safety
-// `model` was loaded, `state` was initialised.
-fingerpad_response fingerpad_spin_step(const fingerpad_model *model,
-                                       fingerpad_spin_state *state,
-                                       fingerpad_motion motion);
+// As `fingerpad_step`, with spin; takes about twice as long.
+int32_t fingerpad_spin_step(const fingerpad_model *model,
+                            fingerpad_spin_state *state,
+                            fingerpad_motion motion,
+                            fingerpad_response *response);
 
-// The least depth and normal force at which friction of `load` leaves the slip margin `margin`.
+// As `fingerpad_step_driven`, with spin, which is prescribed as an angle.
+int32_t fingerpad_spin_step_driven(const fingerpad_model *model,
+                                   fingerpad_spin_state *state,
+                                   fingerpad_drive drive,
+                                   fingerpad_response *response,
+                                   fingerpad_motion *motion);
+
+// A finger in the air, with a strength factor of 1.
+int32_t fingerpad_state_init(fingerpad_state *state);
+
+// Sets the factor on all strengths, 0.1 to 5, from the next step on: what moisture, speed, dwell or another finger make of
+// the friction. Returns FINGERPAD_OK, or FINGERPAD_RANGE; then the factor stays.
+int32_t fingerpad_state_set_strength_factor(fingerpad_state *state,
+                                            float factor);
+
+// Writes a state as FINGERPAD_STATE_BYTES bytes with version, checksum of the model and checksum of its own into a buffer of
+// `length` bytes. The model's checksum is computed each time, some 20 instructions a byte of the file.
 //
-// # Safety
-// `model` was loaded.
-fingerpad_grip fingerpad_least_grip(const fingerpad_model *model,
-                                    float load_x_n,
-                                    float load_y_n,
-                                    float margin,
-                                    float strength_factor);
+// Returns FINGERPAD_OK, or FINGERPAD_BUFFER if `length` is too small; then nothing is written.
+int32_t fingerpad_state_save(const fingerpad_model *model,
+                             const fingerpad_state *state,
+                             uint8_t *bytes,
+                             size_t length);
+
+// Reads a state that `fingerpad_state_save` wrote with the same model file; `state` need not be set up.
+//
+// Returns FINGERPAD_OK, or: FINGERPAD_LENGTH if `length` is not FINGERPAD_STATE_BYTES, FINGERPAD_CHECKSUM if damaged,
+// FINGERPAD_VERSION_UNKNOWN, FINGERPAD_OTHER_MODEL, FINGERPAD_RANGE for a value that no step leaves behind; then the state
+// stays as it was.
+int32_t fingerpad_state_restore(const fingerpad_model *model,
+                                fingerpad_state *state,
+                                const uint8_t *bytes,
+                                size_t length);
+
+// Advances a contact by one step. A motion of any bits is taken; what is wrong with it is told in `status` of the response.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing changes.
+int32_t fingerpad_step(const fingerpad_model *model,
+                       fingerpad_state *state,
+                       fingerpad_motion motion,
+                       fingerpad_response *response);
+
+// First slip below 0.99 for four looks or below 0.97 at once, full slip at 0.01, restick above 0.05 and above 0.995, each for
+// four looks; touch and lift-off after two looks.
+int32_t fingerpad_watch_settings_default(fingerpad_watch_settings *settings);
+
+// A watch for one finger, which starts in the air. Returns FINGERPAD_OK, or FINGERPAD_RANGE for a threshold that is no number
+// from 0 to 1.
+int32_t fingerpad_watch_init(fingerpad_watch *watch,
+                             uint8_t finger,
+                             fingerpad_watch_settings settings);
+
+// Looks at one step's response and writes what changed into `events`, room for FINGERPAD_EVENTS_A_LOOK of them, and their
+// number into `count`: mostly 0.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a response whose regime is none, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+// FINGERPAD_NOT_SET_UP; then nothing changes.
+int32_t fingerpad_watch_look(fingerpad_watch *watch,
+                             const fingerpad_response *response,
+                             fingerpad_event *events,
+                             uint32_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -107,6 +107,14 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
         self.scale.depth(self.data.depth_max)
     }
 
+    /// Where friction in full slip acts at a depth, mm along x and y from the point under first touch. The moment about this
+    /// point is the one that the slip margin counts beside friction: [`Response::spin_moment_n_mm`] less x F_y − y F_x.
+    pub fn friction_centre_mm(&self, depth_mm: T) -> [T; 2] {
+        let (row, t, _) = self.cell(depth_mm);
+        let [x, y] = self.scale.offset();
+        [self.scale.length(row.friction_centre.at(t)) + x, y]
+    }
+
     /// [`step()`] as a method.
     #[inline]
     pub fn step<const P: usize>(&self, state: &mut StateOf<M, P, T>, motion: Motion<T>) -> Response<T> {
@@ -151,11 +159,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             band_normal: self.band_normal.map(of),
             band_friction: self.band_friction.map(of),
             pressure_exponent: of(self.pressure_exponent),
-            pose: PoseTable {
-                pitch_deg: of(self.pose.pitch_deg),
-                rows: self.pose.rows.map(|row| row.map(of)),
-                band: self.pose.band.map(of),
-            },
+            pose: self.pose.map(of),
             springs: self.springs.map(|s| Spring {
                 stiffness: of(s.stiffness),
                 sharpness: of(s.sharpness),

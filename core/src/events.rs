@@ -122,23 +122,30 @@ impl Watch {
     /// Looks at one step's response and queues what changed: nothing, or up to three events (a finger that lands
     /// slipping). Never waits. Ticks wrap after 2^32 steps.
     pub fn look(&mut self, response: &Response, queue: &mut Producer<'_, Event>) {
+        for event in self.see(response) {
+            if queue.enqueue(event).is_err() {
+                self.lost = self.lost.saturating_add(1);
+            }
+        }
+    }
+
+    /// The same for a caller who needs no queue: the events of this look, in their order.
+    pub fn see(&mut self, response: &Response) -> impl ExactSizeIterator<Item = Event> + use<> {
         let now = self.classify(response);
+        let mut seen: &'static [Change] = &[];
         if now == self.told {
             self.seen = 0;
         } else {
             self.seen = self.seen.saturating_add(1);
             if self.seen >= self.looks_needed(now, response.stick_ratio) {
-                for &change in changes(self.told, now) {
-                    let event = Event { tick: self.tick, finger: self.finger, change };
-                    if queue.enqueue(event).is_err() {
-                        self.lost = self.lost.saturating_add(1);
-                    }
-                }
+                seen = changes(self.told, now);
                 self.told = now;
                 self.seen = 0;
             }
         }
+        let (tick, finger) = (self.tick, self.finger);
         self.tick = self.tick.wrapping_add(1);
+        seen.iter().map(move |&change| Event { tick, finger, change })
     }
 
     /// What a response shows, with thresholds that depend on what was told.

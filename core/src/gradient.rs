@@ -5,7 +5,7 @@
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
 use crate::spring::{NOTHING, Odd, SLACK_MM, Sums};
-use crate::step::place_of;
+use crate::step::{growth, place_of};
 use crate::{ModelOf, StateOf};
 
 /// Derivatives of the forces for a motion that goes on in a given direction.
@@ -45,7 +45,10 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let dpress = two * row.press_slide.bend * data.cells_per_mm * per_mm;
         let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth;
         let plain = row.limit.at(t);
-        let radius_factor = scale.radius(plain, scale.limit(plain, scale.area(row.area.at(t)))) * state.strength_factor;
+        let strength = scale.limit(plain, scale.area(row.area.at(t), state.depth), state.depth);
+        let radius_factor = scale.radius(plain, strength) * state.strength_factor;
+        let growth = if S::RESCALED { growth(row, t, state.depth, per_mm, scale) } else { zero };
+        let dradius_factor = radius_factor * growth;
         let ([shift, shift_y], dshift) = (scale.tilt(row.yield_shift.at(t)), row.yield_shift.change * per_mm);
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
@@ -56,9 +59,10 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
         let mut sums = Sums::new();
-        let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
+        let (mut force_rate, mut energy_rate, mut odd_rate) = ([[zero; 3]; 2], [[zero; 3]; 2], [zero; 3]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
-            let (radius, dradius) = (line.at(t) * radius_factor, line.change * per_mm * radius_factor);
+            let radius = line.at(t) * radius_factor;
+            let dradius = line.change * per_mm * radius_factor + line.at(t) * dradius_factor;
             // A spring that does not touch follows without force.
             if !(radius > zero) {
                 continue;
@@ -98,18 +102,30 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                     force_rate[1][i] += weight * rate[1][i];
                     energy_rate[0][i] += weight * along * rate[0][i];
                     energy_rate[1][i] += weight * uy * rate[1][i];
+                    odd_rate[i] -= weight * ux * ux * rate[0][i];
                 }
             }
         }
         let (force, energy) = (sums.force(&odd), sums.energy(&odd));
+        let dodd = -(odd.0 * growth);
+        let [odd_force, odd_energy] = sums.odd_rates();
+        force_rate[0][0] += dodd * odd_force;
+        energy_rate[0][0] += dodd * odd_energy;
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
         let mut normal: [T; 3] = core::array::from_fn(|i| {
-            press * friction[0][i] + press_y * friction[1][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]
+            press * friction[0][i]
+                + press_y * friction[1][i]
+                + dkx * energy_rate[0][i]
+                + dky * energy_rate[1][i]
+                + kx * dodd * odd_rate[i]
         });
-        normal[0] +=
-            scale.normal(row.normal.change) * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
+        normal[0] += scale.normal(row.normal.change * per_mm, state.depth)
+            + scale.normal_slope(row.normal.at(t))
+            + dpress * kx * force[0]
+            + ddkx * energy[0]
+            + ddky * energy[1];
         if state.depth >= self.depth_max_mm() {
             (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);
         }

@@ -27,6 +27,7 @@ mod pose;
 mod regime;
 mod rescaling;
 mod response;
+mod rolling;
 mod save;
 mod spring;
 mod state;
@@ -48,7 +49,7 @@ pub use model_file::{EffectSlot, File, FileOf, MAGIC, VERSION};
 #[cfg(feature = "std")]
 pub use owned::ModelFile;
 pub use params::{Node, Params, ParamsOf, SpringParams};
-pub use pose::{POSE_ROWS, Pose, PoseTable};
+pub use pose::{POSE_ROWS, POSE_TERMS, Pose, PoseTable};
 pub use regime::{Regime, Status};
 pub use rescaling::{Fitted, Scaled, Scaling, Tuning};
 pub use response::{Motion, Response};

@@ -10,7 +10,7 @@ use crate::{DataOf, Error, ModelOf};
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;
@@ -272,7 +272,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.gyration,
         ];
         let bands = self.band_normal.into_iter().chain(self.band_friction).chain([self.pressure_exponent]);
-        let poses = [self.pose.pitch_deg].into_iter().chain(self.pose.rows.into_iter().flatten()).chain(self.pose.band);
+        let poses = self.pose.numbers();
         let springs = self.springs.iter().flat_map(|s| {
             let [x, y] = s.arm_mm;
             [s.stiffness, s.sharpness, s.centre_mm, x, y]

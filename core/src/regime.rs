@@ -91,11 +91,13 @@ impl Status {
     pub const SPIN_IGNORED: Self = Self(1 << 6);
     /// The contact's memory held what is no number and was begun anew; forces are those of a fresh contact.
     pub const MEMORY_LOST: Self = Self(1 << 7);
-
     /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is no number.
     pub const EFFECT_HELD: Self = Self(1 << 8);
 
-    const NAMES: [(Self, &'static str); 9] = [
+    /// A pose beyond those that the model was fitted in; the answer is that of the nearest of them.
+    pub const POSE_OUT_OF_RANGE: Self = Self(1 << 9);
+
+    const NAMES: [(Self, &'static str); 10] = [
         (Self::STABILISED, "stabilised"),
         (Self::BAD_INPUT, "bad_input"),
         (Self::BAD_TIME_STEP, "bad_time_step"),
@@ -105,6 +107,7 @@ impl Status {
         (Self::SPIN_IGNORED, "spin_ignored"),
         (Self::MEMORY_LOST, "memory_lost"),
         (Self::EFFECT_HELD, "effect_held"),
+        (Self::POSE_OUT_OF_RANGE, "pose_out_of_range"),
     ];
 
     /// Both sets of flags together.

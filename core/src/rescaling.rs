@@ -5,7 +5,7 @@
 use crate::error::Field;
 use crate::math::Scalar;
 use crate::pose::{Pose, PoseFactors};
-use crate::{Error, ModelOf};
+use crate::{Error, ModelOf, Status};
 
 /// How a finger differs from the one the model was fitted to.
 ///
@@ -62,24 +62,32 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     fn length(&self, mm: T) -> T;
     /// A depth, mm, or a slide that pressing amounts to.
     fn depth(&self, mm: T) -> T;
-    /// Whether limits may be tilted along y.
-    const TILTS_ALONG_Y: bool;
+    /// Whether the strength may change over depth otherwise than that of the fitted finger.
+    const RESCALED: bool;
+    /// Whether the finger is in another pose than the fitted one.
+    const POSED: bool;
     /// Tilt of a limit along x and y, from that along x in the fitted pose.
     fn tilt(&self, fitted: T) -> [T; 2];
+    /// What is to be remarked about the pose.
+    fn status(&self) -> Status;
     /// What the pose adds to the bands: shares of the normal force and of the limit.
     fn band(&self) -> [T; 2];
     /// Slides along x and y, mm/mm, that a depth increment amounts to in the pose, beyond that of the fitted one.
     fn press(&self) -> [T; 2];
     /// Where the contact lies in the pose, mm along x and y from where it lies in the fitted one.
     fn offset(&self) -> [T; 2];
-    /// An area, mm².
-    fn area(&self, mm2: T) -> T;
-    /// A force along the normal, N.
-    fn normal(&self, n: T) -> T;
+    /// An area at a depth, mm², mm.
+    fn area(&self, mm2: T, depth: T) -> T;
+    /// A force along the normal at a depth, N, mm.
+    fn normal(&self, n: T, depth: T) -> T;
     /// A tangential stiffness, N/mm.
     fn stiffness(&self, n_mm: T) -> T;
-    /// The strength, N, from that of the fitted finger and the scaled area.
-    fn limit(&self, n: T, area_mm2: T) -> T;
+    /// The strength at a depth, N, mm, from that of the fitted finger and the scaled area.
+    fn limit(&self, n: T, area_mm2: T, depth: T) -> T;
+    /// What the pose adds to the change with depth, N/mm: of the normal force, and of the strength on `area_mm2`, both of the
+    /// fitted finger.
+    fn normal_slope(&self, n: T) -> T;
+    fn limit_slope(&self, n: T, area_mm2: T) -> T;
     /// Factor on the slides at which springs slip, from the strength of the fitted finger and the scaled one.
     fn radius(&self, fitted_n: T, scaled_n: T) -> T;
     /// One over a force, 1/N.
@@ -102,7 +110,8 @@ pub struct Fitted;
 
 impl<T: Scalar> Scaling<T> for Fitted {
     type Stiffened = Scaled<T>;
-    const TILTS_ALONG_Y: bool = false;
+    const RESCALED: bool = false;
+    const POSED: bool = false;
 
     #[inline(always)]
     fn per_mm(&self, cells: T) -> T {
@@ -121,6 +130,10 @@ impl<T: Scalar> Scaling<T> for Fitted {
         [fitted, T::of(0.0)]
     }
     #[inline(always)]
+    fn status(&self) -> Status {
+        Status::OK
+    }
+    #[inline(always)]
     fn band(&self) -> [T; 2] {
         [T::of(0.0); 2]
     }
@@ -133,11 +146,11 @@ impl<T: Scalar> Scaling<T> for Fitted {
         [T::of(0.0); 2]
     }
     #[inline(always)]
-    fn area(&self, mm2: T) -> T {
+    fn area(&self, mm2: T, _: T) -> T {
         mm2
     }
     #[inline(always)]
-    fn normal(&self, n: T) -> T {
+    fn normal(&self, n: T, _: T) -> T {
         n
     }
     #[inline(always)]
@@ -145,8 +158,14 @@ impl<T: Scalar> Scaling<T> for Fitted {
         n_mm
     }
     #[inline(always)]
-    fn limit(&self, n: T, _: T) -> T {
+    fn limit(&self, n: T, _: T, _: T) -> T {
         n
+    }
+    fn normal_slope(&self, _: T) -> T {
+        T::of(0.0)
+    }
+    fn limit_slope(&self, _: T, _: T) -> T {
+        T::of(0.0)
     }
     #[inline(always)]
     fn radius(&self, _: T, _: T) -> T {
@@ -183,10 +202,15 @@ pub struct Scaled<T = f32, const POSED: bool = false> {
     softness: T,
     /// One over `per_length`.
     depth: T,
+    /// Change of the factors on area, normal force and limit with depth, 1/mm.
+    area_slope: T,
+    normal_slope: T,
+    limit_slope: T,
     tilt: [T; 2],
     press: [T; 2],
     offset: [T; 2],
     band: [T; 2],
+    status: Status,
 }
 
 impl<T: Scalar, const POSED: bool> Scaled<T, POSED> {
@@ -204,11 +228,21 @@ impl<T: Scalar, const POSED: bool> Scaled<T, POSED> {
             per_newton: one,
             softness: one,
             depth: one,
+            area_slope: zero,
+            normal_slope: zero,
+            limit_slope: zero,
             tilt: [zero; 2],
             press: [zero; 2],
             offset: [zero; 2],
             band: [zero; 2],
+            status: Status::OK,
         }
+    }
+
+    /// A factor at a depth, mm.
+    #[inline(always)]
+    fn line(&self, touch: T, slope: T, depth: T) -> T {
+        if POSED { touch + slope * depth } else { touch }
     }
 
     fn new(tuning: &Tuning, beta: T) -> Self {
@@ -235,7 +269,8 @@ impl<T: Scalar, const POSED: bool> Scaled<T, POSED> {
 
 impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
     type Stiffened = Self;
-    const TILTS_ALONG_Y: bool = POSED;
+    const RESCALED: bool = true;
+    const POSED: bool = POSED;
 
     #[inline(always)]
     fn per_mm(&self, cells: T) -> T {
@@ -255,6 +290,10 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         if POSED { [held(fitted + self.tilt[0]), held(self.tilt[1])] } else { [fitted, T::of(0.0)] }
     }
     #[inline(always)]
+    fn status(&self) -> Status {
+        if POSED { self.status } else { Status::OK }
+    }
+    #[inline(always)]
     fn band(&self) -> [T; 2] {
         self.band
     }
@@ -267,20 +306,26 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         self.offset
     }
     #[inline(always)]
-    fn area(&self, mm2: T) -> T {
-        mm2 * self.area
+    fn area(&self, mm2: T, depth: T) -> T {
+        mm2 * self.line(self.area, self.area_slope, depth)
     }
     #[inline(always)]
-    fn normal(&self, n: T) -> T {
-        n * self.normal
+    fn normal(&self, n: T, depth: T) -> T {
+        n * self.line(self.normal, self.normal_slope, depth)
     }
     #[inline(always)]
     fn stiffness(&self, n_mm: T) -> T {
         n_mm * self.stiffness
     }
     #[inline(always)]
-    fn limit(&self, n: T, area_mm2: T) -> T {
-        n * self.limit + area_mm2 * self.tau0
+    fn limit(&self, n: T, area_mm2: T, depth: T) -> T {
+        n * self.line(self.limit, self.limit_slope, depth) + area_mm2 * self.tau0
+    }
+    fn normal_slope(&self, n: T) -> T {
+        n * self.normal_slope
+    }
+    fn limit_slope(&self, n: T, area_mm2: T) -> T {
+        n * self.limit_slope + area_mm2 * self.area_slope * self.tau0
     }
     #[inline(always)]
     fn radius(&self, fitted_n: T, scaled_n: T) -> T {
@@ -296,8 +341,10 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         }
         Self {
             normal: self.normal * factor,
+            normal_slope: self.normal_slope * factor,
             stiffness: self.stiffness * factor,
             limit: self.limit * factor.power(beta),
+            limit_slope: self.limit_slope * factor.power(beta),
             per_newton: self.per_newton / factor,
             softness: self.softness / factor,
             ..*self
@@ -307,17 +354,22 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
 
 impl<T: Scalar> Unposed<T> for Scaled<T> {
     fn posed(&self, pose: &PoseFactors<T>) -> Scaled<T, true> {
+        let [normal, area, limit] = [pose.normal, pose.area, pose.limit];
         Scaled {
-            per_length: self.per_length * pose.depth,
-            depth: self.depth / pose.depth,
-            area: self.area * pose.area,
-            normal: self.normal * pose.normal,
+            per_length: self.per_length,
+            depth: self.depth,
+            area: self.area * area[0],
+            area_slope: self.area * area[1] * self.per_length,
+            normal: self.normal * normal[0],
+            normal_slope: self.normal * normal[1] * self.per_length,
             stiffness: self.stiffness * pose.stiffness,
-            limit: self.limit * pose.limit,
+            limit: self.limit * limit[0],
+            limit_slope: self.limit * limit[1] * self.per_length,
             tau0: self.tau0,
             length: self.length,
             band: pose.band,
-            per_newton: self.per_newton / pose.limit,
+            status: pose.status,
+            per_newton: self.per_newton,
             softness: self.softness / pose.stiffness,
             tilt: pose.tilt,
             press: pose.press,
@@ -330,7 +382,7 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
     /// The same model for another finger, counted from the fitted one. A state may be carried over: springs keep their
     /// displacement.
     ///
-    /// Costs about 90 instructions, 200 with a stiffness other than 1.
+    /// Costs about 100 instructions, 200 with a stiffness other than 1.
     pub fn tuned(&self, tuning: Tuning) -> Result<ModelOf<'a, M, N, Scaled<T>, T>, Error> {
         let ranges = [
             (Field::Size, tuning.size, 0.5, 2.0),
@@ -362,7 +414,7 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Unposed<T>> ModelOf<'a, M
     ///
     /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
     pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T, true>, T>, Error> {
-        let factors = self.data.pose.factors(pose)?;
+        let factors = self.data.pose.factors(pose, self.data.pressure_exponent, self.data.depth_max)?;
         Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
     }
 }

@@ -9,10 +9,10 @@ use crate::step::TOUCH_MM;
 use crate::{DataOf, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 3;
-/// Words beside the anchors: version, model, position, angle, three places of the way, two limits, depth, strength factor,
-/// checksum.
-const BESIDE: usize = 2 + 4 + 2 + 9 + 4 + 1;
+const VERSION: u32 = 4;
+/// Words beside the anchors: version, model, position, angle, three places of the way, where the contact has rolled, two limits,
+/// depth, strength factor, checksum.
+const BESIDE: usize = 2 + 4 + 2 + 9 + 8 + 4 + 1;
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = state_bytes(SPRINGS, 1);
@@ -23,13 +23,14 @@ pub const fn state_bytes(springs: usize, pairs: usize) -> usize {
 }
 
 impl<const M: usize, const P: usize> StateOf<M, P> {
-    /// Numbers of a state: anchors, position, angle, turn, reached, turn before, limits there, depth, strength factor.
+    /// Numbers of a state: anchors, position, angle, turn, reached, turn before, rolled, limits there, depth, strength factor.
     fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
         let anchors = self.anchor.as_flattened().as_flattened().iter();
         let places = self.position.as_flattened().iter().chain(&self.angle);
         let way = self.turn.iter().chain(&self.reached).chain(&self.turn_before);
+        let rolled = self.rolled.range.as_flattened().iter().chain(&self.rolled.place).chain(&self.rolled.slide);
         let numbers = [self.limit_reached, self.limit_before, self.depth, self.strength_factor];
-        anchors.chain(places).chain(way).copied().chain(numbers)
+        anchors.chain(places).chain(way).chain(rolled).copied().chain(numbers)
     }
 
     /// Writes the state into `out`, little-endian with version, checksum of the model's numbers ([`DataOf::checksum`]) and
@@ -75,7 +76,9 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let anchors = state.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
         let places = state.position.as_flattened_mut().iter_mut().chain(&mut state.angle);
         let way = state.turn.iter_mut().chain(&mut state.reached).chain(&mut state.turn_before);
-        for slot in anchors.chain(places).chain(way) {
+        let rolled = &mut state.rolled;
+        let rolled = rolled.range.as_flattened_mut().iter_mut().chain(&mut rolled.place).chain(&mut rolled.slide);
+        for slot in anchors.chain(places).chain(way).chain(rolled) {
             *slot = next();
         }
         state.limit_reached = next();
@@ -98,6 +101,9 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let air = Self { strength_factor: self.strength_factor, ..Self::default() };
         if !(self.depth >= TOUCH_MM || self == air) {
             return Err(bad(last - 5, self.depth));
+        }
+        if let Some([least, _]) = self.rolled.range.iter().find(|[least, most]| !(least <= most)) {
+            return Err(bad(last - 15, *least));
         }
         if !(self.limit_reached >= 0.0) {
             return Err(bad(last - 7, self.limit_reached));
@@ -132,6 +138,7 @@ mod with_serde {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     use super::StateOf;
+    use crate::rolling::Rolled;
 
     #[derive(Serialize, Deserialize)]
     struct Plain<const M: usize, const P: usize> {
@@ -144,6 +151,7 @@ mod with_serde {
         limit_reached_n: f32,
         turn_before: [f32; 3],
         limit_before_n: f32,
+        rolled: Rolled<f32>,
         depth_mm: f32,
         strength_factor: f32,
     }
@@ -169,6 +177,7 @@ mod with_serde {
                 limit_reached_n: self.limit_reached,
                 turn_before: self.turn_before,
                 limit_before_n: self.limit_before,
+                rolled: self.rolled,
                 depth_mm: self.depth,
                 strength_factor: self.strength_factor,
             };
@@ -188,6 +197,7 @@ mod with_serde {
                 limit_reached: plain.limit_reached_n,
                 turn_before: plain.turn_before,
                 limit_before: plain.limit_before_n,
+                rolled: plain.rolled,
                 depth: plain.depth_mm,
                 strength_factor: plain.strength_factor,
             };

@@ -66,6 +66,12 @@ impl<T: Scalar> Sums<T> {
         [self.x[0] - odd.0 * self.x[1], self.y[0]]
     }
 
+    /// How force, mm, and energy, mm², along x over the stiffness change with the odd term.
+    #[inline(always)]
+    pub(crate) fn odd_rates(&self) -> [T; 2] {
+        [-self.x[1], -(T::of(1.0 / 3.0) * self.x[2])]
+    }
+
     /// Energy along x and y over the stiffness, mm².
     #[inline(always)]
     pub(crate) fn energy(&self, odd: &Odd<T>) -> [T; 2] {
@@ -142,12 +148,6 @@ impl<T: Scalar> Limit<T> {
         let to_y = if ALONG_Y { (ny * scale + seen.middle[1]) / self.anisotropy } else { uy * (back_y * scale) };
         [nx * scale + seen.middle[0], to_y]
     }
-}
-
-/// Limit over the strength L in a direction; `shift` is alpha times the direction's cosine to x.
-#[inline(always)]
-pub(crate) fn limit_share<T: Scalar>(shift: T) -> T {
-    shift + (T::of(1.0) + shift * shift).sqrt()
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 
 use crate::data::SPRINGS;
 use crate::math::Scalar;
+use crate::rolling::Rolled;
 
 /// The memory of the default model; see [`StateOf`].
 pub type State = StateOf<SPRINGS>;
@@ -33,6 +34,8 @@ pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
     pub(crate) turn_before: [T; 3],
     /// Friction limit then, N; 0 if the contact has not grown or the slide has gone on since.
     pub(crate) limit_before: T,
+    /// Where the contact has rolled; read and written in a pose alone.
+    pub(crate) rolled: Rolled<T>,
     pub(crate) depth: T,
     pub(crate) strength_factor: T,
 }
@@ -49,6 +52,7 @@ impl<const M: usize, const P: usize, T: Scalar> Default for StateOf<M, P, T> {
             limit_reached: zero,
             turn_before: [zero; 3],
             limit_before: zero,
+            rolled: Rolled::at([zero; 2], [zero; 2]),
             depth: zero,
             strength_factor: T::of(1.0),
         }
@@ -97,6 +101,11 @@ impl<const M: usize, const P: usize> StateOf<M, P, f64> {
             limit_reached: of(self.limit_reached),
             turn_before: self.turn_before.map(of),
             limit_before: of(self.limit_before),
+            rolled: Rolled {
+                range: self.rolled.range.map(|ends| ends.map(of)),
+                place: self.rolled.place.map(of),
+                slide: self.rolled.slide.map(of),
+            },
             depth: of(self.depth),
             strength_factor: of(self.strength_factor),
         }

@@ -4,6 +4,7 @@
 
 use crate::math::{Scalar, add};
 use crate::rescaling::Scaling;
+use crate::rolling::Rolled;
 use crate::spring::{Limit, NOTHING, Odd, Sums};
 use crate::stick_ratio::{Way, regime_of, share_of_way};
 use crate::table::Row;
@@ -74,6 +75,10 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         touch(state, here, data, scale);
         state.turn = slid;
         state.reached = slid;
+        state.rolled = Rolled::at(scale.offset(), [slid[0], slid[1]]);
+    }
+    if S::POSED && !state.rolled.is_at(scale.offset()) {
+        roll(state, model, &at, here);
     }
     let gyration = scale.length(data.gyration);
     let way = Way::follow(state, slid, at.limit, at.stiffness[0], gyration);
@@ -83,11 +88,16 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     // Resultants
     let ([x, y], [energy_x, energy_y]) = (carried.sums.force(&odd), carried.sums.energy(&odd));
     let mut friction = [at.stiffness[0] * x, at.stiffness[1] * y];
-    let mut normal = scale.normal(at.row.normal.at(at.t))
+    let mut normal = scale.normal(at.row.normal.at(at.t), at.depth)
         + at.press_coupling[0] * friction[0]
         + at.press_coupling[1] * friction[1]
         + at.stiffness_slope[0] * energy_x
         + at.stiffness_slope[1] * energy_y;
+    if S::RESCALED {
+        // The odd term changes with depth where the strength grows otherwise than that of the fitted finger.
+        let [_, energy] = carried.sums.odd_rates();
+        normal += at.stiffness[0] * energy * (odd.0 * -at.growth);
+    }
     let (mut moment, mut stick_ratio) = (carried.moment, carried.stick_ratio);
     // The last guard: a memory that holds what is no number, which no step leaves behind, is forgotten, and the answer is a
     // contact of which nothing is known.
@@ -101,15 +111,8 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
     let per_limit = T::of(1.0) / at.limit;
     let [along, across] = friction.map(|f| f * per_limit);
-    let stretched = across / at.row.limit_ratio.at(at.t);
+    let alone = share_of_limit(at.row, at.t, scale, [along, across]);
     let square = along * along + T::of(NOTHING);
-    let mut shifted = at.row.limit_shift.at(at.t) * along;
-    if S::TILTS_ALONG_Y {
-        let fitted = at.row.yield_shift.at(at.t);
-        let [tilt_x, tilt_y] = scale.tilt(fitted);
-        shifted += (tilt_x - fitted) * along + tilt_y * stretched;
-    }
-    let alone = (square + stretched * stretched + shifted * shifted).sqrt() - shifted;
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
     let [offset_x, offset_y] = scale.offset();
     let centre = (scale.length(at.row.friction_centre.at(at.t)) + offset_x) * friction[1] - offset_y * friction[0];
@@ -122,7 +125,11 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         let cross = data.spin_cross * (moment * alone).magnitude();
         (alone * alone + moment * moment + cross).magnitude().sqrt()
     };
-    let [pose_normal, pose_friction] = scale.band();
+    let (mut band_normal, mut band_friction) = (T::of(-0.0), T::of(-0.0));
+    if S::POSED {
+        let [of_normal, of_limit] = scale.band();
+        (band_normal, band_friction) = (of_normal * normal.not_negative(), of_limit);
+    }
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     Response {
         normal_force_n: normal.not_negative(),
@@ -138,11 +145,30 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
             offset_y,
         ],
         contact_area_mm2: at.area + at.area * data.area_tilt * along,
-        band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal) + pose_normal * normal,
-        band_friction_n: at.limit * (band(&data.band_friction) + pose_friction),
+        band_normal_n: scale.normal(at.row.band_normal.at(at.t), at.depth) * band(&data.band_normal) + band_normal,
+        band_friction_n: at.limit * (band(&data.band_friction) + band_friction),
         regime: regime_of(stick_ratio),
-        status,
+        status: status.with(scale.status()),
     }
+}
+
+/// Share of what a contact holds in the direction of a friction, given over the strength.
+#[inline(always)]
+pub(crate) fn share_of_limit<const M: usize, T: Scalar, S: Scaling<T>>(
+    row: &Row<M, T>,
+    t: T,
+    scale: &S,
+    [along, across]: [T; 2],
+) -> T {
+    let square = along * along + T::of(NOTHING);
+    let stretched = across / row.limit_ratio.at(t);
+    let mut shifted = row.limit_shift.at(t) * along;
+    if S::POSED {
+        let fitted = row.yield_shift.at(t);
+        let [tilt_x, tilt_y] = scale.tilt(fitted);
+        shifted += (tilt_x - fitted) * along + tilt_y * stretched;
+    }
+    (square + stretched * stretched + shifted * shifted).sqrt() - shifted
 }
 
 /// The tables at one depth, for the finger and the strength at hand.
@@ -152,8 +178,9 @@ struct AtDepth<'a, const M: usize, T> {
     t: T,
     depth: T,
     area: T,
-    /// Factor on the springs' radii.
+    /// Factor on the springs' radii, and the share by which it grows with depth, 1/mm.
     radius: T,
+    growth: T,
     limit: T,
     stiffness: [T; 2],
     /// Change of the stiffness with depth, N/mm².
@@ -186,9 +213,9 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             }
         }
         let row = &data.rows[index];
-        let area = scale.area(row.area.at(t));
+        let area = scale.area(row.area.at(t), depth);
         let plain = row.limit.at(t);
-        let limit = scale.limit(plain, area);
+        let limit = scale.limit(plain, area, depth);
         let [press_x, press_y] = scale.press();
         Self {
             row,
@@ -196,6 +223,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             depth,
             area,
             radius: scale.radius(plain, limit) * state.strength_factor,
+            growth: if S::RESCALED { growth(row, t, depth, per_mm, scale) } else { T::of(0.0) },
             limit: limit * state.strength_factor,
             stiffness: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t))),
             stiffness_slope: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm),
@@ -203,6 +231,22 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             press_slide: [scale.depth(row.press_slide.at(t)) + press_x * depth, press_y * depth],
         }
     }
+}
+
+/// Share by which the factor on the springs' radii grows with depth, 1/mm: that of a fraction of two lines.
+#[inline(always)]
+pub(crate) fn growth<const M: usize, T: Scalar, S: Scaling<T>>(
+    row: &Row<M, T>,
+    t: T,
+    depth: T,
+    per_mm: T,
+    scale: &S,
+) -> T {
+    let (plain, area) = (row.limit.at(t), row.area.at(t));
+    let limit = |plain: T, area: T| scale.limit(plain, scale.area(area, depth), depth);
+    let strength = limit(plain, area);
+    let grown = limit(row.limit.change * per_mm, row.area.change * per_mm) + scale.limit_slope(plain, area);
+    grown / strength - row.limit.change * per_mm / plain
 }
 
 /// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
@@ -281,6 +325,8 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sca
     for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
         *place = [place[0] - here[0], place[1] - here[1], place[2] - here[2]];
     }
+    let [rolled_x, rolled_y] = state.rolled.slide;
+    state.rolled.slide = [rolled_x - here[0], rolled_y - here[1]];
     state.position[0] = [-press_x, -press_y];
     state.angle[0] = T::of(0.0);
 }
@@ -306,6 +352,33 @@ pub(crate) fn place_of<const P: usize, T: Scalar>([x, y, angle]: [T; 3], place: 
     if P == 1 { [x, y] } else { [x - place[1] * angle, y + place[0] * angle] }
 }
 
+/// Rolls the finger to where the contact lies in the pose: springs lose the stretch of what has left.
+#[inline(never)]
+fn roll<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    model: &ModelOf<'_, M, N, S, T>,
+    at: &AtDepth<'_, M, T>,
+    here: [T; 3],
+) {
+    let (data, scale) = (model.data, &model.scale);
+    if !(data.pose.rolling_length > T::of(0.0)) {
+        return;
+    }
+    let length = data.pose.rolling_length * (at.area * T::of(core::f32::consts::FRAC_1_PI)).magnitude().sqrt();
+    let full = at.limit / at.stiffness[0];
+    let [x, y] = state.position[0];
+    let lost = T::of(1.0) - state.rolled.roll_to(scale.offset(), [x, y], full, length);
+    if !(lost > T::of(0.0)) {
+        return;
+    }
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        for (k, anchor) in pair.iter_mut().enumerate() {
+            let to = place_of::<P, T>(here, spring.place::<P, S>(k, scale));
+            *anchor = [anchor[0] + lost * (to[0] - anchor[0]), anchor[1] + lost * (to[1] - anchor[1])];
+        }
+    }
+}
+
 /// What the springs carry together.
 struct Carried<T> {
     /// Sums over the springs.
@@ -328,7 +401,11 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
     odd: &Odd<T>,
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
-    let limit = Limit::new(scale.tilt(at.row.yield_shift.at(at.t)), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
+    let limit = Limit::new(
+        scale.tilt(at.row.yield_shift.at(at.t)),
+        at.row.anisotropy.at(at.t),
+        at.stiffness[1] / at.stiffness[0],
+    );
     let none = T::of(-0.0);
     let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let share = T::of(1.0 / P as f32);
@@ -340,16 +417,12 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
             let place = spring.place::<P, S>(k, scale);
             let to = place_of::<P, T>(here, place);
             let mut u = [to[0] - anchor[0], to[1] - anchor[1]];
-            let seen = if S::TILTS_ALONG_Y { limit.see::<true>(u, radius) } else { limit.see::<false>(u, radius) };
+            let seen = if S::POSED { limit.see::<true>(u, radius) } else { limit.see::<false>(u, radius) };
             let gone = place_of::<P, T>(way.0, place);
             let gone = [gone[0], gone[1] * limit.anisotropy];
             let (mut v, mut room) = (seen.v, -seen.over);
             if seen.over > T::of(0.0) {
-                u = if S::TILTS_ALONG_Y {
-                    limit.return_map::<true>(u, &seen)
-                } else {
-                    limit.return_map::<false>(u, &seen)
-                };
+                u = if S::POSED { limit.return_map::<true>(u, &seen) } else { limit.return_map::<false>(u, &seen) };
                 *anchor = [to[0] - u[0], to[1] - u[1]];
                 v = limit.place_in(u, &seen);
                 room = T::of(0.0);

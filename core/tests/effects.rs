@@ -7,7 +7,7 @@ mod law_vectors;
 
 use common::{example, motion};
 use fingerpad::effects::{Change, Conditions, LAWS, Law, Library, Standard, VALUES, baseline, find};
-use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Response, Status, Surroundings};
+use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Response, SPRINGS, Status, Surroundings};
 use proptest::prelude::*;
 
 /// Laws, parameters, inputs and outputs that every implementation of a law must give; a file of the repository.
@@ -128,7 +128,8 @@ fn slot(kind: u32, values: [f32; 3]) -> EffectSlot {
 fn slides(slots: &[EffectSlot], surroundings: Surroundings) -> Response {
     let data = example();
     let model = data.model().unwrap();
-    let (effects, mut contact, mut r) = (Effects::new(slots).unwrap(), Contact::default(), Response::default());
+    let (effects, mut contact, mut r) =
+        (Effects::new(slots).unwrap(), Contact::<SPRINGS>::default(), Response::default());
     for i in 0..600 {
         let slide = if i < 5 { 0.0 } else { 0.02 };
         r = effects.step(&model, &mut contact, surroundings, Motion { dt_s: 0.01, ..motion(1.0, slide, 0.0) });
@@ -200,7 +201,7 @@ proptest! {
             dwell_s: Some(f[4]), occlusion_s: Some(f[5]), speed_mm_s: Some(f[6]),
         };
         let data = example();
-        let (model, mut contact) = (data.model().unwrap(), Contact::default());
+        let (model, mut contact) = (data.model().unwrap(), Contact::<SPRINGS>::default());
         for (depth, x, y, time) in motions {
             let motion = Motion { dt_s: f32::from_bits(time), ..motion(depth, x, y) };
             let r = effects.step(&model, &mut contact, around, motion);
@@ -211,4 +212,35 @@ proptest! {
             prop_assert!(!r.status.contains(Status::MEMORY_LOST), "{r:?}");
         }
     }
+}
+
+/// A contact with spin takes the laws as one without does: a warmer skin holds a larger slide and a larger turn, by the law's
+/// factor. In full slip the friction has no moment about the friction centre.
+#[test]
+fn effects_act_on_a_contact_that_spins() {
+    let data = example();
+    let model = data.model().unwrap();
+    let slots = [EffectSlot { kind: 17, reserved: 0, values: [0.03, 0.0, 0.0, 0.0, 0.0, 0.0] }];
+    let effects = Effects::new(&slots).unwrap();
+    let after = |temperature_c: f32, slide: [f32; 2], spin: f32| {
+        let mut contact = Contact::<SPRINGS, 2>::default();
+        let around = Surroundings { temperature_c, ..Surroundings::default() };
+        let mut r = Response::default();
+        for i in 0..600 {
+            let moves = if i < 5 { 0.0 } else { 1.0 };
+            let way = Motion { spin_increment_rad: moves * spin, ..motion(1.0, moves * slide[0], moves * slide[1]) };
+            r = effects.step(&model, &mut contact, around, way);
+        }
+        r
+    };
+    for slide in [[0.02, 0.0], [0.0, 0.02]] {
+        let [rest, warm] = [32.0, 42.0].map(|t| after(t, slide, 0.0));
+        let [x, y] = model.friction_centre_mm(1.0);
+        let size = |r: &Response| r.friction_n[0].hypot(r.friction_n[1]);
+        assert!((size(&warm) / size(&rest) - 1.3).abs() < 1e-3, "{warm:?} {rest:?}");
+        let about = warm.spin_moment_n_mm - x * warm.friction_n[1] + y * warm.friction_n[0];
+        assert!(about.abs() < 1e-3 * size(&warm), "{about}");
+    }
+    let [rest, warm] = [32.0, 42.0].map(|t| after(t, [0.0; 2], 0.005).spin_moment_n_mm);
+    assert!((warm / rest - 1.3).abs() < 1e-3, "{warm} {rest}");
 }

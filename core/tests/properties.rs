@@ -6,7 +6,7 @@ use common::books::keep;
 use common::{DisturbedPath, Noise, any_model, closed_path, disturbed_path, example, models, motion, run};
 use fingerpad::{
     Data, Error, ModelOf, Motion, Params, ParamsOf, Regime, Response, SPRINGS, STATE_BYTES, Scaling, SpinState, State,
-    StateOf, Status, step,
+    StateOf, Status, state_bytes, step,
 };
 use proptest::prelude::*;
 
@@ -27,6 +27,12 @@ fn assert_sane(data: &Data, strength: f32, r: &Response) {
     assert!(!r.status.contains(Status::MEMORY_LOST), "{r:?}");
 }
 
+fn saved<const P: usize>(state: &StateOf<SPRINGS, P>) -> Vec<u8> {
+    let mut bytes = vec![0; state_bytes(SPRINGS, P)];
+    state.write_bytes(7, &mut bytes).unwrap();
+    bytes
+}
+
 fn cases(default: u32) -> u32 {
     std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(default)
 }
@@ -38,10 +44,20 @@ fn follow<const P: usize>(data: &Data, path: &DisturbedPath) {
     for at in &path.0 {
         state.set_strength_factor(at.factor);
         let model = plain.tuned(at.tuning).unwrap();
-        let r = step(&model, &mut state, at.motion);
-        assert_sane(data, 5.0 * 10.0 * 4.0 * 5.0, &r);
+        let r = match at.pose.filter(|_| data.pose.knows_poses()) {
+            Some(pose) => step(&model.posed(pose).unwrap(), &mut state, at.motion),
+            None => step(&model, &mut state, at.motion),
+        };
+        assert_sane(data, 5.0 * 10.0 * 4.0 * 5.0 * 8.0, &r);
+        assert!(
+            StateOf::<SPRINGS, P>::read_bytes(7, &saved(&state)).is_ok_and(|again| again == state),
+            "{at:?} {state:?}"
+        );
         let deep = at.motion.depth_mm > model.depth_max_mm() * (1.0 - 1e-6);
-        assert!(r.status == Status::OK || (deep && r.status == Status::DEPTH_ABOVE_RANGE), "{at:?} {r:?}");
+        let beyond = at.pose.is_some() && data.pose.knows_poses();
+        let told = [(deep, Status::DEPTH_ABOVE_RANGE), (beyond, Status::POSE_OUT_OF_RANGE)];
+        let may = told.iter().filter(|(may, _)| *may).fold(Status::OK, |all, (_, flag)| all.with(*flag));
+        assert!(may.contains(r.status), "{at:?} {r:?}");
     }
 }
 
@@ -68,14 +84,14 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(3000), ..ProptestConfig::default() })]
 
-    /// The same while the finger is retuned, on the models in use. With a strength at zero pressure it is exact to 1e-3 only
+    /// The same while the finger is retuned, on the models in use. With a strength at zero pressure it is exact to 1e-4 only
     /// (see `DataOf::check`).
     #[test]
     fn no_retuned_path_yields_work(path in disturbed_path(true, true)) {
         let mut proportional = path.clone();
         proportional.0.iter_mut().for_each(|at| at.tuning.tau0_mpa = 0.0);
         for (name, data) in models() {
-            for (path, allowed) in [(&path, 1e-3), (&proportional, 1e-6)] {
+            for (path, allowed) in [(&path, 1e-4), (&proportional, 1e-6)] {
                 for books in [keep::<1>(&data, &path.0), keep::<2>(&data, &path.0)] {
                     prop_assert!(books.from_nothing <= allowed * books.turnover, "{name} {allowed} {books:?}");
                 }
@@ -279,11 +295,7 @@ fn twin_of(params: &Params) -> fingerpad::ParamsOf<SPRINGS, { fingerpad::NODES }
         band_friction_middle: params.band_friction_middle.into(),
         band_friction_slip: params.band_friction_slip.into(),
         pressure_exponent: params.pressure_exponent.into(),
-        pose: fingerpad::PoseTable {
-            pitch_deg: params.pose.pitch_deg.into(),
-            rows: params.pose.rows.map(|row| row.map(f64::from)),
-            band: params.pose.band.map(f64::from),
-        },
+        pose: params.pose.map(f64::from),
     }
 }
 

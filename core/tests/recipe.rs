@@ -9,7 +9,7 @@ mod sebum_film;
 use fingerpad::effects::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
 use fingerpad::effects::{LAWS, Library, Standard};
-use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Params, Surroundings};
+use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Params, SPRINGS, Surroundings};
 use sebum_film::SebumFilm;
 
 const DOCUMENT: &str = include_str!("../docs/add-an-effect.md");
@@ -60,7 +60,7 @@ fn the_example_runs_in_the_core_beside_the_others() {
         let data = Params::example().try_build().unwrap();
         let model = data.model().unwrap();
         let effects = Effects::<L>::of(slots).unwrap();
-        let mut contact = Contact::default();
+        let mut contact = Contact::<SPRINGS>::default();
         let mut friction = 0.0;
         for i in 0..1000 {
             let slide = if i < 100 { 0.0 } else { 0.02 };

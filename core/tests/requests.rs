@@ -4,7 +4,9 @@ mod common;
 
 use common::{closed_path, example, motion};
 use fingerpad::events::{Change, Queue, Watch};
-use fingerpad::{Data, Drive, Model, Motion, Normal, Params, Regime, Response, State, Status, Tangential, step};
+use fingerpad::{
+    Data, Drive, Model, Motion, Normal, Params, Regime, Response, SPRINGS, State, Status, Tangential, step,
+};
 use proptest::prelude::*;
 
 /// A contact somewhere in the middle of a path.
@@ -224,7 +226,7 @@ fn serde_round_trips() {
     again(&state);
     again(&spun);
     again(&r);
-    let mut contact = Contact::default();
+    let mut contact = Contact::<SPRINGS>::default();
     contact.state = state;
     again(&contact);
     again(&EffectSlot { kind: 3, reserved: 0, values: [0.5; 6] });

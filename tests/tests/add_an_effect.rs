@@ -4,7 +4,9 @@
 use fingerpad::effects::{
     Axis, Change, Column, Conditions, Effect, LAWS, Law, Parameter, Place, Real, Reported, VALUES,
 };
-use fingerpad_diagnose::{DiagnoseError, Diagnosis, Options, PlanConstraints, RunSet, SelectionSettings, Verdict, diagnose};
+use fingerpad_diagnose::{
+    DiagnoseError, Diagnosis, Options, PlanConstraints, RunSet, SelectionSettings, Verdict, diagnose,
+};
 use fingerpad_tests::synthetic_truth::Random;
 use fingerpad_tests::synthetic_truth::effects::Effect as Hidden;
 use fingerpad_tests::synthetic_truth::protocol::Stroke;

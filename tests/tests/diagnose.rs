@@ -3,9 +3,7 @@
 use fingerpad::Effects;
 use fingerpad::ModelFile;
 use fingerpad_diagnose::runs_csv;
-use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, Correction, TableRow, Verdict, corrected_model, diagnose_table, replay_all,
-};
+use fingerpad_diagnose::{CORNEOMETER_SD_AU, Correction, Verdict, corrected_model, replay_all};
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
 use fingerpad_tests::synthetic_truth::score::{Class, reference, run, run_with_evidence, score, shipped};
@@ -158,29 +156,4 @@ fn unusable_files_name_line_and_column() {
         },
         &["normal_force_n"],
     );
-}
-
-/// Table 1 of Yoshida et al. 2011: the disagreement with N^(2/3) is seen, and what it cannot separate is said.
-#[test]
-fn the_published_table_names_what_it_cannot_separate() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/yoshida2011.csv");
-    let rows: Vec<TableRow> = fingerpad_identify::table_csv::read(&path)
-        .unwrap()
-        .iter()
-        .map(|r| [r.depth_mm, r.normal_force_n, r.friction_coefficient, r.contact_area_mm2.unwrap()])
-        .collect();
-    let brief = diagnose_table(&rows);
-    assert_eq!(brief.report.verdict, Verdict::Ambiguous);
-    let effect = &brief.report.effects[0];
-    // Least squares on the logarithms of the four points, by hand: F = 1.03 N^0.589.
-    assert!((effect.parameters[0].value - 0.589).abs() < 1e-3, "{effect:?}");
-    let candidates: Vec<&str> = effect.candidates.iter().map(|c| c.law.as_str()).collect();
-    for law in ["load_exponent", "tau_0", "geometry"] {
-        assert!(candidates.contains(&law), "{candidates:?}");
-    }
-    assert!(brief.sentences.iter().any(|s| s.contains("a depth at 1.25 mm")), "{:?}", brief.sentences);
-    assert_eq!(brief.report.next_experiment.unwrap().runs.len(), 15);
-    // A table that follows N^(2/3) disagrees with nothing.
-    let straight: Vec<TableRow> = rows.iter().map(|r| [r[0], r[1], 1.13 * r[1].powf(-1.0 / 3.0), r[3]]).collect();
-    assert_eq!(diagnose_table(&straight).report.verdict, Verdict::None);
 }

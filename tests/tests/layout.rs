@@ -9,20 +9,23 @@ const CORE: &str = "fingerpad";
 const FORMATS: &str = "fingerpad-formats";
 const LEAST_SQUARES: &str = "fingerpad-least-squares";
 const FE: &str = "fingerpad-fe";
+const FMU: &str = "fingerpad-fmu";
 const IDENTIFY: &str = "fingerpad-identify";
 const REDUCE: &str = "fingerpad-reduce";
 const SMOOTH: &str = "fingerpad-smooth";
 const DIAGNOSE: &str = "fingerpad-diagnose";
 const CONFIRM: &str = "fingerpad-confirm";
+const TABLE: &str = "fingerpad-table";
 const REPORT: &str = "fingerpad-report";
 const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT];
+const LIBRARIES: &[&str] =
+    &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, FMU];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
-const MAY_USE: [(&str, &[&str]); 13] = [
+const MAY_USE: [(&str, &[&str]); 15] = [
     (CORE, &[]),
     (FORMATS, &[]),
     (LEAST_SQUARES, &[]),
@@ -32,10 +35,12 @@ const MAY_USE: [(&str, &[&str]); 13] = [
     (SMOOTH, &[CORE, LEAST_SQUARES]),
     (DIAGNOSE, &[CORE, FORMATS, SMOOTH]),
     (CONFIRM, &[DIAGNOSE, SMOOTH, FE, FORMATS, CORE]),
-    (REPORT, &[IDENTIFY, REDUCE, DIAGNOSE, FE, FORMATS, CORE, SMOOTH]),
+    (TABLE, &[IDENTIFY, DIAGNOSE, FE, FORMATS]),
+    (REPORT, &[IDENTIFY, REDUCE, DIAGNOSE, TABLE, FE, FORMATS, CORE, SMOOTH]),
+    (FMU, &[CORE]),
     (CLI, LIBRARIES),
-    (TESTS, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT, CLI, XTASK]),
-    (XTASK, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, REPORT, CLI]),
+    (TESTS, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, CLI, XTASK]),
+    (XTASK, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, CLI]),
 ];
 
 /// What `cargo metadata` tells that contradicts the table, one line each.

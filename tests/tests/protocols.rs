@@ -86,7 +86,8 @@ fn a_name_has_an_amplitude_and_none_has_no_evidence() {
         let made = case(seed, hide[seed as usize % 4], 0.03, (seed % 3) as usize, 40, seed % 2 == 0);
         let report = diagnosed(&made, &made.measured);
         for effect in &report.effects {
-            let linear = if ["tare_bias", "cross_talk"].contains(&effect.law.as_str()) { effect.parameters.len() } else { 1 };
+            let linear =
+                if ["tare_bias", "cross_talk"].contains(&effect.law.as_str()) { effect.parameters.len() } else { 1 };
             let told = effect.parameters[..linear].iter().any(|p| p.ci95[0] > 0.0 || p.ci95[1] < 0.0);
             assert!(told, "seed {seed}: {effect:?}");
         }

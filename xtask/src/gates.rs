@@ -1,6 +1,7 @@
 //! What a change must pass: named steps, the cheap ones first, and the time that each took.
 //!
-//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware and `install` for what is missing.
+//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `c_test` and
+//! `fmu_test` for the bindings and `install` for what is missing.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -8,12 +9,13 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use crate::{cargo, install, package, root, run, thumb};
+use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, web, wheel};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Only these steps, in the order given (comma-separated or repeated); all steps, in the order of this list, without it
+    /// Only these steps, in the order given (comma-separated or repeated); all steps but mujoco, in the order of this list,
+    /// without it
     #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
     only: Vec<Step>,
 }
@@ -21,7 +23,7 @@ pub struct Args {
 /// A step of `cargo xtask test`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Step {
-    /// rustfmt, in this workspace, the firmware's and the C library's
+    /// rustfmt, in this workspace, the firmware's and those of the bindings
     Format,
     /// Clippy without warnings: the workspace with all targets, the core with all features
     Clippy,
@@ -43,10 +45,21 @@ enum Step {
     ThumbCheck,
     /// Instructions per call within their bounds
     ThumbCount,
+    /// The C library's release folder: a CMake project outside the repository builds on it as C99 and C++17, gives the bits of
+    /// the core and answers misuse by codes
+    C,
+    /// The co-simulation unit (FMI 3.0): valid and bit for bit the core's by FMPy, also when built from the sources inside
+    Fmu,
     /// The C library on the target gives the documented vectors
     ThumbC,
     /// The firmware's example programs under QEMU
     ThumbRun,
+    /// The page: built, below its size, and tested in headless Chromium against the core on the host
+    Web,
+    /// Only by name, and in `cargo xtask verify`: the MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
+    Mujoco,
+    /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
+    Python,
     /// Integration tests and quick verification cases, some against CalculiX
     Integration,
 }
@@ -70,19 +83,25 @@ impl Step {
                 install::calculix()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
+            Self::Mujoco => mujoco::test(),
+            Self::Python => wheel::test(wheel::Part::Fingers),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
             Self::ThumbCount => thumb::step(&thumb::Action::Count),
+            Self::C => c_test::test(),
+            Self::Fmu => fmu_test::test(),
             Self::ThumbC => thumb::step(&thumb::Action::C),
             Self::ThumbRun => thumb::step(&thumb::Action::Programs),
+            Self::Web => web::test(),
         }
     }
 }
 
 /// Runs the steps until one fails; prints what each took in any case.
 pub fn main(args: &Args) -> Result<()> {
-    let steps = if args.only.is_empty() { Step::value_variants() } else { &args.only };
+    let all = || Step::value_variants().iter().copied().filter(|step| *step != Step::Mujoco).collect();
+    let steps: Vec<Step> = if args.only.is_empty() { all() } else { args.only.clone() };
     let mut table = Vec::new();
     let mut outcome = Ok(());
     for step in steps {
@@ -111,7 +130,7 @@ fn print_times(table: &[(String, Duration)], passed: bool) {
 
 fn format() -> Result<()> {
     install::component("rustfmt", "fmt")?;
-    for folder in [".", "firmware-example", "bindings/c"] {
+    for folder in [".", "firmware-example", "bindings/c", "bindings/web", "bindings/python"] {
         run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;
     }
     // `cargo fmt` does not see the modules that the list of effects declares.

@@ -1,9 +1,17 @@
 //! Chores of the project; each prints what it does.
 
+mod bench_bindings;
+mod c_release;
+mod c_test;
+mod fmu_test;
 mod gates;
 mod install;
+mod mujoco;
 mod package;
+mod python;
 mod thumb;
+mod web;
+mod wheel;
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -16,14 +24,19 @@ use clap::Parser;
 enum Chore {
     /// Everything that a change must pass, step by step; installs what is missing
     Test(gates::Args),
-    /// The long verification cases; names select some, --list lists them
+    /// The long verification cases, then the whole Python package with its commands and notebooks (`python`); names select
+    /// some, --list lists the cases
     Verify {
         /// Handed on to the verification program
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
-    /// `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
+    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step:
+    /// instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles, against marks),
+    /// `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object
+    /// held by the plugin and by MuJoCo's own contact)
+    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
+    /// `python` (a batch of fingers in Python beside plain Rust), `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
     /// `confirm` (`--confirm-fe` on the stored finite-element sets)
     Bench {
         /// Which
@@ -41,17 +54,21 @@ enum Chore {
     /// Fit the shipped model to the stored runs again, and bring the documented vectors and the firmware's corrected model
     /// up to it
     Model,
+    /// The C library as a folder that needs no Rust: static libraries for this host, Cortex-M with and without FPU and RISC-V,
+    /// header, model, example, CMake and pkg-config files
+    ReleaseC(c_release::Args),
     /// Firmware: prepare the toolchain, build, run under QEMU, check the gates
     Thumb(thumb::Args),
+    /// The page: build, test in Chromium, picture, bench
+    Web(web::Args),
 }
 
 fn main() -> anyhow::Result<()> {
     match Chore::parse() {
         Chore::Test(args) => gates::main(&args),
-        Chore::Verify { args } => {
-            cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)
-        }
+        Chore::Verify { args } => verify(args),
         Chore::Bench { name, args } => match name.as_str() {
+            "bindings" => bench_bindings::main(),
             "calculix" => {
                 install::calculix()?;
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_calculix", "--"], &args)
@@ -60,6 +77,7 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["xtask", "thumb", "count"], &[])?;
                 cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
             }
+            "python" => wheel::bench(),
             "memory" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_memory", "--"], &args)
             }
@@ -69,12 +87,36 @@ fn main() -> anyhow::Result<()> {
             "confirm" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
-            other => bail!("no benchmark {other}; there are: calculix, core, memory, diagnose, confirm"),
+            "mujoco" => mujoco::bench(&args),
+            other => bail!(
+                "no benchmark {other}; there are: bindings, calculix, core, python, memory, diagnose, confirm, mujoco"
+            ),
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
+        Chore::ReleaseC(args) => c_release::main(&args),
         Chore::Thumb(args) => thumb::main(&args),
+        Chore::Web(args) => web::main(&args),
     }
+}
+
+/// The verification cases of these names, planted tables, the Python package and the MuJoCo plugin, all of them without names.
+fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
+    let all = args.is_empty();
+    let mut named = |name: &str| args.iter().position(|arg| arg == name).map(|place| args.remove(place)).is_some();
+    let (python, plugin, tables) = (named("python"), named("mujoco"), named("tables"));
+    if all || !args.is_empty() {
+        cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)?;
+    }
+    if all || tables {
+        let both =
+            ["--package", "fingerpad-table", "--package", "fingerpad-tests", "--test", "planted", "--test", "table"];
+        cargo(&[&["test", "--release"], &both[..], &["--", "--ignored"]].concat(), &[])?;
+    }
+    if all || python {
+        wheel::test(wheel::Part::Whole)?;
+    }
+    if all || plugin { mujoco::test() } else { Ok(()) }
 }
 
 /// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.

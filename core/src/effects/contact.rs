@@ -31,9 +31,9 @@ impl Sum {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Contact<const M: usize> {
-    /// The plain state. Its strength factor is the caller's; the laws' comes on top of it.
-    pub state: StateOf<M>,
+pub struct Contact<const M: usize, const P: usize = 1> {
+    /// The plain state, with spin where `P` is 2. Its strength factor is the caller's; the laws' comes on top of it.
+    pub state: StateOf<M, P>,
     contact_s: Sum,
     dwell_s: Sum,
     occlusion_s: Sum,
@@ -43,7 +43,7 @@ pub struct Contact<const M: usize> {
     along: [f32; 2],
 }
 
-impl<const M: usize> Default for Contact<M> {
+impl<const M: usize, const P: usize> Default for Contact<M, P> {
     fn default() -> Self {
         Self {
             state: StateOf::default(),
@@ -57,7 +57,7 @@ impl<const M: usize> Default for Contact<M> {
     }
 }
 
-impl<const M: usize> Contact<M> {
+impl<const M: usize, const P: usize> Contact<M, P> {
     /// Counts times and paths up to the end of a motion, and tells what the laws may then read.
     pub(super) fn advance(&mut self, surroundings: &Surroundings, motion: &Motion) -> Conditions<f32> {
         let speed_mm_s = self.count(surroundings.speed_mm_s, motion);

@@ -58,7 +58,7 @@ impl<'a> Effects<'a> {
     }
 
     /// The finger has rested in the air: what builds up under occlusion starts anew.
-    pub fn rested<const M: usize>(contact: &mut Contact<M>) {
+    pub fn rested<const M: usize, const P: usize>(contact: &mut Contact<M, P>) {
         contact.rested();
     }
 }
@@ -97,10 +97,10 @@ impl<'a, L: Library> Effects<'a, L> {
     /// What leads beyond its range is held there and flagged by [`Status::EFFECT_HELD`]: a strength factor beyond 0.1 to 5 or
     /// a stiffness factor beyond 0.2 to 5, both with the caller's; a normal force below 0; a force that is no number or beyond
     /// 1000 N, which is left out.
-    pub fn step<const M: usize, const N: usize, S: Scaling<f32>>(
+    pub fn step<const M: usize, const N: usize, const P: usize, S: Scaling<f32>>(
         &self,
         model: &ModelOf<'_, M, N, S>,
-        contact: &mut Contact<M>,
+        contact: &mut Contact<M, P>,
         surroundings: Surroundings,
         motion: Motion,
     ) -> Response {

@@ -1,13 +1,13 @@
 //! Steps with effects against plain ones and the numbers of `data/law-vectors.csv`.
 
 use super::{Contact, Effects, Surroundings};
-use crate::{EffectSlot, Motion, Params, Response, State, step};
+use crate::{EffectSlot, Motion, Params, Response, SPRINGS, State, step};
 
 fn run(slots: &[EffectSlot], surroundings: Surroundings) -> [Response; 2] {
     let data = Params::example().try_build().unwrap();
     let model = data.model().unwrap();
     let effects = Effects::new(slots).unwrap();
-    let mut contact = Contact::default();
+    let mut contact = Contact::<SPRINGS>::default();
     let mut go = |depth_mm, x| {
         let motion = Motion { depth_mm, slide_increment_mm: [x, 0.0], spin_increment_rad: 0.0, dt_s: 0.01 };
         effects.step(&model, &mut contact, surroundings, motion)
@@ -27,7 +27,7 @@ fn run(slots: &[EffectSlot], surroundings: Surroundings) -> [Response; 2] {
 fn without_slots_it_is_the_plain_step() {
     let data = Params::example().try_build().unwrap();
     let model = data.model().unwrap();
-    let (mut contact, mut state) = (Contact::default(), State::default());
+    let (mut contact, mut state) = (Contact::<SPRINGS>::default(), State::default());
     for i in 0..500 {
         let motion = Motion {
             depth_mm: 0.003 * i as f32,
@@ -115,7 +115,7 @@ fn the_callers_strength_and_tuning_stay() {
     let slots = [slot(6, 0.2, 1e-5), slot(17, 0.03, 0.0)];
     let effects = Effects::new(&slots).unwrap();
     let cold = Surroundings { temperature_c: 29.0, ..Surroundings::default() };
-    let (mut contact, mut state) = (Contact::default(), State::default());
+    let (mut contact, mut state) = (Contact::<SPRINGS>::default(), State::default());
     contact.state.set_strength_factor(1.3);
     state.set_strength_factor(1.3 * 0.91);
     for i in 0..800 {

@@ -3,7 +3,7 @@
 
 pub mod books;
 
-use fingerpad::{Data, ModelFile, Motion, Params, ParamsOf, Response, State, Tuning, step};
+use fingerpad::{Data, ModelFile, Motion, Params, ParamsOf, Pose, Response, State, Tuning, step};
 use proptest::prelude::*;
 
 pub fn example() -> Data {
@@ -92,10 +92,12 @@ pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Respo
 pub struct Disturbed {
     pub factor: f32,
     pub tuning: Tuning,
+    /// Of models that know poses; only on paths on which the tuning changes.
+    pub pose: Option<Pose>,
     pub motion: Motion,
 }
 
-/// A path on which depth, slide and angle are noisy and strength factor and tuning change now and then, or in every step.
+/// A path on which depth, slide and angle are noisy and strength factor, tuning and pose change now and then, or in every step.
 #[derive(Clone)]
 pub struct DisturbedPath(pub Vec<Disturbed>);
 
@@ -111,7 +113,7 @@ pub fn any_tuning() -> impl Strategy<Value = Tuning> {
     ranges.prop_map(|(size, stiffness, lambda, tau0_mpa)| Tuning { size, stiffness, lambda, tau0_mpa })
 }
 
-/// Disturbed paths; `turns` with spin, `tuned` with changes of the tuning.
+/// Disturbed paths; `turns` with spin, `tuned` with changes of the tuning and the pose.
 pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = DisturbedPath> {
     let angle = if turns { -0.6f32..0.6 } else { 0.0..0.0001 };
     let tuning = if tuned { prop::option::of(any_tuning()).boxed() } else { Just(None).boxed() };
@@ -123,13 +125,18 @@ pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = Disturb
             let mut noisy = Noise(seed);
             let (mut steps, mut here) = (vec![], [-0.05f32, 0.0, 0.0, 0.0]);
             let (mut factor, mut tuning) = (1.0f32, Tuning::default());
+            let mut pose = None;
             for ((d, x, y, angle), new_factor, new_tuning) in corners {
                 let to = [d, x, y, if turns { angle } else { 0.0 }];
                 let span = (0..4).map(|i| (to[i] - here[i]).abs()).fold(0.0, f32::max);
                 let n = (span / length).ceil().max(1.0);
                 let by = [0, 1, 2, 3].map(|i| (to[i] - here[i]) / n);
                 factor = new_factor.unwrap_or(factor);
-                tuning = new_tuning.unwrap_or(tuning);
+                if let Some(new) = new_tuning {
+                    tuning = new;
+                    let pitch_deg = 40.0 + 30.0 * noisy.next();
+                    pose = Some(Pose { pitch_deg, roll_deg: 30.0 * noisy.next() });
+                }
                 for k in 1..=n as usize {
                     let depth_mm = here[0] + by[0] * k as f32 + noise * noisy.next();
                     let slide_increment_mm = [by[1], by[2]].map(|s| s + noise * noisy.next());
@@ -138,6 +145,10 @@ pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = Disturb
                     steps.push(Disturbed {
                         factor: factor * wave,
                         tuning: Tuning { lambda: (tuning.lambda * wave).clamp(0.1, 10.0), ..tuning },
+                        pose: pose.map(|Pose { pitch_deg, roll_deg }| Pose {
+                            pitch_deg: (pitch_deg + 20.0 * noise * noisy.next()).clamp(10.0, 70.0),
+                            roll_deg: (roll_deg + 20.0 * noise * noisy.next()).clamp(-30.0, 30.0),
+                        }),
                         motion: Motion { depth_mm, slide_increment_mm, spin_increment_rad, dt_s: 1e-3 },
                     });
                 }

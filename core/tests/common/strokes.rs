@@ -2,7 +2,7 @@
 //!
 //! Compiled by path into the example `strokes` and into the firmware.
 
-use fingerpad::{Contact, Effects, Error, File, Motion, Surroundings};
+use fingerpad::{Contact, Effects, Error, File, Motion, SPRINGS, Surroundings};
 
 /// Digest of what a sensor reads along `strokes` strokes of 500 steps: press, hold, slide, turn back, lift; moisture,
 /// temperature, width, clock and direction are others each time.
@@ -10,7 +10,7 @@ use fingerpad::{Contact, Effects, Error, File, Motion, Surroundings};
 /// Errors: those of [`Effects::new`].
 pub fn digest(file: &File<'_>, strokes: u32) -> Result<u32, Error> {
     let effects = Effects::new(file.effects)?;
-    let mut contact = Contact::default();
+    let mut contact = Contact::<SPRINGS>::default();
     let mut seed = 5u32;
     let mut unit = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

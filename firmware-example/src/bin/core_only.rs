@@ -72,7 +72,7 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     black_box(one_tuned_step(&tuned, &mut state, &motion));
     let mut spinning = SpinState::default();
     black_box(one_spin_step(&model, &mut spinning, &Motion { spin_increment_rad: f[1], ..motion }));
-    let mut contact = Contact::default();
+    let mut contact = Contact::<SPRINGS>::default();
     let effects = Effects::new(file.effects).ok()?;
     black_box(one_step_with_effects(&effects, &model, &mut contact, &motion));
     Effects::rested(&mut contact);

@@ -169,7 +169,7 @@ fn effects(samples: &[[f32; 4]]) -> Result<(), Error> {
     black_box(&bench.response);
     let slots = LAWS.map(|(_, kind, [a, b, c, d])| EffectSlot { kind, reserved: 0, values: [a, b, c, d, 0.0, 0.0] });
     let run = |name: &str, slots: &[EffectSlot]| -> Result<(), Error> {
-        let (contact, response) = (Contact::default(), Response::default());
+        let (contact, response) = (Contact::<SPRINGS>::default(), Response::default());
         let mut bench = EffectBench { model, effects: Effects::new(slots)?, contact, response };
         print(name, count(with_effects, &mut bench, samples));
         black_box(&bench.response);

@@ -8,13 +8,13 @@ use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment,
     Options, PlanConstraints, ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model, diagnose,
-    diagnose_forces, diagnose_table, laws::Column, understand,
+    diagnose_forces, laws::Column, understand,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 use fingerpad_smooth::ReferenceCurves;
 
-use super::{Failure, Model, Outputs, bar, go_on, progress::during, results};
+use super::{Failure, Model, Outputs, bar, diagnose_table, go_on, progress::during, results};
 
 /// Find where simulation and measurement disagree, name the missing effect, add it.
 #[derive(clap::Args)]
@@ -25,7 +25,8 @@ Examples:
   fingerpad diagnose --calibration c.csv --measured m.csv --covariate-sd hydration_au=2 --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --confirm-fe --shape d --out d
   fingerpad diagnose --force-only --measured t.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
-  fingerpad diagnose --table data/yoshida2011.csv --out d
+  fingerpad diagnose --table data/yoshida2011.csv --mesh-preset coarse --out d
+  fingerpad diagnose --table my.csv --unit normal_force_n=N,depth_mm=mm --out d
   fingerpad diagnose --template runs.csv
   fingerpad diagnose --calibration c.csv --measured m.csv --map run=Trial,depth=Z --unit depth=um --check
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed,dwell --least-rest-s 30 --out d
@@ -41,6 +42,12 @@ stands.
 --confirm-fe fits the finite-element finger (--shape, --config, --mesh-preset) to some calibration strokes, switches the
 named effect on inside its law and re-runs some of the held-out strokes (of the measured ones without a hold-out file);
 its own gap before and after is in the report. Finished strokes are kept in DIR/fe, and Ctrl-C loses none of them.
+
+--table runs the finite elements (--shape, --config, --mesh-preset; medium mesh unless said) with the published constants
+at the table's depths, shows the gap of every cell and looks for what closes it: columns depth_mm and any of
+normal_force_n, contact_area_mm2, friction_coefficient, each with its spread as ..._sd where it is known.
+corrected.toml (for simulate and build --config), corrected_table.csv and side_by_side.csv go to DIR as well; finished
+slides are kept in DIR/fe. docs/diagnose-table.md describes it.
 
 DIR holds one diagnosis: DIR/files.txt lists its files, and the next diagnosis there removes them before it writes its
 own. Other files in DIR are never touched; one with a name that a diagnosis needs is refused.")]
@@ -72,8 +79,11 @@ pub struct Args {
     /// With --confirm-fe: strokes that are run, as many again of the calibration
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     fe_strokes: u32,
-    /// Geometry, mesh, materials and law of the finite-element finger for --confirm-fe; the coarse mesh unless said
-    #[command(flatten, next_help_heading = "The finite-element finger of --confirm-fe (coarse mesh unless said)")]
+    /// Geometry, mesh, materials and law of the finite-element finger for --confirm-fe and --table
+    #[command(
+        flatten,
+        next_help_heading = "The finite-element finger of --confirm-fe (coarse mesh unless said) and --table (medium)"
+    )]
     finger: Model,
     /// Forces alone: a finger moved freely on a force plate
     #[arg(long, conflicts_with_all = ["calibration", "table", "holdout"])]
@@ -96,7 +106,7 @@ pub struct Args {
     /// Least rest before each stroke of the next experiment, s
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     least_rest_s: f64,
-    /// A table like Table 1 of Yoshida et al. 2011 (CSV)
+    /// A table like Table 1 of Yoshida et al. 2011 (CSV), to be compared with the finite elements
     #[arg(long, value_name = "T.csv", conflicts_with = "measured")]
     table: Option<PathBuf>,
     /// Folder for the results
@@ -164,6 +174,12 @@ const NAMES: &[&str] = &[
     "heldout.png",
     "confirmation.png",
     "forces.png",
+    "table.png",
+    "candidates.png",
+    diagnose_table::CORRECTED_CONFIG,
+    diagnose_table::CORRECTED_SHAPE,
+    diagnose_table::CORRECTED_TABLE,
+    diagnose_table::SIDE_BY_SIDE,
 ];
 
 fn covariate(text: &str) -> Result<CovariateError, String> {
@@ -242,20 +258,17 @@ fn prepare(args: &Args, folders: &[&Path]) -> Result<(), Failure> {
     outputs.prepare()
 }
 
-/// Rows of a table: depth, normal force, coefficient, area.
-fn table(path: &Path) -> Result<Vec<[f64; 4]>, Failure> {
-    let table = fingerpad_identify::table_csv::read(path)?;
-    let mut rows = Vec::new();
-    for (i, r) in table.iter().enumerate() {
-        let area = r.contact_area_mm2.ok_or_else(|| {
-            Failure::Input(anyhow!("{}: data row {}: column contact_area_mm2 is missing", path.display(), i + 1))
-        })?;
-        rows.push([r.depth_mm, r.normal_force_n, r.friction_coefficient, area]);
-    }
-    if rows.len() < 4 {
-        return Err(Failure::Input(anyhow!("{}: {} rows where at least 4 are needed", path.display(), rows.len())));
-    }
-    Ok(rows)
+/// Diagnoses a table against the finite elements.
+fn table(args: &Args, path: &Path) -> Result<(), Failure> {
+    let names = diagnose_table::names(args.map.as_deref(), args.unit.as_deref())?;
+    prepare(args, &[args.out()])?;
+    let made = diagnose_table::diagnose(&args.finger, path, &names, args.seed, args.out())?;
+    let diagnosis = &made.finding.report.diagnosis;
+    let plan = diagnosis.next_experiment.as_ref();
+    write_files(args, args.out(), made.rendered, plan, made.files)?;
+    println!("{}: verdict: {}", path.display(), report::diagnosis::word(diagnosis));
+    made.finding.sentences.iter().for_each(|s| println!("{s}"));
+    Ok(())
 }
 
 fn column_map(args: &Args) -> Result<ColumnMap, Failure> {
@@ -328,9 +341,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let started = Instant::now();
     if let Some(path) = &args.table {
-        prepare(args, &[args.out()])?;
-        let rows = table(path)?;
-        return write_reduced(args, path, args.out(), diagnose_table(&rows), rows.len());
+        return table(args, path);
     }
     if args.force_only {
         return forces(args);
@@ -421,7 +432,7 @@ fn write_reduced(
     }];
     found.report.seed = args.seed;
     let rendered = report::diagnosis::render_reduced(&found).map_err(|e| Failure::Numerics(e.into()))?;
-    write_files(args, out, rendered, found.report.next_experiment.as_ref(), None)?;
+    write_files(args, out, rendered, found.report.next_experiment.as_ref(), Vec::new())?;
     println!("{}: verdict: {}", path.display(), report::diagnosis::word(&found.report));
     found.sentences.iter().for_each(|s| println!("{s}"));
     Ok(())
@@ -430,7 +441,8 @@ fn write_reduced(
 fn write(args: &Args, report: &Diagnosis, evidence: &Evidence, model: Option<&[u8]>) -> Result<(), Failure> {
     let rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
     let plan = report.next_experiment.as_ref().filter(|_| report.verdict == Verdict::Ambiguous);
-    write_files(args, args.out(), rendered, plan, model)
+    let model = model.map(|bytes| (CORRECTED.to_owned(), bytes.to_vec()));
+    write_files(args, args.out(), rendered, plan, model.into_iter().collect())
 }
 
 /// Writes a diagnosis in place of the folder's earlier one, the page last.
@@ -439,10 +451,10 @@ fn write_files(
     out: &Path,
     rendered: report::Rendered,
     plan: Option<&NextExperiment>,
-    model: Option<&[u8]>,
+    beside: Vec<(String, Vec<u8>)>,
 ) -> Result<(), Failure> {
     let mut files = rendered.figures;
-    files.extend(model.map(|bytes| (CORRECTED.to_owned(), bytes.to_vec())));
+    files.extend(beside);
     files.extend(plan.map(|plan| (NEXT.to_owned(), report::diagnosis::plan_csv(plan).into_bytes())));
     match elsewhere(args) {
         Some(json) => formats::atomic_write(json, |w| w.write_all(rendered.json.as_bytes()))?,

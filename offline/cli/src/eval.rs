@@ -142,7 +142,7 @@ fn along_path(
 }
 
 /// What each flag of the status means.
-const FLAGS: [(Status, &str); 8] = [
+const FLAGS: [(Status, &str); 9] = [
     (Status::BAD_INPUT, "a depth or slide that is no number"),
     (Status::BAD_TIME_STEP, "a time step that is not positive"),
     (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted: the answer is that of the largest depth"),
@@ -154,6 +154,7 @@ const FLAGS: [(Status, &str); 8] = [
         Status::EFFECT_HELD,
         "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number",
     ),
+    (Status::POSE_OUT_OF_RANGE, "a pose beyond those that the model was fitted in: the answer is that of the nearest"),
 ];
 
 /// Says on standard error what the response's flags say, and what looks like a wrong unit or sign.

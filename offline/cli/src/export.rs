@@ -1,20 +1,22 @@
-//! `fingerpad export`: a model as source text.
+//! `fingerpad export`: a model as source text or as a co-simulation unit.
 
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use fingerpad_fmu as fmu;
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce as reduce;
 
 use super::{Failure, Outputs, model};
 
-/// Write a model as a Rust constant, a C array or JSON
+/// Write a model as a Rust constant, a C array, JSON or an FMI 3.0 co-simulation unit (FMU)
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   fingerpad export --model model.fpm --format rust --out src/model.rs   `MODEL.model()?` steps it
   fingerpad export --model model.fpm --format c --out model.h           for the C library
-  fingerpad export --model model.fpm --format json --out model.json     all numbers with their names")]
+  fingerpad export --model model.fpm --format json --out model.json     all numbers with their names
+  fingerpad export --model model.fpm --format fmu --out finger.fmu      for Modelica tools, Simulink, FMPy")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
@@ -35,19 +37,22 @@ enum Format {
     C,
     /// Numbers, tables, provenance, effects
     Json,
+    /// An FMI 3.0 co-simulation unit with its sources, for this kind of machine
+    Fmu,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (file, _) = model::load(args.model.as_deref())?;
+    let (file, name) = model::load(args.model.as_deref())?;
     Outputs::beside([("--model", args.model.as_deref())]).file("--out", Some(&args.out)).prepare()?;
-    let format = match args.format {
-        Format::Rust => reduce::Format::Rust,
-        Format::C => reduce::Format::C,
-        Format::Json => reduce::Format::Json,
-    };
-    let text = reduce::export(&file, format);
-    atomic_write(&args.out, |w| w.write_all(text.as_bytes()))?;
-    println!("{}: {} bytes", args.out.display(), text.len());
+    let text = |format| Ok(reduce::export(&file, format).into_bytes());
+    let bytes = match args.format {
+        Format::Rust => text(reduce::Format::Rust),
+        Format::C => text(reduce::Format::C),
+        Format::Json => text(reduce::Format::Json),
+        Format::Fmu => fmu::pack(&file, &name).map_err(|e| Failure::Input(e.into())),
+    }?;
+    atomic_write(&args.out, |w| w.write_all(&bytes))?;
+    println!("{}: {} bytes", args.out.display(), bytes.len());
     Ok(())
 }

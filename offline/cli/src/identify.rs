@@ -27,6 +27,7 @@ Examples:
   fingerpad identify                                       Table 1 of Yoshida et al. 2011
   fingerpad identify --mesh-preset coarse --out trial      a first look, not for constants
   fingerpad identify --data my.csv --joint --out mine      finger, depths and law at once as well
+  fingerpad identify --fast --no-prediction --force-zero --out zero   beta against the zero of the normal force
   fingerpad identify --published --out published           no search: the published constants
   fingerpad identify --data subjects/ --out study          a folder of tables, then the population
   fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares
@@ -54,6 +55,9 @@ pub struct Args {
     /// Search for tau_0 as well
     #[arg(long)]
     free_tau0: bool,
+    /// Also fit finger and law to the table without a zero of the normal force, for several zeros: beta against the zero
+    #[arg(long)]
+    force_zero: bool,
     /// Leave out the paper's simplex; the fast route remains
     #[arg(long)]
     fast: bool,
@@ -97,6 +101,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (config, mut settings, design) = args.model.settings()?;
     settings.joint.enabled |= args.joint;
     settings.free_tau0 |= args.free_tau0;
+    settings.force_zero |= args.force_zero;
     settings.simplex.enabled &= !args.fast;
     settings.prediction.curve &= !args.no_prediction;
     settings.prediction.sensitivities &= !args.no_prediction;
@@ -439,6 +444,21 @@ fn summary(outcome: &Outcome) {
     }
     if let Some(tau0) = &outcome.tau0 {
         println!("  {}", tau0.sentence);
+    }
+    if let Some(zero) = &outcome.force_zero {
+        println!("  {}", zero.sentence);
+        for p in &zero.points {
+            println!(
+                "  zero {:+6.1} mN: lambda {:.4e}, beta {:+.3}, stiffness factor {:.3}, depth offset {:+.3} mm; all numbers \
+                 within {:.1} %",
+                1e3 * p.normal_force_offset_n,
+                p.lambda,
+                p.beta,
+                p.stiffness,
+                p.depth_offset_mm,
+                p.rms_percent
+            );
+        }
     }
     for run in &outcome.simplex {
         println!(

@@ -14,10 +14,17 @@ use std::{
 use fingerpad_fe::load_path::Progress;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-/// When the first plain line is written.
-const FIRST_LINE: Duration = Duration::from_secs(2);
-/// Time between plain lines.
-const BETWEEN_LINES: Duration = Duration::from_secs(5);
+/// When the first plain line is written, ms from the start.
+static FIRST_LINE_MS: AtomicU64 = AtomicU64::new(2000);
+/// Time between plain lines, ms.
+static BETWEEN_LINES_MS: AtomicU64 = AtomicU64::new(5000);
+
+/// Sets the time to the first plain line and between plain lines, for a program that reads them.
+pub fn line_every(period: Duration) {
+    let period_ms = period.as_millis() as u64;
+    FIRST_LINE_MS.store(period_ms, Ordering::Relaxed);
+    BETWEEN_LINES_MS.store(period_ms, Ordering::Relaxed);
+}
 
 /// Bars of work that goes on at once, one below the other.
 #[derive(Default)]
@@ -67,7 +74,7 @@ impl Bar {
     fn new(name: String, length: u64, template: &str) -> Self {
         let style = ProgressStyle::with_template(template).expect("a valid template");
         let bar = ProgressBar::new(length).with_style(style).with_prefix(name);
-        Self { bar, next_line_ms: AtomicU64::new(FIRST_LINE.as_millis() as u64) }
+        Self { bar, next_line_ms: AtomicU64::new(FIRST_LINE_MS.load(Ordering::Relaxed)) }
     }
 
     /// Sets the share that is done, 0 to 1.
@@ -107,7 +114,7 @@ impl Bar {
         }
         let now = self.bar.elapsed().as_millis() as u64;
         let due = self.next_line_ms.load(Ordering::Relaxed);
-        let next = now + BETWEEN_LINES.as_millis() as u64;
+        let next = now + BETWEEN_LINES_MS.load(Ordering::Relaxed);
         // Only one thread writes the line that is due.
         if now >= due && self.next_line_ms.compare_exchange(due, next, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
             let length = self.bar.length().unwrap_or(0).max(1);
@@ -134,10 +141,10 @@ pub fn during<T>(what: &str, work: impl FnOnce(&dyn Fn(&str)) -> T) -> T {
     let (sender, ended) = mpsc::channel::<()>();
     thread::scope(|scope| {
         scope.spawn(move || {
-            let mut wait = FIRST_LINE;
+            let mut wait = Duration::from_millis(FIRST_LINE_MS.load(Ordering::Relaxed));
             while ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
                 eprintln!("{}: {:.0} s", stage.lock().expect("no panic while locked"), spinner.elapsed().as_secs_f64());
-                wait = BETWEEN_LINES;
+                wait = Duration::from_millis(BETWEEN_LINES_MS.load(Ordering::Relaxed));
             }
         });
         // The sender is dropped at the end of the work, which ends the lines.

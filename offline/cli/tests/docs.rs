@@ -14,6 +14,7 @@ const LONG: &[(&str, &str)] = &[
     ("fingerpad identify --data data/yoshida2011.csv --out", "the paper's simplex: a quarter of an hour of CPU"),
     ("fingerpad identify --data data/yoshida2011.csv --fast", "the default mesh: minutes of CPU"),
     ("fingerpad identify --data data/yoshida2011.csv --joint", "the default mesh: minutes of CPU"),
+    ("fingerpad identify --data data/yoshida2011.csv --force-zero", "seven calibrations: a minute of CPU"),
     ("fingerpad identify --published", "the default mesh: a minute of CPU"),
     ("fingerpad reduce", "hundreds of finite-element paths, or their fit"),
     (
@@ -227,8 +228,9 @@ impl Sandbox {
             ["fingerpad", ref rest @ ..] | ["cargo", "run", "--release", "--", ref rest @ ..] => {
                 said(self.fingerpad().args(rest).arg("--help"))
             }
+            ["cargo", "xtask", "verify" | "bench", "python" | "mujoco"] => Ok(String::new()),
             ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
-            ["cargo", "xtask", "bench", "core"] => Ok(String::new()),
+            ["cargo", "xtask", "bench", "core" | "bindings"] => Ok(String::new()),
             ["cargo", "xtask", "bench", name, ref rest @ ..] => {
                 said(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
             }

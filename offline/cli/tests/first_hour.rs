@@ -173,12 +173,12 @@ fn a_folder_holds_one_result_and_foreign_files_stay() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     write(at, "t.csv", TABLE);
-    let diagnose = ["diagnose", "--table", "t.csv", "--out", "d"];
+    let diagnose = ["diagnose", "--table", "t.csv", "--mesh-preset", "coarse", "--out", "d"];
     done(&diagnose, at);
     let first = names(&at.join("d"));
     // As if an earlier diagnosis had named an effect.
     let list = fs::read_to_string(at.join("d/files.txt")).unwrap();
-    write(at, "d/files.txt", &list.replace("forces.png", "forces.png\ncorrected.fpm\nmap_after.png\n../t.csv"));
+    write(at, "d/files.txt", &list.replace("table.png", "table.png\ncorrected.fpm\nmap_after.png\n../t.csv"));
     for old in ["corrected.fpm", "map_after.png", "mine.png"] {
         write(at, &format!("d/{old}"), "");
     }
@@ -195,7 +195,7 @@ fn a_folder_holds_one_result_and_foreign_files_stay() {
     assert_eq!(fs::read_to_string(at.join("e/report.html")).unwrap(), "mine");
 
     write(at, "d/mine.csv", TABLE);
-    done(&["diagnose", "--table", "d/mine.csv", "--out", "d"], at);
+    done(&["diagnose", "--table", "d/mine.csv", "--mesh-preset", "coarse", "--out", "d"], at);
     fs::copy(at.join("t.csv"), at.join("d/next_experiment.csv")).unwrap();
     refused(&["diagnose", "--table", "d/next_experiment.csv", "--out", "d"], at, &["--out d", "next_experiment.csv"]);
 

@@ -37,11 +37,11 @@ pub use error::DiagnoseError;
 pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
 pub use model::residual_sums::ResidualSums;
-pub use reduced_input::{Plot, ReducedDiagnosis, TableRow, diagnose_forces, diagnose_table};
+pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
-    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound, FactorPrice,
-    FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region, Rescale,
-    ScatterRatio, UnexplainedFound, Verdict,
+    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
+    FactorPrice, FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region,
+    Rescale, ScatterRatio, UnexplainedFound, Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};
@@ -52,5 +52,5 @@ pub use verdict::cross_validation::noise_floor_n;
 pub use verdict::diagnosis::{Options, diagnose};
 pub use verdict::dry_run::understand;
 pub use verdict::evidence::{DriverPlot, Evidence};
-pub use verdict::traces::ForceTrace;
 pub use verdict::regions::{BINS, CHANNELS, COLUMNS};
+pub use verdict::traces::ForceTrace;

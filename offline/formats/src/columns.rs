@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Error;
+use super::{ColumnNames, Error};
 
 /// One row of cells with its line number.
 pub struct Row {
@@ -21,6 +21,8 @@ pub struct Columns {
     path: PathBuf,
     header_line: usize,
     names: Vec<String>,
+    /// Factor of each column's values.
+    factors: Vec<f64>,
     /// Rows of values, blank lines left out.
     pub rows: Vec<Row>,
 }
@@ -28,16 +30,25 @@ pub struct Columns {
 impl Columns {
     /// Reads the file and checks that its columns are among `known` and unique, and that each row has as many cells.
     pub fn read(path: &Path, known: &[&str]) -> Result<Self, Error> {
+        Self::read_as(path, known, &ColumnNames::default())
+    }
+
+    /// Reads a file whose columns have names and units of their own. Where any has, other columns are left aside.
+    pub fn read_as(path: &Path, known: &[&str], as_named: &ColumnNames) -> Result<Self, Error> {
         let bytes = std::fs::read(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
         let text = std::str::from_utf8(&bytes).map_err(|e| Error::NotText {
             path: path.to_path_buf(),
             line: 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count(),
         })?;
-        Self::parse(path, text, known)
+        Self::parse_as(path, text, known, as_named)
     }
 
     /// The same from text; `path` is for the messages.
     pub fn parse(path: &Path, text: &str, known: &[&str]) -> Result<Self, Error> {
+        Self::parse_as(path, text, known, &ColumnNames::default())
+    }
+
+    fn parse_as(path: &Path, text: &str, known: &[&str], as_named: &ColumnNames) -> Result<Self, Error> {
         let path = path.to_path_buf();
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = text
@@ -48,8 +59,22 @@ impl Columns {
         let Some((header_line, names)) = lines.next() else {
             return Err(Error::Empty { path, expected: known.join(",") });
         };
+        for (column, given) in as_named.given() {
+            if !names.iter().any(|name| name == given) {
+                let column = format!("`{given}`, which stands for `{column}`");
+                return Err(Error::MissingColumn { path, line: header_line, column });
+            }
+        }
+        // A column of the file that stands for none of the format keeps its name, which nobody asks for.
+        let names: Vec<String> = names
+            .into_iter()
+            .map(|name| as_named.of_file(&name).map_or_else(|| format!("({name})"), str::to_owned))
+            .collect();
         for (i, name) in names.iter().enumerate() {
             if !known.contains(&name.as_str()) {
+                if as_named.renames() {
+                    continue;
+                }
                 let hint = hint(name, known);
                 return Err(Error::UnknownColumn { path, line: header_line, column: name.clone(), hint });
             }
@@ -65,7 +90,8 @@ impl Columns {
             }
             rows.push(Row { line, cells });
         }
-        Ok(Self { path, header_line, names, rows })
+        let factors = names.iter().map(|name| as_named.factor(name)).collect();
+        Ok(Self { path, header_line, names, factors, rows })
     }
 
     /// Index of the column, if the file has it.
@@ -101,7 +127,7 @@ impl Columns {
     pub fn number(&self, row: &Row, column: usize) -> Result<f64, Error> {
         let text = &row.cells[column];
         match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+            Ok(value) if value.is_finite() => Ok(value * self.factors[column]),
             Ok(_) => Err(self.refuse(row, column, "is not finite")),
             Err(_) if text.is_empty() => Err(self.refuse(row, column, "is missing: the cell is empty")),
             Err(_) => Err(self.refuse(row, column, not_a_number(text))),

@@ -1,12 +1,14 @@
 //! Files in and out, as plain arrays: atomic writes, columns of numbers, Abaqus/CalculiX `.inp`, Gmsh `.msh`, VTU,
 //! label volumes (NRRD, NIfTI).
 //!
-//! Main types: [`Error`] (names file, line and value), [`Columns`] (a CSV file of numbers), [`mesh::Mesh`],
+//! Main types: [`Error`] (names file, line and value), [`Columns`] (a CSV file of numbers;
+//! [`ColumnNames`]: with names and units of its own), [`mesh::Mesh`],
 //! [`raw_mesh::RawMesh`] and [`label_volume::LabelVolume`] (what the files hold). Everything is written through
 //! [`atomic_write`], so that nothing half-written is left looking finished. [`units`] checks numbers where they are read.
 //! Knows no physics. May use no other crate of this repository.
 
 mod atomic;
+mod column_names;
 mod columns;
 mod error;
 pub mod inp;
@@ -23,6 +25,7 @@ pub mod volume;
 pub mod vtu;
 
 pub use atomic::{atomic_write, discard_unfinished};
+pub use column_names::ColumnNames;
 pub use columns::{Columns, Row};
 pub use error::Error;
 

@@ -195,6 +195,34 @@ pub struct Tau0Outcome {
     pub sentence: String,
 }
 
+/// The exponent against the zero of the normal force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceZeroOutcome {
+    /// Fits, one for each zero.
+    pub points: Vec<ForceZeroPoint>,
+    /// What they say.
+    pub sentence: String,
+}
+
+/// Finger and law fitted to the table without one zero of the normal force.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceZeroPoint {
+    /// What the sensor is taken to read without load, N.
+    pub normal_force_offset_n: f64,
+    /// Calibrated factor on every stiffness.
+    pub stiffness: f64,
+    /// Calibrated depth offset, mm.
+    pub depth_offset_mm: f64,
+    /// Strength at 5 kPa, kPa.
+    pub tau_ref_kpa: f64,
+    /// lambda, MPa^(1 - beta).
+    pub lambda: f64,
+    /// Exponent.
+    pub beta: f64,
+    /// Root mean square difference of all numbers of the table, as they were read, %.
+    pub rms_percent: f64,
+}
+
 /// A depth that was left out and predicted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
@@ -343,6 +371,8 @@ pub struct Outcome {
     pub law: Option<LawOutcome>,
     /// Test of tau_0.
     pub tau0: Option<Tau0Outcome>,
+    /// The exponent against the zero of the normal force.
+    pub force_zero: Option<ForceZeroOutcome>,
     /// Error surface.
     pub surface: Option<Surface>,
     /// Joint fit.

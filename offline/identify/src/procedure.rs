@@ -15,6 +15,7 @@ use super::{
     comparison::compare,
     direct_search,
     fe_friction::FeFriction,
+    force_zero::against_force_zero,
     friction_fit::{Mapping, Target, fit, solution_at, space_mapping},
     law_uncertainty::{LawFit, law_uncertainty},
     outcome::*,
@@ -124,6 +125,12 @@ pub fn identify(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Outco
         let problem = config.problem(&finger);
         identify_law(&mut FeModel::new(&evaluator, &calibrated.shape, &problem))?
     };
+    if settings.force_zero && !input.published {
+        outcome.force_zero =
+            Some(clock.time("beta against the force zero", || {
+                against_force_zero(&evaluator, &mut fe_model, &table, &given)
+            })?);
+    }
     outcome.stages = clock.stages.into_inner();
     Ok(outcome)
 }

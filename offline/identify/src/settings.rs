@@ -13,6 +13,8 @@ pub struct Settings {
     pub tolerance: f64,
     /// Whether tau_0 is searched for beside lambda and beta; without, it keeps its value of `[friction]`.
     pub free_tau0: bool,
+    /// Whether finger and law are also fitted to the table without a zero of the normal force, for several zeros.
+    pub force_zero: bool,
     /// Confidence level of regions and intervals, 0 to 1.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub confidence: f64,
@@ -38,6 +40,7 @@ impl Default for Settings {
         Self {
             tolerance: 1e-6,
             free_tau0: false,
+            force_zero: false,
             confidence: 0.95,
             friction_coefficient_percent: None,
             region: Region::default(),

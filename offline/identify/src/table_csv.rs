@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use fingerpad_formats::Columns;
-use fingerpad_formats::Error;
+use fingerpad_formats::{ColumnNames, Columns, Error, Row as CsvRow};
 
 /// One depth of a measured table.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -18,8 +17,43 @@ pub struct Row {
     pub contact_area_mm2: Option<f64>,
 }
 
-/// Columns of a table.
-const KNOWN: [&str; 4] = ["depth_mm", "normal_force_n", "friction_coefficient", "contact_area_mm2"];
+/// A measured value with its standard deviation, where that was measured too.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Cell {
+    /// Value, in the column's unit.
+    pub value: f64,
+    /// Standard deviation of the value, in the same unit.
+    pub sd: Option<f64>,
+}
+
+/// One depth of a table that may lack columns and cells.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct PartialRow {
+    /// Travel of the plane from first touch, mm, > 0; its standard deviation where the table has it.
+    pub depth_mm: Cell,
+    /// Normal force, N, > 0.
+    pub normal_force_n: Option<Cell>,
+    /// Contact area, mm², > 0.
+    pub contact_area_mm2: Option<Cell>,
+    /// Kinetic friction force over normal force, > 0.
+    pub friction_coefficient: Option<Cell>,
+}
+
+/// Columns of a table, each followed by that of its standard deviation.
+pub const KNOWN: [&str; 8] = [
+    "depth_mm",
+    "depth_mm_sd",
+    "normal_force_n",
+    "normal_force_n_sd",
+    "friction_coefficient",
+    "friction_coefficient_sd",
+    "contact_area_mm2",
+    "contact_area_mm2_sd",
+];
+const DEPTH: usize = 0;
+const FORCE: usize = 2;
+const FRICTION: usize = 4;
+const AREA: usize = 6;
 
 /// Deepest indentation that a fingertip bears without its bone, mm.
 const DEEPEST_MM: f64 = 10.0;
@@ -33,7 +67,7 @@ const MOST_FRICTION: f64 = 20.0;
 /// Reads a table: `depth_mm,normal_force_n,friction_coefficient` and, optionally, `contact_area_mm2`.
 ///
 /// Rows keep the order of the file; a depth may occur more than once (repeats). Values that no fingertip has are
-/// refused with the mistake that they hint at: swapped columns, forces in grams.
+/// refused with the mistake that they hint at: swapped columns, forces in grams. Standard deviations are read over.
 pub fn read(file: &Path) -> Result<Vec<Row>, Error> {
     rows(&Columns::read(file, &KNOWN)?)
 }
@@ -43,77 +77,136 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<Row>, Error> {
     rows(&Columns::parse(name, text, &KNOWN)?)
 }
 
+/// Reads a table that needs depth and one other quantity; each may have a column `..._sd`, and cells may be empty.
+///
+/// * `names`: what the file calls its columns, and their units
+///
+/// # Errors
+/// [`Error`] with file, line, column and value; values that no fingertip has are refused as by [`read`].
+pub fn read_partial(file: &Path, names: &ColumnNames) -> Result<Vec<PartialRow>, Error> {
+    partial_rows(&Columns::read_as(file, &KNOWN, names)?)
+}
+
 fn rows(table: &Columns) -> Result<Vec<Row>, Error> {
-    let [depth, force, friction] = [table.need(KNOWN[0])?, table.need(KNOWN[1])?, table.need(KNOWN[2])?];
-    let area = table.find(KNOWN[3]);
+    let [depth, force, friction] = [table.need(KNOWN[DEPTH])?, table.need(KNOWN[FORCE])?, table.need(KNOWN[FRICTION])?];
+    let area = table.find(KNOWN[AREA]);
     table.need_rows(1)?;
-    let positive = |row, column| {
-        let value = table.number(row, column)?;
-        if value > 0.0 { Ok(value) } else { Err(table.refuse(row, column, "must be greater than 0")) }
-    };
     let mut rows = Vec::new();
     for row in &table.rows {
-        let friction_coefficient = table.number(row, friction)?;
-        if friction_coefficient < 0.0 {
-            return Err(table.refuse(row, friction, "is negative"));
-        }
         let read = Row {
-            depth_mm: positive(row, depth)?,
-            normal_force_n: positive(row, force)?,
-            friction_coefficient,
-            contact_area_mm2: area.map(|column| positive(row, column)).transpose()?,
+            depth_mm: positive(table, row, depth)?,
+            normal_force_n: positive(table, row, force)?,
+            friction_coefficient: not_negative(table, row, friction)?,
+            contact_area_mm2: area.map(|column| positive(table, row, column)).transpose()?,
         };
-        if read.depth_mm > DEEPEST_MM {
-            let problem = format!("is no indentation of a fingertip (at most {DEEPEST_MM} mm): are columns swapped?");
-            return Err(table.refuse(row, depth, problem));
-        }
-        if friction_coefficient > MOST_FRICTION {
-            let problem = format!("is no friction coefficient (at most {MOST_FRICTION}): are columns swapped?");
-            return Err(table.refuse(row, friction, problem));
-        }
-        let most = STIFFEST_N_PER_MM2 * read.depth_mm * read.depth_mm;
-        if read.normal_force_n > most {
-            let problem = format!(
-                "is more than a fingertip bears at {} mm (at most {most:.2} N): is the force in grams \
-                 (1 g = 0.00981 N), or are columns swapped?",
-                read.depth_mm
-            );
-            return Err(table.refuse(row, force, problem));
-        }
-        if let (Some(column), Some(area)) = (area, read.contact_area_mm2) {
-            let pressure = read.normal_force_n / area;
-            if !(PRESSURES_MPA[0]..=PRESSURES_MPA[1]).contains(&pressure) {
-                let problem = format!(
-                    "mm² under {} N is a mean pressure of {:.3} kPa, which no fingertip has ({} to {} kPa): are \
-                     columns swapped, or units other than mm² and N?",
-                    read.normal_force_n,
-                    1e3 * pressure,
-                    1e3 * PRESSURES_MPA[0],
-                    1e3 * PRESSURES_MPA[1]
-                );
-                return Err(table.refuse(row, column, problem));
-            }
-        }
+        let partial = PartialRow {
+            depth_mm: Cell { value: read.depth_mm, sd: None },
+            normal_force_n: Some(Cell { value: read.normal_force_n, sd: None }),
+            friction_coefficient: Some(Cell { value: read.friction_coefficient, sd: None }),
+            contact_area_mm2: read.contact_area_mm2.map(|value| Cell { value, sd: None }),
+        };
+        check(table, row, &partial)?;
         rows.push(read);
     }
-    rising(table, &rows, force)?;
+    let forces: Vec<_> = rows.iter().map(|r| Some((r.depth_mm, r.normal_force_n))).collect();
+    rising(table, &forces, force)?;
     Ok(rows)
 }
 
-/// Refuses forces that fall at every step down.
-fn rising(table: &Columns, rows: &[Row], force: usize) -> Result<(), Error> {
-    let mut order: Vec<usize> = (0..rows.len()).collect();
-    order.sort_by(|&a, &b| rows[a].depth_mm.total_cmp(&rows[b].depth_mm));
-    let steps: Vec<[usize; 2]> =
-        order.windows(2).map(|w| [w[0], w[1]]).filter(|&[a, b]| rows[b].depth_mm > rows[a].depth_mm).collect();
-    let falls = |&[a, b]: &[usize; 2]| rows[b].normal_force_n < rows[a].normal_force_n;
-    match steps.first() {
-        Some(&[_, second]) if steps.iter().all(falls) => {
-            let problem = "is less than at a smaller depth, and so on through the table: are columns swapped?";
-            Err(table.refuse(&table.rows[second], force, problem))
-        }
-        _ => Ok(()),
+fn partial_rows(table: &Columns) -> Result<Vec<PartialRow>, Error> {
+    let depth = table.need(KNOWN[DEPTH])?;
+    let columns = [FORCE, AREA, FRICTION].map(|k| table.find(KNOWN[k]));
+    if columns.iter().all(Option::is_none) {
+        // One of them is needed; the message names the first.
+        table.need(KNOWN[FORCE])?;
     }
+    table.need_rows(1)?;
+    let mut rows = Vec::new();
+    for row in &table.rows {
+        let cell = |k: usize| -> Result<Option<Cell>, Error> {
+            let Some(column) = table.find(KNOWN[k]).filter(|&c| !row.cells[c].is_empty()) else { return Ok(None) };
+            let value = positive(table, row, column)?;
+            let sd = table.find(KNOWN[k + 1]).filter(|&c| !row.cells[c].is_empty());
+            Ok(Some(Cell { value, sd: sd.map(|c| positive(table, row, c)).transpose()? }))
+        };
+        let empty = || table.refuse(row, depth, "is missing: the cell is empty");
+        let read = PartialRow {
+            depth_mm: cell(DEPTH)?.ok_or_else(empty)?,
+            normal_force_n: cell(FORCE)?,
+            contact_area_mm2: cell(AREA)?,
+            friction_coefficient: cell(FRICTION)?,
+        };
+        if read.normal_force_n.is_none() && read.contact_area_mm2.is_none() && read.friction_coefficient.is_none() {
+            return Err(table.refuse(row, depth, "has nothing measured beside it"));
+        }
+        check(table, row, &read)?;
+        rows.push(read);
+    }
+    if let Some(force) = columns[0] {
+        let forces: Vec<_> = rows.iter().map(|r| r.normal_force_n.map(|n| (r.depth_mm.value, n.value))).collect();
+        rising(table, &forces, force)?;
+    }
+    Ok(rows)
+}
+
+fn positive(table: &Columns, row: &CsvRow, column: usize) -> Result<f64, Error> {
+    let value = table.number(row, column)?;
+    if value > 0.0 { Ok(value) } else { Err(table.refuse(row, column, "must be greater than 0")) }
+}
+
+fn not_negative(table: &Columns, row: &CsvRow, column: usize) -> Result<f64, Error> {
+    let value = table.number(row, column)?;
+    if value < 0.0 { Err(table.refuse(row, column, "is negative")) } else { Ok(value) }
+}
+
+/// Refuses values that no fingertip has.
+fn check(table: &Columns, row: &CsvRow, read: &PartialRow) -> Result<(), Error> {
+    let column = |k: usize| table.find(KNOWN[k]).expect("the value was read from there");
+    let depth_mm = read.depth_mm.value;
+    if depth_mm > DEEPEST_MM {
+        let problem = format!("is no indentation of a fingertip (at most {DEEPEST_MM} mm): are columns swapped?");
+        return Err(table.refuse(row, column(DEPTH), problem));
+    }
+    if read.friction_coefficient.is_some_and(|c| c.value > MOST_FRICTION) {
+        let problem = format!("is no friction coefficient (at most {MOST_FRICTION}): are columns swapped?");
+        return Err(table.refuse(row, column(FRICTION), problem));
+    }
+    let Some(force_n) = read.normal_force_n.map(|n| n.value) else { return Ok(()) };
+    let most = STIFFEST_N_PER_MM2 * depth_mm * depth_mm;
+    if force_n > most {
+        let problem = format!(
+            "is more than a fingertip bears at {depth_mm} mm (at most {most:.2} N): is the force in grams \
+             (1 g = 0.00981 N), or are columns swapped?"
+        );
+        return Err(table.refuse(row, column(FORCE), problem));
+    }
+    let Some(area) = read.contact_area_mm2 else { return Ok(()) };
+    let pressure = force_n / area.value;
+    if !(PRESSURES_MPA[0]..=PRESSURES_MPA[1]).contains(&pressure) {
+        let problem = format!(
+            "mm² under {force_n} N is a mean pressure of {:.3} kPa, which no fingertip has ({} to {} kPa): are \
+             columns swapped, or units other than mm² and N?",
+            1e3 * pressure,
+            1e3 * PRESSURES_MPA[0],
+            1e3 * PRESSURES_MPA[1]
+        );
+        return Err(table.refuse(row, column(AREA), problem));
+    }
+    Ok(())
+}
+
+/// Refuses forces that fall at every step down; `forces` are depth and force of each row that has one.
+fn rising(table: &Columns, forces: &[Option<(f64, f64)>], column: usize) -> Result<(), Error> {
+    let mut order: Vec<(usize, f64, f64)> =
+        forces.iter().enumerate().filter_map(|(i, f)| f.map(|(depth, force)| (i, depth, force))).collect();
+    order.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut steps = order.windows(2).filter(|w| w[1].1 > w[0].1).peekable();
+    let Some(first) = steps.peek().map(|w| w[1].0) else { return Ok(()) };
+    if steps.all(|w| w[1].2 < w[0].2) {
+        let problem = "is less than at a smaller depth, and so on through the table: are columns swapped?";
+        return Err(table.refuse(&table.rows[first], column, problem));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

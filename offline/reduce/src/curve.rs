@@ -32,7 +32,7 @@ fn point<const M: usize, const N: usize>(
 
 /// Fits models of several sizes: springs 2 to 8 with the default's nodes, and fewer and more nodes with its springs.
 ///
-/// `go_on` is asked before each fit, with the share done.
+/// Runs that the planar fit cannot follow are left out. `go_on` is asked before each fit, with the share done.
 ///
 /// # Errors
 /// As [`fit`].
@@ -53,12 +53,13 @@ pub fn curve(
         point::<4, 25>,
         point::<4, 49>,
     ];
+    let runs: Vec<Run> = runs.iter().filter(|run| run.is_representable()).cloned().collect();
     let mut points = Vec::with_capacity(sizes.len());
     for (i, size) in sizes.iter().enumerate() {
         if !go_on(i as f64 / sizes.len() as f64) {
             break;
         }
-        points.push(size(runs, exponent, settings)?);
+        points.push(size(&runs, exponent, settings)?);
     }
     Ok(points)
 }

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
+use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
@@ -157,21 +157,18 @@ fn add_poses<const M: usize>(
     params: &mut ParamsOf<M, NODES>,
     posed: &[&Run],
 ) -> Result<Option<[PoseScores; 2]>, ReduceError> {
-    let of = |kind: Kind, held_out: bool| -> Vec<&Run> {
-        posed.iter().copied().filter(|run| run.kind == kind && run.held_out == held_out).collect()
-    };
+    let [held_out, fitted]: [Vec<&Run>; 2] =
+        [true, false].map(|held_out| posed.iter().copied().filter(|run| run.held_out == held_out).collect());
+    let of = |kind: Kind| -> Vec<&Run> { held_out.iter().copied().filter(|run| run.kind == kind).collect() };
     let mut data = params.try_build()?.cast::<f64>();
-    let Some(table) = fit_poses(&data, &of(Kind::Pose, false))? else { return Ok(None) };
+    let Some(table) = fit_poses(&data, &fitted)? else { return Ok(None) };
     data.pose = table;
-    let scores = [Kind::Pose, Kind::PoseChange].map(|kind| pose_scores(&data, &of(kind, true)));
+    let scores = [Kind::Pose, Kind::PoseChange].map(|kind| pose_scores(&data, &of(kind)));
     // Half-widths for 95 % of a normal distribution; friction has two components.
     let [fixed, _] = &scores;
     let band = [1.96 * fixed.normal_of_largest, 1.96 * fixed.friction_of_limit / std::f64::consts::SQRT_2];
-    params.pose = PoseTable {
-        pitch_deg: params.pose.pitch_deg,
-        rows: table.rows.map(|row| row.map(|x| x as f32)),
-        band: band.map(|x| x as f32),
-    };
+    data.pose.band = band;
+    params.pose = data.pose.map(|x| x as f32);
     Ok(Some(scores))
 }
 

@@ -302,11 +302,7 @@ pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> Param
         band_friction_middle: p.band_friction_middle as f32,
         band_friction_slip: p.band_friction_slip as f32,
         pressure_exponent: p.pressure_exponent as f32,
-        pose: PoseTable {
-            pitch_deg: p.pose.pitch_deg as f32,
-            rows: p.pose.rows.map(|row| row.map(|v| v as f32)),
-            band: p.pose.band.map(|v| v as f32),
-        },
+        pose: p.pose.map(|v| v as f32),
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Main functions: [`fit_poses`], [`pose_scores`]. Uses runs and `fingerpad`.
 
-use fingerpad::{DataOf, Motion, POSE_ROWS, Pose, PoseTable, Response, StateOf};
+use fingerpad::{DataOf, Motion, POSE_ROWS, POSE_TERMS, Pose, PoseTable, Response, StateOf};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, TerminationReason, minimise};
 use serde::{Deserialize, Serialize};
 
@@ -13,19 +13,17 @@ const LEAST_RUNS: usize = 6;
 /// Longest motion and largest turn of a step of the replay, mm and degrees.
 const STEP_MM: f32 = 0.05;
 const STEP_DEG: f32 = 1.0;
-/// Errors that count 1: of the normal force over the largest of its run, of friction over the model's limit, of the centre
-/// of pressure, mm.
+/// Errors that count 1: of the normal force and the area over the largest of their run, of friction over the model's limit, of
+/// the centre of pressure, mm.
 const NORMAL_SHARE: f64 = 0.02;
+const AREA_SHARE: f64 = 0.03;
 const FRICTION_SHARE: f64 = 0.03;
 const CENTRE_MM: f64 = 0.3;
-/// Change of a coefficient from none that counts 1, those of the contact's place in mm and the others: holds what the runs
-/// do not determine.
-const PRIOR_MM: f64 = 20.0;
-const PRIOR: f64 = 0.5;
-/// The same for the stretch of the depth, which acts much as a factor on the normal force.
-const PRIOR_DEPTH: f64 = 0.02;
-/// Rows of the table that are places, mm.
-const PLACES: [usize; 2] = [7, 9];
+/// Change of a coefficient of each row from none that counts 1: holds what the runs do not determine. Strength and stiffness
+/// hardly go beyond what normal force and area imply.
+const PRIORS: [f64; POSE_ROWS] = [2.0, 2.0, 2.0, 2.0, 0.05, 0.05, 0.05, 0.2, 10.0, 0.2, 10.0, 0.05];
+/// Rolling length at which the fit begins: the contact's diameter.
+const ROLLING_LENGTH: f64 = 2.0;
 /// Step of the finite differences of the Jacobian.
 const DIFFERENCE: f64 = 1e-4;
 /// Depth below which rows are not compared, mm: limits are too small to be held against.
@@ -38,6 +36,9 @@ pub struct PoseScores {
     pub runs: usize,
     /// Normal force, over the largest of the run.
     pub normal_of_largest: f64,
+    /// Contact area, over the largest of the run.
+    #[serde(default)]
+    pub area_of_largest: f64,
     /// Friction, length of the error over the limit.
     pub friction_of_limit: f64,
     /// Centre of pressure, mm.
@@ -60,27 +61,31 @@ pub fn fit_poses<const M: usize, const N: usize>(
     if runs.len() < LEAST_RUNS {
         return Ok(None);
     }
-    let mut problem = Poses { data: *data, runs };
-    let start = vec![0.0; 3 * POSE_ROWS];
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_patience(100);
+    let mut ranged = *data;
+    (ranged.pose.pitch_range_deg, ranged.pose.roll_max_deg) = ranges_deg(data.pose.pitch_deg, runs);
+    let mut problem = Poses { data: ranged, runs };
+    let mut start = vec![0.0; POSE_TERMS * POSE_ROWS + 1];
+    start[POSE_TERMS * POSE_ROWS] = ROLLING_LENGTH;
+    let minimiser = LevenbergMarquardt::new().with_ftol(1e-6).with_xtol(1e-6).with_patience(100);
     let (found, report) = minimise(&mut problem, &start, &minimiser);
     if !(report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)) {
         return Err(ReduceError::Fit(format!("poses: {:?}", report.termination)));
     }
-    Ok(Some(table(data.pose.pitch_deg, &found)))
+    Ok(Some(table(&ranged.pose, &found)))
 }
 
 /// Errors of a model along runs in other poses.
 pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> PoseScores {
-    let (mut sums, mut rows, mut centres) = ([0.0; 3], 0.0, 0.0);
+    let (mut sums, mut rows, mut centres) = ([0.0; 4], 0.0, 0.0);
     for run in runs {
-        let largest = largest_normal(run);
+        let largest = largest(run);
         for (sample, r) in run.samples.iter().zip(replay(data, run)) {
-            let Some([normal, x, y, centre_x, centre_y]) = errors(sample, &r, largest) else { continue };
+            let Some([normal, area, x, y, centre_x, centre_y]) = errors(sample, &r, largest) else { continue };
             rows += 1.0;
             sums[0] += normal * normal;
             sums[1] += x * x + y * y;
-            if f64::from(sample.normal_force_n) > 0.1 * largest {
+            sums[3] += area * area;
+            if f64::from(sample.normal_force_n) > 0.1 * largest[0] {
                 sums[2] += centre_x * centre_x + centre_y * centre_y;
                 centres += 1.0;
             }
@@ -90,36 +95,52 @@ pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run
     PoseScores {
         runs: runs.len(),
         normal_of_largest: rms(sums[0], rows),
+        area_of_largest: rms(sums[3], rows),
         friction_of_limit: rms(sums[1], rows),
         centre_mm: rms(sums[2], centres),
     }
 }
 
 /// A table from the vector of the fit. All coefficients of 0 would mean a model of one pose.
-fn table(pitch_deg: f64, vector: &[f64]) -> PoseTable<f64> {
-    let mut rows = [[0.0; 3]; POSE_ROWS];
-    for (row, numbers) in rows.iter_mut().zip(vector.chunks(3)) {
+fn table(of: &PoseTable<f64>, vector: &[f64]) -> PoseTable<f64> {
+    let mut rows = [[0.0; POSE_TERMS]; POSE_ROWS];
+    for (row, numbers) in rows.iter_mut().zip(vector.chunks_exact(POSE_TERMS)) {
         row.copy_from_slice(numbers);
     }
     if rows.iter().flatten().all(|x| *x == 0.0) {
         rows[0][0] = f64::from(f32::MIN_POSITIVE);
     }
-    PoseTable { pitch_deg, rows, band: [0.0; 2] }
+    PoseTable { rows, rolling_length: vector[POSE_TERMS * POSE_ROWS].max(0.1), ..*of }
 }
 
-fn largest_normal(run: &Run) -> f64 {
-    f64::from(run.samples.iter().map(|s| s.normal_force_n).fold(1e-3f32, f32::max))
+/// Range of the pitch and largest roll to either side in the runs, degrees; the fitted pitch is part of it.
+fn ranges_deg(fitted_pitch: f64, runs: &[&Run]) -> ([f64; 2], f64) {
+    let poses = || runs.iter().flat_map(|run| &run.samples).filter_map(|sample| sample.turned);
+    let pitches = || poses().map(|turned| f64::from(turned.pitch_deg));
+    let [least, most] = [pitches().fold(fitted_pitch, f64::min), pitches().fold(fitted_pitch, f64::max)];
+    (
+        [least.max(10.0), most.min(70.0)],
+        poses().map(|turned| f64::from(turned.roll_deg.abs())).fold(0.0, f64::max).min(30.0),
+    )
 }
 
-/// Errors of a row: normal force over the largest, friction over the limit, centre of pressure in mm. None out of contact.
-fn errors(sample: &Sample, r: &Response<f64>, largest: f64) -> Option<[f64; 5]> {
+/// Largest normal force, N, and contact area, mm², of a run.
+fn largest(run: &Run) -> [f64; 2] {
+    let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(1e-3f32, f32::max));
+    [most(|s| s.normal_force_n), most(|s| s.contact_area_mm2)]
+}
+
+/// Errors of a row: normal force and area over the largest, friction over the limit, centre of pressure in mm. None out of
+/// contact.
+fn errors(sample: &Sample, r: &Response<f64>, largest: [f64; 2]) -> Option<[f64; 6]> {
     let turned = sample.turned.filter(|_| sample.depth_mm > LEAST_DEPTH_MM)?;
     let normal = f64::from(sample.normal_force_n);
     let limit = r.friction_limit_n.max(1e-3);
     let [mx, my, _] = turned.moment_n_mm.map(f64::from);
     let centre = if normal > 0.0 { [-my / normal, mx / normal] } else { r.pressure_centre_mm };
     Some([
-        (r.normal_force_n - normal) / largest,
+        (r.normal_force_n - normal) / largest[0],
+        (r.contact_area_mm2 - f64::from(sample.contact_area_mm2)) / largest[1],
         (r.friction_n[0] - f64::from(sample.friction_n[0])) / limit,
         (r.friction_n[1] - f64::from(sample.friction_n[1])) / limit,
         r.pressure_centre_mm[0] - centre[0],
@@ -176,23 +197,19 @@ struct Poses<'a, const M: usize, const N: usize> {
 impl<const M: usize, const N: usize> Poses<'_, M, N> {
     fn residuals_at(&self, vector: &[f64]) -> Vec<f64> {
         let mut data = self.data;
-        data.pose = table(data.pose.pitch_deg, vector);
+        data.pose = table(&self.data.pose, vector);
         let mut out = Vec::new();
         for run in self.runs {
-            let largest = largest_normal(run);
+            let largest = largest(run);
             for (sample, r) in run.samples.iter().zip(replay(&data, run)) {
-                let [normal, x, y, centre_x, centre_y] = errors(sample, &r, largest).unwrap_or_default();
-                let weight = f64::from(sample.normal_force_n) / (largest * CENTRE_MM);
-                out.extend([normal / NORMAL_SHARE, x / FRICTION_SHARE, y / FRICTION_SHARE]);
+                let [normal, area, x, y, centre_x, centre_y] = errors(sample, &r, largest).unwrap_or_default();
+                let weight = f64::from(sample.normal_force_n) / (largest[0] * CENTRE_MM);
+                out.extend([normal / NORMAL_SHARE, area / AREA_SHARE, x / FRICTION_SHARE, y / FRICTION_SHARE]);
                 out.extend([centre_x * weight, centre_y * weight]);
             }
         }
-        let prior = |k: usize| match k / 3 {
-            0 => PRIOR_DEPTH,
-            row if PLACES.contains(&row) => PRIOR_MM,
-            _ => PRIOR,
-        };
-        out.extend(vector.iter().enumerate().map(|(k, x)| x / prior(k)));
+        let rows = &vector[..POSE_TERMS * POSE_ROWS];
+        out.extend(rows.iter().enumerate().map(|(k, x)| x / PRIORS[k / POSE_TERMS]));
         out.iter_mut().for_each(|r| *r = if r.is_finite() { *r } else { 1e3 });
         out
     }

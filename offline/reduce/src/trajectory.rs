@@ -112,7 +112,7 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     if path.drives.contains(&Drive::Force) || path.turns.spin.is_some() {
         return None;
     }
-    let mut contact = Contact::default();
+    let mut contact = Contact::<M>::default();
     let mut now = surroundings;
     Some(along(path, &mut |target: [f64; 4], dt: f64, at: &mut [f64; 4]| -> Response {
         now.series_s += dt as f32;

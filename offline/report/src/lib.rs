@@ -24,6 +24,7 @@ mod reduced_pairs;
 pub mod simulation;
 #[cfg(test)]
 mod synthetic;
+pub mod table;
 
 use serde::{Deserialize, Serialize};
 

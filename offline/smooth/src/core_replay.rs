@@ -16,7 +16,7 @@ pub fn replay_stroke<const M: usize, const N: usize, S: Scaling<f32>>(
     stroke: &Stroke,
     out: &mut Vec<f64>,
 ) {
-    let mut contact = Contact::default();
+    let mut contact = Contact::<M>::default();
     let Some(first) = stroke.samples.first() else { return };
     let (mut depth, mut t_s) = (first.depth_mm.min(0.0), stroke.start_s);
     for sample in &stroke.samples {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind};
 
 /// A function by its address.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub struct Elf {
     functions: BTreeMap<u64, Function>,
     /// Stack of a function's own frame, from the section `.stack_sizes`.
     frames: BTreeMap<u64, u64>,
+    /// Bytes in sections that can be written to.
+    writable: u64,
     /// Address and bytes of the sections with code.
     code: Vec<(u64, Vec<u8>)>,
 }
@@ -46,6 +48,11 @@ impl Elf {
             .filter(|s| matches!(s.name(), Ok(".text" | ".vector_table")))
             .map(|s| Ok((s.address(), s.data()?.to_vec())))
             .collect::<Result<Vec<_>>>()?;
+        let is_writable = |s: &object::Section<'_, '_>| match s.flags() {
+            SectionFlags::Elf { sh_flags } => sh_flags & u64::from(object::elf::SHF_WRITE) != 0,
+            _ => false,
+        };
+        let writable = file.sections().filter(is_writable).map(|s| s.size()).sum();
         let mut frames = BTreeMap::new();
         if let Some(section) = file.section_by_name(".stack_sizes") {
             let mut data = section.data()?;
@@ -55,12 +62,17 @@ impl Elf {
                 data = &rest[used..];
             }
         }
-        Ok(Self { names, functions, frames, code })
+        Ok(Self { names, functions, frames, writable, code })
     }
 
     /// Symbols that `gate` picks.
     pub fn symbols(&self, gate: impl Fn(&str) -> bool) -> Vec<&str> {
         self.names.iter().map(String::as_str).filter(|n| gate(n)).collect()
+    }
+
+    /// Bytes in sections that can be written to.
+    pub fn writable_bytes(&self) -> u64 {
+        self.writable
     }
 
     /// Address of the function called `name`.

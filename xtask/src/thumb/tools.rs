@@ -32,41 +32,43 @@ pub enum Route {
     Debian,
 }
 
-/// A toolchain that has been checked to be there.
-pub struct Tools {
+/// A compiler for microcontrollers.
+pub struct Compiler {
     /// Directory with rust-lld when Debian's compiler is used.
     debian_linker: Option<PathBuf>,
 }
 
-impl Tools {
-    /// Installs what is missing.
-    pub fn prepare(route: Route) -> Result<Self> {
+/// A compiler, and what runs and reads its programs.
+pub struct Tools {
+    compiler: Compiler,
+}
+
+impl std::ops::Deref for Tools {
+    type Target = Compiler;
+
+    fn deref(&self) -> &Compiler {
+        &self.compiler
+    }
+}
+
+impl Compiler {
+    /// A compiler for `target`, installed if it is missing.
+    pub fn prepare(route: Route, target: &str) -> Result<Self> {
         let rustup = match route {
             Route::Debian => false,
-            Route::Rustup | Route::Auto => rustup_target(TARGET),
+            Route::Rustup | Route::Auto => rustup_target(target),
         };
         let debian_linker = match (rustup, route) {
             (true, _) => None,
-            (false, Route::Rustup) => bail!("`rustup target add {TARGET}` failed"),
+            (false, Route::Rustup) => bail!("`rustup target add {target}` failed"),
             (false, _) => {
                 if !has_library_source() {
-                    install::debian(&["rustc-web", "rust-web-src"], &format!("rustup target add {TARGET}"))?;
+                    install::debian(&["rustc-web", "rust-web-src"], &format!("rustup target add {target}"))?;
                 }
                 Some(linker_directory()?)
             }
         };
-        if !succeeds(Command::new("qemu-system-arm").arg("--version")) {
-            install::debian(&["qemu-system-arm"], "apt-get install qemu-system-arm")?;
-        }
-        if !succeeds(Command::new("defmt-print").arg("--version")) {
-            say("cargo install --locked defmt-print");
-            let done = cargo_command().args(["install", "--locked", "defmt-print"]).status()?;
-            ensure!(done.success(), "defmt-print is missing; this helps: cargo install --locked defmt-print");
-        }
-        println!(
-            "thumb: compiler from {}; QEMU and defmt-print are there",
-            if debian_linker.is_some() { "Debian" } else { "rustup" }
-        );
+        println!("thumb: compiler from {}", if debian_linker.is_some() { "Debian" } else { "rustup" });
         Ok(Self { debian_linker })
     }
 
@@ -112,11 +114,6 @@ impl Tools {
         Ok(())
     }
 
-    /// The file of a firmware binary.
-    pub fn elf(&self, bin: &str) -> PathBuf {
-        root().join(FIRMWARE).join("target").join(TARGET).join("release").join(bin)
-    }
-
     /// rust-lld, as it comes with the compiler.
     pub fn linker(&self) -> Result<Command> {
         let folder = match &self.debian_linker {
@@ -124,6 +121,28 @@ impl Tools {
             None => linker_directory()?,
         };
         Ok(Command::new(folder.join("rust-lld")))
+    }
+}
+
+impl Tools {
+    /// Installs what is missing.
+    pub fn prepare(route: Route) -> Result<Self> {
+        let compiler = Compiler::prepare(route, TARGET)?;
+        if !succeeds(Command::new("qemu-system-arm").arg("--version")) {
+            install::debian(&["qemu-system-arm"], "apt-get install qemu-system-arm")?;
+        }
+        if !succeeds(Command::new("defmt-print").arg("--version")) {
+            say("cargo install --locked defmt-print");
+            let done = cargo_command().args(["install", "--locked", "defmt-print"]).status()?;
+            ensure!(done.success(), "defmt-print is missing; this helps: cargo install --locked defmt-print");
+        }
+        println!("thumb: QEMU and defmt-print are there");
+        Ok(Self { compiler })
+    }
+
+    /// The file of a firmware binary.
+    pub fn elf(&self, bin: &str) -> PathBuf {
+        root().join(FIRMWARE).join("target").join(TARGET).join("release").join(bin)
     }
 
     /// One run under QEMU: exit status and decoded log. One instruction lasts 2^`shift` ns of the board's time.

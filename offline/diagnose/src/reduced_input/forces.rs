@@ -3,13 +3,13 @@
 use crate::data::trace_csv::TraceRow;
 use crate::laws::LAWS;
 use crate::reduced_input::tare::{TareFit, fit_tare};
-use crate::reduced_input::{Plot, ReducedDiagnosis, empty_report};
+use crate::reduced_input::{Plot, ReducedDiagnosis, reduced_report};
 use crate::schema::{BaselineParameter, CandidateLaw, EffectFound, FittedParameter, LawTest, Verdict};
 
 /// Diagnosis of a trace of forces.
 pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
     let Some(fit) = fit_tare(trace) else {
-        let report = empty_report(Verdict::None, "ring", [[0.0; 3]; 2], [0.0; 3], "none", 1);
+        let report = reduced_report(Verdict::None, "ring", [[0.0; 3]; 2], [0.0; 3], "none", 1);
         let sentences = vec!["Too few rows in firm contact to say anything about the tare.".into()];
         return ReducedDiagnosis { report, sentences, plot: None };
     };
@@ -19,7 +19,7 @@ pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
     let verdict = if found { Verdict::Named } else { Verdict::None };
     let rms = fit.rms_n.map(|r| [0.0, r, r]);
     let rms = if verdict == Verdict::Named { rms } else { [rms[0]; 2] };
-    let mut report = empty_report(
+    let mut report = reduced_report(
         verdict,
         "ring |F - b| = k (N - b_n)^m",
         rms,

@@ -1,15 +1,13 @@
-//! Diagnoses from less than measured runs with depth: a trace of forces alone, and a table of kinetic states.
+//! Diagnoses from less than measured runs with depth: a trace of forces alone; the form of a report without runs.
 //!
-//! Main types: [`ReducedDiagnosis`], [`Plot`]; main functions: [`diagnose_forces`], [`diagnose_table`].
+//! Main types: [`ReducedDiagnosis`], [`Plot`]; main functions: [`diagnose_forces`], [`reduced_report`].
 //! May use: schema, statistics (tail probabilities), data, laws (their names).
 
 mod air;
 mod forces;
-mod table;
 mod tare;
 
 pub use forces::diagnose_forces;
-pub use table::{TableRow, diagnose_table};
 
 use crate::schema::{
     Baseline, CrossValidationError, Diagnosis, Disagreement, NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
@@ -48,7 +46,7 @@ pub struct Plot {
 ///
 /// * `rms_n`: root mean square residual before and after the effect, N
 /// * `floor_n`: that of the noise, N
-fn empty_report(
+pub fn reduced_report(
     verdict: Verdict,
     model: &str,
     rms_n: [[f64; 3]; 2],

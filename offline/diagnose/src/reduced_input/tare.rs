@@ -56,7 +56,7 @@ pub struct TareFit {
     /// Median |F|/N of the sliding rows as read.
     pub friction_as_read: f64,
     /// The same with the whole tare taken off, the normal force's included, and what the tare's intervals leave of it open;
-    /// `None` where that is more than 5 % of it and no rows before touch fix the tare.
+    /// `None` where that is more than 5 % of it.
     pub friction_tared: Option<[f64; 2]>,
     /// Rows before touch, where the trace begins with some: then the tare is theirs.
     pub air: Option<RowsInAir>,
@@ -321,7 +321,7 @@ fn fit_with(trace: &[TraceRow], air: Option<RowsInAir>) -> Option<TareFit> {
         noise_n,
         friction_as_read: friction_coefficient(trace, &rows, [0.0; 3]),
         friction_tared: Some(friction_tared(trace, &rows, tare_n, half_n))
-            .filter(|[middle, open]| air.is_some() || *open < OPEN * middle),
+            .filter(|[middle, open]| *open < OPEN * middle),
         air,
         load_n: [loads[loads.len() / 20], loads[loads.len() - 1 - loads.len() / 20]],
         harmonics: std::array::from_fn(|k| p[5 + k]),

@@ -6,7 +6,7 @@
 
 mod law_figures;
 mod page;
-mod plot;
+pub(crate) mod plot;
 mod table_figures;
 
 use super::canvas::{self, Figure};

@@ -240,6 +240,23 @@ fn law_tables(o: &Outcome) -> String {
     for remark in law.remarks.iter().map(String::as_str).chain(o.tau0.as_ref().map(|t| t.sentence.as_str())) {
         let _ = writeln!(out, "<p>{}</p>", prose(remark));
     }
+    if let Some(zero) = &o.force_zero {
+        let body = (zero.points.iter())
+            .map(|p| {
+                row([
+                    num(1e3 * p.normal_force_offset_n, 1),
+                    cell(&significant(p.lambda, 3)),
+                    num(p.beta, 3),
+                    num(p.stiffness, 3),
+                    num(p.depth_offset_mm, 3),
+                    num(p.rms_percent, 1),
+                ])
+            })
+            .collect();
+        let heads = ["zero, mN", "λ", "β", "stiffness", "depth offset, mm", "all numbers, %"];
+        out += &table("β against the zero of the normal force", &heads, body);
+        let _ = writeln!(out, "<p>{}</p>", prose(&zero.sentence));
+    }
     let body = o
         .simplex
         .iter()

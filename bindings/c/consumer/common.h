@@ -1,0 +1,58 @@
+/* What the programs share: a model file in memory, numbers as their bits. */
+#ifndef CONSUMER_COMMON_H
+#define CONSUMER_COMMON_H
+
+#include <fingerpad.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MODEL_WORDS 4096
+
+/* A model file, at an address divisible by 8. */
+typedef struct {
+    uint64_t words[MODEL_WORDS];
+    size_t length;
+} model_file;
+
+static inline const uint8_t *bytes_of(const model_file *file)
+{
+    return (const uint8_t *)file->words;
+}
+
+static inline void read_file(model_file *file, const char *path)
+{
+    FILE *from = fopen(path, "rb");
+    if (from == NULL) {
+        perror(path);
+        exit(2);
+    }
+    file->length = fread(file->words, 1, sizeof file->words, from);
+    (void)fclose(from);
+}
+
+static inline void must(int32_t code, const char *what)
+{
+    if (code != FINGERPAD_OK) {
+        (void)fprintf(stderr, "%s: %s\n", what, fingerpad_error_text(code));
+        exit(2);
+    }
+}
+
+static inline uint32_t bits(float x)
+{
+    uint32_t word;
+    (void)memcpy(&word, &x, sizeof word);
+    return word;
+}
+
+static inline float number(uint32_t word)
+{
+    float x;
+    (void)memcpy(&x, &word, sizeof x);
+    return x;
+}
+
+#endif

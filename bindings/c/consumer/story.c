@@ -1,0 +1,257 @@
+/* Answers a story as the core does: story MODEL.fpm CORRECTED.fpm < story.txt > answers.txt; see bindings/c/story. */
+#include "common.h"
+
+static model_file files[2];
+static fingerpad_model model;
+static fingerpad_state plain;
+static fingerpad_spin_state spin;
+static fingerpad_contact contact;
+static fingerpad_surroundings around;
+static fingerpad_watch watch;
+
+/* The words of a line behind its name; a line has at most ten. */
+static size_t words_of(const char *line, float *numbers)
+{
+    size_t count = 0;
+    char *end;
+    while (count < 10) {
+        const unsigned long word = strtoul(line, &end, 16);
+        if (end == line) {
+            break;
+        }
+        numbers[count++] = number((uint32_t)word);
+        line = end;
+    }
+    return count;
+}
+
+static void print_words(const float *numbers, size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++) {
+        (void)printf(" %08" PRIx32, bits(numbers[i]));
+    }
+}
+
+static void print_response(const fingerpad_response *r)
+{
+    const float numbers[12] = {r->normal_force_n,       r->friction_x_n,        r->friction_y_n,     r->stick_ratio,
+                               r->friction_limit_n,     r->slip_margin,         r->spin_moment_n_mm, r->pressure_centre_x_mm,
+                               r->pressure_centre_y_mm, r->contact_area_mm2,    r->band_normal_n,    r->band_friction_n};
+    print_words(numbers, 12);
+    (void)printf(" %d %x", (int)r->regime, (unsigned)r->status);
+}
+
+static void print_motion(const fingerpad_motion *m)
+{
+    const float numbers[5] = {m->depth_mm, m->slide_x_mm, m->slide_y_mm, m->spin_rad, m->dt_s};
+    print_words(numbers, 5);
+}
+
+static void use_model(unsigned k)
+{
+    fingerpad_watch_settings settings;
+    must(fingerpad_model_load(&model, bytes_of(&files[k]), files[k].length), "model");
+    must(fingerpad_state_init(&plain), "state");
+    must(fingerpad_spin_state_init(&spin), "spin state");
+    must(fingerpad_contact_init(&contact), "contact");
+    must(fingerpad_surroundings_default(&around), "surroundings");
+    must(fingerpad_watch_settings_default(&settings), "settings");
+    must(fingerpad_watch_init(&watch, (uint8_t)k, settings), "watch");
+    (void)printf("0");
+}
+
+/* A batch of one more contact must do as the single steps do. */
+static void compare_batch(fingerpad_state *states, fingerpad_spin_state *spins, fingerpad_motion m,
+                          const fingerpad_response *one, const fingerpad_response *two)
+{
+    const float depth[2] = {m.depth_mm, m.depth_mm}, x[2] = {m.slide_x_mm, m.slide_x_mm};
+    const float y[2] = {m.slide_y_mm, m.slide_y_mm}, turn[2] = {m.spin_rad, m.spin_rad};
+    fingerpad_response many[2];
+    fingerpad_motions motions;
+    motions.count = 2;
+    motions.depth_mm = depth;
+    motions.slide_x_mm = x;
+    motions.slide_y_mm = y;
+    motions.spin_rad = turn;
+    motions.dt_s = m.dt_s;
+    must(fingerpad_step_batch(&model, states, &motions, many, 2), "batch");
+    if (memcmp(&many[0], one, sizeof *one) != 0 || memcmp(&many[1], one, sizeof *one) != 0
+        || memcmp(&states[1], &plain, sizeof plain) != 0) {
+        (void)printf(" batch differs");
+    }
+    must(fingerpad_spin_step_batch(&model, spins, &motions, many, 2), "spin batch");
+    if (memcmp(&many[0], two, sizeof *two) != 0 || memcmp(&many[1], two, sizeof *two) != 0
+        || memcmp(&spins[1], &spin, sizeof spin) != 0) {
+        (void)printf(" spin batch differs");
+    }
+}
+
+static void step(const float *f)
+{
+    fingerpad_motion motion;
+    fingerpad_response one, two, three;
+    fingerpad_event events[FINGERPAD_EVENTS_A_LOOK];
+    fingerpad_state states[2];
+    fingerpad_spin_state spins[2];
+    float reading_n[3];
+    uint32_t count, i;
+    motion.depth_mm = f[0];
+    motion.slide_x_mm = f[1];
+    motion.slide_y_mm = f[2];
+    motion.spin_rad = f[3];
+    motion.dt_s = f[4];
+    states[0] = states[1] = plain;
+    spins[0] = spins[1] = spin;
+    must(fingerpad_step(&model, &plain, motion, &one), "step");
+    must(fingerpad_spin_step(&model, &spin, motion, &two), "spin step");
+    must(fingerpad_contact_step(&model, &contact, around, motion, &three), "step with effects");
+    must(fingerpad_contact_reading(&model, &three, reading_n), "reading");
+    must(fingerpad_watch_look(&watch, &one, events, &count), "look");
+    print_response(&one);
+    print_response(&two);
+    print_response(&three);
+    print_words(reading_n, 3);
+    for (i = 0; i < count; i++) {
+        (void)printf(" @%" PRIu32 " %d %d", events[i].tick, (int)events[i].finger, (int)events[i].change);
+    }
+    compare_batch(states, spins, motion, &one, &two);
+}
+
+static void driven(const char *line)
+{
+    fingerpad_drive drive;
+    fingerpad_response response;
+    fingerpad_motion motion;
+    unsigned by_normal_force, by_friction;
+    float f[10];
+    int used = 0;
+    if (sscanf(line, "%u %u%n", &by_normal_force, &by_friction, &used) != 2 || words_of(line + used, f) != 8) {
+        (void)printf("not understood");
+        return;
+    }
+    drive.by_normal_force = (uint16_t)by_normal_force;
+    drive.by_friction = (uint16_t)by_friction;
+    drive.depth_mm = f[0];
+    drive.normal_force_n = f[1];
+    drive.slide_x_mm = f[2];
+    drive.slide_y_mm = f[3];
+    drive.friction_x_n = f[4];
+    drive.friction_y_n = f[5];
+    drive.spin_rad = f[6];
+    drive.dt_s = f[7];
+    must(fingerpad_step_driven(&model, &plain, drive, &response, &motion), "driven step");
+    print_response(&response);
+    print_motion(&motion);
+    must(fingerpad_spin_step_driven(&model, &spin, drive, &response, &motion), "driven spin step");
+    print_response(&response);
+    print_motion(&motion);
+}
+
+static void print_gradient(const fingerpad_gradient *g)
+{
+    print_words(g->normal_n_mm, 3);
+    print_words(g->friction_x_n_mm, 3);
+    print_words(g->friction_y_n_mm, 3);
+}
+
+static void gradient(const float *f)
+{
+    fingerpad_gradient g;
+    must(fingerpad_state_gradient(&model, &plain, f[0], f[1], f[2], &g), "gradient");
+    print_gradient(&g);
+    must(fingerpad_spin_state_gradient(&model, &spin, f[0], f[1], f[2], &g), "gradient");
+    print_gradient(&g);
+}
+
+static void print_bytes(const uint8_t *bytes, size_t count)
+{
+    size_t i;
+    (void)printf(" ");
+    for (i = 0; i < count; i++) {
+        (void)printf("%02x", (unsigned)bytes[i]);
+    }
+}
+
+static void save(void)
+{
+    uint8_t bytes[FINGERPAD_STATE_BYTES], more[FINGERPAD_SPIN_STATE_BYTES];
+    must(fingerpad_state_save(&model, &plain, bytes, sizeof bytes), "save");
+    must(fingerpad_spin_state_save(&model, &spin, more, sizeof more), "save");
+    (void)memset(&plain, 0, sizeof plain);
+    (void)memset(&spin, 0, sizeof spin);
+    must(fingerpad_state_restore(&model, &plain, bytes, sizeof bytes), "restore");
+    must(fingerpad_spin_state_restore(&model, &spin, more, sizeof more), "restore");
+    print_bytes(bytes, sizeof bytes);
+    print_bytes(more, sizeof more);
+}
+
+static void factor(float f)
+{
+    const int32_t code = fingerpad_state_set_strength_factor(&plain, f);
+    if (fingerpad_spin_state_set_strength_factor(&spin, f) != code
+        || fingerpad_contact_set_strength_factor(&contact, f) != code) {
+        (void)printf("the three differ ");
+    }
+    (void)printf("%d", (int)code);
+}
+
+static void grip(const float *f)
+{
+    fingerpad_grip least;
+    float numbers[2];
+    must(fingerpad_least_grip(&model, f[0], f[1], f[2], f[3], &least), "grip");
+    numbers[0] = least.depth_mm;
+    numbers[1] = least.normal_force_n;
+    print_words(numbers, 2);
+    (void)printf(" %x", (unsigned)least.status);
+}
+
+static void answer(const char *name, const char *rest)
+{
+    float f[10] = {0};
+    (void)words_of(rest, f);
+    if (strcmp(name, "model") == 0) {
+        use_model(rest[1] == '1');
+    } else if (strcmp(name, "tune") == 0) {
+        (void)printf("%d", (int)fingerpad_model_tune(&model, f[0], f[1], f[2], f[3]));
+    } else if (strcmp(name, "pose") == 0) {
+        (void)printf("%d", (int)fingerpad_model_pose(&model, f[0], f[1]));
+    } else if (strcmp(name, "factor") == 0) {
+        factor(f[0]);
+    } else if (strcmp(name, "around") == 0) {
+        const fingerpad_surroundings told = {f[0], f[1], f[2], f[3], f[4], f[5], f[6]};
+        around = told;
+        (void)printf("0");
+    } else if (strcmp(name, "step") == 0) {
+        step(f);
+    } else if (strcmp(name, "driven") == 0) {
+        driven(rest);
+    } else if (strcmp(name, "gradient") == 0) {
+        gradient(f);
+    } else if (strcmp(name, "grip") == 0) {
+        grip(f);
+    } else if (strcmp(name, "save") == 0) {
+        save();
+    } else {
+        (void)printf("not understood: %s", name);
+    }
+    (void)printf("\n");
+}
+
+int main(int argc, char **argv)
+{
+    char line[512], name[16];
+    int used;
+    if (argc != 3) {
+        return 2;
+    }
+    read_file(&files[0], argv[1]);
+    read_file(&files[1], argv[2]);
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        if (sscanf(line, "%15s%n", name, &used) == 1) {
+            answer(name, line + used);
+        }
+    }
+    return 0;
+}

@@ -1,0 +1,12 @@
+# Compatible within a major version, before 1.0 within a minor one; newer serves older.
+set(PACKAGE_VERSION "@VERSION@")
+string(REGEX MATCH "^0\\.[0-9]+|^[0-9]+" _fingerpad_series "${PACKAGE_VERSION}")
+string(REGEX MATCH "^0\\.[0-9]+|^[0-9]+" _fingerpad_asked "${PACKAGE_FIND_VERSION}")
+if(PACKAGE_FIND_VERSION VERSION_GREATER PACKAGE_VERSION OR NOT _fingerpad_series STREQUAL _fingerpad_asked)
+  set(PACKAGE_VERSION_COMPATIBLE FALSE)
+else()
+  set(PACKAGE_VERSION_COMPATIBLE TRUE)
+  if(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)
+    set(PACKAGE_VERSION_EXACT TRUE)
+  endif()
+endif()

@@ -1,0 +1,101 @@
+//! What a controller asks beside steps: derivatives, the least grip.
+
+use fingerpad::Gradient;
+
+use crate::codes::answer;
+use crate::model::{Loaded, fingerpad_model, loaded, with_model};
+use crate::pointer::write;
+use crate::state::{Memory, fingerpad_spin_state, fingerpad_state, memory_to_read};
+
+/// Derivatives of the forces for a motion that goes on, N/mm; each with depth, slide x and slide y.
+#[repr(C)]
+pub struct fingerpad_gradient {
+    /// Of the normal force.
+    pub normal_n_mm: [f32; 3],
+    /// Of friction along x.
+    pub friction_x_n_mm: [f32; 3],
+    /// Of friction along y.
+    pub friction_y_n_mm: [f32; 3],
+}
+
+/// The least grip that holds a load.
+#[repr(C)]
+pub struct fingerpad_grip {
+    /// Depth to press to, mm.
+    pub depth_mm: f32,
+    /// Normal force there with the load applied, N.
+    pub normal_force_n: f32,
+    /// FINGERPAD_STATUS_LOAD_NOT_REACHED if not even the largest depth holds the load, FINGERPAD_STATUS_BAD_INPUT if a number
+    /// was none; 0 otherwise.
+    pub status: u16,
+}
+
+fn gradient<const P: usize>(model: &Loaded, state: &Memory<P>, direction: [f32; 3]) -> fingerpad_gradient {
+    let Gradient { normal_n_mm, friction_n_mm: [friction_x_n_mm, friction_y_n_mm] } =
+        with_model!(model, model => model.gradient(state, direction));
+    fingerpad_gradient { normal_n_mm, friction_x_n_mm, friction_y_n_mm }
+}
+
+/// The gradient at a state for a motion that goes on in the direction (depth, slide x, slide y; any length). One-sided where
+/// the law has kinks: springs on their limit slip if the direction loads them further; with zeros all springs stick. 0 without
+/// contact, and 0 along depth beyond the tables. NaN in the direction counts as 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_state_gradient(
+    model: *const fingerpad_model,
+    state: *const fingerpad_state,
+    depth_mm: f32,
+    slide_x_mm: f32,
+    slide_y_mm: f32,
+    gradient: *mut fingerpad_gradient,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { write_gradient::<_, 1>(model, state, [depth_mm, slide_x_mm, slide_y_mm], gradient) })
+}
+
+/// As `fingerpad_state_gradient`, at a fixed angle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_spin_state_gradient(
+    model: *const fingerpad_model,
+    state: *const fingerpad_spin_state,
+    depth_mm: f32,
+    slide_x_mm: f32,
+    slide_y_mm: f32,
+    gradient: *mut fingerpad_gradient,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { write_gradient::<_, 2>(model, state, [depth_mm, slide_x_mm, slide_y_mm], gradient) })
+}
+
+unsafe fn write_gradient<C, const P: usize>(
+    model: *const fingerpad_model,
+    state: *const C,
+    direction: [f32; 3],
+    out: *mut fingerpad_gradient,
+) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    let (model, state) = unsafe { (loaded(model)?, memory_to_read::<C, P>(state)?) };
+    // SAFETY: the caller's promise.
+    unsafe { write(out, gradient(model, state, direction)) }
+}
+
+/// The least depth and normal force at which friction of the load, N, leaves the slip margin `margin` (0 to 0.95), even if the
+/// finger holds less than the model says by the half-width of its 95 % band; `strength_factor` as in
+/// `fingerpad_state_set_strength_factor`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_least_grip(
+    model: *const fingerpad_model,
+    load_x_n: f32,
+    load_y_n: f32,
+    margin: f32,
+    strength_factor: f32,
+    grip: *mut fingerpad_grip,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded(model) }.and_then(|model| {
+        let found = with_model!(model, model => model.least_grip([load_x_n, load_y_n], margin, strength_factor));
+        let found =
+            fingerpad_grip { depth_mm: found.depth_mm, normal_force_n: found.normal_force_n, status: found.status.0 };
+        // SAFETY: the caller's promise.
+        unsafe { write(grip, found) }
+    }))
+}

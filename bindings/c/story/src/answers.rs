@@ -1,0 +1,218 @@
+//! What the core answers to a story.
+
+use fingerpad::effects::Effects;
+use fingerpad::events::{Queue, Watch};
+use fingerpad::{
+    Contact, Drive, Driven, Error, File, Gradient, ModelFile, Motion, Normal, Pose, Posed, Response, SPRINGS,
+    SpinState, State, StateOf, Surroundings, Tangential, Tuned, Tuning, state_bytes,
+};
+
+use crate::told::{Request, words};
+
+/// Code of a value out of range, as in `fingerpad.h`.
+const RANGE: u32 = 8;
+
+enum Used<'a> {
+    Fitted(Tuned<'a>),
+    Posed(Posed<'a>),
+}
+
+macro_rules! with_model {
+    ($used:expr, $model:ident => $action:expr) => {
+        match $used {
+            Used::Fitted($model) => $action,
+            Used::Posed($model) => $action,
+        }
+    };
+}
+
+/// The core with everything that a story changes.
+pub struct Teller<'a> {
+    files: &'a [ModelFile; 2],
+    file: File<'a>,
+    tuning: Tuning,
+    pose: Option<Pose>,
+    used: Used<'a>,
+    plain: State,
+    spin: SpinState,
+    contact: Contact<SPRINGS>,
+    around: Surroundings,
+    watch: Watch,
+}
+
+impl<'a> Teller<'a> {
+    pub fn new(files: &'a [ModelFile; 2]) -> Self {
+        let file = files[0].file();
+        Self {
+            files,
+            file,
+            tuning: Tuning::default(),
+            pose: None,
+            used: Used::Fitted(file.model.tuned(Tuning::default()).expect("the fitted finger is in range")),
+            plain: State::default(),
+            spin: SpinState::default(),
+            contact: Contact::default(),
+            around: Surroundings::default(),
+            watch: Watch::new(0),
+        }
+    }
+
+    /// The answer to one request, as a line.
+    pub fn answer(&mut self, request: &Request) -> String {
+        match *request {
+            Request::Model(k) => {
+                let files = self.files;
+                *self = Self { file: files[k].file(), watch: Watch::new(k as u8), ..Self::new(files) };
+                self.use_as(Tuning::default(), None)
+            }
+            Request::Tune([size, stiffness, lambda, tau0_mpa]) => {
+                self.use_as(Tuning { size, stiffness, lambda, tau0_mpa }, self.pose)
+            }
+            Request::Pose([pitch_deg, roll_deg]) => {
+                let is_fitted = pitch_deg == self.file.model.data().pose.pitch_deg && roll_deg == 0.0;
+                self.use_as(self.tuning, (!is_fitted).then_some(Pose { pitch_deg, roll_deg }))
+            }
+            Request::Factor(factor) => self.factor(factor),
+            Request::Around([hydration_au, temperature_c, finger_width_mm, series_s, dwell, occlusion, speed]) => {
+                let given = |x: f32| (!x.is_nan()).then_some(x);
+                let [dwell_s, occlusion_s, speed_mm_s] = [dwell, occlusion, speed].map(given);
+                self.around = Surroundings {
+                    hydration_au,
+                    temperature_c,
+                    finger_width_mm,
+                    series_s,
+                    dwell_s,
+                    occlusion_s,
+                    speed_mm_s,
+                };
+                "0".to_owned()
+            }
+            Request::Step([depth_mm, x, y, spin_increment_rad, dt_s]) => {
+                self.step(Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s })
+            }
+            Request::Driven { by_normal_force, by_friction, numbers } => {
+                self.driven(drive(by_normal_force, by_friction, numbers))
+            }
+            Request::Gradient(direction) => {
+                let (plain, spin) = (&self.plain, &self.spin);
+                let [one, other] = with_model!(&self.used, model => {
+                    [model.gradient(plain, direction), model.gradient(spin, direction)]
+                });
+                format!("{}{}", derivatives(&one), derivatives(&other))
+            }
+            Request::Grip([x, y, margin, factor]) => {
+                let grip = with_model!(&self.used, model => model.least_grip([x, y], margin, factor));
+                format!("{} {:x}", words(&[grip.depth_mm, grip.normal_force_n]), grip.status.0)
+            }
+            Request::Save => self.save(),
+        }
+    }
+
+    fn use_as(&mut self, tuning: Tuning, pose: Option<Pose>) -> String {
+        let used = self.file.model.tuned(tuning).and_then(|tuned| match pose {
+            None => Ok(Used::Fitted(tuned)),
+            Some(pose) => tuned.posed(pose).map(Used::Posed),
+        });
+        match used {
+            Ok(used) => {
+                (self.used, self.tuning, self.pose) = (used, tuning, pose);
+                "0".to_owned()
+            }
+            Err(Error::Range { .. }) => RANGE.to_string(),
+            Err(other) => other.to_string(),
+        }
+    }
+
+    fn factor(&mut self, factor: f32) -> String {
+        if !(0.1..=5.0).contains(&factor) {
+            return RANGE.to_string();
+        }
+        self.plain.set_strength_factor(factor);
+        self.spin.set_strength_factor(factor);
+        self.contact.state.set_strength_factor(factor);
+        "0".to_owned()
+    }
+
+    fn step(&mut self, motion: Motion) -> String {
+        let effects = Effects::new(self.file.effects).expect("the story's files have known effects");
+        let (plain, spin, contact) = (&mut self.plain, &mut self.spin, &mut self.contact);
+        let [one, two, three] = with_model!(&self.used, model => [
+            model.step(plain, motion),
+            model.step(spin, motion),
+            effects.step(model, contact, self.around, motion),
+        ]);
+        let mut queue: Queue<4> = Queue::new();
+        let (mut producer, mut consumer) = queue.split();
+        self.watch.look(&one, &mut producer);
+        let events: String = std::iter::from_fn(|| consumer.dequeue())
+            .map(|event| format!(" @{} {} {}", event.tick, event.finger, event.change as u8))
+            .collect();
+        let reading = words(&effects.reading(&three));
+        format!("{}{}{}{reading}{events}", forces(&one), forces(&two), forces(&three))
+    }
+
+    fn driven(&mut self, drive: Drive) -> String {
+        let (plain, spin) = (&mut self.plain, &mut self.spin);
+        let both = with_model!(&self.used, model => [model.step_driven(plain, drive), model.step_driven(spin, drive)]);
+        both.iter().map(|Driven { response, motion }| forces(response) + &moved(motion)).collect()
+    }
+
+    fn save(&mut self) -> String {
+        let model = self.file.model.data().checksum();
+        let mut says = String::new();
+        saved(model, &mut self.plain, &mut says);
+        saved(model, &mut self.spin, &mut says);
+        says
+    }
+}
+
+fn saved<const P: usize>(model: u32, state: &mut StateOf<SPRINGS, P>, says: &mut String) {
+    let mut bytes = vec![0; state_bytes(SPRINGS, P)];
+    state.write_bytes(model, &mut bytes).expect("the buffer has that length");
+    *state = StateOf::read_bytes(model, &bytes).expect("what was written can be read");
+    says.push(' ');
+    says.extend(bytes.iter().map(|byte| format!("{byte:02x}")));
+}
+
+fn drive(by_normal_force: bool, by_friction: bool, numbers: [f32; 8]) -> Drive {
+    let [depth_mm, normal_n, x_mm, y_mm, x_n, y_n, spin_increment_rad, dt_s] = numbers;
+    Drive {
+        normal: if by_normal_force { Normal::ForceN(normal_n) } else { Normal::DepthMm(depth_mm) },
+        tangential: if by_friction {
+            Tangential::FrictionN([x_n, y_n])
+        } else {
+            Tangential::SlideIncrementMm([x_mm, y_mm])
+        },
+        spin_increment_rad,
+        dt_s,
+    }
+}
+
+/// All numbers of a response.
+fn forces(r: &Response) -> String {
+    let numbers = [
+        r.normal_force_n,
+        r.friction_n[0],
+        r.friction_n[1],
+        r.stick_ratio,
+        r.friction_limit_n,
+        r.slip_margin,
+        r.spin_moment_n_mm,
+        r.pressure_centre_mm[0],
+        r.pressure_centre_mm[1],
+        r.contact_area_mm2,
+        r.band_normal_n,
+        r.band_friction_n,
+    ];
+    format!("{} {} {:x}", words(&numbers), r.regime as u8, r.status.0)
+}
+
+fn moved(motion: &Motion) -> String {
+    let [x, y] = motion.slide_increment_mm;
+    words(&[motion.depth_mm, x, y, motion.spin_increment_rad, motion.dt_s])
+}
+
+fn derivatives(gradient: &Gradient) -> String {
+    let [x, y] = &gradient.friction_n_mm;
+    words(&gradient.normal_n_mm) + &words(x) + &words(y)
+}

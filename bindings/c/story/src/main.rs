@@ -1,0 +1,41 @@
+//! Tells a story of a contact twice: `story.txt`, one request a line, and `answers.txt`, what the core answers to each. A
+//! binding reads the first and must write the second, bit for bit. `places_*.txt` tell the same by places (`places.rs`).
+//!
+//! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. All numbers are 32-bit words in hexadecimal; `told.rs` has the requests.
+
+mod answers;
+mod paths;
+mod places;
+mod told;
+
+use std::fs;
+use std::path::Path;
+
+use fingerpad::ModelFile;
+
+use answers::Teller;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [shipped, corrected, folder] = &arguments[..] else {
+        return Err("usage: fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER".into());
+    };
+    let read = |path: &String| -> Result<ModelFile, Box<dyn std::error::Error>> {
+        ModelFile::new(&fs::read(path)?).map_err(|e| format!("{path}: {e}").into())
+    };
+    let files = [read(shipped)?, read(corrected)?];
+    let story = paths::story(&files[0]);
+    let mut teller = Teller::new(&files);
+    let answers: Vec<String> = story.iter().map(|request| teller.answer(request)).collect();
+    let lines: Vec<String> = story.iter().map(ToString::to_string).collect();
+    fs::write(Path::new(folder).join("story.txt"), lines.join("\n") + "\n")?;
+    fs::write(Path::new(folder).join("answers.txt"), answers.join("\n") + "\n")?;
+    for (file, name) in files.iter().zip(["shipped", "corrected"]) {
+        let clean = places::rows(&paths::clean_story(), file);
+        let disturbed = places::rows(&paths::disturbed_story(file), file);
+        fs::write(Path::new(folder).join(format!("places_clean_{name}.txt")), clean.join("\n") + "\n")?;
+        fs::write(Path::new(folder).join(format!("places_disturbed_{name}.txt")), disturbed.join("\n") + "\n")?;
+    }
+    println!("{} requests, disturbed by the seed {}", story.len(), paths::SEED);
+    Ok(())
+}

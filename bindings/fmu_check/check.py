@@ -1,0 +1,225 @@
+"""An FMU as an importing tool meets it, by FMPy: check.py FINGER.fmu CORRECTED.fmu STORY-FOLDER
+
+The story's folder has the paths by places with the core's own answers (bindings/c/story); every answer is compared bit for bit.
+"""
+
+import pathlib
+import struct
+import sys
+
+import numpy
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3Slave
+from fmpy.validation import validate_fmu
+
+INPUTS = ["depth_mm", "slide_x_mm", "slide_y_mm", "spin_rad", "strength_factor", "pitch_deg", "roll_deg"]
+OUTPUTS = [
+    "normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "stick_ratio", "friction_limit_n",
+    "slip_margin", "pressure_centre_x_mm", "pressure_centre_y_mm", "contact_area_mm2", "band_normal_n",
+    "band_friction_n",
+]
+DT_S = 1e-3
+WARNING, DISCARD, ERROR = 1, 2, 3
+
+
+def read_rows(path):
+    """Inputs as floats and answers as text, one pair a step."""
+    rows = []
+    for line in pathlib.Path(path).read_text().splitlines():
+        inputs, answers = line.split(" | ")
+        rows.append(([struct.unpack(">d", bytes.fromhex(word))[0] for word in inputs.split()], answers))
+    return rows
+
+
+class Finger:
+    """One instance, set up to step."""
+
+    def __init__(self, fmu, name="finger", token=None):
+        self.description = read_model_description(fmu)
+        self.folder = extract(fmu)
+        self.names = {variable.name: variable.valueReference for variable in self.description.modelVariables}
+        self.messages = []
+        self.unit = FMU3Slave(
+            guid=token or self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        # FMPy passes fmi3Warning over; the unit's message has it.
+        self.unit.instantiate(
+            loggingOn=True,
+            logMessage=lambda environment, status, category, message: self.messages.append((int(status), message)),
+        )
+        self.unit.enterInitializationMode(startTime=0.0)
+        self.unit.exitInitializationMode()
+        self.step_number = 0
+        self.inputs = [self.names[name] for name in INPUTS]
+        self.outputs = [self.names[name] for name in OUTPUTS]
+
+    def step(self, inputs):
+        """Advances by one step; returns the status and the answer as the story has it."""
+        self.unit.setFloat64(self.inputs, inputs)
+        self.messages.clear()
+        try:
+            self.unit.doStep(self.step_number * DT_S, DT_S)
+        except FMICallException as exception:
+            return int(exception.status), self.answer()
+        self.step_number += 1
+        return max((status for status, _ in self.messages), default=0), self.answer()
+
+    def answer(self):
+        numbers = self.unit.getFloat64(self.outputs)
+        words = [struct.pack(">f", number).hex() for number in numbers]
+        # The outputs are 32-bit numbers in 64 bits: nothing may be lost on the way back.
+        assert [struct.unpack(">f", bytes.fromhex(word))[0] for word in words] == list(numbers)
+        return " ".join(words + [str(n) for n in self.unit.getInt32([self.names["regime"], self.names["status"]])])
+
+    def close(self):
+        self.unit.terminate()
+        self.unit.freeInstance()
+
+
+def refused(call, status):
+    """Whether a call is answered by that status."""
+    try:
+        answered = call()
+    except FMICallException as exception:
+        return int(exception.status) == status
+    return answered is not None and int(answered) == status
+
+
+def same_bits(fmu, rows, what):
+    finger = Finger(fmu)
+    bad_input = 0
+    for i, (inputs, want) in enumerate(rows):
+        status, got = finger.step(inputs)
+        assert got == want, f"{what}, step {i} {inputs}:\ncore {want}\nFMU  {got}"
+        flagged = int(want.split()[-1]) & (2 | 128) != 0
+        assert (status == WARNING) == flagged, f"{what}, step {i}: status {status} for flags {want.split()[-1]}"
+        bad_input += flagged
+    finger.close()
+    print(f"{what}: {len(rows)} steps bit for bit, {bad_input} with bad input answered by fmi3Warning")
+    return bad_input
+
+
+def state_goes_back(fmu, rows):
+    finger, other = Finger(fmu), Finger(fmu, "other")
+    middle = len(rows) // 2
+    for inputs, _ in rows[:middle]:
+        finger.step(inputs)
+    state = finger.unit.getFMUState()
+    text = finger.unit.serializeFMUState(state)
+    first = [finger.step(inputs) for inputs, _ in rows[middle:]]
+    finger.unit.setFMUState(state)
+    finger.step_number = middle
+    assert [finger.step(inputs) for inputs, _ in rows[middle:]] == first, "a state that was set goes on otherwise"
+    restored = other.unit.deserializeFMUState(text)
+    other.unit.setFMUState(restored)
+    other.step_number = middle
+    assert [other.step(inputs) for inputs, _ in rows[middle:]] == first, "a state from bytes goes on otherwise"
+    assert [answer for _, answer in first] == [want for _, want in rows[middle:]]
+    damaged = bytearray(text)
+    damaged[200] ^= 1
+    assert refused(lambda: other.unit.deserializeFMUState(bytes(damaged)), ERROR), "a damaged state"
+    assert refused(lambda: other.unit.deserializeFMUState(text[:-1]), ERROR), "a cut state"
+    for each, states in ((finger, [state]), (other, [restored])):
+        for state in states:
+            each.unit.freeFMUState(state)
+        each.close()
+    print(f"states: got, set, serialised to {len(text)} bytes and read by another instance; damaged ones refused")
+
+
+def two_at_once(fmu, clean, disturbed):
+    one, two = Finger(fmu, "one"), Finger(fmu, "two")
+    for (inputs, want), (more, wanted) in zip(clean, disturbed):
+        assert one.step(inputs)[1] == want and two.step(more)[1] == wanted, "two instances disturb each other"
+    one.close()
+    two.close()
+    print("two instances at once: each as alone")
+
+
+def misuse(fmu, rows):
+    finger = Finger(fmu)
+    for inputs, _ in rows[:50]:
+        finger.step(inputs)
+    before = finger.unit.serializeFMUState(finger.unit.getFMUState())
+    inputs = rows[50][0]
+    for k, value in ((4, float("nan")), (4, 9.0), (5, 5.0), (6, float("nan"))):
+        bad = list(inputs)
+        bad[k] = value
+        assert finger.step(bad)[0] == DISCARD, f"{INPUTS[k]} {value} is to be discarded"
+    finger.unit.setFloat64(finger.inputs, rows[49][0])
+    after = finger.unit.serializeFMUState(finger.unit.getFMUState())
+    assert after == before, "a discarded step changes the state"
+    assert finger.step(inputs)[1] == rows[50][1], "after discarded steps it does not go on as before"
+    for dt in (0.0, -1e-3, float("nan")):
+        assert refused(lambda: finger.unit.doStep(0.051, dt), ERROR), f"a step of {dt} s"
+    assert refused(lambda: finger.unit.getFloat64([999]), ERROR), "an unknown variable is read"
+    assert refused(lambda: finger.unit.setFloat64([finger.names["normal_force_n"]], [1.0]), ERROR), "an output is set"
+    assert refused(lambda: finger.unit.setFloat64([finger.names["size"]], [1.1]), ERROR), "a parameter is set too late"
+    finger.unit.reset()
+    finger.unit.enterInitializationMode(startTime=0.0)
+    finger.unit.setFloat64([finger.names["size"]], [float("nan")])
+    assert refused(finger.unit.exitInitializationMode, ERROR), "a size of NaN"
+    finger.unit.freeInstance()
+    try:
+        Finger(fmu, token="{another}")
+        raise AssertionError("another instantiation token is taken")
+    except AssertionError:
+        raise
+    except Exception:
+        pass
+    print("misuse: discarded steps leave the state; bad steps, variables, parameters and tokens are errors")
+
+
+def by_simulation(fmu, rows):
+    """The whole tool: the clean path as a table of inputs."""
+    # FMPy applies the input of a time to the step that starts there. The first row is the finger in the air at the place from
+    # which the path is counted; a step of a power of two keeps FMPy's interpolation between equal times exact.
+    dt_s = 1 / 1024
+    start = [0.0] * 4 + [1.0] + rows[0][0][5:]
+    table = numpy.array(
+        [tuple([i * dt_s] + inputs) for i, inputs in enumerate([start] + [inputs for inputs, _ in rows])],
+        dtype=[("time", float)] + [(name, float) for name in INPUTS],
+    )
+    result = simulate_fmu(
+        fmu,
+        stop_time=(len(rows) + 1) * dt_s,
+        step_size=dt_s,
+        output_interval=dt_s,
+        input=table,
+        output=OUTPUTS,
+    )
+    for i, (_, want) in enumerate(rows):
+        got = [struct.pack(">f", result[name][i + 2]).hex() for name in OUTPUTS]
+        assert got == want.split()[: len(OUTPUTS)], f"simulate_fmu, step {i}"
+    print(f"simulate_fmu: {len(rows)} rows bit for bit")
+
+
+def main(shipped, corrected, story):
+    story = pathlib.Path(story)
+    rows = {
+        (path, model): read_rows(story / f"places_{path}_{model}.txt")
+        for path in ("clean", "disturbed")
+        for model in ("shipped", "corrected")
+    }
+    bad_input = 0
+    for model, fmu in (("shipped", shipped), ("corrected", corrected)):
+        problems = validate_fmu(fmu)
+        assert problems == [], problems
+        print(f"{model}: validate_fmu has nothing to say")
+        for path in ("clean", "disturbed"):
+            bad_input += same_bits(fmu, rows[path, model], f"{model}, {path}")
+        state_goes_back(fmu, rows["disturbed", model][:2000])
+    assert bad_input > 10, "the disturbed paths hold no bad input"
+    two_at_once(shipped, rows["clean", "shipped"], rows["disturbed", "shipped"])
+    misuse(shipped, rows["clean", "shipped"])
+    by_simulation(shipped, rows["clean", "shipped"])
+    exchanged = Finger(corrected)
+    answers = [exchanged.step(inputs)[1] for inputs, _ in rows["clean", "shipped"]]
+    assert answers != [want for _, want in rows["clean", "shipped"]], "the comparison does not see another model"
+    exchanged.close()
+
+
+main(*sys.argv[1:])

@@ -1,0 +1,104 @@
+"""The scenes of the examples and tests, as MJCF. Metres, kilograms, newtons, as MuJoCo has them."""
+
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+
+MODEL_FILE = pathlib.Path(__file__).resolve().parents[3] / "data" / "models" / "fingertip.fpm"
+#: Half the object's width, where the fingers touch it, m.
+HALF_WIDTH = 0.02
+MASS_KG = 0.045
+GRAVITY = 9.81
+
+
+def instance(name, site, geoms, **attributes):
+    """The element of one plugin instance; attributes as in the documentation."""
+    attributes = {"model_file": MODEL_FILE, "site": site, "geoms": geoms, **attributes}
+    configs = "".join(f'<config key="{key}" value="{value}"/>' for key, value in attributes.items())
+    return f'<instance name="{name}">{configs}</instance>'
+
+
+def sensor(name):
+    """The sensor of the instance of the same name."""
+    return f'<plugin name="{name}" plugin="fingerpad.contact" instance="{name}"/>'
+
+
+def extension(*instances):
+    return f'<extension><plugin plugin="fingerpad.contact">{"".join(instances)}</plugin></extension>'
+
+
+#: What stands in <option> for each of MuJoCo's own ways to hold the object. `stock` is MuJoCo as it comes; `best` what its
+#: manual recommends against slow slip: elliptic cones, impratio, the solver without slip.
+MUJOCO = {
+    "stock": "",
+    "impratio": 'cone="elliptic" impratio="100"',
+    "best": 'cone="elliptic" impratio="100" noslip_iterations="20" noslip_tolerance="0"',
+}
+
+
+def grip(contact="fingerpad", timestep=0.001, integrator="Euler", mass=MASS_KG, friction=1.5, torsion=0.004, **attributes):
+    """An object between two fingers: the left one stands, the right one is pushed by the motor `grip`, N; both hang on a hand
+    that the actuator `hand` moves up and down, m.
+
+    ``contact``: `fingerpad`, `none`, or one of MUJOCO, then with the coefficients ``friction`` and ``torsion`` (m).
+    ``attributes``: of the plugin.
+    """
+    own, option = contact == "fingerpad", MUJOCO.get(contact)
+    pad = "" if option is None else (
+        f'<geom name="{{}}_pad" type="sphere" size="0.008" pos="{{}} 0 0" mass="0" condim="4" '
+        f'friction="{friction} {torsion} 0.0001"/>'
+    )
+    flag = '<flag contact="disable"/>' if option is None else ""
+    plugin = extension(*(instance(s, s, "object", **attributes) for s in ("left", "right"))) if own else ""
+    sensors = f'<sensor>{sensor("left")}{sensor("right")}</sensor>' if own else ""
+    collides = "" if option is None else f'condim="4" friction="{friction} {torsion} 0.0001"'
+    return f"""<mujoco>
+  <option timestep="{timestep}" integrator="{integrator}" {option or ""}>{flag}</option>
+  <size nuserdata="4"/>
+  {plugin}
+  <worldbody>
+    <body name="hand">
+      <joint name="hand" type="slide" axis="0 0 1"/>
+      <geom type="box" size="0.06 0.01 0.01" pos="0 0.06 0" mass="0.5" contype="0" conaffinity="0"/>
+      <body name="left_finger">
+        <geom type="capsule" size="0.004" fromto="-0.05 0 0 -0.03 0 0" mass="0.02" contype="0" conaffinity="0"/>
+        {pad.format("left", -HALF_WIDTH - 0.008)}
+        <site name="left" pos="{-HALF_WIDTH} 0 0" xyaxes="0 0 1 0 1 0"/>
+      </body>
+      <body name="right_finger">
+        <joint name="grip" type="slide" axis="-1 0 0" damping="2" range="-0.02 0.02"/>
+        <geom type="capsule" size="0.004" fromto="0.05 0 0 0.03 0 0" mass="0.02" contype="0" conaffinity="0"/>
+        {pad.format("right", HALF_WIDTH + 0.008)}
+        <site name="right" pos="{HALF_WIDTH} 0 0" xyaxes="0 0 1 0 -1 0"/>
+      </body>
+    </body>
+    <body name="object">
+      <freejoint name="object"/>
+      <geom name="object" type="box" size="{HALF_WIDTH} 0.02 0.03" mass="{mass}" {collides}/>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor name="grip" joint="grip"/>
+    <position name="hand" joint="hand" kp="20000" dampratio="1"/>
+  </actuator>
+  {sensors}
+</mujoco>"""
+
+
+def one_slide(timestep=0.001, integrator="RK4", depth_mm=1.5, mass=MASS_KG, **attributes):
+    """An object that can only fall, held by one finger from the side: one degree of freedom, for comparison with a
+    calculation by hand. The finger is pressed in by ``depth_mm`` throughout."""
+    return f"""<mujoco>
+  <option timestep="{timestep}" integrator="{integrator}"><flag contact="disable"/></option>
+  <size nuserdata="4"/>
+  {extension(instance("finger", "finger", "object", **attributes))}
+  <worldbody>
+    <site name="finger" pos="{-HALF_WIDTH + depth_mm / 1000} 0 0" xyaxes="0 0 1 0 1 0"/>
+    <body name="object">
+      <joint name="fall" type="slide" axis="0 0 1"/>
+      <geom name="object" type="box" size="{HALF_WIDTH} 0.02 0.03" mass="{mass}"/>
+    </body>
+  </worldbody>
+  <sensor>{sensor("finger")}</sensor>
+</mujoco>"""

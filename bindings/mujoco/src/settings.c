@@ -1,0 +1,208 @@
+#include "settings.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char* const ATTRIBUTES[] = {
+    "model_file",
+    "site",
+    "geoms",
+    "strength_factor",
+    "strength_userdata",
+    "damping_normal_n_s_per_m",
+    "damping_slide_n_s_per_m",
+    "damping_spin_n_m_s_per_rad",
+    "pad_radius_mm",
+    "pose",
+    "size",
+    "stiffness",
+    "lambda",
+    "tau0_mpa",
+};
+const int ATTRIBUTE_COUNT = sizeof(ATTRIBUTES) / sizeof(ATTRIBUTES[0]);
+
+/* Longest name of a geom, longest number; longest reason with such a name in it. */
+#define WORD_MAX 256
+#define REASON_MAX (WORD_MAX + 128)
+
+/* The value of an attribute, "" if it was not given. */
+static const char* value_of(const mjModel* m, int instance, const char* name) {
+  const char* value = mj_getPluginConfig(m, instance, name);
+  return value ? value : "";
+}
+
+/* Tells what is wrong with an attribute; always -1. */
+static int refuse(const mjModel* m, int instance, const char* name, const char* value, const char* why) {
+  const char* who = mj_id2name(m, mjOBJ_PLUGIN, instance);
+  mju_warning("fingerpad.contact, instance '%s': attribute %s = \"%s\": %s", who ? who : "", name, value, why);
+  return -1;
+}
+
+/* Copies the next word of `text` and returns what follows it, or NULL at the end or for a word that is too long. */
+static const char* next_word(const char* text, char word[WORD_MAX]) {
+  static const char blanks[] = " \t\r\n";
+  text += strspn(text, blanks);
+  size_t length = strcspn(text, blanks);
+  if (length == 0 || length >= WORD_MAX) return NULL;
+  memcpy(word, text, length);
+  word[length] = 0;
+  return text + length;
+}
+
+static int count_words(const char* text) {
+  char word[WORD_MAX];
+  int count = 0;
+  while ((text = next_word(text, word))) count++;
+  return count;
+}
+
+/* Reads `count` numbers from least to most; one that was given stands for all. An attribute that was not given changes
+ * nothing. */
+static int read_numbers(
+    const mjModel* m, int instance, const char* name, mjtNum* numbers, int count, mjtNum least, mjtNum most) {
+  const char *value = value_of(m, instance, name), *rest = value;
+  char word[WORD_MAX], why[REASON_MAX];
+  int given = count_words(value);
+  if (given == 0) return 0;
+  if (given != 1 && given != count) {
+    snprintf(why, sizeof(why), "holds %d numbers; give 1%s", given, count > 1 ? " or as many as there are places" : "");
+    return refuse(m, instance, name, value, why);
+  }
+  for (int i = 0; i < given; i++) {
+    char* end;
+    rest = next_word(rest, word);
+    double number = strtod(word, &end);
+    if (*end || !isfinite(number) || number < least || number > most) {
+      snprintf(why, sizeof(why), "'%s' is not a number from %g to %g", word, least, most);
+      return refuse(m, instance, name, value, why);
+    }
+    for (int k = i; k < (given == 1 ? count : i + 1); k++) numbers[k] = number;
+  }
+  return 0;
+}
+
+/* The site and the geoms, by name. */
+static int read_places(settings* s, const mjModel* m, int instance) {
+  const char* site = value_of(m, instance, "site");
+  s->site = mj_name2id(m, mjOBJ_SITE, site);
+  if (s->site < 0) return refuse(m, instance, "site", site, "the model has no site of this name");
+
+  const char *geoms = value_of(m, instance, "geoms"), *rest = geoms;
+  char word[WORD_MAX], why[REASON_MAX];
+  if (count_words(geoms) == 0) return refuse(m, instance, "geoms", geoms, "name the planes and boxes that are touched");
+  if (count_words(geoms) > GEOMS_MAX) return refuse(m, instance, "geoms", geoms, "more than 32 geoms in one instance");
+  while ((rest = next_word(rest, word))) {
+    int geom = mj_name2id(m, mjOBJ_GEOM, word);
+    if (geom < 0) {
+      snprintf(why, sizeof(why), "the model has no geom '%s'", word);
+      return refuse(m, instance, "geoms", geoms, why);
+    }
+    if (m->geom_type[geom] != mjGEOM_PLANE && m->geom_type[geom] != mjGEOM_BOX) {
+      snprintf(why, sizeof(why), "geom '%s' is neither a plane nor a box", word);
+      return refuse(m, instance, "geoms", geoms, why);
+    }
+    if (m->geom_bodyid[geom] == m->site_bodyid[s->site]) {
+      snprintf(why, sizeof(why), "geom '%s' belongs to the body of the site", word);
+      return refuse(m, instance, "geoms", geoms, why);
+    }
+    s->geoms[s->geom_count++] = geom;
+  }
+  return 0;
+}
+
+/* The whole of a file in memory aligned for the model, or NULL. */
+static void* read_file(const char* path, size_t* length) {
+  FILE* file = fopen(path, "rb");
+  if (!file) return NULL;
+  char* bytes = NULL;
+  long size = -1;
+  if (fseek(file, 0, SEEK_END) == 0) size = ftell(file);
+  /* A model file has some ten kB; whatever has more is none. */
+  if (size >= 0 && size < (1 << 24)) bytes = malloc((size_t)size + 1);
+  rewind(file);
+  *length = bytes ? fread(bytes, 1, (size_t)size, file) : 0;
+  fclose(file);
+  return bytes;
+}
+
+/* The model file, and the finger that the attributes make of it. */
+static int read_model(settings* s, const mjModel* m, int instance) {
+  const char* path = value_of(m, instance, "model_file");
+  char why[REASON_MAX];
+  size_t length;
+  s->file = read_file(path, &length);
+  if (!s->file) {
+    snprintf(why, sizeof(why), "cannot be read (%s); a relative path counts from the working directory", strerror(errno));
+    return refuse(m, instance, "model_file", path, *path ? why : "give the path of a .fpm file");
+  }
+  int code = fingerpad_model_load(&s->model, s->file, length);
+  if (code != FINGERPAD_OK) return refuse(m, instance, "model_file", path, fingerpad_error_text(code));
+  fingerpad_model_info info;
+  fingerpad_model_describe(&s->model, &info);
+  s->fitted_pitch_deg = info.fitted_pitch_deg;
+
+  mjtNum size = 1, stiffness = 1, lambda = 1, tau0_mpa = 0;
+  if (read_numbers(m, instance, "size", &size, 1, 0.5, 2) || read_numbers(m, instance, "stiffness", &stiffness, 1, 0.2, 5) ||
+      read_numbers(m, instance, "lambda", &lambda, 1, 0.1, 10) || read_numbers(m, instance, "tau0_mpa", &tau0_mpa, 1, 0, 0.1)) {
+    return -1;
+  }
+  code = fingerpad_model_tune(&s->model, (float)size, (float)stiffness, (float)lambda, (float)tau0_mpa);
+  if (code != FINGERPAD_OK) return refuse(m, instance, "size", value_of(m, instance, "size"), fingerpad_error_text(code));
+
+  const char* pose = value_of(m, instance, "pose");
+  s->follows_pose = strcmp(pose, "follow") == 0;
+  if (!s->follows_pose && *pose && strcmp(pose, "fixed") != 0) {
+    return refuse(m, instance, "pose", pose, "neither fixed nor follow");
+  }
+  if (s->follows_pose && !info.knows_poses) {
+    return refuse(m, instance, "pose", pose, "this model file knows one pose alone");
+  }
+  return 0;
+}
+
+int settings_geom_count(const mjModel* m, int instance) {
+  int count = count_words(value_of(m, instance, "geoms"));
+  return count < GEOMS_MAX ? count : GEOMS_MAX;
+}
+
+int settings_read(settings* s, const mjModel* m, int instance) {
+  *s = (settings){
+      .damping_normal = 2,
+      .damping_slide = 2,
+      .damping_spin = 2e-5,
+      .pad_radius_mm = {21, 21},
+      .strength_userdata = -1,
+  };
+  mjtNum strength[GEOMS_MAX], userdata = -1;
+  for (int i = 0; i < GEOMS_MAX; i++) strength[i] = 1;
+  const mjtNum most = 1e6;
+  if (read_places(s, m, instance) || read_model(s, m, instance) ||
+      read_numbers(m, instance, "strength_factor", strength, s->geom_count, 0.1, 5) ||
+      read_numbers(m, instance, "strength_userdata", &userdata, 1, 0, m->nuserdata - s->geom_count) ||
+      read_numbers(m, instance, "damping_normal_n_s_per_m", &s->damping_normal, 1, 0, most) ||
+      read_numbers(m, instance, "damping_slide_n_s_per_m", &s->damping_slide, 1, 0, most) ||
+      read_numbers(m, instance, "damping_spin_n_m_s_per_rad", &s->damping_spin, 1, 0, most) ||
+      read_numbers(m, instance, "pad_radius_mm", s->pad_radius_mm, 2, 0, 1000)) {
+    return -1;
+  }
+  if (userdata != floor(userdata)) {
+    return refuse(m, instance, "strength_userdata", value_of(m, instance, "strength_userdata"), "not a whole number");
+  }
+  s->strength_userdata = (int)userdata;
+  for (int i = 0; i < GEOMS_MAX; i++) s->strength_factor[i] = (float)strength[i];
+  return 0;
+}
+
+void settings_free(settings* s) {
+  free(s->file);
+  s->file = NULL;
+}
+
+float settings_strength(const settings* s, const mjData* d, int i) {
+  /* A 0, which a reset leaves behind, stands for 1. */
+  mjtNum more = s->strength_userdata < 0 ? 1 : d->userdata[s->strength_userdata + i];
+  return s->strength_factor[i] * (float)(more == 0 ? 1 : more);
+}

@@ -1,0 +1,83 @@
+"""A finger and an object that are led along a path: positions are prescribed, step by step."""
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import fingerpad_mujoco
+import scenes
+
+#: Half the size of the object, m: as wide as thick, so that all faces are alike.
+HALF = 0.03
+TOP = np.array([0.0, 0.0, 1e3 * HALF])
+#: The plugin's own when none is given.
+PAD_RADIUS_MM = 21.0
+
+
+def scene(geom="box", **attributes):
+    """A free finger, its site at its origin, and a free object; `plane` is fixed to the world."""
+    attributes = {"site": "finger", "geoms": "object", **attributes}
+    what = {
+        "box": f'<body name="object"><freejoint/><geom name="object" type="box" size="{HALF} {HALF} {HALF}" mass="1"/></body>',
+        "plane": '<geom name="object" type="plane" size="1 1 1"/>',
+    }[geom]
+    return f"""<mujoco>
+  <option timestep="0.001" gravity="0 0 0"><flag contact="disable"/></option>
+  <size nuserdata="4"/>
+  {scenes.extension(scenes.instance("finger", **attributes))}
+  <worldbody>
+    <body name="finger"><freejoint/><geom size="0.01" mass="1" contype="0" conaffinity="0"/><site name="finger"/></body>
+    {what}
+  </worldbody>
+  <sensor>{scenes.sensor("finger")}</sensor>
+</mujoco>"""
+
+
+#: Turns that bring the upper face of the object to each of its faces: +x, +y, +z, -x, -y, -z.
+FACES = [Rotation.from_rotvec(v) for v in np.pi / 2 * np.array(
+    [[0, 1, 0], [-1, 0, 0], [0, 0, 0], [0, -1, 0], [1, 0, 0], [2, 0, 0]])]
+
+
+def finger_at(row):
+    """The finger on the upper face of an object at the origin: depth of the pad's lowest point, place, turn, pitch and roll, as
+    in `wandering`; position, mm, and turn."""
+    depth, x, y, turn, pitch, roll = row
+    axes = Rotation.from_euler("z", turn) * Rotation.from_euler("y", pitch) * Rotation.from_euler("x", roll)
+    lift = PAD_RADIUS_MM * (2 - np.cos(pitch) - np.cos(roll))
+    return TOP + [x, y, lift - depth], axes
+
+
+def place(data, name, position_mm, turn):
+    joint = data.body(name)
+    address = data.model.jnt_qposadr[data.model.body_jntadr[joint.id]]
+    data.qpos[address : address + 3] = 1e-3 * np.asarray(position_mm)
+    data.qpos[address + 3 : address + 7] = turn.as_quat(scalar_first=True)
+
+
+def lead(model, data, finger, object=None):
+    """Takes one step with the finger (and the object) at the given place, at rest; returns the contact there."""
+    place(data, "finger", *finger)
+    if object is not None:
+        place(data, "object", *object)
+    data.qvel[:] = 0
+    mujoco.mj_step(model, data)
+    return fingerpad_mujoco.read(data, "finger")[0]
+
+
+def model_and_data(**options):
+    model = mujoco.MjModel.from_xml_string(scene(**options))
+    return model, mujoco.MjData(model)
+
+
+def wandering(seed, steps=600):
+    """A path that presses, slides, turns and tilts a little at random, with reversals and lift-offs; rows of depth mm, slide of
+    the finger x, y mm, turn about the normal, pitch and roll, rad."""
+    random = np.random.default_rng(seed)
+    knots = np.zeros((13, 6))
+    knots[1:, 0] = random.uniform(-0.3, 2.0, 12)
+    knots[:, 1:3] = np.cumsum(random.normal(0, 0.8, (13, 2)), axis=0)
+    knots[:, 3] = np.cumsum(random.normal(0, 0.3, 13))
+    knots[:, 4:] = random.uniform(-0.2, 0.2, (13, 2))
+    at = np.linspace(0, 12, steps)
+    path = np.stack([np.interp(at, np.arange(13), column) for column in knots.T], axis=1)
+    return path + random.normal(0, 1e-4, path.shape)

@@ -1,0 +1,128 @@
+"""Bad attributes are refused by name and value; positions that are no numbers do no harm."""
+
+import mujoco
+import numpy as np
+import paths
+import pytest
+from scipy.spatial.transform import Rotation
+
+import fingerpad_mujoco
+import hold
+import scenes
+
+
+def why_refused(scene, capfd, folder):
+    """All that MuJoCo says when it refuses a scene: the exception and the warning before it."""
+    with pytest.raises((ValueError, mujoco.FatalError)) as error:
+        model = mujoco.MjModel.from_xml_string(scene)
+        mujoco.MjData(model)
+    log = folder / "MUJOCO_LOG.TXT"
+    return str(error.value) + "".join(capfd.readouterr()) + (log.read_text() if log.exists() else "")
+
+
+@pytest.mark.parametrize(
+    "attribute, value, reason",
+    [
+        ("model_file", "nowhere.fpm", "cannot be read (No such file or directory)"),
+        ("model_file", "", "give the path of a .fpm file"),
+        ("model_file", "{cut}", "cut off"),
+        ("model_file", "{text}", "not a model file"),
+        ("site", "thumb", "the model has no site of this name"),
+        ("geoms", "", "name the planes and boxes"),
+        ("geoms", "object lid", "the model has no geom 'lid'"),
+        ("geoms", "ball", "geom 'ball' is neither a plane nor a box"),
+        ("geoms", "nail", "geom 'nail' belongs to the body of the site"),
+        ("strength_factor", "strong", "'strong' is not a number from 0.1 to 5"),
+        ("strength_factor", "nan", "'nan' is not a number from 0.1 to 5"),
+        ("strength_factor", "7", "'7' is not a number from 0.1 to 5"),
+        ("strength_factor", "1 1 1", "holds 3 numbers"),
+        ("strength_userdata", "4", "'4' is not a number from 0 to 3"),
+        ("strength_userdata", "0.5", "not a whole number"),
+        ("damping_normal_n_s_per_m", "-1", "'-1' is not a number from 0 to"),
+        ("damping_slide_n_s_per_m", "2,5", "'2,5' is not a number"),
+        ("damping_spin_n_m_s_per_rad", "inf", "'inf' is not a number"),
+        ("pad_radius_mm", "1 2 3", "holds 3 numbers"),
+        ("pose", "free", "neither fixed nor follow"),
+        ("size", "3", "'3' is not a number from 0.5 to 2"),
+        ("tau0_mpa", "-0.1", "is not a number from 0 to 0.1"),
+        ("gripping", "1", "gripping"),
+    ],
+)
+def test_a_bad_attribute_is_named_with_its_value(attribute, value, reason, capfd, own_folder):
+    whole = scenes.MODEL_FILE.read_bytes()
+    (own_folder / "cut.fpm").write_bytes(whole[: len(whole) // 2])
+    (own_folder / "text.fpm").write_text("this is no model file, however long it may be\n" * 20)
+    value = value.format(cut=own_folder / "cut.fpm", text=own_folder / "text.fpm")
+    more = '<geom name="nail" type="box" size="1 1 1"/><geom name="ball" size="1"/>'
+    scene = paths.scene(**{attribute: value}).replace('<site name="finger"/>', '<site name="finger"/>' + more)
+    said = why_refused(scene, capfd, own_folder)
+    assert reason in said, said
+    if attribute != "gripping":
+        assert f'attribute {attribute} = "{value}"' in said and "instance 'finger'" in said, said
+
+
+def test_a_missing_plugin_tells_how_to_build_it(tmp_path):
+    with pytest.raises(FileNotFoundError, match="cmake --build"):
+        fingerpad_mujoco.load(tmp_path / "nothing.so")
+
+
+def test_an_unknown_sensor_is_named():
+    _, data = hold.gripped()
+    with pytest.raises(KeyError, match="thumb"):
+        fingerpad_mujoco.read(data, "thumb")
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_a_position_that_is_no_number_is_held_and_flagged(bad, integrator):
+    model, data = paths.model_and_data()
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+    # Without this flag MuJoCo itself resets the simulation before any plugin sees the number.
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    object_at = (np.zeros(3), Rotation.identity())
+    at = 1e3 * np.array([0, 0, paths.HALF])
+    for slide in np.linspace(0, 0.5, 20):
+        before = paths.lead(model, data, (at + [-slide, 0, -1], Rotation.identity()), object_at)
+    assert before["friction_x_n"] > 0.1
+    lost = paths.lead(model, data, ([bad, 0, 0], Rotation.identity()), object_at)
+    assert lost["normal_force_n"] == 0 and fingerpad_mujoco.flags(lost["status"]) == ["bad_input"]
+    assert np.isfinite(data.plugin_state).all()
+    # The memory outlives the bad step.
+    data.qpos[:] = 0
+    data.qacc_warmstart[:] = 0
+    after = paths.lead(model, data, (at + [-0.5, 0, -1], Rotation.identity()), object_at)
+    assert after["friction_x_n"] == before["friction_x_n"] and after["status"] == 0
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -5.0, 1e300])
+def test_a_state_that_was_overwritten_is_begun_anew_and_flagged(value):
+    model, data = hold.gripped()
+    mujoco.mj_step(model, data, 100)
+    data.plugin_state[:] = value
+    mujoco.mj_forward(model, data)
+    assert "memory_lost" in fingerpad_mujoco.flags(fingerpad_mujoco.read(data, "left")[0]["status"])
+    mujoco.mj_step(model, data, 2000)
+    right = fingerpad_mujoco.read(data, "right")[0]
+    assert right["status"] == 0 and right["normal_force_n"] == pytest.approx(hold.GRIP_N, rel=0.05)
+
+
+def test_random_state_bits_do_no_harm():
+    random = np.random.default_rng(23)
+    model, data = hold.gripped()
+    for _ in range(300):
+        data.plugin_state[:] = random.integers(0, 2**32, model.npluginstate)
+        mujoco.mj_step(model, data)
+        assert np.isfinite(data.qfrc_passive).all()
+        mujoco.mj_resetData(model, data)
+
+
+def test_a_jump_is_flagged():
+    model, data = paths.model_and_data(geom="plane")
+    contacts = [paths.lead(model, data, ([x, 0, -1], Rotation.identity())) for x in (0.0, 0.0, 100.0)]
+    assert [fingerpad_mujoco.flags(c["status"]) for c in contacts] == [[], [], ["large_increment"]]
+
+
+def test_too_deep_is_flagged():
+    model, data = paths.model_and_data(geom="plane")
+    contact = paths.lead(model, data, ([0, 0, -9], Rotation.identity()))
+    assert fingerpad_mujoco.flags(contact["status"]) == ["depth_above_range"]

@@ -1,0 +1,431 @@
+"""What the commands of the program do, on frames of pandas or on files, with the same numbers.
+
+Frames go to the program and come back as CSV with all their digits.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+import warnings
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union, final
+
+from fingerpad._errors import InputError
+from fingerpad._native import Model
+from fingerpad._program import Progressing, flags, run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: A table: a frame, or the path of a CSV file.
+Table = Union["pd.DataFrame", str, "PathLike[str]"]
+#: A file or a folder.
+Place = Union[str, "PathLike[str]"]
+
+
+@final
+class Folder:
+    """Where a command works: a folder of the caller's, or one of its own that goes with the result."""
+
+    def __init__(self, out: Place | None) -> None:
+        self.scratch = Path(tempfile.mkdtemp(prefix="fingerpad-"))
+        self.path = self.scratch / "out" if out is None else Path(out)
+
+    def run(self, command: str, options: Mapping[str, Any], progress: Progressing, *words: str) -> str:
+        """Runs a command; returns what it said. What ends before its end, other than by bad input, keeps the folder."""
+        try:
+            said, warned = run([command, *words, *flags(options)], progress)
+        except InputError:
+            self.remove()
+            raise
+        weakref.finalize(self, shutil.rmtree, self.scratch, ignore_errors=True)
+        for warning in warned:
+            warnings.warn(warning.removeprefix("warning: "), stacklevel=3)
+        return said
+
+    def remove(self) -> None:
+        """Removes what is not the caller's."""
+        shutil.rmtree(self.scratch, ignore_errors=True)
+
+    def table(self, name: str, table: Table | None) -> str | None:
+        """The path of a table's CSV file; a frame is written."""
+        if table is None or isinstance(table, (str, PathLike)):
+            return None if table is None else str(table)
+        if not hasattr(table, "to_csv"):
+            self.remove()
+            raise InputError(f"{name}: a pandas frame or the path of a CSV file is needed, not {type(table).__name__}")
+        file = self.scratch / f"{name}.csv"
+        table.to_csv(file, index=False)
+        return str(file)
+
+    def model(self, model: Model | Place | None) -> str | None:
+        """The path of a model file; a model is written."""
+        if not isinstance(model, Model):
+            return None if model is None else str(model)
+        file = self.scratch / "model.fpm"
+        file.write_bytes(model.to_bytes())
+        return str(file)
+
+
+def read_csv(path: Place) -> pd.DataFrame:
+    """A frame of a CSV file with all digits of its numbers."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise InputError("frames need pandas: pip install fingerpad[frames]") from None
+    # From 3.1 on that precision is the default, and asking for it is deprecated.
+    exact = {} if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1) else {"float_precision": "round_trip"}
+    table: pd.DataFrame = pd.read_csv(path, **exact)  # type: ignore[call-overload]
+    # A column of whole numbers is one of numbers all the same.
+    return table.astype({name: float for name in table.select_dtypes("integer")})
+
+
+def _json(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+class _Result:
+    """Files of a result in a folder."""
+
+    text: str
+    _folder: Folder
+
+    @property
+    def folder(self) -> Path:
+        """Where the files are; without an `out` of the caller's it goes with this object."""
+        return self._folder.path
+
+    def save(self, folder: Place) -> None:
+        """Copies all files into a folder."""
+        shutil.copytree(self.folder, folder, dirs_exist_ok=True)
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@final
+@dataclass(repr=False)
+class Simulation(_Result):
+    """A path of the plane by finite elements."""
+
+    response: pd.DataFrame
+    """Forces along the path, columns as in the response file: mm, N, s."""
+    fields: list[Path]
+    """ParaView files (.vtu) of the whole finger at the rows of the path, where they were asked for."""
+    pad_fields: list[Path]
+    """The same of the faces of the pad: pressure and traction (MPa), slip (mm), stick."""
+    report: dict[str, Any] | None
+    """Numbers of the report, where it was asked for."""
+    text: str
+    """What the program said."""
+    _folder: Folder = field(repr=False)
+
+
+def simulate(
+    path: Table,
+    *,
+    config: Place | None = None,
+    shape: Place | None = None,
+    volume: Place | None = None,
+    imported: Place | None = None,
+    mesh_preset: str | None = None,
+    lambda_: float | None = None,
+    beta: float | None = None,
+    tau0_mpa: float | None = None,
+    gamma_crit_mm: float | None = None,
+    frictionless_press: bool = False,
+    fields: bool = False,
+    report: bool = False,
+    map_rows: Sequence[int] | None = None,
+    out: Place | None = None,
+    progress: Progressing = None,
+) -> Simulation:
+    """Follows a path of the plane with the finite-element model; `fingerpad simulate`.
+
+    path: columns t_s, depth_mm, slide_x_mm, slide_y_mm (or normal_force_n, friction_x_n, friction_y_n in their place), and
+    spin_deg, pitch_deg, roll_deg or moments if wanted. lambda_: factor of the friction law, MPa^(1-beta). fields: keep
+    displacement, stress and contact at every row for ParaView or pyvista. report: draw it into report/report.html. map_rows:
+    rows, the first is 1, that the report draws. out: folder of the files; a run that was stopped goes on there.
+
+    Raises InputError; NumericsError and Interrupted, whose text says where what was reached is kept.
+    """
+    folder = Folder(out)
+    options = {
+        "path": folder.table("path", path),
+        "out": folder.path / "response.csv",
+        "config": config,
+        "shape": shape,
+        "volume": volume,
+        "imported": imported,
+        "mesh_preset": mesh_preset,
+        "lambda": lambda_,
+        "beta": beta,
+        "tau0_mpa": tau0_mpa,
+        "gamma_crit_mm": gamma_crit_mm,
+        "frictionless_press": frictionless_press,
+        "vtu": folder.path / "fields" if fields else None,
+        "report": folder.path / "report" if report else None,
+        "map_rows": None if map_rows is None else list(map_rows),
+    }
+    text = folder.run("simulate", options, progress)
+    files = sorted((folder.path / "fields").glob("response_*.vtu")) if fields else []
+    return Simulation(
+        response=read_csv(folder.path / "response.csv"),
+        fields=[file for file in files if "_pad_" not in file.name],
+        pad_fields=[file for file in files if "_pad_" in file.name],
+        report=_json(folder.path / "report/report.json") if report else None,
+        text=text,
+        _folder=folder,
+    )
+
+
+@final
+@dataclass(repr=False)
+class Diagnosis(_Result):
+    """Which effect measured runs show and the model lacks."""
+
+    report: dict[str, Any]
+    """All numbers, as in report.json."""
+    text: str
+    """The verdict in words."""
+    _folder: Folder = field(repr=False)
+
+    @property
+    def verdict(self) -> str:
+        """none, named, ambiguous or unexplained_structure."""
+        return str(self.report["verdict"])
+
+    @property
+    def effects(self) -> dict[str, dict[str, float]]:
+        """Names of the effects with the values of their parameters."""
+        return {e["law"]: {p["name"]: p["value"] for p in e["parameters"]} for e in self.report["effects"]}
+
+    @property
+    def corrected_model(self) -> Model | None:
+        """The model with the effect, where one was named."""
+        file = self.folder / "corrected.fpm"
+        return Model.from_file(file) if file.exists() else None
+
+    @property
+    def next_experiment(self) -> pd.DataFrame | None:
+        """The strokes that would settle an ambiguous verdict."""
+        file = self.folder / "next_experiment.csv"
+        return read_csv(file) if file.exists() else None
+
+    @property
+    def pictures(self) -> list[Path]:
+        """The figures of the report (PNG)."""
+        return sorted(self.folder.glob("*.png"))
+
+
+def diagnose(
+    calibration: Table,
+    measured: Table,
+    *,
+    holdout: Table | None = None,
+    model: Model | Place | None = None,
+    covariate_sd: Mapping[str, float] | None = None,
+    alpha: float = 0.01,
+    seed: int = 1,
+    confirm_fe: bool = False,
+    fe_strokes: int | None = None,
+    config: Place | None = None,
+    shape: Place | None = None,
+    mesh_preset: str | None = None,
+    out: Place | None = None,
+    progress: Progressing = None,
+) -> Diagnosis:
+    """Names the effect that measured runs show and the model lacks; `fingerpad diagnose`.
+
+    calibration: runs without an effect. measured: runs to be explained. holdout: runs that are opened after the verdict.
+    Columns run_id, t_s, depth_mm, slide_x_mm, slide_y_mm, normal_force_n, friction_x_n, friction_y_n and state columns.
+    covariate_sd: standard deviation of a state column's readings. alpha, seed: level and seed of the sign-flip test.
+    confirm_fe: switch the effect on inside the finite elements as well, on fe_strokes strokes of the finger of config, shape
+    and mesh_preset.
+
+    Raises InputError with file, line and column; NumericsError; Interrupted.
+    """
+    folder = Folder(out)
+    options = {
+        "calibration": folder.table("calibration", calibration),
+        "measured": folder.table("measured", measured),
+        "holdout": folder.table("holdout", holdout),
+        "model": folder.model(model),
+        "alpha": alpha,
+        "seed": seed,
+        "confirm_fe": confirm_fe,
+        "fe_strokes": fe_strokes,
+        "config": config,
+        "shape": shape,
+        "mesh_preset": mesh_preset,
+        "out": folder.path,
+    }
+    errors = [f"--covariate-sd={column}={float(sd)!r}" for column, sd in (covariate_sd or {}).items()]
+    text = folder.run("diagnose", options, progress, *errors)
+    return Diagnosis(report=_json(folder.path / "report.json"), text=text, _folder=folder)
+
+
+def diagnose_forces(
+    measured: Table,
+    *,
+    columns: Mapping[str, str] | None = None,
+    alpha: float = 0.01,
+    out: Place | None = None,
+    progress: Progressing = None,
+) -> Diagnosis:
+    """Diagnoses forces alone, of a finger that was moved freely on a force plate; `fingerpad diagnose --force-only`.
+
+    columns: where normal, x, y and t are, a minus sign turns one round, as in {"normal": "-Fz", "t": "Timestamp"}.
+    """
+    folder = Folder(out)
+    named = None if columns is None else [f"{ours}={theirs}" for ours, theirs in columns.items()]
+    options = {"force_only": True, "map": named, "alpha": alpha, "out": folder.path}
+    text = folder.run("diagnose", options, progress, f"--measured={folder.table('measured', measured)}")
+    return Diagnosis(report=_json(folder.path / "report.json"), text=text, _folder=folder)
+
+
+def diagnose_table(table: Table, *, out: Place | None = None, progress: Progressing = None) -> Diagnosis:
+    """Diagnoses a table of depth, normal force, friction coefficient and contact area; `fingerpad diagnose --table`."""
+    folder = Folder(out)
+    text = folder.run("diagnose", {"table": folder.table("table", table), "out": folder.path}, progress)
+    return Diagnosis(report=_json(folder.path / "report.json"), text=text, _folder=folder)
+
+
+@final
+@dataclass(repr=False)
+class Identification(_Result):
+    """Finger and friction law of a measured table."""
+
+    report: dict[str, Any]
+    """All numbers, as in report.json."""
+    text: str
+    """The tables in words."""
+    _folder: Folder = field(repr=False)
+
+    @property
+    def law(self) -> dict[str, float] | None:
+        """Constants of the friction law, where it was searched for: lambda, MPa^(1-beta), beta, tau0_mpa."""
+        law = self.report.get("law")
+        return None if law is None else {name: law["comparison"][name] for name in ("lambda", "beta", "tau0_mpa")}
+
+    @property
+    def calibrated_config(self) -> Path | None:
+        """Configuration of finger and law, for `simulate`."""
+        file = self.folder / "calibrated.toml"
+        return file if file.exists() else None
+
+
+def identify(
+    data: Table | None = None,
+    *,
+    config: Place | None = None,
+    shape: Place | None = None,
+    volume: Place | None = None,
+    imported: Place | None = None,
+    mesh_preset: str | None = None,
+    published: bool = False,
+    joint: bool = False,
+    free_tau0: bool = False,
+    fast: bool = False,
+    prediction: bool = True,
+    full: bool = False,
+    jobs: int | None = None,
+    out: Place | None = None,
+    progress: Progressing = None,
+) -> Identification:
+    """Calibrates the finger on a table and identifies lambda and beta of its friction; `fingerpad identify`.
+
+    data: columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2; Table 1 of Yoshida et al.
+    (2011) without. published: the published constants only. joint: finger, depths and law at once as well. fast: without the
+    paper's simplex. prediction: with the F/N curve, the published checks and the sensitivities. full: run everything again.
+    out: folder of the results; what was computed is kept there, and a run that was stopped goes on.
+
+    Raises InputError, NumericsError, Interrupted.
+    """
+    folder = Folder(out)
+    options = {
+        "data": folder.table("data", data),
+        "config": config,
+        "shape": shape,
+        "volume": volume,
+        "imported": imported,
+        "mesh_preset": mesh_preset,
+        "published": published,
+        "joint": joint,
+        "free_tau0": free_tau0,
+        "fast": fast,
+        "no_prediction": not prediction,
+        "full": full,
+        "jobs": jobs,
+        "out": folder.path,
+    }
+    text = folder.run("identify", options, progress)
+    return Identification(report=_json(folder.path / "report.json"), text=text, _folder=folder)
+
+
+@final
+@dataclass(repr=False)
+class Reduction(_Result):
+    """A reduced model that was fitted to finite-element runs."""
+
+    model: Model
+    """The model."""
+    report: dict[str, Any] | None
+    """Numbers of the report, where it was asked for."""
+    text: str
+    """Errors of the fit in words."""
+    _folder: Folder = field(repr=False)
+
+
+def reduce(
+    runs: Place | None = None,
+    *,
+    config: Place | None = None,
+    design: bool = False,
+    shape: Place | None = None,
+    volume: Place | None = None,
+    imported: Place | None = None,
+    mesh_preset: str | None = None,
+    restarts: int | None = None,
+    springs: int | None = None,
+    report: bool = False,
+    curve: bool = False,
+    jobs: int | None = None,
+    out: Place | None = None,
+    progress: Progressing = None,
+) -> Reduction:
+    """Fits the reduced model to finite-element runs; `fingerpad reduce`.
+
+    runs: folder of the runs, those that ship with the program without. design: run first what the folder lacks of the design
+    of experiments, which takes hours; finished paths are kept there. restarts: fits from beside the best one so far.
+    springs: 4 or 6. report: draw it into report/reduced.html; curve: with what accuracy costs. out: folder of model.fpm.
+
+    Raises InputError, NumericsError, Interrupted.
+    """
+    folder = Folder(out)
+    options = {
+        "runs": runs,
+        "out": folder.path / "model.fpm",
+        "config": config,
+        "design": design,
+        "shape": shape,
+        "volume": volume,
+        "imported": imported,
+        "mesh_preset": mesh_preset,
+        "restarts": restarts,
+        "springs": springs,
+        "report": folder.path / "report" if report else None,
+        "curve": curve,
+        "jobs": jobs,
+    }
+    text = folder.run("reduce", options, progress)
+    numbers = _json(folder.path / "report/reduced.json") if report else None
+    model = Model.from_file(folder.path / "model.fpm")
+    return Reduction(model=model, report=numbers, text=text, _folder=folder)

@@ -1,0 +1,23 @@
+"""The exceptions of the package."""
+
+from __future__ import annotations
+
+
+class Error(Exception):
+    """Whatever this package refuses or cannot do."""
+
+
+class InputError(Error, ValueError):
+    """Input that is refused: an argument, an array's shape or type, a file. The program ends with exit code 2 for it."""
+
+
+class ModelError(InputError):
+    """A model file, a saved state, a tuning or a pose that is refused."""
+
+
+class NumericsError(Error, ArithmeticError):
+    """The numerics failed: no equilibrium, no fit. The program ends with exit code 3 for it."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C, or a progress callback that raised it, during a computation. The text says what was kept and where."""

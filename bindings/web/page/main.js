@@ -1,0 +1,426 @@
+// Joins the model, the hand that moves the plate, and the views.
+
+import { colour, fixed, readColours, Sheet } from "./draw.js";
+import { Hand, STEP_S } from "./hand.js";
+import { LAWS, MOTION, Model } from "./model.js";
+import { EXAMPLE, parsePath, Walk } from "./path.js";
+import { halfLength, Patch } from "./patch.js";
+import { LimitSurface, Loop, Record, Trace } from "./plots.js";
+import { Side } from "./side.js";
+import { formulas, held, numbers, remarks, verdict } from "./words.js";
+
+/** Longest time that one frame makes up for, s: a page that was hidden does not run after it. */
+const MOST_S = 0.1;
+/** Time for which a regime must last before it is told, s. */
+const TOLD_S = 0.12;
+const AXES = ["depth", "x", "y", "spin", "pitch", "roll"];
+/** Words, range, step and unit of every slider. */
+const SLIDERS = {
+  depth: ["Depth", -0.3, 2.5, 0.01, " mm"],
+  x: ["Slide along", -6, 6, 0.02, " mm"],
+  y: ["Slide across", -6, 6, 0.02, " mm"],
+  spin: ["Twist", -60, 60, 0.5, "°"],
+  pitch: ["Pitch", 20, 50, 0.5, "°"],
+  roll: ["Roll", -15, 15, 0.5, "°"],
+  moisture: ["Moisture", 5, 100, 1, " a.u."],
+  temperature: ["Temperature", 20, 42, 0.5, " °C"],
+  speed: ["Speed of sliding", -1, 2, 0.02, " mm/s"],
+  noise: ["Size", 1, 10, 1, " µm"],
+};
+const NUMBERS = { normal: "Normal force", friction: "Friction", limit: "Friction limit", band: "95 % band", moment: "Moment", area: "Contact area" };
+const SKIN = { moisture: /* @__KEY__ */ "hydration_au", temperature: /* @__KEY__ */ "temperature_c", speed: /* @__KEY__ */ "speed_mm_s" };
+const REST = { hydration_au: 35, temperature_c: 32, speed_mm_s: 2 };
+
+const el = (id) => document.getElementById(id);
+const on = (node, type, act) => node.addEventListener(type, act);
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+class Page {
+  constructor(model) {
+    this.model = model;
+    this.hand = new Hand(model.pitch);
+    this.record = new Record();
+    this.r = model.response(0);
+    this.work = [];
+    this.left = 0;
+    this.told = { regime: -1, since: 0 };
+    this.average = 0;
+    this.loops = false;
+    this.views = {
+      side: new Side(new Sheet(el("side"))),
+      patch: new Patch(new Sheet(el("patch"))),
+      loop: new Loop(new Sheet(el("loop"))),
+      limit: new LimitSurface(new Sheet(el("limit"))),
+      trace: new Trace(new Sheet(el("trace"))),
+    };
+  }
+
+  // Time
+
+  start() {
+    let last = performance.now();
+    const frame = (now) => {
+      const from = performance.now();
+      this.left += Math.min(Math.max(now - last, 0) / 1000, MOST_S);
+      last = now;
+      const steps = Math.floor(this.left / STEP_S);
+      this.left -= steps * STEP_S;
+      this.advance(steps);
+      this.show();
+      this.work.push([now, performance.now() - from]);
+      if (this.work.length > 600) this.work.shift();
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  /** Makes steps of the fixed length and takes note of each. */
+  advance(steps) {
+    const { model, hand, record } = this;
+    for (let done = 0; done < steps; ) {
+      const count = Math.min(steps - done, model.most);
+      const places = [];
+      for (let i = 0; i < count; i++) {
+        hand.write(model.motions, i);
+        places.push([...hand.at, hand.time]);
+      }
+      model.run(0, count);
+      places.forEach((place, i) => {
+        this.r = model.response(i);
+        record.add(place, this.r, place[6]);
+        this.average += 0.01 * (Math.hypot(this.r.friction_x_n, this.r.friction_y_n) - this.average);
+      });
+      done += count;
+    }
+    if (hand.walk?.done) this.ended();
+  }
+
+  ended() {
+    if (this.loops) {
+      this.play(this.path, true);
+    } else {
+      this.hand.take();
+      this.walked("The path is at its end.");
+    }
+  }
+
+  /** The response of a copy that is pressed to `depth` and moved along `motions`, each a slide along x and a spin. */
+  probe(depth, skin, motions) {
+    const { model, hand } = this;
+    model.wasm.lift(1);
+    [[0, 0], ...motions].forEach(([slide, spin], i) => {
+      model.motions.set([depth, slide, 0, spin, STEP_S, hand.at[4], hand.at[5], skin.hydration_au, skin.temperature_c, skin.speed_mm_s], i * MOTION);
+    });
+    model.run(1, motions.length + 1);
+    return model.response(motions.length);
+  }
+
+  /** Largest moment at the present depth: a copy is turned until all of it slips. */
+  turning() {
+    if (!this.r.regime) return 0;
+    const p = this.probe(this.hand.at[0], this.hand.skin, [[0, 1.5], [0, 1.5]]);
+    const moment = p.moment_n_mm - p.centre_x_mm * p.friction_y_n + p.centre_y_mm * p.friction_x_n;
+    return (Math.abs(moment) / Math.max(p.limit_n, 1e-9)) * this.r.limit_n;
+  }
+
+  /** Factor of the skin's state on the strength: the limit of a sliding copy over that with the skin at rest. */
+  strength() {
+    const slide = Array.from({ length: 8 }, () => [1, 0]);
+    const limit = (skin) => this.probe(1, skin, slide).limit_n;
+    return limit(this.hand.skin) / limit(REST);
+  }
+
+  // Views
+
+  show() {
+    const { model, hand, record, r } = this;
+    const scene = {
+      at: hand.at,
+      r,
+      a: halfLength(r.area_mm2),
+      touch: r.regime > 0,
+      focus: document.activeElement === el("patch"),
+      record,
+      cross: model.cross,
+      turning: this.turning(),
+      time: hand.time,
+    };
+    for (const view of Object.values(this.views)) view.draw(scene);
+    this.tell();
+    this.follow();
+  }
+
+  tell() {
+    const { r, hand } = this;
+    if (r.regime !== this.told.seen) Object.assign(this.told, { seen: r.regime, since: hand.time });
+    if (r.regime !== this.told.regime && hand.time - this.told.since >= TOLD_S) {
+      this.told.regime = r.regime;
+      [el("regime").textContent, el("plain").textContent] = verdict(r);
+    }
+    say("remark", remarks(r));
+    for (const [name, words] of Object.entries(numbers(r))) say(`n-${name}`, words);
+    gauge("stick", r.stick_ratio);
+    gauge("margin", r.margin);
+    this.tellHeld();
+  }
+
+  /** Tells what a disturbance does to a load that is held still. */
+  tellHeld() {
+    const { hand } = this;
+    const shaken = hand.disturbance.noise_um > 0 || hand.disturbance.vibrates;
+    const still = !hand.walk && hand.at.every((x, i) => Math.abs(x - hand.target[i]) < 1e-3);
+    if (!shaken || !still || !this.r.regime) {
+      this.held = null;
+      return;
+    }
+    this.held ??= { friction: this.average, time: hand.time };
+    say("held", held(this.held.friction, this.average, hand.time - this.held.time));
+  }
+
+  /** Sliders show where the plate is. */
+  follow() {
+    const { hand } = this;
+    AXES.forEach((name, i) => {
+      const input = el(name);
+      const value = hand.walk ? hand.at[i] : hand.target[i];
+      if (document.activeElement !== input || hand.walk) input.value = value;
+      output(input, fixed(value, i < 3 ? 2 : 0));
+    });
+    if (hand.walk) gauge("progress", hand.walk.share);
+  }
+
+  // Hands
+
+  /** The visitor takes over. */
+  take() {
+    if (!this.hand.walk) return;
+    this.hand.take();
+    this.walked("Stopped: the plate is yours.");
+  }
+
+  /** Asks for a place, within what the sliders allow. */
+  ask(axis, value) {
+    const input = el(AXES[axis]);
+    if (!input.disabled) this.hand.target[axis] = Math.min(Math.max(value, Number(input.min)), Number(input.max));
+  }
+
+  play(path, loops, words) {
+    this.path = path;
+    this.loops = loops;
+    this.model.wasm.lift(0);
+    if (!loops || this.record.trace.length === 0) this.record.clear();
+    this.hand.follow(new Walk(path, STEP_S, this.model.pitch));
+    el("play").textContent = "Stop";
+    if (words) say("walk", words);
+  }
+
+  walked(words) {
+    this.loops = false;
+    this.hand.walk = null;
+    el("play").textContent = "Play the example";
+    say("walk", words);
+  }
+
+  reset() {
+    this.walked("");
+    this.hand.at = [-0.3, 0, 0, 0, this.model.pitch, 0];
+    this.hand.target = [...this.hand.at];
+    this.model.wasm.lift(0);
+    this.record.clear();
+    gauge("progress", 0);
+  }
+
+  skinChanged() {
+    const factor = this.strength();
+    el("factor").textContent = Math.abs(factor - 1) < 5e-4 ? "" : `strength × ${fixed(factor, 2)}`;
+  }
+
+  /** Opens a model file or a path; what is in use stays if it is neither. */
+  async open(file) {
+    try {
+      const bytes = new Uint8Array(await file.arrayBuffer());
+      if (/\.csv$/i.test(file.name)) {
+        const path = parsePath(new TextDecoder().decode(bytes));
+        const over = path.passedOver.length ? ` Columns passed over: ${path.passedOver.join(", ")}.` : "";
+        this.play(path, false, `${file.name}: ${path.rows.length} rows.${over}`);
+        notice("");
+      } else {
+        this.model.load(bytes);
+        this.record.clear();
+        this.named(file.name);
+        notice(`${file.name} is in use now.`, true);
+      }
+    } catch (error) {
+      notice(`${file.name} was not opened: ${error.message}. Nothing has changed.`);
+    }
+  }
+
+  /** Shows which model is in use. */
+  named(name) {
+    const { model, hand } = this;
+    el("model").textContent = `${name}, fitted to ${fixed(model.depthMax, 1)} mm`;
+    for (const id of ["pitch", "roll"]) el(id).disabled = !model.poses;
+    if (!model.poses) [hand.target[4], hand.target[5]] = [model.pitch, 0];
+    el("formulas").textContent = formulas(model, LAWS).join("\n");
+    this.skinChanged();
+  }
+}
+
+function say(id, words) {
+  const node = el(id);
+  if (node.textContent !== words) node.textContent = words;
+}
+
+/** Fills in what comes from tables. */
+function furnish() {
+  for (const [id, [words, min, max, step]] of Object.entries(SLIDERS)) {
+    document.querySelector(`[for=${id}]`).innerHTML = `${words} <output></output><input id="${id}" type="range" min="${min}" max="${max}" step="${step}">`;
+  }
+  el("numbers").innerHTML = Object.entries(NUMBERS).map(([id, words]) => `<dt>${words}<dd id="n-${id}">`).join("");
+}
+
+function gauge(id, share) {
+  el(id).style.width = `${100 * share}%`;
+}
+
+function output(input, words) {
+  const node = input.parentElement.querySelector("output");
+  const text = words + SLIDERS[input.id][4];
+  if (node.textContent !== text) node.textContent = text;
+}
+
+function notice(words, good = false) {
+  const node = el("alert");
+  node.hidden = words === "";
+  node.classList.toggle("good", good);
+  node.textContent = words;
+}
+
+/** Sliders, switches and buttons. */
+function controls(page) {
+  const { hand } = page;
+  AXES.forEach((name, i) => on(el(name), "input", (event) => {
+    page.take();
+    page.ask(i, Number(event.target.value));
+  }));
+  const skin = (id, value) => {
+    hand.skin[SKIN[id]] = id === "speed" ? 10 ** value : value;
+    output(el(id), fixed(hand.skin[SKIN[id]], id === "speed" ? 1 : 0));
+  };
+  for (const id of Object.keys(SKIN)) {
+    const rest = REST[SKIN[id]];
+    el(id).value = id === "speed" ? Math.log10(rest) : rest;
+    output(el(id), fixed(rest, id === "speed" ? 1 : 0));
+    on(el(id), "input", (event) => {
+      skin(id, Number(event.target.value));
+      page.skinChanged();
+    });
+  }
+  const disturb = () => {
+    const size = Number(el("noise").value);
+    hand.disturbance = { noise_um: el("noisy").checked ? size : 0, vibrates: el("vibrates").checked };
+    page.held = null;
+    output(el("noise"), String(size));
+  };
+  el("noise").value = 5;
+  for (const id of ["noisy", "noise", "vibrates"]) on(el(id), "input", disturb);
+  disturb();
+  on(el("play"), "click", () => (hand.walk ? page.take() : page.play(parsePath(EXAMPLE), false, "The example path.")));
+  on(el("reset"), "click", () => page.reset());
+  on(el("open"), "change", (event) => {
+    if (event.target.files[0]) page.open(event.target.files[0]);
+    event.target.value = "";
+  });
+}
+
+/** Dragging the plate in a view. */
+function pointers(page) {
+  const { hand } = page;
+  for (const name of ["side", "patch"]) {
+    const canvas = el(name);
+    const view = page.views[name];
+    let drag = null;
+    on(canvas, "pointerdown", (event) => {
+      page.take();
+      canvas.setPointerCapture(event.pointerId);
+      const [x, y] = [event.offsetX, event.offsetY];
+      const twists = name === "patch" && Math.hypot(x - view.knob(hand.at[3])[0], y - view.knob(hand.at[3])[1]) < 26;
+      drag = { x, y, from: [...hand.target], twists, angle: angle(view, x, y) };
+    });
+    on(canvas, "pointermove", (event) => {
+      if (!drag) return;
+      const [dx, dy] = [(event.offsetX - drag.x) / view.scale, (event.offsetY - drag.y) / view.scale];
+      if (drag.twists) {
+        const now = angle(view, event.offsetX, event.offsetY);
+        page.ask(3, drag.from[3] + ((now - drag.angle + 540) % 360) - 180);
+      } else {
+        page.ask(1, drag.from[1] + dx);
+        page.ask(name === "side" ? 0 : 2, name === "side" ? drag.from[0] - dy : drag.from[2] + dy);
+      }
+    });
+    for (const end of ["pointerup", "pointercancel"]) on(canvas, end, () => { drag = null; });
+  }
+}
+
+/** Angle of a place about the middle of the patch's view, degrees. */
+function angle(view, x, y) {
+  if (!view.middle) return 0;
+  return (Math.atan2(y - view.middle[1], x - view.middle[0]) * 180) / Math.PI;
+}
+
+/** Keys in the two views: axis and step. */
+const KEYS = {
+  side: { ArrowLeft: [1, -0.1], ArrowRight: [1, 0.1], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05] },
+  patch: { ArrowLeft: [1, -0.1], ArrowRight: [1, 0.1], ArrowUp: [2, -0.1], ArrowDown: [2, 0.1], q: [3, -2], e: [3, 2] },
+};
+
+function keys(page) {
+  for (const [name, map] of Object.entries(KEYS)) {
+    on(el(name), "keydown", (event) => {
+      const move = map[event.key] ?? map[event.key.toLowerCase()];
+      if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      page.take();
+      page.ask(move[0], page.hand.target[move[0]] + move[1] * (event.shiftKey ? 5 : 1));
+    });
+  }
+}
+
+function drops(page) {
+  const over = (on) => (event) => {
+    event.preventDefault();
+    document.body.classList.toggle("drop", on);
+  };
+  on(window, "dragover", over(true));
+  on(window, "dragleave", over(false));
+  on(window, "drop", (event) => {
+    over(false)(event);
+    if (event.dataTransfer?.files[0]) page.open(event.dataTransfer.files[0]);
+  });
+}
+
+async function begin() {
+  furnish();
+  readColours();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);
+  const bytes = async (name) => new Uint8Array(await (await fetch(name)).arrayBuffer());
+  const model = await Model.start(await bytes("fingerpad.wasm"));
+  model.load(await bytes("fingertip.fpm"));
+  const page = new Page(model);
+  controls(page);
+  pointers(page);
+  keys(page);
+  drops(page);
+  page.named("fingertip.fpm");
+  if (calm.matches) {
+    page.hand.target = [1.1, 1.6, 0, 0, model.pitch, 0];
+    page.hand.at[0] = 1.1;
+  } else {
+    page.play(parsePath(EXAMPLE), true, "The example plays until you touch something.");
+  }
+  page.start();
+  // For the console and the tests.
+  globalThis.fingerpad = Object.assign(page, { Walk, parsePath, colour });
+}
+
+begin().catch((error) => notice(`The page could not start: ${error.message}. It needs a web server`));

@@ -1,0 +1,49 @@
+// What happens, in plain words.
+
+import { fixed } from "./draw.js";
+
+const REGIMES = [
+  ["In the air", "Drag the plate up, or raise the depth, until it touches the pad."],
+  ["It sticks", "All of the pad holds on to the plate. Push, and it stretches like rubber; let go, and it comes back."],
+  ["It slips at the rim", "The blue middle still holds, the amber rim already slides. The grip is not lost, but its reserve shrinks."],
+  ["It slips", "The whole pad slides over the plate, and friction cannot grow. Press harder or turn back."],
+];
+
+const FLAGS = [[2, "a motion was no number"], [8, "deeper than the model knows: held at its largest depth"], [16, "a step beyond 64 mm was cut"], [128, "the contact began anew"], [256, "an effect is at the end of its range"]];
+
+export const verdict = (r) => REGIMES[r.regime];
+
+export const remarks = (r) => FLAGS.filter(([flag]) => r.status & flag).map(([, words]) => words).join("; ");
+
+/** The numbers beside the views. */
+export function numbers(r) {
+  const percent = (share) => `${fixed(100 * share, 0)} %`;
+  return {
+    normal: `${fixed(r.normal_n, 3)} N`,
+    friction: `${fixed(Math.hypot(r.friction_x_n, r.friction_y_n), 3)} N`,
+    limit: `${fixed(r.limit_n, 3)} N`,
+    stick: percent(r.stick_ratio),
+    margin: percent(r.margin),
+    moment: `${fixed(r.moment_n_mm, 2)} N mm`,
+    area: `${fixed(r.area_mm2, 0)} mm²`,
+    band: `± ${fixed(r.band_friction_n, 3)} N`,
+  };
+}
+
+/** Formulas of the skin's laws with the sizes in use. */
+export function formulas(model, laws) {
+  const of = (kind, i) => fixed(model.value(kind, i), 3).replace(/\.?0+$/, "");
+  const source = (kind) => ["", "typical size, none in the file", "size from the file"][model.origin(kind)];
+  const { moisture: m, speed: v, temperature: t } = laws;
+  return [
+    `Moisture h: × 1 + ${of(m, 0)} [g(h) − g(35)], g(h) = exp(−½ ((h − ${of(m, 1)})/${of(m, 2)})²) (${source(m)}).`,
+    `Temperature T: × 1 + ${of(t, 0)} (T − 32 °C) (${source(t)}).`,
+    `Speed v: × 1 + ${of(v, 0)} ln(v / 2 mm/s) while the plate moves (${source(v)}).`,
+  ];
+}
+
+/** How a held load has changed under a disturbance. */
+export function held(then, now, seconds) {
+  const change = then > 1e-4 ? `, a change of ${fixed((100 * (now - then)) / then, 2)} %` : "";
+  return `Shaken for ${fixed(seconds, 0)} s: friction was ${fixed(then, 4)} N and is ${fixed(now, 4)} N${change}.`;
+}

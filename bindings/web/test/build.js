@@ -1,0 +1,44 @@
+// Puts the page together: one static folder, `site`, beside the workspace. The module must have been compiled.
+
+import { execFileSync } from "node:child_process";
+import { cpSync, mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { dirname, join } from "node:path";
+import { build, transform } from "esbuild";
+import { MODEL, MODULE, SITE, WEB } from "./folder.js";
+
+/** Most bytes of module, scripts, styles and page together. */
+const MOST = 62_500;
+/** What is counted; the model file is data. */
+const COUNTED = ["index.html", "style.css", "main.js", "fingerpad.wasm"];
+
+rmSync(SITE, { recursive: true, force: true });
+mkdirSync(SITE);
+await build({
+  entryPoints: [join(WEB, "page/main.js")],
+  outfile: join(SITE, "main.js"),
+  bundle: true,
+  minify: true,
+  format: "esm",
+  target: "es2022",
+  charset: "utf8",
+  // Names of the page's own that are long and frequent; strings with the mark __KEY__ follow, the module's exports do not.
+  reserveProps: /^depth_max_mm$/,
+  mangleProps: /^(\w+_(n|mm|mm2|n_mm|ratio|um|au|c|mm_s)|regime|sheet|record|disturbance|vibrates|turning|middle|passedOver|average|travel|rounded|touching|outline|ridges|strength|probe|tellHeld|skinChanged|rounded|raised|closed|response|origin|furnish|pressed|trail|strength)$/,
+});
+const style = await transform(readFileSync(join(WEB, "page/style.css"), "utf8"), { loader: "css", minify: true, charset: "utf8" });
+writeFileSync(join(SITE, "style.css"), style.code);
+writeFileSync(join(SITE, "index.html"), readFileSync(join(WEB, "page/index.html"), "utf8").replace(/\n\s+/g, "\n"));
+const optimiser = join(dirname(createRequire(import.meta.url).resolve("binaryen/package.json")), "bin/wasm-opt");
+const small = ["-Oz", "--converge", "--all-features", "--strip-debug", "--strip-producers", "--strip-target-features"];
+execFileSync(process.execPath, [optimiser, ...small, MODULE, "-o", join(SITE, "fingerpad.wasm")], { stdio: "inherit" });
+cpSync(MODEL, join(SITE, "fingertip.fpm"));
+
+const module = new WebAssembly.Module(readFileSync(join(SITE, "fingerpad.wasm")));
+const imports = WebAssembly.Module.imports(module);
+if (imports.length > 0) throw new Error(`the module imports ${imports.map((i) => `${i.module}.${i.name}`).join(", ")}: a panic or a foreign function is linked`);
+
+const sizes = COUNTED.map((name) => [name, statSync(join(SITE, name)).size]);
+const all = sizes.reduce((sum, [, bytes]) => sum + bytes, 0);
+for (const [name, bytes] of [...sizes, ["together", all]]) console.log(`${name.padEnd(16)} ${String(bytes).padStart(6)} bytes`);
+if (all > MOST) throw new Error(`${all} bytes, at most ${MOST} are allowed`);

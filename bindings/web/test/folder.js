@@ -1,0 +1,10 @@
+// Where things are.
+
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+export const WEB = dirname(dirname(fileURLToPath(import.meta.url)));
+/** The built page. */
+export const SITE = join(WEB, "site");
+export const MODULE = join(WEB, "target/wasm32-unknown-unknown/release/fingerpad_web.wasm");
+export const MODEL = join(WEB, "../../data/models/fingertip.fpm");

@@ -1,0 +1,158 @@
+//! `fingerpad diagnose --table`: a measured table against the finite elements.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::Instant;
+
+use anyhow::anyhow;
+use fingerpad_diagnose::InputFile;
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_formats::ColumnNames;
+use fingerpad_identify::{Hooks, IdentifyError, StateCache, table_csv};
+use fingerpad_reduce::DesignSettings;
+use fingerpad_report as report;
+use fingerpad_table::{Finding, Input, MeasuredTable, TableError};
+use sha2::Digest;
+
+use super::config::ConfigFile;
+use super::progress::counter;
+use super::{Failure, Model, go_on, keeping};
+
+/// Files of a diagnosis of a table beside the report.
+pub const CORRECTED_CONFIG: &str = "corrected.toml";
+pub const CORRECTED_SHAPE: &str = "corrected_shape.toml";
+pub const CORRECTED_TABLE: &str = "corrected_table.csv";
+pub const SIDE_BY_SIDE: &str = "side_by_side.csv";
+/// Steady slides that were computed, in a folder of their own; kept for the next run.
+pub const STATES: &str = "fe/steady_slides.bin";
+
+/// A diagnosis with the files that it leaves.
+pub struct TableDiagnosis {
+    /// The finding, its report completed.
+    pub finding: Finding,
+    /// Names and contents of the files beside page, numbers and figures.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// Page, numbers and figures.
+    pub rendered: report::Rendered,
+}
+
+impl From<TableError> for Failure {
+    fn from(error: TableError) -> Self {
+        match error {
+            TableError::Fe(IdentifyError::Interrupted) => Self::Interrupted("finished slides are kept".into()),
+            TableError::Fe(error) => error.into(),
+            error @ TableError::TooFewSlides { .. } => Self::Numerics(error.into()),
+            error => Self::Input(error.into()),
+        }
+    }
+}
+
+/// Names and units of the table's columns.
+pub fn names(map: Option<&str>, unit: Option<&str>) -> Result<ColumnNames, Failure> {
+    ColumnNames::parse(map, unit, &table_csv::KNOWN).map_err(|problem| Failure::Input(anyhow!(problem)))
+}
+
+/// Diagnoses the table in a file.
+///
+/// * `names`: what the file calls its columns
+/// * `out`: folder of the results, where finished slides are kept
+pub fn diagnose(
+    model: &Model,
+    path: &Path,
+    names: &ColumnNames,
+    seed: u64,
+    out: &Path,
+) -> Result<TableDiagnosis, Failure> {
+    let started = Instant::now();
+    let (mut config, settings, design) = model.settings()?;
+    if model.mesh_preset.is_none() && model.config.is_none() {
+        config.mesh_preset = MeshPreset::Medium;
+    }
+    let rows = table_csv::read_partial(path, names)?;
+    let count = rows.len();
+    let table = MeasuredTable::new(rows).map_err(|e| Failure::Input(anyhow!("{}: {e}", path.display())))?;
+    let jobs = std::thread::available_parallelism().map_or(1, usize::from);
+    let bar = counter("finite elements", 1, "slides");
+    let done = Mutex::new(0);
+    let hooks = Hooks {
+        go_on: &|| go_on().is_continue(),
+        tell: &|_, line| {
+            let Some((asked, expected)) = line.split_once('/') else { return };
+            let (Ok(asked), Ok(expected)) = (asked.parse::<usize>(), expected.parse::<usize>()) else { return };
+            let mut done = done.lock().expect("no panic while locked");
+            bar.expect(expected.saturating_sub(*done));
+            while *done < asked {
+                bar.count();
+                *done += 1;
+            }
+        },
+    };
+    let _keeping = keeping();
+    let kept = out.join(STATES);
+    let folder = kept.parent().expect("a file in a folder").to_path_buf();
+    std::fs::create_dir_all(&folder).map_err(|source| fingerpad_formats::Error::File { path: folder, source })?;
+    let cache = StateCache::open(&kept)?;
+    let input = Input { config: &config, settings: &settings, table, jobs };
+    let result = fingerpad_table::diagnose(&input, cache, &hooks);
+    bar.finish_and_clear();
+    let mut finding = result.map_err(|error| match error {
+        TableError::Fe(IdentifyError::Interrupted) => {
+            Failure::Interrupted(format!("finished slides are kept in {}", kept.display()))
+        }
+        TableError::TooLittle(problem) => Failure::Input(anyhow!("{}: {problem}", path.display())),
+        other => other.into(),
+    })?;
+    let bytes =
+        std::fs::read(path).map_err(|source| fingerpad_formats::Error::File { path: path.to_path_buf(), source })?;
+    let diagnosis = &mut finding.report.diagnosis;
+    diagnosis.input = vec![InputFile {
+        role: "measured".into(),
+        file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+        sha256: sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
+        rows: count,
+        runs: count,
+        notes: finding.sentences.clone(),
+    }];
+    diagnosis.seed = seed;
+    diagnosis.elapsed_s = started.elapsed().as_secs_f64();
+    let files = files(&finding, &config, &settings, &design, path)?;
+    let rendered = report::table::render(&finding).map_err(|e| Failure::Numerics(e.into()))?;
+    Ok(TableDiagnosis { finding, files, rendered })
+}
+
+/// The corrected configuration, its shape where it is another, and both tables.
+fn files(
+    finding: &Finding,
+    given: &Config,
+    settings: &fingerpad_identify::Settings,
+    design: &DesignSettings,
+    path: &Path,
+) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let toml = |e: toml::ser::Error| Failure::Input(e.into());
+    let mut files = Vec::new();
+    let mut config = finding.corrected.config.clone();
+    if let Some(shape) = &finding.corrected.shape {
+        let text = toml::to_string(shape).map_err(toml)?;
+        let text = format!("# Shape of the finger that explains {} best.\n{text}", path.display());
+        files.push((CORRECTED_SHAPE.to_owned(), text.into_bytes()));
+        config.shape.0 = CORRECTED_SHAPE.into();
+    } else if Path::new(&given.shape.0).exists() {
+        // The file is looked for beside the configuration, which lies in another folder.
+        let place = std::fs::canonicalize(&given.shape.0).map_err(|e| Failure::Input(e.into()))?;
+        config.shape.0 = place.display().to_string();
+    }
+    let mut head = format!(
+        "# Finger and law that explain {} best; verdict: {}.\n",
+        path.display(),
+        report::diagnosis::word(&finding.report.diagnosis)
+    );
+    for note in &finding.corrected.left_out {
+        head += &format!("# Not in this file: {note}.\n");
+    }
+    let text = toml::to_string(&ConfigFile::of(&config, settings, design)).map_err(toml)?;
+    files.push((CORRECTED_CONFIG.to_owned(), (head + &text).into_bytes()));
+    files.push((CORRECTED_TABLE.to_owned(), finding.corrected_csv.clone().into_bytes()));
+    files.push((SIDE_BY_SIDE.to_owned(), finding.side_by_side_csv.clone().into_bytes()));
+    Ok(files)
+}

@@ -1,0 +1,130 @@
+//! The measured table as the diagnosis sees it: cells with their errors, depths in rising order.
+
+use fingerpad_identify::table_csv::{Cell, PartialRow};
+
+use super::TableError;
+
+/// Quantities of a row, in the order of every triple of this crate.
+pub const QUANTITIES: [&str; 3] = ["normal_force_n", "contact_area_mm2", "friction_coefficient"];
+
+/// Standard deviation of a cell whose table has none, as a share of its value: that of `identify`'s calibration.
+pub const ASSUMED_SD: f64 = 0.05;
+/// Standard deviation of a depth whose table has none, mm.
+pub const ASSUMED_DEPTH_SD_MM: f64 = 0.05;
+
+/// A table of at least three depths. Rows of one depth (repeats) share a slot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredTable {
+    /// Rows in the order of the file.
+    pub rows: Vec<PartialRow>,
+    /// Depths, mm, rising, each once.
+    pub depths_mm: Vec<f64>,
+    /// Standard deviation of each depth, mm.
+    pub depth_sd_mm: Vec<f64>,
+    /// Index of each row's depth.
+    pub slot: Vec<usize>,
+}
+
+/// One measured number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Row of the table, from 0.
+    pub row: usize,
+    /// Index of the row's depth.
+    pub slot: usize,
+    /// Index in [`QUANTITIES`].
+    pub quantity: usize,
+    /// Value.
+    pub value: f64,
+    /// Standard deviation as a share of the value.
+    pub relative_sd: f64,
+}
+
+impl MeasuredTable {
+    /// Refuses a table that has fewer depths or numbers than the constants of a finger and its friction.
+    ///
+    /// # Errors
+    /// [`TableError::TooLittle`].
+    pub fn new(rows: Vec<PartialRow>) -> Result<Self, TableError> {
+        let mut depths_mm: Vec<f64> = rows.iter().map(|r| r.depth_mm.value).collect();
+        depths_mm.sort_by(f64::total_cmp);
+        depths_mm.dedup();
+        if depths_mm.len() < 3 {
+            return Err(TableError::TooLittle(format!(
+                "{} row(s) at {} depth(s); stiffness, touch point and strength are three constants: at least three depths \
+                 are needed",
+                rows.len(),
+                depths_mm.len()
+            )));
+        }
+        let slot: Vec<usize> = rows.iter().map(|r| depths_mm.partition_point(|d| *d < r.depth_mm.value)).collect();
+        let sd_of = |k: usize| {
+            let known: Vec<f64> =
+                (rows.iter().zip(&slot)).filter(|(_, s)| **s == k).filter_map(|(r, _)| r.depth_mm.sd).collect();
+            if known.is_empty() { ASSUMED_DEPTH_SD_MM } else { known.iter().sum::<f64>() / known.len() as f64 }
+        };
+        let depth_sd_mm = (0..depths_mm.len()).map(sd_of).collect();
+        let table = Self { rows, depths_mm, depth_sd_mm, slot };
+        let count = table.numbers().len();
+        if count < 6 {
+            return Err(TableError::TooLittle(format!(
+                "{count} measured numbers beside the depths; at least 6 are needed to tell an effect from three constants"
+            )));
+        }
+        Ok(table)
+    }
+
+    /// Normal force, contact area and friction coefficient of a row.
+    pub fn cells(row: &PartialRow) -> [Option<Cell>; 3] {
+        [row.normal_force_n, row.contact_area_mm2, row.friction_coefficient]
+    }
+
+    /// Every measured number, row by row.
+    pub fn numbers(&self) -> Vec<Measured> {
+        let mut out = Vec::new();
+        for (row, (read, &slot)) in self.rows.iter().zip(&self.slot).enumerate() {
+            for (quantity, cell) in Self::cells(read).into_iter().enumerate() {
+                if let Some(cell) = cell {
+                    let relative_sd = cell.sd.map_or(ASSUMED_SD, |sd| sd / cell.value);
+                    out.push(Measured { row, slot, quantity, value: cell.value, relative_sd });
+                }
+            }
+        }
+        out
+    }
+
+    /// Whether every cell brings its spread.
+    pub fn has_spread(&self) -> bool {
+        self.rows.iter().flat_map(Self::cells).flatten().all(|cell| cell.sd.is_some())
+    }
+
+    /// Whether a quantity was measured at all.
+    pub fn has(&self, quantity: usize) -> bool {
+        self.rows.iter().any(|r| Self::cells(r)[quantity].is_some())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeats_share_a_depth_and_too_little_is_refused() {
+        let row = |depth: f64, sd| PartialRow {
+            depth_mm: Cell { value: depth, sd },
+            normal_force_n: Some(Cell { value: 0.2, sd: Some(0.004) }),
+            contact_area_mm2: Some(Cell { value: 60.0, sd: None }),
+            friction_coefficient: None,
+        };
+        let table =
+            MeasuredTable::new(vec![row(1.0, None), row(0.5, Some(0.02)), row(1.5, None), row(1.0, None)]).unwrap();
+        assert_eq!((&table.depths_mm[..], &table.slot[..]), (&[0.5, 1.0, 1.5][..], &[1, 0, 2, 1][..]));
+        assert_eq!(table.depth_sd_mm, [0.02, ASSUMED_DEPTH_SD_MM, ASSUMED_DEPTH_SD_MM]);
+        let numbers = table.numbers();
+        assert_eq!((numbers.len(), numbers[2].slot, numbers[1].quantity), (8, 0, 1));
+        assert!((numbers[0].relative_sd - 0.02).abs() < 1e-12 && numbers[1].relative_sd == ASSUMED_SD);
+        assert!(!table.has_spread() && table.has(1) && !table.has(2));
+        let told = MeasuredTable::new(vec![row(1.0, None), row(0.5, None), row(1.0, None)]).unwrap_err().to_string();
+        assert!(told.contains("3 row(s) at 2 depth(s)"), "{told}");
+    }
+}

@@ -1,0 +1,132 @@
+//! The C library as a folder that needs no Rust: libraries for a host and microcontrollers, header, model, example, packages.
+//!
+//! Main function: [`release`]. Uses `thumb` for the compiler.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::root;
+use crate::thumb::tools::{C_LIBRARY, Compiler, Route, TARGET, cargo_command};
+
+/// Microcontrollers: without FPU, with single-precision FPU, RISC-V without FPU.
+const TARGETS: [&str; 3] = ["thumbv6m-none-eabi", "thumbv7em-none-eabihf", "riscv32imac-unknown-none-elf"];
+/// Where the libraries are built, apart from those with debug information.
+const BUILT: &str = "target/handed-on";
+/// What the folder holds as it lies in the repository: from `bindings/c` and from the root.
+const FILES: [(&str, &str); 12] = [
+    ("bindings/c/fingerpad.h", "include/fingerpad.h"),
+    ("bindings/c/release/CMakeLists.txt", "CMakeLists.txt"),
+    ("bindings/c/release/README.md", "README.md"),
+    ("bindings/c/release/MISRA.md", "MISRA.md"),
+    ("bindings/c/release/library.json", "library.json"),
+    ("bindings/c/release/platformio_library.py", "platformio_library.py"),
+    ("bindings/c/release/examples/press_and_slide.c", "examples/press_and_slide.c"),
+    ("bindings/c/release/fingerpad.pc", "lib/pkgconfig/fingerpad.pc"),
+    ("bindings/c/release/cmake/fingerpad-config.cmake", "lib/cmake/fingerpad/fingerpad-config.cmake"),
+    ("bindings/c/release/cmake/fingerpad-config-version.cmake", "lib/cmake/fingerpad/fingerpad-config-version.cmake"),
+    ("LICENSE-MIT", "LICENSE-MIT"),
+    ("LICENSE-APACHE", "LICENSE-APACHE"),
+];
+const MODEL: &str = "data/models/fingertip.fpm";
+
+/// Options of `cargo xtask release-c`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder to make; it must not exist yet
+    #[arg(long, value_name = "FOLDER", default_value = concat!("target/fingerpad-c-", env!("CARGO_PKG_VERSION")))]
+    out: PathBuf,
+}
+
+/// Entry of the chore.
+pub fn main(args: &Args) -> Result<()> {
+    release(&std::path::absolute(&args.out)?)
+}
+
+/// Makes the folder: everything that a C project needs, for this kind of host and the microcontrollers.
+pub fn release(out: &Path) -> Result<()> {
+    ensure!(!out.exists(), "{} is there already", out.display());
+    let host = host()?;
+    build_host(&host)?;
+    let compiler = Compiler::prepare(Route::Auto, TARGET)?;
+    for target in TARGETS {
+        compiler.library(target)?;
+        let mut cargo = compiler.cargo(C_LIBRARY)?;
+        ensure!(static_library(&mut cargo, target).status()?.success(), "{C_LIBRARY} does not build for {target}");
+    }
+    for target in TARGETS.into_iter().chain([host.as_str()]) {
+        let built = root().join(C_LIBRARY).join(BUILT).join(target).join("release/libfingerpad_c.a");
+        copy(&built, &out.join("lib/fingerpad").join(target).join("libfingerpad.a"))?;
+    }
+    for (from, to) in FILES {
+        let text = fs::read_to_string(root().join(from)).with_context(|| from.to_owned())?;
+        let text = text.replace("@VERSION@", env!("CARGO_PKG_VERSION")).replace("@HOST@", &host);
+        write(&out.join(to), text.as_bytes())?;
+    }
+    let model = fs::read(root().join(MODEL))?;
+    write(&out.join("share/fingerpad/fingertip.fpm"), &model)?;
+    write(&out.join("include/fingertip_fpm.h"), constant(&model).as_bytes())?;
+    println!("{}: libraries for {host}, {}", out.display(), TARGETS.join(", "));
+    Ok(())
+}
+
+/// The host's kind, as the compiler names it.
+pub fn host() -> Result<String> {
+    let out = Command::new("rustc").env_remove("RUSTC").arg("-vV").output()?;
+    let says = String::from_utf8_lossy(&out.stdout).into_owned();
+    let host = says.lines().find_map(|line| line.strip_prefix("host: ")).context("rustc -vV names no host")?;
+    Ok(host.to_owned())
+}
+
+fn build_host(host: &str) -> Result<()> {
+    let mut cargo = cargo_command();
+    cargo.current_dir(root().join(C_LIBRARY));
+    ensure!(static_library(&mut cargo, host).status()?.success(), "{C_LIBRARY} does not build for {host}");
+    Ok(())
+}
+
+/// The static library without debug information, which would name this machine's folders.
+fn static_library<'a>(cargo: &'a mut Command, target: &str) -> &'a mut Command {
+    cargo.env("CARGO_PROFILE_RELEASE_DEBUG", "0").env("CARGO_PROFILE_RELEASE_STRIP", "debuginfo").args([
+        "rustc",
+        "--lib",
+        "--release",
+        "--crate-type",
+        "staticlib",
+        "--target-dir",
+        BUILT,
+        "--target",
+        target,
+    ])
+}
+
+/// A model file as a constant of words, which every compiler puts at an address divisible by 4.
+fn constant(model: &[u8]) -> String {
+    let words: Vec<String> = model
+        .chunks(4)
+        .map(|chunk| {
+            let word = std::array::from_fn(|i| chunk.get(i).copied().unwrap_or(0));
+            format!("0x{:08x}u,", u32::from_le_bytes(word))
+        })
+        .collect();
+    let lines: Vec<String> = words.chunks(8).map(|line| format!("  {}", line.join(" "))).collect();
+    format!(
+        "/* The shipped model file, fingertip.fpm, as a constant for fingerpad_model_load; little-endian words. */\n\
+         #ifndef FINGERTIP_FPM_H\n#define FINGERTIP_FPM_H\n\n#include <stdint.h>\n\n\
+         #define FINGERTIP_FPM_BYTES {}u\n\nstatic const uint32_t fingertip_fpm[{}] = {{\n{}\n}};\n\n#endif\n",
+        model.len(),
+        words.len(),
+        lines.join("\n")
+    )
+}
+
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    write(to, &fs::read(from).with_context(|| from.display().to_string())?)
+}
+
+fn write(to: &Path, bytes: &[u8]) -> Result<()> {
+    fs::create_dir_all(to.parent().context("a file without folder")?)?;
+    fs::write(to, bytes).with_context(|| to.display().to_string())
+}
