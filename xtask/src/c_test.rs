@@ -1,6 +1,6 @@
 //! The C library's release folder as its users meet it: in a folder outside the repository, with their tools.
 //!
-//! Main function: [`test`]. Uses `c_release` for the folder and `install` for what is missing.
+//! Main function: [`test()`]. Uses `c_release` for the folder and `install` for what is missing.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

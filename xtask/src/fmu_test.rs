@@ -1,6 +1,6 @@
 //! The co-simulation unit as an importing tool meets it: exported by the program, checked by FMPy, built again from its own sources.
 //!
-//! Main function: [`test`]. Uses `c_test` for the story and `python` for FMPy.
+//! Main function: [`test()`]. Uses `c_test` for the story and `python` for FMPy.
 
 use std::fs;
 use std::path::{Path, PathBuf};

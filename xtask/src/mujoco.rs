@@ -1,6 +1,6 @@
 //! The MuJoCo plugin: build it against pip's MuJoCo, test it, measure it.
 //!
-//! Main functions: [`test`], [`bench`]. Uses `c_test` for the tools of C and `python` for the environment.
+//! Main functions: [`test()`], [`bench()`]. Uses `c_test` for the tools of C and `python` for the environment.
 
 use std::fs;
 use std::path::PathBuf;

@@ -28,8 +28,8 @@ Examples:
   fingerpad diagnose --table data/yoshida2011.csv --mesh-preset coarse --out d
   fingerpad diagnose --table my.csv --unit normal_force_n=N,depth_mm=mm --out d
   fingerpad diagnose --template runs.csv
-  fingerpad diagnose --calibration c.csv --measured m.csv --map run=Trial,depth=Z --unit depth=um --check
-  fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed,dwell --least-rest-s 30 --out d
+  fingerpad diagnose --calibration c0.csv --measured m0.csv --map run=Trial --check
+  fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
 
 --check says what was understood of the files and which laws they can test. Files may be compressed by gzip. With
 --can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.

@@ -16,7 +16,7 @@ Examples:
   fingerpad export --model model.fpm --format rust --out src/model.rs   `MODEL.model()?` steps it
   fingerpad export --model model.fpm --format c --out model.h           for the C library
   fingerpad export --model model.fpm --format json --out model.json     all numbers with their names
-  fingerpad export --model model.fpm --format fmu --out finger.fmu      for Modelica tools, Simulink, FMPy")]
+  fingerpad export --model model.fpm --format fmu --out finger.fmu      for Modelica, FMPy")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]

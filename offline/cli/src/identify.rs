@@ -27,7 +27,7 @@ Examples:
   fingerpad identify                                       Table 1 of Yoshida et al. 2011
   fingerpad identify --mesh-preset coarse --out trial      a first look, not for constants
   fingerpad identify --data my.csv --joint --out mine      finger, depths and law at once as well
-  fingerpad identify --fast --no-prediction --force-zero --out zero   beta against the zero of the normal force
+  fingerpad identify --fast --no-prediction --force-zero --out zero   beta, zero of the force
   fingerpad identify --published --out published           no search: the published constants
   fingerpad identify --data subjects/ --out study          a folder of tables, then the population
   fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares

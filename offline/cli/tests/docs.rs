@@ -228,7 +228,9 @@ impl Sandbox {
             ["fingerpad", ref rest @ ..] | ["cargo", "run", "--release", "--", ref rest @ ..] => {
                 said(self.fingerpad().args(rest).arg("--help"))
             }
-            ["cargo", "xtask", "verify" | "bench", "python" | "mujoco"] => Ok(String::new()),
+            ["cargo", "xtask", "verify" | "bench", "python" | "mujoco"] | ["cargo", "xtask", "verify", "tables"] => {
+                Ok(String::new())
+            }
             ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
             ["cargo", "xtask", "bench", "core" | "bindings"] => Ok(String::new()),
             ["cargo", "xtask", "bench", name, ref rest @ ..] => {

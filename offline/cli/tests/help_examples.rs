@@ -64,6 +64,11 @@ fn prepare(at: &Path) {
             std::io::copy(&mut text, &mut unpacked).unwrap();
         }
     }
+    // The same with a column of another name.
+    for (file, renamed) in [("c.csv", "c0.csv"), ("m.csv", "m0.csv")] {
+        let text = fs::read_to_string(at.join(file)).unwrap();
+        fs::write(at.join(renamed), text.replacen("run_id", "Trial", 1)).unwrap();
+    }
     for name in ["fixed.toml", "mine.toml"] {
         fs::write(at.join(name), "[tissue.bone]\nkind = \"fixed\"\n").unwrap();
     }

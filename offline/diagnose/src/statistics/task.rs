@@ -27,7 +27,7 @@ pub struct Task<'a> {
     pub reference: &'a ReferenceCurves,
     /// Prior of the smooth model's parameters.
     pub prior: Prior,
-    /// Standard deviation of the row noise of every observation, N; [`NO_READING_N`] where a reading is left out.
+    /// Standard deviation of the row noise of every observation, N; `NO_READING_N` where a reading is left out.
     pub sigma_n: Vec<f64>,
     /// Prior of the variances between runs.
     pub variances: PerEffect,
