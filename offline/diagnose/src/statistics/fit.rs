@@ -64,6 +64,10 @@ const LARGEST_SHIFT: [f64; MODEL_EFFECTS] = [0.3, 0.3, 0.1];
 /// Largest change of a parameter in one Gauss–Newton step.
 const LARGEST_PARAMETER_STEP: f64 = 0.6;
 
+/// Change of −2 log posterior from which on a fit has arrived: what is left moves a parameter by less than a tenth of its
+/// standard deviation, whatever the processor's rounding.
+const SETTLED_2LL: f64 = 0.005;
+
 /// A point of a fit on its way.
 struct Iterate {
     parameters: Parameters,
@@ -110,7 +114,7 @@ impl Task<'_> {
             let linearised = self.linearise(&at, current, precision, products, &scaled, &known);
             let moved = self.step_downhill(&mut at, &linearised);
             let shifted = self.follow_random_effects(&mut at, current);
-            let done = (!moved || (last - linearised.objective).abs() < 0.05) && shifted < 0.02;
+            let done = (!moved || (last - linearised.objective).abs() < SETTLED_2LL) && shifted < 0.02;
             last = linearised.objective;
             hessian = linearised.hessian;
             if done {
