@@ -29,7 +29,7 @@ pub struct Fit {
     pub random_effects: RandomEffects,
     /// Readings less prediction with all random effects 0, N, to first order in them.
     pub residual_n: Vec<f64>,
-    /// Covariance of the model's parameters, then of the laws' on their fitted scales; shape (30 + laws', same).
+    /// Covariance of the model's parameters, then of the laws' on their fitted scales; shape (31 + laws', same).
     pub covariance: DMatrix<f64>,
 }
 
