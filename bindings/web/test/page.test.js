@@ -237,6 +237,26 @@ test("files that are none are refused in the core's words, and nothing is lost",
   await page.close();
 });
 
+test("the module bears contacts, counts and lengths that it does not have", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  const [steps, codes, after] = await page.evaluate(() => {
+    const { model } = globalThis.fingerpad;
+    const { wasm } = model;
+    model.motions.set([1, 0.1, 0, 0, 0.001, 30, 0, 35, 32, 2]);
+    const steps = [wasm.run(2, 1), wasm.run(-1, 1), wasm.run(0, 0), wasm.run(0, model.most + 1)];
+    wasm.lift(7);
+    wasm.copy(7, 0);
+    wasm.copy(0, 7);
+    const codes = [wasm.load(wasm.incoming_bytes() + 1), wasm.load(-1), wasm.law_value(99, 99)];
+    wasm.lift(0);
+    return [steps, codes, wasm.run(0, 1) === 1 && model.floats[0] > 0];
+  });
+  assert.deepEqual(steps, [0, 0, 0, 512]);
+  assert.deepEqual(codes, [3, 3, 0]);
+  assert.ok(after, "the model in use goes on");
+  await page.close();
+});
+
 test("a dropped path is replayed to its end", async () => {
   const page = await start({ reducedMotion: "reduce" });
   const csv = "\ufefft_s,depth_mm,slide_x_mm,slide_y_mm,operator\r\n0,0,0,0,1\r\n0.3,1,0,0,1\r\n1.2,1,2.5,0,1\r\n";
