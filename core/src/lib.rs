@@ -6,6 +6,7 @@ extern crate std;
 
 #[cfg(feature = "serde")]
 mod array;
+mod at_depth;
 mod batch;
 mod check;
 mod data;
@@ -18,6 +19,8 @@ mod example;
 mod frame;
 mod gradient;
 mod grip;
+#[cfg(all(feature = "lanes", target_feature = "avx"))]
+mod lanes;
 mod math;
 mod model_file;
 #[cfg(feature = "std")]
@@ -51,7 +54,7 @@ pub use owned::ModelFile;
 pub use params::{Node, Params, ParamsOf, SpringParams};
 pub use pose::{POSE_ROWS, POSE_TERMS, Pose, PoseTable};
 pub use regime::{Regime, Status};
-pub use rescaling::{Fitted, Scaled, Scaling, Tuning};
+pub use rescaling::{Fitted, Scaled, Scaling, Tuning, Wide};
 pub use response::{Motion, Response};
 pub use save::{STATE_BYTES, state_bytes};
 pub use state::{SpinState, State, StateOf};

@@ -19,6 +19,7 @@ macro_rules! eprintln {
 }
 
 mod build;
+mod build_model;
 mod config;
 mod confirm;
 mod design;
