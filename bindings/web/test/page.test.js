@@ -121,16 +121,26 @@ test("a recorded path is replayed with the host's bits", async () => {
   }
 });
 
-test("frames come in time", async () => {
+test("the work of a frame leaves room for 60 a second", async () => {
   const page = await start();
+  const chromium = await page.context().newCDPSession(page);
+  // Time that the page's thread had a processor, so that other work on the machine does not count.
+  await chromium.send("Performance.enable", { timeDomain: "threadTicks" });
+  const tasks = async () => {
+    const { metrics } = await chromium.send("Performance.getMetrics");
+    return 1000 * metrics.find(({ name }) => name === "TaskDuration").value;
+  };
+  const frames = () => page.evaluate(() => globalThis.fingerpad.work.length);
+  const [ms0, frames0] = [await tasks(), await frames()];
   await page.waitForTimeout(4000);
+  const [ms1, frames1] = [await tasks(), await frames()];
   const work = await page.evaluate(() => globalThis.fingerpad.work);
   const middle = (xs) => [...xs].sort((a, b) => a - b)[Math.floor(xs.length / 2)];
-  const own = middle(work.map(([, ms]) => ms));
   const fps = (1000 * (work.length - 1)) / (work.at(-1)[0] - work[0][0]);
-  console.log(`${fps.toFixed(1)} frames a second, ${own.toFixed(2)} ms of own work a frame (median of ${work.length})`);
-  assert.ok(own < 16, `${own} ms`);
-  assert.ok(work.length > 20);
+  const own = (ms1 - ms0) / (frames1 - frames0);
+  console.log(`${fps.toFixed(1)} frames a second on this machine now; ${own.toFixed(2)} ms of the thread's CPU a frame (${frames1 - frames0} frames), scripts ${middle(work.map(([, ms]) => ms)).toFixed(2)} ms of clock (median)`);
+  assert.ok(frames1 - frames0 > 20, `${frames1 - frames0} frames`);
+  assert.ok(own > 0 && own < 1000 / 60, `${own} ms of CPU a frame`);
   await page.close();
 });
 
