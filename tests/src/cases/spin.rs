@@ -41,7 +41,7 @@ pub fn spin(effort: Effort) -> Result<Vec<Check>, Failure> {
         ));
         checks.extend(small(&[5, 6, 7, 8, 9, 10])?);
     } else {
-        checks.extend(small(&[4, 5, 6])?);
+        checks.extend(small(&[6])?);
     }
     Ok(checks)
 }
