@@ -49,7 +49,7 @@ fn calibrate<'a>(
     along(corners, |m| {
         let r = step(&finger, &mut state, Motion { depth_mm: m.depth_mm - disturbance.late_mm, ..m });
         count += 1;
-        let spike = if disturbance.spikes && count % 97 == 0 { 3.0 * noise.next() } else { 0.0 };
+        let spike = if disturbance.spikes && count.is_multiple_of(97) { 3.0 * noise.next() } else { 0.0 };
         // Uniform noise has 1/√3 of its half-width as standard deviation.
         let mut reading = |force: f32| force * (1.0 + disturbance.noise * 3.0f32.sqrt() * noise.next()) + spike;
         let friction_n = r.friction_n.map(&mut reading);
@@ -328,7 +328,7 @@ fn bad_readings_are_left_out() {
             let measured = Measured { normal_force_n: r.normal_force_n, friction_n: r.friction_n };
             calibration.record(m, measured);
             count += 1;
-            if bad && count % 5 == 0 {
+            if bad && count.is_multiple_of(5) {
                 let none = [f32::NAN, f32::INFINITY, -f32::INFINITY][count as usize % 3];
                 calibration.record(Motion { depth_mm: none, ..m }, measured);
                 calibration.record(Motion { slide_increment_mm: [0.0, none], ..m }, measured);

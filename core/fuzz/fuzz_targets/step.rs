@@ -3,7 +3,7 @@
 #![no_main]
 
 use fingerpad::{
-    Drive, Motion, Normal, Params, Pose, Response, SpinState, State, Status, Tangential, Tuned, Tuning, step,
+    Drive, Motion, Normal, Params, Pose, Posed, Response, SpinState, State, Status, Tangential, Tuning, step,
 };
 use libfuzzer_sys::fuzz_target;
 
@@ -19,7 +19,7 @@ fn in_range(r: &Response) {
 }
 
 /// Requests that leave the state alone.
-fn ask(model: &Tuned<'_>, state: &State, f: [f32; 5]) {
+fn ask(model: &Posed<'_>, state: &State, f: [f32; 5]) {
     let g = model.gradient(state, [f[0], f[1], f[2]]);
     assert!(g.normal_n_mm.iter().chain(g.friction_n_mm.as_flattened()).all(|x| x.is_finite()), "{g:?}");
     let grip = model.least_grip([f[0], f[1]], f[2], f[3]);

@@ -47,7 +47,7 @@ impl Rig<'_> {
     fn read(&mut self, motion: Motion) -> (Motion, Measured) {
         let r = step(&self.finger, &mut self.state, Motion { depth_mm: motion.depth_mm - LATE_MM, ..motion });
         self.ticks += 1;
-        let spike = if self.ticks % 97 == 0 { 2.0 * self.noise.next() } else { 0.0 };
+        let spike = if self.ticks.is_multiple_of(97) { 2.0 * self.noise.next() } else { 0.0 };
         let mut reading = |force: f32| force * (1.0 + 0.035 * self.noise.next()) + spike;
         let measured =
             Measured { normal_force_n: reading(r.normal_force_n), friction_n: r.friction_n.map(&mut reading) };

@@ -13,7 +13,15 @@
 //! the contact sticks beside the normal force the size (tangential stiffness goes as e size, normal force as e size²), friction
 //! in full slip lambda.
 
+mod estimate;
+mod outcome;
+mod readings;
+
+use estimate::{Matrix, Round, Scatter, Vector, inverse};
 use heapless::Vec;
+use outcome::NAMES;
+pub use outcome::{Calibrated, Measured, NotCalibrated, Settings, Unknown};
+use readings::{Gathering, Reading};
 
 use crate::math::{Arithmetic, Scalar, sqrt};
 use crate::rescaling::Scaled;
@@ -33,12 +41,8 @@ pub const BLOCKS: usize = 160;
 pub const BLOCK_MM: f32 = 0.02;
 /// Way over which the model's own error stays the same: blocks within it count as one, mm.
 const CORRELATED_MM: f32 = 0.3;
-/// Readings after which a block takes no more: the plane rests.
-const READINGS_MAX: f32 = 4096.0;
 /// Blocks from which on there is something to estimate.
 const BLOCKS_LEAST: usize = 8;
-/// Residuals beyond so many of their standard deviations weigh less (Huber 1964, Ann. Math. Statist. 35:73).
-const SURPRISE: f32 = 3.0;
 /// Largest change of an unknown in one round, and the share of its standard error below which it has settled.
 const CHANGE_MAX: f32 = 0.3;
 const SETTLED: f32 = 0.2;
@@ -47,256 +51,6 @@ const SLIPS: f32 = 0.05;
 const SLIPPED_MM: f32 = 0.2;
 /// The deepest depth has to be so many times the shallowest.
 const DEPTHS: f32 = 1.5;
-/// Depth at which a finger is in the air whatever the zero, mm.
-const AIR_MM: f32 = -1.0;
-
-/// How well the finger is known beforehand, and the resolution of the readings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
-    /// Standard deviation of fingers' size, share; 0 if the size is known to be that of the model.
-    pub size: f32,
-    /// That of the tissue's stiffness, share.
-    pub stiffness: f32,
-    /// That of lambda, share.
-    pub lambda: f32,
-    /// That of the depth at which the finger touches, mm; 0 if the zero of the depth is known. Otherwise three presses are asked
-    /// for instead of two.
-    pub depth_offset_mm: f32,
-    /// Error of the force readings that no averaging takes away, N.
-    pub force_error_n: f32,
-    /// That of the depth readings, mm.
-    pub depth_error_mm: f32,
-    /// Largest standard error, share, with which [`Calibration::result`] is content.
-    pub wanted: f32,
-}
-
-impl Default for Settings {
-    /// Size within 25 %, stiffness and lambda within a factor of two, touch within 0.1 mm; errors of 2 mN and 5 µm; content with
-    /// 15 %.
-    fn default() -> Self {
-        Self {
-            size: 0.25,
-            stiffness: 0.7,
-            lambda: 0.7,
-            depth_offset_mm: 0.1,
-            force_error_n: 2e-3,
-            depth_error_mm: 5e-3,
-            wanted: 0.15,
-        }
-    }
-}
-
-/// Forces that the plane exerts on the finger, as measured at the end of a step, N; signs as in [`Response`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Measured {
-    /// Normal force.
-    pub normal_force_n: f32,
-    /// Friction along x and y.
-    pub friction_n: [f32; 2],
-}
-
-/// What is to be found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Unknown {
-    /// [`Tuning::size`].
-    Size,
-    /// [`Tuning::stiffness`].
-    Stiffness,
-    /// [`Tuning::lambda`].
-    Lambda,
-    /// [`Calibrated::depth_offset_mm`].
-    DepthOffset,
-}
-
-const NAMES: [Unknown; UNKNOWNS] = [Unknown::Size, Unknown::Stiffness, Unknown::Lambda, Unknown::DepthOffset];
-
-/// A finger found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Calibrated {
-    /// For [`ModelOf::tuned`].
-    pub tuning: Tuning,
-    /// To be added to the depths as given, mm: negative if the finger touches later than they say.
-    pub depth_offset_mm: f32,
-    /// Standard errors of size, stiffness and lambda, shares of them. Size and stiffness err against each other; the forces are
-    /// known better than either.
-    pub tuning_error: [f32; 3],
-    /// Standard error of the depth offset, mm.
-    pub depth_offset_error_mm: f32,
-}
-
-/// Why there is no result.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[non_exhaustive]
-pub enum NotCalibrated {
-    /// No reading with contact.
-    NoContact,
-    /// Contact at one depth only, or nearly.
-    OneDepth {
-        /// Shallowest depth with a reading, mm.
-        shallowest_mm: f32,
-        /// Deepest, mm.
-        deepest_mm: f32,
-    },
-    /// Fewer presses from the air than are needed: two, three if the zero of the depth is unknown.
-    FewPresses {
-        /// Presses seen.
-        presses: u8,
-        /// Presses needed.
-        needed: u8,
-    },
-    /// No slide in full slip that was long enough.
-    NoSlip {
-        /// Slide in full slip, mm.
-        slipped_mm: f32,
-    },
-    /// The estimate still changes: go on with [`Calibration::step`] or [`Calibration::work`].
-    Unsettled,
-    /// An unknown at the end of its range: not a finger like the model's, or forces in other units.
-    OutOfRange {
-        /// Which.
-        what: Unknown,
-        /// Its value: a factor, or mm.
-        value: f32,
-    },
-    /// An unknown is not known well enough.
-    Uncertain {
-        /// Which.
-        what: Unknown,
-        /// Its standard error: a share, or mm.
-        standard_error: f32,
-    },
-}
-
-impl core::fmt::Display for NotCalibrated {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match *self {
-            Self::NoContact => f.write_str("no reading with contact"),
-            Self::OneDepth { shallowest_mm, deepest_mm } => {
-                write!(f, "readings from {shallowest_mm} to {deepest_mm} mm of depth only: press to different depths")
-            }
-            Self::FewPresses { presses, needed } => {
-                write!(f, "{presses} presses from the air where {needed} are needed")
-            }
-            Self::NoSlip { slipped_mm } => {
-                write!(f, "{slipped_mm} mm of slide in full slip where {SLIPPED_MM} mm are needed: slide on")
-            }
-            Self::Unsettled => f.write_str("the estimate still changes"),
-            Self::OutOfRange { what, value } => write!(f, "{what:?} is at the end of its range: {value}"),
-            Self::Uncertain { what, standard_error } => {
-                write!(f, "{what:?} is uncertain: standard error {standard_error}")
-            }
-        }
-    }
-}
-
-impl core::error::Error for NotCalibrated {}
-
-/// Where the plane was, and what was measured there. Of a block, where it ended, and the mean of what was measured on its way.
-#[derive(Clone, Copy, Debug, Default)]
-struct Reading {
-    depth_mm: f32,
-    /// Since touch.
-    slide_mm: [f32; 2],
-    normal_n: f32,
-    friction_n: [f32; 2],
-}
-
-impl Reading {
-    const AIR: Self = Self { depth_mm: AIR_MM, slide_mm: [0.0; 2], normal_n: 0.0, friction_n: [0.0; 2] };
-
-    fn is_air(&self) -> bool {
-        self.depth_mm <= AIR_MM
-    }
-
-    /// The way from another place, mm: depth, slide.
-    fn way_from(&self, other: &Self) -> [f32; 3] {
-        let [x, y] = [self.slide_mm[0] - other.slide_mm[0], self.slide_mm[1] - other.slide_mm[1]];
-        [self.depth_mm - other.depth_mm, x, y]
-    }
-
-    /// Its square, mm².
-    fn square_from(&self, other: &Self) -> f32 {
-        let [deeper, x, y] = self.way_from(other);
-        x * x + y * y + deeper * deeper
-    }
-
-    /// This block and the next in one, if neither is the air and the plane goes straight on in between.
-    fn with(&self, before: &Self, next: &Self) -> Option<Self> {
-        let (came, goes) = (self.way_from(before), next.way_from(self));
-        let ahead: f32 = came.iter().zip(goes).map(|(a, b)| a * b).sum();
-        let straight = ahead > 0.0 && ahead * ahead > 0.8 * self.square_from(before) * next.square_from(self);
-        let mean = |a: f32, b: f32| 0.5 * (a + b);
-        let friction_n = [0, 1].map(|i| mean(self.friction_n[i], next.friction_n[i]));
-        let together = Self { normal_n: mean(self.normal_n, next.normal_n), friction_n, ..*next };
-        (straight && !self.is_air() && !next.is_air()).then_some(together)
-    }
-}
-
-/// Readings on their way into a block.
-#[derive(Clone, Copy, Debug, Default)]
-struct Gathering {
-    /// The last two readings.
-    last: [Reading; 2],
-    /// How many there are since touch; counts to 2.
-    seen: u8,
-    /// Slide since touch, mm.
-    slide_mm: [f32; 2],
-    /// The block's first reading, its sum and number.
-    first: Reading,
-    sum: Reading,
-    readings: f32,
-    /// The farthest way from the first, squared, mm², and the block up to there.
-    farthest: f32,
-    block: Reading,
-}
-
-impl Gathering {
-    /// Takes a reading; gives a block if the plane has moved by `way_mm` since its first, or has turned back by half of it.
-    fn take(&mut self, reading: Reading, way_mm: f32) -> Option<Reading> {
-        let [before, last] = self.last;
-        self.last = [last, reading];
-        if self.seen < 2 {
-            self.seen += 1;
-            self.first = reading;
-            return None;
-        }
-        // The median of three takes single spikes away; the place is that of the middle reading.
-        let median = |a: f32, b: f32, c: f32| a.max(b).min(c.max(a.min(b)));
-        let normal_n = median(before.normal_n, last.normal_n, reading.normal_n);
-        let friction_n = [0, 1].map(|i| median(before.friction_n[i], last.friction_n[i], reading.friction_n[i]));
-        if self.readings < READINGS_MAX {
-            self.sum.normal_n += normal_n;
-            self.sum.friction_n = [0, 1].map(|i| self.sum.friction_n[i] + friction_n[i]);
-            self.readings += 1.0;
-        }
-        let square = last.square_from(&self.first);
-        if square >= self.farthest {
-            self.farthest = square;
-            let mean = |sum: f32| sum / self.readings;
-            self.block =
-                Reading { normal_n: mean(self.sum.normal_n), friction_n: self.sum.friction_n.map(mean), ..last };
-        }
-        let back = sqrt(self.farthest) - 0.5 * way_mm;
-        if self.farthest < way_mm * way_mm && !(back > 0.0 && square < back * back) {
-            return None;
-        }
-        (self.first, self.sum) = (self.block, Reading::default());
-        (self.readings, self.farthest) = (0.0, 0.0);
-        Some(self.block)
-    }
-}
 
 /// A finger that goes over the blocks.
 #[derive(Clone, Copy, Debug)]
@@ -304,75 +58,6 @@ struct Twin<'a, const M: usize, const N: usize> {
     model: ModelOf<'a, M, N, Scaled>,
     depth_offset_mm: f32,
     state: StateOf<M>,
-}
-
-/// How far the readings of one kind lie from the estimate, shares.
-#[derive(Clone, Copy, Debug)]
-struct Scatter {
-    /// Variance, and the part of it that changes from block to block, as of the last round.
-    all: f32,
-    white: f32,
-    /// The last residual, and sums of the present round.
-    last: f32,
-    squares: f32,
-    steps: f32,
-    number: f32,
-}
-
-impl Scatter {
-    const UNKNOWN: Self = Self { all: 0.01, white: 1e-4, last: 0.0, squares: 0.0, steps: 0.0, number: 0.0 };
-
-    /// Counts a residual; returns what it weighs, if its error from the model's side has the variance `model` and `blocks` share
-    /// it.
-    fn weigh(&mut self, residual: f32, model: f32, blocks: f32) -> f32 {
-        let most = SURPRISE * sqrt(self.all);
-        let held = residual.max(-most).min(most);
-        self.squares += held * held;
-        self.steps += 0.5 * (held - self.last) * (held - self.last);
-        (self.last, self.number) = (held, self.number + 1.0);
-        let weight = 1.0 / (self.white + (model + (self.all - self.white).not_negative()) * blocks);
-        if residual.magnitude() > most { weight * most / residual.magnitude() } else { weight }
-    }
-
-    fn end_round(&mut self) {
-        if self.number > 0.0 {
-            // What the readings cannot tell apart, shares squared.
-            let least = 1e-6;
-            self.all = (self.squares / self.number).max(least);
-            self.white = (self.steps / self.number).max(least).at_most(self.all);
-        }
-        (self.last, self.squares, self.steps, self.number) = (0.0, 0.0, 0.0, 0.0);
-    }
-}
-
-type Vector = [f32; UNKNOWNS];
-type Matrix = [[f32; UNKNOWNS]; UNKNOWNS];
-
-/// One round over the blocks: the normal equations.
-#[derive(Clone, Copy, Debug, Default)]
-struct Round {
-    /// The next block.
-    next: usize,
-    /// The last one, and the forces of the twins there, N: normal, along x and y.
-    last: Reading,
-    forces: [[f32; 3]; UNKNOWNS + 1],
-    information: Matrix,
-    pull: Vector,
-    slipped_mm: f32,
-}
-
-impl Round {
-    fn add(&mut self, slopes: &Vector, residual: f32, weight: f32) {
-        if !(residual.is_number() && weight.is_number()) {
-            return;
-        }
-        for ((row, pull), a) in self.information.iter_mut().zip(&mut self.pull).zip(slopes) {
-            *pull += weight * a * residual;
-            for (cell, b) in row.iter_mut().zip(slopes) {
-                *cell += weight * a * b;
-            }
-        }
-    }
 }
 
 /// Finds size, stiffness, lambda and the zero of the depth of a finger while it presses and slides. No allocation, no panic.
@@ -725,24 +410,4 @@ fn finger(estimate: Vector) -> (Tuning, f32) {
         tau0_mpa: 0.0,
     };
     (tuning, (offset * OFFSET_UNIT_MM).clamp(zero, RANGES[OFFSET][1]))
-}
-
-/// The inverse of a symmetric positive definite matrix (Gauss and Jordan, without exchanges).
-fn inverse(mut m: Matrix) -> Option<Matrix> {
-    for k in 0..UNKNOWNS {
-        let pivot = m.get_mut(k)?;
-        let per_pivot = 1.0 / core::mem::replace(pivot.get_mut(k)?, 1.0);
-        if !(per_pivot > 0.0 && per_pivot <= f32::MAX) {
-            return None;
-        }
-        *pivot = pivot.map(|cell| cell * per_pivot);
-        let pivot = *pivot;
-        for (_, row) in m.iter_mut().enumerate().filter(|(i, _)| *i != k) {
-            let factor = core::mem::take(row.get_mut(k)?);
-            for (cell, of_pivot) in row.iter_mut().zip(pivot) {
-                *cell -= factor * of_pivot;
-            }
-        }
-    }
-    Some(m)
 }
