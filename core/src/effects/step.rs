@@ -8,7 +8,7 @@ use super::{
     Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline, tables,
 };
 use crate::error::Field;
-use crate::math::{Scalar, sqrt};
+use crate::math::{Arithmetic, sqrt};
 use crate::model_file::EffectSlot;
 use crate::rescaling::{STIFFNESS_FACTOR, Scaling};
 use crate::{Error, FileOf, ModelOf, Motion, Response, Status, step};

@@ -92,7 +92,7 @@ impl Task<'_> {
         RandomEffectColumns::new(self.layout.clone(), columns)
     }
 
-    /// Fisher information of the runs on the smooth model's parameters, shape (30, 30).
+    /// Fisher information of the runs on the smooth model's parameters, shape (31, 31).
     pub fn information(&self, derivatives: &Derivatives, variances: &PerEffect) -> DMatrix<f64> {
         derivatives.parameters.weighed(&derivatives.random_effects.precision(variances)).gram
     }

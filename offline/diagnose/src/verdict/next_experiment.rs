@@ -21,8 +21,8 @@ use crate::statistics::random_effects::RandomEffectColumns;
 use crate::statistics::task::{NO_READING_N, Task};
 use crate::verdict::candidate_designs::{PlanConstraints, ReferenceConditions, candidate_designs, rows_of};
 
-/// Share of the best plan's expected separation from which on a plan suffices.
-const OF_BEST: f64 = 0.5;
+/// Share of what the best plan adds to the expected separation from which on a plan suffices.
+const OF_BEST: f64 = 0.9;
 
 /// Two competing laws: the first is in force in a fit, the second has its best parameters.
 pub struct HypothesisPair<'a> {
@@ -87,9 +87,10 @@ pub fn propose(
     }
     prices.sort_by(|a, b| a.minutes.total_cmp(&b.minutes));
     let best = plans.first()?.0.lambda_rival_expected;
-    // The expectation is one of a linear picture, whose largest values are the least certain: what comes near the best
-    // suffices.
-    let suffices = |p: &FactorPrice| p.lambda_rival_expected >= OF_BEST * best;
+    // The plan that adds least stands for what the present runs separate, which this linear picture takes for more than
+    // they do: what counts is what a plan adds to it.
+    let least = plans.last()?.0.lambda_rival_expected;
+    let suffices = |p: &FactorPrice| p.lambda_rival_expected - least >= OF_BEST * (best - least);
     let cost = |p: &FactorPrice| p.minutes * if p.factor == "all" { 2.0 } else { 1.0 };
     let of_enough = plans.into_iter().filter(|(p, _)| suffices(p));
     let (FactorPrice { factor, lambda_rival_expected, minutes }, runs) =
