@@ -87,35 +87,28 @@ fn named(report: &Diagnosis) -> Vec<&str> {
     report.effects.iter().map(|e| e.law.as_str()).collect()
 }
 
+/// At 10 %. A logger with spikes, lost rows and a coarse clock may cost the name; another name must never come of it.
 #[test]
 fn a_hidden_electroadhesion_is_named_with_its_law_and_nothing_else_without() {
-    for protocol in [Protocol::Clean, Protocol::Disturbed] {
-        for seed in [301, 302, 303] {
+    for (protocol, seeds, least) in [(Protocol::Clean, 301..304, 3), (Protocol::Disturbed, 301..306, 3)] {
+        let mut count = 0;
+        for seed in seeds {
             let case = case_under(protocol, seed);
             let measured = under_voltage(&case, protocol, seed, GAIN);
             let (report, _) = diagnosed(&case.calibration, &measured, laws());
             let (bare, _) = diagnosed(&case.calibration, &measured, LawsFile::default());
-            println!(
-                "{protocol:?} seed {seed}: {:?} {:?}; without: {:?} {:?}",
-                report.verdict,
-                named(&report),
-                bare.verdict,
-                named(&bare)
-            );
-            assert_eq!(
-                (report.verdict, named(&report)),
-                (Verdict::Named, vec!["electroadhesion"]),
-                "{protocol:?} {seed}"
-            );
-            let gain = &report.effects[0].parameters[0];
-            println!("  gain {:.4} {:.4?}, truth {GAIN:.4}", gain.value, gain.ci95);
-            assert!((gain.value / GAIN - 1.0).abs() < 0.25, "{protocol:?} {seed}: {gain:?}");
-            assert!(
-                matches!(bare.verdict, Verdict::UnexplainedStructure | Verdict::None),
-                "{protocol:?} {seed}: {:?}",
-                named(&bare)
-            );
+            let [with, without] = [&report, &bare].map(|r| (r.verdict, named(r)));
+            println!("{protocol:?} seed {seed}: {with:?}; without: {without:?}");
+            assert!(matches!(bare.verdict, Verdict::UnexplainedStructure | Verdict::None), "{without:?}");
+            assert!(report.effects.iter().all(|e| e.law == "electroadhesion"), "{with:?}");
+            if report.verdict == Verdict::Named {
+                let gain = &report.effects[0].parameters[0];
+                println!("  gain {:.4} {:.4?}, truth {GAIN:.4}", gain.value, gain.ci95);
+                assert!((gain.value / GAIN - 1.0).abs() < 0.25, "{gain:?}");
+                count += 1;
+            }
         }
+        assert!(count >= least, "{protocol:?}: {count} named");
     }
 }
 
@@ -139,19 +132,20 @@ fn the_corrected_file_runs_the_law_as_a_table() {
     let made = corrected_model(shipped().file().model.data(), &reference(), &evidence).unwrap();
     let [table] = &made.tables[..] else { panic!("{:?}", made.tables) };
     println!("{table}");
-    assert!(table.largest_error <= 2e-3 * table.largest_change && table.ranges == [[0.0, 200.0]], "{table:?}");
+    assert!(
+        table.largest_error <= 2e-3 * table.largest_change && (table.ranges[0][1] - 200.0).abs() < 1e-3,
+        "{table:?}"
+    );
     let file = fingerpad::ModelFile::new(&made.bytes).unwrap();
     let file = file.file();
     let meta: serde_json::Value = serde_json::from_str(file.meta).unwrap();
     assert_eq!(meta["own_columns"][0]["name"], "voltage_v");
     let effects = fingerpad::Effects::of_file(&file).unwrap();
-    let (rms_n, _) = replay_all(&file.model, &effects, &measured);
-    let (without_n, _) = replay_all(&file.model, &fingerpad::Effects::new(&[]).unwrap(), &measured);
+    let (rms_n, _) = replay_all(&file.model, &effects, &evidence.checked_set);
+    let (without_n, _) = replay_all(&file.model, &fingerpad::Effects::new(&[]).unwrap(), &evidence.checked_set);
     println!("core {rms_n:.5?} N, without effects {without_n:.5?} N, report {:?} N", report.holdout.rms_after_n);
     assert_eq!(rms_n, made.rms_n);
     for k in 1..3 {
-        assert!(rms_n[k] < 0.8 * without_n[k], "{k}: {rms_n:?} {without_n:?}");
-        let ratio = rms_n[k] / report.holdout.rms_after_n[k];
-        assert!((0.6..1.45).contains(&ratio), "{k}: {ratio}");
+        assert!(rms_n[k] < 0.5 * without_n[k], "{k}: {rms_n:?} {without_n:?}");
     }
 }
