@@ -2,40 +2,43 @@
 //!
 //! Main types: [`Motions`], [`Forces`]. Uses step.
 
-use crate::math::Scalar;
-use crate::rescaling::Scaling;
-use crate::{ModelOf, Motion, Regime, StateOf, Status, step};
+#[cfg(all(feature = "lanes", target_feature = "avx"))]
+use crate::lanes::Together;
+use crate::rescaling::Wide;
+#[cfg(all(feature = "lanes", target_feature = "avx"))]
+use crate::step::begin;
+use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
 
 /// Motions of many contacts, each slice as long as there are contacts; see [`Motion`].
 #[derive(Clone, Copy, Debug)]
-pub struct Motions<'a, T = f32> {
+pub struct Motions<'a> {
     /// Depths at the end of the step, mm.
-    pub depth_mm: &'a [T],
+    pub depth_mm: &'a [f32],
     /// Slides along x during the step, mm.
-    pub slide_x_mm: &'a [T],
+    pub slide_x_mm: &'a [f32],
     /// Slides along y, mm.
-    pub slide_y_mm: &'a [T],
+    pub slide_y_mm: &'a [f32],
     /// Turns about the normal, rad; empty for none.
-    pub spin_rad: &'a [T],
+    pub spin_rad: &'a [f32],
     /// Length of the step, s, the same for all.
-    pub dt_s: T,
+    pub dt_s: f32,
 }
 
 /// What many contacts answer, each slice as long as there are contacts; see [`crate::Response`].
 #[derive(Debug)]
-pub struct Forces<'a, T = f32> {
+pub struct Forces<'a> {
     /// Normal forces, N.
-    pub normal_force_n: &'a mut [T],
+    pub normal_force_n: &'a mut [f32],
     /// Friction along x, N.
-    pub friction_x_n: &'a mut [T],
+    pub friction_x_n: &'a mut [f32],
     /// Friction along y, N.
-    pub friction_y_n: &'a mut [T],
+    pub friction_y_n: &'a mut [f32],
     /// Moments about the normal, N mm.
-    pub spin_moment_n_mm: &'a mut [T],
+    pub spin_moment_n_mm: &'a mut [f32],
     /// Slip margins.
-    pub slip_margin: &'a mut [T],
+    pub slip_margin: &'a mut [f32],
     /// Stick ratios.
-    pub stick_ratio: &'a mut [T],
+    pub stick_ratio: &'a mut [f32],
     /// Regimes.
     pub regime: &'a mut [Regime],
     /// Remarks.
@@ -59,24 +62,51 @@ impl core::fmt::Display for BatchLength {
 
 impl core::error::Error for BatchLength {}
 
-impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N, S, T> {
-    /// Advances many contacts by one step each: the same bits as [`step()`] one by one. To use several cores, divide the
-    /// slices.
+impl Motions<'_> {
+    /// The motion of one contact.
+    #[inline(always)]
+    fn of(&self, i: usize) -> Motion {
+        Motion {
+            depth_mm: self.depth_mm[i],
+            slide_increment_mm: [self.slide_x_mm[i], self.slide_y_mm[i]],
+            spin_increment_rad: self.spin_rad.get(i).copied().unwrap_or_default(),
+            dt_s: self.dt_s,
+        }
+    }
+}
+
+impl Forces<'_> {
+    /// Sets what one contact answers.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, i: usize, r: &Response) {
+        self.normal_force_n[i] = r.normal_force_n;
+        [self.friction_x_n[i], self.friction_y_n[i]] = r.friction_n;
+        self.spin_moment_n_mm[i] = r.spin_moment_n_mm;
+        self.slip_margin[i] = r.slip_margin;
+        self.stick_ratio[i] = r.stick_ratio;
+        self.regime[i] = r.regime;
+        self.status[i] = r.status;
+    }
+}
+
+impl<const M: usize, const N: usize, S: Wide> ModelOf<'_, M, N, S> {
+    /// Advances many contacts by one step each: the same bits as [`crate::step()`] one by one. With feature `lanes`, in a
+    /// build for processors with AVX, eight contacts move at once in vector registers. To use several cores, divide the slices.
     ///
     /// Errors: [`BatchLength`], before any contact moves.
     pub fn step_batch<const P: usize>(
         &self,
-        states: &mut [StateOf<M, P, T>],
-        motions: Motions<'_, T>,
-        forces: &mut Forces<'_, T>,
+        states: &mut [StateOf<M, P>],
+        motions: Motions<'_>,
+        forces: &mut Forces<'_>,
     ) -> Result<(), BatchLength> {
         let expected = states.len();
-        let Motions { depth_mm, slide_x_mm, slide_y_mm, spin_rad, dt_s } = motions;
+        let spins = if motions.spin_rad.is_empty() { expected } else { motions.spin_rad.len() };
         let lengths = [
-            depth_mm.len(),
-            slide_x_mm.len(),
-            slide_y_mm.len(),
-            if spin_rad.is_empty() { expected } else { spin_rad.len() },
+            motions.depth_mm.len(),
+            motions.slide_x_mm.len(),
+            motions.slide_y_mm.len(),
+            spins,
             forces.normal_force_n.len(),
             forces.friction_x_n.len(),
             forces.friction_y_n.len(),
@@ -89,21 +119,20 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         if let Some(&found) = lengths.iter().find(|&&length| length != expected) {
             return Err(BatchLength { expected, found });
         }
+        #[cfg(all(feature = "lanes", target_feature = "avx"))]
+        {
+            let mut together = Together::new(self);
+            for i in 0..states.len() {
+                match begin(self, &mut states[i], motions.of(i)) {
+                    Ok(begun) => together.push(i, begun, states, forces),
+                    Err(in_the_air) => forces.set(i, &in_the_air),
+                }
+            }
+            together.end_each(states, forces);
+        }
+        #[cfg(not(all(feature = "lanes", target_feature = "avx")))]
         for (i, state) in states.iter_mut().enumerate() {
-            let motion = Motion {
-                depth_mm: depth_mm[i],
-                slide_increment_mm: [slide_x_mm[i], slide_y_mm[i]],
-                spin_increment_rad: spin_rad.get(i).copied().unwrap_or_default(),
-                dt_s,
-            };
-            let r = step(self, state, motion);
-            forces.normal_force_n[i] = r.normal_force_n;
-            [forces.friction_x_n[i], forces.friction_y_n[i]] = r.friction_n;
-            forces.spin_moment_n_mm[i] = r.spin_moment_n_mm;
-            forces.slip_margin[i] = r.slip_margin;
-            forces.stick_ratio[i] = r.stick_ratio;
-            forces.regime[i] = r.regime;
-            forces.status[i] = r.status;
+            forces.set(i, &self.step(state, motions.of(i)));
         }
         Ok(())
     }
@@ -112,7 +141,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Params, State};
+    use crate::{Params, State, step};
 
     /// A batch gives the bits of steps one by one; slices of another length are refused and nothing moves.
     #[test]
@@ -155,5 +184,44 @@ mod tests {
             }
         }
         assert_eq!(states, alone);
+    }
+
+    /// A memory that holds what is no number is lost, as in a step alone; the contacts beside it do not notice.
+    #[test]
+    fn a_broken_memory_stays_alone() {
+        const COUNT: usize = 19;
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap();
+        let mut alone = [State::default(); COUNT];
+        for state in &mut alone {
+            model.step(state, Motion { depth_mm: 1.0, dt_s: 1e-3, ..Motion::default() });
+        }
+        alone[5].anchor[1][0][1] = f32::NAN;
+        alone[17].anchor[3][0][0] = f32::INFINITY;
+        let mut together = alone;
+        let (mut numbers, mut regime, mut status) =
+            ([[0.0f32; COUNT]; 6], [Regime::NoContact; COUNT], [Status::OK; COUNT]);
+        let [normal, fx, fy, moment, margin, stick] = &mut numbers;
+        let mut forces = Forces {
+            normal_force_n: normal,
+            friction_x_n: fx,
+            friction_y_n: fy,
+            spin_moment_n_mm: moment,
+            slip_margin: margin,
+            stick_ratio: stick,
+            regime: &mut regime,
+            status: &mut status,
+        };
+        let (depth, x, y) = ([1.1; COUNT], [0.02; COUNT], [-0.01; COUNT]);
+        let motions = Motions { depth_mm: &depth, slide_x_mm: &x, slide_y_mm: &y, spin_rad: &[], dt_s: 1e-3 };
+        model.step_batch(&mut together, motions, &mut forces).unwrap();
+        for i in 0..COUNT {
+            let motion =
+                Motion { depth_mm: depth[i], slide_increment_mm: [x[i], y[i]], dt_s: 1e-3, ..Motion::default() };
+            let r = step(&model, &mut alone[i], motion);
+            assert_eq!((numbers[0][i], numbers[1][i], status[i]), (r.normal_force_n, r.friction_n[0], r.status), "{i}");
+            assert_eq!(status[i].contains(Status::MEMORY_LOST), i == 5 || i == 17, "{i}");
+            assert_eq!(together[i], alone[i], "{i}");
+        }
     }
 }

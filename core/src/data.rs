@@ -4,7 +4,7 @@
 
 use bytemuck::{AnyBitPattern, Zeroable};
 
-use crate::math::Scalar;
+use crate::math::{Arithmetic, Scalar};
 use crate::pose::PoseTable;
 use crate::rescaling::{Fitted, Scaled, Scaling};
 use crate::table::Row;
@@ -130,7 +130,7 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
     }
 }
 
-impl<T: Scalar> Spring<T> {
+impl<T: Arithmetic> Spring<T> {
     /// Place of one of the pair, mm: 0 ahead of the middle, 1 behind; of the pair as one without spin.
     #[inline(always)]
     pub(crate) fn place<const P: usize, S: Scaling<T>>(&self, k: usize, scale: &S) -> [T; 2] {
@@ -147,6 +147,11 @@ impl<T: Scalar> Spring<T> {
 impl<const M: usize, const N: usize> DataOf<M, N> {
     /// The same numbers in another scalar: `f64` for the twin, [`crate::Dual`] for derivatives.
     pub fn cast<U: Scalar>(&self) -> DataOf<M, N, U> {
+        self.with_rows(self.rows.each_ref().map(Row::cast))
+    }
+
+    /// The same numbers in other arithmetic, with other rows.
+    pub(crate) fn with_rows<U: Arithmetic, const K: usize>(&self, rows: [Row<M, U>; K]) -> DataOf<M, K, U> {
         let of = U::of;
         DataOf {
             depth_max: of(self.depth_max),
@@ -166,7 +171,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                 centre_mm: of(s.centre_mm),
                 arm_mm: s.arm_mm.map(of),
             }),
-            rows: self.rows.each_ref().map(Row::cast),
+            rows,
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::math::{Scalar, sealed::Sealed};
+use crate::math::{Arithmetic, Scalar, of_one_number, sealed::Sealed};
 
 /// A number and its derivatives over `D` variables (forward differentiation).
 ///
@@ -101,17 +101,27 @@ impl<const D: usize> MulAssign for Dual<D> {
 
 impl<const D: usize> Sealed for Dual<D> {}
 
-impl<const D: usize> Scalar for Dual<D> {
+impl<const D: usize> Arithmetic for Dual<D> {
+    of_one_number!();
     fn of(constant: f32) -> Self {
         Self::constant(constant.into())
-    }
-    fn to_f32(self) -> f32 {
-        self.value as f32
     }
     fn sqrt(self) -> Self {
         let root = libm::sqrt(self.value);
         // Where the root vanishes its slope has no bound; what depends on it there is a kink.
         self.chain(root, if root > 0.0 { 0.5 / root } else { 0.0 })
+    }
+    fn magnitude(self) -> Self {
+        if self.value < 0.0 { -self } else { self }
+    }
+    fn not_negative(self) -> Self {
+        if self.value < 0.0 { Self::of(0.0) } else { self }
+    }
+}
+
+impl<const D: usize> Scalar for Dual<D> {
+    fn to_f32(self) -> f32 {
+        self.value as f32
     }
     fn is_between(self, low: f32, high: f32) -> bool {
         self.value.is_between(low, high)

@@ -32,6 +32,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
                 press_coupling: -0.0115,
                 area_share: springs.map(|(share, touch)| if d > touch { share } else { 0.0 }),
                 pressure_centre_mm: -0.4 * d,
+                spin_limit_share: 0.95,
                 band_normal_n: 0.004 + 0.006 * normal_force_n,
             };
         }

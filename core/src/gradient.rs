@@ -2,10 +2,11 @@
 //!
 //! Main type: [`Gradient`]. Uses data, state.
 
+use crate::at_depth::growth;
 use crate::math::Scalar;
 use crate::rescaling::Scaling;
 use crate::spring::{NOTHING, Odd, SLACK_MM, Sums};
-use crate::step::{growth, place_of};
+use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
 /// Derivatives of the forces for a motion that goes on in a given direction.

@@ -6,7 +6,9 @@ extern crate std;
 
 #[cfg(feature = "serde")]
 mod array;
+mod at_depth;
 mod batch;
+pub mod calibration;
 mod check;
 mod data;
 mod drive;
@@ -15,9 +17,12 @@ pub mod effects;
 mod error;
 pub mod events;
 mod example;
+#[cfg(feature = "frame")]
 mod frame;
 mod gradient;
 mod grip;
+#[cfg(all(feature = "lanes", target_feature = "avx"))]
+mod lanes;
 mod math;
 mod model_file;
 #[cfg(feature = "std")]
@@ -41,6 +46,7 @@ pub use drive::{Drive, Driven, Normal, Tangential};
 pub use dual::Dual;
 pub use effects::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
+#[cfg(feature = "frame")]
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
@@ -51,7 +57,7 @@ pub use owned::ModelFile;
 pub use params::{Node, Params, ParamsOf, SpringParams};
 pub use pose::{POSE_ROWS, POSE_TERMS, Pose, PoseTable};
 pub use regime::{Regime, Status};
-pub use rescaling::{Fitted, Scaled, Scaling, Tuning};
+pub use rescaling::{Fitted, Scaled, Scaling, Tuning, Wide};
 pub use response::{Motion, Response};
 pub use save::{STATE_BYTES, state_bytes};
 pub use state::{SpinState, State, StateOf};

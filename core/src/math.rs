@@ -34,17 +34,11 @@ pub(crate) mod sealed {
     impl Sealed for f64 {}
 }
 
-/// The numbers that a step computes with: `f32` on the target, `f64` as its twin, and [`crate::Dual`] for derivatives.
-/// Sealed.
-///
-/// One source serves all of them, so that the twin cannot drift away from what runs on the target.
-pub trait Scalar:
+/// What the formulas of a step are written for: one number, or those of several contacts side by side. Sealed.
+pub trait Arithmetic:
     sealed::Sealed
     + Copy
     + core::fmt::Debug
-    + Default
-    + PartialEq
-    + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -56,10 +50,25 @@ pub trait Scalar:
 {
     /// A constant; exact.
     fn of(constant: f32) -> Self;
-    /// The nearest number of single precision.
-    fn to_f32(self) -> f32;
     /// Square root of a number that is not negative, correctly rounded.
     fn sqrt(self) -> Self;
+    /// Its absolute value.
+    fn magnitude(self) -> Self;
+    /// It, or 0 if it is negative.
+    fn not_negative(self) -> Self;
+    /// The lesser of two.
+    fn at_most(self, most: Self) -> Self;
+    /// Gives `places` new numbers where it is above 0.
+    fn where_positive<const K: usize>(self, places: [&mut Self; K], to: impl FnOnce() -> [Self; K]);
+}
+
+/// The numbers that a step computes with: `f32` on the target, `f64` as its twin, and [`crate::Dual`] for derivatives.
+/// Sealed.
+///
+/// One source serves all of them, so that the twin cannot drift away from what runs on the target.
+pub trait Scalar: Arithmetic + Default + PartialEq + PartialOrd {
+    /// The nearest number of single precision.
+    fn to_f32(self) -> f32;
     /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
     fn is_between(self, low: f32, high: f32) -> bool;
     /// Whether one of two is 2 or more, or −2 or less. In `f32` by one bit.
@@ -76,35 +85,51 @@ pub trait Scalar:
     fn is_number(self) -> bool {
         self.magnitude().to_f32() <= f32::MAX
     }
-    /// Its absolute value.
-    #[inline(always)]
-    fn magnitude(self) -> Self {
-        if self < Self::of(0.0) { -self } else { self }
-    }
-    /// It, or 0 if it is negative.
-    #[inline(always)]
-    fn not_negative(self) -> Self {
-        if self < Self::of(0.0) { Self::of(0.0) } else { self }
-    }
-    /// The lesser of two.
-    #[inline(always)]
-    fn at_most(self, most: Self) -> Self {
-        if self > most { most } else { self }
-    }
 }
 
-impl Scalar for f32 {
+/// What is the same for every single number of [`Arithmetic`].
+macro_rules! of_one_number {
+    () => {
+        #[inline(always)]
+        fn at_most(self, most: Self) -> Self {
+            if self > most { most } else { self }
+        }
+        #[inline(always)]
+        fn where_positive<const K: usize>(self, places: [&mut Self; K], to: impl FnOnce() -> [Self; K]) {
+            if self > <Self as Arithmetic>::of(0.0) {
+                for (place, to) in places.into_iter().zip(to()) {
+                    *place = to;
+                }
+            }
+        }
+    };
+}
+pub(crate) use of_one_number;
+
+impl Arithmetic for f32 {
+    of_one_number!();
     #[inline(always)]
     fn of(constant: f32) -> Self {
         constant
     }
     #[inline(always)]
-    fn to_f32(self) -> f32 {
-        self
-    }
-    #[inline(always)]
     fn sqrt(self) -> Self {
         sqrt(self)
+    }
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn not_negative(self) -> Self {
+        f32::from_bits((self.to_bits() as i32).max(0) as u32)
+    }
+}
+
+impl Scalar for f32 {
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self
     }
     #[inline(always)]
     fn is_between(self, low: f32, high: f32) -> bool {
@@ -125,25 +150,27 @@ impl Scalar for f32 {
     fn select(condition: bool, yes: Self, no: Self) -> Self {
         core::hint::select_unpredictable(condition, yes, no)
     }
-    #[inline(always)]
-    fn magnitude(self) -> Self {
-        self.abs()
+}
+
+impl Arithmetic for f64 {
+    of_one_number!();
+    fn of(constant: f32) -> Self {
+        constant.into()
     }
-    #[inline(always)]
+    fn sqrt(self) -> Self {
+        libm::sqrt(self)
+    }
+    fn magnitude(self) -> Self {
+        if self < 0.0 { -self } else { self }
+    }
     fn not_negative(self) -> Self {
-        f32::from_bits((self.to_bits() as i32).max(0) as u32)
+        if self < 0.0 { 0.0 } else { self }
     }
 }
 
 impl Scalar for f64 {
-    fn of(constant: f32) -> Self {
-        constant.into()
-    }
     fn to_f32(self) -> f32 {
         self as f32
-    }
-    fn sqrt(self) -> Self {
-        libm::sqrt(self)
     }
     fn is_between(self, low: f32, high: f32) -> bool {
         self >= low.into() && self <= high.into()

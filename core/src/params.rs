@@ -55,6 +55,9 @@ pub struct Node<const M: usize = SPRINGS, T = f32> {
     pub area_share: [T; M],
     /// Centre of pressure along x without shear, mm from the point under first touch.
     pub pressure_centre_mm: T,
+    /// Moment about the normal that the contact holds in spin alone over that of all springs on their limit, 0.5 to 1: the
+    /// finger slips as a whole where springs near the middle, whose arms are short, still stick.
+    pub spin_limit_share: T,
     /// Half-width of the 95 % band of the normal force while everything sticks, N.
     pub band_normal_n: T,
 }
@@ -72,6 +75,7 @@ impl<const M: usize, T: Scalar> Default for Node<M, T> {
             press_coupling: zero,
             area_share: [T::of(1.0); M],
             pressure_centre_mm: zero,
+            spin_limit_share: T::of(1.0),
             band_normal_n: zero,
         }
     }
@@ -249,7 +253,7 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
         let (zero, one, half) = (T::of(0.0), T::of(1.0), T::of(0.5));
         let odd = Odd(self.odd_per_mm);
         let wide = (one + node.tilt_x * node.tilt_x).sqrt();
-        let (mut ahead, mut back, mut even, mut moment, mut spin) = (zero, zero, zero, zero, zero);
+        let (mut ahead, mut back, mut even, mut moment) = (zero, zero, zero, zero);
         for (spring, &radius) in springs.iter().zip(&node.yield_slide_mm) {
             ahead += spring.stiffness * odd.force(radius * (wide + node.tilt_x));
             back += spring.stiffness * odd.force(radius * (node.tilt_x - wide));
@@ -257,26 +261,51 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             moment += spring.stiffness * radius * spring.centre_mm;
         }
         let centre = moment / (even + T::of(f32::MIN_POSITIVE));
-        for (spring, &radius) in springs.iter().zip(&node.yield_slide_mm) {
-            for sign in [one, -one] {
-                let x = spring.centre_mm + sign * spring.arm_mm[0] - centre;
-                let y = sign * spring.arm_mm[1];
-                // The limit's ellipse in the direction (−y, x) of the spin, times the lever.
-                let across = x / node.strength_ratio;
-                let square = x * x + y * y;
-                let stretched = (y * y + across * across + T::of(1e-30)).sqrt();
-                spin += half * spring.stiffness * radius * square / stretched;
-            }
-        }
+        let spin = spin_of_springs(springs, node.yield_slide_mm, node.strength_ratio, centre);
         let limit = (ahead * -back).magnitude().sqrt();
         let safe = limit + T::of(f32::MIN_POSITIVE);
         Limits {
             limit: kx * limit,
             ratio: node.strength_ratio * (even / safe),
             shift: half * (ahead + back) / safe,
-            spin: kx * spin,
+            spin: kx * (node.spin_limit_share * spin),
             centre,
         }
+    }
+}
+
+/// Moment of all springs on their limits in spin about `centre`, over the stiffness, mm².
+fn spin_of_springs<const M: usize, T: Scalar>(
+    springs: &[Spring<T>; M],
+    yield_slide_mm: [T; M],
+    strength_ratio: T,
+    centre: T,
+) -> T {
+    let mut spin = T::of(0.0);
+    for (spring, radius) in springs.iter().zip(yield_slide_mm) {
+        for sign in [T::of(1.0), T::of(-1.0)] {
+            let x = spring.centre_mm + sign * spring.arm_mm[0] - centre;
+            let y = sign * spring.arm_mm[1];
+            // The limit's ellipse in the direction (−y, x) of the spin, times the lever.
+            let across = x / strength_ratio;
+            let square = x * x + y * y;
+            let stretched = (y * y + across * across + T::of(1e-30)).sqrt();
+            spin += T::of(0.5) * spring.stiffness * radius * square / stretched;
+        }
+    }
+    spin
+}
+
+impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
+    /// [`Node::spin_limit_share`] at the node of this index; 1 for a model without spin.
+    pub fn spin_limit_share(&self, node: usize) -> T {
+        // The values at the first node are small, those of the last row stand for no cell.
+        let row = &self.rows[node.clamp(1, N - 2)];
+        let strength_ratio = row.stiffness_y.value / (row.stiffness_x.value * row.anisotropy.value);
+        let radii = row.radius.map(|line| line.value);
+        let spin =
+            row.stiffness_x.value * spin_of_springs(&self.springs, radii, strength_ratio, row.friction_centre.value);
+        if spin > T::of(0.0) { row.spin_limit.value / spin } else { T::of(1.0) }
     }
 }
 

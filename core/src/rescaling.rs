@@ -3,7 +3,7 @@
 //! Main type: [`Tuning`]. Uses model and math.
 
 use crate::error::Field;
-use crate::math::Scalar;
+use crate::math::{Arithmetic, Scalar};
 use crate::pose::{Pose, PoseFactors};
 use crate::{Error, ModelOf, Status};
 
@@ -53,7 +53,7 @@ mod sealed {
 /// What a step makes of the tables' numbers: [`Fitted`] takes them as they are, [`Scaled`] multiplies them for another
 /// finger. Sealed. The choice is made when compiling, so that a finger that is not retuned pays nothing for it.
 #[doc(hidden)]
-pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
+pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
     /// The same with the tissue's stiffness changed.
     type Stiffened: Scaling<T>;
     /// Cells of the tables per mm, from that of the fitted finger.
@@ -93,7 +93,58 @@ pub trait Scaling<T: Scalar>: Copy + sealed::Sealed {
     /// One over a force, 1/N.
     fn per_newton(&self, x: T) -> T;
     /// The same finger with the tissue's stiffness times `factor`; `beta` is the exponent of the friction law.
-    fn stiffened(&self, factor: T, beta: T) -> Self::Stiffened;
+    fn stiffened(&self, factor: T, beta: T) -> Self::Stiffened
+    where
+        T: Scalar;
+}
+
+/// What eight contacts can share. Sealed.
+#[doc(hidden)]
+pub trait Wide: Scaling<f32> {
+    /// The same for eight contacts side by side.
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
+    type InLanes: Scaling<crate::lanes::Lanes>;
+    /// The same for eight contacts side by side.
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
+    fn in_lanes(&self) -> Self::InLanes;
+}
+
+impl Wide for Fitted {
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
+    type InLanes = Fitted;
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
+    fn in_lanes(&self) -> Fitted {
+        Fitted
+    }
+}
+
+impl<const POSED: bool> Wide for Scaled<f32, POSED> {
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
+    type InLanes = Scaled<crate::lanes::Lanes, POSED>;
+    #[cfg(all(feature = "lanes", target_feature = "avx"))]
+    fn in_lanes(&self) -> Self::InLanes {
+        let of = <crate::lanes::Lanes as Arithmetic>::of;
+        Scaled {
+            per_length: of(self.per_length),
+            length: of(self.length),
+            area: of(self.area),
+            normal: of(self.normal),
+            stiffness: of(self.stiffness),
+            limit: of(self.limit),
+            tau0: of(self.tau0),
+            per_newton: of(self.per_newton),
+            softness: of(self.softness),
+            depth: of(self.depth),
+            area_slope: of(self.area_slope),
+            normal_slope: of(self.normal_slope),
+            limit_slope: of(self.limit_slope),
+            tilt: self.tilt.map(of),
+            press: self.press.map(of),
+            offset: self.offset.map(of),
+            band: self.band.map(of),
+            status: self.status,
+        }
+    }
 }
 
 /// What may still be brought into another pose: a finger in the fitted one. Sealed.
@@ -108,7 +159,7 @@ pub trait Unposed<T: Scalar>: Scaling<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fitted;
 
-impl<T: Scalar> Scaling<T> for Fitted {
+impl<T: Arithmetic> Scaling<T> for Fitted {
     type Stiffened = Scaled<T>;
     const RESCALED: bool = false;
     const POSED: bool = false;
@@ -175,7 +226,10 @@ impl<T: Scalar> Scaling<T> for Fitted {
     fn per_newton(&self, x: T) -> T {
         x
     }
-    fn stiffened(&self, factor: T, beta: T) -> Scaled<T> {
+    fn stiffened(&self, factor: T, beta: T) -> Scaled<T>
+    where
+        T: Scalar,
+    {
         Scaled::<T>::same().stiffened(factor, beta)
     }
 }
@@ -213,7 +267,7 @@ pub struct Scaled<T = f32, const POSED: bool = false> {
     status: Status,
 }
 
-impl<T: Scalar, const POSED: bool> Scaled<T, POSED> {
+impl<T: Arithmetic, const POSED: bool> Scaled<T, POSED> {
     /// The fitted finger.
     fn same() -> Self {
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -245,7 +299,10 @@ impl<T: Scalar, const POSED: bool> Scaled<T, POSED> {
         if POSED { touch + slope * depth } else { touch }
     }
 
-    fn new(tuning: &Tuning, beta: T) -> Self {
+    fn new(tuning: &Tuning, beta: T) -> Self
+    where
+        T: Scalar,
+    {
         let Tuning { size, stiffness, lambda, tau0_mpa } = *tuning;
         let [size, e, lambda, tau0] = [size, stiffness, lambda, tau0_mpa].map(T::of);
         let area = size * size;
@@ -267,7 +324,7 @@ impl<T: Scalar, const POSED: bool> Scaled<T, POSED> {
     }
 }
 
-impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
+impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
     type Stiffened = Self;
     const RESCALED: bool = true;
     const POSED: bool = POSED;
@@ -286,7 +343,8 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
     }
     #[inline(always)]
     fn tilt(&self, fitted: T) -> [T; 2] {
-        let held = |tilt: T| if tilt < T::of(-TILT_MAX) { T::of(-TILT_MAX) } else { tilt.at_most(T::of(TILT_MAX)) };
+        let most = T::of(TILT_MAX);
+        let held = |tilt: T| -(-tilt.at_most(most)).at_most(most);
         if POSED { [held(fitted + self.tilt[0]), held(self.tilt[1])] } else { [fitted, T::of(0.0)] }
     }
     #[inline(always)]
@@ -335,7 +393,10 @@ impl<T: Scalar, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
     fn per_newton(&self, x: T) -> T {
         x * self.per_newton
     }
-    fn stiffened(&self, factor: T, beta: T) -> Self {
+    fn stiffened(&self, factor: T, beta: T) -> Self
+    where
+        T: Scalar,
+    {
         if factor == T::of(1.0) {
             return *self;
         }

@@ -2,7 +2,7 @@
 //!
 //! Uses math.
 
-use crate::math::Scalar;
+use crate::math::Arithmetic;
 
 /// Largest |q u| of a spring on its limit: its force grows with the displacement throughout.
 pub(crate) const ODD_MAX: f32 = 0.4;
@@ -19,7 +19,7 @@ pub(crate) const NOTHING: f32 = 1e-26;
 #[derive(Clone, Copy)]
 pub(crate) struct Odd<T>(pub(crate) T);
 
-impl<T: Scalar> Odd<T> {
+impl<T: Arithmetic> Odd<T> {
     /// Force over stiffness, mm.
     #[inline(always)]
     pub(crate) fn force(&self, u: T) -> T {
@@ -40,7 +40,7 @@ pub(crate) struct Sums<T> {
     y: [T; 2],
 }
 
-impl<T: Scalar> Sums<T> {
+impl<T: Arithmetic> Sums<T> {
     #[inline(always)]
     pub(crate) fn new() -> Self {
         // Adding to −0 is nothing, to 0 an instruction.
@@ -103,7 +103,7 @@ pub(crate) struct Seen<T> {
     middle: [T; 2],
 }
 
-impl<T: Scalar> Limit<T> {
+impl<T: Arithmetic> Limit<T> {
     #[inline(always)]
     pub(crate) fn new([shift_x, shift_y]: [T; 2], anisotropy: T, ratio: T) -> Self {
         let slack = T::of(1.0 + SLACK);

@@ -2,13 +2,14 @@
 //!
 //! Main function: [`step()`]. Uses data, state, spring, stick_ratio and math.
 
-use crate::math::{Scalar, add};
+use crate::at_depth::AtDepth;
+use crate::math::{Arithmetic, Scalar, add};
 use crate::rescaling::Scaling;
 use crate::rolling::Rolled;
 use crate::spring::{Limit, NOTHING, Odd, Sums};
 use crate::stick_ratio::{Way, regime_of, share_of_way};
 use crate::table::Row;
-use crate::{DataOf, ModelOf, Motion, Response, StateOf, Status};
+use crate::{DataOf, ModelOf, Motion, Regime, Response, StateOf, Status};
 
 /// Longest slide in one step, mm, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
 const SLIDE_MAX_MM: f32 = 64.0;
@@ -51,6 +52,29 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
 ) -> Response<T> {
+    let begun = match begin(model, state, motion) {
+        Ok(begun) => begun,
+        Err(in_the_air) => return in_the_air,
+    };
+    end(model, state, &begun)
+}
+
+/// A step up to where its springs move.
+pub(crate) struct Begun<'a, const M: usize, T> {
+    pub(crate) at: AtDepth<'a, M, T>,
+    /// Where the springs are carried: slide and what pressing amounts to, mm, and angle, rad.
+    pub(crate) here: [T; 3],
+    pub(crate) way: Way<T>,
+    pub(crate) status: Status,
+}
+
+/// Moves the plane and reads the tables; a contact in the air is answered at once.
+#[inline(always)]
+pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    model: &ModelOf<'a, M, N, S, T>,
+    state: &mut StateOf<M, P, T>,
+    motion: Motion<T>,
+) -> Result<Begun<'a, M, T>, Response<T>> {
     let (data, scale) = (model.data, &model.scale);
     let mut status = Status::OK;
     let mut depth = motion.depth_mm;
@@ -61,7 +85,7 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
             depth = state.depth;
         }
         if !(depth >= T::of(TOUCH_MM)) {
-            return in_the_air(state, motion, status);
+            return Err(in_the_air(state, motion, status));
         }
     }
     let at = AtDepth::look_up(model, state, depth, &mut status);
@@ -82,12 +106,58 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
     }
     let gyration = scale.length(data.gyration);
     let way = Way::follow(state, slid, at.limit, at.stiffness[0], gyration);
-    let odd = Odd(data.odd / at.radius);
-    let carried = move_springs(state, model, &at, here, &way, &odd);
+    Ok(Begun { at, here, way, status })
+}
 
-    // Resultants
+/// Moves the springs and answers. The last guard: a memory that holds what is no number, which no step leaves behind, is
+/// forgotten, and the answer is a contact of which nothing is known.
+#[inline(always)]
+pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    model: &ModelOf<'_, M, N, S, T>,
+    state: &mut StateOf<M, P, T>,
+    begun: &Begun<'_, M, T>,
+) -> Response<T> {
+    let at = &begun.at;
+    let mut load = carry(model, &mut state.anchor, at, begun.here, &begun.way);
+    let mut status = begun.status;
+    if !(load.normal + load.friction[1]).is_number() {
+        rare();
+        status = status.with(Status::MEMORY_LOST);
+        let none = T::of(0.0);
+        load = Load { normal: none, friction: [none; 2], moment: [none; 2], stick_ratio: none };
+        begin_anew(state);
+    }
+    let mut response = answer::<M, N, P, T, S>(model, at, &load);
+    response.regime = regime_of(load.stick_ratio);
+    response.status = status.with(model.scale.status());
+    response
+}
+
+/// What a contact bears.
+#[derive(Clone, Copy)]
+pub(crate) struct Load<T> {
+    /// N.
+    pub(crate) normal: T,
+    pub(crate) friction: [T; 2],
+    /// What the forces along x and y add to the moment, over the stiffness, mm²; 0 without spin.
+    moment: [T; 2],
+    pub(crate) stick_ratio: T,
+}
+
+/// Moves every spring and adds up what they bear.
+#[inline(always)]
+pub(crate) fn carry<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
+    model: &ModelOf<'_, M, N, S, T>,
+    anchor: &mut [[[T; 2]; P]; M],
+    at: &AtDepth<'_, M, T>,
+    here: [T; 3],
+    way: &Way<T>,
+) -> Load<T> {
+    let (data, scale) = (model.data, &model.scale);
+    let odd = Odd(data.odd / at.radius);
+    let carried = move_springs(anchor, model, at, here, way, &odd);
     let ([x, y], [energy_x, energy_y]) = (carried.sums.force(&odd), carried.sums.energy(&odd));
-    let mut friction = [at.stiffness[0] * x, at.stiffness[1] * y];
+    let friction = [at.stiffness[0] * x, at.stiffness[1] * y];
     let mut normal = scale.normal(at.row.normal.at(at.t), at.depth)
         + at.press_coupling[0] * friction[0]
         + at.press_coupling[1] * friction[1]
@@ -98,16 +168,18 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         let [_, energy] = carried.sums.odd_rates();
         normal += at.stiffness[0] * energy * (odd.0 * -at.growth);
     }
-    let (mut moment, mut stick_ratio) = (carried.moment, carried.stick_ratio);
-    // The last guard: a memory that holds what is no number, which no step leaves behind, is forgotten, and the answer is a
-    // contact of which nothing is known.
-    if !(normal + friction[1]).is_number() {
-        rare();
-        status = status.with(Status::MEMORY_LOST);
-        (normal, stick_ratio) = (T::of(0.0), T::of(0.0));
-        [friction, moment] = [[T::of(0.0); 2]; 2];
-        begin_anew(state);
-    }
+    Load { normal, friction, moment: carried.moment, stick_ratio: carried.stick_ratio }
+}
+
+/// The answer of a contact with this load, without regime and status.
+#[inline(always)]
+pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
+    model: &ModelOf<'_, M, N, S, T>,
+    at: &AtDepth<'_, M, T>,
+    load: &Load<T>,
+) -> Response<T> {
+    let (data, scale) = (model.data, &model.scale);
+    let Load { normal, friction, moment, stick_ratio } = *load;
     // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
     let per_limit = T::of(1.0) / at.limit;
     let [along, across] = friction.map(|f| f * per_limit);
@@ -147,14 +219,14 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
         contact_area_mm2: at.area + at.area * data.area_tilt * along,
         band_normal_n: scale.normal(at.row.band_normal.at(at.t), at.depth) * band(&data.band_normal) + band_normal,
         band_friction_n: at.limit * (band(&data.band_friction) + band_friction),
-        regime: regime_of(stick_ratio),
-        status: status.with(scale.status()),
+        regime: Regime::NoContact,
+        status: Status::OK,
     }
 }
 
 /// Share of what a contact holds in the direction of a friction, given over the strength.
 #[inline(always)]
-pub(crate) fn share_of_limit<const M: usize, T: Scalar, S: Scaling<T>>(
+pub(crate) fn share_of_limit<const M: usize, T: Arithmetic, S: Scaling<T>>(
     row: &Row<M, T>,
     t: T,
     scale: &S,
@@ -169,84 +241,6 @@ pub(crate) fn share_of_limit<const M: usize, T: Scalar, S: Scaling<T>>(
         shifted += (tilt_x - fitted) * along + tilt_y * stretched;
     }
     (square + stretched * stretched + shifted * shifted).sqrt() - shifted
-}
-
-/// The tables at one depth, for the finger and the strength at hand.
-struct AtDepth<'a, const M: usize, T> {
-    row: &'a Row<M, T>,
-    /// Place within the row's cell, 0 to 1.
-    t: T,
-    depth: T,
-    area: T,
-    /// Factor on the springs' radii, and the share by which it grows with depth, 1/mm.
-    radius: T,
-    growth: T,
-    limit: T,
-    stiffness: [T; 2],
-    /// Change of the stiffness with depth, N/mm².
-    stiffness_slope: [T; 2],
-    press_coupling: [T; 2],
-    press_slide: [T; 2],
-}
-
-impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
-    /// Reads the tables; a depth beyond them is held at their end and flagged.
-    #[inline(always)]
-    fn look_up<const N: usize, const P: usize, S: Scaling<T>>(
-        model: &ModelOf<'a, M, N, S, T>,
-        state: &StateOf<M, P, T>,
-        mut depth: T,
-        status: &mut Status,
-    ) -> Self {
-        let (data, scale) = (model.data, &model.scale);
-        let per_mm = scale.per_mm(data.cells_per_mm);
-        let x = depth * per_mm;
-        let mut index = x.index();
-        let mut t = x - T::of(index as f32);
-        if index >= N - 1 {
-            // The end of the last cell, with its slopes: the normal force does not jump there.
-            index = N - 2;
-            t = T::of(1.0);
-            depth = scale.depth(data.depth_max);
-            if x > T::of((N - 1) as f32) {
-                *status = status.with(Status::DEPTH_ABOVE_RANGE);
-            }
-        }
-        let row = &data.rows[index];
-        let area = scale.area(row.area.at(t), depth);
-        let plain = row.limit.at(t);
-        let limit = scale.limit(plain, area, depth);
-        let [press_x, press_y] = scale.press();
-        Self {
-            row,
-            t,
-            depth,
-            area,
-            radius: scale.radius(plain, limit) * state.strength_factor,
-            growth: if S::RESCALED { growth(row, t, depth, per_mm, scale) } else { T::of(0.0) },
-            limit: limit * state.strength_factor,
-            stiffness: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t))),
-            stiffness_slope: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm),
-            press_coupling: [row.press_slide.slope_at(t) * data.cells_per_mm + press_x, press_y],
-            press_slide: [scale.depth(row.press_slide.at(t)) + press_x * depth, press_y * depth],
-        }
-    }
-}
-
-/// Share by which the factor on the springs' radii grows with depth, 1/mm: that of a fraction of two lines.
-#[inline(always)]
-pub(crate) fn growth<const M: usize, T: Scalar, S: Scaling<T>>(
-    row: &Row<M, T>,
-    t: T,
-    depth: T,
-    per_mm: T,
-    scale: &S,
-) -> T {
-    let (plain, area) = (row.limit.at(t), row.area.at(t));
-    let limit = |plain: T, area: T| scale.limit(plain, scale.area(area, depth), depth);
-    let strength = limit(plain, area);
-    let grown = limit(row.limit.change * per_mm, row.area.change * per_mm) + scale.limit_slope(plain, area);
-    grown / strength - row.limit.change * per_mm / plain
 }
 
 /// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
@@ -348,7 +342,7 @@ fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T
 
 /// Where the plane has carried a spring at `place`.
 #[inline(always)]
-pub(crate) fn place_of<const P: usize, T: Scalar>([x, y, angle]: [T; 3], place: [T; 2]) -> [T; 2] {
+pub(crate) fn place_of<const P: usize, T: Arithmetic>([x, y, angle]: [T; 3], place: [T; 2]) -> [T; 2] {
     if P == 1 { [x, y] } else { [x - place[1] * angle, y + place[0] * angle] }
 }
 
@@ -392,8 +386,8 @@ struct Carried<T> {
 ///
 /// Anchors are stored on slip alone, so that a contact at rest keeps its bits.
 #[inline(always)]
-fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
-    state: &mut StateOf<M, P, T>,
+fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
+    anchors: &mut [[[T; 2]; P]; M],
     model: &ModelOf<'_, M, N, S, T>,
     at: &AtDepth<'_, M, T>,
     here: [T; 3],
@@ -410,24 +404,25 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sc
     let mut carried = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let share = T::of(1.0 / P as f32);
     let springs = data.springs.iter().zip(&at.row.radius).zip(&at.row.area_share);
-    for (pair, ((spring, radius), area)) in state.anchor.iter_mut().zip(springs) {
+    for (pair, ((spring, radius), area)) in anchors.iter_mut().zip(springs) {
         let radius = radius.at(at.t) * at.radius;
         let mut slipping = none;
         for (k, anchor) in pair.iter_mut().enumerate() {
             let place = spring.place::<P, S>(k, scale);
             let to = place_of::<P, T>(here, place);
-            let mut u = [to[0] - anchor[0], to[1] - anchor[1]];
+            let u = [to[0] - anchor[0], to[1] - anchor[1]];
             let seen = if S::POSED { limit.see::<true>(u, radius) } else { limit.see::<false>(u, radius) };
             let gone = place_of::<P, T>(way.0, place);
             let gone = [gone[0], gone[1] * limit.anisotropy];
-            let (mut v, mut room) = (seen.v, -seen.over);
-            if seen.over > T::of(0.0) {
-                u = if S::POSED { limit.return_map::<true>(u, &seen) } else { limit.return_map::<false>(u, &seen) };
-                *anchor = [to[0] - u[0], to[1] - u[1]];
-                v = limit.place_in(u, &seen);
-                room = T::of(0.0);
-            }
-            let p = share_of_way(gone, v, room);
+            let ([mut ux, mut uy], [mut vx, mut vy], mut room) = (u, seen.v, -seen.over);
+            let [held_x, held_y] = anchor;
+            seen.over.where_positive([held_x, held_y, &mut ux, &mut uy, &mut vx, &mut vy, &mut room], || {
+                let u = if S::POSED { limit.return_map::<true>(u, &seen) } else { limit.return_map::<false>(u, &seen) };
+                let v = limit.place_in(u, &seen);
+                [to[0] - u[0], to[1] - u[1], u[0], u[1], v[0], v[1], T::of(0.0)]
+            });
+            let u = [ux, uy];
+            let p = share_of_way(gone, [vx, vy], room);
             let square = p * p;
             slipping += share * (square + square * (spring.sharpness * (square - T::of(1.0))));
             let [along, across] = carried.sums.add(share * spring.stiffness, u);

@@ -13,7 +13,7 @@
 //! k is 1: Mindlin and Deresiewicz 1953, J. Appl. Mech. 20:327. In a law tau ~ sigma^beta a rising pressure lets the strength
 //! grow beta times as fast.)
 
-use crate::math::Scalar;
+use crate::math::{Arithmetic, Scalar};
 use crate::spring::NOTHING;
 use crate::{Regime, StateOf};
 
@@ -91,7 +91,7 @@ impl<T: Scalar> Way<T> {
 ///
 /// p solves |v − way + way/p| = limit.
 #[inline(always)]
-pub(crate) fn share_of_way<T: Scalar>(way: [T; 2], v: [T; 2], room: T) -> T {
+pub(crate) fn share_of_way<T: Arithmetic>(way: [T; 2], v: [T; 2], room: T) -> T {
     let square = way[0] * way[0] + way[1] * way[1];
     let ahead = way[0] * v[0] + way[1] * v[1];
     let root = (ahead * ahead + square * room).magnitude().sqrt();

@@ -3,7 +3,9 @@
 //! A row holds what every quantity needs over one cell: value and change of a straight line, one more number for a
 //! parabola. Beyond the last node the last value holds. Uses math.
 
-use crate::math::Scalar;
+use bytemuck::{Pod, Zeroable};
+
+use crate::math::{Arithmetic, Scalar};
 
 /// Value at the left end of a cell and its change over the cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,7 +35,9 @@ impl<T: Scalar> Line<T> {
         }
         Self { value: left, change }
     }
+}
 
+impl<T: Arithmetic> Line<T> {
     /// Value at `t`, 0 at the left node and 1 at the right one.
     #[inline(always)]
     pub(crate) fn at(&self, t: T) -> T {
@@ -55,7 +59,7 @@ pub struct Parabola<T = f32> {
     pub bend: T,
 }
 
-impl<T: Scalar> Parabola<T> {
+impl<T: Arithmetic> Parabola<T> {
     /// The parabola from `value` with slopes `left` and `right`, both times the cell.
     pub(crate) fn of_slopes(value: T, left: T, right: T) -> Self {
         Self { value, slope: left, bend: T::of(0.5) * (right - left) }
@@ -117,6 +121,13 @@ pub struct Row<const M: usize, T = f32> {
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub area_share: [Line<T>; M],
 }
+
+// SAFETY: `repr(C)` structs of `T` and arrays of them throughout: no padding, and zeros are one where they are a `T`.
+#[allow(unsafe_code)]
+unsafe impl<const M: usize, T: Pod> Zeroable for Row<M, T> {}
+// SAFETY: as above; any bits are one where they are a `T`.
+#[allow(unsafe_code)]
+unsafe impl<const M: usize, T: Pod> Pod for Row<M, T> {}
 
 impl<const M: usize, T: Scalar> Default for Row<M, T> {
     fn default() -> Self {

@@ -283,6 +283,7 @@ fn twin_of(params: &Params) -> fingerpad::ParamsOf<SPRINGS, { fingerpad::NODES }
             press_coupling: n.press_coupling.into(),
             area_share: n.area_share.map(wide),
             pressure_centre_mm: n.pressure_centre_mm.into(),
+            spin_limit_share: n.spin_limit_share.into(),
             band_normal_n: n.band_normal_n.into(),
         }),
         odd_per_mm: params.odd_per_mm.into(),

@@ -3,8 +3,11 @@
 #[path = "../../firmware-example/src/rivals.rs"]
 mod rivals;
 
-use divan::{Bencher, black_box};
-use fingerpad::{Drive, Grip, Motion, Normal, Params, ParamsOf, Pose, State, StateOf, Tangential, Tuning, step};
+use divan::{Bencher, black_box, counter::ItemsCount};
+use fingerpad::{
+    Drive, Forces, Grip, Motion, Motions, Normal, Params, ParamsOf, Pose, Regime, State, StateOf, Status, Tangential,
+    Tuning, step,
+};
 
 fn main() {
     divan::main();
@@ -106,4 +109,86 @@ fn posed(bencher: Bencher) {
     let data = params.try_build().expect("the example is valid");
     let model = data.model().expect("the example is valid");
     bencher.bench_local(move || model.posed(black_box(Pose { pitch_deg: 40.0, roll_deg: 10.0 })));
+}
+
+/// Contacts of a batch.
+const CONTACTS: usize = 4096;
+
+/// Presses, slides and turns of many contacts, each elsewhere on its path; with noise of 10 µm if `disturbed`.
+fn crowd(disturbed: bool) -> impl Iterator<Item = [Vec<f32>; 3]> {
+    let noise = |k: usize| if disturbed { ((k * 7919 % 1009) as f32 / 504.5 - 1.0) * 0.01 } else { 0.0 };
+    let one: Vec<Motion> = motions().take(1024).collect();
+    let all: Vec<_> = (0..1024)
+        .map(|k| {
+            let of = |number: fn(&Motion) -> f32, from: usize| -> Vec<f32> {
+                (0..CONTACTS).map(|i| number(&one[(k + 37 * i) % 1024]) + noise(k * CONTACTS + i + from)).collect()
+            };
+            [of(|m| m.depth_mm, 0), of(|m| m.slide_increment_mm[0], 3), of(|m| m.slide_increment_mm[1], 5)]
+        })
+        .collect();
+    (0usize..).map(move |k| all[k % 1024].clone())
+}
+
+/// Steps of all contacts, together or one by one.
+fn crowded<const P: usize>(bencher: Bencher, together: bool, disturbed: bool) {
+    let data = Params::example().try_build().expect("the example is valid");
+    let model = data.model().expect("the example is valid");
+    let mut states = vec![StateOf::<4, P>::default(); CONTACTS];
+    let mut numbers = [const { Vec::new() }; 6].map(|mut n: Vec<f32>| {
+        n.resize(CONTACTS, 0.0);
+        n
+    });
+    let (mut regime, mut status) = (vec![Regime::NoContact; CONTACTS], vec![Status::OK; CONTACTS]);
+    let mut motions = crowd(disturbed);
+    bencher.counter(ItemsCount::new(CONTACTS)).with_inputs(|| motions.next().expect("endless")).bench_local_refs(
+        |[depth, x, y]| {
+            let [normal, fx, fy, moment, margin, stick] = &mut numbers;
+            let mut forces = Forces {
+                normal_force_n: normal,
+                friction_x_n: fx,
+                friction_y_n: fy,
+                spin_moment_n_mm: moment,
+                slip_margin: margin,
+                stick_ratio: stick,
+                regime: &mut regime,
+                status: &mut status,
+            };
+            if together {
+                let motions = Motions { depth_mm: depth, slide_x_mm: x, slide_y_mm: y, spin_rad: &[], dt_s: 1e-3 };
+                model.step_batch(&mut states, motions, &mut forces).expect("slices of one length");
+                return;
+            }
+            for (i, state) in states.iter_mut().enumerate() {
+                let motion = Motion {
+                    depth_mm: depth[i],
+                    slide_increment_mm: [x[i], y[i]],
+                    spin_increment_rad: 0.0,
+                    dt_s: 1e-3,
+                };
+                let r = step(&model, state, motion);
+                forces.normal_force_n[i] = r.normal_force_n;
+                [forces.friction_x_n[i], forces.friction_y_n[i]] = r.friction_n;
+                forces.spin_moment_n_mm[i] = r.spin_moment_n_mm;
+                forces.slip_margin[i] = r.slip_margin;
+                forces.stick_ratio[i] = r.stick_ratio;
+                forces.regime[i] = r.regime;
+                forces.status[i] = r.status;
+            }
+        },
+    );
+}
+
+#[divan::bench(args = [false, true])]
+fn contacts_4096_one_by_one(bencher: Bencher, disturbed: bool) {
+    crowded::<1>(bencher, false, disturbed);
+}
+
+#[divan::bench(args = [false, true])]
+fn contacts_4096_step_batch(bencher: Bencher, disturbed: bool) {
+    crowded::<1>(bencher, true, disturbed);
+}
+
+#[divan::bench(args = [false, true])]
+fn contacts_4096_step_batch_with_spin(bencher: Bencher, disturbed: bool) {
+    crowded::<2>(bencher, true, disturbed);
 }

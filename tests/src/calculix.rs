@@ -74,6 +74,7 @@ impl fmt::Display for MeshLine<'_> {
         let nail = match self.case.nail {
             Nail::Tets => "nail of tied tets",
             Nail::FixedPatch => "nail patch fixed",
+            Nail::None => "no nail",
         };
         write!(
             f,

@@ -31,6 +31,11 @@ fn full_slip() {
 }
 
 #[test]
+fn limit_surface() {
+    holds("limit_surface");
+}
+
+#[test]
 fn creep() {
     holds("creep");
 }
@@ -58,6 +63,11 @@ fn step_size() {
 #[test]
 fn loops() {
     holds("loops");
+}
+
+#[test]
+fn depth_cycles() {
+    holds("depth_cycles");
 }
 
 #[test]

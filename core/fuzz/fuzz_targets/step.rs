@@ -29,7 +29,7 @@ fn ask(model: &Tuned<'_>, state: &State, f: [f32; 5]) {
 fuzz_target!(|input: &[u8]| {
     let mut params = Params::example();
     for (i, row) in params.pose.rows.iter_mut().enumerate() {
-        *row = [0.1, -0.05 * i as f32, 0.1];
+        *row = [0.1, -0.05 * i as f32, 0.1, 0.05];
     }
     let Ok(data) = params.try_build() else { return };
     let Ok(fitted) = data.model() else { return };

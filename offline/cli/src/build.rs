@@ -9,17 +9,13 @@ use std::{
 
 use anyhow::Context;
 use fingerpad_fe::experiment::{self, Config};
-use fingerpad_fe::load_path::{
-    Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory, follow_path,
-};
+use fingerpad_fe::load_path::{Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory};
 use fingerpad_fe::mesh;
-use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::atomic_write;
-use fingerpad_identify::population::Share;
-use fingerpad_reduce::{self as reduce, DesignSettings, Run};
 use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+use super::build_model::reduction;
 use super::config::ConfigFile;
 use super::{
     Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show,
@@ -41,18 +37,18 @@ pub struct Args {
     model: Model,
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (289
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
-    full: bool,
+    pub(super) full: bool,
     /// Folder of the stored runs behind the reduced model; used where the settings are theirs [default: those that ship
     /// with the program, of the default settings]
     #[arg(long, value_name = "DIR")]
-    runs: Option<PathBuf>,
+    pub(super) runs: Option<PathBuf>,
     /// Threads; each depth runs on one [default: the machine's]
     #[arg(long, value_name = "N")]
-    jobs: Option<usize>,
+    pub(super) jobs: Option<usize>,
     /// Measured table to compare with (CSV) [default: Table 1 of Yoshida et al. 2011]
     #[arg(long, value_name = "TABLE.csv")]
     table: Option<PathBuf>,
@@ -92,7 +88,7 @@ const NAMES: &[&str] = &[
     "fields/",
 ];
 
-const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
+const TABLE_1: &str = include_str!("../data/yoshida2011.csv");
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -132,61 +128,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     write_results(&args.out, &finger, &report)?;
     print_summary(&args.out, &report, start.elapsed().as_secs_f64());
     reduction(args, &config, &design)?;
-    Ok(())
-}
-
-/// The path of the design that is run again and compared with what is stored.
-const AGAIN: &str = "straight-00";
-
-/// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
-fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<(), Failure> {
-    let hash = reduce::settings_hash(config)?;
-    let made = args.out.join("design");
-    if args.full {
-        super::design::run(config, design, &made, Share::ALL, args.jobs)?;
-    }
-    let folder = if args.full { Some(made.as_path()) } else { args.runs.as_deref() };
-    let all = super::reduce::read_runs(folder)?;
-    // Runs of the same finger on another mesh serve where there are none on this one; the comparison below tells by how much
-    // they differ.
-    let other_meshes = [MeshPreset::Default, MeshPreset::Medium, MeshPreset::Fine, MeshPreset::Coarse]
-        .map(|mesh_preset| reduce::settings_hash(&Config { mesh_preset, ..config.clone() }));
-    let mut hashes = vec![hash.clone()];
-    hashes.extend(other_meshes.into_iter().collect::<Result<Vec<_>, _>>()?);
-    let found = hashes.iter().find(|hash| all.iter().any(|run| run.settings_hash == **hash));
-    let runs: Vec<Run> = all.into_iter().filter(|run| Some(&run.settings_hash) == found).collect();
-    if runs.is_empty() {
-        let place = folder.map_or("the program".into(), |f| f.display().to_string());
-        println!("no reduced model: {place} has no runs of settings {hash}; --full makes them");
-        return Ok(());
-    }
-    if found.is_some_and(|found| *found != hash) {
-        println!("the stored runs behind the reduced model are of this finger on another mesh");
-    }
-    if !args.full
-        && let Some(stored) = runs.iter().find(|run| run.name == AGAIN)
-    {
-        let (finger, _) = make_finger_for(config, &[&stored.path])?;
-        let bar = bar(AGAIN.into());
-        let again = follow_path(&config.problem(&finger), &stored.path, &[], &mut |progress| {
-            show(&bar, &progress);
-            go_on()
-        });
-        bar.finish_and_clear();
-        let again = again.map_err(|e| run_failure(e, AGAIN, "the results so far are kept".into()))?;
-        let [normal, friction] = stored.difference(&again.responses);
-        println!(
-            "stored run {AGAIN} made again: normal force within {:.2} %, friction within {:.2} % of their largest",
-            100.0 * normal,
-            100.0 * friction
-        );
-    }
-    super::reduce::fit::<{ fingerpad::SPRINGS }>(
-        &super::reduce::representable(runs),
-        config.friction.beta,
-        &fingerpad_reduce::Settings::default(),
-        &args.out.join("model.fpm"),
-    )?;
     Ok(())
 }
 

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use fingerpad_confirm::{Confirmation, FeRow, FeStroke, Prepared, Ran};
 use fingerpad_diagnose::Evidence;
+use fingerpad_fe::experiment::press_to;
 use fingerpad_fe::load_path::{Clearance, LoadPathError, Problem};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats as formats;
@@ -13,7 +14,7 @@ use fingerpad_smooth::ReferenceCurves;
 use sha2::{Digest, Sha256};
 
 use super::progress::counter;
-use super::{Bar, Failure, Model, go_on, keeping, make_finger};
+use super::{Bar, Failure, Model, go_on, keeping, make_finger_for};
 
 /// Strokes of the finite elements with their folder.
 struct Runner<'a> {
@@ -39,8 +40,9 @@ pub fn confirm(
         config.mesh_preset = MeshPreset::Coarse;
     }
     let prepared = Prepared::new(reference, evidence, config.friction, strokes);
-    let (finger, _) = make_finger(&config)?;
-    let (room, depth) = (Clearance::of(&finger).depth_mm, prepared.depth_mm());
+    let depth = prepared.depth_mm();
+    let (finger, _) = make_finger_for(&config, &[&press_to(depth)])?;
+    let room = Clearance::of(&finger).depth_mm;
     if !(depth < room) {
         return Err(Failure::Input(anyhow::anyhow!(
             "--confirm-fe: a stroke goes {depth:.2} mm deep, and the bone or the held section of shape {} lies {room:.2} mm above first \

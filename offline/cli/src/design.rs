@@ -241,6 +241,7 @@ fn run_one(
         }
         Err(
             mut error @ (LoadPathError::BeyondFriction { .. }
+            | LoadPathError::BeyondFrictionMoment { .. }
             | LoadPathError::NotClear { .. }
             | LoadPathError::BesidePad { .. }),
         ) => (error.take_reached(), Some(error.to_string())),

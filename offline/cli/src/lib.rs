@@ -19,6 +19,7 @@ macro_rules! eprintln {
 }
 
 mod build;
+mod build_model;
 mod config;
 mod confirm;
 mod design;
@@ -262,6 +263,11 @@ fn make_finger_for(config: &Config, paths: &[&load_path::Path]) -> Result<(Finge
     progress::during("mesh", |_| config.finger_for(paths))
 }
 
+/// As [`make_finger_for`] one path, with a pad that reaches `factor` times as high.
+fn make_finger_reaching(config: &Config, path: &load_path::Path, factor: f64) -> Result<Finger, ConfigError> {
+    Ok(progress::during("mesh", |_| config.finger_reaching(&[path], factor))?.0)
+}
+
 /// A failed run as a failure; `kept` says what was saved.
 fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
     match error {
@@ -271,6 +277,7 @@ fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
         }
         LoadPathError::NoEquilibrium { .. }
         | LoadPathError::BeyondFriction { .. }
+        | LoadPathError::BeyondFrictionMoment { .. }
         | LoadPathError::NotClear { .. }
         | LoadPathError::BesidePad { .. } => {
             Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})")))

@@ -14,7 +14,9 @@ use fingerpad_fe::load_path::{
 use fingerpad_report::simulation::{self, SimulationReport};
 
 use super::config::ConfigFile;
-use super::{Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show};
+use super::{
+    Failure, Model, Outputs, bar, go_on, keeping, make_finger_reaching, provenance, results, run_failure, show,
+};
 
 /// Follow a path of the plane with the finite-element model.
 #[derive(clap::Args)]
@@ -82,6 +84,8 @@ pub struct Args {
 const MOST_MAP_ROWS: usize = 26;
 /// Time between two saves of an unfinished run.
 const CHECKPOINT_PERIOD: Duration = Duration::from_secs(5);
+/// How much higher a pad reaches, one after the other, on which other skin came to the plane.
+const LARGER_PADS: [f64; 2] = [1.5, 2.5];
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -90,10 +94,29 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let map_rows = map_rows(args, &path).map_err(Failure::Input)?;
     let partial = args.out.with_extension("partial.csv");
     prepare_outputs(args, &config, &partial)?;
-    let (finger, _) = make_finger_for(&config, &[&path])?;
+    let mut finger = make_finger_reaching(&config, &path, 1.0)?;
     config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
-    let run = Run { args, config: &config, path: &path, finger: &finger, map_rows, hash: config.hash()? };
-    match run.follow() {
+    let hash = config.hash()?;
+    let mut run =
+        Run { args, config: &config, path: &path, finger: &finger, map_rows: map_rows.clone(), hash: hash.clone() };
+    let mut result = run.follow();
+    for reach in LARGER_PADS {
+        let Err(LoadPathError::BesidePad { t_s, .. }) = result else { break };
+        eprintln!(
+            "skin beside the pad comes to the plane at t = {t_s:.3} s: again with a pad that reaches {reach} times as high"
+        );
+        finger = make_finger_reaching(&config, &path, reach)?;
+        run = Run {
+            args,
+            config: &config,
+            path: &path,
+            finger: &finger,
+            map_rows: map_rows.clone(),
+            hash: format!("{hash} {reach}"),
+        };
+        result = run.follow();
+    }
+    match result {
         Ok(trajectory) => {
             run.save(&trajectory, &args.out)?;
             run.report(&trajectory, &args.out, None)?;

@@ -25,7 +25,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-const TABLE: &str = include_str!("../../../data/yoshida2011.csv");
+const TABLE: &str = include_str!("../data/yoshida2011.csv");
 const HEAD: &str = "t_s,depth_mm,slide_x_mm,slide_y_mm\n";
 
 /// A path that presses to `depth` and slides by `slide`.
@@ -66,7 +66,7 @@ fn an_output_never_overwrites_an_input() {
     refused(&["mesh", "--imported", "m.inp", "--out", "m.inp"], at, &["--out m.inp", "--imported"]);
     assert_eq!(fs::read(at.join("m.inp")).unwrap(), mesh);
     done(&["export", "--format", "json", "--out", "model.json"], at);
-    fs::write(at.join("model.fpm"), include_bytes!("../../../data/models/fingertip.fpm")).unwrap();
+    fs::write(at.join("model.fpm"), include_bytes!("../data/models/fingertip.fpm")).unwrap();
     let itself = ["export", "--model", "model.fpm", "--format", "c", "--out", "model.fpm"];
     refused(&itself, at, &["--out model.fpm", "--model"]);
     // A folder of results that holds an input under a name of the result.
@@ -160,10 +160,21 @@ fn a_response_is_drawn_also_where_the_run_ends_early() {
     let drawn = &report["maps"][0]["response"];
     assert_eq!((drawn["t_s"].as_f64(), drawn["slide_x_mm"].as_f64()), (Some(2.0), Some(0.1)));
 
-    // More friction than there is: the run ends, its rows stay and are drawn.
-    write(at, "p.csv", "t_s,depth_mm,friction_x_n,friction_y_n\n0,0,0,0\n1,0.3,0,0\n2,0.3,5,0\n");
-    let (code, _, stderr) = run(&simulate, at);
-    assert!(code == Some(3) && stderr.contains("rows kept in new/r.partial.csv"), "{code:?} {stderr}");
+    // More friction or moment than there is: the run ends, its rows stay and are drawn.
+    for (path, said) in [
+        ("t_s,depth_mm,friction_x_n,friction_y_n\n0,0,0,0\n1,0.3,0,0\n2,0.3,5,0\n", "friction force of 5.0000 N"),
+        (
+            "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_moment_n_mm\n0,0,0,0,0\n1,0.3,0,0,0\n2,0.3,0,0,9\n",
+            "spin moment of 9.0000 N mm, beyond what friction holds here (0.",
+        ),
+    ] {
+        write(at, "p.csv", path);
+        let (code, _, stderr) = run(&simulate, at);
+        assert!(code == Some(3) && stderr.contains("rows kept in new/r.partial.csv"), "{code:?} {stderr}");
+        assert!(stderr.contains("row 2 drives") && stderr.contains(said), "{stderr}");
+        let rows = fs::read_to_string(at.join("new/r.partial.csv")).unwrap();
+        assert!(rows.lines().count() > 5, "{rows}");
+    }
     let page = fs::read_to_string(at.join("new/report.html")).unwrap();
     assert!(page.contains("The run ended before its path did") && page.contains("href=\"r.partial.csv\""));
 }
@@ -338,7 +349,7 @@ fn a_run_shows_its_progress_where_there_is_no_terminal() {
 
 /// Unpacks a stored set of the finite-element finger.
 fn unpack(name: &str, folder: &Path, file: &str) {
-    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/fe_sets").join(format!("{name}.csv.gz"));
+    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fe_sets").join(format!("{name}.csv.gz"));
     let mut text = String::new();
     flate2::read::GzDecoder::new(fs::File::open(packed).unwrap()).read_to_string(&mut text).unwrap();
     write(folder, file, &text);

@@ -85,10 +85,14 @@ pub struct Experiment {
 impl Experiment {
     /// The press to the deepest of the depths that are numbers.
     pub fn deepest_press(&self) -> Path {
-        let deepest = self.depths_mm.iter().copied().filter(|depth| depth.is_finite()).fold(0.0, f64::max);
-        let corner = |t_s, normal| Waypoint { t_s, normal, x: 0.0, y: 0.0 };
-        Path::new([Drive::Displacement; 3], vec![corner(0.0, 0.0), corner(1.0, deepest)])
+        press_to(self.depths_mm.iter().copied().filter(|depth| depth.is_finite()).fold(0.0, f64::max))
     }
+}
+
+/// A press to `depth_mm`.
+pub fn press_to(depth_mm: f64) -> Path {
+    let corner = |t_s, normal| Waypoint { t_s, normal, x: 0.0, y: 0.0 };
+    Path::new([Drive::Displacement; 3], vec![corner(0.0, 0.0), corner(1.0, depth_mm)])
 }
 
 impl Default for Experiment {
@@ -265,13 +269,22 @@ impl Config {
     /// # Errors
     /// [`ConfigError`].
     pub fn finger_for(&self, paths: &[&Path]) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
+        self.finger_reaching(paths, 1.0)
+    }
+
+    /// As [`Self::finger_for`], with a pad that reaches `factor` times as high: for paths on which skin beside the pad
+    /// comes to the plane.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn finger_reaching(&self, paths: &[&Path], factor: f64) -> Result<(Finger, mesh::FirstTouch), ConfigError> {
         self.friction.check().map_err(ConfigError::Friction)?;
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
-        let fingertip = match poses(paths, neutral_pitch_deg(&touch)) {
-            Some((rotations, deepest_mm)) => fingertip.with_pad_for(&rotations, PAD_SHARE * deepest_mm + PAD_MARGIN_MM),
-            None => fingertip,
-        };
+        let rotations = rotations(paths, neutral_pitch_deg(&touch));
+        // A driven force leaves the depth open: then the geometry's own pad says how high the skin may touch in any pose.
+        let height_mm = deepest_mm(paths).map_or(fingertip.pad_height_mm(), pad_height_mm);
+        let fingertip = fingertip.with_pad_for(&rotations, factor * height_mm);
         Ok((Finger::new(fingertip, &self.tissue)?, touch))
     }
 
@@ -412,19 +425,25 @@ const POSE_STEP_RAD: f64 = 0.09;
 /// Turn that a driven moment may give, rad.
 const MOMENT_TURN_RAD: f64 = 0.17;
 
-/// Rotations of the finger along paths, and the deepest press; None where a driven force leaves the depth open.
-fn poses(paths: &[&Path], neutral_pitch_deg: f64) -> Option<(Vec<Matrix3<f64>>, f64)> {
+/// Height over first touch up to which skin may touch in a press this deep, mm.
+pub fn pad_height_mm(deepest_mm: f64) -> f64 {
+    PAD_SHARE * deepest_mm + PAD_MARGIN_MM
+}
+
+/// The deepest press of paths, mm; None where a driven force leaves the depth open.
+fn deepest_mm(paths: &[&Path]) -> Option<f64> {
+    let is_open = paths.iter().any(|path| path.drives[0] == Drive::Force);
+    let depths = paths.iter().flat_map(|path| &path.waypoints).map(|point| point.normal);
+    (!is_open).then(|| depths.fold(0.0, f64::max))
+}
+
+/// Rotations of the finger along paths.
+fn rotations(paths: &[&Path], neutral_pitch_deg: f64) -> Vec<Matrix3<f64>> {
     let mut rotations = Vec::new();
-    let mut deepest_mm: f64 = 0.0;
     for path in paths {
-        if path.drives[0] == Drive::Force {
-            return None;
-        }
         let drives = path.coordinate_drives();
-        let corners = || (0..path.waypoints.len()).map(|row| path.coordinates(row, neutral_pitch_deg));
-        deepest_mm = corners().map(|at| at[plane::DEPTH]).fold(deepest_mm, f64::max);
         let mut turns: Vec<[f64; 2]> = Vec::new();
-        for at in corners() {
+        for at in (0..path.waypoints.len()).map(|row| path.coordinates(row, neutral_pitch_deg)) {
             let [pitch, roll] = [plane::PITCH, plane::ROLL].map(|k| match drives[k] {
                 Drive::Displacement => [at[k], at[k]],
                 Drive::Force => [-MOMENT_TURN_RAD, MOMENT_TURN_RAD],
@@ -445,7 +464,7 @@ fn poses(paths: &[&Path], neutral_pitch_deg: f64) -> Option<(Vec<Matrix3<f64>>, 
                 .map(|[pitch, roll]| Plane::new([0.0, 0.0, 0.0, 0.0, pitch, roll]).tilt().inverse().into_inner()),
         );
     }
-    Some((rotations, deepest_mm))
+    rotations
 }
 
 /// Largest force that may be driven, N. The hardest press of a fingertip is some 50 N, and long before it the pulp is

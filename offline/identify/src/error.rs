@@ -33,6 +33,16 @@ pub enum IdentifyError {
         /// The last failure.
         cause: SolveError,
     },
+    /// In a steady slide the plane reached skin beside the pad.
+    #[error(
+        "a steady slide at depth {depth_mm:.4} mm reaches {below_mm:.4} mm into skin beside the faces that may touch"
+    )]
+    BesidePad {
+        /// Depth, mm.
+        depth_mm: f64,
+        /// How far the skin is behind the plane, mm.
+        below_mm: f64,
+    },
     /// A fit ended without a minimum.
     #[error("{what}: {problem} after {evaluations} evaluations, residual {residual:.3e}")]
     Fit {
@@ -70,6 +80,6 @@ pub enum IdentifyError {
 impl IdentifyError {
     /// Whether the error belongs to one point of the search, so that other points may succeed.
     pub fn is_local(&self) -> bool {
-        matches!(self, Self::Steady { .. } | Self::Mesh(_) | Self::Body(_))
+        matches!(self, Self::Steady { .. } | Self::BesidePad { .. } | Self::Mesh(_) | Self::Body(_))
     }
 }

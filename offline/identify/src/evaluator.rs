@@ -12,13 +12,17 @@ use rayon::prelude::*;
 
 use super::settings::Settings;
 use super::{
-    Effort, IdentifyError, Limits, Place, Slider, Start, Steady,
+    CalibrationParameter, Effort, IdentifyError, Limits, Place, Slider, Start, Steady,
     state_cache::{Key, StateCache, key_of},
 };
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::experiment::Config;
+use fingerpad_fe::experiment::{Config, pad_height_mm};
 use fingerpad_fe::load_path::{Finger, Problem};
-use fingerpad_fe::mesh::{self, Fingertip, FingertipShape};
+use fingerpad_fe::mesh::{self, FingertipShape};
+use nalgebra::Matrix3;
+
+/// Standard errors by which a depth may move in a joint fit, at most.
+const DEPTH_ERRORS: f64 = 3.0;
 
 /// The caller's hooks into a run: progress and interruption.
 pub struct Hooks<'a> {
@@ -116,14 +120,28 @@ impl<'a> Evaluator<'a> {
         self.found.load(Ordering::Relaxed)
     }
 
-    /// A finger of `shape`.
+    /// A finger of `shape` with a pad for presses of up to `deepest_mm`, at most the shape's own: the smaller, the faster.
     ///
     /// # Errors
     /// [`IdentifyError::Mesh`], [`IdentifyError::Body`].
-    pub fn finger(&self, shape: &FingertipShape) -> Result<Finger, IdentifyError> {
-        let Fingertip { mesh, touch, outer_faces } = mesh::fingertip(shape, &self.config.mesh_preset.divisions())?;
-        mesh::check(&mesh)?;
-        Ok(Finger::new(Fingertip { mesh, touch, outer_faces }, &self.config.tissue)?)
+    pub fn finger(&self, shape: &FingertipShape, deepest_mm: f64) -> Result<Finger, IdentifyError> {
+        let tip = mesh::fingertip(shape, &self.config.mesh_preset.divisions())?;
+        mesh::check(&tip.mesh)?;
+        let height_mm = pad_height_mm(deepest_mm).min(tip.pad_height_mm());
+        Ok(Finger::new(tip.with_pad_for(&[Matrix3::identity()], height_mm), &self.config.tissue)?)
+    }
+
+    /// The deepest press of a table's depths under all settings, mm: with the largest offset that a calibration may add and
+    /// some errors of a depth; as deep as the shape's pad allows where F/N is wanted over a range of forces.
+    pub fn deepest_mm(&self, depths_mm: &[f64]) -> f64 {
+        if self.settings.prediction.curve {
+            return f64::INFINITY;
+        }
+        let varied = self.settings.calibration.vary.iter().filter(|v| v.name == CalibrationParameter::DepthOffsetMm);
+        let offset = varied.map(|v| v.bounds()[1]).fold(0.0, f64::max);
+        let joint = &self.settings.joint;
+        let errors = if joint.enabled { DEPTH_ERRORS * joint.depth_mm } else { 0.0 };
+        depths_mm.iter().copied().fold(0.0, f64::max) + offset + errors
     }
 
     /// Hash of everything that a shape's states depend on besides depth, law and stiffness.
@@ -152,7 +170,8 @@ impl<'a> Evaluator<'a> {
         if let Some(known) = self.remembered(&key, queries) {
             return Ok(known);
         }
-        let finger = self.finger(shape)?;
+        let deepest_mm = queries.iter().flat_map(|(_, list)| list).map(|q| q.depth_mm).fold(0.0, f64::max);
+        let finger = self.finger(shape, deepest_mm)?;
         let problem = self.config.problem(&finger);
         FeModel { evaluator: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
             .steady(queries)

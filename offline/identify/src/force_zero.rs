@@ -76,7 +76,7 @@ fn at_zero(
     let (found, states) = if finger.shape == given.shape {
         fit_law(evaluator, fe_model, &corrected, &finger, depths_mm, &first)?
     } else {
-        let made = evaluator.finger(&finger.shape)?;
+        let made = evaluator.finger(&finger.shape, evaluator.deepest_mm(&table.depths_mm))?;
         let problem = evaluator.config.problem(&made);
         let mut model = FeModel::new(evaluator, &finger.shape, &problem);
         fit_law(evaluator, &mut model, &corrected, &finger, depths_mm, &first)?

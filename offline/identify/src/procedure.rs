@@ -89,7 +89,8 @@ pub fn identify(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Outco
     let evaluator = Evaluator::new(config, settings, cache, hooks, input.jobs);
     let clock = Clock { evaluator: &evaluator, stages: RefCell::default() };
     let given = FingerPoint::of(config.fingertip_shape()?);
-    let finger = evaluator.finger(&given.shape)?;
+    let deepest_mm = evaluator.deepest_mm(&table.depths_mm);
+    let finger = evaluator.finger(&given.shape, deepest_mm)?;
     check_depths(&table, Clearance::of(&finger).depth_mm)?;
     let problem = config.problem(&finger);
     let mut fe_model = FeModel::new(&evaluator, &given.shape, &problem);
@@ -121,7 +122,7 @@ pub fn identify(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Outco
     let mut outcome = if calibrated.shape == given.shape {
         identify_law(&mut fe_model)?
     } else {
-        let finger = evaluator.finger(&calibrated.shape)?;
+        let finger = evaluator.finger(&calibrated.shape, deepest_mm)?;
         let problem = config.problem(&finger);
         identify_law(&mut FeModel::new(&evaluator, &calibrated.shape, &problem))?
     };

@@ -11,11 +11,12 @@ use super::{
     IdentifyError,
     history::{History, distance},
 };
-use fingerpad_fe::assembly::{Body, Configuration};
+use fingerpad_fe::assembly::Configuration;
 use fingerpad_fe::contact::plane::DEPTH;
 use fingerpad_fe::contact::{Friction, FrictionLaw, PenaltySettings, RubberFriction};
 use fingerpad_fe::load_path::{
-    FailedStep, LimitPointRule, LoadSteps, Problem, Standing, StepRule, load_along, pass_limit_point,
+    BESIDE_PAD_MM, FailedStep, LimitPointRule, LoadSteps, Model, Problem, Standing, StepRule, below_beside_pad_mm,
+    load_along, pass_limit_point,
 };
 use fingerpad_fe::solve::{Axis, Guess, SolveError, Solver, SolverSettings, State, Stats, Target};
 use std::ops::ControlFlow;
@@ -112,9 +113,9 @@ impl Effort {
 
 /// A finger on the plane that moves from one steady state to the next.
 pub struct Slider<'a> {
-    body: &'a Body,
-    /// How many times the model makes up the finger.
-    copies: f64,
+    model: Model<'a>,
+    /// Nodes of the skin's outside that the plane must not reach.
+    beside_pad: &'a [u32],
     solver: Solver<'a>,
     state: State,
     at: Place,
@@ -163,8 +164,8 @@ impl<'a> Slider<'a> {
         let solver = Solver::new(model.body, model.pad_faces, Friction::On(law), penalty, settings);
         let state = solver.initial_state([0.0; 3]);
         Self {
-            body: model.body,
-            copies: model.copies(),
+            model,
+            beside_pad: problem.beside_pad,
             solver,
             state,
             at: Place { depth_mm: 0.0, law },
@@ -177,7 +178,7 @@ impl<'a> Slider<'a> {
 
     /// The state now.
     pub fn start(&self) -> Start {
-        let (now, before) = (&self.state.configuration, self.body.undeformed());
+        let (now, before) = (&self.state.configuration, self.model.body.undeformed());
         Start {
             displacement_mm: now.x.iter().zip(&before.x).map(|(x, x0)| x - x0).collect(),
             rigid_shift_mm: now.rigid_centre - before.rigid_centre,
@@ -190,7 +191,7 @@ impl<'a> Slider<'a> {
     ///
     /// On another shape this is a guess that the next move brings into equilibrium.
     pub fn restart(&mut self, start: &Start) -> bool {
-        let before = self.body.undeformed();
+        let before = self.model.body.undeformed();
         if before.x.len() != start.displacement_mm.len() {
             return false;
         }
@@ -199,7 +200,7 @@ impl<'a> Slider<'a> {
             rigid_centre: before.rigid_centre + start.rigid_shift_mm,
             rigid_rotation: start.rigid_rotation,
         };
-        self.body.follow(&mut configuration);
+        self.model.body.follow(&mut configuration);
         self.stand(start.at, configuration);
         true
     }
@@ -225,8 +226,8 @@ impl<'a> Slider<'a> {
     /// Brings the state to equilibrium at `to`, in as few steps as converge.
     ///
     /// # Errors
-    /// [`IdentifyError::Steady`] with the failure of the smallest step, or [`IdentifyError::Interrupted`]; the
-    /// slider stands where it started from.
+    /// [`IdentifyError::Steady`] with the failure of the smallest step, [`IdentifyError::BesidePad`] or
+    /// [`IdentifyError::Interrupted`]; the slider stands where it started from.
     pub fn go(&mut self, to: Place, limits: Limits) -> Result<Steady, IdentifyError> {
         if to != self.at || self.state.totals.force.z == 0.0 {
             let start = self.start();
@@ -241,6 +242,11 @@ impl<'a> Slider<'a> {
             if let Err(error) = self.move_to(to, limits) {
                 self.restart(&start);
                 return Err(error);
+            }
+            let below_mm = below_beside_pad_mm(self.beside_pad, &self.model, self.solver.surface(), &self.state);
+            if below_mm > BESIDE_PAD_MM {
+                self.restart(&start);
+                return Err(IdentifyError::BesidePad { depth_mm: to.depth_mm, below_mm });
             }
         }
         Ok(self.steady())
@@ -298,7 +304,7 @@ impl<'a> Slider<'a> {
 
     fn steady(&self) -> Steady {
         let State { contact, totals, .. } = &self.state;
-        let copies = self.copies;
+        let copies = self.model.copies();
         let nodes = contact.nodes.iter().filter(|n| n.area > 0.0);
         Steady {
             depth_mm: contact.plane.at[DEPTH],
@@ -341,7 +347,8 @@ impl LoadSteps for Move<'_, '_> {
     fn try_step(&mut self, share: f64, _: f64) -> Result<u32, SolveError> {
         let place = self.place(share);
         let slider = &mut *self.slider;
-        let prediction = slider.history.predict(slider.body, &slider.coordinates(&place)).filter(|_| !self.failed);
+        let prediction =
+            slider.history.predict(slider.model.body, &slider.coordinates(&place)).filter(|_| !self.failed);
         let (configuration, led) = prediction.unwrap_or_else(|| (slider.state.configuration.clone(), false));
         let follows_plane = led || place.depth_mm == slider.at.depth_mm;
         let guess = Guess { configuration, plane: [0.0, 0.0, place.depth_mm].into(), follows_plane };

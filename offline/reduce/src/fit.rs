@@ -4,14 +4,15 @@
 //! and area, then what only a spin shows. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
 //! Uses initial_guess, parameterisation, residuals.
 
-use fingerpad::ParamsOf;
+use fingerpad::{Error, ParamsOf};
 use fingerpad_least_squares::{
     LevenbergMarquardt, MinimizationReport, Problem, TerminationReason, minimise, objective,
 };
 
 use super::initial_guess::initial_guess;
 use super::parameterisation::{InitialGuess, Parameterisation, rounded};
-use super::residuals::{Compared, Replay, spin_cross};
+use super::residuals::{Compared, Replay};
+use super::spin_limit::SpinLimit;
 use super::{ReduceError, Run};
 
 /// Settings of the fit.
@@ -108,10 +109,34 @@ pub fn fit<const M: usize, const N: usize>(
     stages.fit_contact()?;
     stages.fit_spin()?;
     let mut params = stages.layout.params::<M, N>(&stages.theta);
-    params.spin_cross = spin_cross(&params, &stages.spinning);
-    let params = rounded(&params);
-    params.validate()?;
+    SpinLimit::of(&params.build_unchecked(), &stages.spinning).put(&mut params);
+    let (params, given_up) = accepted(&params)?;
+    let ended = match given_up {
+        0.0 => ended,
+        share => format!("{ended}; {:.2} % of what couples depth and slide given up to be passive", 100.0 * share),
+    };
     Ok(Fitted { params, theta: stages.theta, cost: stages.cost, evaluations: stages.evaluations, ended })
+}
+
+/// Share of what couples depth and slide that may be given up for a model that is passive.
+const GIVEN_UP: f64 = 0.4;
+
+/// The parameters in the numbers of the target, and the share of what couples depth and slide that was given up. A fit that
+/// ends beyond the bound of what is passive is brought to it: the stiffness changes with depth by as much less, and pressing
+/// amounts to as much less slide, as it takes.
+fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
+    let less = |share: f64| {
+        let mut params = *params;
+        for node in &mut params.nodes {
+            let [x, y] = &mut node.stiffness_slope_n_mm2;
+            [x, y, &mut node.press_coupling].into_iter().for_each(|number| *number *= 1.0 - share);
+        }
+        rounded(&params)
+    };
+    let shares = [0.0].into_iter().chain((0..=40).map(|k| GIVEN_UP * 0.75f64.powi(40 - k)));
+    let found = shares.map(|share| (less(share), share)).find(|(params, _)| params.validate().is_ok());
+    let (params, share) = found.unwrap_or_else(|| (less(0.0), 0.0));
+    params.validate().map(|()| (params, share))
 }
 
 /// The fit's stages and what they have found so far.

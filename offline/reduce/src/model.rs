@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, SPRINGS};
+use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
@@ -126,7 +126,7 @@ pub fn reduce<const M: usize>(
     };
     let (a, b) = (crossed(0, 1)?, crossed(1, 0)?);
     Band::of(&model, &held_out).put(&mut params);
-    params.pose.pitch_deg = fitted_pitch_deg(runs);
+    params.pose = PoseTable::of_one_pose(fitted_pitch_deg(runs));
     let poses = add_poses(&mut params, &posed)?;
     let data = params.try_build()?;
     let meta = Meta {
@@ -146,7 +146,7 @@ pub fn reduce<const M: usize>(
 
 /// Pitch of the pose in which a model is fitted, degrees; that of the shipped finger where the runs do not tell one.
 fn fitted_pitch_deg(runs: &[Run]) -> f32 {
-    let first = runs.first().and_then(|run| run.samples.first()).and_then(|sample| sample.turned);
+    let first = runs.iter().flat_map(|run| &run.samples).find_map(|sample| sample.turned);
     let pitch_deg = first.map_or(0.0, |turned| (1e3 * turned.pitch_deg).round() / 1e3);
     if (10.0..=70.0).contains(&pitch_deg) { pitch_deg } else { 30.0 }
 }
@@ -210,6 +210,7 @@ impl<const M: usize> Reduced<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runs::Turned;
     use crate::{DesignSettings, Sample, design, simulate_path, strength};
     use fingerpad::{Data, Params};
     use fingerpad_fe::load_path::{Drive, Turn};
@@ -243,6 +244,13 @@ mod tests {
     #[test]
     fn a_planted_model_is_found() {
         let (planted, mut runs) = twin();
+        // Of a finger that stands steeper than the shipped one; the first run does not tell.
+        for run in &mut runs[1..] {
+            run.samples
+                .iter_mut()
+                .for_each(|s| s.turned = Some(Turned { pitch_deg: 45.0, ..s.turned.unwrap_or_default() }));
+        }
+        runs[0].samples.iter_mut().for_each(|s| s.turned = None);
         let settings = Settings { iterations: 7, ..Settings::default() };
         let reduced: Reduced = reduce(&runs, 0.46, &settings).unwrap();
         let held_out = &reduced.meta.held_out;
@@ -254,6 +262,7 @@ mod tests {
             let [found, there] = [&reduced.data, &planted].map(|data| strength(&data.model().unwrap(), depth_mm));
             assert!((found / there - 1.0).abs() < 0.02, "limit at {depth_mm} mm: {found} for {there}");
         }
+        assert_eq!((reduced.data.pose.pitch_deg, reduced.data.pose.pitch_range_deg), (45.0, [45.0; 2]));
         assert!(held_out.moment_of_limit < 0.03, "{held_out:?}");
         let bytes = reduced.file(&[]).unwrap();
         let file = fingerpad::ModelFile::new(&bytes).unwrap();

@@ -239,6 +239,7 @@ impl Parameterisation {
                 press_coupling: gentle(press.0, &press.1),
                 area_share: std::array::from_fn(|j| area_share[j]),
                 pressure_centre_mm: gentle(centre[0], &centre),
+                spin_limit_share: 1.0,
                 band_normal_n: 0.0,
             };
         }
@@ -280,6 +281,7 @@ pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> Param
         press_coupling: n.press_coupling as f32,
         area_share: n.area_share.map(|v| v as f32),
         pressure_centre_mm: n.pressure_centre_mm as f32,
+        spin_limit_share: n.spin_limit_share as f32,
         band_normal_n: n.band_normal_n as f32,
     };
     ParamsOf {

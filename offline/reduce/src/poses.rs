@@ -79,7 +79,7 @@ pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run
     let (mut sums, mut rows, mut centres) = ([0.0; 4], 0.0, 0.0);
     for run in runs {
         let largest = largest(run);
-        for (sample, r) in run.samples.iter().zip(replay(data, run)) {
+        for (sample, r) in run.samples.iter().zip(replay_with_pose(data, run)) {
             let Some([normal, area, x, y, centre_x, centre_y]) = errors(sample, &r, largest) else { continue };
             rows += 1.0;
             sums[0] += normal * normal;
@@ -149,7 +149,7 @@ fn errors(sample: &Sample, r: &Response<f64>, largest: [f64; 2]) -> Option<[f64;
 }
 
 /// The model's response at every sample of a run, with spin and in the pose of each step.
-fn replay<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run: &Run) -> Vec<Response<f64>> {
+pub fn replay_with_pose<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run: &Run) -> Vec<Response<f64>> {
     let model = data.model_unchecked();
     let mut state = StateOf::<M, 2, f64>::default();
     let pose_of = |s: &Sample| s.turned.map_or([0.0, 0.0, 0.0], |t| [t.pitch_deg, t.roll_deg, t.spin_deg]);
@@ -201,7 +201,7 @@ impl<const M: usize, const N: usize> Poses<'_, M, N> {
         let mut out = Vec::new();
         for run in self.runs {
             let largest = largest(run);
-            for (sample, r) in run.samples.iter().zip(replay(&data, run)) {
+            for (sample, r) in run.samples.iter().zip(replay_with_pose(&data, run)) {
                 let [normal, area, x, y, centre_x, centre_y] = errors(sample, &r, largest).unwrap_or_default();
                 let weight = f64::from(sample.normal_force_n) / (largest[0] * CENTRE_MM);
                 out.extend([normal / NORMAL_SHARE, area / AREA_SHARE, x / FRICTION_SHARE, y / FRICTION_SHARE]);

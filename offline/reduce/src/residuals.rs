@@ -5,12 +5,12 @@
 
 use std::ops::Range;
 
-use fingerpad::{DataOf, Error, Line, ParamsOf, Regime, Response};
+use fingerpad::{DataOf, Error, Regime, Response};
 use fingerpad_least_squares::Problem;
 use rayon::prelude::*;
 
 use super::parameterisation::Parameterisation;
-use super::replay::{pressure_centre, replay, replay_coarsely, spin_moment};
+use super::replay::{pressure_centre, replay_coarsely, spin_moment};
 use super::{Run, Sample, Settings};
 
 /// What is compared between model and runs.
@@ -158,33 +158,4 @@ impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
         };
         Some((0..theta.len()).into_par_iter().map(column).collect())
     }
-}
-
-/// Depth from which rows tell of the limit under slide and spin, share of the largest.
-const SHALLOW: f64 = 0.1;
-
-/// c of the limit f² + m² + c |f| |m| = 1 of friction and moment, both over their own limit, by least squares over the rows of
-/// `runs` in which the model slips as a whole.
-pub fn spin_cross<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, runs: &[&Run]) -> f64 {
-    let data = params.build_unchecked();
-    let model = data.model_unchecked();
-    let (mut sum, mut square) = (0.0, 0.0);
-    for run in runs {
-        for (sample, r) in run.samples.iter().zip(&replay(&model, run)) {
-            // Nearly lifted off, both limits are small and their quotients rough.
-            if r.regime != Regime::Slip || f64::from(sample.depth_mm) < SHALLOW * data.depth_max {
-                continue;
-            }
-            let x = f64::from(sample.depth_mm) * data.cells_per_mm;
-            let i = (x as usize).min(N - 1);
-            let row = &data.rows[i];
-            let at = |line: &Line<f64>| line.value + line.change * (x - i as f64).min(1.0);
-            let [fx, fy] = r.friction_n;
-            let friction = fx.hypot(fy) / r.friction_limit_n;
-            let moment = (r.spin_moment_n_mm - at(&row.friction_centre) * fy).abs() / at(&row.spin_limit);
-            sum += (1.0 - friction * friction - moment * moment) * friction * moment;
-            square += (friction * moment).powi(2);
-        }
-    }
-    if square > 0.0 { (sum / square).clamp(0.0, 1.0) } else { 0.0 }
 }

@@ -25,6 +25,7 @@ pub mod simulation;
 #[cfg(test)]
 mod synthetic;
 pub mod table;
+mod traces;
 
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +37,7 @@ pub use numbers::{
 
 pub use reduced::{PairRow, PathPair, ReducedReport, SizePoint, render_reduced};
 pub use reduced_pairs::reduced_report;
+pub use traces::{Trace, TraceChart, traces_png};
 
 /// Why a report could not be made.
 #[derive(Debug, thiserror::Error)]

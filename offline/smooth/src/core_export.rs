@@ -193,6 +193,7 @@ fn params(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed, varying:
             tilt_x: tilt(i, &slides) as f32,
             press_coupling: (press + press_slope * depth(i)).clamp(-1.0, 1.0) as f32,
             pressure_centre_mm: row.pressure_centre.value,
+            spin_limit_share: data.spin_limit_share(i),
             band_normal_n: row.band_normal.value,
             ..Node::default()
         };

@@ -86,7 +86,9 @@ impl FiniteElements<'_, '_> {
                 }
                 // A slide that is not found is not looked for again; the others are kept. It fails on its way from the
                 // slot's last law, whose depth is the same or near.
-                Err(IdentifyError::Steady { depth_mm, .. }) if left.len() > 1 => {
+                Err(IdentifyError::Steady { depth_mm, .. } | IdentifyError::BesidePad { depth_mm, .. })
+                    if left.len() > 1 =>
+                {
                     let away = |q: &Query| (q.depth_mm - depth_mm).abs();
                     let failed = (0..left.len()).min_by(|a, b| away(&left[*a].1[0]).total_cmp(&away(&left[*b].1[0])));
                     let (_, query) = left.remove(failed.expect("at least two are left"));

@@ -65,7 +65,7 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
     config.friction.check().map_err(fingerpad_fe::experiment::ConfigError::Friction)?;
     let shape = config.fingertip_shape()?;
     let evaluator = Evaluator::new(config, input.settings, cache, hooks, input.jobs);
-    let finger = evaluator.finger(&shape)?;
+    let finger = evaluator.finger(&shape, f64::INFINITY)?;
     let deepest_mm = ROOM * Clearance::of(&finger).depth_mm;
     let table = &input.table;
     check_depths(table, deepest_mm)?;

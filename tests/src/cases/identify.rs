@@ -39,7 +39,7 @@ fn with_fe_model<T>(
     let settings = Settings { tolerance: 5e-8, ..Settings::default() };
     let evaluator = Evaluator::new(config, &settings, StateCache::default(), &hooks, 2);
     let shape = FingertipShape::named(&config.shape.0)?;
-    let finger = evaluator.finger(&shape)?;
+    let finger = evaluator.finger(&shape, depths_mm.iter().copied().fold(0.0, f64::max))?;
     let problem = config.problem(&finger);
     let mut fe_model = FeModel::new(&evaluator, &shape, &problem);
     let stiffness = FingerPoint::of(shape).stiffness;
@@ -107,7 +107,7 @@ pub fn twin(effort: Effort) -> Result<Vec<Check>, Failure> {
         told.push(Check::told("evaluations: space mapping", (fe.evaluations - before) as f64));
         compare("space mapping", mapped);
         let before = fe.evaluations;
-        let (law, _) = fit("Gauss–Newton", fe, &target, &start, &[], Stop { tolerance: 1e-8, evaluations: 60 })?;
+        let (law, _) = fit("Gauss–Newton", fe, &target, &start, &[], Stop { tolerance: 5e-8, evaluations: 60 })?;
         told.push(Check::told("evaluations: Gauss–Newton", (fe.evaluations - before) as f64));
         compare("Gauss–Newton", law);
         for &start in starts {

@@ -4,6 +4,7 @@ mod arch;
 mod geometry;
 mod identify;
 mod law;
+pub mod limit_surface;
 mod meshes;
 mod numerics;
 pub mod paths;
@@ -48,6 +49,16 @@ pub const CASES: &[Case] = &[
         about: "sphere that spins: Reissner-Sagoci, Lubkin, full spin, exact far field",
         run: spin::spin,
     },
+    Case {
+        name: "limit_surface",
+        about: "medium mesh of E, 0.5 to 2 mm: friction and moment in full slip, every direction",
+        run: limit_surface::limit_surface,
+    },
+    Case {
+        name: "twist",
+        about: "medium mesh of E, 0.1 to 1 N: the largest moment, alone and with friction, beside what was measured",
+        run: limit_surface::twist,
+    },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
     Case {
         name: "volume",
@@ -74,6 +85,11 @@ pub const CASES: &[Case] = &[
         name: "turn_in_full_slip",
         about: "medium shape E: friction is not lost where a slide turns",
         run: paths::turn_in_full_slip,
+    },
+    Case {
+        name: "depth_cycles",
+        about: "default mesh of E and A, depth 1 - 0.9 - 1 mm after a slide of 0.5 mm: friction shakes down",
+        run: paths::depth_cycles,
     },
     Case { name: "arch", about: "shallow arch under a growing force: past its limit point", run: arch::arch },
     Case {

@@ -1,12 +1,12 @@
 //! Paths that stall a naive Newton, and deep ones.
 
-use fingerpad_fe::load_path::{BoneKind, Drive, Finger, Path, Trajectory};
+use fingerpad_fe::load_path::{BoneKind, Drive, Finger, Path, Problem, Trajectory};
 use fingerpad_fe::mesh::MeshPreset;
 
 use super::{Effort, Failure};
 use crate::{
     Check,
-    problems::fingers::{finger, follow, path, placed, problem},
+    problems::fingers::{at_corner, finger, follow, path, placed, problem},
 };
 
 const D: Drive = Drive::Displacement;
@@ -40,6 +40,35 @@ pub fn hard_paths(_: Effort) -> Result<Vec<Check>, Failure> {
     let mut checks = Vec::new();
     for (name, path) in hard() {
         checks.extend(run(&finger, name, &path));
+    }
+    Ok(checks)
+}
+
+/// Cycles of the depth, 1 to 0.9 mm and back, after a slide of 0.5 mm: friction is lost where the rim lets go, less in each
+/// cycle.
+pub fn depth_cycles(effort: Effort) -> Result<Vec<Check>, Failure> {
+    const CYCLES: usize = 8;
+    let preset = if effort == Effort::Quick { MeshPreset::Coarse } else { MeshPreset::Default };
+    let mut checks = Vec::new();
+    for (shape, bone) in [("e", BoneKind::Floating), ("a", BoneKind::Fixed)] {
+        let finger = finger(shape, preset, bone, 1.0)?;
+        let problem = Problem { half: finger.half.as_ref(), ..problem(&finger.body, &finger.mesh.pad_faces) };
+        let mut corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 0.5, 0.0]];
+        corners.extend((0..CYCLES).flat_map(|_| [[0.9, 0.5, 0.0], [1.0, 0.5, 0.0]]));
+        let run = follow(&problem, &placed(&corners))?;
+        let friction = |cycle: usize| at_corner(&run, 2 + 2 * cycle).friction_x_n;
+        let name = |what: String| format!("{shape} {bone:?}, {preset:?}: {what}");
+        checks.push(Check::told(name("F before the cycles (N)".into()), friction(0)));
+        for cycle in [1, 2, 4, 8] {
+            checks.push(Check::told(
+                name(format!("F after {cycle} cycles over that before")),
+                friction(cycle) / friction(0),
+            ));
+        }
+        let lost = |from: usize, to: usize| (friction(from) - friction(to)) / friction(0);
+        checks.push(Check::at_least(name("lost in the first cycle".into()), lost(0, 1), 0.0));
+        let last = name("change in the last cycle, over that of the first".into());
+        checks.push(Check::at_most(last, (lost(7, 8) / lost(0, 1)).abs(), 0.1));
     }
     Ok(checks)
 }

@@ -102,6 +102,7 @@ impl Logger {
                     hydration_au: row.hydration_au,
                     temperature_c: row.temperature_c,
                     finger_width_mm: row.width_mm,
+                    own: row.own,
                 })
             });
             (run.labels.clone(), rows.collect())

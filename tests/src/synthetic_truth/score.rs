@@ -6,8 +6,8 @@ use std::sync::OnceLock;
 use cpu_time::ThreadTime;
 use fingerpad::ModelFile;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlanConstraints, PlannedRun,
-    RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, LawsFile, Options, PlanConstraints,
+    PlannedRun, RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
 };
 
 use fingerpad_smooth::ReferenceCurves;
@@ -108,6 +108,7 @@ pub fn run_within(
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
         model: "shipped".into(),
         plan,
+        own: LawsFile::default(),
     };
     let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {

@@ -289,6 +289,7 @@ pub fn record(
                     hydration_au: keep(Column::Hydration, hydration),
                     temperature_c: keep(Column::Temperature, stroke.plan.temperature_c),
                     finger_width_mm: keep(Column::Width, stroke.plan.width_mm),
+                    own: [f64::NAN; 4],
                 })
                 .collect();
             (Labels { run: format!("{name}{i}"), ..Labels::default() }, rows)

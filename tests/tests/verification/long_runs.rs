@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use fingerpad_fe::experiment::{Config, Experiment};
+use fingerpad_fe::experiment::{Config, Experiment, press_to};
 use fingerpad_fe::load_path::{
-    BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Obstacle, Path, Problem, Tissue, Trajectory,
-    follow_path, follow_path_from,
+    BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Obstacle, Path, Problem, Tissue, Trajectory, Turn,
+    Turns, follow_path, follow_path_from,
 };
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
 use fingerpad_tests::problems::fingers::{finger, path, placed, problem};
@@ -126,6 +126,68 @@ fn a_driven_friction_beyond_the_limit_ends_soon_with_the_number() {
         let held = last.friction_x_n.hypot(last.friction_y_n);
         assert!(held > 0.9 * holds_n && held < 1.001 * holds_n, "{held} of {holds_n} N");
         assert!(reached.cost.iterations < 400, "{} iterations", reached.cost.iterations);
+    }
+}
+
+#[test]
+fn a_driven_moment_beyond_the_limit_ends_soon_with_the_number() {
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    let (finger, _) = config.finger_for(&[&press_to(0.8)]).unwrap();
+    let problem = config.problem(&finger);
+    let with_moment = |drives, corners: &[[f64; 3]], moments: [f64; 3]| {
+        let spin = Some(Turn { drive: F, values: moments.to_vec() });
+        Path { turns: Turns { spin, ..Turns::default() }, ..path(drives, corners) }
+    };
+    let held = [[0.0; 3], [0.8, 0.0, 0.0], [0.8, 0.0, 0.0]];
+    let mut limits = Vec::new();
+    for (path, with_n) in [
+        (with_moment([D, D, D], &held, [0.0, 0.0, 20.0]), 0.0),
+        (with_moment([D, D, D], &held, [0.0, 0.0, -20.0]), 0.0),
+        (with_moment([D, F, F], &held, [0.0, 0.0, 20.0]), 0.0),
+        (with_moment([D, F, F], &[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 3.0, -4.0]], [0.0, 0.0, 20.0]), 5.0),
+    ] {
+        let error = follow_path(&problem, &path, &[], &mut |_| ControlFlow::Continue(())).unwrap_err();
+        let text = error.to_string();
+        let LoadPathError::BeyondFrictionMoment { row: 2, wanted_n_mm, with_n: with, holds_n_mm, reached, .. } = error
+        else {
+            panic!("{text}")
+        };
+        assert_eq!((wanted_n_mm.abs(), with), (20.0, with_n), "{text}");
+        assert!(
+            text.contains(&format!("beyond what friction holds here ({holds_n_mm:.4} N mm at this load")),
+            "{text}"
+        );
+        let last = reached.responses.last().unwrap();
+        let borne = last.moment_n_mm[2];
+        assert!(borne / holds_n_mm > 0.85 && borne / holds_n_mm < 1.001, "{borne} of {holds_n_mm} N mm");
+        assert!(
+            reached.responses.len() > 10 && last.t_s > 1.0 && reached.cost.iterations < 800,
+            "{}",
+            reached.cost.iterations
+        );
+        limits.push(holds_n_mm);
+    }
+    // The same either way by symmetry; free to move aside the plane turns about the friction's own centre, on less moment;
+    // a force takes some of it.
+    assert!((limits[0] / limits[1] + 1.0).abs() < 0.02 && limits[2] < limits[0], "{limits:?}");
+    assert!(limits[3] > 0.5 * limits[2] && limits[3] < 0.95 * limits[2], "{limits:?}");
+}
+
+#[test]
+fn a_force_driven_press_in_a_tilted_pose_has_the_pad_of_that_pose() {
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    for (pitch, roll, force_n) in [(60.0, 0.0, 1.0), (10.0, 0.0, 0.5)] {
+        let turn = |value: f64| Some(Turn { drive: D, values: vec![value; 2] });
+        let turns = Turns { pitch: turn(pitch), roll: turn(roll), spin: None };
+        let path = Path { turns, ..path([F, D, D], &[[0.0; 3], [force_n, 0.0, 0.0]]) };
+        let [of_neutral, of_pose] = [config.finger().unwrap().0, config.finger_for(&[&path]).unwrap().0];
+        let run =
+            |finger: &Finger| follow_path(&config.problem(finger), &path, &[], &mut |_| ControlFlow::Continue(()));
+        let end = run(&of_pose).unwrap_or_else(|error| panic!("{pitch}, {roll}: {error}"));
+        assert!((end.responses.last().unwrap().normal_force_n - force_n).abs() < 1e-4);
+        let error = run(&of_neutral).unwrap_err();
+        assert!(matches!(error, LoadPathError::BesidePad { .. }), "{error}");
+        assert!(!error.to_string().contains("pad_height_mm"), "{error}");
     }
 }
 

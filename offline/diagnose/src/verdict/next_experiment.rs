@@ -47,14 +47,19 @@ pub fn propose(
     let middle = depths[depths.len() / 2];
     let (low, high) = (reach[0].min(0.5 * middle), reach[1].max(1.4 * middle));
     let round = |v: f64| (v * 100.0).round() / 100.0;
-    let mut widths: Vec<f64> = set.runs.iter().map(|r| r.value(Column::Width)).filter(|w| w.is_finite()).collect();
-    widths.sort_by(f64::total_cmp);
+    let median = |of: &dyn Fn(&Run) -> f64| {
+        let mut values: Vec<f64> = set.runs.iter().map(of).filter(|v| v.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    let own_of = |run: &Run, place: usize| run.rows.last().map_or(f64::NAN, |row| row.own[place]);
     let conditions = ReferenceConditions {
         depth_mm: round(middle),
         press_mm_s: 2.0,
         length_mm: 5.0,
         start_s: set.runs.iter().flat_map(|r| &r.rows).map(|r| r.t_s).fold(0.0, f64::max),
-        width_mm: widths.get(widths.len() / 2).copied().unwrap_or(16.0),
+        width_mm: median(&|r| r.value(Column::Width)).unwrap_or(16.0),
+        own: std::array::from_fn(|place| median(&|r| own_of(r, place)).unwrap_or(f64::NAN)),
     };
     let known: Vec<PairInRuns> = pairs.iter().map(|r| PairInRuns::of(task, fit, r)).collect();
     let mut plans: Vec<(FactorPrice, Vec<PlannedRun>)> = Vec::new();

@@ -4,10 +4,12 @@
 //! [`LoadSteps`] with [`load_along`] is the load stepping itself, [`pass_limit_point`] its way past limit points.
 //! May use: solve, assembly, contact, material, element, mesh.
 
+mod beside_pad;
 mod checkpoint;
 mod clearance;
 mod finger;
 mod follow;
+mod friction_limit;
 mod half;
 mod limit_point;
 mod path;
@@ -26,6 +28,7 @@ use nalgebra::Vector3;
 
 use crate::element::ElementStress;
 
+pub use beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
 pub use checkpoint::Checkpoint;
 pub use clearance::{Clearance, Obstacle};
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg};

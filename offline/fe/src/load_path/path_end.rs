@@ -2,8 +2,8 @@
 
 use super::run::{Run, RunState};
 use super::settings::LoadPathError;
-use super::{Checkpoint, Cost, OnProgress, Path, Problem, Trajectory};
-use crate::solve::{FactorRecord, SolveError};
+use super::{Checkpoint, Cost, OnProgress, Path, Problem, Response, Trajectory};
+use crate::solve::{FactorRecord, SolveError, State};
 
 /// Where a run stands at the end of its path, all that it recorded included.
 ///
@@ -22,6 +22,16 @@ impl PathEnd {
     /// What it cost to come there.
     pub fn cost(&self) -> Cost {
         self.run.trajectory.cost
+    }
+
+    /// The rows on the way there.
+    pub fn responses(&self) -> &[Response] {
+        &self.run.trajectory.responses
+    }
+
+    /// Body and contact there; those of the half if the run was of the half of a symmetric finger.
+    pub fn state(&self) -> &State {
+        &self.run.state
     }
 }
 

@@ -5,9 +5,11 @@ use std::ops::ControlFlow;
 
 use cpu_time::ThreadTime;
 use fingerpad::Status;
-use nalgebra::Rotation3;
+use nalgebra::{Rotation3, Vector3};
 
+use super::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
 use super::checkpoint::{Checkpoint, Saves};
+use super::friction_limit::{self, FrictionLimit};
 use super::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
@@ -29,9 +31,6 @@ const LEAST_FIRST_SIZE: f64 = 0.1;
 const FIRST_PENETRATION_MM: f64 = 0.02;
 /// Share of the strength that must be used before a failed step is taken for the limit of friction.
 const USED_STRENGTH: f64 = 0.9;
-
-/// How far skin beside the pad may be behind the plane, mm: what its bending between nodes makes of a rim.
-const BESIDE_PAD_MM: f64 = 3e-3;
 
 /// Distance from the foot at which turns count as travel, mm: about the radius of a contact.
 const TURN_ARM_MM: f64 = 4.0;
@@ -395,15 +394,6 @@ impl<'a, 'p> Run<'a, 'p> {
         LoadPathError::Interrupted { reached: self.reached() }
     }
 
-    /// How far the plane has come into skin that cannot bear contact, mm.
-    fn below_beside_pad_mm(&self) -> f64 {
-        let (surface, state) = (self.solver.surface(), &self.run.state);
-        let frame = surface.frame(&state.contact.plane);
-        let depth = |&node: &u32| -frame.to_plane(&state.configuration.x[node as usize]).z;
-        let beside = self.problem.beside_pad.iter().map(depth).fold(0.0, f64::max);
-        beside.max(surface.unborne_penetration_mm(&state.contact))
-    }
-
     /// Whether the plane has come to what holds the finger.
     fn meets_obstacle(&self) -> bool {
         let place = &self.run.state.contact.plane;
@@ -412,28 +402,38 @@ impl<'a, 'p> Run<'a, 'p> {
             || self.problem.obstacles.iter().any(|x| frame.to_plane(x).z <= 0.0)
     }
 
-    /// Refuses a driven friction force that the contact, which slips nearly everywhere, cannot hold.
+    /// Refuses a driven load along the plane that the contact, which slips nearly everywhere, cannot hold.
     fn check_friction(&mut self, share: f64) -> Result<(), LoadPathError> {
-        let point = self.point(share);
-        let drives = &self.path.drives;
         let state = &self.run.state;
-        let force = state.totals.force * self.model.copies();
-        let holds_n = self.model.copies() * strength_n(self.solver.friction(), state);
-        let along = |k: usize, driven: f64| if drives[k + 1] == Drive::Force { driven } else { force[k] };
-        let wanted_n = along(0, point.at[plane::X]).hypot(along(1, point.at[plane::Y]));
-        let is_driven = drives[1] == Drive::Force || drives[2] == Drive::Force;
-        let used_n = force.xy().norm();
-        if !(is_driven && force.z > 0.0 && wanted_n > holds_n && used_n > USED_STRENGTH * holds_n) {
+        let driven = friction_limit::driven(&self.path.coordinate_drives());
+        if !(driven.contains(&true) && state.totals.force.z > 0.0) {
             return Ok(());
         }
-        let end = self.path.waypoints[self.run.row];
-        Err(LoadPathError::BeyondFriction {
-            t_s: self.run.time_s,
-            row: self.run.row,
-            wanted_n: along(0, end.x).hypot(along(1, end.y)),
-            holds_n,
-            normal_force_n: force.z,
-            reached: self.reached(),
+        let copies = self.model.copies();
+        let limit = FrictionLimit::of(self.solver.surface(), self.solver.friction(), state, copies, driven);
+        let wanted = |at: Coordinates| Vector3::new(at[plane::X], at[plane::Y], at[plane::SPIN]);
+        let (next, end) = (wanted(self.point(share).at), wanted(self.corner(self.run.row)));
+        if limit.factor(&next) >= 1.0 || limit.used(state, copies) < USED_STRENGTH {
+            return Ok(());
+        }
+        let (t_s, row, normal_force_n) = (self.run.time_s, self.run.row, copies * state.totals.force.z);
+        let holds = limit.factor(&end);
+        let force = driven[0].then_some(end.x).into_iter().chain(driven[1].then_some(end.y));
+        let force_n = force.map(|f| f * f).sum::<f64>().sqrt();
+        let reached = self.reached();
+        Err(if driven[2] && end.z != 0.0 {
+            LoadPathError::BeyondFrictionMoment {
+                t_s,
+                row,
+                wanted_n_mm: end.z,
+                with_n: force_n,
+                holds_n_mm: holds * end.z,
+                normal_force_n,
+                reached,
+            }
+        } else {
+            let holds_n = holds * force_n;
+            LoadPathError::BeyondFriction { t_s, row, wanted_n: force_n, holds_n, normal_force_n, reached }
         })
     }
 }
@@ -540,7 +540,8 @@ impl LoadSteps for Run<'_, '_> {
                 reached: self.reached(),
             });
         }
-        let below_mm = self.below_beside_pad_mm();
+        let below_mm =
+            below_beside_pad_mm(self.problem.beside_pad, &self.model, self.solver.surface(), &self.run.state);
         if below_mm > BESIDE_PAD_MM {
             return Err(LoadPathError::BesidePad {
                 t_s: self.run.time_s,

@@ -157,8 +157,30 @@ pub enum LoadPathError {
         row: usize,
         /// Friction force that the row asks for, N.
         wanted_n: f64,
-        /// Sum of the strengths of all contact points, N.
+        /// Largest force in its direction that the strengths of all contact points bear, N.
         holds_n: f64,
+        /// Normal force, N.
+        normal_force_n: f64,
+        /// What was reached.
+        reached: Box<Trajectory>,
+    },
+    /// A driven moment about the plane's normal, alone or with a driven friction force, is more than friction holds.
+    #[error(
+        "row {row} drives a spin moment of {wanted_n_mm:.4} N mm{}, beyond what friction holds here ({holds_n_mm:.4} N mm \
+         at this load, {normal_force_n:.4} N; t = {t_s:.4} s)",
+        with_force(*with_n)
+    )]
+    BeyondFrictionMoment {
+        /// Time of the last equilibrium, s.
+        t_s: f64,
+        /// Row of the path that was being approached (0 is the start).
+        row: usize,
+        /// Moment that the row asks for, N mm.
+        wanted_n_mm: f64,
+        /// Friction force that the row drives with it, N.
+        with_n: f64,
+        /// Largest moment at which the strengths of all contact points still bear it with its share of the force, N mm.
+        holds_n_mm: f64,
         /// Normal force, N.
         normal_force_n: f64,
         /// What was reached.
@@ -184,7 +206,7 @@ pub enum LoadPathError {
     /// The plane reached skin that is not of the pad.
     #[error(
         "row {row}: the plane reaches {below_mm:.4} mm into skin beside the faces that may touch (t = {t_s:.4} s, depth \
-         {depth_mm:.3} mm); a larger pad_height_mm makes more of the skin touch"
+         {depth_mm:.3} mm)"
     )]
     BesidePad {
         /// Time of the last equilibrium, s.
@@ -209,12 +231,17 @@ pub enum LoadPathError {
     },
 }
 
+fn with_force(force_n: f64) -> String {
+    if force_n > 0.0 { format!(" with a friction force of {force_n:.4} N") } else { String::new() }
+}
+
 impl LoadPathError {
     /// What was reached before the run ended; empty if nothing was.
     pub fn take_reached(&mut self) -> Trajectory {
         match self {
             Self::NoEquilibrium { reached, .. }
             | Self::BeyondFriction { reached, .. }
+            | Self::BeyondFrictionMoment { reached, .. }
             | Self::NotClear { reached, .. }
             | Self::BesidePad { reached, .. }
             | Self::Interrupted { reached } => std::mem::take(reached),

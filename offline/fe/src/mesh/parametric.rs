@@ -79,6 +79,7 @@ pub(super) fn finish(
             outer
         }
         Nail::FixedPatch => nail::patch(shape, &mesh.nodes, &outer_faces),
+        Nail::None => Vec::new(),
     };
     for node in &mut mesh.nodes {
         *node = touch.to_plane(node);
@@ -261,6 +262,25 @@ mod tests {
         assert!(mesh.tets.is_empty() && mesh.ties.is_empty() && mesh.node_set(set::NAIL).is_empty());
         let fixed = mesh.node_set(set::NAIL_FIX);
         assert!(fixed.len() > 10 && fixed.iter().all(|n| mesh.node_set(set::SKIN).binary_search(n).is_ok()));
+    }
+
+    /// The silicone fingertip: half a sphere of 8 mm before its core, without a nail.
+    #[test]
+    fn a_fingertip_of_a_robot_is_round_and_has_no_nail() {
+        let text = include_str!("../../data/geometry/hemisphere.toml");
+        let shape = FingertipShape::from_toml("hemisphere.toml", text).unwrap();
+        let Fingertip { mesh, outer_faces, touch } = fingertip(&shape, &MeshPreset::Medium.divisions()).unwrap();
+        assert!(mesh.tets.is_empty() && mesh.node_set(set::NAIL_FIX).is_empty());
+        let middle = Vector3::new(shape.length_mm - shape.cap_length_mm, 0.0, 0.0);
+        let mut of_cap = 0;
+        for node in outer_faces.iter().flatten() {
+            let place = touch.rotation.transpose() * mesh.nodes[*node as usize] + touch.point_mm;
+            if place.x > middle.x {
+                assert!(((place - middle).norm() - 8.0).abs() < 0.01, "{place:?}");
+                of_cap += 1;
+            }
+        }
+        assert!(of_cap > 1000, "{of_cap}");
     }
 
     #[test]

@@ -14,6 +14,8 @@ pub enum Nail {
     Tets,
     /// No plate: the skin's nodes of the patch are `nail_fix` themselves.
     FixedPatch,
+    /// Neither: a fingertip of a robot, held at its section and core.
+    None,
 }
 
 /// Shape of the fingertip, in the finger's own frame: x from proximal (0) to distal (`length_mm`), y
@@ -123,11 +125,11 @@ impl FingertipShape {
     /// One of the shapes that come with the program, by name.
     pub fn named(name: &str) -> Result<Self, MeshError> {
         let text = match name {
-            "a" => include_str!("../../../../data/geometry/a.toml"),
-            "b" => include_str!("../../../../data/geometry/b.toml"),
-            "d" => include_str!("../../../../data/geometry/d.toml"),
-            "e" => include_str!("../../../../data/geometry/e.toml"),
-            "base" => include_str!("../../../../data/geometry/base.toml"),
+            "a" => include_str!("../../data/geometry/a.toml"),
+            "b" => include_str!("../../data/geometry/b.toml"),
+            "d" => include_str!("../../data/geometry/d.toml"),
+            "e" => include_str!("../../data/geometry/e.toml"),
+            "base" => include_str!("../../data/geometry/base.toml"),
             _ => {
                 let message = format!("no such shape; there are {}", Self::NAMES.join(", "));
                 return Err(MeshError::ShapeFile { name: name.into(), message });
@@ -283,9 +285,11 @@ mod tests {
 
     #[test]
     fn round_trip_and_unknown_keys() {
-        let shape = FingertipShape { nail: Nail::FixedPatch, ..FingertipShape::default() };
-        let text = toml::to_string(&shape).unwrap();
-        assert_eq!(FingertipShape::from_toml("x", &text).unwrap(), shape);
+        for nail in [Nail::FixedPatch, Nail::None] {
+            let shape = FingertipShape { nail, ..FingertipShape::default() };
+            let text = toml::to_string(&shape).unwrap();
+            assert_eq!(FingertipShape::from_toml("x", &text).unwrap(), shape);
+        }
         let message = FingertipShape::from_toml("x", "half_width = 3").unwrap_err().to_string();
         assert!(message.contains("line 1") && message.contains("half_width"), "{message}");
     }

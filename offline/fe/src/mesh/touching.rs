@@ -27,6 +27,15 @@ pub fn touching_faces(mesh: &Mesh, outer_faces: &[[u32; 4]], rotations: &[Matrix
 }
 
 impl Fingertip {
+    /// Height over first touch up to which [`touching_faces`] has to look to find the whole pad in the pose of the mesh,
+    /// mm.
+    pub fn pad_height_mm(&self) -> f64 {
+        let low = |face: &[u32; 4]| face.iter().map(|&n| self.mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min);
+        let (least, most) = (self.mesh.pad_faces.iter().map(low))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), z| (least.min(z), most.max(z)));
+        (most - least) * (1.0 + 1e-9)
+    }
+
     /// The fingertip with the faces that may touch in these poses as its pad; arguments as in [`touching_faces`].
     #[must_use]
     pub fn with_pad_for(mut self, rotations: &[Matrix3<f64>], reach_mm: f64) -> Self {

@@ -6,6 +6,7 @@
 mod disturbed;
 mod driven;
 mod held;
+mod pictures;
 mod row;
 mod slip;
 mod vibration;
@@ -35,6 +36,10 @@ struct Args {
     /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Draw held load under vibration, first slip through noise, limit surface and changes of pose into this folder in place
+    /// of the table
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -63,6 +68,9 @@ fn table(args: &Args) -> Result<usize, String> {
     let data =
         if args.example { Params::example().try_build().map_err(|e| e.to_string())? } else { read(&args.model)? };
     let model = data.model().map_err(|e| e.to_string())?;
+    if let Some(folder) = &args.pictures {
+        return pictures::draw(&model, &args.runs, args.seed, folder).map(|()| 0);
+    }
     println!("seed {}, {} steps", args.seed, args.steps);
     println!("{:<78} {:>10} {:>10} {:>10}  ", "", "value", "pass", "reach");
     let mut missed = 0;
@@ -73,6 +81,7 @@ fn table(args: &Args) -> Result<usize, String> {
         }
     };
     show(vibration::rows(&model, &args.runs)?);
+    show(vec![pictures::limit_row(&model, &args.runs)?]);
     show(held::cycles(&model, args.steps));
     show(held::noise(&model, args.steps, args.seed));
     show(driven::rows(&model, args.steps, args.seed));
