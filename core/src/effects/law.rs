@@ -50,8 +50,11 @@ pub struct Law {
     pub shapes: &'static [&'static [f64]],
     /// [`Effect::act`] in double precision, for whoever has the law and not the type; [`Law::apply`] calls it. A host program
     /// may have made it from a formula that it read.
-    pub act: &'static (dyn Fn(&[f64; VALUES], &Conditions<f64>, &mut Change<f64>) + Sync),
+    pub act: &'static Act,
 }
+
+/// A law in double precision: sizes and shape parameters, conditions, and what it changes.
+pub type Act = dyn Fn(&[f64; VALUES], &Conditions<f64>, &mut Change<f64>) + Sync;
 
 /// A parameter of a law.
 #[derive(Clone, Copy, Debug)]

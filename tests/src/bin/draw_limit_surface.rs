@@ -85,9 +85,9 @@ fn main() -> Result<(), Failure> {
         (170.0, REDUCED, "reduced model"),
         (310.0, ELLIPSE, "ellipse through the finite elements' largest"),
     ] {
-        write!(
+        writeln!(
             svg,
-            "<rect x=\"{x}\" y=\"{}\" width=\"14\" height=\"4\" fill=\"{colour}\"/><text x=\"{}\" y=\"{y}\">{text}</text>\n",
+            "<rect x=\"{x}\" y=\"{}\" width=\"14\" height=\"4\" fill=\"{colour}\"/><text x=\"{}\" y=\"{y}\">{text}</text>",
             y - 6.0,
             x + 20.0
         )?;
