@@ -66,7 +66,9 @@ fn unpack() -> Result<PathBuf> {
 fn published() -> Result<Vec<String>> {
     let manifest = workspace_manifest()?;
     let dependencies = manifest["workspace"]["dependencies"].as_table().context("no dependencies")?;
-    Ok(dependencies.iter().filter(|(_, what)| what.get("path").is_some()).map(|(name, _)| name.clone()).collect())
+    let libraries = dependencies.iter().filter(|(_, what)| what.get("path").is_some()).map(|(name, _)| name.clone());
+    // Nothing in the workspace depends on the program.
+    Ok(libraries.chain(["fingerpad-cli".to_owned()]).collect())
 }
 
 fn workspace_manifest() -> Result<Table> {
