@@ -371,7 +371,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
     ("posed, a change of pose", 847),
     ("step, in a pose", 959),
     ("calibration, work on a block", 5100),
-    ("effects, none in the file", 1028),
+    ("effects, none in the file", 1043),
     ("effects, all of them", 2466),
 ];
 /// Most bytes of code and literals of a step, and of stack below it.

@@ -28,7 +28,7 @@ impl Scatter {
     /// Counts a residual; returns what it weighs, if its error from the model's side has the variance `model` and `blocks` share
     /// it.
     pub(super) fn weigh(&mut self, residual: f32, model: f32, blocks: f32) -> f32 {
-        let most = SURPRISE * sqrt(self.all);
+        let most = SURPRISE * sqrt(self.all.magnitude());
         let held = residual.max(-most).min(most);
         self.squares += held * held;
         self.steps += 0.5 * (held - self.last) * (held - self.last);

@@ -336,7 +336,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     fn standard_errors(&self) -> Vector {
         let mut errors = [0.0; UNKNOWNS];
         for (i, (error, row)) in errors.iter_mut().zip(&self.covariance).enumerate() {
-            *error = row.get(i).map_or(0.0, |variance| sqrt(variance.not_negative()));
+            *error = row.get(i).map_or(0.0, |variance| sqrt(variance.not_negative().magnitude()));
         }
         errors
     }

@@ -94,7 +94,7 @@ impl Gathering {
             self.block =
                 Reading { normal_n: mean(self.sum.normal_n), friction_n: self.sum.friction_n.map(mean), ..last };
         }
-        let back = sqrt(self.farthest) - 0.5 * way_mm;
+        let back = sqrt(self.farthest.abs()) - 0.5 * way_mm;
         if self.farthest < way_mm * way_mm && !(back > 0.0 && square < back * back) {
             return None;
         }

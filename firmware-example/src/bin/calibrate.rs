@@ -47,11 +47,11 @@ impl Rig<'_> {
     fn read(&mut self, motion: Motion) -> (Motion, Measured) {
         let r = step(&self.finger, &mut self.state, Motion { depth_mm: motion.depth_mm - LATE_MM, ..motion });
         self.ticks += 1;
-        let spike = if self.ticks.is_multiple_of(97) { 2.0 * self.noise.next() } else { 0.0 };
-        let mut reading = |force: f32| force * (1.0 + 0.035 * self.noise.next()) + spike;
+        let spike = if self.ticks.is_multiple_of(97) { 2.0 * self.noise.uniform() } else { 0.0 };
+        let mut reading = |force: f32| force * (1.0 + 0.035 * self.noise.uniform()) + spike;
         let measured =
             Measured { normal_force_n: reading(r.normal_force_n), friction_n: r.friction_n.map(&mut reading) };
-        (Motion { depth_mm: motion.depth_mm + 0.001 * self.noise.next(), ..motion }, measured)
+        (Motion { depth_mm: motion.depth_mm + 0.001 * self.noise.uniform(), ..motion }, measured)
     }
 }
 

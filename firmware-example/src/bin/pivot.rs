@@ -99,13 +99,13 @@ fn hold(model: &Model<'_>, depth_mm: f32, control: bool) -> Outcome {
         held = pads.step(model, depth, [place[0] - before.0[0], place[1] - before.0[1]], angle - before.1);
 
         let now = [
-            place[0] + ENCODER_MM * noise.next(),
-            place[1] + ENCODER_MM * noise.next(),
-            angle + ENCODER_RAD * noise.next(),
+            place[0] + ENCODER_MM * noise.uniform(),
+            place[1] + ENCODER_MM * noise.uniform(),
+            angle + ENCODER_RAD * noise.uniform(),
         ];
         let [x, y, turn] = [now[0] - read[0], now[1] - read[1], now[2] - read[2]];
         read = now;
-        let seen = observed.step(model, depth + ENCODER_MM * noise.next(), [x, y], turn);
+        let seen = observed.step(model, depth + ENCODER_MM * noise.uniform(), [x, y], turn);
         if control && time > 0.2 {
             extra = grip.update(seen.margin, DT_S);
         }
