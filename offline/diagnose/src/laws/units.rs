@@ -1,7 +1,7 @@
 //! Units of columns and parameters, and what a formula makes of them.
 //!
-//! Main types: [`Unit`] (powers of symbols), [`Dimension`] (the unit of a part of a formula, or that of a bare number, which may
-//! stand for any). Main function: [`dimension`]. Nothing is converted: mm and m contradict each other.
+//! Main types: [`Unit`] (powers of symbols), `Dimension` (the unit of a part of a formula, or that of a bare number, which may
+//! stand for any). Main function: `dimension`. Nothing is converted: mm and m contradict each other.
 
 use std::collections::BTreeMap;
 
