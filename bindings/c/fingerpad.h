@@ -214,6 +214,8 @@ typedef struct {
   float occlusion_s;
   // Nominal speed of the plane where it moves, mm/s; NaN: computed from the motion.
   float speed_mm_s;
+  // Columns of the user's own that tables of the model file read, in the order of its `own_columns`; 0 unless set.
+  float own[4];
 } fingerpad_surroundings;
 
 // All that a contact with effects remembers: a state, and the clocks and paths that effects read. Set it up with

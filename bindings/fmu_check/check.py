@@ -35,9 +35,12 @@ def read_rows(path):
 class Finger:
     """One instance, set up to step."""
 
-    def __init__(self, fmu, name="finger", token=None):
+    def __init__(self, fmu, name="finger", token=None, model=None):
+        """`model`: bytes in place of the model file inside."""
         self.description = read_model_description(fmu)
         self.folder = extract(fmu)
+        if model is not None:
+            pathlib.Path(self.folder, "resources", "model.fpm").write_bytes(model)
         self.names = {variable.name: variable.valueReference for variable in self.description.modelVariables}
         self.messages = []
         self.unit = FMU3Slave(
@@ -163,14 +166,26 @@ def misuse(fmu, rows):
     finger.unit.setFloat64([finger.names["size"]], [float("nan")])
     assert refused(finger.unit.exitInitializationMode, ERROR), "a size of NaN"
     finger.unit.freeInstance()
+    good = pathlib.Path(finger.folder, "resources", "model.fpm").read_bytes()
+    flipped = good[:3000] + bytes([good[3000] ^ 1]) + good[3001:]
+    for what, wrong in {
+        "another instantiation token": {"token": "{another}"},
+        "a cut model file": {"model": good[: len(good) // 2]},
+        "an empty model file": {"model": b""},
+        "a damaged model file": {"model": flipped},
+        "another file": {"model": b"solid cube\n"},
+    }.items():
+        assert not can_be_made(fmu, wrong), f"{what} is taken"
+    assert can_be_made(fmu, {"model": good})
+    print("misuse: discarded steps leave the state; bad steps, variables, parameters, tokens and model files are errors")
+
+
+def can_be_made(fmu, arguments):
     try:
-        Finger(fmu, token="{another}")
-        raise AssertionError("another instantiation token is taken")
-    except AssertionError:
-        raise
+        Finger(fmu, **arguments).close()
     except Exception:
-        pass
-    print("misuse: discarded steps leave the state; bad steps, variables, parameters and tokens are errors")
+        return False
+    return True
 
 
 def by_simulation(fmu, rows):

@@ -120,6 +120,8 @@ pub enum Field {
     /// The values of the effect slots, six a slot, counted through the file.
     EffectValue,
     State,
+    /// A value of a table of effects, by its number among the table's nodes.
+    TableValue,
 }
 
 impl core::fmt::Display for Error {

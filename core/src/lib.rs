@@ -8,6 +8,7 @@ extern crate std;
 mod array;
 mod at_depth;
 mod batch;
+pub mod calibration;
 mod check;
 mod data;
 mod drive;
@@ -16,6 +17,7 @@ pub mod effects;
 mod error;
 pub mod events;
 mod example;
+#[cfg(feature = "frame")]
 mod frame;
 mod gradient;
 mod grip;
@@ -44,6 +46,7 @@ pub use drive::{Drive, Driven, Normal, Tangential};
 pub use dual::Dual;
 pub use effects::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
+#[cfg(feature = "frame")]
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;

@@ -17,6 +17,8 @@ const ENTRY: usize = 12;
 const DATA: [u8; 4] = *b"DATA";
 const EFFECTS: [u8; 4] = *b"EFFX";
 const META: [u8; 4] = *b"META";
+const TABLES: [u8; 4] = *b"TABL";
+/// Sections of a file without tables; a file with tables has one more.
 const SECTIONS: usize = 3;
 
 /// A slot for an effect beyond the plain model: which law, and its parameters.
@@ -59,6 +61,8 @@ pub struct FileOf<'a, const M: usize, const N: usize> {
     pub model: ModelOf<'a, M, N>,
     /// Effects beyond it.
     pub effects: &'a [EffectSlot],
+    /// Tables that some of them read, see [`crate::effects::tables`]; none in most files.
+    pub tables: &'a [f32],
     /// Where it comes from: JSON with ranges, settings' hash and versions.
     pub meta: &'a str,
 }
@@ -169,8 +173,13 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
         for (index, slot) in effects.iter().enumerate() {
             slot.check(index)?;
         }
+        let tables = match section(bytes, TABLES) {
+            Ok(tables) => bytemuck::try_cast_slice(tables).map_err(|_| Error::Section { id: TABLES })?,
+            Err(Error::Section { .. }) => &[],
+            Err(error) => return Err(error),
+        };
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
-        Ok(Self { model: data.model()?, effects, meta })
+        Ok(Self { model: data.model()?, effects, tables, meta })
     }
 }
 
@@ -179,6 +188,11 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Error> {
         Ok(FileOf::from_bytes(bytes)?.model)
     }
+}
+
+/// Number of sections of a file with these tables.
+fn sections(tables: &[f32]) -> usize {
+    SECTIONS + usize::from(!tables.is_empty())
 }
 
 /// Writes one piece after another into a buffer.
@@ -215,28 +229,48 @@ impl Writer<'_> {
 impl<const M: usize, const N: usize> DataOf<M, N> {
     /// Length of the file that [`DataOf::write_file`] writes, bytes.
     pub fn file_length(effects: &[EffectSlot], meta: &str) -> usize {
-        let start = (HEADER + SECTIONS * ENTRY).next_multiple_of(8);
+        Self::file_length_with_tables(effects, &[], meta)
+    }
+
+    /// Length of the file that [`DataOf::write_file_with_tables`] writes, bytes.
+    pub fn file_length_with_tables(effects: &[EffectSlot], tables: &[f32], meta: &str) -> usize {
+        let start = (HEADER + sections(tables) * ENTRY).next_multiple_of(8);
         let data = (8 + size_of::<Self>()).next_multiple_of(8);
-        start + data + size_of_val(effects) + meta.len()
+        start + data + size_of_val(effects) + size_of_val(tables) + meta.len()
     }
 
     /// Writes a model file into `out` and returns its length.
     pub fn write_file(&self, effects: &[EffectSlot], meta: &str, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = Self::file_length(effects, meta);
+        self.write_file_with_tables(effects, &[], meta, out)
+    }
+
+    /// The same with the tables that slots of the number [`crate::effects::tables::TABLE`] name.
+    pub fn write_file_with_tables(
+        &self,
+        effects: &[EffectSlot],
+        tables: &[f32],
+        meta: &str,
+        out: &mut [u8],
+    ) -> Result<usize, Error> {
+        let needed = Self::file_length_with_tables(effects, tables, meta);
         if out.len() < needed {
             return Err(Error::Buffer { needed: needed as u32 });
         }
-        let start = (HEADER + SECTIONS * ENTRY).next_multiple_of(8);
+        let start = (HEADER + sections(tables) * ENTRY).next_multiple_of(8);
         let data_length = 8 + size_of::<Self>();
         let effects_at = start + data_length.next_multiple_of(8);
-        let meta_at = effects_at + size_of_val(effects);
+        let tables_at = effects_at + size_of_val(effects);
+        let meta_at = tables_at + size_of_val(tables);
         let mut w = Writer { out, at: 0 };
         w.put(&MAGIC);
-        for value in [VERSION, needed as u32, 0, SECTIONS as u32] {
+        for value in [VERSION, needed as u32, 0, sections(tables) as u32] {
             w.word(value);
         }
-        for (id, at, length) in
-            [(DATA, start, data_length), (EFFECTS, effects_at, size_of_val(effects)), (META, meta_at, meta.len())]
+        let table_section = (!tables.is_empty()).then_some((TABLES, tables_at, size_of_val(tables)));
+        for (id, at, length) in [(DATA, start, data_length), (EFFECTS, effects_at, size_of_val(effects))]
+            .into_iter()
+            .chain(table_section)
+            .chain([(META, meta_at, meta.len())])
         {
             w.put(&id);
             w.word(at as u32);
@@ -251,6 +285,9 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         w.align();
         for effect in effects {
             w.put(bytemuck::bytes_of(effect));
+        }
+        for value in tables {
+            w.float(*value);
         }
         w.put(meta.as_bytes());
         let checksum = crc32(out.get(16..needed).unwrap_or(&[]));

@@ -1,5 +1,7 @@
 //! The words that host and target share for what a contact does.
 
+use core::fmt::Write;
+
 use bytemuck::CheckedBitPattern;
 
 /// What the contact as a whole is doing.
@@ -72,52 +74,38 @@ impl core::str::FromStr for Regime {
 #[cfg_attr(feature = "serde", serde(transparent))]
 pub struct Status(pub u16);
 
+bitflags::bitflags! {
+    impl Status: u16 {
+        /// The solver had to pass a limit point of the structure with viscous stabilisation.
+        const STABILISED = 1;
+        /// Depth or slide was NaN or infinite; the step was taken without it, as if that axis stood still.
+        const BAD_INPUT = 1 << 1;
+        /// The time step was not a positive number.
+        const BAD_TIME_STEP = 1 << 2;
+        /// Deeper than the model was fitted; the answer is that of the largest depth.
+        const DEPTH_ABOVE_RANGE = 1 << 3;
+        /// The slide of one step exceeded 64 mm and was cut to that.
+        const LARGE_INCREMENT = 1 << 4;
+        /// A force-driven step could not reach the force asked for.
+        const LOAD_NOT_REACHED = 1 << 5;
+        /// The motion spins and the contact's memory does not know spin; the step was taken without it.
+        const SPIN_IGNORED = 1 << 6;
+        /// The contact's memory held what is no number and was begun anew; forces are those of a fresh contact.
+        const MEMORY_LOST = 1 << 7;
+        /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is no number.
+        const EFFECT_HELD = 1 << 8;
+        /// A pose beyond those that the model was fitted in; the answer is that of the nearest of them.
+        const POSE_OUT_OF_RANGE = 1 << 9;
+    }
+}
+
 impl Status {
     /// Nothing to remark.
     pub const OK: Self = Self(0);
-    /// The solver had to pass a limit point of the structure with viscous stabilisation.
-    pub const STABILISED: Self = Self(1);
-    /// Depth or slide was NaN or infinite; the step was taken without it, as if that axis stood still.
-    pub const BAD_INPUT: Self = Self(1 << 1);
-    /// The time step was not a positive number.
-    pub const BAD_TIME_STEP: Self = Self(1 << 2);
-    /// Deeper than the model was fitted; the answer is that of the largest depth.
-    pub const DEPTH_ABOVE_RANGE: Self = Self(1 << 3);
-    /// The slide of one step exceeded 64 mm and was cut to that.
-    pub const LARGE_INCREMENT: Self = Self(1 << 4);
-    /// A force-driven step could not reach the force asked for.
-    pub const LOAD_NOT_REACHED: Self = Self(1 << 5);
-    /// The motion spins and the contact's memory does not know spin; the step was taken without it.
-    pub const SPIN_IGNORED: Self = Self(1 << 6);
-    /// The contact's memory held what is no number and was begun anew; forces are those of a fresh contact.
-    pub const MEMORY_LOST: Self = Self(1 << 7);
-    /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is no number.
-    pub const EFFECT_HELD: Self = Self(1 << 8);
-
-    /// A pose beyond those that the model was fitted in; the answer is that of the nearest of them.
-    pub const POSE_OUT_OF_RANGE: Self = Self(1 << 9);
-
-    const NAMES: [(Self, &'static str); 10] = [
-        (Self::STABILISED, "stabilised"),
-        (Self::BAD_INPUT, "bad_input"),
-        (Self::BAD_TIME_STEP, "bad_time_step"),
-        (Self::DEPTH_ABOVE_RANGE, "depth_above_range"),
-        (Self::LARGE_INCREMENT, "large_increment"),
-        (Self::LOAD_NOT_REACHED, "load_not_reached"),
-        (Self::SPIN_IGNORED, "spin_ignored"),
-        (Self::MEMORY_LOST, "memory_lost"),
-        (Self::EFFECT_HELD, "effect_held"),
-        (Self::POSE_OUT_OF_RANGE, "pose_out_of_range"),
-    ];
 
     /// Both sets of flags together.
     pub const fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// Whether all flags of `other` are set.
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
+        self.union(other)
     }
 }
 
@@ -127,15 +115,11 @@ impl core::fmt::Display for Status {
         if *self == Self::OK {
             return f.write_str("ok");
         }
-        let mut first = true;
-        for (flag, name) in Self::NAMES {
-            if self.contains(flag) {
-                if !first {
-                    f.write_str("+")?;
-                }
-                f.write_str(name)?;
-                first = false;
+        for (i, (name, _)) in self.iter_names().enumerate() {
+            if i > 0 {
+                f.write_str("+")?;
             }
+            name.chars().try_for_each(|letter| f.write_char(letter.to_ascii_lowercase()))?;
         }
         Ok(())
     }
@@ -152,6 +136,24 @@ mod tests {
         assert_eq!(Regime::classify(true, 0.5), Regime::PartialSlip);
         assert_eq!(Regime::classify(true, 0.01), Regime::Slip);
         assert_eq!(Regime::classify(true, f32::NAN), Regime::PartialSlip);
+    }
+
+    #[test]
+    fn flags_are_written_by_name() {
+        assert_eq!(std::format!("{}", Status::OK), "ok");
+        let both = Status::POSE_OUT_OF_RANGE.with(Status::BAD_INPUT);
+        assert_eq!(std::format!("{both}"), "bad_input+pose_out_of_range");
+        assert!(both.contains(Status::BAD_INPUT) && !both.contains(Status::STABILISED));
+        assert_eq!(both, Status::POSE_OUT_OF_RANGE | Status::BAD_INPUT);
+    }
+
+    /// A number, as files have it.
+    #[cfg(feature = "serde")]
+    #[test]
+    fn flags_are_one_number_in_json() {
+        let both = Status::BAD_INPUT.with(Status::LARGE_INCREMENT);
+        assert_eq!(serde_json::to_string(&both).unwrap(), "18");
+        assert_eq!(serde_json::from_str::<Status>("18").unwrap(), both);
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod common;
 mod law_vectors;
 
 use common::{example, motion};
-use fingerpad::effects::{Change, Conditions, LAWS, Law, Library, Standard, VALUES, baseline, find};
+use fingerpad::effects::{Change, Conditions, LAWS, Law, Library, Standard, VALUES, baseline, find, tables};
 use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Response, SPRINGS, Status, Surroundings};
 use proptest::prelude::*;
 
@@ -60,6 +60,7 @@ const AT: Conditions<f64> = Conditions {
     hydration_au: 60.0,
     temperature_c: 29.0,
     width_mm: 18.0,
+    own: [0.0; 4],
 };
 
 /// What a law does there with a size and its first shape.
@@ -179,6 +180,46 @@ fn a_strength_beyond_the_range_is_held_there_and_flagged() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
+
+    /// Any tables that are not refused, under any drivers: finite numbers, and what leads beyond a table is flagged.
+    #[test]
+    fn any_tables_are_answered(
+        target in 0u32..7,
+        driver in 0u32..18,
+        nodes in 1u32..12,
+        low in -5.0f32..5.0,
+        per_unit in 0.01f32..100.0,
+        values in prop::collection::vec(-1.0f32..4.5, 3..24),
+        own in prop::array::uniform4(any::<u32>()),
+        motions in prop::collection::vec((-0.5f32..2.5, -0.2f32..0.2, any::<u32>()), 1..40),
+    ) {
+        let mut section = vec![driver as f32, nodes as f32, low, per_unit, 0.0, 1.0, 0.0, 1.0];
+        section.extend(&values);
+        let slot = EffectSlot { kind: tables::TABLE, reserved: 0, values: [target as f32, 0.0, 0.0, 0.0, 0.0, 0.0] };
+        let slots = [slot];
+        let Ok(effects) = Effects::<Standard>::with_tables(&slots, &section) else { return Ok(()) };
+        prop_assert!(target < 6 && driver < 17 && (2..12).contains(&nodes) && nodes as usize <= values.len());
+        let own = own.map(f32::from_bits);
+        let around = Surroundings { own, ..Surroundings::default() };
+        let data = example();
+        let (model, mut contact) = (data.model().unwrap(), Contact::<SPRINGS>::default());
+        for (depth, x, time) in motions {
+            let motion = Motion { dt_s: f32::from_bits(time), ..motion(depth, x, 0.0) };
+            let r = effects.step(&model, &mut contact, around, motion);
+            let [x, y] = r.friction_n;
+            prop_assert!(r.normal_force_n.is_finite() && x.is_finite() && y.is_finite(), "{r:?}");
+            prop_assert!(effects.reading_under(&r, &contact, &around).iter().all(|f| f.is_finite()));
+            // A driver well below its axis, and one that is no number.
+            let v = own.get((driver as usize).wrapping_sub(13)).copied().unwrap_or(low);
+            if target < 3 && depth > 0.0 && !(v >= low - 1.0) {
+                prop_assert!(r.status.contains(Status::EFFECT_HELD), "{v} {r:?}");
+            }
+        }
+    }
+}
+
+proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
 
     /// Any slots that are not refused, in any surroundings: numbers within what they promise.
@@ -198,7 +239,7 @@ proptest! {
         let f = around.map(f32::from_bits);
         let around = Surroundings {
             hydration_au: f[0], temperature_c: f[1], finger_width_mm: f[2], series_s: f[3],
-            dwell_s: Some(f[4]), occlusion_s: Some(f[5]), speed_mm_s: Some(f[6]),
+            dwell_s: Some(f[4]), occlusion_s: Some(f[5]), speed_mm_s: Some(f[6]), own: [f[0], f[3], f[5], f[6]],
         };
         let data = example();
         let (model, mut contact) = (data.model().unwrap(), Contact::<SPRINGS>::default());

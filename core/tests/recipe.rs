@@ -55,6 +55,7 @@ fn the_example_runs_in_the_core_beside_the_others() {
         dwell_s: None,
         occlusion_s: None,
         speed_mm_s: None,
+        own: [0.0; 4],
     };
     fn slid<L: Library>(slots: &[EffectSlot]) -> f32 {
         let data = Params::example().try_build().unwrap();

@@ -58,6 +58,14 @@ pub fn count<C>(kernel: Kernel<C>, memory: &mut C, samples: &[[f32; 4]]) -> Coun
     result
 }
 
+/// Instructions of one call in a program under `-icount shift=3`, in which an instruction lasts a fifth of a tick; to a multiple of
+/// 5, reading the counter included.
+pub fn instructions_in(call: impl FnOnce()) -> u32 {
+    let before = SYST::get_current();
+    call();
+    5 * (before.wrapping_sub(SYST::get_current()) & 0xff_ffff)
+}
+
 /// A loop of `n` turns that takes exactly 2 n + 1 instructions: the counter's own check.
 #[inline(never)]
 pub fn known_loop(n: u32) -> u32 {

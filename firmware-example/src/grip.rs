@@ -1,7 +1,5 @@
 //! A grip controller: presses deeper when the slip margin falls, comes back when there is plenty.
 
-use fingerpad::Response;
-
 /// Adds depth to what was commanded.
 #[derive(Clone, Copy, Default)]
 pub struct GripControl {
@@ -18,8 +16,8 @@ const BACK_MM_S: f32 = 0.5;
 
 impl GripControl {
     /// The depth to add in the next step.
-    pub fn update(&mut self, response: &Response, dt_s: f32) -> f32 {
-        let lack = MARGIN - response.slip_margin;
+    pub fn update(&mut self, slip_margin: f32, dt_s: f32) -> f32 {
+        let lack = MARGIN - slip_margin;
         let speed = if lack > 0.0 { PRESS_MM_S * lack } else { -BACK_MM_S };
         self.extra_mm = (self.extra_mm + speed * dt_s).clamp(0.0, EXTRA_MAX_MM);
         self.extra_mm

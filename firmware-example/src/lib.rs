@@ -8,6 +8,7 @@ pub mod count;
 #[path = "../../core/tests/common/golden.rs"]
 pub mod golden;
 pub mod grip;
+pub mod noise;
 pub mod rivals;
 #[path = "../../core/tests/common/strokes.rs"]
 pub mod strokes;

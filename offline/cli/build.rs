@@ -3,7 +3,7 @@
 use std::{env, fs, path::Path};
 
 fn main() {
-    let folder = fs::canonicalize("../../data/runs").expect("data/runs of the repository");
+    let folder = fs::canonicalize("data/runs").expect("the package holds data/runs");
     println!("cargo::rerun-if-changed={}", folder.display());
     let mut files: Vec<_> = fs::read_dir(&folder).expect("a folder").map(|e| e.expect("an entry").path()).collect();
     files.retain(|file| file.extension().is_some_and(|e| e == "fprun"));

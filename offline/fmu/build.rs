@@ -1,64 +1,114 @@
-//! Compiles the co-simulation unit for this machine and embeds it with its sources, so that a program can hand them on from every
-//! folder.
+//! Lays out the sources of the co-simulation unit as an FMU holds them, compiles the unit from them for this machine, and embeds
+//! both, so that a program can hand them on from every folder.
+//!
+//! The folder `sources` links to the unit's C, the C library and the core. Cargo would leave a file `Cargo.toml` there out of the
+//! published package; the three are called `manifest.toml`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
+use toml::{Table, Value};
+
+/// What an FMU's folder `sources` holds: where it is in this package, and where there.
+const FROM_TO: [(&str, &str); 14] = [
+    ("sources/unit", ""),
+    ("sources/c/fingerpad.h", "fingerpad.h"),
+    ("LICENSE-MIT", "LICENSE-MIT"),
+    ("LICENSE-APACHE", "LICENSE-APACHE"),
+    ("sources/c/src", "rust/bindings/c/src"),
+    ("sources/c/fingerpad.h", "rust/bindings/c/fingerpad.h"),
+    ("sources/c/manifest.toml", "rust/bindings/c/Cargo.toml"),
+    ("sources/c/lock.toml", "rust/bindings/c/Cargo.lock"),
+    ("sources/c/build.rs", "rust/bindings/c/build.rs"),
+    ("sources/c/story/src", "rust/bindings/c/story/src"),
+    ("sources/c/story/manifest.toml", "rust/bindings/c/story/Cargo.toml"),
+    ("sources/core/src", "rust/core/src"),
+    ("sources/core/README.md", "rust/core/README.md"),
+    ("sources/core/manifest.toml", "rust/core/Cargo.toml"),
+];
+
 fn main() {
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
-    let root = fs::canonicalize("../..").expect("the repository");
-    embed_sources(&root, &out.join("fmu_sources.rs"));
-    compile_unit(&root, &out);
+    let sources = out.join("sources");
+    lay_out(&sources);
+    embed(&sources, &out.join("fmu_sources.rs"));
+    compile_unit(&sources, &out);
 }
 
-/// What an FMU's folder `sources` holds: the unit in C, the header, and the Rust behind it.
-fn embed_sources(root: &Path, list: &Path) {
-    let mut named = Vec::new();
-    let mut folder = |from: &str, to: &str| {
-        println!("cargo::rerun-if-changed={}", root.join(from).display());
-        for file in all_files_of(&root.join(from)) {
-            let name = file.strip_prefix(root.join(from)).expect("inside").to_string_lossy().replace('\\', "/");
-            named.push((format!("{to}{name}"), file));
-        }
-    };
-    folder("bindings/fmu", "");
-    folder("core/src", "rust/core/src/");
-    folder("bindings/c/src", "rust/bindings/c/src/");
-    folder("bindings/c/story", "rust/bindings/c/story/");
-    for (from, to) in [
-        ("bindings/c/fingerpad.h", "fingerpad.h"),
-        ("bindings/c/fingerpad.h", "rust/bindings/c/fingerpad.h"),
-        ("bindings/c/Cargo.toml", "rust/bindings/c/Cargo.toml"),
-        ("bindings/c/Cargo.lock", "rust/bindings/c/Cargo.lock"),
-        ("bindings/c/build.rs", "rust/bindings/c/build.rs"),
-        ("core/Cargo.toml", "rust/core/Cargo.toml"),
-        ("core/README.md", "rust/core/README.md"),
-        ("LICENSE-MIT", "LICENSE-MIT"),
-        ("LICENSE-APACHE", "LICENSE-APACHE"),
-    ] {
-        println!("cargo::rerun-if-changed={}", root.join(from).display());
-        named.push((to.to_owned(), root.join(from)));
+/// Copies the sources to `to`, with what they need of the workspace's file.
+fn lay_out(to: &Path) {
+    if to.exists() {
+        fs::remove_dir_all(to).expect("a folder of this build");
     }
-    let entries: String = named.iter().map(|(name, file)| format!("({name:?}, include_bytes!({file:?})),\n")).collect();
+    for (from, name) in FROM_TO {
+        copy(&watched(from), &to.join(name));
+    }
+    let workspace = fs::read_to_string(watched("sources/workspace.toml")).expect("the workspace's file");
+    fs::write(to.join("rust/Cargo.toml"), part_of(&workspace)).expect("a writable folder");
+}
+
+/// A path of this package, links followed; the build runs again when it changes.
+fn watched(path: &str) -> PathBuf {
+    let real = fs::canonicalize(path).unwrap_or_else(|e| panic!("{path}: {e}"));
+    println!("cargo::rerun-if-changed={}", real.display());
+    real
+}
+
+/// Copies a file, or a folder with all that is in it.
+fn copy(from: &Path, to: &Path) {
+    if from.is_dir() {
+        files_of(from).iter().for_each(|file| copy(file, &to.join(file.file_name().expect("it has a name"))));
+        return;
+    }
+    fs::create_dir_all(to.parent().expect("in a folder")).expect("a writable folder");
+    fs::copy(from, to).unwrap_or_else(|e| panic!("{}: {e}", from.display()));
+}
+
+/// The workspace's file with no more than what the core needs of it.
+fn part_of(workspace: &str) -> String {
+    let whole: Table = workspace.parse().expect("cargo has read it");
+    let part = |name: &str| whole["workspace"][name].clone();
+    let mut dependencies = part("dependencies");
+    if let Value::Table(dependencies) = &mut dependencies {
+        dependencies.retain(|_, dependency| dependency.get("path").is_none());
+    }
+    let mut workspace = Table::new();
+    workspace.insert("resolver".into(), part("resolver"));
+    workspace.insert("members".into(), Value::from(vec!["core"]));
+    workspace.insert("exclude".into(), Value::from(vec!["bindings/c"]));
+    workspace.insert("package".into(), part("package"));
+    workspace.insert("dependencies".into(), dependencies);
+    let mut file = Table::new();
+    file.insert("workspace".into(), Value::Table(workspace));
+    toml::to_string(&file).expect("a table of strings, arrays and tables")
+}
+
+/// Writes the list of the sources: their names and bytes.
+fn embed(sources: &Path, list: &Path) {
+    let entry = |file: &PathBuf| {
+        let name = file.strip_prefix(sources).expect("inside").to_string_lossy().replace('\\', "/");
+        format!("({name:?}, include_bytes!({file:?})),\n")
+    };
+    let entries: String = all_files_of(sources).iter().map(entry).collect();
     fs::write(list, format!("&[\n{entries}]\n")).expect("a writable folder");
 }
 
-/// The unit as a shared library in `OUT_DIR`; an empty file where there is no C compiler of the usual kind.
-fn compile_unit(root: &Path, out: &Path) {
+/// The unit as a shared library in `OUT_DIR`; an empty file where there is no C compiler of the usual kind, and where
+/// documentation is made without a network for what the C library needs (docs.rs).
+fn compile_unit(sources: &Path, out: &Path) {
     let target = env::var("TARGET").expect("cargo sets it");
     let unit = out.join("unit");
-    if target.contains("windows") {
+    println!("cargo::rerun-if-env-changed=DOCS_RS");
+    if target.contains("windows") || env::var_os("DOCS_RS").is_some() {
         fs::write(&unit, []).expect("a writable folder");
         return;
     }
-    let built = out.join("c_library");
-    let library = compile_c_library(&root.join("bindings/c"), &target, &built);
-    let folder = root.join("bindings/fmu");
+    let library = compile_c_library(&sources.join("rust/bindings/c"), &target, &out.join("c_library"));
     let mut cc = Command::new(env::var("CC").unwrap_or_else(|_| "cc".into()));
     cc.args(["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-s"]);
-    cc.arg("-I").arg(folder.join("fmi")).arg("-I").arg(root.join("bindings/c"));
-    cc.arg(folder.join("fingerpad_fmu.c")).arg(folder.join("unused.c")).arg(library).arg("-o").arg(&unit);
+    cc.arg("-I").arg(sources.join("fmi")).arg("-I").arg(sources);
+    cc.arg(sources.join("fingerpad_fmu.c")).arg(sources.join("unused.c")).arg(library).arg("-o").arg(&unit);
     if target.contains("linux") {
         cc.args(["-Wl,--gc-sections", "-Wl,--exclude-libs,ALL"]);
     }
@@ -70,11 +120,12 @@ fn compile_unit(root: &Path, out: &Path) {
 fn compile_c_library(folder: &Path, target: &str, built: &Path) -> PathBuf {
     let mut cargo = Command::new(env::var("CARGO").expect("cargo sets it"));
     // The flags and wrappers of the build that runs this are for this machine and for its lints.
-    for name in ["CARGO_ENCODED_RUSTFLAGS", "RUSTFLAGS", "RUSTC_WRAPPER", "RUSTC_WORKSPACE_WRAPPER"] {
+    for name in ["CARGO_ENCODED_RUSTFLAGS", "RUSTC_WRAPPER", "RUSTC_WORKSPACE_WRAPPER"] {
         cargo.env_remove(name);
     }
     cargo
         .current_dir(folder)
+        .env("RUSTFLAGS", "-Ctarget-cpu=generic")
         .env("CARGO_PROFILE_RELEASE_DEBUG", "0")
         .args(["rustc", "--quiet", "--lib", "--release", "--locked", "--no-default-features"])
         .args(["--crate-type", "staticlib", "--target", target, "--target-dir"])

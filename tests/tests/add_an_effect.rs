@@ -5,7 +5,7 @@ use fingerpad::effects::{
     Axis, Change, Column, Conditions, Effect, LAWS, Law, Parameter, Place, Real, Reported, VALUES,
 };
 use fingerpad_diagnose::{
-    DiagnoseError, Diagnosis, Options, PlanConstraints, RunSet, SelectionSettings, Verdict, diagnose,
+    DiagnoseError, Diagnosis, LawsFile, Options, PlanConstraints, RunSet, SelectionSettings, Verdict, diagnose,
 };
 use fingerpad_tests::synthetic_truth::Random;
 use fingerpad_tests::synthetic_truth::effects::Effect as Hidden;
@@ -33,7 +33,13 @@ fn under_film(case: &Case) -> RunSet {
 
 fn diagnosed(case: &Case, measured: &RunSet, laws: &'static [&'static Law]) -> Diagnosis {
     let settings = SelectionSettings { laws, ..SelectionSettings::default() };
-    let options = Options { settings, errors: Vec::new(), model: "shipped".into(), plan: PlanConstraints::default() };
+    let options = Options {
+        settings,
+        errors: Vec::new(),
+        model: "shipped".into(),
+        plan: PlanConstraints::default(),
+        own: LawsFile::default(),
+    };
     let open = || Ok::<_, DiagnoseError>(None);
     diagnose(&case.calibration, measured, &reference(), &options, open, &mut |_| ()).unwrap().0
 }

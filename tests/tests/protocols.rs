@@ -4,7 +4,8 @@ use fingerpad_diagnose::{CORNEOMETER_SD_AU, Diagnosis, RunSet, Verdict};
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
 use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::score::{Class, run, score};
-use fingerpad_tests::synthetic_truth::sets::{Case, Hide, case, case_of};
+use fingerpad_tests::synthetic_truth::sets::{Case, Hide, Wanted, case, case_of, make};
+use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
 
 fn place(name: &str) -> usize {
     LIBRARY.iter().position(|l| l.0 == name).unwrap()
@@ -94,5 +95,23 @@ fn a_name_has_an_amplitude_and_none_has_no_evidence() {
         if report.verdict == Verdict::None {
             assert!(report.tests.iter().all(|t| !t.significant), "seed {seed}: {:?}", report.tests);
         }
+    }
+}
+
+/// A finger that is not symmetric along y either: pressing pushes it aside in every run, which is no cross-talk.
+#[test]
+fn a_crooked_finger_is_no_cross_talk() {
+    let pair = |a: &str, b: &str| Hide::Pair(place(a), place(b));
+    for (seed, hide, size, wanted) in [
+        (90_240_160, Hide::Nothing, 0.0, Class::Nothing),
+        (90_240_208, pair("temperature", "adhesion"), 0.1, Class::Exact),
+        (90_240_209, pair("strain_stiffening", "anisotropy"), 0.1, Class::Exact),
+    ] {
+        let (simulator, protocol) = (SimulatorKind::Second, Protocol::FourDirections);
+        let (level, runs, exact_form) = (0, if size > 0.0 { 60 } else { 100 }, seed % 2 == 0);
+        let scored = score(&make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form }));
+        let names: Vec<&str> = scored.report.effects.iter().map(|e| e.law.as_str()).collect();
+        println!("seed {seed}: {:?} {names:?}", scored.class);
+        assert_eq!(scored.class, wanted, "seed {seed}: {names:?}");
     }
 }

@@ -10,7 +10,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::thumb::tools::{C_LIBRARY, cargo_command};
-use crate::{c_release, c_test, fmu_test, mujoco, root, run};
+use crate::{c_release, c_test, fmu_test, mujoco, root, run, web};
 
 const MODEL: &str = "data/models/fingertip.fpm";
 const CALLS: [&str; 2] = ["step", "spin_step"];
@@ -23,9 +23,11 @@ struct Setup {
 }
 
 /// The languages beside Rust, by name.
-const ROWS: [(&str, fn(&Setup) -> Result<Command>); 4] = [
+const ROWS: [(&str, fn(&Setup) -> Result<Command>); 5] = [
     ("C", c),
     ("FMU (inputs set, forces read)", fmu),
+    // With pose and the skin's laws in every step.
+    ("the page's module in V8", |_| web::bench_path()),
     // A held object in place of the path: geometry, forces on both bodies, trial and step taken.
     ("MuJoCo plugin, held object", |_| mujoco::contact_ns("fingerpad")),
     ("MuJoCo's own contact, the same", |_| mujoco::contact_ns("best")),

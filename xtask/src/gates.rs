@@ -1,6 +1,6 @@
 //! What a change must pass: named steps, the cheap ones first, and the time that each took.
 //!
-//! Main type: [`Step`]. Uses `package` for the published crate, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `c_test` and
+//! Main type: [`Step`]. Uses `package` for the published crates, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `c_test` and
 //! `fmu_test` for the bindings and `install` for what is missing.
 
 use std::process::Command;
@@ -29,7 +29,7 @@ enum Step {
     Clippy,
     /// rustdoc without warnings
     Doc,
-    /// The published crate of the core: its files, and its own tests in a folder outside this workspace
+    /// The published crates: their files, all of them compiled from what is packed, and the core's own tests from there
     Package,
     /// Unit tests of the workspace
     Unit,
@@ -88,7 +88,7 @@ impl Step {
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
-            Self::ThumbCount => thumb::step(&thumb::Action::Count),
+            Self::ThumbCount => thumb::step(&thumb::COUNT),
             Self::C => c_test::test(),
             Self::Fmu => fmu_test::test(),
             Self::ThumbC => thumb::step(&thumb::Action::C),

@@ -24,20 +24,18 @@ use clap::Parser;
 enum Chore {
     /// Everything that a change must pass, step by step; installs what is missing
     Test(gates::Args),
-    /// The long verification cases, then the whole Python package with its commands and notebooks (`python`); names select
-    /// some, --list lists the cases
+    /// The long verification cases, planted tables (`tables`), the tests of the published packages from what is packed
+    /// (`package`), the whole Python package with its commands and notebooks (`python`), the MuJoCo plugin (`mujoco`); names
+    /// select some, --list lists the cases
     Verify {
         /// Handed on to the verification program
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
     /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step:
-    /// instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles, against marks),
-    /// `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object
-    /// held by the plugin and by MuJoCo's own contact)
-    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step: instructions under QEMU, ns on the host),
-    /// `python` (a batch of fingers in Python beside plain Rust), `memory` (what a contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets) or
-    /// `confirm` (`--confirm-fe` on the stored finite-element sets)
+    /// instructions under QEMU, ns on the host), `python` (a batch of fingers in Python beside plain Rust), `memory` (what a
+    /// contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets), `confirm`
+    /// (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object held by the plugin and by MuJoCo's own contact)
     Bench {
         /// Which
         name: String,
@@ -45,9 +43,9 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// Fuzz the parser of model files and the step, each for that many seconds; needs a nightly toolchain
+    /// Fuzz the parser of model files, the step and the calibration, each for that many seconds; needs a nightly toolchain
     Fuzz {
-        /// Seconds for each of the two targets
+        /// Seconds for each of the three targets
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
@@ -100,11 +98,12 @@ fn main() -> anyhow::Result<()> {
     }
 }
 
-/// The verification cases of these names, planted tables, the Python package and the MuJoCo plugin, all of them without names.
+/// The verification cases of these names, planted tables, the tests of the published packages, the Python package and the MuJoCo
+/// plugin; all of them without names.
 fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
     let all = args.is_empty();
     let mut named = |name: &str| args.iter().position(|arg| arg == name).map(|place| args.remove(place)).is_some();
-    let (python, plugin, tables) = (named("python"), named("mujoco"), named("tables"));
+    let (python, plugin, tables, packages) = (named("python"), named("mujoco"), named("tables"), named("package"));
     if all || !args.is_empty() {
         cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)?;
     }
@@ -112,6 +111,9 @@ fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
         let both =
             ["--package", "fingerpad-table", "--package", "fingerpad-tests", "--test", "planted", "--test", "table"];
         cargo(&[&["test", "--release"], &both[..], &["--", "--ignored"]].concat(), &[])?;
+    }
+    if all || packages {
+        package::verify()?;
     }
     if all || python {
         wheel::test(wheel::Part::Whole)?;
@@ -172,7 +174,7 @@ fn corrected(root: &std::path::Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Runs both fuzz targets of the core; a find ends it with its input.
+/// Runs the fuzz targets of the core; a find ends it with its input.
 fn fuzz(seconds: u32) -> anyhow::Result<()> {
     let there = Command::new("cargo").args(["+nightly", "fuzz", "--version"]).output()?.status.success();
     if !there {
@@ -180,7 +182,7 @@ fn fuzz(seconds: u32) -> anyhow::Result<()> {
             .context("cargo-fuzz could not be installed; `rustup toolchain install nightly` may help")?;
     }
     let core = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../core");
-    for target in ["file", "step"] {
+    for target in ["file", "step", "calibration"] {
         let most = format!("-max_total_time={seconds}");
         run(Command::new("cargo").current_dir(&core).args(["+nightly", "fuzz", "run", target, "--", &most]))?;
     }

@@ -1,44 +1,123 @@
-//! The published crate of the core: packed, unpacked in a folder outside this workspace, tested there.
+//! The published crates: packed, unpacked in a workspace of their own, checked and tested there.
+//!
+//! Main functions: [`test()`] (every file in place, everything compiles, the core's tests) and [`verify()`] (the tests of all).
 
-use std::fs::File;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use flate2::read::GzDecoder;
+use toml::{Table, Value};
 
 use crate::{cargo, root, run};
 
-/// What the crate must hold beside its sources.
-const FILES: [&str; 8] = [
-    "Cargo.lock",
-    "LICENSE-APACHE",
-    "LICENSE-MIT",
-    "README.md",
-    "docs/fpm-format.md",
-    "docs/add-an-effect.md",
-    "tests/data/fingertip.fpm",
-    "tests/data/law-vectors.csv",
-];
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+const CORE: &str = "fingerpad";
+/// The packages that are not published.
+const PRIVATE: [&str; 4] = ["--exclude", "fingerpad-tests", "--exclude", "xtask"];
+/// What every package holds beside its sources.
+const FILES: [&str; 5] = ["Cargo.lock", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
+/// What the core's holds as well.
+const CORE_FILES: [&str; 4] =
+    ["docs/fpm-format.md", "docs/add-an-effect.md", "tests/data/fingertip.fpm", "tests/data/law-vectors.csv"];
+/// What a registry takes, in bytes.
+const MOST: u64 = 10 << 20;
 
-/// Packs the core and runs its tests from the package.
+/// Packs all, compiles all with their tests from the packages, and runs those of the core in a folder outside this repository.
 pub fn test() -> Result<()> {
-    // Its own build is left out here: the tests below build it.
-    cargo(&["package", "--package", "fingerpad", "--allow-dirty", "--no-verify"], &[])?;
-    let name = concat!("fingerpad-", env!("CARGO_PKG_VERSION"));
-    let packed = root().join("target/package").join(format!("{name}.crate"));
+    let workspace = unpack()?;
+    // The profile of Clippy's step, so that what it has checked of others' crates serves again.
+    run(cargo_in(&workspace).args(["check", "--workspace", "--all-targets"]))?;
     let folder = tempfile::tempdir()?;
+    unpack_crate(CORE, folder.path())?;
+    run(cargo_in(&folder.path().join(folder_of(CORE)))
+        .env("CARGO_TARGET_DIR", root().join("target/package/tests"))
+        .args(["test", "--release", "--locked", "--features", "frame,serde,std"]))
+}
+
+/// Runs the tests of all packages from what is packed.
+pub fn verify() -> Result<()> {
+    run(cargo_in(&unpack()?).args(["test", "--release", "--workspace"]))
+}
+
+/// Packs all and unpacks them into one workspace, in which each is taken by the others from its package.
+fn unpack() -> Result<PathBuf> {
+    // What the packages compile to is looked at below.
+    let pack = ["package", "--workspace", "--allow-dirty", "--no-verify"];
+    cargo(&[&pack[..], &PRIVATE[..]].concat(), &[])?;
+    let workspace = root().join("target/package/unpacked");
+    if workspace.exists() {
+        fs::remove_dir_all(&workspace)?;
+    }
+    fs::create_dir_all(&workspace)?;
+    let names = published()?;
+    for name in &names {
+        unpack_crate(name, &workspace)?;
+        check_files(name, &workspace)?;
+    }
+    fs::write(workspace.join("Cargo.toml"), toml::to_string(&manifest(&names)?)?)?;
+    fs::copy(root().join("Cargo.lock"), workspace.join("Cargo.lock"))?;
+    println!("{} packages in {}", names.len(), workspace.display());
+    Ok(workspace)
+}
+
+/// The names of the published packages: all to which the workspace's manifest gives a folder.
+fn published() -> Result<Vec<String>> {
+    let manifest = workspace_manifest()?;
+    let dependencies = manifest["workspace"]["dependencies"].as_table().context("no dependencies")?;
+    let libraries = dependencies.iter().filter(|(_, what)| what.get("path").is_some()).map(|(name, _)| name.clone());
+    // Nothing in the workspace depends on the program.
+    Ok(libraries.chain(["fingerpad-cli".to_owned()]).collect())
+}
+
+fn workspace_manifest() -> Result<Table> {
+    Ok(fs::read_to_string(root().join("Cargo.toml"))?.parse()?)
+}
+
+/// A workspace of the packages with the profiles of this one.
+fn manifest(names: &[String]) -> Result<Table> {
+    let folders: Vec<String> = names.iter().map(|name| folder_of(name)).collect();
+    let patch = |name: &String| (name.clone(), Table::from_iter([("path".to_owned(), folder_of(name).into())]).into());
+    let patches: Table = names.iter().map(patch).collect();
+    let workspace = [("resolver".to_owned(), Value::from("3")), ("members".to_owned(), folders.into())];
+    Ok(Table::from_iter([
+        ("workspace".to_owned(), Value::from(Table::from_iter(workspace))),
+        ("patch".to_owned(), Table::from_iter([("crates-io".to_owned(), patches.into())]).into()),
+        ("profile".to_owned(), workspace_manifest()?["profile"].clone()),
+    ]))
+}
+
+fn folder_of(name: &str) -> String {
+    format!("{name}-{VERSION}")
+}
+
+fn unpack_crate(name: &str, to: &Path) -> Result<()> {
+    let packed = root().join("target/package").join(format!("{}.crate", folder_of(name)));
     let file = File::open(&packed).with_context(|| packed.display().to_string())?;
+    let bytes = file.metadata()?.len();
+    ensure!(bytes <= MOST, "{}: {bytes} bytes, and a registry takes {MOST}", packed.display());
     let mut archive = tar::Archive::new(GzDecoder::new(file));
     // Every package has the same date in its files; cargo would take what it built of an earlier one.
     archive.set_preserve_mtime(false);
-    archive.unpack(folder.path())?;
-    let unpacked = folder.path().join(name);
-    for file in FILES {
-        let there = std::fs::symlink_metadata(unpacked.join(file)).is_ok_and(|meta| meta.is_file() && meta.len() > 0);
-        ensure!(there, "the package has no file {file}");
+    Ok(archive.unpack(to)?)
+}
+
+fn check_files(name: &str, workspace: &Path) -> Result<()> {
+    let more = if name == CORE { &CORE_FILES[..] } else { &[] };
+    for file in FILES.iter().chain(more) {
+        let there = fs::symlink_metadata(workspace.join(folder_of(name)).join(file));
+        ensure!(
+            there.is_ok_and(|meta| meta.is_file() && meta.len() > 0),
+            "the package {name} has no file {file}, or an empty one"
+        );
     }
-    run(Command::new(env!("CARGO"))
-        .current_dir(&unpacked)
-        .env("CARGO_TARGET_DIR", root().join("target/package/tests"))
-        .args(["test", "--release", "--locked", "--features", "serde,std"]))
+    Ok(())
+}
+
+fn cargo_in(folder: &Path) -> Command {
+    let mut cargo = Command::new(env!("CARGO"));
+    // The packages of the workspace share what this one has built of others' crates.
+    cargo.current_dir(folder).env("CARGO_TARGET_DIR", root().join("target"));
+    cargo
 }

@@ -220,7 +220,7 @@ static void answer(const char *name, const char *rest)
     } else if (strcmp(name, "factor") == 0) {
         factor(f[0]);
     } else if (strcmp(name, "around") == 0) {
-        const fingerpad_surroundings told = {f[0], f[1], f[2], f[3], f[4], f[5], f[6]};
+        const fingerpad_surroundings told = {f[0], f[1], f[2], f[3], f[4], f[5], f[6], {0.0F, 0.0F, 0.0F, 0.0F}};
         around = told;
         (void)printf("0");
     } else if (strcmp(name, "step") == 0) {

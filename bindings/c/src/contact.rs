@@ -33,6 +33,8 @@ pub struct fingerpad_surroundings {
     pub occlusion_s: f32,
     /// Nominal speed of the plane where it moves, mm/s; NaN: computed from the motion.
     pub speed_mm_s: f32,
+    /// Columns of the user's own that tables of the model file read, in the order of its `own_columns`; 0 unless set.
+    pub own: [f32; 4],
 }
 
 type Memory = Contact<SPRINGS>;
@@ -53,7 +55,7 @@ unsafe fn memory<'a>(contact: *mut fingerpad_contact) -> Result<&'a mut Memory, 
 /// The reference state: 35 corneometer units, 32 degrees Celsius, 16 mm, times and speed counted from the motion.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_surroundings_default(surroundings: *mut fingerpad_surroundings) -> i32 {
-    let Surroundings { hydration_au, temperature_c, finger_width_mm, series_s, dwell_s, occlusion_s, speed_mm_s } =
+    let Surroundings { hydration_au, temperature_c, finger_width_mm, series_s, dwell_s, occlusion_s, speed_mm_s, own } =
         Surroundings::default();
     let or_counted = |value: Option<f32>| value.unwrap_or(f32::NAN);
     let reference = fingerpad_surroundings {
@@ -64,6 +66,7 @@ pub unsafe extern "C" fn fingerpad_surroundings_default(surroundings: *mut finge
         dwell_s: or_counted(dwell_s),
         occlusion_s: or_counted(occlusion_s),
         speed_mm_s: or_counted(speed_mm_s),
+        own,
     };
     // SAFETY: the caller's promise.
     answer(unsafe { write(surroundings, reference) })
@@ -80,6 +83,7 @@ impl From<fingerpad_surroundings> for Surroundings {
             dwell_s: given(s.dwell_s),
             occlusion_s: given(s.occlusion_s),
             speed_mm_s: given(s.speed_mm_s),
+            own: s.own,
         }
     }
 }

@@ -137,7 +137,7 @@ unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> R
     let file = File::from_bytes(bytes).map_err(code)?;
     let tuning = Tuning::default();
     let tuned = file.model.tuned(tuning).map_err(code)?;
-    let effects = Effects::new(file.effects).ok();
+    let effects = Effects::of_file(&file).ok();
     let (slots, meta) = (file.effects.len() as u32, file.meta);
     let inside = Loaded { mark: LOADED, pose: None, tuning, used: Used::Fitted(tuned), effects, slots, meta };
     // SAFETY: the caller's promise; size and alignment were checked above.

@@ -3,10 +3,10 @@
 const NAMES = ["ink", "muted", "faint", "line", "card", "stick", "between", "slip", "flesh", "skin", "bone", "nail", "glass", "warn"];
 export const colour = {};
 
-/** Reads the colours of the present scheme. */
+/** Reads the colours of the present scheme; the built style has the first LETTERS of their names. */
 export function readColours() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of NAMES) colour[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of NAMES) colour[name] = style.getPropertyValue(`--${name.slice(0, LETTERS)}`).trim();
   for (let i = 0; i <= 8; i++) blend[i] = i < 4 ? mix(colour.slip, colour.between, i / 4) : mix(colour.between, colour.stick, i / 4 - 1);
 }
 
@@ -75,7 +75,7 @@ export class Sheet {
     this.ctx.stroke();
   }
 
-  line(points, tone, width, dash = []) {
+  polyline(points, tone, width, dash = []) {
     this.trace(points);
     this.ctx.setLineDash(dash);
     this.stroke(tone, width);
@@ -96,7 +96,7 @@ export class Sheet {
     const [ux, uy] = [dx / length, dy / length];
     const head = Math.min(9, length * 0.6);
     const [tx, ty] = [x + dx, y + dy];
-    this.line([[x, y], [tx - ux * head * 0.7, ty - uy * head * 0.7]], stroke, width);
+    this.polyline([[x, y], [tx - ux * head * 0.7, ty - uy * head * 0.7]], stroke, width);
     const side = [-0.48, 0.48].map((k) => [tx - head * (ux - k * uy), ty - head * (uy + k * ux)]);
     this.trace([[tx, ty], ...side]);
     this.fill(stroke);

@@ -26,7 +26,7 @@ const RESPONSE = [
 const WORDS = RESPONSE.length;
 export const LAWS = { moisture: 1, speed: 2, temperature: 17 };
 
-const FIELDS = "DepthMax NormalForce ContactArea FrictionLimit TangentialStiffness StiffnessSlope StiffnessShare StiffnessRatio StrengthRatio YieldSlide AreaShare Sharpness SpringArm SpinLimit SpinCross PressureCentre PressCoupling TiltX OddStiffness AreaTilt BandNormal BandFriction BandSlip PressureExponent Pose Size Stiffness Lambda Tau0 EffectValue State".split(" ");
+const FIELDS = "DepthMax NormalForce ContactArea FrictionLimit TangentialStiffness StiffnessSlope StiffnessShare StiffnessRatio StrengthRatio YieldSlide AreaShare Sharpness SpringArm SpinLimit SpinCross PressureCentre PressCoupling TiltX OddStiffness AreaTilt BandNormal BandFriction BandSlip PressureExponent Pose Size Stiffness Lambda Tau0 EffectValue State TableValue".split(" ");
 
 export class Model {
   /** Starts the module from its bytes. */

@@ -63,7 +63,7 @@ export class Patch {
       sheet.dot(px, py, 3, "#111", "#fff");
     }
     this.turning(spin, focus);
-    sheet.line([[14, sheet.h - 14], [14 + 5 * s, sheet.h - 14]], colour.ink, 1.5);
+    sheet.polyline([[14, sheet.h - 14], [14 + 5 * s, sheet.h - 14]], colour.ink, 1.5);
     sheet.text("5 mm", 14 + 5 * s + 8, sheet.h - 10, { fill: colour.ink });
   }
 

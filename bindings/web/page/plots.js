@@ -71,8 +71,8 @@ function ticks(sheet, f, wide, high) {
   for (const share of [-1, -0.5, 0, 0.5, 1]) {
     const [x, y] = [f.x(share * wide), f.y(share * high)];
     const tone = share === 0 ? colour.faint : colour.line;
-    sheet.line([[l, y], [r, y]], tone);
-    sheet.line([[x, t], [x, b]], tone);
+    sheet.polyline([[l, y], [r, y]], tone);
+    sheet.polyline([[x, t], [x, b]], tone);
     if (share % 1 !== 0) continue;
     sheet.text(fixed(share * high, digits(high)), l - 7, y, { align: "right", base: "middle" });
     sheet.text(fixed(share * wide, digits(wide)), x, b + 16, { align: "center" });
@@ -100,7 +100,7 @@ export class Loop {
     ticks(sheet, f, wide, high);
     if (limit > 0) {
       const y = f.y((axis ? r.friction_y_n : r.friction_x_n) < 0 ? -limit : limit);
-      sheet.line([[f.box[0], y], [f.box[2], y]], colour.slip, 1.5, [5, 4]);
+      sheet.polyline([[f.box[0], y], [f.box[2], y]], colour.slip, 1.5, [5, 4]);
       sheet.text("limit", f.box[2] - 4, y - 5, { align: "right", fill: colour.warn });
     }
     this.trail(points, f);
@@ -174,7 +174,7 @@ export class LimitSurface {
       const [x, y] = [f.x(here[0] * most), f.y(here[1] * turn)];
       this.way.push([here[0] * most, here[1] * turn]);
       if (this.way.length > 90) this.way.shift();
-      sheet.line(this.way.map(([a, b]) => [f.x(a), f.y(b)]), colour.faint, 2);
+      sheet.polyline(this.way.map(([a, b]) => [f.x(a), f.y(b)]), colour.faint, 2);
       sheet.arrow(f.x(0), f.y(0), x - f.x(0), y - f.y(0), colour.stick, 2.5);
       sheet.dot(x, y, 4.5, colour.ink, colour.card);
     }
@@ -196,12 +196,12 @@ export class Trace {
     const f = frame(sheet, [time - WINDOW_S, time], [0, high]);
     const [l, t, right, b] = f.box;
     for (const y of [0, high / 2, high]) {
-      sheet.line([[l, f.y(y)], [right, f.y(y)]], y === 0 ? colour.faint : colour.line);
+      sheet.polyline([[l, f.y(y)], [right, f.y(y)]], y === 0 ? colour.faint : colour.line);
       if (y !== high / 2) sheet.text(fixed(y, digits(high)), l - 7, f.y(y), { align: "right", base: "middle" });
     }
     for (let s = 0; s <= WINDOW_S; s += 5) sheet.text(s === 0 ? "now" : `−${s} s`, f.x(time - s), b + 15, { align: s === 0 ? "right" : "center" });
     const rows = [["normal", colour.muted, 1.5, []], ["limit", colour.slip, 1.75, [5, 4]], ["friction", colour.stick, 2.25, []]];
-    for (const [name, tone, width, dash] of rows) sheet.line(trace.map((p) => [f.x(p.time), f.y(p[name])]), tone, width, dash);
+    for (const [name, tone, width, dash] of rows) sheet.polyline(trace.map((p) => [f.x(p.time), f.y(p[name])]), tone, width, dash);
     sheet.text("N", 8, 14, { size: 11.5 });
     let x = l;
     for (const [words, tone] of [["normal force", colour.muted], ["limit", colour.warn], ["friction", colour.stick]]) {

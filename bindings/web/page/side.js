@@ -114,10 +114,10 @@ export class Side {
       sheet.fill(colour.bone);
       sheet.stroke(colour.line);
     }
-    sheet.line(closed, colour.muted, 1.25);
+    sheet.polyline(closed, colour.muted, 1.25);
     const nail = TOP.filter(([x]) => x >= NAIL[0] && x <= NAIL[1] + 0.5).map(([x, z]) => raised([x, z + 0.12]));
-    sheet.line(nail, colour.muted, 0.62 * s + 2);
-    sheet.line(nail, colour.nail, 0.62 * s);
+    sheet.polyline(nail, colour.muted, 0.62 * s + 2);
+    sheet.polyline(nail, colour.nail, 0.62 * s);
   }
 
   /** A closed figure within corners, which it touches halfway between. */
@@ -141,19 +141,19 @@ export class Side {
     const high = 1.5 * s;
     ctx.fillStyle = colour.glass;
     ctx.fillRect(0, oy, sheet.w, high);
-    sheet.line([[0, oy], [sheet.w, oy]], colour.muted, 1.25);
+    sheet.polyline([[0, oy], [sheet.w, oy]], colour.muted, 1.25);
     const first = Math.floor((-ox / s - slide)) - 1;
     for (let n = first; ox + (n + slide) * s < sheet.w + s; n++) {
       const x = ox + (n + slide) * s;
       const long = n % 5 === 0;
-      sheet.line([[x, oy + 1], [x, oy + (long ? 0.95 : 0.5) * s]], long ? colour.muted : colour.faint, 1);
+      sheet.polyline([[x, oy + 1], [x, oy + (long ? 0.95 : 0.5) * s]], long ? colour.muted : colour.faint, 1);
     }
   }
 
   /** Where the underside would be without the plate. */
   ghost(bottom, depth, ox, oy, s) {
     const points = bottom.filter(([, z]) => z < depth).map(([x, z]) => [ox + x * s, oy - (z - depth) * s]);
-    this.sheet.line(points, colour.muted, 1, [2, 4]);
+    this.sheet.polyline(points, colour.muted, 1, [2, 4]);
   }
 
   /** What sticks and what slips, along the contact. */
@@ -161,8 +161,8 @@ export class Side {
     const [a, b] = [ox + (left + r.stretch_x_mm) * s, ox + (right + r.stretch_x_mm) * s];
     const [middle, core] = [(a + b) / 2, ((b - a) / 2) * Math.sqrt(r.stick_ratio)];
     this.sheet.ctx.lineCap = "butt";
-    this.sheet.line([[a, oy], [b, oy]], colour.slip, 5);
-    if (core > 0.5) this.sheet.line([[middle - core, oy], [middle + core, oy]], colour.stick, 5);
+    this.sheet.polyline([[a, oy], [b, oy]], colour.slip, 5);
+    if (core > 0.5) this.sheet.polyline([[middle - core, oy], [middle + core, oy]], colour.stick, 5);
     this.sheet.ctx.lineCap = "round";
   }
 
@@ -183,8 +183,8 @@ export class Side {
     const { sheet } = this;
     const [x, y] = [20, oy + depth * s];
     if (touch) {
-      sheet.line([[x, oy], [x, y]], colour.ink, 1.25);
-      for (const end of [oy, y]) sheet.line([[x - 4, end], [x + 4, end]], colour.ink, 1.25);
+      sheet.polyline([[x, oy], [x, y]], colour.ink, 1.25);
+      for (const end of [oy, y]) sheet.polyline([[x - 4, end], [x + 4, end]], colour.ink, 1.25);
     }
     sheet.text(touch ? `${fixed(depth, 2)} mm` : "in the air", x - 4, oy - 9, { fill: colour.ink, size: 12.5, weight: 600 });
   }

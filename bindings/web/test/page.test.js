@@ -121,16 +121,26 @@ test("a recorded path is replayed with the host's bits", async () => {
   }
 });
 
-test("frames come in time", async () => {
+test("the work of a frame leaves room for 60 a second", async () => {
   const page = await start();
+  const chromium = await page.context().newCDPSession(page);
+  // Time that the page's thread had a processor, so that other work on the machine does not count.
+  await chromium.send("Performance.enable", { timeDomain: "threadTicks" });
+  const tasks = async () => {
+    const { metrics } = await chromium.send("Performance.getMetrics");
+    return 1000 * metrics.find(({ name }) => name === "TaskDuration").value;
+  };
+  const frames = () => page.evaluate(() => globalThis.fingerpad.work.length);
+  const [ms0, frames0] = [await tasks(), await frames()];
   await page.waitForTimeout(4000);
+  const [ms1, frames1] = [await tasks(), await frames()];
   const work = await page.evaluate(() => globalThis.fingerpad.work);
   const middle = (xs) => [...xs].sort((a, b) => a - b)[Math.floor(xs.length / 2)];
-  const own = middle(work.map(([, ms]) => ms));
   const fps = (1000 * (work.length - 1)) / (work.at(-1)[0] - work[0][0]);
-  console.log(`${fps.toFixed(1)} frames a second, ${own.toFixed(2)} ms of own work a frame (median of ${work.length})`);
-  assert.ok(own < 16, `${own} ms`);
-  assert.ok(work.length > 20);
+  const own = (ms1 - ms0) / (frames1 - frames0);
+  console.log(`${fps.toFixed(1)} frames a second on this machine now; ${own.toFixed(2)} ms of the thread's CPU a frame (${frames1 - frames0} frames), scripts ${middle(work.map(([, ms]) => ms)).toFixed(2)} ms of clock (median)`);
+  assert.ok(frames1 - frames0 > 20, `${frames1 - frames0} frames`);
+  assert.ok(own > 0 && own < 1000 / 60, `${own} ms of CPU a frame`);
   await page.close();
 });
 
@@ -234,6 +244,26 @@ test("files that are none are refused in the core's words, and nothing is lost",
   await page.waitForFunction(() => document.getElementById("alert").textContent.includes("line 1: no column `t_s`"));
   await page.setInputFiles("#open", MODEL);
   await page.waitForFunction(() => document.getElementById("alert").textContent === "fingertip.fpm is in use now.");
+  await page.close();
+});
+
+test("the module bears contacts, counts and lengths that it does not have", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  const [steps, codes, after] = await page.evaluate(() => {
+    const { model } = globalThis.fingerpad;
+    const { wasm } = model;
+    model.motions.set([1, 0.1, 0, 0, 0.001, 30, 0, 35, 32, 2]);
+    const steps = [wasm.run(2, 1), wasm.run(-1, 1), wasm.run(0, 0), wasm.run(0, model.most + 1)];
+    wasm.lift(7);
+    wasm.copy(7, 0);
+    wasm.copy(0, 7);
+    const codes = [wasm.load(wasm.incoming_bytes() + 1), wasm.load(-1), wasm.law_value(99, 99)];
+    wasm.lift(0);
+    return [steps, codes, wasm.run(0, 1) === 1 && model.floats[0] > 0];
+  });
+  assert.deepEqual(steps, [0, 0, 0, 512]);
+  assert.deepEqual(codes, [3, 3, 0]);
+  assert.ok(after, "the model in use goes on");
   await page.close();
 });
 

@@ -3,7 +3,7 @@
 #![no_main]
 
 use fingerpad::{
-    Drive, Motion, Normal, Params, Pose, Response, SpinState, State, Status, Tangential, Tuned, Tuning, step,
+    Drive, Motion, Normal, Params, Pose, Posed, Response, SpinState, State, Status, Tangential, Tuning, step,
 };
 use libfuzzer_sys::fuzz_target;
 
@@ -19,7 +19,7 @@ fn in_range(r: &Response) {
 }
 
 /// Requests that leave the state alone.
-fn ask(model: &Tuned<'_>, state: &State, f: [f32; 5]) {
+fn ask(model: &Posed<'_>, state: &State, f: [f32; 5]) {
     let g = model.gradient(state, [f[0], f[1], f[2]]);
     assert!(g.normal_n_mm.iter().chain(g.friction_n_mm.as_flattened()).all(|x| x.is_finite()), "{g:?}");
     let grip = model.least_grip([f[0], f[1]], f[2], f[3]);
@@ -29,7 +29,7 @@ fn ask(model: &Tuned<'_>, state: &State, f: [f32; 5]) {
 fuzz_target!(|input: &[u8]| {
     let mut params = Params::example();
     for (i, row) in params.pose.rows.iter_mut().enumerate() {
-        *row = [0.1, -0.05 * i as f32, 0.1];
+        *row = [0.1, -0.05 * i as f32, 0.1, 0.05];
     }
     let Ok(data) = params.try_build() else { return };
     let Ok(fitted) = data.model() else { return };

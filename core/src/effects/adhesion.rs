@@ -26,7 +26,7 @@ impl Effect for Adhesion {
         confused_with: &["depth_zero_offset", "tare_bias", "strain_stiffening"],
         source: "pull-off of a fingertip at most 15 mN: Spinner, Wiechert & Gorb 2016",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[pull_off_n, ..]: &[T; VALUES], _: &Conditions<T>, change: &mut Change<T>) {

@@ -24,7 +24,7 @@ impl Effect for Anisotropy {
         confused_with: &["cross_talk", "tare_bias"],
         source: "a ratio between directions of 1.1 to 1.4 is assumed, none was found published; the skin's deformation differs by direction: Delhaye et al. 2014",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[cos, sin, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -61,10 +61,15 @@ impl<const M: usize, const P: usize> Contact<M, P> {
     /// Counts times and paths up to the end of a motion, and tells what the laws may then read.
     pub(super) fn advance(&mut self, surroundings: &Surroundings, motion: &Motion) -> Conditions<f32> {
         let speed_mm_s = self.count(surroundings.speed_mm_s, motion);
+        self.conditions(surroundings, motion.depth_mm, speed_mm_s)
+    }
+
+    /// What laws may read as the contact stands.
+    pub(super) fn conditions(&self, surroundings: &Surroundings, depth_mm: f32, speed_mm_s: f32) -> Conditions<f32> {
         let [cos, sin] = self.along;
         Conditions {
             t_s: surroundings.series_s,
-            depth_mm: motion.depth_mm,
+            depth_mm,
             contact_time_s: self.contact_s.value(),
             speed_mm_s,
             double_angle: [cos * cos - sin * sin, 2.0 * cos * sin],
@@ -76,6 +81,7 @@ impl<const M: usize, const P: usize> Contact<M, P> {
             hydration_au: surroundings.hydration_au,
             temperature_c: surroundings.temperature_c,
             width_mm: surroundings.finger_width_mm,
+            own: surroundings.own,
         }
     }
 

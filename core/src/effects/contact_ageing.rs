@@ -36,7 +36,7 @@ impl Effect for ContactAgeing {
             &[2.5, 1.5],
             &[2.5, 3.5],
         ],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[amplitude, t0_s, slip_mm, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

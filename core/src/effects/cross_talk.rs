@@ -22,7 +22,7 @@ impl Effect for CrossTalk {
         confused_with: &["tare_bias", "anisotropy"],
         source: "cross-talk of multi-axis force sensors, 1 to 3 % of full scale by their data sheets",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[x, y, ..]: &[T; VALUES], _: &Conditions<T>, change: &mut Change<T>) {

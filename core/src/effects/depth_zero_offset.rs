@@ -26,7 +26,7 @@ impl Effect for DepthZeroOffset {
         confused_with: &["adhesion", "strain_stiffening"],
         source: "an error of 0.05 to 0.09 mm of one depth explains the kink in the table of Yoshida et al. 2011",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[offset_mm, ..]: &[T; VALUES], _: &Conditions<T>, change: &mut Change<T>) {

@@ -39,7 +39,7 @@ impl Effect for HydrationBell {
             &[85.0, 18.0],
             &[85.0, 32.0],
         ],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[amplitude, peak_au, width_au, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -48,9 +48,13 @@ pub struct Law {
     pub source: &'static str,
     /// Starting values of the shape parameters; one empty set where there are none.
     pub shapes: &'static [&'static [f64]],
-    /// [`Effect::act`] in double precision, for whoever has the law and not the type; [`Law::apply`] calls it.
-    pub act: fn(&[f64; VALUES], &Conditions<f64>, &mut Change<f64>),
+    /// [`Effect::act`] in double precision, for whoever has the law and not the type; [`Law::apply`] calls it. A host program
+    /// may have made it from a formula that it read.
+    pub act: &'static Act,
 }
+
+/// A law in double precision: sizes and shape parameters, conditions, and what it changes.
+pub type Act = dyn Fn(&[f64; VALUES], &Conditions<f64>, &mut Change<f64>) + Sync;
 
 /// A parameter of a law.
 #[derive(Clone, Copy, Debug)]
@@ -145,6 +149,15 @@ pub enum Column {
     Width,
     /// Path of the plate since touch.
     Slide,
+    /// A column of the user's own, which laws read from [`Conditions::own`].
+    #[cfg_attr(feature = "serde", serde(skip))]
+    Own {
+        /// Place in [`Conditions::own`].
+        place: u8,
+        /// Name of the column.
+        #[cfg_attr(feature = "serde", serde(skip))]
+        name: &'static str,
+    },
 }
 
 impl Column {
@@ -162,6 +175,7 @@ impl Column {
             Self::Temperature => "temperature_c",
             Self::Width => "finger_width_mm",
             Self::Slide => "slide",
+            Self::Own { name, .. } => name,
         }
     }
 }

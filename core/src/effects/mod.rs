@@ -16,11 +16,12 @@ mod law;
 mod library;
 mod step;
 mod surroundings;
+pub mod tables;
 #[cfg(test)]
 mod tests;
 
 pub use change::{Change, LEAST_FACTOR, REFERENCE_AREA_MM2};
-pub use conditions::Conditions;
+pub use conditions::{Conditions, OWN};
 pub use contact::Contact;
 pub use law::{Axis, Column, Effect, Law, Parameter, Place, Reported, VALUES};
 use library::effects;

@@ -22,7 +22,7 @@ impl Effect for NormalRelaxation {
         confused_with: &["stiffness_drift", "depth_zero_offset", "strain_stiffening"],
         source: "time constants 4 ms, 70 ms, 1.4 s: Pawluk & Howe 1999; 40 % in 60 s on the forearm",
         shapes: &[&[0.1], &[0.35], &[1.0], &[2.5], &[6.0], &[15.0]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[fraction, tau_s, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

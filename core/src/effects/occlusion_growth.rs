@@ -22,7 +22,7 @@ impl Effect for OcclusionGrowth {
         confused_with: &["hydration_bell", "stiffness_drift", "temperature"],
         source: "first-order growth with about 20 s, up to tenfold: Dzidek et al. 2014; Adams et al. 2013",
         shapes: &[&[5.0], &[12.0], &[25.0], &[60.0], &[150.0]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[amplitude, tau_s, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -26,7 +26,7 @@ impl Effect for SpeedLog {
         confused_with: &["contact_ageing", "viscous_drag"],
         source: "shear force and friction change with speed, the normal force does not: Liao & Srinivasan 1999; an exponent of order 0.1 is assumed",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[slope, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -22,7 +22,7 @@ impl Effect for SpeedStribeck {
         confused_with: &["contact_ageing", "viscous_drag"],
         source: "wet skin, mixed lubrication, friction falls with speed: Derler & Rotaru 2013",
         shapes: &[&[1.0], &[2.5], &[5.0], &[10.0], &[25.0]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[amplitude, decay_mm_s, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

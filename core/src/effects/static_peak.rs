@@ -22,7 +22,7 @@ impl Effect for StaticPeak {
         confused_with: &["contact_ageing", "normal_relaxation"],
         source: "real contact area falls by up to 30 % under shear before sliding: Sahli et al. 2018",
         shapes: &[&[0.2], &[0.4], &[0.8], &[1.6], &[3.5]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[amplitude, slip_mm, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -5,13 +5,13 @@
 use core::marker::PhantomData;
 
 use super::{
-    Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline,
+    Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline, tables,
 };
 use crate::error::Field;
 use crate::math::{Arithmetic, sqrt};
 use crate::model_file::EffectSlot;
 use crate::rescaling::{STIFFNESS_FACTOR, Scaling};
-use crate::{Error, ModelOf, Motion, Response, Status, step};
+use crate::{Error, FileOf, ModelOf, Motion, Response, Status, step};
 
 /// Least value of a slot where it must be positive.
 const LEAST_POSITIVE: f32 = 1e-6;
@@ -33,6 +33,7 @@ fn held(force: f32, otherwise: f32, status: &mut Status) -> f32 {
 /// The effects of a model file, by a library: that of this crate, or another one.
 pub struct Effects<'a, L = Standard> {
     slots: &'a [EffectSlot],
+    tables: &'a [f32],
     library: PhantomData<L>,
 }
 
@@ -57,6 +58,13 @@ impl<'a> Effects<'a> {
         Self::of(slots)
     }
 
+    /// The effects of a model file, its tables among them, by the library of this crate.
+    ///
+    /// Errors: those of [`Effects::with_tables`].
+    pub fn of_file<const M: usize, const N: usize>(file: &FileOf<'a, M, N>) -> Result<Self, Error> {
+        Self::with_tables(file.effects, file.tables)
+    }
+
     /// The finger has rested in the air: what builds up under occlusion starts anew.
     pub fn rested<const M: usize, const P: usize>(contact: &mut Contact<M, P>) {
         contact.rested();
@@ -64,14 +72,27 @@ impl<'a> Effects<'a> {
 }
 
 impl<'a, L: Library> Effects<'a, L> {
-    /// Checks the slots of a file against a library.
+    /// Checks slots without tables against a library.
     ///
-    /// Errors: [`Error::Section`] for a law that the library does not have, [`Error::Range`] for a value beyond 1e6 or a scale
-    /// that is not positive.
+    /// Errors: those of [`Effects::with_tables`].
     pub fn of(slots: &'a [EffectSlot]) -> Result<Self, Error> {
+        Self::with_tables(slots, &[])
+    }
+
+    /// Checks the slots of a file, and the tables that they name, against a library.
+    ///
+    /// * `tables`: the file's section of tables, [`FileOf::tables`]
+    ///
+    /// Errors: [`Error::Section`] for a law that the library does not have and for a table that is not whole, [`Error::Range`]
+    /// for a value beyond 1e6, a scale that is not positive and a node of a table beyond the range of what it changes.
+    pub fn with_tables(slots: &'a [EffectSlot], tables: &'a [f32]) -> Result<Self, Error> {
         for (i, slot) in slots.iter().enumerate() {
             slot.check(i)?;
             if baseline::knows(slot.kind) {
+                continue;
+            }
+            if slot.kind == tables::TABLE {
+                tables::check(slot, i, tables)?;
                 continue;
             }
             let Some(rules) = L::rules(slot.kind) else { return Err(Error::Section { id: *b"EFFX" }) };
@@ -81,7 +102,7 @@ impl<'a, L: Library> Effects<'a, L> {
                 }
             }
         }
-        Ok(Self { slots, library: PhantomData })
+        Ok(Self { slots, tables, library: PhantomData })
     }
 
     /// Advances a contact by one step with the effects. Cannot fail, panic or allocate, whatever the input.
@@ -96,7 +117,7 @@ impl<'a, L: Library> Effects<'a, L> {
     ///
     /// What leads beyond its range is held there and flagged by [`Status::EFFECT_HELD`]: a strength factor beyond 0.1 to 5 or
     /// a stiffness factor beyond 0.2 to 5, both with the caller's; a normal force below 0; a force that is no number or beyond
-    /// 1000 N, which is left out.
+    /// 1000 N, which is left out; a table beyond the range of its driver, and one without it, which is left out.
     pub fn step<const M: usize, const N: usize, const P: usize, S: Scaling<f32>>(
         &self,
         model: &ModelOf<'_, M, N, S>,
@@ -107,11 +128,12 @@ impl<'a, L: Library> Effects<'a, L> {
         let touches = motion.depth_mm > 0.0;
         let mut at = contact.advance(&surroundings, &motion);
         let mut change = Change::default();
-        let mut shear = None;
+        let (mut shear, mut is_beyond) = (None, false);
         for slot in self.slots {
             match slot.kind {
                 baseline::DIRECTION => change.strengthen(baseline::direction(&slot.values, &at)),
                 baseline::SHEAR => shear = Some(&slot.values),
+                tables::TABLE => is_beyond |= tables::apply(slot, self.tables, false, &at, &mut change),
                 kind => L::apply(kind, &slot.values, &at, &mut change),
             }
             if touches {
@@ -120,7 +142,9 @@ impl<'a, L: Library> Effects<'a, L> {
         }
         let own = contact.state.strength_factor();
         let strength = contact.state.set_strength_factor(own * change.strength);
-        let is_held = strength != own * change.strength || !STIFFNESS_FACTOR.contains(&change.stiffness);
+        let is_held = strength != own * change.strength
+            || !STIFFNESS_FACTOR.contains(&change.stiffness)
+            || (is_beyond && touches);
         let motion = Motion { depth_mm: at.depth_mm, ..motion };
         let stiffened = model.stiffened(change.stiffness);
         let mut response = step(&stiffened, &mut contact.state, motion);
@@ -156,12 +180,31 @@ impl<'a, L: Library> Effects<'a, L> {
         response
     }
 
-    /// What a sensor with the file's tare and cross-talk reads of a response: normal, x, y, N; in the air too.
+    /// What a sensor with the file's tare and cross-talk reads of a response: normal, x, y, N; in the air too. Tables of the
+    /// sensor are read under no conditions; see [`Effects::reading_under`].
     pub fn reading(&self, response: &Response) -> [f32; 3] {
+        self.reading_at(response, &Conditions::default())
+    }
+
+    /// The same where tables say what the sensor makes of temperature, time or a column of the user's own. The speed that they
+    /// may read is the nominal one of the surroundings.
+    pub fn reading_under<const M: usize, const P: usize>(
+        &self,
+        response: &Response,
+        contact: &Contact<M, P>,
+        surroundings: &Surroundings,
+    ) -> [f32; 3] {
+        let speed_mm_s = surroundings.speed_mm_s.unwrap_or(0.0);
+        self.reading_at(response, &contact.conditions(surroundings, contact.state.depth_mm(), speed_mm_s))
+    }
+
+    fn reading_at(&self, response: &Response, at: &Conditions<f32>) -> [f32; 3] {
         let mut change = Change::default();
         for slot in self.slots {
             if L::rules(slot.kind).is_some_and(|rules| rules.place == Place::Reading) {
                 L::apply(slot.kind, &slot.values, &Conditions::default(), &mut change);
+            } else if slot.kind == tables::TABLE {
+                tables::apply(slot, self.tables, true, at, &mut change);
             }
         }
         let (normal, [x, y]) = (response.normal_force_n, response.friction_n);

@@ -26,7 +26,7 @@ impl Effect for StiffnessDrift {
         confused_with: &["temperature", "hydration_bell", "subject_size"],
         source: "preconditioning: peak force −43 % over four cycles on the forearm",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[per_hour, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -26,7 +26,7 @@ impl Effect for StrainStiffening {
         confused_with: &["depth_zero_offset", "adhesion"],
         source: "force exponential in the indentation: Pawluk & Howe 1999; pulp 3.5 to 20 N/mm between 1 and 4 N: Serina et al. 1997",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[rate_per_mm, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -26,7 +26,7 @@ impl Effect for SubjectSize {
         confused_with: &["stiffness_drift"],
         source: "pads of 16 to 20 mm width: Dandekar et al. 2003; spread between subjects: Gulati & Srinivasan 1997",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[exponent, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

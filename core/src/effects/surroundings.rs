@@ -1,5 +1,7 @@
 //! What effects depend on and a motion does not tell.
 
+use super::OWN;
+
 /// What an effect may depend on and the motion does not tell. `Default` is the reference state.
 ///
 /// Where a time or a speed is `None` it is counted from the motion.
@@ -21,6 +23,9 @@ pub struct Surroundings {
     pub occlusion_s: Option<f32>,
     /// Nominal speed of the plane where it moves, mm/s.
     pub speed_mm_s: Option<f32>,
+    /// Columns of the user's own (a voltage, a humidity) that tables of the model file read, in the order of the file.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub own: [f32; OWN],
 }
 
 impl Default for Surroundings {
@@ -33,6 +38,7 @@ impl Default for Surroundings {
             dwell_s: None,
             occlusion_s: None,
             speed_mm_s: None,
+            own: [0.0; OWN],
         }
     }
 }

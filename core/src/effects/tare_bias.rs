@@ -23,7 +23,7 @@ impl Effect for TareBias {
         confused_with: &["adhesion", "anisotropy"],
         source: "0.2 to 0.4 N per axis, once 1.2 N, in the traces of Li & Ward-Cherrier 2023",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[normal_n, x_n, y_n, ..]: &[T; VALUES], _: &Conditions<T>, change: &mut Change<T>) {

@@ -26,7 +26,7 @@ impl Effect for Temperature {
         confused_with: &["hydration_bell", "stiffness_drift", "occlusion_growth"],
         source: "a few per cent per degree, through sweat and the keratin's compliance, are assumed; no size for a fingertip was found published",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[slope_per_c, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -29,7 +29,7 @@ impl Effect for ViscousDrag {
         confused_with: &["speed_log"],
         source: "a viscous pad along the plane above about 100 Hz: Wiertlewski & Hayward 2012; the size is of the order of theirs",
         shapes: &[&[]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[coefficient, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

@@ -54,6 +54,7 @@ fn agrees<T: Real>(line: &str, law: &Law, tolerance: f64, apply: Apply<'_, T>, w
         hydration_au: input("hydration_au"),
         temperature_c: input("temperature_c"),
         width_mm: input("finger_width_mm"),
+        own: [0.0; 4],
     };
     let mut change = Change::default();
     apply(law.kind, &values, &in_precision(&at), &mut change);
@@ -89,5 +90,6 @@ fn in_precision<T: Real>(at: &Conditions<f64>) -> Conditions<T> {
         hydration_au: T::of(at.hydration_au),
         temperature_c: T::of(at.temperature_c),
         width_mm: T::of(at.width_mm),
+        own: at.own.map(T::of),
     }
 }

@@ -22,7 +22,7 @@ impl Effect for SebumFilm {
         confused_with: &["occlusion_growth", "stiffness_drift"],
         source: "an example, its sizes are made up; lipids of the skin and friction: Cua, Wilhelm & Maibach 1995",
         shapes: &[&[120.0], &[600.0], &[3000.0]],
-        act: Self::act,
+        act: &Self::act::<f64>,
     };
 
     fn act<T: Real>(&[fraction, tau_s, ..]: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>) {

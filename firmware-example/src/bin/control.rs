@@ -88,7 +88,7 @@ fn SysTick() {
                 0.0
             } else {
                 telemetry.least_margin = telemetry.least_margin.min(response.slip_margin);
-                finger.control.update(response, dt_s)
+                finger.control.update(response.slip_margin, dt_s)
             };
             finger.watch.look(response, &mut control.events);
         }

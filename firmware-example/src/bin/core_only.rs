@@ -6,9 +6,10 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
+use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, Settings};
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::{
-    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, Normal, Params, Pose, Response,
+    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Params, Pose, Response,
     SPRINGS, SpinState, State, Surroundings, Tangential, Tuned, Tuning,
 };
 use nalgebra::{Matrix3, Vector3};
@@ -73,12 +74,24 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     let mut spinning = SpinState::default();
     black_box(one_spin_step(&model, &mut spinning, &Motion { spin_increment_rad: f[1], ..motion }));
     let mut contact = Contact::<SPRINGS>::default();
-    let effects = Effects::new(file.effects).ok()?;
+    let effects = Effects::of_file(&file).ok()?;
     black_box(one_step_with_effects(&effects, &model, &mut contact, &motion));
     Effects::rested(&mut contact);
     black_box(requests(&model, &mut state, f));
+    black_box(calibrate(&model, f));
     let saved = black_box(state.to_bytes(model.data()));
     Some((r, State::from_bytes(model.data(), &saved).ok()?))
+}
+
+#[inline(never)]
+fn calibrate(model: &Model<'_>, f: [f32; 4]) -> Option<Result<Calibrated, NotCalibrated>> {
+    let mut calibration = Calibration::<SPRINGS, NODES>::new(model, Settings::default()).ok()?;
+    let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
+    for _ in 0..black_box(1000) {
+        calibration.step(black_box(motion), black_box(Measured { normal_force_n: f[0], friction_n: [f[1], f[2]] }));
+    }
+    black_box((calibration.so_far(), calibration.model().is_ok()));
+    Some(calibration.result())
 }
 
 #[inline(never)]

@@ -5,9 +5,10 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
+use fingerpad::calibration::{Calibration, Measured, Settings};
 use fingerpad::{
-    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response, SPRINGS, StateOf,
-    Surroundings, Tangential, Tuned, Tuning, step,
+    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Pose, Posed, Response,
+    SPRINGS, StateOf, Surroundings, Tangential, Tuned, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;
@@ -118,6 +119,7 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
     print("step_driven by normal force", count(driven, &mut bench, samples));
     print("tuned", count(tuned, &mut bench, samples));
     effects(samples)?;
+    poses_and_calibration(samples)?;
     let mut rivals = Rivals::default();
     print("LuGre 2-D + powf + bilinear table", count(lugre, &mut rivals, samples));
     print("interpn cubic + powf + nalgebra Iwan 8", count(crates, &mut rivals, samples));
@@ -213,6 +215,55 @@ extern "C" fn driven(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
         dt_s: s[3],
     };
     b.response = b.model.step_driven(&mut b.state, drive).response;
+}
+
+/// A calibration whose finger goes along the samples' depths and slides.
+struct CalibrationBench<'a> {
+    calibration: Calibration<'a, SPRINGS, NODES>,
+    measured: Measured,
+}
+
+extern "C" fn recorded(b: &mut CalibrationBench<'_>, s: &[f32; 4]) {
+    let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] };
+    b.calibration.record(motion, b.measured);
+}
+
+extern "C" fn worked(b: &mut CalibrationBench<'_>, _: &[f32; 4]) {
+    b.calibration.work();
+}
+
+extern "C" fn posed(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
+    let pose = Pose { pitch_deg: 30.0 + 5.0 * s[0], roll_deg: 10.0 * s[1] };
+    let _ = black_box(b.model.posed(pose));
+}
+
+struct PosedBench<'a> {
+    model: Posed<'a>,
+    state: StateOf<SPRINGS>,
+    response: Response,
+}
+
+extern "C" fn ours_posed(b: &mut PosedBench<'_>, s: &[f32; 4]) {
+    let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] };
+    b.response = step(&b.model, &mut b.state, motion);
+}
+
+/// A change of pose, a step in a pose, and the two halves of a step of calibration.
+fn poses_and_calibration(samples: &[[f32; 4]]) -> Result<(), Error> {
+    let model = fingerpad_firmware::model()?;
+    let mut bench = Bench::<SPRINGS>::new(model);
+    print("posed, a change of pose", count(posed, &mut bench, samples));
+    let pose = Pose { pitch_deg: 35.0, roll_deg: 5.0 };
+    let mut in_pose =
+        PosedBench { model: model.posed(pose)?, state: StateOf::default(), response: Response::default() };
+    print("step, in a pose", count(ours_posed, &mut in_pose, samples));
+    black_box(&in_pose.response);
+    let measured = Measured { normal_force_n: 0.4, friction_n: [0.1, 0.0] };
+    let mut bench = CalibrationBench { calibration: Calibration::new(&model, Settings::default())?, measured };
+    print("calibration, a reading", count(recorded, &mut bench, samples));
+    print("calibration, work on a block", count(worked, &mut bench, samples));
+    black_box(bench.calibration.so_far());
+    Ok(())
 }
 
 extern "C" fn tuned(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {

@@ -88,7 +88,7 @@ const NAMES: &[&str] = &[
     "fields/",
 ];
 
-const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
+const TABLE_1: &str = include_str!("../data/yoshida2011.csv");
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {

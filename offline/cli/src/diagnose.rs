@@ -6,9 +6,9 @@ use std::time::Instant;
 use anyhow::anyhow;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, NextExperiment,
-    Options, PlanConstraints, ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model, diagnose,
-    diagnose_forces, laws::Column, understand,
+    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile,
+    NextExperiment, Options, PlanConstraints, ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model,
+    diagnose, diagnose_forces, laws::Column, understand,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
@@ -30,9 +30,13 @@ Examples:
   fingerpad diagnose --template runs.csv
   fingerpad diagnose --calibration c0.csv --measured m0.csv --map run=Trial --check
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --laws mine.toml --out d
 
 --check says what was understood of the files and which laws they can test. Files may be compressed by gzip. With
 --can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.
+
+--laws adds laws of your own, formulas over drivers and further columns of the runs; a law that is named stands in
+corrected.fpm as a table, so that firmware runs it as it is. docs/laws-of-your-own.md has ten of them.
 
 Measured runs are described in docs/diagnose.md. The verdict is one of none, named, ambiguous and
 unexplained_structure; report.json has all numbers, report.html the page, corrected.fpm the model with the effect,
@@ -67,6 +71,9 @@ pub struct Args {
     /// Standard deviation of a state column's readings, as column=value; may be repeated
     #[arg(long, value_name = "COLUMN=SD", value_parser = covariate)]
     covariate_sd: Vec<CovariateError>,
+    /// Laws of your own: formulas over drivers and further columns (TOML), see docs/laws-of-your-own.md
+    #[arg(long, value_name = "MINE.toml", conflicts_with_all = ["force_only", "table"])]
+    laws: Option<PathBuf>,
     /// Level of the sign-flip test
     #[arg(long, default_value_t = 0.01)]
     alpha: f64,
@@ -205,11 +212,7 @@ impl From<DiagnoseError> for Failure {
 }
 
 /// Measured runs from a file, with a bar.
-pub fn read(path: &Path) -> Result<RunSet, Failure> {
-    read_mapped(path, &ColumnMap::default())
-}
-
-fn read_mapped(path: &Path, map: &ColumnMap) -> Result<RunSet, Failure> {
+pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<RunSet, Failure> {
     let bar = bar("reading".into());
     let result = runs_csv::read_mapped(path, map, &mut |share| {
         bar.set_share(share);
@@ -234,6 +237,21 @@ fn input(role: &str, set: &RunSet) -> InputFile {
     }
 }
 
+/// The file of laws among the report's inputs.
+fn laws_input(path: &Path, laws: &LawsFile) -> InputFile {
+    let note = |own: &fingerpad_diagnose::laws::own_law::OwnLaw| {
+        format!("{} acts on {}: {}", own.law.name, own.target.name(), own.text)
+    };
+    InputFile {
+        role: "laws".into(),
+        file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+        sha256: laws.sha256.clone(),
+        rows: 0,
+        runs: 0,
+        notes: laws.laws.iter().map(note).collect(),
+    }
+}
+
 /// Where report.json goes, if not among the other results.
 fn elsewhere(args: &Args) -> Option<&Path> {
     args.report.as_deref().filter(|path| **path != args.out().join(JSON))
@@ -246,6 +264,7 @@ fn prepare(args: &Args, folders: &[&Path]) -> Result<(), Failure> {
         ("--calibration", &args.calibration),
         ("--holdout", &args.holdout),
         ("--model", &args.model),
+        ("--laws", &args.laws),
         ("--table", &args.table),
     ];
     let inputs = given.map(|(flag, path)| (flag, path.as_deref()));
@@ -271,19 +290,20 @@ fn table(args: &Args, path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-fn column_map(args: &Args) -> Result<ColumnMap, Failure> {
-    ColumnMap::parse(args.map.as_deref(), args.unit.as_deref()).map_err(|problem| Failure::Input(anyhow!(problem)))
+fn column_map(args: &Args, laws: &LawsFile) -> Result<ColumnMap, Failure> {
+    ColumnMap::parse_with(laws.columns.clone(), args.map.as_deref(), args.unit.as_deref())
+        .map_err(|problem| Failure::Input(anyhow!(problem)))
 }
 
 /// Says what was understood of the files and what they can test.
-fn check(calibration: &Path, measured: &Path, map: &ColumnMap) -> Result<(), Failure> {
+fn check(calibration: &Path, measured: &Path, map: &ColumnMap, laws: &LawsFile) -> Result<(), Failure> {
     let sets = [("calibration", read_mapped(calibration, map)?), ("measured", read_mapped(measured, map)?)];
     for (role, set) in &sets {
         println!("{role}: {}: {} runs, {} rows", set.path.display(), set.runs_read, set.rows_read);
         set.notes.iter().for_each(|note| println!("  {note}"));
     }
     let [(_, calibration), (_, measured)] = &sets;
-    understand(calibration, measured)?.iter().for_each(|line| println!("{line}"));
+    understand(calibration, measured, laws)?.iter().for_each(|line| println!("{line}"));
     Ok(())
 }
 
@@ -308,7 +328,7 @@ fn forces(args: &Args) -> Result<(), Failure> {
         }
     }
     prepare(args, &folders.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-    let map = column_map(args)?;
+    let map = column_map(args, &LawsFile::default())?;
     for (path, out) in args.measured.iter().zip(&folders) {
         let trace = fingerpad_diagnose::trace_csv::read(path, &map)?;
         let found = during("forces", |_| diagnose_forces(&trace, args.alpha));
@@ -352,9 +372,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(calibration_path) = &args.calibration else {
         return Err(Failure::Input(anyhow!("--calibration is missing")));
     };
-    let map = column_map(args)?;
+    let own = args.laws.as_deref().map(LawsFile::read).transpose()?.unwrap_or_default();
+    let map = column_map(args, &own)?;
     if args.check {
-        return check(calibration_path, measured_path, &map);
+        return check(calibration_path, measured_path, &map, &own);
     }
     prepare(args, &[args.out()])?;
     let calibration = read_mapped(calibration_path, &map)?;
@@ -366,10 +387,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !errors.iter().any(|e| e.column == Column::Hydration) {
         errors.push(CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU });
     }
-    let selection = SelectionSettings { alpha: args.alpha, seed: args.seed, ..SelectionSettings::default() };
+    let selection = SelectionSettings { alpha: args.alpha, seed: args.seed, laws: own.with_library() };
     let can_set = (!args.can_set.is_empty()).then(|| args.can_set.iter().map(|f| f.column().to_owned()).collect());
     let plan = PlanConstraints { can_set, least_rest_s: args.least_rest_s };
-    let options = Options { settings: selection, errors, model, plan };
+    let options = Options { settings: selection, errors, model, plan, own };
     let mut held: Option<InputFile> = None;
     let (mut report, evidence) = during("diagnosis", |tell| {
         let open_holdout = || match &args.holdout {
@@ -384,12 +405,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })?;
     report.input = vec![input("calibration", &calibration), input("measured", &measured)];
     report.input.extend(held);
+    report.input.extend(args.laws.as_deref().map(|path| laws_input(path, &options.own)));
     let mut model_bytes = None;
     if !report.effects.is_empty() && report.holdout.refused_after_n.is_none() {
         match during("corrected model", |_| corrected_model(&data, &reference, &evidence)) {
             Ok(made) => {
                 report.corrected_model = Some(CORRECTED.into());
                 report.corrected_rms_n = Some(made.rms_n);
+                report.corrected_tables = made.tables;
                 model_bytes = Some(made.bytes);
             }
             Err(reason) => eprintln!("warning: {CORRECTED} is not written: {reason}"),
@@ -409,6 +432,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(args, &report, &evidence, model_bytes.as_deref())?;
     }
     println!("{}", report::diagnosis::summary(&report));
+    report.corrected_tables.iter().for_each(|table| println!("{CORRECTED}: {table}"));
     Ok(())
 }
 

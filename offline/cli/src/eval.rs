@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use fingerpad::{Effects, ModelFile, Status, Surroundings};
-use fingerpad_diagnose::{Correction, replay_all};
+use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
 use fingerpad_fe::load_path::{Drive, Path as PlanePath, path_csv, response_csv};
 use fingerpad_formats as formats;
 use fingerpad_reduce::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};
@@ -19,6 +19,7 @@ Examples:
   fingerpad eval --path path.csv --out response.csv                            the shipped fingertip
   fingerpad eval --model model.fpm --path path.csv --out response.csv          your own model
   fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
+  fingerpad eval --model corrected.fpm --path path.csv --column voltage_v=120 --out response.csv
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n. The response has the
 columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
@@ -27,7 +28,9 @@ package on the microcontroller. A force out of reach leaves the nearest state an
 of the column status are counted on standard error.
 
 --runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
-prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report.")]
+prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law
+of your own (docs/laws-of-your-own.md) reads its columns there; along a --path they have the values of --column, or the
+reference of the file of laws.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
@@ -53,9 +56,68 @@ pub struct Args {
     /// Contact time since the last rest along the path, s, where the model has that effect; counted from the path unless said
     #[arg(long)]
     occlusion_s: Option<f32>,
+    /// Value along the path of a column of your own that the model reads, as column=value; may be repeated
+    #[arg(long, value_name = "COLUMN=VALUE", value_parser = column_value, conflicts_with = "runs")]
+    column: Vec<(String, f64)>,
     /// Response to write (CSV)
     #[arg(long, value_name = "RESPONSE.csv")]
     out: PathBuf,
+}
+
+fn column_value(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected COLUMN=VALUE, as in voltage_v=120")?;
+    let number: f64 = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
+    Ok((name.trim().to_owned(), number))
+}
+
+/// What the provenance of a model file says of it under a name; nothing where it does not.
+fn told<T: serde::de::DeserializeOwned>(meta: &str, name: &str) -> Option<T> {
+    let meta = serde_json::from_str::<serde_json::Value>(meta).ok()?;
+    serde_json::from_value(meta.get(name)?.clone()).ok()
+}
+
+/// Columns of the user's own that a model's tables read, in the order of the file.
+fn own_columns(meta: &str) -> Vec<OwnColumn> {
+    told(meta, "own_columns").unwrap_or_default()
+}
+
+/// Values of these columns along a path: those of --column, else their references.
+fn own_values(args: &Args, columns: &[OwnColumn], model_name: &str) -> Result<[f32; 4], Failure> {
+    let mut out = [0.0; 4];
+    for (to, column) in out.iter_mut().zip(columns) {
+        *to = column.reference as f32;
+    }
+    for (name, value) in &args.column {
+        let Some(place) = columns.iter().position(|c| c.name == *name) else {
+            let known: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            return Err(Failure::Input(anyhow!(
+                "--column {name}={value}: {model_name} reads no such column of your own; it reads {known}"
+            )));
+        };
+        let [low, high] = columns[place].range;
+        if !(*value >= low && *value <= high) {
+            let unit = &columns[place].unit;
+            return Err(Failure::Input(anyhow!("--column {name}={value}: is outside {low} to {high} {unit}")));
+        }
+        out[place] = *value as f32;
+    }
+    Ok(out)
+}
+
+/// Measured runs with the columns of the user's own that a model reads.
+fn read_runs(path: &Path, columns: &[OwnColumn], model_name: &str) -> Result<RunSet, Failure> {
+    let map = ColumnMap::parse_with(columns.to_vec(), None, None).map_err(|e| Failure::Input(anyhow!(e)))?;
+    let set = super::diagnose::read_mapped(path, &map)?;
+    let missing = map.own_columns().into_iter().find(|column| !set.recorded.contains(column));
+    match missing {
+        None => Ok(set),
+        Some(column) => Err(Failure::Input(anyhow!(
+            "{}: line 1: column `{}` is missing, which {model_name} reads",
+            path.display(),
+            column.name()
+        ))),
+    }
 }
 
 /// Longest path, steps of the reduced model: about a second of computing.
@@ -120,10 +182,11 @@ fn along_path(
     path: &PlanePath,
 ) -> Result<Vec<TrajectoryRow>, Failure> {
     let file = file.file();
+    let own = own_values(args, &own_columns(file.meta), model_name)?;
     if file.effects.is_empty() {
         return Ok(simulate_path(&file.model, path));
     }
-    let effects = Effects::new(file.effects)
+    let effects = Effects::of_file(&file)
         .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
     let surroundings = Surroundings {
         hydration_au: args.hydration_au,
@@ -131,6 +194,7 @@ fn along_path(
         finger_width_mm: args.finger_width_mm,
         series_s: args.series_s,
         occlusion_s: args.occlusion_s,
+        own,
         ..Surroundings::default()
     };
     simulate_path_with_effects(&file.model, &effects, surroundings, path).ok_or_else(|| {
@@ -152,7 +216,8 @@ const FLAGS: [(Status, &str); 9] = [
     (Status::MEMORY_LOST, "a contact that held what is no number and was begun anew"),
     (
         Status::EFFECT_HELD,
-        "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number",
+        "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number, a driver beyond \
+         the table of a law",
     ),
     (Status::POSE_OUT_OF_RANGE, "a pose beyond those that the model was fitted in: the answer is that of the nearest"),
 ];
@@ -192,15 +257,12 @@ fn warn(path: &PlanePath, rows: &[TrajectoryRow], range_mm: f32) {
 
 /// Prediction and residual of measured runs, in the conditions that were recorded.
 fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> Result<(), Failure> {
-    let mut set = super::diagnose::read(path)?;
     let file = file.file();
+    let mut set = read_runs(path, &own_columns(file.meta), model_name)?;
     // A diagnosis that corrected columns with reading errors left the way in the file.
-    let corrections: Vec<Correction> = serde_json::from_str::<serde_json::Value>(file.meta)
-        .ok()
-        .and_then(|meta| serde_json::from_value(meta.get("column_corrections")?.clone()).ok())
-        .unwrap_or_default();
+    let corrections: Vec<Correction> = told(file.meta, "column_corrections").unwrap_or_default();
     corrections.iter().for_each(|c| c.apply(&mut set));
-    let effects = Effects::new(file.effects)
+    let effects = Effects::of_file(&file)
         .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
     let (rms_n, predicted) = during("runs", |_| replay_all(&file.model, &effects, &set));
     formats::atomic_write(&args.out, |out| {

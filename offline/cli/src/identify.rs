@@ -84,7 +84,7 @@ pub struct Args {
 /// What stands in the folder of results and could be read as an input.
 const NAMES: &[&str] = &["run.json", "states.bin", "finger.toml", "calibrated.toml", "report.json", "report.html"];
 
-const TABLE_1: &str = include_str!("../../../data/yoshida2011.csv");
+const TABLE_1: &str = include_str!("../data/yoshida2011.csv");
 
 impl From<IdentifyError> for Failure {
     fn from(error: IdentifyError) -> Self {

@@ -8,7 +8,7 @@ use fingerpad::ModelFile;
 use super::Failure;
 
 /// The model that ships.
-const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
+const SHIPPED: &[u8] = include_bytes!("../data/models/fingertip.fpm");
 
 /// A model file and its name; without a path the one that ships.
 pub fn load(path: Option<&Path>) -> Result<(ModelFile, String), Failure> {

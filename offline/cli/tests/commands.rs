@@ -49,7 +49,7 @@ fn configurations_are_refused_with_file_line_and_value() {
 fn geometry_files_are_refused_with_file_line_and_value() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let shape = include_str!("../../../data/geometry/a.toml");
+    let shape = include_str!("../data/geometry/a.toml");
     for (from, to, said) in [
         (
             "skin_thickness_mm = 0.5",

@@ -12,7 +12,7 @@ use std::{fs, thread};
 
 /// Unpacks a stored set of the finite-element finger.
 fn unpack(name: &str, folder: &Path) -> String {
-    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/fe_sets").join(format!("{name}.csv.gz"));
+    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fe_sets").join(format!("{name}.csv.gz"));
     let mut text = String::new();
     flate2::read::GzDecoder::new(fs::File::open(packed).unwrap()).read_to_string(&mut text).unwrap();
     let file = format!("{name}.csv");

@@ -25,7 +25,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-const TABLE: &str = include_str!("../../../data/yoshida2011.csv");
+const TABLE: &str = include_str!("../data/yoshida2011.csv");
 const HEAD: &str = "t_s,depth_mm,slide_x_mm,slide_y_mm\n";
 
 /// A path that presses to `depth` and slides by `slide`.
@@ -66,7 +66,7 @@ fn an_output_never_overwrites_an_input() {
     refused(&["mesh", "--imported", "m.inp", "--out", "m.inp"], at, &["--out m.inp", "--imported"]);
     assert_eq!(fs::read(at.join("m.inp")).unwrap(), mesh);
     done(&["export", "--format", "json", "--out", "model.json"], at);
-    fs::write(at.join("model.fpm"), include_bytes!("../../../data/models/fingertip.fpm")).unwrap();
+    fs::write(at.join("model.fpm"), include_bytes!("../data/models/fingertip.fpm")).unwrap();
     let itself = ["export", "--model", "model.fpm", "--format", "c", "--out", "model.fpm"];
     refused(&itself, at, &["--out model.fpm", "--model"]);
     // A folder of results that holds an input under a name of the result.
@@ -349,7 +349,7 @@ fn a_run_shows_its_progress_where_there_is_no_terminal() {
 
 /// Unpacks a stored set of the finite-element finger.
 fn unpack(name: &str, folder: &Path, file: &str) {
-    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/fe_sets").join(format!("{name}.csv.gz"));
+    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fe_sets").join(format!("{name}.csv.gz"));
     let mut text = String::new();
     flate2::read::GzDecoder::new(fs::File::open(packed).unwrap()).read_to_string(&mut text).unwrap();
     write(folder, file, &text);

@@ -69,7 +69,7 @@ fn our_files_and_gmsh_s_are_imported() {
         // A .msh file has no ties: the nail's nodes become the skin's.
         assert_eq!(said.contains(", 0 nodes merged"), name == "f.inp", "{said}");
     }
-    let cushion = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/cushion.toml");
+    let cushion = concat!(env!("CARGO_MANIFEST_DIR"), "/data/meshes/cushion.toml");
     let said = done(folder, &["mesh", "--config", cushion, "--out", "cushion.msh"]);
     assert!(said.contains("nail"), "{said}");
     std::fs::write(folder.join("m.toml"), "[imported]\nfile = \"f.msh\"\nregions = { skin = [\"peau\"] }\n").unwrap();

@@ -12,7 +12,7 @@ use std::{
 /// How long an example may compute before it is taken to be right.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 
-const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+const PACKAGE: &str = env!("CARGO_MANIFEST_DIR");
 
 fn help(command: &str) -> String {
     let mut fingerpad = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
@@ -37,7 +37,7 @@ fn examples(command: &str) -> Vec<String> {
 
 /// Puts the files that the examples name into a folder.
 fn prepare(at: &Path) {
-    let data = Path::new(REPOSITORY).join("data");
+    let data = Path::new(PACKAGE).join("data");
     let copy = |from: &Path, to: &str| {
         fs::create_dir_all(at.join(to).parent().unwrap()).unwrap();
         fs::copy(from, at.join(to)).unwrap();
@@ -57,7 +57,7 @@ fn prepare(at: &Path) {
         ("calibration_d", &["calibration.csv", "c.csv"][..]),
         ("set_17", &["measured.csv", "m.csv", "h.csv", "holdout.csv"]),
     ] {
-        let packed = Path::new(REPOSITORY).join(format!("tests/data/fe_sets/{name}.csv.gz"));
+        let packed = Path::new(PACKAGE).join(format!("tests/fe_sets/{name}.csv.gz"));
         for file in files {
             let mut unpacked = fs::File::create(at.join(file)).unwrap();
             let mut text = flate2::read::GzDecoder::new(fs::File::open(&packed).unwrap());

@@ -2,8 +2,8 @@
 //!
 //! Main types: [`Prepared`], [`Confirmation`].
 
-use fingerpad_diagnose::laws::{Column, Place};
-use fingerpad_diagnose::{ActiveLaw, Evidence, FeConfirmation, ResidualSums, Run, RunSet, noise_floor_n};
+use fingerpad_diagnose::laws::{Change, Column, Place, Row};
+use fingerpad_diagnose::{ActiveLaw, Evidence, FeConfirmation, ResidualSums, RunSet, noise_floor_n};
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_smooth::{MIDDLE_MM, Parameters, ReferenceCurves};
 
@@ -95,9 +95,13 @@ impl<'a> Prepared<'a> {
     /// Largest depth that the plane is driven to, mm.
     pub fn depth_mm(&self) -> f64 {
         let runs = self.calibration.set.runs.iter().chain(&self.strokes.set.runs);
-        let offset: f64 =
-            self.evidence.laws.iter().filter(|a| a.law.place == Place::Depth).map(|a| a.values[0].max(0.0)).sum();
-        runs.map(Run::depth_mm).fold(0.0, f64::max) + offset
+        let of_row = |row: &Row| {
+            let mut change = Change::default();
+            let laws = self.evidence.laws.iter().filter(|a| a.law.place == Place::Depth);
+            laws.for_each(|a| a.law.apply(&a.values, row, &mut change));
+            row.depth_mm + change.depth_mm.max(0.0)
+        };
+        runs.flat_map(|r| &r.rows).map(of_row).fold(0.0, f64::max)
     }
 
     /// Calibrates the finite-element finger on its strokes and runs the others without and with the effect.

@@ -12,7 +12,7 @@
 //! | `model` | the smooth model along measured runs, priors, noise |
 //! | `data` | measured runs: readers, checks, corrections of columns |
 //! | `schema` | `report.json` as plain data |
-//! | `laws` | the library of effects |
+//! | `laws` | the library of effects, and laws of a user's file |
 //!
 //! Main types: [`RunSet`] (measured runs), [`laws::Law`] (the library), [`Diagnosis`] (the report), [`Evidence`] (what
 //! stands behind it). May use: `fingerpad-smooth` (the model of the inference), `fingerpad` (model files),
@@ -34,6 +34,7 @@ pub use data::covariates::{CORNEOMETER_SD_AU, Correction, CovariateError};
 pub use data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 pub use data::{runs_csv, trace_csv};
 pub use error::DiagnoseError;
+pub use laws::{LawsFile, OwnColumn, TableTold};
 pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
 pub use model::residual_sums::ResidualSums;

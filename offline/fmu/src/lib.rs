@@ -7,7 +7,6 @@ mod description;
 use std::io::{Cursor, Write as _};
 
 use fingerpad::ModelFile;
-use toml::{Table, Value};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -15,9 +14,6 @@ use zip::{CompressionMethod, ZipWriter};
 const UNIT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/unit"));
 /// Sources: names and contents.
 const SOURCES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/fmu_sources.rs"));
-/// The workspace from which the Rust sources take their versions.
-const WORKSPACE: &str = include_str!("../../../Cargo.toml");
-
 /// Why a model could not be packed.
 #[derive(Debug, thiserror::Error)]
 pub enum FmuError {
@@ -53,7 +49,6 @@ pub fn pack(model: &ModelFile, name: &str) -> Result<Vec<u8>, FmuError> {
         ("resources/model.fpm".to_owned(), model.bytes().to_vec()),
         (binary, UNIT.to_vec()),
         ("sources/buildDescription.xml".to_owned(), description::BUILD_DESCRIPTION.as_bytes().to_vec()),
-        ("sources/rust/Cargo.toml".to_owned(), workspace().into_bytes()),
     ];
     files.extend(SOURCES.iter().map(|(name, bytes)| (format!("sources/{name}"), bytes.to_vec())));
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
@@ -71,23 +66,4 @@ pub fn pack(model: &ModelFile, name: &str) -> Result<Vec<u8>, FmuError> {
 fn platform() -> String {
     let system = if cfg!(target_os = "macos") { "darwin" } else { std::env::consts::OS };
     format!("{}-{system}", std::env::consts::ARCH)
-}
-
-/// The workspace's file with no more than what the Rust sources of an FMU need of it.
-fn workspace() -> String {
-    let whole: Table = WORKSPACE.parse().expect("cargo has read it");
-    let part = |name: &str| whole["workspace"][name].clone();
-    let mut dependencies = part("dependencies");
-    if let Value::Table(dependencies) = &mut dependencies {
-        dependencies.retain(|_, dependency| dependency.get("path").is_none());
-    }
-    let mut workspace = Table::new();
-    workspace.insert("resolver".into(), part("resolver"));
-    workspace.insert("members".into(), Value::from(vec!["core"]));
-    workspace.insert("exclude".into(), Value::from(vec!["bindings/c"]));
-    workspace.insert("package".into(), part("package"));
-    workspace.insert("dependencies".into(), dependencies);
-    let mut file = Table::new();
-    file.insert("workspace".into(), Value::Table(workspace));
-    toml::to_string(&file).expect("a table of strings, arrays and tables")
 }

@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn table_1_of_the_paper() {
-        let rows = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/yoshida2011.csv"))).unwrap();
+        let rows = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/yoshida2011.csv"))).unwrap();
         assert_eq!(rows.len(), 4);
         let last =
             Row { depth_mm: 1.5, normal_force_n: 0.454, friction_coefficient: 1.42, contact_area_mm2: Some(97.7) };

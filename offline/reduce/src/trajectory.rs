@@ -125,7 +125,7 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
         };
         *at = target;
         let mut response = effects.step(model, &mut contact, now, motion);
-        let [normal, x, y] = effects.reading(&response);
+        let [normal, x, y] = effects.reading_under(&response, &contact, &now);
         (response.normal_force_n, response.friction_n) = (normal, [x, y]);
         response
     }))

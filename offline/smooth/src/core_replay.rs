@@ -36,6 +36,6 @@ pub fn replay_stroke<const M: usize, const N: usize, S: Scaling<f32>>(
             response = effects.step(model, &mut contact, sample.surroundings, motion);
         }
         (depth, t_s) = (sample.depth_mm, sample.t_s);
-        out.extend(effects.reading(&response).map(f64::from));
+        out.extend(effects.reading_under(&response, &contact, &sample.surroundings).map(f64::from));
     }
 }

@@ -2,7 +2,7 @@
 //! inference.
 //!
 //! Ten elasto-slip elements in parallel [Iwan 1967] carry the friction; normal force, strength and tangential stiffness
-//! are cubics in ln depth instead of tables, everything is f64 and infinitely smooth in its 30 parameters between yields,
+//! are cubics in ln depth instead of tables, everything is f64 and infinitely smooth in its 31 parameters between yields,
 //! so that differences of predictions are derivatives. It is simpler than `fingerpad`'s own step: its elements change their
 //! stiffness with depth where the core's springs touch one after the other, the normal force follows friction by shares
 //! instead of by the energy, and the stick ratio is not told. Fits need some thousand

@@ -28,6 +28,8 @@ pub struct SmoothModel {
     pub ln_stiffness_ratio_y: [f64; 2],
     /// Slide along x per depth while pressing, mm/mm, and its change with depth, 1/mm.
     pub press_coupling: [f64; 2],
+    /// Slide along y per depth while pressing, mm/mm.
+    pub press_coupling_y: f64,
     /// Normal force per friction along x and y.
     pub normal_per_friction: [f64; 2],
     /// Share by which full shear along x and y raises the normal force.
@@ -57,8 +59,8 @@ pub struct DepthValues {
     pub area_mm2: f64,
     /// Tangential stiffness along y over that along x.
     pub stiffness_ratio_y: f64,
-    /// Slide along x that pressing from touch to this depth amounts to, mm.
-    pub pressed_mm: f64,
+    /// Slide along x and y that pressing from touch to this depth amounts to, mm.
+    pub pressed_mm: [f64; 2],
 }
 
 /// A cubic over u within [`U_RANGE`] (`inside`), which goes on outside as a straight line that rises by at least 0.1.
@@ -93,7 +95,10 @@ impl SmoothModel {
             tangential_n_mm: extended_cubic(&self.ln_tangential, u, inside).exp(),
             area_mm2: extended_cubic(&self.ln_area, u, inside).exp(),
             stiffness_ratio_y: (self.ln_stiffness_ratio_y[0] + self.ln_stiffness_ratio_y[1] * inside).exp(),
-            pressed_mm: depth_mm * (self.press_coupling[0] + 0.5 * self.press_coupling[1] * depth_mm),
+            pressed_mm: [
+                depth_mm * (self.press_coupling[0] + 0.5 * self.press_coupling[1] * depth_mm),
+                depth_mm * self.press_coupling_y,
+            ],
         }
     }
 }

@@ -67,6 +67,8 @@ pub enum Parameter {
     EvenDirectionCosSlope,
     /// Change of the logarithm of the stiffness ratio with u.
     StiffnessRatioYExponent,
+    /// Slide along y that pressing amounts to, mm per mm of depth: a finger or a sensor that is not quite straight.
+    PressCouplingY,
 }
 
 /// What a report and a prior say of a parameter.
@@ -129,11 +131,12 @@ static INFO: [ParameterInfo; Parameter::COUNT] = [
     info(P::OddDirectionSin, "odd_direction_sin", "", 0.010, 0.002),
     info(P::EvenDirectionCosSlope, "even_direction_cos_slope", "", 0.030, 0.004),
     info(P::StiffnessRatioYExponent, "stiffness_ratio_y_exponent", "", 0.15, 0.02),
+    info(P::PressCouplingY, "press_coupling_y", "mm/mm", 0.03, 0.002),
 ];
 
 impl Parameter {
     /// Number of parameters.
-    pub const COUNT: usize = Self::StiffnessRatioYExponent as usize + 1;
+    pub const COUNT: usize = Self::PressCouplingY as usize + 1;
 
     /// All parameters, in the order of the vector.
     pub fn all() -> impl ExactSizeIterator<Item = Self> {

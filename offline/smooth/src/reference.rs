@@ -123,6 +123,7 @@ impl ReferenceCurves {
             elements: self.elements(values),
             ln_stiffness_ratio_y: [values[P::StiffnessRatioY], values[P::StiffnessRatioYExponent]],
             press_coupling: [values[P::PressCoupling], values[P::PressCouplingSlope]],
+            press_coupling_y: values[P::PressCouplingY],
             normal_per_friction: [values[P::NormalPerFrictionX], values[P::NormalPerFrictionY]],
             normal_shear: [values[P::NormalShearX], values[P::NormalShearY]],
             odd_x_per_mm: values[P::OddXPerMm],

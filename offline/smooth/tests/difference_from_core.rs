@@ -46,7 +46,7 @@ fn difference_percent(model: &SmoothModel, strokes: &[Stroke], other: &[f64]) ->
 
 #[test]
 fn the_smooth_model_stays_near_the_core() {
-    let file = ModelFile::new(include_bytes!("../../../data/models/fingertip.fpm")).unwrap();
+    let file = ModelFile::new(include_bytes!("../data/models/fingertip.fpm")).unwrap();
     let file = file.file();
     let reference = ReferenceCurves::from_model_data(file.model.data(), true);
     let model = reference.model(&reference.mean);

@@ -1,17 +1,23 @@
 //! Score card of `fingerpad diagnose` on hidden sets from an independent simulator.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write as _;
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::{LIBRARY, OUTSIDE};
-use fingerpad_tests::synthetic_truth::finger::Noise;
+use fingerpad_tests::synthetic_truth::laboratory::Noise;
 use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::oracle::{Separation, separation};
 use fingerpad_tests::synthetic_truth::score::{Class, Scored, score, settle};
-use fingerpad_tests::synthetic_truth::sets::{Case, Hide, case_of};
+use fingerpad_tests::synthetic_truth::score_sets::{self, Outcome, ScoreSet};
+use fingerpad_tests::synthetic_truth::score_table::table;
+use fingerpad_tests::synthetic_truth::sets::{Hide, Wanted, make};
+use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
 
 #[derive(Parser)]
 #[command(about = "Score card of the diagnosis on hidden sets", name = "cargo xtask bench diagnose")]
@@ -25,6 +31,18 @@ struct Args {
     /// Only these kinds: single, none, pair, outside, unrecorded
     #[arg(long, value_delimiter = ',')]
     kinds: Vec<String>,
+    /// Who makes the readings
+    #[arg(long, value_enum, default_value = "first")]
+    simulator: Simulators,
+    /// The whole score of both simulators in five practices instead; goes on where it stopped
+    #[arg(long)]
+    score: bool,
+    /// The score's first sets only, in an order that mixes all kinds
+    #[arg(long)]
+    sets: Option<usize>,
+    /// The score's file, a line a set [default: target/diagnose-score-SEED.jsonl]
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// How the laboratory moves and logs
     #[arg(long, value_enum, default_value = "plane")]
     protocol: Protocol,
@@ -39,15 +57,37 @@ struct Args {
     only: Vec<u64>,
     /// Write the files of every set to this folder
     #[arg(long)]
-    dump: Option<std::path::PathBuf>,
+    dump: Option<PathBuf>,
     /// Print every set that is not as wanted
     #[arg(long)]
     verbose: bool,
 }
 
+/// Who makes the readings.
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum Simulators {
+    /// Bristles on one spring, strength a power of the pressure
+    First,
+    /// An elastic half-space under an elliptic contact, strength tau_0 + alpha p
+    Second,
+    /// One after the other
+    Both,
+}
+
+impl Simulators {
+    fn kinds(self) -> &'static [SimulatorKind] {
+        match self {
+            Self::First => &SimulatorKind::ALL[..1],
+            Self::Second => &SimulatorKind::ALL[1..],
+            Self::Both => &SimulatorKind::ALL,
+        }
+    }
+}
+
 /// A set to be made.
 #[derive(Clone, Copy)]
 struct Job {
+    simulator: SimulatorKind,
     seed: u64,
     kind: &'static str,
     hide: Hide,
@@ -86,11 +126,15 @@ const PAIRS: [(usize, usize); 16] = [
 ];
 
 fn jobs(args: &Args) -> Vec<Job> {
+    args.simulator.kinds().iter().flat_map(|simulator| jobs_of(*simulator, args)).collect()
+}
+
+fn jobs_of(simulator: SimulatorKind, args: &Args) -> Vec<Job> {
     let mut out = Vec::new();
     let mut seed = 40_000 + 100_000 * args.seed;
     let mut add = |kind, hide, size, level, runs| {
         seed += 1;
-        out.push(Job { seed, kind, hide, size, level, runs });
+        out.push(Job { simulator, seed, kind, hide, size, level, runs });
     };
     for _ in 0..args.repeats {
         for size in [0.03, 0.10, 0.30] {
@@ -139,8 +183,48 @@ fn name(hide: Hide) -> String {
     }
 }
 
-fn main() {
+/// The score: judges what the file does not hold yet, prints the table of all that it holds.
+fn whole_score(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
+    let path = args.out.clone().unwrap_or_else(|| format!("target/diagnose-score-{}.jsonl", args.seed).into());
+    let mut wanted = score_sets::sets(args.seed, args.simulator.kinds());
+    wanted.truncate(args.sets.unwrap_or(usize::MAX));
+    let stored = if path.exists() { fs::read_to_string(&path)? } else { String::new() };
+    // A line that a stop cut short is judged again.
+    let whole = stored.rfind('\n').map_or(0, |end| end + 1);
+    let mut done: Vec<Outcome> = stored[..whole].lines().map(serde_json::from_str).collect::<Result<_, _>>()?;
+    done.retain(|o| wanted.contains(&o.set));
+    let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(&path)?;
+    file.set_len(whole as u64)?;
+    let known: Vec<ScoreSet> = done.iter().map(|o| o.set).collect();
+    let left: Vec<ScoreSet> = wanted.iter().filter(|set| !known.contains(set)).copied().collect();
+    eprintln!("seed {}: {} of {} sets are in {}", args.seed, known.len(), wanted.len(), path.display());
+    let (next, out) = (AtomicUsize::new(0), Mutex::new((fs::File::options().append(true).open(&path)?, done)));
+    std::thread::scope(|scope| {
+        for _ in 0..args.threads {
+            scope.spawn(|| {
+                while let Some(set) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let outcome = score_sets::judge(*set);
+                    let line = serde_json::to_string(&outcome).expect("plain numbers") + "\n";
+                    let (file, done) = &mut *out.lock().expect("no thread panics with it");
+                    file.write_all(line.as_bytes()).expect("the file can be written to");
+                    done.push(outcome);
+                    if done.len().is_multiple_of(20) {
+                        eprintln!("{} of {}", done.len(), wanted.len());
+                    }
+                }
+            });
+        }
+    });
+    let (_, done) = out.into_inner()?;
+    println!("seed {}, {}", args.seed, table(&done));
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args = Args::parse();
+    if args.score {
+        return whole_score(&args);
+    }
     let jobs = jobs(&args);
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, Done)>> = Mutex::new(Vec::new());
@@ -151,8 +235,9 @@ fn main() {
                     let i = next.fetch_add(1, Ordering::Relaxed);
                     let Some(job) = jobs.get(i).copied() else { break };
                     let exact_form = job.seed % 2 == 0;
-                    let made: Case =
-                        case_of(args.protocol, job.seed, job.hide, job.size, job.level, job.runs, exact_form);
+                    let Job { simulator, seed, hide, size, level, runs, .. } = job;
+                    let protocol = args.protocol;
+                    let made = make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form });
                     if let Some(folder) = &args.dump {
                         for (set, role) in [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")] {
                             let path = folder.join(format!("{}_{role}.csv", job.seed));
@@ -177,6 +262,7 @@ fn main() {
     done.sort_by_key(|d| d.0);
     let done: Vec<Done> = done.into_iter().map(|d| d.1).collect();
     card(&done, &args);
+    Ok(())
 }
 
 fn percent(hits: usize, of: usize) -> String {
@@ -297,10 +383,9 @@ fn card(done: &[Done], args: &Args) {
     }
     let mut times: Vec<f64> = done.iter().map(|d| d.scored.seconds).collect();
     println!(
-        "\nwall time of a diagnosis: median {:.2} s, p90 {:.2} s ({} threads at once)",
+        "\na diagnosis: median {:.2} s, p90 {:.2} s of processor time",
         quantile(&mut times, 0.5),
         quantile(&mut times, 0.9),
-        args.threads
     );
     if args.verbose {
         let mut seen: BTreeMap<Class, usize> = BTreeMap::new();
@@ -357,11 +442,17 @@ fn card(done: &[Done], args: &Args) {
                     .collect();
                 let partial: Vec<String> =
                     r.unexplained.partial.iter().map(|p| format!("{} {:.0}", p.law, p.delta_2ll)).collect();
+                let plans = r.next_experiment.iter().flat_map(|n| &n.prices);
+                let plans: Vec<String> = plans
+                    .map(|p| format!("{} {:.0} in {:.0} min", p.factor, p.lambda_rival_expected, p.minutes))
+                    .collect();
                 println!(
-                    "    hidden {} | best {} | partial {}",
+                    "    hidden {} | best {} | partial {} | plan {} of {}",
                     d.truth.join(", "),
                     best.join("; "),
-                    partial.join(", ")
+                    partial.join(", "),
+                    r.next_experiment.as_ref().map_or("none", |n| &n.factor),
+                    plans.join("; ")
                 );
             }
         }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use fingerpad_tests::synthetic_truth::effects::Effect;
-use fingerpad_tests::synthetic_truth::finger::{Finger, Noise};
+use fingerpad_tests::synthetic_truth::finger::Finger;
+use fingerpad_tests::synthetic_truth::laboratory::Noise;
 use fingerpad_tests::synthetic_truth::protocol::{self, Plan};
 use fingerpad_tests::synthetic_truth::sets::measure;
 use fingerpad_tests::synthetic_truth::{Random, csv};

@@ -11,7 +11,7 @@ use fingerpad_diagnose::RunSet;
 use fingerpad_fe::load_path::Problem;
 use fingerpad_tests::synthetic_truth::effects::Effect;
 use fingerpad_tests::synthetic_truth::fe_sets::config;
-use fingerpad_tests::synthetic_truth::finger::Noise;
+use fingerpad_tests::synthetic_truth::laboratory::Noise;
 use fingerpad_tests::synthetic_truth::protocol::{self, Plan};
 use fingerpad_tests::synthetic_truth::sets::record;
 use fingerpad_tests::synthetic_truth::{Random, csv, fe};

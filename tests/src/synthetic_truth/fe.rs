@@ -8,77 +8,9 @@ use std::ops::ControlFlow;
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, Waypoint, follow_path_with_law};
 
-use super::effects::{At, Effect, Influence};
-use super::finger::Scatter;
-use super::protocol::Stroke;
-
-/// State of a stroke at a time between its rows.
-struct Moment {
-    t_s: f64,
-    contact_s: f64,
-    occlusion_s: f64,
-    depth_mm: f64,
-    speed_mm_s: f64,
-    direction: f64,
-    path_mm: f64,
-    turn_mm: f64,
-    position_mm: [f64; 2],
-}
-
-/// Rows with what follows from the slide: direction, path, path since the turn; one entry per row.
-fn moments(stroke: &Stroke) -> Vec<Moment> {
-    let (mut path_mm, mut turn_mm, mut heading) = (0.0, 0.0, [0.0f64; 2]);
-    let mut before = [0.0; 2];
-    stroke
-        .rows
-        .iter()
-        .map(|row| {
-            let step = [row.slide_mm[0] - before[0], row.slide_mm[1] - before[1]];
-            before = row.slide_mm;
-            let length = f64::hypot(step[0], step[1]);
-            let moving = length > 1e-9;
-            if moving {
-                let now = step.map(|s| s / length);
-                if now[0] * heading[0] + now[1] * heading[1] < 0.0 {
-                    turn_mm = 0.0;
-                }
-                heading = now;
-                path_mm += length;
-                turn_mm += length;
-            }
-            Moment {
-                t_s: row.t_s,
-                contact_s: row.contact_s,
-                occlusion_s: row.occlusion_s,
-                depth_mm: row.depth_mm,
-                speed_mm_s: if moving { stroke.plan.speed_mm_s } else { 0.0 },
-                direction: heading[1].atan2(heading[0]),
-                path_mm,
-                turn_mm,
-                position_mm: row.slide_mm,
-            }
-        })
-        .collect()
-}
-
-fn influence(stroke: &Stroke, m: &Moment, effects: &[Effect]) -> Influence {
-    let at = At {
-        plan: &stroke.plan,
-        t_s: m.t_s,
-        contact_s: m.contact_s,
-        occlusion_s: m.occlusion_s,
-        depth_mm: m.depth_mm,
-        speed_mm_s: m.speed_mm_s,
-        direction: m.direction,
-        path_mm: m.path_mm,
-        turn_mm: m.turn_mm,
-        position_mm: m.position_mm,
-        normal_n: f64::NAN,
-    };
-    let mut out = Influence::default();
-    effects.iter().for_each(|e| e.act(&at, &mut out));
-    out
-}
+use super::effects::Effect;
+use super::laboratory::Scatter;
+use super::protocol::{Moment, Stroke};
 
 /// Between two rows; what holds for the motion is that of the row at its end.
 fn between(rows: &[Moment], t_s: f64) -> Moment {
@@ -109,10 +41,10 @@ pub fn readings(
     effects: &[Effect],
     scatter: &Scatter,
 ) -> Result<Vec<[f64; 3]>, LoadPathError> {
-    let rows = moments(stroke);
+    let rows = stroke.moments();
     let law = problem.friction.unwrap_or_default();
     let factors = |m: &Moment| {
-        let i = influence(stroke, m, effects);
+        let i = m.influence(stroke, effects, f64::NAN);
         (i.strength * scatter.strength, i.stiffness * scatter.stiffness)
     };
     let law_at = |t_s: f64| -> RubberFriction {
@@ -122,7 +54,7 @@ pub fn readings(
     let waypoints = rows
         .iter()
         .map(|m| {
-            let more = influence(stroke, m, effects).depth_mm + scatter.depth_mm;
+            let more = m.influence(stroke, effects, f64::NAN).depth_mm + scatter.depth_mm;
             let depth = if m.depth_mm > 0.0 { m.depth_mm + more } else { m.depth_mm };
             Waypoint { t_s: m.t_s, normal: depth, x: m.position_mm[0], y: m.position_mm[1] }
         })
@@ -133,7 +65,7 @@ pub fn readings(
         .iter()
         .map(|m| {
             let r = responses.iter().rfind(|r| r.t_s == m.t_s).expect("a response at every corner");
-            let i = influence(stroke, m, effects);
+            let i = m.influence(stroke, effects, f64::NAN);
             let (_, stiffness) = factors(m);
             let area = r.contact_area_mm2 / 63.5;
             let normal = r.normal_force_n * stiffness - i.adhesion_n * area.sqrt();

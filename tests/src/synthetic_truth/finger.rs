@@ -5,7 +5,9 @@
 
 use super::Random;
 use super::effects::{At, Effect, Influence};
+use super::laboratory::Scatter;
 use super::protocol::Stroke;
+use super::simulator::Simulator;
 
 /// Geometry and material of one finger.
 #[derive(Clone, Debug)]
@@ -48,9 +50,8 @@ pub struct Finger {
     pub odd: f64,
 }
 
-/// Names of what [`Finger::vary`] changes and the size that a perfect analyst allows it: scales of normal force
-/// and friction are free (a pure rescale is never an effect), that of the tangential stiffness, then the shape.
-pub const VARIED: [f64; 14] = [1.0, 1.0, 0.10, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.002, 0.004, 0.006, 0.004];
+/// The sizes of what `vary` changes, in its order.
+const VARIED: [f64; 14] = [1.0, 1.0, 0.10, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.002, 0.004, 0.006, 0.004];
 
 impl Finger {
     /// A finger of a seed, away from the shipped model's geometry.
@@ -77,129 +78,12 @@ impl Finger {
         }
     }
 
-    /// The finger with freedom `k` of [`VARIED`] moved by `by`.
-    pub fn vary(&self, k: usize, by: f64) -> Self {
-        let mut f = self.clone();
-        match k {
-            0 => f.normal_n *= 1.0 + by,
-            1 => f.lambda *= 1.0 + by,
-            2 => {
-                f.bulk_n_mm *= 1.0 + by;
-                f.bristle_mpa_mm *= 1.0 + by;
-            }
-            3 => f.normal_exponent += by,
-            4 => f.normal_rate += by,
-            5 => f.area_exponent += by,
-            6 => f.bulk_exponent += by,
-            7 => f.bulk_ratio *= 1.0 + by,
-            8 => f.bristle_mpa_mm *= 1.0 + 2.0 * by,
-            9 => f.bell *= 1.0 + by,
-            10 => f.press += by,
-            11 => f.lean += by,
-            12 => f.heave += by,
-            _ => f.odd += by,
-        }
-        f
-    }
-
     fn normal(&self, depth: f64) -> f64 {
         self.normal_n * depth.powf(self.normal_exponent) * (self.normal_rate * (depth - 1.0)).exp()
     }
 
     fn area(&self, depth: f64) -> f64 {
         self.area_mm2 * depth.powf(self.area_exponent)
-    }
-
-    /// Readings along a stroke: normal, x, y per row, N.
-    pub fn readings(&self, stroke: &Stroke, effects: &[Effect], scatter: &Scatter) -> Vec<[f64; 3]> {
-        const GRID: f64 = 1.0;
-        let reach = 7;
-        let mut bristles: Vec<Bristle> = Vec::new();
-        for i in -reach..=reach {
-            for j in -reach..=reach {
-                bristles.push(Bristle {
-                    at: [GRID * (f64::from(i) + 0.13), GRID * (f64::from(j) - 0.21)],
-                    stretch: [0.0; 2],
-                });
-            }
-        }
-        let mut out = Vec::with_capacity(stroke.rows.len());
-        let mut bulk = [0.0f64; 2];
-        let mut plate = [0.0f64; 2];
-        let mut before = (0.0f64, [0.0f64; 2]);
-        let (mut path, mut turn, mut heading) = (0.0, 0.0, [0.0f64; 2]);
-        for row in &stroke.rows {
-            let slide = [row.slide_mm[0] - before.1[0], row.slide_mm[1] - before.1[1]];
-            let length = slide[0].hypot(slide[1]);
-            if length > 1e-9 {
-                let now = [slide[0] / length, slide[1] / length];
-                if now[0] * heading[0] + now[1] * heading[1] < 0.0 {
-                    turn = 0.0;
-                }
-                heading = now;
-                path += length;
-                turn += length;
-            }
-            let moving = length > 1e-9;
-            let at = At {
-                plan: &stroke.plan,
-                t_s: row.t_s,
-                contact_s: row.contact_s,
-                occlusion_s: row.occlusion_s,
-                depth_mm: row.depth_mm,
-                speed_mm_s: if moving { stroke.plan.speed_mm_s } else { 0.0 },
-                direction: heading[1].atan2(heading[0]),
-                path_mm: path,
-                turn_mm: turn,
-                position_mm: row.slide_mm,
-                normal_n: self.normal(row.depth_mm.max(0.0)),
-            };
-            let mut influence = Influence::default();
-            for effect in effects {
-                effect.act(&at, &mut influence);
-            }
-            let depth_end =
-                if row.depth_mm > 0.0 { row.depth_mm + influence.depth_mm + scatter.depth_mm } else { row.depth_mm };
-            let steps = ((depth_end - before.0).abs() / 0.1).ceil().max(length / 0.25).clamp(1.0, 14.0) as usize;
-            let start = before.0.max(0.0);
-            let mut force = [0.0; 2];
-            let mut ceiling = 0.0;
-            let stiff = influence.stiffness * scatter.stiffness;
-            for k in 1..=steps {
-                let share = k as f64 / steps as f64;
-                let depth = if depth_end > 0.0 { start + (depth_end - start) * share } else { depth_end };
-                if depth <= 0.0 {
-                    bristles.iter_mut().for_each(|b| b.stretch = [0.0; 2]);
-                    (bulk, plate, force) = ([0.0; 2], [0.0; 2], [0.0; 2]);
-                    continue;
-                }
-                let by = [
-                    slide[0] / steps as f64 + self.press * (depth_end.max(0.0) - start) / steps as f64,
-                    slide[1] / steps as f64,
-                ];
-                plate = [plate[0] + by[0], plate[1] + by[1]];
-                let odd = 1.0 - self.odd * heading[0];
-                let strength = influence.strength * scatter.strength * odd;
-                (force, ceiling) = self.relax(&mut bristles, &mut bulk, plate, depth, stiff, strength);
-            }
-            before = (depth_end.max(0.0), row.slide_mm);
-            let mut normal = 0.0;
-            if depth_end > 0.0 {
-                let area = self.area(depth_end) / 63.5;
-                let share = if ceiling > 0.0 { force[0].hypot(force[1]) / ceiling } else { 0.0 };
-                normal = self.normal(depth_end) * stiff * (1.0 + self.heave * share * share) + self.lean * force[0]
-                    - influence.adhesion_n * area.sqrt();
-                let drag = influence.drag_n_s_mm * at.speed_mm_s * area * (1.0 - (-turn / 0.2).exp());
-                force = [force[0] + drag * heading[0], force[1] + drag * heading[1]];
-            }
-            let b = influence.bias_n;
-            out.push([
-                normal + b[0] + scatter.offset_n[0],
-                force[0] + influence.cross[0] * normal + b[1] + scatter.offset_n[1],
-                force[1] + influence.cross[1] * normal + b[2] + scatter.offset_n[2],
-            ]);
-        }
-        out
     }
 
     /// Bristles and bulk in balance at a plate position: returns the friction and its largest possible size.
@@ -291,6 +175,127 @@ impl Finger {
     }
 }
 
+impl Simulator for Finger {
+    fn freedoms(&self) -> &'static [f64] {
+        &VARIED
+    }
+
+    fn vary(&self, k: usize, by: f64) -> Box<dyn Simulator> {
+        let mut f = self.clone();
+        match k {
+            0 => f.normal_n *= 1.0 + by,
+            1 => f.lambda *= 1.0 + by,
+            2 => {
+                f.bulk_n_mm *= 1.0 + by;
+                f.bristle_mpa_mm *= 1.0 + by;
+            }
+            3 => f.normal_exponent += by,
+            4 => f.normal_rate += by,
+            5 => f.area_exponent += by,
+            6 => f.bulk_exponent += by,
+            7 => f.bulk_ratio *= 1.0 + by,
+            8 => f.bristle_mpa_mm *= 1.0 + 2.0 * by,
+            9 => f.bell *= 1.0 + by,
+            10 => f.press += by,
+            11 => f.lean += by,
+            12 => f.heave += by,
+            _ => f.odd += by,
+        }
+        Box::new(f)
+    }
+
+    fn readings(&self, stroke: &Stroke, effects: &[Effect], scatter: &Scatter) -> Vec<[f64; 3]> {
+        const GRID: f64 = 1.0;
+        let reach = 7;
+        let mut bristles: Vec<Bristle> = Vec::new();
+        for i in -reach..=reach {
+            for j in -reach..=reach {
+                bristles.push(Bristle {
+                    at: [GRID * (f64::from(i) + 0.13), GRID * (f64::from(j) - 0.21)],
+                    stretch: [0.0; 2],
+                });
+            }
+        }
+        let mut out = Vec::with_capacity(stroke.rows.len());
+        let mut bulk = [0.0f64; 2];
+        let mut plate = [0.0f64; 2];
+        let mut before = (0.0f64, [0.0f64; 2]);
+        let (mut path, mut turn, mut heading) = (0.0, 0.0, [0.0f64; 2]);
+        for row in &stroke.rows {
+            let slide = [row.slide_mm[0] - before.1[0], row.slide_mm[1] - before.1[1]];
+            let length = slide[0].hypot(slide[1]);
+            if length > 1e-9 {
+                let now = [slide[0] / length, slide[1] / length];
+                if now[0] * heading[0] + now[1] * heading[1] < 0.0 {
+                    turn = 0.0;
+                }
+                heading = now;
+                path += length;
+                turn += length;
+            }
+            let moving = length > 1e-9;
+            let at = At {
+                plan: &stroke.plan,
+                t_s: row.t_s,
+                contact_s: row.contact_s,
+                occlusion_s: row.occlusion_s,
+                depth_mm: row.depth_mm,
+                speed_mm_s: if moving { stroke.plan.speed_mm_s } else { 0.0 },
+                direction: heading[1].atan2(heading[0]),
+                path_mm: path,
+                turn_mm: turn,
+                position_mm: row.slide_mm,
+                normal_n: self.normal(row.depth_mm.max(0.0)),
+            };
+            let mut influence = Influence::default();
+            for effect in effects {
+                effect.act(&at, &mut influence);
+            }
+            let depth_end =
+                if row.depth_mm > 0.0 { row.depth_mm + influence.depth_mm + scatter.depth_mm } else { row.depth_mm };
+            let steps = ((depth_end - before.0).abs() / 0.1).ceil().max(length / 0.25).clamp(1.0, 14.0) as usize;
+            let start = before.0.max(0.0);
+            let mut force = [0.0; 2];
+            let mut ceiling = 0.0;
+            let stiff = influence.stiffness * scatter.stiffness;
+            for k in 1..=steps {
+                let share = k as f64 / steps as f64;
+                let depth = if depth_end > 0.0 { start + (depth_end - start) * share } else { depth_end };
+                if depth <= 0.0 {
+                    bristles.iter_mut().for_each(|b| b.stretch = [0.0; 2]);
+                    (bulk, plate, force) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+                    continue;
+                }
+                let by = [
+                    slide[0] / steps as f64 + self.press * (depth_end.max(0.0) - start) / steps as f64,
+                    slide[1] / steps as f64,
+                ];
+                plate = [plate[0] + by[0], plate[1] + by[1]];
+                let odd = 1.0 - self.odd * heading[0];
+                let strength = influence.strength * scatter.strength * odd;
+                (force, ceiling) = self.relax(&mut bristles, &mut bulk, plate, depth, stiff, strength);
+            }
+            before = (depth_end.max(0.0), row.slide_mm);
+            let mut normal = 0.0;
+            if depth_end > 0.0 {
+                let area = self.area(depth_end) / 63.5;
+                let share = if ceiling > 0.0 { force[0].hypot(force[1]) / ceiling } else { 0.0 };
+                normal = self.normal(depth_end) * stiff * (1.0 + self.heave * share * share) + self.lean * force[0]
+                    - influence.adhesion_n * area.sqrt();
+                let drag = influence.drag_n_s_mm * at.speed_mm_s * area * (1.0 - (-turn / 0.2).exp());
+                force = [force[0] + drag * heading[0], force[1] + drag * heading[1]];
+            }
+            let b = influence.bias_n;
+            out.push([
+                normal + b[0] + scatter.offset_n[0],
+                force[0] + influence.cross[0] * normal + b[1] + scatter.offset_n[1],
+                force[1] + influence.cross[1] * normal + b[2] + scatter.offset_n[2],
+            ]);
+        }
+        out
+    }
+}
+
 struct Bristle {
     at: [f64; 2],
     stretch: [f64; 2],
@@ -326,74 +331,4 @@ impl Balance {
         self.force[1] += a * q[1] * back;
         self.ceiling += a * tau;
     }
-}
-
-/// What a run draws once.
-#[derive(Clone, Copy, Debug)]
-pub struct Scatter {
-    /// Factor on the stiffness.
-    pub stiffness: f64,
-    /// Factor on the strength.
-    pub strength: f64,
-    /// Error of the touch point, mm.
-    pub depth_mm: f64,
-    /// Offsets of the readings, N.
-    pub offset_n: [f64; 3],
-}
-
-impl Default for Scatter {
-    fn default() -> Self {
-        Self { stiffness: 1.0, strength: 1.0, depth_mm: 0.0, offset_n: [0.0; 3] }
-    }
-}
-
-/// Noise of a laboratory.
-#[derive(Clone, Debug)]
-pub struct Noise {
-    /// Row noise, N.
-    pub additive_n: f64,
-    /// Row noise, share of the reading.
-    pub multiplicative: f64,
-    /// Scatter of stiffness and strength between runs.
-    pub gain: [f64; 2],
-    /// Scatter of the touch point, mm.
-    pub depth_mm: f64,
-    /// Scatter of the offsets, N.
-    pub offset_n: f64,
-    /// Error of the corneometer, a.u.
-    pub hydration_au: f64,
-}
-
-impl Noise {
-    /// A laboratory of a seed.
-    pub fn random(random: &mut Random) -> Self {
-        Self {
-            additive_n: random.between(0.002, 0.005),
-            multiplicative: random.between(0.01, 0.03),
-            gain: [random.between(0.01, 0.025), random.between(0.01, 0.025)],
-            depth_mm: random.between(0.005, 0.015),
-            offset_n: random.between(0.001, 0.004),
-            hydration_au: 2.0,
-        }
-    }
-
-    /// The scatter of a run.
-    pub fn run(&self, random: &mut Random) -> Scatter {
-        Scatter {
-            stiffness: 1.0 + self.gain[0] * random.normal(),
-            strength: 1.0 + self.gain[1] * random.normal(),
-            depth_mm: self.depth_mm * random.normal(),
-            offset_n: [0, 1, 2].map(|_| self.offset_n * random.normal()),
-        }
-    }
-
-    /// A reading with row noise.
-    pub fn row(&self, reading: [f64; 3], random: &mut Random) -> [f64; 3] {
-        reading.map(|f| f + self.additive_n.hypot(self.multiplicative * f) * random.normal())
-    }
-}
-
-/// Noise-free readings of all strokes.
-pub fn all_readings(finger: &Finger, strokes: &[Stroke], effects: &[Effect]) -> Vec<Vec<[f64; 3]>> {
-    strokes.iter().map(|s| finger.readings(s, effects, &Scatter::default())).collect()
 }

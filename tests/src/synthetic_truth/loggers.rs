@@ -2,6 +2,8 @@
 //!
 //! Main types: [`Protocol`], [`Logger`].
 
+use std::f64::consts::FRAC_PI_2;
+
 use fingerpad_diagnose::{RawRow, RunSet};
 
 use super::Random;
@@ -12,6 +14,8 @@ use super::protocol::Plan;
 pub enum Protocol {
     /// Directions over the whole plane, a logger without faults.
     Plane,
+    /// All slides along ±x and ±y.
+    FourDirections,
     /// All slides along +x, as in Yoshida et al. 2011.
     OneAxis,
     /// The calibration along +x, the measured runs over the whole plane.
@@ -27,6 +31,9 @@ impl Protocol {
     pub fn turn(self, plans: &mut [Plan], calibration: bool) {
         if self == Self::OneAxis || (self == Self::AxisThenPlane && calibration) {
             plans.iter_mut().for_each(|p| p.direction = 0.0);
+        }
+        if self == Self::FourDirections {
+            plans.iter_mut().for_each(|p| p.direction = (p.direction / FRAC_PI_2).round() * FRAC_PI_2);
         }
     }
 
@@ -95,6 +102,7 @@ impl Logger {
                     hydration_au: row.hydration_au,
                     temperature_c: row.temperature_c,
                     finger_width_mm: row.width_mm,
+                    own: row.own,
                 })
             });
             (run.labels.clone(), rows.collect())

@@ -1,18 +1,25 @@
-//! Measured sets with a hidden effect, from a simulator that shares no code and no form with the diagnosis.
+//! Measured sets with a hidden effect, from two simulators that share no code and no form with the diagnosis nor with each
+//! other.
 //!
-//! Main types: [`finger::Finger`] (bristles on a bulk, under a pressure that moves with depth), [`effects::Effect`],
-//! [`protocol::Plan`], [`sets::Case`] (truth and data), [`oracle`] (what a perfect analyst could tell).
+//! Main types: [`finger::Finger`] (bristles on a bulk, under a pressure that moves with depth),
+//! [`half_space_finger::HalfSpaceFinger`] (elastic half-space, elliptic contact, friction linear in pressure),
+//! [`effects::Effect`], [`protocol::Plan`], [`sets::Case`] (truth and data), [`oracle`] (what a perfect analyst could tell).
 
 pub mod csv;
 pub mod effects;
 pub mod fe;
 pub mod fe_sets;
 pub mod finger;
+pub mod half_space_finger;
+pub mod laboratory;
 pub mod loggers;
 pub mod oracle;
 pub mod protocol;
 pub mod score;
+pub mod score_sets;
+pub mod score_table;
 pub mod sets;
+pub mod simulator;
 
 /// Random numbers of a set.
 pub struct Random(u64);

@@ -6,8 +6,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::effects::{Effect, LIBRARY};
-use super::finger::{Scatter, VARIED, all_readings};
+use super::laboratory::Scatter;
 use super::sets::Case;
+use super::simulator::all_readings;
 
 /// Separations of a case with one hidden law.
 #[derive(Clone, Copy, Debug)]
@@ -74,8 +75,8 @@ fn groups(name: &'static str, truth: &Effect) -> Vec<Vec<Effect>> {
 /// Separations of the case's first effect.
 pub fn separation(case: &Case) -> Separation {
     let flat = |r: Vec<Vec<[f64; 3]>>| -> Vec<f64> { r.into_iter().flatten().flatten().collect() };
-    let strokes = &case.strokes;
-    let plain = flat(all_readings(&case.finger, strokes, &[]));
+    let (strokes, freedoms) = (&case.strokes, case.finger.freedoms());
+    let plain = flat(all_readings(&*case.finger, strokes, &[]));
     let truth = &case.truth[0];
     let family = |name: &str| LIBRARY.iter().find(|l| l.0 == name).map(|l| l.1);
     let difference =
@@ -118,12 +119,12 @@ pub fn separation(case: &Case) -> Separation {
         out.extend_from_slice(prior);
         DVector::from_vec(out)
     };
-    let no_prior = vec![0.0; VARIED.len()];
-    let nuisance: Vec<DVector<f64>> = (0..VARIED.len())
+    let no_prior = vec![0.0; freedoms.len()];
+    let nuisance: Vec<DVector<f64>> = (0..freedoms.len())
         .map(|k| {
-            let moved = flat(all_readings(&case.finger.vary(k, 0.01), strokes, &[]));
+            let moved = flat(all_readings(&*case.finger.vary(k, 0.01), strokes, &[]));
             let mut prior = no_prior.clone();
-            prior[k] = 1.0 / VARIED[k];
+            prior[k] = 1.0 / freedoms[k];
             whiten(&difference(moved, 0.01), &prior)
         })
         .collect();
@@ -131,7 +132,7 @@ pub fn separation(case: &Case) -> Separation {
     let solver = (basis.transpose() * &basis).cholesky().expect("prior rows");
     let clean = |v: DVector<f64>| &v - &basis * solver.solve(&(basis.transpose() * &v));
 
-    let effect = clean(whiten(&difference(flat(all_readings(&case.finger, strokes, &case.truth)), 1.0), &no_prior));
+    let effect = clean(whiten(&difference(flat(all_readings(&*case.finger, strokes, &case.truth)), 1.0), &no_prior));
     let detect = effect.norm_squared();
     let mut rival = detect;
     for (name, other) in LIBRARY {
@@ -143,7 +144,7 @@ pub fn separation(case: &Case) -> Separation {
                 .iter()
                 .map(|e| {
                     clean(whiten(
-                        &difference(flat(all_readings(&case.finger, strokes, std::slice::from_ref(e))), e.amplitude),
+                        &difference(flat(all_readings(&*case.finger, strokes, std::slice::from_ref(e))), e.amplitude),
                         &no_prior,
                     ))
                 })

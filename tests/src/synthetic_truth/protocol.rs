@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::Random;
+use super::effects::{At, Effect, Influence};
 
 /// Conditions of a stroke.
 #[derive(Clone, Debug)]
@@ -51,6 +52,88 @@ pub struct Stroke {
     pub plan: Plan,
     /// Rows.
     pub rows: Vec<StrokeRow>,
+}
+
+/// State of a stroke at a time.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// Clock, s.
+    pub t_s: f64,
+    /// Since touch, s.
+    pub contact_s: f64,
+    /// Since the last rest, s.
+    pub occlusion_s: f64,
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Speed, mm/s; 0 at rest.
+    pub speed_mm_s: f64,
+    /// Direction of motion, rad.
+    pub direction: f64,
+    /// Path since touch, mm.
+    pub path_mm: f64,
+    /// Path since the last turn, mm.
+    pub turn_mm: f64,
+    /// Position of the plate, mm.
+    pub position_mm: [f64; 2],
+}
+
+impl Moment {
+    /// What effects do at this moment, where the elastic load is `normal_n`.
+    pub fn influence(&self, stroke: &Stroke, effects: &[Effect], normal_n: f64) -> Influence {
+        let at = At {
+            plan: &stroke.plan,
+            t_s: self.t_s,
+            contact_s: self.contact_s,
+            occlusion_s: self.occlusion_s,
+            depth_mm: self.depth_mm,
+            speed_mm_s: self.speed_mm_s,
+            direction: self.direction,
+            path_mm: self.path_mm,
+            turn_mm: self.turn_mm,
+            position_mm: self.position_mm,
+            normal_n,
+        };
+        let mut out = Influence::default();
+        effects.iter().for_each(|e| e.act(&at, &mut out));
+        out
+    }
+}
+
+impl Stroke {
+    /// Rows with what follows from the slide: direction, path, path since the turn; one entry per row.
+    pub fn moments(&self) -> Vec<Moment> {
+        let (mut path_mm, mut turn_mm, mut heading) = (0.0, 0.0, [0.0f64; 2]);
+        let mut before = [0.0; 2];
+        self.rows
+            .iter()
+            .map(|row| {
+                let step = [row.slide_mm[0] - before[0], row.slide_mm[1] - before[1]];
+                before = row.slide_mm;
+                let length = f64::hypot(step[0], step[1]);
+                let moving = length > 1e-9;
+                if moving {
+                    let now = step.map(|s| s / length);
+                    if now[0] * heading[0] + now[1] * heading[1] < 0.0 {
+                        turn_mm = 0.0;
+                    }
+                    heading = now;
+                    path_mm += length;
+                    turn_mm += length;
+                }
+                Moment {
+                    t_s: row.t_s,
+                    contact_s: row.contact_s,
+                    occlusion_s: row.occlusion_s,
+                    depth_mm: row.depth_mm,
+                    speed_mm_s: if moving { self.plan.speed_mm_s } else { 0.0 },
+                    direction: heading[1].atan2(heading[0]),
+                    path_mm,
+                    turn_mm,
+                    position_mm: row.slide_mm,
+                }
+            })
+            .collect()
+    }
 }
 
 impl Plan {

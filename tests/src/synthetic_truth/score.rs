@@ -2,12 +2,12 @@
 
 use std::convert::Infallible;
 use std::sync::OnceLock;
-use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use fingerpad::ModelFile;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, Options, PlanConstraints, PlannedRun,
-    RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
+    CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, Evidence, LawsFile, Options, PlanConstraints,
+    PlannedRun, RunSet, SelectionSettings, Verdict, diagnose, laws::Column,
 };
 
 use fingerpad_smooth::ReferenceCurves;
@@ -18,7 +18,7 @@ use super::protocol::{Plan, strokes};
 use super::sets::{Case, measure};
 
 /// How a verdict stands to the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Class {
     /// The set of names is the truth.
     Exact,
@@ -36,6 +36,8 @@ pub enum Class {
     Unexplained,
     /// Nothing missing.
     Nothing,
+    /// The files were refused.
+    Refused,
 }
 
 /// A judged case.
@@ -45,7 +47,7 @@ pub struct Scored {
     pub class: Class,
     /// The report.
     pub report: Diagnosis,
-    /// Time of the diagnosis, s.
+    /// Processor time of the diagnosis, s.
     pub seconds: f64,
     /// Relative error of the first parameter, where the law itself is right.
     pub amplitude_error: Option<f64>,
@@ -90,11 +92,23 @@ pub fn run_with_evidence(
     holdout: Option<&RunSet>,
     hydration_sd: f64,
 ) -> (Diagnosis, Evidence) {
+    run_within(calibration, measured, holdout, hydration_sd, PlanConstraints::default())
+}
+
+/// The same where the next experiment keeps to what the laboratory can do.
+pub fn run_within(
+    calibration: &RunSet,
+    measured: &RunSet,
+    holdout: Option<&RunSet>,
+    hydration_sd: f64,
+    plan: PlanConstraints,
+) -> (Diagnosis, Evidence) {
     let options = Options {
         settings: SelectionSettings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
         model: "shipped".into(),
-        plan: PlanConstraints::default(),
+        plan,
+        own: LawsFile::default(),
     };
     let open = || Ok::<_, Never>(holdout.cloned());
     match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
@@ -130,8 +144,13 @@ fn classify(report: &Diagnosis, truth: &[&str]) -> Class {
 
 /// Diagnoses and judges a case.
 pub fn score(case: &Case) -> Scored {
-    let started = Instant::now();
-    let report = run(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
+    score_within(case, PlanConstraints::default())
+}
+
+/// The same where the next experiment keeps to what the laboratory can do.
+pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
+    let started = ThreadTime::now();
+    let (report, _) = run_within(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU, plan);
     let seconds = started.elapsed().as_secs_f64();
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
     let class = classify(&report, &truth);
@@ -179,7 +198,7 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
         stroke.rows.iter_mut().for_each(|r| r.t_s += start);
     }
     let mut random = Random::new(case.seed ^ 0xABCD);
-    let set = measure(&case.finger, &more, &case.truth, &case.noise, &mut random, "next", case.dropped);
+    let set = measure(&*case.finger, &more, &case.truth, &case.noise, &mut random, "next", case.dropped);
     let set = case.protocol.log(set, false, &mut random);
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);

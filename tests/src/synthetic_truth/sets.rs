@@ -6,9 +6,10 @@ use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
 
 use super::Random;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
-use super::finger::{Finger, Noise, Scatter, all_readings};
+use super::laboratory::{Noise, Scatter};
 use super::loggers::Protocol;
 use super::protocol::{self, Plan, Stroke};
+use super::simulator::{Simulator, SimulatorKind, all_readings};
 
 /// What is hidden, and the three files.
 pub struct Case {
@@ -31,7 +32,7 @@ pub struct Case {
     /// Further runs with the effect.
     pub holdout: RunSet,
     /// The finger, for the oracle and for further strokes.
-    pub finger: Finger,
+    pub finger: Box<dyn Simulator>,
     /// The laboratory.
     pub noise: Noise,
     /// Strokes of the measured set.
@@ -41,7 +42,7 @@ pub struct Case {
 }
 
 /// What is to be hidden.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Hide {
     /// Nothing.
     Nothing,
@@ -55,12 +56,33 @@ pub enum Hide {
     Unrecorded(usize),
 }
 
-/// Makes a case with directions over the plane and a logger without faults.
+/// What a case is to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// Who makes the readings.
+    pub simulator: SimulatorKind,
+    /// How the laboratory moves and logs.
+    pub protocol: Protocol,
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+    /// What is hidden.
+    pub hide: Hide,
+    /// Its size, 0.03 to 0.3.
+    pub size: f64,
+    /// Level of confounding.
+    pub level: usize,
+    /// Measured runs.
+    pub runs: usize,
+    /// Whether the laws' forms are exact.
+    pub exact_form: bool,
+}
+
+/// Makes a case of the first simulator with directions over the plane and a logger without faults.
 pub fn case(seed: u64, hide: Hide, size: f64, level: usize, runs: usize, exact_form: bool) -> Case {
     case_of(Protocol::Plane, seed, hide, size, level, runs, exact_form)
 }
 
-/// Makes a case of a protocol.
+/// Makes a case of the first simulator and a protocol.
 pub fn case_of(
     protocol: Protocol,
     seed: u64,
@@ -70,8 +92,14 @@ pub fn case_of(
     runs: usize,
     exact_form: bool,
 ) -> Case {
+    make(Wanted { simulator: SimulatorKind::First, protocol, seed, hide, size, level, runs, exact_form })
+}
+
+/// Makes a case.
+pub fn make(wanted: Wanted) -> Case {
+    let Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form } = wanted;
     let mut random = Random::new(seed);
-    let finger = Finger::random(&mut random);
+    let finger = simulator.finger(&mut random);
     let noise = Noise::random(&mut random);
     let turned = |mut plans: Vec<Plan>, calibration| {
         protocol.turn(&mut plans, calibration);
@@ -87,21 +115,20 @@ pub fn case_of(
         Hide::Outside(i) => vec![OUTSIDE[i]],
     };
     let truth: Vec<Effect> =
-        names.into_iter().map(|name| sized(&finger, &strokes, name, size, exact_form, &mut random)).collect();
+        names.into_iter().map(|name| sized(&*finger, &strokes, name, size, exact_form, &mut random)).collect();
     // The measured finger is the calibrated one, a little softer or rougher today.
-    let mut today = finger.clone();
-    today.normal_n *= 1.0 + 0.03 * random.normal();
-    today.lambda *= 1.0 + 0.03 * random.normal();
+    let today = finger.vary(0, 0.03 * random.normal());
+    let today = today.vary(1, 0.03 * random.normal());
     let dropped = match hide {
         Hide::Unrecorded(i) => driver(LIBRARY[i].0),
         _ => None,
     };
-    let mut set = |finger: &Finger, strokes: &[Stroke], truth: &[Effect], name: &str| {
+    let mut set = |finger: &dyn Simulator, strokes: &[Stroke], truth: &[Effect], name: &str| {
         measure(finger, strokes, truth, &noise, &mut random, name, dropped)
     };
-    let calibration = set(&finger, &calibration_strokes, &[], "calibration");
-    let measured = set(&today, &strokes, &truth, "measured");
-    let holdout = set(&today, &holdout_strokes, &truth, "holdout");
+    let calibration = set(&*finger, &calibration_strokes, &[], "calibration");
+    let measured = set(&*today, &strokes, &truth, "measured");
+    let holdout = set(&*today, &holdout_strokes, &truth, "holdout");
     let mut faults = Random::new(seed ^ 0x1066);
     let [calibration, measured, holdout] = [(calibration, true), (measured, false), (holdout, false)]
         .map(|(set, calibration)| protocol.log(set, calibration, &mut faults));
@@ -136,7 +163,7 @@ pub fn driver(name: &str) -> Option<Column> {
 
 /// An effect of the wanted size, with its shape drawn.
 fn sized(
-    finger: &Finger,
+    finger: &dyn Simulator,
     strokes: &[Stroke],
     name: &'static str,
     size: f64,
@@ -215,7 +242,7 @@ pub fn size_p90(plain: &[Vec<[f64; 3]>], with: &[Vec<[f64; 3]>], contact: &[Vec<
 
 /// Measures strokes: effects, scatter of each run, row noise, reading errors of the state's columns.
 pub fn measure(
-    finger: &Finger,
+    finger: &dyn Simulator,
     strokes: &[Stroke],
     truth: &[Effect],
     noise: &Noise,
@@ -262,6 +289,7 @@ pub fn record(
                     hydration_au: keep(Column::Hydration, hydration),
                     temperature_c: keep(Column::Temperature, stroke.plan.temperature_c),
                     finger_width_mm: keep(Column::Width, stroke.plan.width_mm),
+                    own: [f64::NAN; 4],
                 })
                 .collect();
             (Labels { run: format!("{name}{i}"), ..Labels::default() }, rows)

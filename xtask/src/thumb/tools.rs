@@ -147,9 +147,13 @@ impl Tools {
 
     /// One run under QEMU: exit status and decoded log. One instruction lasts 2^`shift` ns of the board's time.
     pub fn emulate(&self, bin: &str, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
-        let elf = self.elf(bin);
-        let (status, raw) = qemu(&elf, shift, limit)?;
-        let decoded = Command::new("defmt-print").arg("-e").arg(&elf).stdin(File::open(&raw)?).output()?;
+        self.emulate_file(&self.elf(bin), shift, limit)
+    }
+
+    /// The same of a file.
+    pub fn emulate_file(&self, elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
+        let (status, raw) = qemu(elf, shift, limit)?;
+        let decoded = Command::new("defmt-print").arg("-e").arg(elf).stdin(File::open(&raw)?).output()?;
         fs::remove_file(&raw)?;
         ensure!(decoded.status.success(), "defmt-print: {}", String::from_utf8_lossy(&decoded.stderr));
         Ok((status, String::from_utf8_lossy(&decoded.stdout).into_owned()))

@@ -84,6 +84,7 @@ impl<'a> Teller<'a> {
                     dwell_s,
                     occlusion_s,
                     speed_mm_s,
+                    ..Surroundings::default()
                 };
                 "0".to_owned()
             }
@@ -134,7 +135,7 @@ impl<'a> Teller<'a> {
     }
 
     fn step(&mut self, motion: Motion) -> String {
-        let effects = Effects::new(self.file.effects).expect("the story's files have known effects");
+        let effects = Effects::of_file(&self.file).expect("the story's files have known effects");
         let (plain, spin, contact) = (&mut self.plain, &mut self.spin, &mut self.contact);
         let [one, two, three] = with_model!(&self.used, model => [
             model.step(plain, motion),

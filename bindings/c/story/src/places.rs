@@ -45,7 +45,7 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
     let model = file.file();
     let pitch_deg = model.model.data().pose.pitch_deg;
     let (mut spin, mut contact) = (SpinState::default(), Contact::<SPRINGS>::default());
-    let effects = Effects::new(model.effects).expect("the story's files have known effects");
+    let effects = Effects::of_file(&model).expect("the story's files have known effects");
     let tuned = model.model.tuned(Tuning::default()).expect("the fitted finger is in range");
     let mut followed = [0.0f64; 3];
     let mut told = Vec::new();

@@ -8,7 +8,7 @@ mod skin;
 
 use core::cell::UnsafeCell;
 
-use fingerpad::{Contact, Effects, File, Model, Motion, NODES, Pose, Posed, SPRINGS, Surroundings};
+use fingerpad::{Contact, File, Model, Motion, NODES, Pose, Posed, SPRINGS, Surroundings};
 use panic_never as _;
 
 use skin::Slots;
@@ -131,7 +131,7 @@ pub extern "C" fn load(length: usize) -> u32 {
 fn check(bytes: &'static Bytes, length: usize) -> Result<Finger, fingerpad::Error> {
     let too_long = fingerpad::Error::Length { expected: FILE_BYTES as u32, found: length as u32 };
     let file = File::from_bytes(bytes.0.get(..length).ok_or(too_long)?)?;
-    let slots = Slots::of(file.effects)?;
+    let slots = Slots::of(file.effects, file.tables)?;
     let pose = Pose { pitch_deg: file.model.data().pose.pitch_deg, roll_deg: 0.0 };
     Ok(Finger { model: file.model, posed: file.model.posed(pose)?, pose, slots })
 }
@@ -226,7 +226,7 @@ impl Finger {
         let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
         let speed_mm_s = (speed > 0.0).then_some(speed);
         let around = Surroundings { hydration_au, temperature_c, speed_mm_s, ..Surroundings::default() };
-        let r = match Effects::new(self.slots.all()) {
+        let r = match self.slots.effects() {
             Ok(effects) => effects.step(&self.posed, contact, around, motion),
             // They were accepted when the file was loaded.
             Err(_) => fingerpad::Response::IN_THE_AIR,

@@ -27,6 +27,7 @@ const fn typical(law: &Law) -> EffectSlot {
 
 /// Effects of the file, and behind them those that it lacks.
 pub struct Slots {
+    tables: &'static [f32],
     slots: [EffectSlot; MOST],
     of_file: usize,
     all: usize,
@@ -34,7 +35,7 @@ pub struct Slots {
 
 impl Slots {
     /// The laws in use with a file that holds `file`.
-    pub fn of(file: &[EffectSlot]) -> Result<Self, Error> {
+    pub fn of(file: &[EffectSlot], tables: &'static [f32]) -> Result<Self, Error> {
         let too_many = Error::Buffer { needed: size_of_val(file) as u32 };
         let mut slots = [EffectSlot::default(); MOST];
         let of_file = file.len();
@@ -44,9 +45,14 @@ impl Slots {
             *slots.get_mut(all).ok_or(too_many)? = *law;
             all += 1;
         }
-        let slots = Self { slots, of_file, all };
-        Effects::new(slots.all())?;
+        let slots = Self { tables, slots, of_file, all };
+        slots.effects()?;
         Ok(slots)
+    }
+
+    /// The effects that they are, with the file's tables.
+    pub fn effects(&self) -> Result<Effects<'_>, Error> {
+        Effects::with_tables(self.all(), self.tables)
     }
 
     /// All of them.

@@ -2,10 +2,13 @@
 //!
 //! Main type: [`ColumnMap`].
 
+use crate::laws::{Column, OwnColumn};
+
 /// What our columns are called in a file, and in which units they stand there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColumnMap {
     entries: Vec<Entry>,
+    own: Vec<OwnColumn>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -115,11 +118,19 @@ impl ColumnMap {
     ///
     /// Errors: a sentence that names the pair that cannot be used.
     pub fn parse(map: Option<&str>, units: Option<&str>) -> Result<Self, String> {
-        let mut out = Self::default();
+        Self::parse_with(Vec::new(), map, units)
+    }
+
+    /// The same for files that have columns of the user's own.
+    ///
+    /// Errors: those of [`ColumnMap::parse`].
+    pub fn parse_with(own: Vec<OwnColumn>, map: Option<&str>, units: Option<&str>) -> Result<Self, String> {
+        let mut out = Self { entries: Vec::new(), own };
         for (flag, text) in [("--map", map), ("--unit", units)] {
             for pair in text.unwrap_or("").split(',').filter(|p| !p.trim().is_empty()) {
                 let (key, value) = pair.split_once('=').ok_or_else(|| format!("{flag}: `{pair}` is not KEY=VALUE"))?;
-                let column = column_of(key).map_err(|problem| format!("{flag}: {problem}"))?;
+                let column = out.column_of(key).map_err(|problem| format!("{flag}: {problem}"))?;
+                let column = column.as_str();
                 let entry = out.entry(column);
                 let value = value.trim();
                 let again = if flag == "--map" { entry.name.is_some() } else { entry.unit.is_some() };
@@ -135,6 +146,22 @@ impl ColumnMap {
             }
         }
         Ok(out)
+    }
+
+    /// Our name of a column, from that or its short name.
+    fn column_of(&self, key: &str) -> Result<String, String> {
+        let own = self.own.iter().find(|c| c.name == key.trim()).map(|c| c.name.clone());
+        own.map_or_else(|| column_of(key).map(str::to_owned), Ok)
+    }
+
+    /// The columns of the user's own.
+    pub fn own(&self) -> &[OwnColumn] {
+        &self.own
+    }
+
+    /// The same as laws know them.
+    pub fn own_columns(&self) -> Vec<Column> {
+        self.own.iter().enumerate().map(|(place, column)| column.column(place)).collect()
     }
 
     fn entry(&mut self, column: &str) -> &mut Entry {

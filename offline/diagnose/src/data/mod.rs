@@ -8,6 +8,7 @@ pub mod clock;
 pub mod column_map;
 pub mod covariates;
 pub mod outliers;
+pub mod own_columns;
 pub mod runs;
 pub mod runs_csv;
 pub mod trace_csv;

@@ -27,21 +27,40 @@ const MOST_SPIKES: f64 = 0.2;
 pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
     let over_noise =
         |n: &mut dyn Iterator<Item = f64>| -> Vec<f64> { n.zip(sigma_n).map(|(v, s)| v / s.max(1e-9)).collect() };
-    let mut scaled = over_noise(&mut residual_n.iter().copied());
+    let scaled = over_noise(&mut residual_n.iter().copied());
     // What an effect adds at a turn or an onset may lie off its neighbours; the reading itself does not.
-    let mut readings = over_noise(&mut set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()));
-    let mut flags: Flags = set.runs.iter().map(|run| vec![[false; 3]; run.rows.len()]).collect();
+    let readings = over_noise(&mut set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()));
     let scale = noise_scale(set, &scaled);
+    let mut series = [scaled, readings];
+    let mut flags: Flags = set.runs.iter().map(|run| vec![[false; 3]; run.rows.len()]).collect();
+    flag_off(set, &mut series, scale.map(|s| SPIKE * s), &mut flags);
+    keep_onsets(set, &mut flags);
+    let clear = count(&flags);
+    if clear as f64 > LEAST_SHARE * 3.0 * set.rows() as f64 {
+        let [scaled, _] = series;
+        let mut more = flags.clone();
+        flag_off(set, &mut [scaled], scale.map(|s| HIDDEN_SPIKE * s), &mut more);
+        add_where_rare(set, &more, clear as f64 / (3 * set.rows()) as f64, &mut flags);
+    }
+    if count(&flags) as f64 > MOST_SPIKES * set.rows() as f64 {
+        flags.iter_mut().flatten().for_each(|f| *f = [false; 3]);
+    }
+    flags
+}
+
+/// Flags the readings that lie off both sides in every series by more than `least`, round by round, and takes them out of
+/// the series.
+fn flag_off(set: &RunSet, series: &mut [Vec<f64>], least: [f64; 3], flags: &mut Flags) {
     for _ in 0..ROUNDS {
-        let [of_residual, of_reading] = [&scaled, &readings].map(|values| distances(set, values));
+        let off: Vec<_> = series.iter().map(|values| distances(set, values)).collect();
         let mut found = 0;
         let mut at = 0;
         for (run, flags) in flags.iter_mut().enumerate() {
             for (row, flags) in flags.iter_mut().enumerate() {
                 for k in 0..3 {
-                    if of_residual[run][row][k].min(of_reading[run][row][k]) > SPIKE * scale[k] {
+                    if off.iter().all(|o| o[run][row][k] > least[k]) {
                         flags[k] = true;
-                        (scaled[at + k], readings[at + k]) = (f64::NAN, f64::NAN);
+                        series.iter_mut().for_each(|values| values[at + k] = f64::NAN);
                         found += 1;
                     }
                 }
@@ -52,10 +71,73 @@ pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
             break;
         }
     }
-    if count(&flags) as f64 > MOST_SPIKES * set.rows() as f64 {
-        flags.iter_mut().flatten().for_each(|f| *f = [false; 3]);
+}
+
+/// Share of clear spikes from which on a logger is taken to make spikes everywhere.
+const LEAST_SHARE: f64 = 0.002;
+/// Distance of the residual alone, in standard deviations, from which a reading on a slope is a spike of such a logger.
+const HIDDEN_SPIKE: f64 = 8.0;
+
+/// Parts of a stroke: pressing, the path in which friction builds up, free sliding.
+const PARTS: usize = 3;
+
+fn part(run: &Run, row: usize) -> usize {
+    let turn_mm = run.rows[row].turn_mm;
+    if turn_mm <= 0.0 {
+        0
+    } else if turn_mm < ONSET_MM {
+        1
+    } else {
+        2
     }
-    flags
+}
+
+/// Adds flags in the parts of a stroke where they are no more frequent than the logger's clear spikes: on a slope a spike
+/// hides between its neighbours, but what comes more often there is the finger's.
+fn add_where_rare(set: &RunSet, more: &Flags, share: f64, flags: &mut Flags) {
+    let (mut readings, mut added) = ([0.0; PARTS], [0usize; PARTS]);
+    for ((run, more), own) in set.runs.iter().zip(more).zip(&*flags) {
+        for row in 0..run.rows.len() {
+            readings[part(run, row)] += 3.0;
+            added[part(run, row)] += (0..3).filter(|k| more[row][*k] && !own[row][*k]).count();
+        }
+    }
+    let rare: [bool; PARTS] = std::array::from_fn(|k| added[k] as f64 <= share * readings[k] + 2.0);
+    for ((run, more), own) in set.runs.iter().zip(more).zip(flags) {
+        for row in (0..run.rows.len()).filter(|row| rare[part(run, *row)]) {
+            own[row] = more[row];
+        }
+    }
+}
+
+/// Path since touch or the last turn within which friction builds up, mm.
+const ONSET_MM: f64 = 1.0;
+/// How much more often than elsewhere readings may be flagged at the onset before they are taken as the finger's.
+const OFTEN: f64 = 3.0;
+
+/// Takes back the flags at the onset of sliding where these are far more frequent than elsewhere: a logger's spikes know
+/// nothing of the stroke, a sharp peak of static friction does.
+fn keep_onsets(set: &RunSet, flags: &mut Flags) {
+    let onset = |run: usize, row: usize| {
+        let row = &set.runs[run].rows[row];
+        row.depth_mm > 0.0 && row.turn_mm < ONSET_MM
+    };
+    let (mut readings, mut flagged) = ([0.0f64; 2], [0.0f64; 2]);
+    for (run, flags) in flags.iter().enumerate() {
+        for (row, flags) in flags.iter().enumerate() {
+            let place = usize::from(onset(run, row));
+            readings[place] += 3.0;
+            flagged[place] += flags.iter().filter(|f| **f).count() as f64;
+        }
+    }
+    let share = [0, 1].map(|k| flagged[k] / readings[k].max(1.0));
+    // Two flags more are chance.
+    if flagged[1] > OFTEN * share[0] * readings[1] + 2.0 {
+        for (run, flags) in flags.iter_mut().enumerate() {
+            let at_onset = flags.iter_mut().enumerate().filter(|(row, _)| onset(run, *row));
+            at_onset.for_each(|(_, flags)| *flags = [false; 3]);
+        }
+    }
 }
 
 /// How far each reading lies off those before and after it, in standard deviations.
@@ -199,7 +281,7 @@ mod tests {
                     line: 2,
                     t_s: i as f64,
                     depth_mm,
-                    slide_mm: [0.0; 2],
+                    slide_mm: [0.2 * (i.max(10) - 10) as f64, 0.0],
                     force_n: [depth_mm + noise, noise, -noise],
                     contact_time_s: f64::NAN,
                     speed_mm_s: f64::NAN,
@@ -209,6 +291,7 @@ mod tests {
                     hydration_au: f64::NAN,
                     temperature_c: f64::NAN,
                     finger_width_mm: f64::NAN,
+                    own: [f64::NAN; 4],
                 };
                 change(r, i, &mut row);
                 row
@@ -238,6 +321,36 @@ mod tests {
         assert_eq!(found, [(2, 12), (5, 20), (5, 21)]);
         assert_eq!(count(&flags), 3);
         assert!(without(&spiked, &flags).runs[2].force_n[12][0].is_nan());
+    }
+
+    #[test]
+    fn a_peak_at_the_onset_of_every_run_is_the_fingers() {
+        let peaked = set(|_, i, row| row.force_n[1] += if i == 12 { 0.3 } else { 0.0 });
+        let left = residual(&peaked);
+        assert_eq!(count(&spikes(&peaked, &left, &vec![0.004; left.len()])), 0);
+    }
+
+    #[test]
+    fn a_spike_on_a_slope_is_found_where_the_logger_makes_spikes() {
+        let clear = [(1, 14), (2, 20), (3, 25), (6, 22)];
+        let found = |clear: &[(usize, usize)], peaked: bool| {
+            let spiked = set(|r, i, row| {
+                row.force_n[0] += if clear.contains(&(r, i)) { 0.3 } else { 0.0 };
+                // Between its neighbours while pressing, far off what the others foretell.
+                row.force_n[0] += if (r, i) == (4, 5) { 0.08 } else { 0.0 };
+                // Friction builds up in a step with a corner of its own, which comes in every run.
+                row.force_n[1] += if i > 11 { 0.5 } else { 0.0 };
+                row.force_n[1] += if peaked && i == 12 { -0.3 } else { 0.0 };
+            });
+            let mut left = residual(&spiked);
+            let step = |(at, v): (usize, &mut f64)| *v -= if at % 3 == 1 && at / 3 % 30 > 11 { 0.5 } else { 0.0 };
+            left.iter_mut().enumerate().for_each(step);
+            let flags = spikes(&spiked, &left, &vec![0.004; left.len()]);
+            (flags[4][5][0], count(&flags))
+        };
+        assert_eq!(found(&clear, false), (true, 5));
+        assert_eq!(found(&[], false), (false, 0));
+        assert_eq!(found(&clear, true), (true, 5));
     }
 
     #[test]

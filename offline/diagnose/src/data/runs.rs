@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::data::clock::{clock_step_s, equal_stamps, note, spread_equal_stamps};
 use crate::data::turns::with_lost_turns;
 use crate::error::DiagnoseError;
-use crate::laws::{Column, Row};
+use crate::laws::{Column, OWN, Row};
 
 /// One row of a file; a missing value is NaN.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +38,8 @@ pub struct RawRow {
     pub temperature_c: f64,
     /// Width of the finger, mm.
     pub finger_width_mm: f64,
+    /// Columns of the user's own.
+    pub own: [f64; OWN],
 }
 
 /// Names that group runs.
@@ -107,6 +109,7 @@ impl Run {
             Column::Temperature => row.temperature_c,
             Column::Width => row.width_mm,
             Column::Slide => row.path_mm,
+            Column::Own { place, .. } => row.own.get(usize::from(place)).copied().unwrap_or(f64::NAN),
         }
     }
 }
@@ -203,6 +206,7 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
             hydration_au: r.hydration_au,
             temperature_c: r.temperature_c,
             width_mm: r.finger_width_mm,
+            own: r.own,
         });
     }
     fill_direction_before_motion(&mut rows);
@@ -273,6 +277,17 @@ impl RunSet {
                 true
             }
             state => self.recorded.contains(&state),
+        }
+    }
+
+    /// Takes note of the user's own columns that no row lacks.
+    pub fn recognise(&mut self, own: &[Column]) {
+        let place_of = |c: &Column| if let Column::Own { place, .. } = c { usize::from(*place) } else { OWN };
+        for column in own {
+            let known = |row: &Row| row.own.get(place_of(column)).is_some_and(|v| v.is_finite());
+            if !self.recorded.contains(column) && self.runs.iter().flat_map(|r| &r.rows).all(known) {
+                self.recorded.push(*column);
+            }
         }
     }
 

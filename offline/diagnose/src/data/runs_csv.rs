@@ -19,7 +19,7 @@ use crate::data::clock::{equal_stamps, note};
 use crate::data::column_map::ColumnMap;
 use crate::data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 use crate::error::DiagnoseError;
-use crate::laws::Column;
+use crate::laws::{Column, OWN};
 
 /// Columns that must be there.
 const REQUIRED: [&str; 8] =
@@ -137,7 +137,7 @@ fn read_text(
     if assembler.stride > 1 {
         notes.push(format!("every {}th of {} runs is used", assembler.stride, assembler.index));
     }
-    Ok(RunSet {
+    let mut set = RunSet {
         path: path.to_path_buf(),
         runs: assembler.runs.into_iter().map(|r| r.1).collect(),
         recorded: assembler.recorded.unwrap_or_default(),
@@ -145,7 +145,9 @@ fn read_text(
         rows_read,
         runs_read: assembler.index,
         sha256: String::new(),
-    })
+    };
+    set.recognise(&map.own_columns());
+    Ok(set)
 }
 
 /// A reader that hashes and counts the bytes that pass.
@@ -176,6 +178,8 @@ fn csv_error(path: &Path, error: &csv::Error) -> Error {
 struct ColumnPlaces {
     required: [usize; REQUIRED.len()],
     optional: [Option<usize>; OPTIONAL.len()],
+    /// Columns of the user's own.
+    own: Vec<Option<usize>>,
     count: usize,
     notes: Vec<String>,
     map: ColumnMap,
@@ -183,7 +187,9 @@ struct ColumnPlaces {
 
 impl ColumnPlaces {
     fn of(path: &Path, map: &ColumnMap, header: &csv::StringRecord) -> Result<Self, Error> {
-        let ours = |name: &&str| REQUIRED.iter().chain(&OPTIONAL).any(|column| map.name(column) == *name);
+        let own = || map.own().iter().map(|c| c.name.as_str());
+        let ours =
+            |name: &&str| REQUIRED.into_iter().chain(OPTIONAL).chain(own()).any(|column| map.name(column) == *name);
         let names: Vec<&str> =
             header.iter().map(|n| n.trim_start_matches('\u{feff}').trim().trim_matches('"')).collect();
         let problem =
@@ -225,7 +231,8 @@ impl ColumnPlaces {
             }
         }
         notes.sort();
-        Ok(Self { required, optional: OPTIONAL.map(find), count: names.len(), notes, map: map.clone() })
+        let own = own().map(find).collect();
+        Ok(Self { required, optional: OPTIONAL.map(find), own, count: names.len(), notes, map: map.clone() })
     }
 
     fn row(&self, path: &Path, line: usize, record: &csv::StringRecord) -> Result<(Labels, RawRow), Error> {
@@ -258,6 +265,21 @@ impl ColumnPlaces {
                 Some(cell) => number(OPTIONAL[k], cell),
             }
         };
+        let mut own = [f64::NAN; OWN];
+        for ((to, column), place) in own.iter_mut().zip(self.map.own()).zip(&self.own) {
+            let Some(cell) = place.map(|i| &record[i]) else { continue };
+            if cell.is_empty() {
+                return Err(refuse(&column.name, cell, "is blank; a law reads this column in every row"));
+            }
+            let value = number(&column.name, cell)?;
+            let [low, high] = column.range;
+            if !(value >= low && value <= high) {
+                let problem =
+                    format!("is outside {low} to {high} {}, the range in the file of laws: another unit?", column.unit);
+                return Err(refuse(&column.name, cell, &problem));
+            }
+            *to = value;
+        }
         let text = |k: usize| self.optional[k].map_or_else(String::new, |i| record[i].to_owned());
         let run = record[self.required[0]].to_owned();
         if run.is_empty() {
@@ -278,6 +300,7 @@ impl ColumnPlaces {
             hydration_au: may(5)?,
             temperature_c: may(6)?,
             finger_width_mm: may(7)?,
+            own,
         };
         Ok((labels, row))
     }

@@ -135,7 +135,7 @@ mod tests {
 
     use super::*;
 
-    const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/human_texture_exploration/");
+    const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/human_texture_exploration/");
 
     #[test]
     fn a_normal_force_of_the_wrong_sign_is_refused_with_a_hint() {

@@ -106,6 +106,7 @@ mod tests {
                 hydration_au: f64::NAN,
                 temperature_c: f64::NAN,
                 finger_width_mm: f64::NAN,
+                own: [f64::NAN; 4],
             }
         };
         (0..25).filter(|i| *i < lost || *i >= again).map(row).collect()

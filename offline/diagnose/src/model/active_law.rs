@@ -27,7 +27,7 @@ pub fn weak_prior(active: &ActiveLaw, index: usize) -> (f64, f64) {
     } else if is_log(active, index) {
         (p.typical.ln(), 1.5)
     } else {
-        (p.typical, 30.0)
+        (p.typical, 0.375 * (p.high - p.low))
     }
 }
 
@@ -53,7 +53,8 @@ pub fn largest_step(active: &ActiveLaw, index: usize) -> f64 {
     if is_log(active, index) {
         0.8
     } else if index >= active.law.linear {
-        15.0
+        let p = &active.law.parameters[index];
+        0.1875 * (p.high - p.low)
     } else {
         f64::INFINITY
     }

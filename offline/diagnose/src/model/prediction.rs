@@ -40,6 +40,7 @@ fn surroundings(row: &Row) -> Surroundings {
         dwell_s: some(row.dwell_s),
         occlusion_s: some(row.occlusion_s),
         speed_mm_s: (row.speed_mm_s > 0.0).then_some(row.speed_mm_s as f32),
+        own: row.own.map(|v| v as f32),
     }
 }
 

@@ -32,12 +32,12 @@ const CURVES: [[Parameter; 4]; 2] = [
 pub struct Prior {
     /// Mean.
     pub mean: Parameters,
-    /// R with Rᵀ R = covariance⁻¹, shape (30, 30).
+    /// R with Rᵀ R = covariance⁻¹, shape (31, 31).
     pub root: DMatrix<f64>,
 }
 
 impl Prior {
-    /// From mean and covariance, shape (30, 30).
+    /// From mean and covariance, shape (31, 31).
     ///
     /// # Panics
     /// Where the covariance is not positive definite.
@@ -102,7 +102,7 @@ const SMALL: f64 = 0.3;
 /// Share of a cubic's own drifts that is independent of each other.
 const LOOSE: f64 = 0.2;
 
-/// Covariance of what changes between the calibration and the measured set of one finger, shape (30, 30).
+/// Covariance of what changes between the calibration and the measured set of one finger, shape (31, 31).
 ///
 /// `load_exponent`: beta of the strength in the load at a fixed contact. What changes the tissue's stiffness over depth
 /// changes the strength by beta of that [F ~ N^beta A^(1 - beta), the local law integrated over the contact]; the rest of
@@ -117,7 +117,7 @@ pub fn drift_covariance(size: Drift, load_exponent: f64) -> DMatrix<f64> {
     out
 }
 
-/// Covariance of the parameters between fingers and devices, shape (30, 30).
+/// Covariance of the parameters between fingers and devices, shape (31, 31).
 ///
 /// The two fingers of other shapes that the finite elements were asked for (B and D, against the shipped E) are fitted as
 /// well as with curvatures and cubics of their own that are ten times as free.

@@ -201,7 +201,7 @@ mod tests {
     use crate::data::trace_csv;
 
     fn trace(name: &str) -> Vec<TraceRow> {
-        let path = format!("{}/../../data/human_texture_exploration/{name}.csv", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/data/human_texture_exploration/{name}.csv", env!("CARGO_MANIFEST_DIR"));
         let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
         trace_csv::read(Path::new(&path), &map).unwrap()
     }

@@ -109,6 +109,7 @@ pub fn reduced_report(
         next_experiment: None,
         corrected_model: None,
         corrected_rms_n: None,
+        corrected_tables: Vec::new(),
         input: Vec::new(),
         seed: 0,
         version: env!("CARGO_PKG_VERSION").into(),

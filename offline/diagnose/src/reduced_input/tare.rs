@@ -431,7 +431,7 @@ mod tests {
     /// The four public traces: normal is −Fz. The rows before touch are not in the fit of the ring; their mean is the truth.
     #[test]
     fn tares_of_the_public_traces_lie_in_their_intervals() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/human_texture_exploration/");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data/human_texture_exploration/");
         let mut inside = 0;
         for name in ["July3_1_force_data_1", "July3_2_force_data_1", "July3_2_force_data_2", "July5_1_force_data_2"] {
             let text = std::fs::read_to_string(format!("{folder}{name}.csv")).unwrap();

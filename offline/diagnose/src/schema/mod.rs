@@ -1,11 +1,13 @@
 //! The report `report.json` in the form `fingerpad-diagnosis/1`: plain data, read and written by serde.
 //!
-//! Main type: [`Diagnosis`]. May use no other room.
+//! Main type: [`Diagnosis`]. May use: laws (what is told of their tables).
 
 mod fit_quality;
 mod next_experiment;
 
 use serde::{Deserialize, Serialize};
+
+use crate::laws::TableTold;
 
 pub use fit_quality::{CrossValidationError, Region};
 pub use next_experiment::{FactorPrice, NextExperiment, PlannedRun, minutes};
@@ -295,6 +297,9 @@ pub struct Diagnosis {
     /// Root mean square residual of the core with this file on the held-out runs (on the measured ones where there are
     /// none), N.
     pub corrected_rms_n: Option<[f64; 3]>,
+    /// How laws of the user's own stand in the corrected model.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corrected_tables: Vec<TableTold>,
     /// Files of the diagnosis.
     pub input: Vec<InputFile>,
     /// Seed.

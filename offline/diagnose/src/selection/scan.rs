@@ -32,6 +32,12 @@ pub struct ScoredGridPoint {
 /// Why a law cannot be tested on a set; `None` where it can.
 pub fn why_untestable(law: &Law, set: &RunSet) -> Option<String> {
     for &column in law.drivers {
+        if let Column::Own { name, .. } = column
+            && set.has(column)
+            && !varies(set, column)
+        {
+            return Some(format!("{name} does not vary"));
+        }
         if !set.has(column) {
             return Some(format!("{} is not recorded", column.name()));
         }
@@ -79,6 +85,15 @@ pub fn why_untestable(law: &Law, set: &RunSet) -> Option<String> {
         }
     }
     None
+}
+
+/// Whether a column has more than one value in contact.
+fn varies(set: &RunSet, column: Column) -> bool {
+    let Column::Own { place, .. } = column else { return true };
+    let rows = set.runs.iter().flat_map(|r| &r.rows).filter(|row| row.depth_mm > 0.0);
+    let mut values = rows.map(|row| row.own[usize::from(place)]);
+    let first = values.next();
+    values.any(|v| Some(v) != first)
 }
 
 /// The grid of some laws, with columns at a fit.

@@ -92,7 +92,7 @@ impl Task<'_> {
         RandomEffectColumns::new(self.layout.clone(), columns)
     }
 
-    /// Fisher information of the runs on the smooth model's parameters, shape (30, 30).
+    /// Fisher information of the runs on the smooth model's parameters, shape (31, 31).
     pub fn information(&self, derivatives: &Derivatives, variances: &PerEffect) -> DMatrix<f64> {
         derivatives.parameters.weighed(&derivatives.random_effects.precision(variances)).gram
     }
@@ -118,7 +118,8 @@ impl Task<'_> {
                 let q = to_fitted(active, k);
                 let mut step = if k < active.law.linear { 2e-3 * active.law.parameters[k].typical.abs() } else { 2e-3 };
                 if !is_log(active, k) && k >= active.law.linear {
-                    step = 0.02;
+                    let p = &active.law.parameters[k];
+                    step = 2.5e-4 * (p.high - p.low);
                 }
                 set_fitted(&mut moved[i], k, q + step);
                 if to_fitted(&moved[i], k) == q {

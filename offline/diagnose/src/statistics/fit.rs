@@ -29,7 +29,7 @@ pub struct Fit {
     pub random_effects: RandomEffects,
     /// Readings less prediction with all random effects 0, N, to first order in them.
     pub residual_n: Vec<f64>,
-    /// Covariance of the model's parameters, then of the laws' on their fitted scales; shape (30 + laws', same).
+    /// Covariance of the model's parameters, then of the laws' on their fitted scales; shape (31 + laws', same).
     pub covariance: DMatrix<f64>,
 }
 
@@ -63,6 +63,10 @@ const LINEAR_FROM_ZERO: [f64; MODEL_EFFECTS] = [0.08, 0.08, 0.08];
 const LARGEST_SHIFT: [f64; MODEL_EFFECTS] = [0.3, 0.3, 0.1];
 /// Largest change of a parameter in one Gauss–Newton step.
 const LARGEST_PARAMETER_STEP: f64 = 0.6;
+
+/// Change of −2 log posterior from which on a fit has arrived: what is left moves a parameter by less than a tenth of its
+/// standard deviation, whatever the processor's rounding.
+const SETTLED_2LL: f64 = 0.005;
 
 /// A point of a fit on its way.
 struct Iterate {
@@ -110,7 +114,7 @@ impl Task<'_> {
             let linearised = self.linearise(&at, current, precision, products, &scaled, &known);
             let moved = self.step_downhill(&mut at, &linearised);
             let shifted = self.follow_random_effects(&mut at, current);
-            let done = (!moved || (last - linearised.objective).abs() < 0.05) && shifted < 0.02;
+            let done = (!moved || (last - linearised.objective).abs() < SETTLED_2LL) && shifted < 0.02;
             last = linearised.objective;
             hessian = linearised.hessian;
             if done {

@@ -3,7 +3,7 @@
 //! Main type: [`CalibratedRange`].
 
 use crate::data::runs::{Run, RunSet};
-use crate::laws::Column;
+use crate::laws::{Column, Law};
 use crate::schema::{Caution, EffectFound, Region};
 
 /// Angle to the next calibrated direction beyond which a direction is not covered, degrees: half of a quarter turn, less
@@ -129,7 +129,7 @@ impl CalibratedRange {
     }
 
     /// Marks regions and effects whose evidence lies outside.
-    pub fn mark(&self, measured: &RunSet, regions: &mut [Region], effects: &mut [EffectFound]) {
+    pub fn mark(&self, measured: &RunSet, laws: &[&Law], regions: &mut [Region], effects: &mut [EffectFound]) {
         let columns = [Column::Direction, Column::Depth, Column::Speed];
         for region in regions {
             let column = columns.iter().find(|c| c.name() == region.column);
@@ -137,7 +137,7 @@ impl CalibratedRange {
         }
         let outside = self.outside(measured);
         for effect in effects {
-            let law = crate::laws::LAWS.iter().find(|l| l.name == effect.law);
+            let law = laws.iter().find(|l| l.name == effect.law);
             effect.outside_calibration =
                 law.is_some_and(|l| l.drivers.iter().any(|d| outside.iter().any(|(column, _)| column == d)));
         }

@@ -1,7 +1,7 @@
 //! Candidate designs of the next experiment, fifteen strokes each, and the rows that they would give.
 
 use crate::data::runs::{Labels, RawRow, RunSet};
-use crate::laws::Column;
+use crate::laws::{Column, OWN};
 use crate::schema::PlannedRun;
 
 /// Strokes of a design.
@@ -183,6 +183,8 @@ pub struct ReferenceConditions {
     pub start_s: f64,
     /// Width of the finger, mm.
     pub width_mm: f64,
+    /// Columns of the user's own.
+    pub own: [f64; OWN],
 }
 
 /// Rows that a design would give; readings are 0.
@@ -229,6 +231,7 @@ pub fn rows_of(plan: &[PlannedRun], conditions: ReferenceConditions) -> Vec<(Lab
                     hydration_au: run.hydration_au.unwrap_or(35.0),
                     temperature_c: run.temperature_c.unwrap_or(32.0),
                     finger_width_mm: conditions.width_mm,
+                    own: conditions.own,
                 })
                 .collect();
             let end = points[points.len() - 1].0;

@@ -4,7 +4,8 @@ use fingerpad::{Data, EffectSlot, Effects};
 use fingerpad_smooth::{CoreExport, MIDDLE_MM, ReferenceCurves, export_to_core};
 
 use crate::error::DiagnoseError;
-use crate::laws::Place;
+use crate::laws::tabulation::tabulate;
+use crate::laws::{Place, TableTold};
 use crate::model::active_law::ActiveLaw;
 use crate::model::core_replay::replay_all;
 use crate::model::prediction::strokes_of;
@@ -17,6 +18,8 @@ pub struct CorrectedModel {
     /// Root mean square residual of the core with this file along the held-out runs (the measured ones where there are
     /// none), N: normal, x, y.
     pub rms_n: [f64; 3],
+    /// How laws of the user's own stand in the file.
+    pub tables: Vec<TableTold>,
 }
 
 /// Makes `corrected.fpm`.
@@ -24,7 +27,9 @@ pub struct CorrectedModel {
 /// The tables are those of the refitted baseline. Where the core refuses them (not passive, out of range) the file is
 /// not made.
 ///
-/// Errors: [`DiagnoseError::Model`] with the core's reason.
+/// Laws of the user's own become tables, over the ranges of their drivers in the file of laws or in the sets.
+///
+/// Errors: [`DiagnoseError::Model`] with the core's reason, and for a law of more than two drivers.
 pub fn corrected_model(
     data: &Data,
     reference: &ReferenceCurves,
@@ -35,9 +40,18 @@ pub fn corrected_model(
     let strokes = strokes_of(&evidence.calibration_set.runs);
     let CoreExport { data: tables, slots: of_model } = export_to_core(data, &smooth, &strokes).map_err(refuse)?;
     let model = tables.model().map_err(refuse)?;
-    let mut slots: Vec<EffectSlot> = evidence.laws.iter().map(|a| slot(a, &tables, reference, evidence)).collect();
+    let (mut slots, mut section, mut told) = (Vec::new(), Vec::new(), Vec::new());
+    for active in &evidence.laws {
+        let Some(own) = evidence.own.find(active.law) else {
+            slots.push(slot(active, &tables, reference, evidence));
+            continue;
+        };
+        let table = tabulate(own, &active.values, |driver| own.drivers[driver].range).map_err(DiagnoseError::Model)?;
+        slots.push(table.append(own, &mut section));
+        told.push(table.told(own));
+    }
     slots.extend(of_model);
-    let effects = Effects::new(&slots).map_err(refuse)?;
+    let effects = Effects::with_tables(&slots, &section).map_err(refuse)?;
     let (rms_n, _) = replay_all(&model, &effects, &evidence.checked_set);
     let laws: Vec<serde_json::Value> = evidence
         .laws
@@ -45,10 +59,16 @@ pub fn corrected_model(
         .map(|a| {
             let names = a.law.parameters.iter().map(|p| p.name.to_owned());
             let values = names.zip(a.law.report(&a.values)).map(|(n, v)| (n, v.into()));
-            serde_json::json!({ "law": a.law.name, "parameters": values.collect::<serde_json::Map<_, _>>() })
+            let values = values.collect::<serde_json::Map<_, _>>();
+            let mut out = serde_json::json!({ "law": a.law.name, "parameters": values });
+            if let Some(own) = evidence.own.find(a.law) {
+                out["acts_on"] = own.target.name().into();
+                out["formula"] = own.text.clone().into();
+            }
+            out
         })
         .collect();
-    let meta = serde_json::json!({
+    let mut meta = serde_json::json!({
         "name": "corrected by fingerpad diagnose",
         "version": env!("CARGO_PKG_VERSION"),
         "effects": laws,
@@ -56,11 +76,15 @@ pub fn corrected_model(
         "column_corrections": evidence.corrections,
         "checked_on": evidence.checked,
         "rms_n": rms_n,
-    })
-    .to_string();
-    let mut bytes = vec![0; Data::file_length(&slots, &meta)];
-    tables.write_file(&slots, &meta, &mut bytes).map_err(refuse)?;
-    Ok(CorrectedModel { bytes, rms_n })
+    });
+    if !told.is_empty() {
+        meta["tables"] = serde_json::json!(told);
+        meta["own_columns"] = serde_json::json!(evidence.own.columns);
+    }
+    let meta = meta.to_string();
+    let mut bytes = vec![0; Data::file_length_with_tables(&slots, &section, &meta)];
+    tables.write_file_with_tables(&slots, &section, &meta, &mut bytes).map_err(refuse)?;
+    Ok(CorrectedModel { bytes, rms_n, tables: told })
 }
 
 /// The effect slot of a law. Forces do not tell the area: where the file's area is not the one under which adhesion and drag

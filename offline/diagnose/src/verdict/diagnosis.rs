@@ -6,8 +6,10 @@ use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::checks::{check, check_pair};
 use crate::data::covariates::CovariateError;
+use crate::data::own_columns::{at_reference, require, with_ranges_of};
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
+use crate::laws::LawsFile;
 use crate::schema::{Diagnosis, Verdict};
 use crate::selection::acceptance::SelectionSettings;
 use crate::statistics::calibration::Calibration;
@@ -34,6 +36,8 @@ pub struct Options {
     pub model: String,
     /// What the next experiment may do.
     pub plan: PlanConstraints,
+    /// Laws of the user's own; `settings.laws` has them as well.
+    pub own: LawsFile,
 }
 
 /// Diagnoses a measured set. `open_holdout` is called once, after the verdict stands; `stage` names what begins.
@@ -50,6 +54,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
     check(calibration_set)?;
     check(measured)?;
     check_pair(calibration_set, measured)?;
+    require(measured, &options.own)?;
+    let calibration_set = &at_reference(calibration_set, &options.own);
     stage("calibrating");
     let Prepared { calibration_set, measured, calibration, mut cautions } =
         prepare(calibration_set, measured, reference)?;
@@ -70,6 +76,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let holdout = match &mut held_out {
         Some(set) => {
             check_pair(&calibration_set, set)?;
+            require(set, &options.own)?;
             *set = clean(set, "holdout", &calibration, reference, &mut cautions)?;
             corrections.iter().for_each(|c| c.apply(set));
             on_file(set, reference, &calibration, expected, null, full)
@@ -83,7 +90,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         if is_claimed(&decision) { effects(&decision, &corrected) } else { (Vec::new(), Vec::new()) };
     let mut disagreement = sections::disagreement(&decision, &corrected);
     let range = CalibratedRange::of(&calibration_set);
-    range.mark(&corrected, &mut disagreement.regions, &mut effects);
+    range.mark(&corrected, options.settings.laws, &mut disagreement.regions, &mut effects);
     cautions.extend(range.cautions(&corrected));
     cautions.extend(sections::scatter_caution(&decision));
     let report = Diagnosis {
@@ -101,6 +108,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         next_experiment,
         corrected_model: None,
         corrected_rms_n: None,
+        corrected_tables: Vec::new(),
         input: Vec::new(),
         seed: options.settings.seed,
         version: env!("CARGO_PKG_VERSION").into(),
@@ -108,7 +116,11 @@ pub fn diagnose<E: From<DiagnoseError>>(
     };
     let map_of = |fit: &Fit| residual_map(&corrected, &decision.task.residual_without_random_effects_n(fit));
     let floor_n = noise_floor_n(&decision.task, &null.parameters, &[], expected);
+    let mut sets = vec![&calibration_set, &corrected];
+    sets.extend(held_out.as_ref());
+    let own = with_ranges_of(&options.own, &sets);
     let evidence = Evidence {
+        own,
         traces: worst_traces(&decision.task, &corrected, &calibration.fit.parameters, [null, full], &floor_n, 3),
         map_before: map_of(null),
         map_after: map_of(full),

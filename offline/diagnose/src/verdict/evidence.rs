@@ -6,7 +6,7 @@ use fingerpad_smooth::Parameters;
 
 use crate::data::covariates::Correction;
 use crate::data::runs::RunSet;
-use crate::laws::{Column, Place};
+use crate::laws::{Column, LawsFile, Place};
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::PerEffect;
 use crate::schema::Region;
@@ -31,6 +31,8 @@ pub struct Evidence {
     pub parameters_calibrated: Parameters,
     /// Claimed laws.
     pub laws: Vec<ActiveLaw>,
+    /// Laws of the user's own, with the ranges of their drivers in these sets.
+    pub own: LawsFile,
     /// Noise, scatter and parameters of the calibration.
     pub calibration: Calibration,
     /// Variances between runs that calibration and reading errors explain.

@@ -21,8 +21,8 @@ use crate::statistics::random_effects::RandomEffectColumns;
 use crate::statistics::task::{NO_READING_N, Task};
 use crate::verdict::candidate_designs::{PlanConstraints, ReferenceConditions, candidate_designs, rows_of};
 
-/// Share of the best plan's expected separation from which on a plan suffices.
-const OF_BEST: f64 = 0.5;
+/// Share of what the best plan adds to the expected separation from which on a plan suffices.
+const OF_BEST: f64 = 0.9;
 
 /// Two competing laws: the first is in force in a fit, the second has its best parameters.
 pub struct HypothesisPair<'a> {
@@ -47,14 +47,19 @@ pub fn propose(
     let middle = depths[depths.len() / 2];
     let (low, high) = (reach[0].min(0.5 * middle), reach[1].max(1.4 * middle));
     let round = |v: f64| (v * 100.0).round() / 100.0;
-    let mut widths: Vec<f64> = set.runs.iter().map(|r| r.value(Column::Width)).filter(|w| w.is_finite()).collect();
-    widths.sort_by(f64::total_cmp);
+    let median = |of: &dyn Fn(&Run) -> f64| {
+        let mut values: Vec<f64> = set.runs.iter().map(of).filter(|v| v.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    let own_of = |run: &Run, place: usize| run.rows.last().map_or(f64::NAN, |row| row.own[place]);
     let conditions = ReferenceConditions {
         depth_mm: round(middle),
         press_mm_s: 2.0,
         length_mm: 5.0,
         start_s: set.runs.iter().flat_map(|r| &r.rows).map(|r| r.t_s).fold(0.0, f64::max),
-        width_mm: widths.get(widths.len() / 2).copied().unwrap_or(16.0),
+        width_mm: median(&|r| r.value(Column::Width)).unwrap_or(16.0),
+        own: std::array::from_fn(|place| median(&|r| own_of(r, place)).unwrap_or(f64::NAN)),
     };
     let known: Vec<PairInRuns> = pairs.iter().map(|r| PairInRuns::of(task, fit, r)).collect();
     let mut plans: Vec<(FactorPrice, Vec<PlannedRun>)> = Vec::new();
@@ -82,9 +87,10 @@ pub fn propose(
     }
     prices.sort_by(|a, b| a.minutes.total_cmp(&b.minutes));
     let best = plans.first()?.0.lambda_rival_expected;
-    // The expectation is one of a linear picture, whose largest values are the least certain: what comes near the best
-    // suffices.
-    let suffices = |p: &FactorPrice| p.lambda_rival_expected >= OF_BEST * best;
+    // The plan that adds least stands for what the present runs separate, which this linear picture takes for more than
+    // they do: what counts is what a plan adds to it.
+    let least = plans.last()?.0.lambda_rival_expected;
+    let suffices = |p: &FactorPrice| p.lambda_rival_expected - least >= OF_BEST * (best - least);
     let cost = |p: &FactorPrice| p.minutes * if p.factor == "all" { 2.0 } else { 1.0 };
     let of_enough = plans.into_iter().filter(|(p, _)| suffices(p));
     let (FactorPrice { factor, lambda_rival_expected, minutes }, runs) =

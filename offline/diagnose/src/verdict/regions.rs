@@ -74,6 +74,7 @@ fn value(column: Column, run: &crate::data::runs::Run, row: usize) -> f64 {
         Column::Temperature => r.temperature_c,
         Column::Width => r.width_mm,
         Column::Slide => r.path_mm,
+        Column::Own { place, .. } => r.own[usize::from(place)],
     }
 }
 

@@ -102,7 +102,7 @@ fn the_design_follows_from_its_seed() {
 /// Paths of the stored runs are those of the default design, so that these runs are found.
 #[test]
 fn stored_runs_are_of_this_design() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/runs");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/runs");
     let all = default_design();
     let mut found = 0;
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -260,8 +260,7 @@ mod tests {
 
     #[test]
     fn a_trace_without_runs_is_told_no_sign_flips() {
-        let path =
-            concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/human_texture_exploration/July3_1_force_data_1.csv");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/human_texture_exploration/July3_1_force_data_1.csv");
         let trace = trace_csv::read(
             Path::new(path),
             &ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap(),

@@ -38,8 +38,8 @@ pub struct ElementState {
     pub strength_n: f64x8,
     /// Tangential stiffness, N/mm.
     stiffness_n_mm: f64x8,
-    /// Slide along x that the pressing so far amounts to, mm.
-    pressed_mm: f64x8,
+    /// Slide along x and y that the pressing so far amounts to, mm.
+    pressed_mm: [f64x8; 2],
 }
 
 impl ElementState {
@@ -48,7 +48,7 @@ impl ElementState {
         force: [[f64x8::ZERO; 2]; ELEMENTS],
         strength_n: f64x8::ZERO,
         stiffness_n_mm: f64x8::ZERO,
-        pressed_mm: f64x8::ZERO,
+        pressed_mm: [f64x8::ZERO; 2],
     };
 
     /// Advances all elements by one substep; a growing contact keeps their forces, a shrinking one their displacements.
@@ -72,13 +72,17 @@ impl ElementState {
         let [at_middle, over_u] = model.ln_stiffness_ratio_y.map(f64x8::splat);
         let ratio = over_u.mul_add(depth.inside, at_middle).exp();
         let [press, press_slope] = model.press_coupling;
-        let pressed = depth.mm * f64x8::splat(0.5 * press_slope).mul_add(depth.mm, f64x8::splat(press));
+        let pressed = [
+            depth.mm * f64x8::splat(0.5 * press_slope).mul_add(depth.mm, f64x8::splat(press)),
+            depth.mm * f64x8::splat(model.press_coupling_y),
+        ];
         let softer = stiffness.simd_lt(self.stiffness_n_mm);
         let softer = if softer.any() { softer.select(stiffness / self.stiffness_n_mm, f64x8::ONE) } else { f64x8::ONE };
         let keep = self.strength_n / limit * softer * was_in_contact;
         let per_slip = stiffness / limit;
-        let x = (slide_mm[0] * substep.slide_share + pressed - self.pressed_mm * was_in_contact) * per_slip;
-        let y = slide_mm[1] * substep.slide_share * per_slip * ratio;
+        let [x, y] =
+            [0, 1].map(|k| slide_mm[k] * substep.slide_share + pressed[k] - self.pressed_mm[k] * was_in_contact);
+        let (x, y) = (x * per_slip, y * per_slip * ratio);
         (self.strength_n, self.stiffness_n_mm, self.pressed_mm) = (limit, stiffness, pressed);
         // An element beyond its yield circle returns along the slip of an element whose stiffness along y is `ratio`
         // times that along x.

@@ -41,8 +41,8 @@ fn alone(model: &SmoothModel, changes: &[ModelChange], stroke: &Stroke, out: &mu
                 keep *= at.tangential_n_mm / memory.at.tangential_n_mm;
             }
             let per_slip = at.tangential_n_mm / at.strength_n;
-            let x = (slide[0] / steps + at.pressed_mm - memory.at.pressed_mm) * per_slip;
-            let y = slide[1] / steps * per_slip * at.stiffness_ratio_y;
+            let [x, y] = [0, 1].map(|k| slide[k] / steps + at.pressed_mm[k] - memory.at.pressed_mm[k]);
+            let (x, y) = (x * per_slip, y * per_slip * at.stiffness_ratio_y);
             for (u, [inverse_yield, _]) in memory.force.iter_mut().zip(&model.elements) {
                 let [mut ux, mut uy] = [u[0] * keep + x * inverse_yield, u[1] * keep + y * inverse_yield];
                 let square = ux * ux + uy * uy;
@@ -140,7 +140,7 @@ fn changes(next: &mut impl FnMut() -> f64, strokes: &[Stroke], kind: u64) -> Vec
 }
 
 fn reference() -> ReferenceCurves {
-    let file = include_bytes!("../../../../data/models/fingertip.fpm");
+    let file = include_bytes!("../../data/models/fingertip.fpm");
     let file = fingerpad::ModelFile::new(file).unwrap();
     ReferenceCurves::from_model_data(file.file().model.data(), true)
 }

@@ -6,7 +6,7 @@ use fingerpad_formats::msh;
 use fingerpad_formats::msh_reader;
 
 fn data(name: &str) -> std::path::PathBuf {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/meshes").join(name)
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/meshes").join(name)
 }
 
 /// Sets of the cushion that Gmsh made, as a configuration file has them.

@@ -1,0 +1,191 @@
+//! The score as a table: counts with Wilson's 95 % intervals against what must pass and what is to be reached.
+//!
+//! Main function: [`table`].
+
+use std::fmt::Write as _;
+
+use super::score::Class;
+use super::score_sets::{Kind, Outcome, Practice};
+use super::sets::Hide;
+use super::simulator::SimulatorKind;
+
+/// Wilson's 95 % interval of a share.
+pub fn wilson(hits: usize, of: usize) -> [f64; 2] {
+    const Z: f64 = 1.959_964;
+    let (n, p) = (of as f64, hits as f64 / of as f64);
+    let middle = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
+    let half = Z / (1.0 + Z * Z / n) * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+    [(middle - half).max(0.0), (middle + half).min(1.0)]
+}
+
+/// How a number stands to its aims; `more`: whether more is better.
+fn verdict(value: f64, [pass, reach]: [f64; 2], more: bool) -> &'static str {
+    let beyond = |aim: f64| if more { value >= aim } else { value <= aim };
+    match (beyond(reach), beyond(pass)) {
+        (true, _) => "reached",
+        (_, true) => "passes",
+        _ => "misses",
+    }
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get((share * values.len().saturating_sub(1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
+}
+
+type Choice<'a> = &'a dyn Fn(&Outcome) -> bool;
+
+/// A row of a share: `hits` of those chosen.
+fn share(out: &mut String, what: &str, list: &[&Outcome], hit: Choice<'_>, aims: [f64; 2], more: bool) {
+    let of = list.len();
+    if of == 0 {
+        let _ = writeln!(out, "| {what} | no set | | | | |");
+        return;
+    }
+    let hits = list.iter().filter(|o| hit(o)).count();
+    let value = hits as f64 / of as f64;
+    let [low, high] = wilson(hits, of).map(|x| 100.0 * x);
+    let [pass, reach] = aims.map(|x| 100.0 * x);
+    let _ = writeln!(
+        out,
+        "| {what} | {hits} of {of} | {:.1} % ({low:.1} to {high:.1}) | {pass} % | {reach} % | {} |",
+        100.0 * value,
+        verdict(value, aims, more)
+    );
+}
+
+/// A row of a number of which less is better.
+fn number(out: &mut String, what: &str, values: Vec<f64>, at: f64, scale: f64, aims: [f64; 2]) {
+    let of = values.len();
+    let value = quantile(values, at) * scale;
+    let [pass, reach] = aims;
+    let _ = writeln!(out, "| {what} | {of} sets | {value:.3} | {pass} | {reach} | {} |", verdict(value, aims, false));
+}
+
+/// Whether the files could be read and all that was hidden was named, nothing else.
+fn exact(o: &Outcome) -> bool {
+    o.class == Class::Exact
+}
+
+/// The whole table over what has been judged, then its parts by simulator and practice, then what missed.
+pub fn table(all: &[Outcome]) -> String {
+    let of = |f: &dyn Fn(&Outcome) -> bool| all.iter().filter(|o| f(o)).collect::<Vec<&Outcome>>();
+    let single = |o: &Outcome| o.set.kind == Kind::Single;
+    let mut out = format!("{} sets judged\n\n", all.len());
+    out += "| what | count | value (95 % interval) | pass | reach | |\n|---|---|---|---|---|---|\n";
+    for (what, size, aims) in
+        [("10 %", 0.10, [0.98, 0.995]), ("30 %", 0.30, [0.98, 0.995]), ("3 %", 0.03, [0.85, 0.92])]
+    {
+        let list = of(&|o| single(o) && o.set.size == size && o.required());
+        share(&mut out, &format!("{what}, required, named alone"), &list, &exact, aims, true);
+    }
+    let nothing = of(&|o| o.set.kind == Kind::Nothing && o.class != Class::Refused);
+    share(&mut out, "false alarm", &nothing, &|o| o.class != Class::Nothing, [0.01, 0.0], false);
+    let named = of(&|o| o.set.kind != Kind::Outside && o.class != Class::Refused);
+    share(&mut out, "wrong lone name", &named, &|o| o.class == Class::Wrong, [0.005, 0.0], false);
+    for (size, aims) in [(0.30, [0.95, 0.99]), (0.10, [0.85, 0.92])] {
+        let list = of(&|o| o.set.kind == Kind::Pair && o.set.size == size);
+        share(&mut out, &format!("pairs, {:.0} %, both named", 100.0 * size), &list, &exact, aims, true);
+    }
+    let outside = |recorded: bool| {
+        of(&|o| o.set.kind == Kind::Outside && o.required() && matches!(o.set.hide, Hide::Outside(_)) == recorded)
+    };
+    for (what, recorded) in [("outside the library", true), ("driver not recorded", false)] {
+        let what = format!("{what}, required, unexplained");
+        share(&mut out, &what, &outside(recorded), &|o| o.class == Class::Unexplained, [0.95, 0.99], true);
+    }
+    let errors = of(&|o| single(o) && o.set.size == 0.10 && o.required() && exact(o));
+    let errors: Vec<f64> = errors.iter().filter_map(|o| o.amplitude_error).collect();
+    number(&mut out, "amplitude error at 10 %, median, %", errors.clone(), 0.5, 100.0, [5.0, 3.0]);
+    number(&mut out, "amplitude error at 10 %, 90th percentile, %", errors, 0.9, 100.0, [20.0, 12.0]);
+    let covered = of(&|o| single(o) && exact(o) && o.covered.is_some());
+    share(&mut out, "95 % intervals cover, exact forms", &covered, &|o| o.covered == Some(true), [0.93, 0.95], true);
+    let after: Vec<f64> =
+        of(&|o| single(o) && exact(o) && o.required()).iter().filter_map(|o| o.held_out.map(|h| h[1])).collect();
+    number(&mut out, "held-out over floor, median", after.clone(), 0.5, 1.0, [1.07, 1.03]);
+    number(&mut out, "held-out over floor, 90th percentile", after, 0.9, 1.0, [1.25, 1.15]);
+    let planned = of(&|o| o.plan_kept.is_some());
+    let settled = |o: &Outcome| o.plan_kept == Some(true) && o.settled == Some(Class::Exact);
+    share(&mut out, "ambiguous, settled by a plan that keeps its constraints", &planned, &settled, [0.90, 0.95], true);
+    let times = of(&|o| o.set.runs == 60 && o.class != Class::Refused).iter().map(|o| o.seconds).collect();
+    number(&mut out, "60 runs x 30 rows without pictures, median of one core's time, s", times, 0.5, 1.0, [0.3, 0.1]);
+    out + &parts(all) + &misses(all)
+}
+
+/// The shares by simulator and practice.
+fn parts(all: &[Outcome]) -> String {
+    let mut out = "\n| simulator, practice | 10 and 30 %, required | 3 %, required | false alarms | wrong lone names | outside, not recorded | refused |\n|---|---|---|---|---|---|---|\n".to_owned();
+    for simulator in SimulatorKind::ALL {
+        for practice in Practice::ALL {
+            let here = |o: &&Outcome| o.set.simulator == simulator && o.set.practice == practice;
+            let part = |chosen: Choice<'_>, hit: Choice<'_>| {
+                let list: Vec<&Outcome> = all.iter().filter(here).filter(|o| chosen(o)).collect();
+                format!("{} of {}", list.iter().filter(|o| hit(o)).count(), list.len())
+            };
+            let single = |o: &Outcome| o.set.kind == Kind::Single && o.required();
+            let read = |o: &Outcome| o.class != Class::Refused;
+            let cells = [
+                part(&|o| single(o) && o.set.size > 0.05, &exact),
+                part(&|o| single(o) && o.set.size < 0.05, &exact),
+                part(&|o| o.set.kind == Kind::Nothing && read(o), &|o| o.class != Class::Nothing),
+                part(&|o| o.set.kind != Kind::Outside && read(o), &|o| o.class == Class::Wrong),
+                part(&|o| o.set.kind == Kind::Outside && o.required(), &|o| o.class == Class::Unexplained),
+                part(&|_| true, &|o| !read(o)),
+            ];
+            let _ = writeln!(out, "| {simulator:?}, {practice:?} | {} |", cells.join(" | "));
+        }
+    }
+    out
+}
+
+/// Each set that is not as wanted.
+fn misses(all: &[Outcome]) -> String {
+    let mut out = "\nNot as wanted:\n".to_owned();
+    for o in all {
+        let wanted = match o.set.kind {
+            Kind::Nothing => o.class == Class::Nothing || o.class == Class::Refused,
+            Kind::Single => (o.class == Class::Exact || !o.required()) && o.class != Class::Wrong,
+            Kind::Pair => o.class == Class::Exact,
+            Kind::Outside => o.class == Class::Unexplained || !o.required(),
+        };
+        let unsettled = o.plan_kept.is_some() && !(o.plan_kept == Some(true) && o.settled == Some(Class::Exact));
+        if !wanted || unsettled {
+            let s = &o.set;
+            let _ = writeln!(
+                out,
+                "{} {:?} {:?} {:.0} % level {} runs {} {:?} settled {:?} | {} | {} | oracle {:.0?}",
+                s.seed,
+                s.simulator,
+                s.practice,
+                100.0 * s.size,
+                s.level,
+                s.runs,
+                o.class,
+                o.settled,
+                o.hidden.join(", "),
+                o.found.join("; "),
+                o.oracle.unwrap_or_default()
+            );
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wilson;
+
+    /// The interval's ends solve (p − share)² = z² p (1 − p) / n, as Wilson (1927) asks.
+    #[test]
+    fn wilsons_interval_solves_its_equation() {
+        for (hits, of) in [(3, 20), (17, 20), (1, 500), (250, 500)] {
+            let share = hits as f64 / of as f64;
+            for p in wilson(hits, of) {
+                let left = (p - share).powi(2);
+                let right = 1.959_964f64.powi(2) * p * (1.0 - p) / of as f64;
+                assert!((left - right).abs() < 1e-12, "{hits} of {of}: {p}");
+            }
+        }
+        assert!(wilson(0, 48)[0] < 1e-12 && wilson(48, 48)[1] > 1.0 - 1e-12);
+    }
+}
