@@ -9,7 +9,7 @@ import * as math from "./math.js";
 import { MODEL, MODULE, SITE, WEB } from "./folder.js";
 
 /** Most bytes of module, scripts, styles and page together. */
-const MOST = 60_000;
+const MOST = 62_800;
 /** What is counted; the model file is data. */
 const COUNTED = ["index.html", "style.css", "main.js", "fingerpad.wasm"];
 
