@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::experiment::{Config, press_and_slide};
+use fingerpad_fe::experiment::{Config, press_and_slide, press_to};
 use fingerpad_fe::load_path::BoneKind;
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset};
 use fingerpad_identify::{
@@ -69,7 +69,8 @@ pub fn direct_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     config.numerics.contact.augment = false;
     config.numerics.solver.tolerance = 5e-8;
     config.experiment.slide_mm = 10.0;
-    let (finger, _) = config.finger()?;
+    let deepest = press_to(depths.iter().copied().fold(0.0, f64::max));
+    let (finger, _) = config.finger_for(&[&deepest])?;
     let direct = with_fe_model(&config, depths, |fe| Ok(fe.states(&planted())?))?;
     for (state, &depth) in direct.iter().zip(depths) {
         let slide = press_and_slide(&config, &finger, depth, None, None, &mut |_| ControlFlow::Continue(()))?;
