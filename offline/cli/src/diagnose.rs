@@ -30,7 +30,7 @@ Examples:
   fingerpad diagnose --template runs.csv
   fingerpad diagnose --calibration c0.csv --measured m0.csv --map run=Trial --check
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
-  fingerpad diagnose --calibration c.csv --measured m.csv --laws mine.toml --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --laws laws.toml --out d
 
 --check says what was understood of the files and which laws they can test. Files may be compressed by gzip. With
 --can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.

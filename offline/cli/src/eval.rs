@@ -19,7 +19,6 @@ Examples:
   fingerpad eval --path path.csv --out response.csv                            the shipped fingertip
   fingerpad eval --model model.fpm --path path.csv --out response.csv          your own model
   fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
-  fingerpad eval --model corrected.fpm --path path.csv --column voltage_v=120 --out response.csv
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n. The response has the
 columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
@@ -29,8 +28,8 @@ of the column status are counted on standard error.
 
 --runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
 prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law
-of your own (docs/laws-of-your-own.md) reads its columns there; along a --path they have the values of --column, or the
-reference of the file of laws.")]
+of your own (docs/laws-of-your-own.md) reads its columns there; along a --path they have the values of --column
+(--column voltage_v=120), or the reference of the file of laws.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]

@@ -69,6 +69,9 @@ fn prepare(at: &Path) {
         let text = fs::read_to_string(at.join(file)).unwrap();
         fs::write(at.join(renamed), text.replacen("run_id", "Trial", 1)).unwrap();
     }
+    let wear = "[[law]]\nname = \"wear\"\nacts_on = \"strength\"\nformula = \"-loss * path_mm / 50\"\n\
+                parameter = [{ name = \"loss\", unit = \"\", range = [0, 0.5], typical = 0.05 }]\n";
+    fs::write(at.join("laws.toml"), wear).unwrap();
     for name in ["fixed.toml", "mine.toml"] {
         fs::write(at.join(name), "[tissue.bone]\nkind = \"fixed\"\n").unwrap();
     }
