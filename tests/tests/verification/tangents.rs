@@ -312,8 +312,8 @@ fn moved(solver: &mut Solver, last: &State, to: Coordinates) -> State {
 fn product(surface: &Surface, exact: &Evaluation, position: &[Vector3<f64>], plane: &Plane, d: &[f64]) -> Vec<f64> {
     let (moves, rates) = d.split_at(3 * position.len());
     let mut out = vec![Vector3::zeros(); position.len()];
-    for NodeTangent { node, block } in &exact.tangents {
-        out[*node] += block * Vector3::from_column_slice(&moves[3 * node..3 * node + 3]);
+    for NodeTangent { node, by, block } in &exact.tangents {
+        out[*node] += block * Vector3::from_column_slice(&moves[3 * by..3 * by + 3]);
     }
     let foot = surface.frame(plane).foot();
     for (k, rate) in rates.iter().enumerate() {
@@ -361,9 +361,8 @@ fn contact_on_a_deformed_state() {
         let surface = solver.surface();
         let position: Vec<Vector3<f64>> = surface.nodes.iter().map(|&n| last.configuration.x[n as usize]).collect();
         let plane = last.contact.plane;
-        let areas = surface.areas(&before.contact, &position, &plane);
         let evaluate = |x: &[Vector3<f64>], plane: &Plane, tangent: bool| {
-            surface.evaluate(&friction, &before.contact, &areas, x, plane, false, tangent)
+            surface.evaluate(&friction, &before.contact, Parts::Followed, x, plane, false, tangent)
         };
         let exact = evaluate(&position, &plane, true);
         let n = 3 * position.len();

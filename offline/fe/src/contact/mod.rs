@@ -3,12 +3,14 @@
 //! Main types: [`FrictionLaw`], [`RubberFriction`], [`Surface`], [`ContactState`], [`Plane`].
 //! May use: nothing of this crate.
 
+mod area;
 mod contour;
 mod law;
 pub mod plane;
 mod state;
 mod surface;
 
+pub use area::Parts;
 pub use contour::Facet;
 pub use law::{FrictionLaw, LawError, RubberFriction, Sliding};
 pub use plane::{Coordinates, Frame, Plane, Reach, Twist};

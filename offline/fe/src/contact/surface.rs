@@ -11,11 +11,11 @@
 //! places of the edge between two nodes has c = 1.5, which on a half-space gives the area of a Hertz contact of four
 //! faces' radius to 0.5 %. What the contour encloses of a face belongs to the corners that touch, in proportion to their
 //! shape functions there: the strip beyond the last node that touches bears friction too. A node's friction is bounded
-//! by `S = W tau_crit(N/W)`, W its part of the area. The parts are constant within an iteration of equilibrium, and after
-//! the first few iterations.
+//! by `S = W tau_crit(N/W)`, W its part of the area.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
+use super::area::{Parts, reference_shares};
 use super::contour::Facet;
 use super::plane::{Frame, Reach, Twist};
 use super::{ContactState, FrictionLaw, NodeState, PenaltySettings, Plane, Sliding, Totals};
@@ -24,17 +24,15 @@ use super::{ContactState, FrictionLaw, NodeState, PenaltySettings, Plane, Slidin
 /// 3 G in the mean, where a gap opens with 4 G (of an incompressible body, on a rigid plane).
 const SHEAR_EDGE: f64 = 0.75;
 
-/// Share of the largest nominal pressure at a face's corners from which on a corner takes its whole part of the face's
-/// contact area; below, its part goes over to the others, so that no part jumps when a node opens.
-const WHOLLY_BEARING: f64 = 0.25;
-
 /// Motion of the plane along itself from which on it has a direction, mm.
 const LEAST_MOTION_MM: f64 = 1e-9;
 
-/// Tangent of one node: derivative of its residual force over its position, N/mm, finger's frame.
+/// Derivative of a node's residual force over a position, N/mm, finger's frame.
 pub struct NodeTangent {
-    /// Surface node.
+    /// Surface node whose force it is.
     pub node: usize,
+    /// Surface node that moves: the same, or another corner of its faces where parts of the area follow.
+    pub by: usize,
     /// Derivative.
     pub block: Matrix3<f64>,
 }
@@ -44,7 +42,7 @@ pub struct NodeTangent {
 pub struct Evaluation {
     /// Residual force of each surface node (minus what the plane exerts), N, finger's frame.
     pub residual: Vec<Vector3<f64>>,
-    /// Tangents of the nodes in contact, if asked for.
+    /// Tangents of the nodes in contact, if asked for; several may be of the same two nodes.
     pub tangents: Vec<NodeTangent>,
     /// Force that the plane exerts along its unspun axes, N, and its moment about the foot, N mm.
     pub wrench: [f64; 6],
@@ -73,10 +71,10 @@ pub struct Surface {
     /// First touch in any pose.
     pub reach: Reach,
     /// Part of the reference surface of each surface node, mm².
-    reference_area: Vec<f64>,
+    pub(super) reference_area: Vec<f64>,
     /// Negative pressure that a gap stands for, MPa/mm.
-    per_gap: Vec<f64>,
-    penalty: f64,
+    pub(super) per_gap: Vec<f64>,
+    pub(super) penalty: f64,
 }
 
 /// A node in contact.
@@ -94,6 +92,13 @@ impl Touch {
     fn force(&self) -> Vector3<f64> {
         let [x, y] = self.sliding.traction.map(|t| t * self.area);
         Vector3::new(x, y, self.normal_force)
+    }
+
+    /// Derivative of the friction `area * traction(N / area)` over the area, MPa.
+    fn force_per_area(&self) -> [f64; 2] {
+        let Sliding { traction, by_pressure, .. } = &self.sliding;
+        let pressure = if self.area > 0.0 { self.normal_force / self.area } else { 0.0 };
+        [0, 1].map(|k| traction[k] - pressure * by_pressure[k])
     }
 }
 
@@ -172,16 +177,7 @@ impl Surface {
         }
     }
 
-    /// Part of the contact area of each node at these positions, mm²; `last` holds the multipliers.
-    pub fn areas(&self, last: &ContactState, position: &[Vector3<f64>], plane: &Plane) -> Vec<f64> {
-        let frame = self.frame(plane);
-        let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
-        let force: Vec<f64> = place.iter().enumerate().map(|(n, y)| self.normal_force(n, y.z, last)).collect();
-        self.parts(&place, &self.contact_level(&place, &force), &force)
-    }
-
-    /// Residual forces and, if `tangent`, their derivatives at trial `position` and `plane`; `areas` of
-    /// [`Self::areas`].
+    /// Residual forces and, if `tangent`, their derivatives at trial `position` and `plane`.
     ///
     /// With `predict_stick` nodes that stuck at the end of the last increment are not let slip.
     #[expect(clippy::too_many_arguments, reason = "the state of an increment, spelled out")]
@@ -189,7 +185,7 @@ impl Surface {
         &self,
         law: &dyn FrictionLaw,
         last: &ContactState,
-        areas: &[f64],
+        parts: Parts,
         position: &[Vector3<f64>],
         plane: &Plane,
         predict_stick: bool,
@@ -197,19 +193,37 @@ impl Surface {
     ) -> Evaluation {
         let frame = self.frame(plane);
         let foot = frame.foot();
+        let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
+        let followed = match parts {
+            Parts::Followed => self.areas_at(last, &place),
+            Parts::Held(_) => Vec::new(),
+        };
+        let areas = if let Parts::Held(held) = parts { held } else { &followed };
+        // Friction per part of the area, MPa.
+        let mut per_area = vec![[0.0; 2]; if tangent { followed.len() } else { 0 }];
         let mut out = Evaluation { residual: vec![Vector3::zeros(); self.nodes.len()], ..Default::default() };
         let (mut sum, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for (node, x) in position.iter().enumerate() {
-            let place = frame.to_plane(x);
-            let Some(touch) = self.touch(law, last, node, &place, areas[node], predict_stick) else { continue };
+            let Some(touch) = self.touch(law, last, node, &place[node], areas[node], predict_stick) else { continue };
             let force = frame.to_finger(&touch.force());
             out.residual[node] = -force;
             sum += force;
             moment += (x - foot).cross(&force);
             if tangent {
                 let block = -frame.map_to_finger(&self.force_change(node, &touch));
-                out.tangents.push(NodeTangent { node, block });
+                out.tangents.push(NodeTangent { node, by: node, block });
+                if let Some(per_area) = per_area.get_mut(node) {
+                    *per_area = touch.force_per_area();
+                }
             }
+        }
+        if per_area.iter().any(|q| *q != [0.0; 2]) {
+            let changes = self.area_changes(last, &place).into_iter();
+            out.tangents.extend(changes.filter(|c| per_area[c.node] != [0.0; 2]).map(|change| {
+                let [x, y] = per_area[change.node];
+                let of_force = Vector3::new(x, y, 0.0) * change.gradient.transpose();
+                NodeTangent { node: change.node, by: change.by, block: -frame.map_to_finger(&of_force) }
+            }));
         }
         let (sum, moment) = (frame.along_axes(&sum), frame.along_axes(&moment));
         out.wrench = [sum.x, sum.y, sum.z, moment.x, moment.y, moment.z];
@@ -225,9 +239,11 @@ impl Surface {
         twist: &Twist,
     ) -> Vec<Vector3<f64>> {
         let mut out = vec![Vector3::zeros(); self.nodes.len()];
-        for NodeTangent { node, block } in &evaluation.tangents {
-            let velocity = twist.velocity(&(position[*node] - foot));
-            out[*node] = twist.turn.cross(&evaluation.residual[*node]) - block * velocity;
+        for (out, residual) in out.iter_mut().zip(&evaluation.residual) {
+            *out = twist.turn.cross(residual);
+        }
+        for NodeTangent { node, by, block } in &evaluation.tangents {
+            out[*node] -= block * twist.velocity(&(position[*by] - foot));
         }
         out
     }
@@ -309,20 +325,6 @@ impl Surface {
         }
     }
 
-    /// Contact area of each face and area of the whole face, on the plane, mm².
-    pub fn contact_areas(&self, state: &ContactState) -> Vec<[f64; 2]> {
-        let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
-        let level = self.contact_level(&state.position, &force);
-        self.facets
-            .iter()
-            .map(|facet| {
-                let (place, level) = (corner_places(facet, &state.position), corner_values(facet, &level));
-                let whole = facet.shares(&place, &[1.0; 4][..level.len()]).iter().sum();
-                [facet.shares(&place, &level).iter().sum(), whole]
-            })
-            .collect()
-    }
-
     /// Stuck area of each face, mm², by the contour between nodes that stick and nodes that slip.
     ///
     /// A node that sticks counts with what is left of its strength along the plane's last motion, one that slips with its
@@ -354,48 +356,9 @@ impl Surface {
         self.face_areas(&state.position, &level)
     }
 
-    fn face_areas(&self, place: &[Vector3<f64>], level: &[f64]) -> Vec<f64> {
-        let area = |facet: &Facet| {
-            let shares = facet.shares(&corner_places(facet, place), &corner_values(facet, level));
-            shares.iter().sum()
-        };
-        self.facets.iter().map(area).collect()
-    }
-
     /// Force with which the plane presses on a node, N.
-    fn normal_force(&self, node: usize, height: f64, last: &ContactState) -> f64 {
+    pub(super) fn normal_force(&self, node: usize, height: f64, last: &ContactState) -> f64 {
         (self.reference_area[node] * (last.nodes[node].multiplier - self.penalty * height)).max(0.0)
-    }
-
-    /// The field whose zero contour is the edge of the contact, MPa.
-    fn contact_level(&self, place: &[Vector3<f64>], force: &[f64]) -> Vec<f64> {
-        (0..place.len())
-            .map(|n| {
-                if force[n] > 0.0 { force[n] / self.reference_area[n] } else { -self.per_gap[n] * place[n].z.max(0.0) }
-            })
-            .collect()
-    }
-
-    /// What the contour encloses, shared among the nodes that touch.
-    fn parts(&self, place: &[Vector3<f64>], level: &[f64], force: &[f64]) -> Vec<f64> {
-        let mut parts = vec![0.0; self.nodes.len()];
-        for facet in &self.facets {
-            let corners = facet.corners();
-            if corners.iter().all(|&n| !(force[n] > 0.0)) {
-                continue;
-            }
-            let shares = facet.shares(&corner_places(facet, place), &corner_values(facet, level));
-            let highest = corners.iter().map(|&n| level[n]).fold(0.0, f64::max);
-            let borne_by = |n: usize, share: f64| share * (level[n] / (WHOLLY_BEARING * highest)).clamp(0.0, 1.0);
-            let enclosed: f64 = shares.iter().sum();
-            let borne: f64 = corners.iter().zip(shares).map(|(&n, share)| borne_by(n, share)).sum();
-            if borne > 0.0 {
-                for (&n, share) in corners.iter().zip(shares) {
-                    parts[n] += borne_by(n, share) * (enclosed / borne);
-                }
-            }
-        }
-        parts
     }
 
     /// The node `node` at `place` in the plane's frame; None if it does not touch.
@@ -457,36 +420,6 @@ fn reserve(law: &dyn FrictionLaw, node: &NodeState) -> f64 {
     let along = used[0] * dx + used[1] * dy;
     let across = used[1] * dx - used[0] * dy;
     (1.0 - across * across).max(0.0).sqrt() - along
-}
-
-/// Integrals of the corners' shape functions over a face of the reference surface, mm².
-fn reference_shares(facet: &Facet, undeformed: &[Vector3<f64>]) -> [f64; 4] {
-    let x: Vec<Vector3<f64>> = facet.corners().iter().map(|&n| undeformed[n]).collect();
-    let area = |a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>| 0.5 * (b - a).cross(&(c - a)).norm();
-    let mut shares = [0.0; 4];
-    if let Facet::Triangle(_) = facet {
-        shares[..3].fill(area(x[0], x[1], x[2]) / 3.0);
-        return shares;
-    }
-    let centre = (x[0] + x[1] + x[2] + x[3]) * 0.25;
-    for k in 0..4 {
-        let next = (k + 1) % 4;
-        let third = area(x[k], x[next], centre) / 3.0;
-        shares[k] += third;
-        shares[next] += third;
-        for share in &mut shares {
-            *share += 0.25 * third;
-        }
-    }
-    shares
-}
-
-fn corner_places(facet: &Facet, place: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
-    facet.corners().iter().map(|&n| place[n].xy()).collect()
-}
-
-fn corner_values(facet: &Facet, values: &[f64]) -> Vec<f64> {
-    facet.corners().iter().map(|&n| values[n]).collect()
 }
 
 /// Force per elastic slip of a node, N/mm.

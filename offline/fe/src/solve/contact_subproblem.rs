@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::equilibrium::imbalance;
 use super::increment::{SolveError, WRENCH_OF};
 use super::linear::{DenseLu, Factor};
-use crate::contact::{ContactState, Evaluation, Friction, Plane, Surface, Twist};
+use crate::contact::{ContactState, Evaluation, Friction, NodeTangent, Parts, Plane, Surface, Twist};
 
 /// What stays the same during the iterations.
 pub(super) struct ContactSubproblem<'a> {
@@ -18,8 +18,8 @@ pub(super) struct ContactSubproblem<'a> {
     pub friction: &'a Friction,
     pub last: &'a ContactState,
     pub factor: &'a Factor,
-    /// Part of the contact area of each surface node, mm².
-    pub areas: &'a [f64],
+    /// Parts of the contact area.
+    pub parts: Parts<'a>,
     /// Positions of the surface nodes at x = 0.
     pub base: &'a [Vector3<f64>],
     /// Contact dofs (first of three, 0 based among them) that move each surface node, with their weights.
@@ -59,6 +59,14 @@ struct Trial {
     norm: f64,
 }
 
+impl Trial {
+    /// Nodes that bear a force.
+    fn touching(&self) -> impl Iterator<Item = usize> {
+        let residual = self.evaluation.residual.iter().enumerate();
+        residual.filter(|(_, force)| **force != Vector3::zeros()).map(|(node, _)| node)
+    }
+}
+
 impl ContactSubproblem<'_> {
     fn positions(&self, x: &[f64]) -> Vec<Vector3<f64>> {
         let moved = |base: &Vector3<f64>, slots: &[(usize, f64)]| {
@@ -87,9 +95,8 @@ impl ContactSubproblem<'_> {
     /// Calls `entry` with row, column and value of every entry of the contact's tangent over the contact dofs.
     fn for_tangent(&self, at: &Trial, mut entry: impl FnMut(usize, usize, f64)) {
         for tangent in &at.evaluation.tangents {
-            let slots = &self.slots[tangent.node];
-            for &(to, to_weight) in slots {
-                for &(by, by_weight) in slots {
+            for &(to, to_weight) in &self.slots[tangent.node] {
+                for &(by, by_weight) in &self.slots[tangent.by] {
                     for column in self.free(by) {
                         for row in self.free(to) {
                             entry(to + row, by + column, to_weight * by_weight * tangent.block[(row, column)]);
@@ -103,7 +110,7 @@ impl ContactSubproblem<'_> {
     fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, predict: bool, tangent: bool) -> Trial {
         let positions = self.positions(&x);
         let evaluation =
-            self.surface.evaluate(self.friction, self.last, self.areas, &positions, &plane, predict, tangent);
+            self.surface.evaluate(self.friction, self.last, self.parts, &positions, &plane, predict, tangent);
         let mut force = self.gather(&evaluation.residual);
         for ((f, x), shift) in force.iter_mut().zip(&x).zip(self.shift) {
             *f -= shift * x;
@@ -186,7 +193,7 @@ impl ContactSubproblem<'_> {
         let n = self.y.len();
         let mut index = vec![usize::MAX; n];
         let mut active = Vec::new();
-        let of_tangents = at.evaluation.tangents.iter().flat_map(|t| &self.slots[t.node]).flat_map(|&(s, _)| s..s + 3);
+        let of_tangents = at.evaluation.tangents.iter().flat_map(|t| &self.slots[t.by]).flat_map(|&(s, _)| s..s + 3);
         let shifted = (0..n).filter(|&j| self.shift[j] != 0.0);
         for j in of_tangents.filter(|&j| !self.held[j]).chain(shifted) {
             if index[j] == usize::MAX {
@@ -206,23 +213,27 @@ impl ContactSubproblem<'_> {
         Driven { coordinate, residual: self.gather(&nodal), nodal, twist }
     }
 
-    /// Derivative of the driven component `coordinate` of the wrench over the position of each node in contact: a row
-    /// per node of `tangents`, over `length` for moments.
-    fn wrench_rows(&self, at: &Trial, coordinate: usize) -> Vec<Vector3<f64>> {
+    /// Derivative of the driven component `coordinate` of the wrench over positions of nodes: terms of a sum, each with its
+    /// node, over the length of the surface for moments.
+    fn wrench_rows(&self, at: &Trial, coordinate: usize) -> Vec<(usize, Vector3<f64>)> {
         let frame = self.surface.frame(&at.plane);
         let foot = frame.foot();
         let component = WRENCH_OF[coordinate];
         let axis = frame.axis(component % 3);
-        let row = |tangent: &crate::contact::NodeTangent| {
-            // The force is minus the residual.
+        // The force is minus the residual.
+        let row = |tangent: &NodeTangent| {
             if component < 3 {
-                return -(tangent.block.transpose() * axis);
+                return (tangent.by, -(tangent.block.transpose() * axis));
             }
             let arm = at.positions[tangent.node] - foot;
-            let force = -at.evaluation.residual[tangent.node];
-            (force.cross(&axis) - tangent.block.transpose() * axis.cross(&arm)) / self.surface.size_mm()
+            (tangent.by, -(tangent.block.transpose() * axis.cross(&arm)) / self.surface.size_mm())
         };
-        at.evaluation.tangents.iter().map(row).collect()
+        let mut rows: Vec<(usize, Vector3<f64>)> = at.evaluation.tangents.iter().map(row).collect();
+        if component >= 3 {
+            let by_arm = |residual: &Vector3<f64>| -residual.cross(&axis) / self.surface.size_mm();
+            rows.extend(at.touching().map(|node| (node, by_arm(&at.evaluation.residual[node]))));
+        }
+        rows
     }
 
     /// Derivative of the driven component `coordinate` of the wrench over the coordinate `driven`.
@@ -237,13 +248,13 @@ impl ContactSubproblem<'_> {
         let foot_motion =
             if driven.coordinate >= crate::contact::plane::DEPTH { driven.twist.motion } else { Vector3::zeros() };
         let mut sum = Vector3::zeros();
-        for tangent in &at.evaluation.tangents {
-            let force = -at.evaluation.residual[tangent.node];
-            let change = -driven.nodal[tangent.node];
+        for node in at.touching() {
+            let force = -at.evaluation.residual[node];
+            let change = -driven.nodal[node];
             sum += if component < 3 {
                 change - turn.cross(&force)
             } else {
-                let arm = at.positions[tangent.node] - foot;
+                let arm = at.positions[node] - foot;
                 (arm.cross(&change) - foot_motion.cross(&force) - turn.cross(&arm.cross(&force)))
                     / self.surface.size_mm()
             };
@@ -282,8 +293,8 @@ impl ContactSubproblem<'_> {
         });
         for (p, driven_by) in driven.iter().enumerate() {
             let rows = self.wrench_rows(at, driven_by.coordinate);
-            for (tangent, row) in at.evaluation.tangents.iter().zip(rows) {
-                for &(slot, weight) in &self.slots[tangent.node] {
+            for (node, row) in rows {
+                for &(slot, weight) in &self.slots[node] {
                     for k in self.free(slot) {
                         matrix[index[slot + k] * size + na + p] += force_scale * weight * row[k];
                     }

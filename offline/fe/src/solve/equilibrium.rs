@@ -11,7 +11,7 @@ use super::{
     increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, WRENCH_OF, Watch},
 };
 use crate::assembly::Configuration;
-use crate::contact::{ContactState, Plane};
+use crate::contact::{ContactState, Parts, Plane};
 
 /// Residual over contact force after the first iteration above which the factor is renewed at once.
 ///
@@ -33,9 +33,9 @@ const CONTACT_ERROR: f64 = 0.1;
 /// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
 const CONTACT_CONTRACTION: f64 = 0.5;
 
-/// Iterations after which the nodes' parts of the contact area are held: what the edge still moves then is far below
-/// what the mesh sees of it, and a node on the verge of opening could go on for ever.
-const AREA_ITERATIONS: u32 = 5;
+/// Iterations of a contact subproblem after which the nodes' parts of the contact area follow the nodes no more: one on
+/// the verge of opening could go on for ever.
+const FOLLOWED_ITERATIONS: usize = 15;
 
 /// Share of the contact area by which the parts that were held may be off at equilibrium.
 const AREA_ERROR: f64 = 0.02;
@@ -92,8 +92,14 @@ struct Iterate {
     plane: Plane,
     /// Internal forces at `at`, N.
     internal: Vec<f64>,
-    /// Parts of the contact area, mm².
-    areas: Vec<f64>,
+    /// Parts of the contact area where they are held, mm²; None where they follow the positions.
+    held_areas: Option<Vec<f64>>,
+}
+
+impl Iterate {
+    fn parts(&self) -> Parts<'_> {
+        self.held_areas.as_deref().map_or(Parts::Followed, Parts::Held)
+    }
 }
 
 /// How the search has gone so far, and what it says of the factor and of the contact subproblem.
@@ -110,8 +116,8 @@ struct Convergence {
     diverges: bool,
     /// How far contact pushed its dofs in the last iteration, mm.
     displacement_scale: f64,
-    /// Whether the last correction was not taken whole.
-    was_cut: bool,
+    /// Whether parts of the contact area are held for the rest of the search.
+    holds_areas: bool,
     /// Contact subproblems, one after the other, that ended without a solution.
     unsolved: usize,
     /// What the contact subproblem may leave and what it left last, mm.
@@ -129,7 +135,7 @@ impl Convergence {
             factor_is_new: false,
             diverges: false,
             displacement_scale: 0.0,
-            was_cut: false,
+            holds_areas: false,
             unsolved: 0,
             contact_tolerance: f64::INFINITY,
             contact_error: 0.0,
@@ -212,28 +218,32 @@ impl Solver<'_> {
     ) -> Result<State, SolveError> {
         let Guess { configuration, plane, follows_plane } = guess;
         let mut iterate =
-            Iterate { at: configuration, plane: increment.plane(&plane), internal: Vec::new(), areas: Vec::new() };
+            Iterate { at: configuration, plane: increment.plane(&plane), internal: Vec::new(), held_areas: None };
         self.internal_forces(&iterate.at, increment.damping, &mut iterate.internal)?;
+        // A guess does not know yet what touches.
+        iterate.held_areas = Some(self.areas_at_guess(&iterate, increment.last));
         let mut convergence = Convergence::new();
         let mut renewals = 0;
         loop {
             go_on(watch, stats)?;
-            if convergence.iteration < AREA_ITERATIONS && !convergence.was_cut {
-                iterate.areas = self.areas(&iterate, increment.last, convergence.iteration == 0);
+            if convergence.iteration > 0 && !convergence.holds_areas {
+                iterate.held_areas = None;
             }
             let mut residual = self.residual(&iterate, increment);
             stats.residual = residual.norm / residual.reference;
             if residual.norm <= self.settings.tolerance * residual.reference {
                 // Parts that were held while the contact opened for an iteration belong to no equilibrium.
-                let areas = self.areas(&iterate, increment.last, false);
-                if !are_off(&iterate.areas, &areas) {
+                let areas = self.areas(&iterate, increment.last);
+                let is_off = convergence.iteration == 0
+                    || iterate.held_areas.as_ref().is_some_and(|held| are_off(held, &areas));
+                if !is_off {
                     return Ok(self.committed(iterate, increment.last));
                 }
                 if renewals == AREA_RENEWALS {
                     return Err(convergence.stalled(&residual, &self.settings));
                 }
                 renewals += 1;
-                iterate.areas = areas;
+                iterate.held_areas = Some(areas);
                 residual = self.residual(&iterate, increment);
             }
             convergence.check(&residual, &self.settings)?;
@@ -249,10 +259,9 @@ impl Solver<'_> {
             }
             let norm = residual.norm;
             let correction =
-                self.correction(&iterate, residual, increment, follows_plane, &mut convergence, stats, watch)?;
+                self.correction(&mut iterate, residual, increment, follows_plane, &mut convergence, stats, watch)?;
             let whole = self.move_by(&mut iterate, &correction, increment, convergence.iteration > 0, norm)?;
             convergence.factor_is_stale |= !whole;
-            convergence.was_cut = !whole;
             convergence.iteration += 1;
         }
     }
@@ -260,7 +269,8 @@ impl Solver<'_> {
     /// The state of an iterate in equilibrium.
     fn committed(&self, iterate: Iterate, last: &ContactState) -> State {
         let positions = self.surface_positions(&iterate.at);
-        let (contact, totals) = self.surface.commit(&self.friction, last, &iterate.areas, &positions, iterate.plane);
+        let areas = iterate.held_areas.unwrap_or_else(|| self.surface.areas(last, &positions, &iterate.plane));
+        let (contact, totals) = self.surface.commit(&self.friction, last, &areas, &positions, iterate.plane);
         State { configuration: iterate.at, contact, totals }
     }
 
@@ -268,7 +278,7 @@ impl Solver<'_> {
     #[expect(clippy::too_many_arguments, reason = "a private step with all that it depends on")]
     fn correction(
         &mut self,
-        iterate: &Iterate,
+        iterate: &mut Iterate,
         residual: Residual,
         increment: &Increment,
         follows_plane: bool,
@@ -299,7 +309,7 @@ impl Solver<'_> {
             friction: &self.friction,
             last: increment.last,
             factor: &self.factor,
-            areas: &iterate.areas,
+            parts: Parts::Followed,
             base: &base,
             slots: &self.slots,
             held: &self.held,
@@ -309,10 +319,11 @@ impl Solver<'_> {
             tolerance: self.contact_tolerance(residual.norm, residual.reference, convergence),
             max_iterations: self.settings.max_contact_iterations,
         };
-        let solution = subproblem.solve(x, iterate.plane, predict, &mut || go_on(watch, stats))?;
+        let mut go_on = || go_on(watch, stats);
+        let (solution, iterations, solved) = self.contact_solution(subproblem, x, iterate, predict, &mut go_on)?;
+        convergence.holds_areas |= convergence.iteration > 0 && iterate.held_areas.is_some();
         stats.iterations += 1;
-        stats.contact_iterations += solution.iterations as u32;
-        let solved = solution.iterations < self.settings.max_contact_iterations;
+        stats.contact_iterations += iterations as u32;
         let Solution { x, plane, mut force, norm, .. } = solution;
         convergence.contact_error = norm;
         convergence.unsolved = if solved { 0 } else { convergence.unsolved + 1 };
@@ -326,6 +337,35 @@ impl Solver<'_> {
         }
         self.factor.backward(&mut work);
         Ok(Correction { step: work, plane })
+    }
+
+    /// Solves the contact subproblem, with parts of the area that follow the positions unless they are held or no solution is
+    /// found so, which has them held from here on. Also returns the iterations in all and whether a solution was found.
+    fn contact_solution(
+        &self,
+        subproblem: ContactSubproblem,
+        x: Vec<f64>,
+        iterate: &mut Iterate,
+        predict: bool,
+        go_on: &mut dyn FnMut() -> Result<(), SolveError>,
+    ) -> Result<(Solution, usize, bool), SolveError> {
+        let (plane, most) = (iterate.plane, subproblem.max_iterations);
+        let mut iterations = 0;
+        if iterate.held_areas.is_none() {
+            let most = most.min(FOLLOWED_ITERATIONS);
+            let followed = ContactSubproblem { max_iterations: most, ..subproblem };
+            let solution = followed.solve(x.clone(), plane, predict, go_on)?;
+            iterations = solution.iterations;
+            if iterations < most {
+                return Ok((solution, iterations, true));
+            }
+            iterate.held_areas = Some(self.areas(iterate, subproblem.last));
+        }
+        let held = ContactSubproblem { parts: iterate.parts(), ..subproblem };
+        let solution = held.solve(x, plane, predict, go_on)?;
+        let solved = solution.iterations < most;
+        iterations += solution.iterations;
+        Ok((solution, iterations, solved))
     }
 
     /// What the contact subproblem may leave, mm.
@@ -356,7 +396,7 @@ impl Solver<'_> {
             let plane = increment.last.plane.moved_to(std::array::from_fn(|k| from[k] - scale * (to[k] - from[k])));
             let failure = match self.internal_forces(&at, increment.damping, &mut internal) {
                 Ok(()) => {
-                    let trial = Iterate { at, plane, internal, areas: std::mem::take(&mut iterate.areas) };
+                    let trial = Iterate { at, plane, internal, held_areas: iterate.held_areas.take() };
                     let grows = watch_growth
                         && scale < -0.2
                         && self.residual(&trial, increment).norm > self.settings.growth * norm;
@@ -365,7 +405,7 @@ impl Solver<'_> {
                         return Ok(scale == -1.0);
                     }
                     internal = trial.internal;
-                    iterate.areas = trial.areas;
+                    iterate.held_areas = trial.held_areas;
                     None
                 }
                 Err(error) => Some(error),
@@ -379,17 +419,19 @@ impl Solver<'_> {
         }
     }
 
-    /// Parts of the contact area at an iterate; at a `guess`, which need not follow the plane, with the nodes in contact
-    /// brought to where they stood over it.
-    fn areas(&self, iterate: &Iterate, last: &ContactState, guess: bool) -> Vec<f64> {
+    /// Parts of the contact area at an iterate.
+    fn areas(&self, iterate: &Iterate, last: &ContactState) -> Vec<f64> {
+        self.surface.areas(last, &self.surface_positions(&iterate.at), &iterate.plane)
+    }
+
+    /// The same at a guess, which need not follow the plane: with the nodes in contact brought to where they stood over it.
+    fn areas_at_guess(&self, iterate: &Iterate, last: &ContactState) -> Vec<f64> {
         let mut positions = self.surface_positions(&iterate.at);
-        if guess {
-            let frame = self.surface.frame(&iterate.plane);
-            let touching = last.nodes.iter().zip(&last.position).zip(&mut positions);
-            for ((_, before), x) in touching.filter(|((node, _), _)| node.normal_force_n > 0.0) {
-                let here = frame.to_plane(x);
-                *x = frame.from_plane(&Vector3::new(here.x, here.y, before.z));
-            }
+        let frame = self.surface.frame(&iterate.plane);
+        let touching = last.nodes.iter().zip(&last.position).zip(&mut positions);
+        for ((_, before), x) in touching.filter(|((node, _), _)| node.normal_force_n > 0.0) {
+            let here = frame.to_plane(x);
+            *x = frame.from_plane(&Vector3::new(here.x, here.y, before.z));
         }
         self.surface.areas(last, &positions, &iterate.plane)
     }
@@ -424,10 +466,11 @@ impl Solver<'_> {
     }
 
     fn residual(&self, iterate: &Iterate, increment: &Increment) -> Residual {
-        let Iterate { at, plane, internal, areas } = iterate;
+        let Iterate { at, plane, internal, .. } = iterate;
         let first = self.body.dofs.first_contact_dof;
         let positions = self.surface_positions(at);
-        let evaluation = self.surface.evaluate(&self.friction, increment.last, areas, &positions, plane, false, false);
+        let parts = iterate.parts();
+        let evaluation = self.surface.evaluate(&self.friction, increment.last, parts, &positions, plane, false, false);
         let mut contact = vec![0.0; internal.len() - first];
         for (f, slots) in evaluation.residual.iter().zip(&self.slots) {
             for &(s, weight) in slots {

@@ -8,7 +8,7 @@ use super::{
     newton::FactorOrigin,
 };
 use crate::assembly::Configuration;
-use crate::contact::{ContactState, Plane};
+use crate::contact::{ContactState, Parts, Plane};
 
 impl Solver<'_> {
     /// Diagonal of the undeformed stiffness, which viscous forces are a share of.
@@ -74,8 +74,8 @@ impl Solver<'_> {
         let pattern = &self.body.dofs.pattern;
         let first = self.body.dofs.first_contact_dof;
         let positions = self.surface_positions(at);
-        let areas = self.surface.areas(last, &positions, plane);
-        let evaluation = self.surface.evaluate(&self.friction, last, &areas, &positions, plane, false, false);
+        let evaluation =
+            self.surface.evaluate(&self.friction, last, Parts::Followed, &positions, plane, false, false);
         let touching: Vec<usize> = evaluation
             .residual
             .iter()

@@ -1,7 +1,7 @@
 //! A flat patch of 4 x 4 faces on planes in all poses: its forces, their derivatives and their energies.
 
 use super::*;
-use crate::contact::{Coordinates, Friction, RubberFriction};
+use crate::contact::{Coordinates, Friction, Parts, RubberFriction};
 
 const PENALTY: PenaltySettings =
     PenaltySettings { penalty_mpa_per_mm: 2.0, augment: false, penetration_tolerance_mm: 1.0, edge_constant: 1.5 };
@@ -145,7 +145,9 @@ fn derivatives_over_nodes_and_plane_are_those_of_the_forces() {
     let stick = Friction::On(RubberFriction { gamma_crit_mm: 10.0, ..RubberFriction::default() });
     let slip = Friction::On(RubberFriction { gamma_crit_mm: 1e-4, ..RubberFriction::default() });
     for (law, name) in [(stick, "stick"), (slip, "slip"), (rubber(), "both"), (Friction::Off, "no friction")] {
-        for pose in POSES {
+        let held = vec![0.9; 25];
+        for (pose, parts) in POSES.into_iter().flat_map(|pose| [(pose, Parts::Held(&held)), (pose, Parts::Followed)]) {
+            let name = format!("{name}, {parts:?}");
             let before = Plane::new(pose);
             let start = over(&surface, &before, -0.004, |n, k| 0.008 * scatter(n, k));
             let areas = vec![0.9; 25];
@@ -153,10 +155,10 @@ fn derivatives_over_nodes_and_plane_are_those_of_the_forces() {
             let plane = before.moved_to(std::array::from_fn(|k| pose[k] + [0.05, 0.02, 0.0, 0.03, 0.01, -0.02][k]));
             let place = over(&surface, &plane, -0.004, |n, k| 0.009 * scatter(n, k));
             let forces = |place: &[Vector3<f64>], plane: &Plane, tangent: bool| {
-                surface.evaluate(&law, &last, &areas, place, plane, false, tangent)
+                surface.evaluate(&law, &last, parts, place, plane, false, tangent)
             };
             let exact = forces(&place, &plane, true);
-            let touching = exact.tangents.len();
+            let touching = exact.residual.iter().filter(|force| force.norm() > 0.0).count();
             assert!(touching > 5 && touching < 25, "{name}: {touching} nodes touch");
             let foot = surface.frame(&plane).foot();
             const H: f64 = 1e-7;
@@ -183,8 +185,19 @@ fn derivatives_over_nodes_and_plane_are_those_of_the_forces() {
                     forces(&moved, &plane, false).residual
                 };
                 let mut column = vec![Vector3::zeros(); 25];
-                exact.tangents.iter().for_each(|t| column[t.node] = t.block.column(k).into());
+                exact.tangents.iter().for_each(|t| column[t.node] += t.block.column(k));
                 compare(&format!("nodes along {k}"), &numeric, &column);
+            }
+            for by in 0..25 {
+                let way = Vector3::from_fn(|k, _| scatter(by + 100, k));
+                let numeric = |h: f64| {
+                    let mut moved = place.clone();
+                    moved[by] += way * h;
+                    forces(&moved, &plane, false).residual
+                };
+                let mut column = vec![Vector3::zeros(); 25];
+                exact.tangents.iter().filter(|t| t.by == by).for_each(|t| column[t.node] += t.block * way);
+                compare(&format!("node {by}"), &numeric, &column);
             }
         }
     }
