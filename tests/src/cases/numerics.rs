@@ -40,7 +40,7 @@ pub fn step_size(effort: Effort) -> Result<Vec<Check>, Failure> {
     let finger = coarse()?;
     let mut checks = Vec::new();
     let factors: &[f64] = if effort == Effort::Quick { &[1.0] } else { &[1.0, 10.0] };
-    let bound = 0.006;
+    let bound = 0.005;
     for &factor in factors {
         let mut problem = problem(&finger.body, &finger.mesh.pad_faces);
         problem.penalty.penalty_mpa_per_mm *= factor;

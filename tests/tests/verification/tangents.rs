@@ -2,7 +2,7 @@
 
 use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
 use fingerpad_fe::contact::{
-    Coordinates, Evaluation, Friction, NodeTangent, PenaltySettings, Plane, RubberFriction, Surface,
+    Coordinates, Evaluation, Friction, NodeTangent, Parts, PenaltySettings, Plane, RubberFriction, Surface,
 };
 use fingerpad_fe::element::{Batch, Constitutive, Hex8, Tangent, Tet4};
 use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};

@@ -101,7 +101,8 @@ impl Surface {
             let size = (face.place[1] - face.place[0]).norm();
             let highest = face.level.iter().fold(0.0, |a: f64, l| a.max(l.abs()));
             for (c, &by) in corners.iter().enumerate() {
-                let along = |face: &mut Corners, k: usize| face.change(facet, PLACE_STEP * size, |f| &mut f.place[c][k]);
+                let along =
+                    |face: &mut Corners, k: usize| face.change(facet, PLACE_STEP * size, |f| &mut f.place[c][k]);
                 let (by_x, by_y) = (along(&mut face, 0), along(&mut face, 1));
                 let by_level = face.change(facet, LEVEL_STEP * highest, |f| &mut f.level[c]);
                 let slope = self.level_slope(by, level[by]);

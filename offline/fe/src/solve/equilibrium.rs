@@ -24,7 +24,7 @@ const FIRST_RESIDUAL: f64 = 10.0;
 const SINGLE_CONTRACTION: f64 = 0.7;
 
 /// Error of the contact problem over the way that contact pushes its dofs, below which there is rounding.
-const CONTACT_ROUNDING: f64 = 2e-12;
+const CONTACT_ROUNDING: f64 = 1e-13;
 
 /// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the contact problem may
 /// leave. Its error is a length; the penalty makes a force of it.
@@ -234,8 +234,8 @@ impl Solver<'_> {
             if residual.norm <= self.settings.tolerance * residual.reference {
                 // Parts that were held while the contact opened for an iteration belong to no equilibrium.
                 let areas = self.areas(&iterate, increment.last);
-                let is_off = convergence.iteration == 0
-                    || iterate.held_areas.as_ref().is_some_and(|held| are_off(held, &areas));
+                let is_off =
+                    convergence.iteration == 0 || iterate.held_areas.as_ref().is_some_and(|held| are_off(held, &areas));
                 if !is_off {
                     return Ok(self.committed(iterate, increment.last));
                 }

@@ -74,8 +74,7 @@ impl Solver<'_> {
         let pattern = &self.body.dofs.pattern;
         let first = self.body.dofs.first_contact_dof;
         let positions = self.surface_positions(at);
-        let evaluation =
-            self.surface.evaluate(&self.friction, last, Parts::Followed, &positions, plane, false, false);
+        let evaluation = self.surface.evaluate(&self.friction, last, Parts::Followed, &positions, plane, false, false);
         let touching: Vec<usize> = evaluation
             .residual
             .iter()
