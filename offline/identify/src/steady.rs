@@ -207,12 +207,7 @@ impl<'a> Slider<'a> {
 
     /// Puts the finger into a configuration of a place.
     fn stand(&mut self, at: Place, configuration: Configuration) {
-        let mut state = self.solver.initial_state([0.0, 0.0, at.depth_mm]);
-        for (place, &node) in state.contact.position.iter_mut().zip(&self.solver.surface().nodes) {
-            *place = configuration.x[node as usize];
-        }
-        state.configuration = configuration;
-        self.state = state;
+        self.state = self.solver.guessed_state(configuration, [0.0, 0.0, at.depth_mm]);
         self.at = at;
     }
 

@@ -24,7 +24,7 @@ const FIRST_RESIDUAL: f64 = 10.0;
 const SINGLE_CONTRACTION: f64 = 0.7;
 
 /// Error of the contact problem over the way that contact pushes its dofs, below which there is rounding.
-const CONTACT_ROUNDING: f64 = 1e-13;
+const CONTACT_ROUNDING: f64 = 8e-13;
 
 /// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the contact problem may
 /// leave. Its error is a length; the penalty makes a force of it.

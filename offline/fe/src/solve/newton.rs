@@ -142,6 +142,16 @@ impl<'a> Solver<'a> {
         State { configuration, contact, totals: Totals::default() }
     }
 
+    /// A guess of a state: the body at `configuration`, what touches there and nothing of what it bears.
+    pub fn guessed_state(&self, configuration: Configuration, plane: impl Into<Plane>) -> State {
+        let plane = plane.into();
+        let positions = self.surface_positions(&configuration);
+        let start = self.surface.initial_state(&positions, plane);
+        let areas = self.surface.areas(&start, &positions, &plane);
+        let (contact, _) = self.surface.commit(&self.friction, &start, &areas, &positions, plane);
+        State { configuration, contact, totals: Totals::default() }
+    }
+
     pub(super) fn surface_positions(&self, configuration: &Configuration) -> Vec<Vector3<f64>> {
         self.surface.nodes.iter().map(|&n| configuration.x[n as usize]).collect()
     }

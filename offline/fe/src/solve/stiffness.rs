@@ -75,11 +75,13 @@ impl Solver<'_> {
         let first = self.body.dofs.first_contact_dof;
         let positions = self.surface_positions(at);
         let evaluation = self.surface.evaluate(&self.friction, last, Parts::Followed, &positions, plane, false, false);
+        // Where the plane gives way, nothing touches at a guess that does not follow it.
         let touching: Vec<usize> = evaluation
             .residual
             .iter()
+            .zip(&last.nodes)
             .zip(&self.slots)
-            .filter(|(force, _)| force.norm_squared() > 0.0)
+            .filter(|((force, before), _)| force.norm_squared() > 0.0 || before.normal_force_n > 0.0)
             .flat_map(|(_, slots)| slots.iter().flat_map(|&(s, _)| s..s + 3))
             .filter(|&j| !self.held[j])
             .collect();
