@@ -36,8 +36,10 @@ const ALONG_TOTAL_SLIP: &str = "let mut sliding = law.return_map(trial, pressure
                 *vector = total.map(|s| s / length * vector[0].hypot(vector[1]));
             }
         }";
-const STUCK_AREA: &str = "let shares = facet.shares(&corner_places(facet, place), &corner_values(facet, level));
-            shares.iter().sum()";
+const AREA: &str = "offline/fe/src/contact/area.rs";
+/// Of the stick area alone: the contact area has its own.
+const STUCK_AREA: &str = "let Corners { place, level } = Corners::of(facet, place, level);
+            facet.shares(&place, &level).iter().sum()";
 
 const FAULTS: &[Fault] = &[
     Fault {
@@ -70,7 +72,7 @@ const FAULTS: &[Fault] = &[
     },
     Fault {
         name: "a face sticks where any node does",
-        file: SURFACE,
+        file: AREA,
         sound: STUCK_AREA,
         faulty: "let values = corner_values(facet, level);
             let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -79,7 +81,7 @@ const FAULTS: &[Fault] = &[
     },
     Fault {
         name: "a face sticks where the last node does",
-        file: SURFACE,
+        file: AREA,
         sound: STUCK_AREA,
         faulty: "let values = corner_values(facet, level);
             let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);

@@ -52,6 +52,17 @@ fn forces_turn_with_the_body() {
     }
 }
 
+/// A body that is turned with its plane.
+struct Turned {
+    name: &'static str,
+    /// The body, turned about the point of first touch.
+    body: fn(&Rotation3<f64>) -> (Mesh, Body),
+    /// Residual over contact force.
+    tolerance: f64,
+    /// Largest relative difference of any response.
+    bound: f64,
+}
+
 /// The coarse mesh of the default finger, turned about the point of first touch.
 fn coarse_finger(turn: &Rotation3<f64>) -> (Mesh, Body) {
     let mut tip = fingertip(&FingertipShape::default(), &MeshPreset::Coarse.divisions()).unwrap();
@@ -62,14 +73,14 @@ fn coarse_finger(turn: &Rotation3<f64>) -> (Mesh, Body) {
 
 /// The states along a path of slide, depth and spin of a body turned by `heading` about z and then as a finger of this
 /// pitch and roll stands against the plane; the path turned along.
-fn along_path([heading, pitch, roll]: [f64; 3], turned_body: fn(&Rotation3<f64>) -> (Mesh, Body)) -> Vec<State> {
+fn along_path([heading, pitch, roll]: [f64; 3], case: &Turned) -> Vec<State> {
     let turned = |[x, y, depth, spin]: [f64; 4], height: f64| -> Coordinates {
         let (sin, cos) = heading.sin_cos();
         [cos * x - sin * y, sin * x + cos * y, depth + height, spin + heading, pitch, roll]
     };
     let tilt = Plane::new(turned([0.0; 4], 0.0)).tilt();
-    let (mesh, body) = turned_body(&(tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), heading)));
-    let settings = SolverSettings { tolerance: 1e-11, max_iterations: 200, ..Default::default() };
+    let (mesh, body) = (case.body)(&(tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), heading)));
+    let settings = SolverSettings { tolerance: case.tolerance, max_iterations: 200, ..Default::default() };
     let penalty = PenaltySettings { penalty_mpa_per_mm: 20.0, augment: false, ..Default::default() };
     let law = Friction::On(RubberFriction::default());
     let mut solver = Solver::new(&body, &mesh.pad_faces, law, penalty, settings);
@@ -97,30 +108,40 @@ fn along_path([heading, pitch, roll]: [f64; 3], turned_body: fn(&Rotation3<f64>)
 #[test]
 fn body_plane_and_path_turned_together_give_the_same_contact() {
     let (spun, pitched, all) = ([0.8, 0.0, 0.0], [0.0, 0.5, 0.0], [-0.6, 0.4, -0.3]);
-    same_contact("paraboloid", paraboloid, &[("spun", spun), ("pitched", pitched), ("all three", all)]);
-    same_contact("finger", coarse_finger, &[("all three", all)]);
+    let small = Turned { name: "paraboloid", body: paraboloid, tolerance: 1e-11, bound: 1e-9 };
+    small.keeps_its_contact(&[("spun", spun), ("pitched", pitched), ("all three", all)]);
+    // Rounding of places leaves more out of balance in a body of 30 mm.
+    let large = Turned { name: "finger", body: coarse_finger, tolerance: 1e-8, bound: 1e-6 };
+    large.keeps_its_contact(&[("all three", all)]);
 }
 
-fn same_contact(what: &str, body: fn(&Rotation3<f64>) -> (Mesh, Body), poses: &[(&str, [f64; 3])]) {
-    let straight = along_path([0.0; 3], body);
-    for &(case, pose) in poses {
-        let back = Rotation3::from_axis_angle(&Vector3::z_axis(), -pose[0]);
-        let mut worst = 0.0f64;
-        for (a, b) in straight.iter().zip(along_path(pose, body)) {
-            let (t, u) = (&a.totals, &b.totals);
-            let scale = t.force.norm();
-            assert!(scale > 1e-3 && t.area > 0.5);
-            let differences = [
-                (t.force - back * u.force).norm() / scale,
-                (t.moment - back * u.moment).norm() / scale,
-                (t.area / u.area - 1.0).abs(),
-                (t.stuck_area - u.stuck_area).abs() / t.area,
-                (t.dissipation - u.dissipation).abs() / (scale * 0.1),
-                (t.elastic_energy - u.elastic_energy).abs() / (scale * 0.1),
-            ];
-            println!("{case}: {}", differences.map(|d| format!("{d:.0e}")).join(" "));
-            worst = differences.into_iter().fold(worst, f64::max);
+impl Turned {
+    fn keeps_its_contact(&self, poses: &[(&str, [f64; 3])]) {
+        let straight = along_path([0.0; 3], self);
+        for &(case, pose) in poses {
+            let back = Rotation3::from_axis_angle(&Vector3::z_axis(), -pose[0]);
+            let mut worst = 0.0f64;
+            for (a, b) in straight.iter().zip(along_path(pose, self)) {
+                let (t, u) = (&a.totals, &b.totals);
+                let scale = t.force.norm();
+                assert!(scale > 1e-3 && t.area > 0.5);
+                let differences = [
+                    (t.force - back * u.force).norm() / scale,
+                    (t.moment - back * u.moment).norm() / scale,
+                    (t.area / u.area - 1.0).abs(),
+                    (t.stuck_area - u.stuck_area).abs() / t.area,
+                    (t.dissipation - u.dissipation).abs() / (scale * 0.1),
+                    (t.elastic_energy - u.elastic_energy).abs() / (scale * 0.1),
+                ];
+                println!("{case}: {}", differences.map(|d| format!("{d:.0e}")).join(" "));
+                worst = differences.into_iter().fold(worst, f64::max);
+            }
+            verify(
+                &format!("{} turned together, {case}", self.name),
+                "largest relative difference of any response",
+                worst,
+                self.bound,
+            );
         }
-        verify(&format!("{what} turned together, {case}"), "largest relative difference of any response", worst, 1e-9);
     }
 }

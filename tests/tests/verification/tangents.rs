@@ -333,7 +333,7 @@ fn contact_on_a_deformed_state() {
         ("without friction", Friction::Off, vec![0.1]),
         ("stick", rubber, vec![0.002]),
         ("stick and slip", rubber, vec![0.02, 0.1]),
-        ("slip", rubber, vec![0.1, 0.4, 0.8]),
+        ("slip", rubber, (1..=8).map(|k| 0.1 * f64::from(k)).collect()),
     ] {
         let penalty = PenaltySettings::default();
         let mut solver = Solver::new(&body, &mesh.pad_faces, friction, penalty, SolverSettings::default());

@@ -153,9 +153,12 @@ impl Surface {
     pub fn contact_areas(&self, state: &ContactState) -> Vec<[f64; 2]> {
         let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
         let level = self.contact_level(&state.position, &force);
-        let (inside, whole) =
-            (self.face_areas(&state.position, &level), self.face_areas(&state.position, &vec![1.0; level.len()]));
-        inside.into_iter().zip(whole).map(|(inside, whole)| [inside, whole]).collect()
+        let areas = |facet: &Facet| {
+            let Corners { place, level } = Corners::of(facet, &state.position, &level);
+            let whole = facet.shares(&place, &[1.0; 4][..level.len()]).iter().sum();
+            [facet.shares(&place, &level).iter().sum(), whole]
+        };
+        self.facets.iter().map(areas).collect()
     }
 }
 

@@ -33,6 +33,10 @@ const CONTACT_ERROR: f64 = 0.1;
 /// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
 const CONTACT_CONTRACTION: f64 = 0.5;
 
+/// Residual over contact force below which the nodes' parts of the contact area follow the nodes within an iteration: farther
+/// from equilibrium they are taken anew before each.
+const FOLLOWED_RESIDUAL: f64 = 0.1;
+
 /// Iterations of a contact subproblem after which the nodes' parts of the contact area follow the nodes no more: one on
 /// the verge of opening could go on for ever.
 const FOLLOWED_ITERATIONS: usize = 15;
@@ -230,13 +234,16 @@ impl Solver<'_> {
                 iterate.held_areas = None;
             }
             let mut residual = self.residual(&iterate, increment);
+            let converged = |residual: &Residual| residual.norm <= self.settings.tolerance * residual.reference;
+            if convergence.iteration == 0 && converged(&residual) {
+                iterate.held_areas = None;
+                residual = self.residual(&iterate, increment);
+            }
             stats.residual = residual.norm / residual.reference;
-            if residual.norm <= self.settings.tolerance * residual.reference {
+            if converged(&residual) {
                 // Parts that were held while the contact opened for an iteration belong to no equilibrium.
                 let areas = self.areas(&iterate, increment.last);
-                let is_off =
-                    convergence.iteration == 0 || iterate.held_areas.as_ref().is_some_and(|held| are_off(held, &areas));
-                if !is_off {
+                if !iterate.held_areas.as_ref().is_some_and(|held| are_off(held, &areas)) {
                     return Ok(self.committed(iterate, increment.last));
                 }
                 if renewals == AREA_RENEWALS {
@@ -245,6 +252,9 @@ impl Solver<'_> {
                 renewals += 1;
                 iterate.held_areas = Some(areas);
                 residual = self.residual(&iterate, increment);
+            }
+            if iterate.held_areas.is_none() && residual.norm > FOLLOWED_RESIDUAL * residual.reference {
+                iterate.held_areas = Some(self.areas(&iterate, increment.last));
             }
             convergence.check(&residual, &self.settings)?;
             if convergence.judge(&residual, &self.settings) {
@@ -320,8 +330,9 @@ impl Solver<'_> {
             max_iterations: self.settings.max_contact_iterations,
         };
         let mut go_on = || go_on(watch, stats);
+        let followed = iterate.held_areas.is_none();
         let (solution, iterations, solved) = self.contact_solution(subproblem, x, iterate, predict, &mut go_on)?;
-        convergence.holds_areas |= convergence.iteration > 0 && iterate.held_areas.is_some();
+        convergence.holds_areas |= followed && iterate.held_areas.is_some();
         stats.iterations += 1;
         stats.contact_iterations += iterations as u32;
         let Solution { x, plane, mut force, norm, .. } = solution;
