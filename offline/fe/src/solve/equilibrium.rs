@@ -37,6 +37,9 @@ const CONTACT_CONTRACTION: f64 = 0.5;
 /// from equilibrium they are taken anew before each.
 const FOLLOWED_RESIDUAL: f64 = 0.1;
 
+/// Iterations after which the parts are held in a search in which they do not follow.
+const AREA_ITERATIONS: u32 = 5;
+
 /// Iterations of a contact subproblem after which the nodes' parts of the contact area follow the nodes no more: one on
 /// the verge of opening could go on for ever.
 const FOLLOWED_ITERATIONS: usize = 15;
@@ -120,6 +123,8 @@ struct Convergence {
     diverges: bool,
     /// How far contact pushed its dofs in the last iteration, mm.
     displacement_scale: f64,
+    /// Whether the last correction was not taken whole.
+    was_cut: bool,
     /// Whether parts of the contact area are held for the rest of the search.
     holds_areas: bool,
     /// Contact subproblems, one after the other, that ended without a solution.
@@ -139,6 +144,7 @@ impl Convergence {
             factor_is_new: false,
             diverges: false,
             displacement_scale: 0.0,
+            was_cut: false,
             holds_areas: false,
             unsolved: 0,
             contact_tolerance: f64::INFINITY,
@@ -212,11 +218,26 @@ struct Correction {
 }
 
 impl Solver<'_> {
-    /// The equilibrium of `increment`, sought from `guess`.
+    /// The equilibrium of `increment`, sought from `guess`: with parts of the contact area that follow the nodes and, where
+    /// none is found so, with parts that are held.
     pub(super) fn equilibrium(
         &mut self,
         increment: &Increment,
         guess: Guess,
+        stats: &mut Stats,
+        watch: Watch,
+    ) -> Result<State, SolveError> {
+        match self.search(increment, guess.clone(), true, stats, watch) {
+            Err(SolveError::Stalled { .. }) => self.search(increment, guess, false, stats, watch),
+            found => found,
+        }
+    }
+
+    fn search(
+        &mut self,
+        increment: &Increment,
+        guess: Guess,
+        follows: bool,
         stats: &mut Stats,
         watch: Watch,
     ) -> Result<State, SolveError> {
@@ -226,16 +247,18 @@ impl Solver<'_> {
         self.internal_forces(&iterate.at, increment.damping, &mut iterate.internal)?;
         // A guess does not know yet what touches.
         iterate.held_areas = Some(self.areas_at_guess(&iterate, increment.last));
-        let mut convergence = Convergence::new();
+        let mut convergence = Convergence { holds_areas: !follows, ..Convergence::new() };
         let mut renewals = 0;
         loop {
             go_on(watch, stats)?;
             if convergence.iteration > 0 && !convergence.holds_areas {
                 iterate.held_areas = None;
+            } else if !follows && (1..AREA_ITERATIONS).contains(&convergence.iteration) && !convergence.was_cut {
+                iterate.held_areas = Some(self.areas(&iterate, increment.last));
             }
             let mut residual = self.residual(&iterate, increment);
             let converged = |residual: &Residual| residual.norm <= self.settings.tolerance * residual.reference;
-            if convergence.iteration == 0 && converged(&residual) {
+            if convergence.iteration == 0 && follows && converged(&residual) {
                 iterate.held_areas = None;
                 residual = self.residual(&iterate, increment);
             }
@@ -272,6 +295,7 @@ impl Solver<'_> {
                 self.correction(&mut iterate, residual, increment, follows_plane, &mut convergence, stats, watch)?;
             let whole = self.move_by(&mut iterate, &correction, increment, convergence.iteration > 0, norm)?;
             convergence.factor_is_stale |= !whole;
+            convergence.was_cut = !whole;
             convergence.iteration += 1;
         }
     }
