@@ -26,8 +26,8 @@ enum Chore {
     /// Everything that a change must pass, step by step; installs what is missing
     Test(gates::Args),
     /// The long verification cases, planted tables (`tables`), the tests of the published packages from what is packed
-    /// (`package`), the whole Python package with its commands and notebooks (`python`), the MuJoCo plugin (`mujoco`), the ROS 2
-    /// packages (`ros`); names select some, --list lists the cases
+    /// (`package`), the whole Python package with its commands and notebooks (`python`), the ROS 2 packages (`ros`); names
+    /// select some, --list lists the cases
     Verify {
         /// Handed on to the verification program
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -99,11 +99,10 @@ fn main() -> anyhow::Result<()> {
 }
 
 /// What `cargo xtask verify` has beside the verification cases.
-const VERIFIED: [(&str, fn() -> anyhow::Result<()>); 5] = [
+const VERIFIED: [(&str, fn() -> anyhow::Result<()>); 4] = [
     ("tables", tables),
     ("package", package::verify),
     ("python", || wheel::test(wheel::Part::Whole)),
-    ("mujoco", mujoco::test),
     ("ros", ros::test),
 ];
 

@@ -54,10 +54,10 @@ pub fn test(part: Part) -> Result<()> {
     if part == Part::Whole {
         files.extend(["test_commands.py", "test_docs.py", "test_notebooks.py"]);
         cargo(&["build", "--release", "--package", "fingerpad-cli"], &[])?;
-        let mut clippy = Command::new(env!("CARGO"));
-        clippy.current_dir(package()).env("RUSTFLAGS", FLAGS);
-        run(clippy.args(["clippy", "--release", "--all-targets", "--", "--deny", "warnings"]))?;
     }
+    let mut clippy = Command::new(env!("CARGO"));
+    clippy.current_dir(package()).env("RUSTFLAGS", FLAGS).args(["clippy", "--release", "--all-targets"]);
+    run(clippy.args(features(part)).args(["--", "--deny", "warnings"]))?;
     run(environment
         .command("python")
         .args(["-m", "pytest", "--quiet", "--durations", "5", "-p", "no:cacheprovider"])
