@@ -138,8 +138,8 @@ fn the_corrected_file_runs_the_law_as_a_table() {
     );
     let file = fingerpad::ModelFile::new(&made.bytes).unwrap();
     let file = file.file();
-    let meta: serde_json::Value = serde_json::from_str(file.meta).unwrap();
-    assert_eq!(meta["own_columns"][0]["name"], "voltage_v");
+    let [column] = file.columns else { panic!("{:?}", file.columns) };
+    assert_eq!((column.name(), column.unit(), column.low, column.high), ("voltage_v", "V", 0.0, 200.0));
     let effects = fingerpad::Effects::of_file(&file).unwrap();
     let (rms_n, _) = replay_all(&file.model, &effects, &evidence.checked_set);
     let (without_n, _) = replay_all(&file.model, &fingerpad::Effects::new(&[]).unwrap(), &evidence.checked_set);

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::anyhow;
+use fingerpad_diagnose::laws::run_columns::template;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile,
@@ -352,7 +353,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 path.display()
             )));
         }
-        formats::atomic_write(path, |w| w.write_all(runs_csv::TEMPLATE.as_bytes()))?;
+        formats::atomic_write(path, |w| w.write_all(template().as_bytes()))?;
         println!(
             "{}: all columns, and two rows as an example; docs/first-diagnosis.md says what they are",
             path.display()

@@ -7,6 +7,7 @@ pub mod drivers;
 pub mod file;
 pub mod formula;
 pub mod own_law;
+pub mod run_columns;
 mod soundness;
 pub mod tabulation;
 pub mod units;
