@@ -124,7 +124,8 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
         for (to, values) in now.own.iter_mut().zip(own) {
             let at = |k: usize| values.as_ref().and_then(|v| v.get(k)).copied();
             if let Some(from) = at(before) {
-                *to = (from + share * (at(before + 1).unwrap_or(from) - from)) as f32;
+                let next = at(before + 1).unwrap_or(from);
+                *to = if share < 1.0 { from + share * (next - from) } else { next } as f32;
             }
         }
         let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
