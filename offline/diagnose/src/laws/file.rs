@@ -11,7 +11,7 @@ use toml::Spanned;
 
 use super::drivers::{DRIVERS, OwnColumn};
 use super::formula::Formula;
-use super::own_law::{OwnLaw, OwnParameter, Target};
+use super::own_law::{OwnFormula, OwnLaw, OwnParameter, Target};
 use super::run_columns::RUN_COLUMNS;
 use super::soundness::check_law;
 use super::units::{Unit, check_ending, check_formula};
@@ -155,6 +155,12 @@ impl LawsFile {
     /// The library and these laws, kept for the life of the program.
     pub fn with_library(&self) -> &'static [&'static Law] {
         LAWS.iter().copied().chain(self.laws.iter().map(|l| l.law)).collect::<Vec<_>>().leak()
+    }
+
+    /// What the law of a name says; `None` for one that is not in this file.
+    pub fn formula_of(&self, name: &str) -> Option<OwnFormula> {
+        let own = self.laws.iter().find(|own| own.law.name == name)?;
+        Some(OwnFormula { acts_on: own.target.name().to_owned(), formula: own.text.clone() })
     }
 
     /// The law of this file with the number of a law.

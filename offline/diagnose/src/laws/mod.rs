@@ -15,6 +15,7 @@ pub mod units;
 pub use drivers::OwnColumn;
 pub use file::LawsFile;
 pub use fingerpad::effects::{Column, LAWS, Law, OWN, Place, REFERENCE_AREA_MM2, Reported, find};
+pub use own_law::OwnFormula;
 pub use tabulation::TableTold;
 
 /// What a law may read in one row of a run.

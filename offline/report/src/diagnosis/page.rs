@@ -79,10 +79,13 @@ fn effects(report: &Diagnosis) -> String {
     for e in &report.effects {
         let _ = write!(
             out,
-            "<h2>{} <span class=\"meta\">({})</span></h2>\n<div class=\"side\">\n<table>\n<thead><tr><th class=\"name\">parameter</th>\
+            "<h2>{} <span class=\"meta\">({})</span></h2>\n{}<div class=\"side\">\n<table>\n<thead><tr><th class=\"name\">parameter</th>\
              <th>value</th><th>95 % interval</th><th class=\"name\">unit</th></tr></thead>\n<tbody>\n",
             escape(&words::plain(&e.law)),
-            escape(&words::plain(&e.family))
+            escape(&words::plain(&e.family)),
+            e.own.as_ref().map_or_else(String::new, |own| {
+                format!("<p class=\"formula\">A law of your own: <code>{}</code></p>\n", escape(&words::formula(own)))
+            })
         );
         for p in &e.parameters {
             let _ = writeln!(
@@ -150,6 +153,8 @@ fn next(report: &Diagnosis) -> String {
     ] {
         let _ = write!(out, "<th>{head}</th>");
     }
+    let own = super::own_columns(plan);
+    own.iter().for_each(|name| out += &format!("<th>{}</th>", escape(name)));
     out += "</tr></thead>\n<tbody>\n";
     let number = |v: Option<f64>| cell(&v.map_or_else(String::new, |v| v.to_string()));
     let flag = |v: Option<bool>| {
@@ -174,7 +179,9 @@ fn next(report: &Diagnosis) -> String {
         ] {
             out += &number(v);
         }
-        out += &(flag(r.new_block) + &flag(r.reverse) + "</tr>\n");
+        out += &(flag(r.new_block) + &flag(r.reverse));
+        own.iter().for_each(|name| out += &number(r.own.get(*name).copied()));
+        out += "</tr>\n";
     }
     out += "</tbody>\n</table>\n";
     if !plan.prices.is_empty() {
