@@ -227,11 +227,11 @@ def own_column(plain, charged, rows):
         answers.append([finger.step([*inputs[: len(INPUTS)], volts])[1] for inputs, _ in rows[:300]])
         finger.close()
     unset, start, strong, beyond = answers
-    friction = [struct.unpack(">f", bytes.fromhex(answer[-1].split()[1]))[0] for answer in answers]
+    limit = [struct.unpack(">f", bytes.fromhex(answer[-1].split()[OUTPUTS.index("friction_limit_n")]))[0] for answer in answers]
     assert unset == start, "an input that is not set has its start value"
-    assert friction[2] > 1.3 * friction[1], f"the voltage does not act: {friction}"
-    assert friction[3] == friction[2] and int(beyond[-1].split()[-1]) & 256, "beyond its table it is held and flagged"
-    print(f"{OWN}: friction {friction[1]:.4f} N at 20 V, {friction[2]:.4f} N at 200 V")
+    assert limit[2] > 1.3 * limit[1], f"the voltage does not act: {limit}"
+    assert limit[3] == limit[2] and int(beyond[-1].split()[-1]) & 256, "beyond its table it is held and flagged"
+    print(f"{OWN}: friction limit {limit[1]:.4f} N at 20 V, {limit[2]:.4f} N at 200 V")
 
 
 def main(shipped, charged, story):

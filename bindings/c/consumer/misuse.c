@@ -210,7 +210,7 @@ static void own_columns(const fingerpad_model *plain, const fingerpad_model *cha
     slide(charged, around, &contact, &still);
     around.own[0] = 200.0f;
     slide(charged, around, &contact, &strong);
-    expect_true(strong.friction_x_n > 1.3f * still.friction_x_n && strong.status == 0, "the voltage acts");
+    expect_true(strong.friction_limit_n > 1.3f * still.friction_limit_n && strong.status == 0, "the voltage acts");
     must(fingerpad_contact_reading(charged, &strong, reading_n), "reading");
     must(fingerpad_contact_reading_under(charged, &contact, around, &strong, under_n), "reading");
     expect_true(under_n[0] > reading_n[0] + 0.02f, "the sensor's table is read under the voltage");

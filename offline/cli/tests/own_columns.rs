@@ -4,7 +4,9 @@
 mod charged;
 mod common;
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::io::Read as _;
 use std::path::Path;
 
 use charged::charged;
@@ -135,4 +137,92 @@ fn a_path_that_lacks_the_column_or_has_it_twice_or_out_of_range_is_refused() {
     eval("bare.csv", &["--column", "voltage_v=5", "--column", "voltage_v=6"], &["voltage_v=6", "twice"]);
     // The shipped model reads none: the column is unknown to it.
     refused(&["eval", "--path", "good.csv", "--out", "r.csv"], at, &["good.csv:1", "voltage_v"]);
+}
+
+/// Runs of a stored set with a voltage in every row, or without one.
+fn runs(at: &Path, packed: &str, name: &str, volts: Option<&str>) {
+    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fe_sets").join(packed);
+    let mut text = String::new();
+    flate2::read::GzDecoder::new(fs::File::open(packed).unwrap()).read_to_string(&mut text).unwrap();
+    let text = match volts {
+        None => text,
+        Some(volts) => text.lines().enumerate().fold(String::new(), |out, (k, line)| {
+            let cell = match k {
+                0 => "voltage_v".to_owned(),
+                200 => volts.to_owned(),
+                _ => (k % 150).to_string(),
+            };
+            out + line + "," + &cell + "\n"
+        }),
+    };
+    write(at, name, &text);
+}
+
+/// Names and contents of a folder's files.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    entries.map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&p).unwrap())).collect()
+}
+
+const LAWS: &str = r#"
+[[column]]
+name = "voltage_v"
+unit = "V"
+range = [0, 200]
+
+[[law]]
+name = "mine"
+acts_on = "strength"
+formula = "gain * (voltage_v / 100)^2"
+parameter = [{ name = "gain", unit = "", range = [0, 1], typical = 0.05 }]
+"#;
+
+#[test]
+fn what_is_wrong_with_a_law_or_its_column_is_told_with_its_place_and_an_earlier_diagnosis_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    runs(at, "calibration_d.csv.gz", "c.csv", None);
+    runs(at, "set_17.csv.gz", "bare.csv", None);
+    runs(at, "set_17.csv.gz", "m.csv", Some("12.5"));
+    runs(at, "set_17.csv.gz", "far.csv", Some("900"));
+    write(at, "good.toml", LAWS);
+    let diagnose = |measured: &'static str, laws: &'static str, more: &[&'static str]| {
+        let words = ["diagnose", "--calibration", "c.csv", "--measured", measured, "--laws", laws, "--out", "d"];
+        [&words[..], more].concat()
+    };
+    let (code, _, stderr) = run(&diagnose("m.csv", "good.toml", &[]), at);
+    assert_eq!(code, Some(0), "{stderr}");
+    let earlier = contents(&at.join("d"));
+    assert!(earlier.contains_key("report.json") && earlier.contains_key("corrected.fpm"), "{:?}", earlier.keys());
+    let formula = "gain * (voltage_v / 100)^2";
+    for (from, to, said) in [
+        (formula, "gain * 10 / voltage_v", &["line 10", "character 11", "divided by zero", "voltage_v = 0 V"][..]),
+        (formula, "gain * volts", &["line 10", "character 8", "`volts`"]),
+        (formula, "gain * (voltage_v - path_mm)", &["line 10", "contradictory units", "V and mm"]),
+        ("name = \"voltage_v\"", "name = \"voltage_mm\"", &["line 2", "`voltage_mm`", "says mm"]),
+        ("range = [0, 200]", "range = [0, 200]\nsettle_s = -4", &["line 2", "settle_s -4"]),
+        ("name = \"voltage_v\"", "name = \"voltage_between_finger_and_plate_v\"", &["line 2", "31 bytes"]),
+    ] {
+        assert!(LAWS.contains(from));
+        write(at, "bad.toml", &LAWS.replacen(from, to, 1));
+        refused(&diagnose("m.csv", "bad.toml", &[]), at, &[&["bad.toml"], said].concat());
+        assert_eq!(contents(&at.join("d")), earlier, "{to}");
+    }
+    let active = LAWS.replace("strength", "stiffness").replace(formula, "gain * (path_mm / 50)");
+    write(at, "bad.toml", &active);
+    refused(&diagnose("m.csv", "bad.toml", &[]), at, &["bad.toml: line 10", "free energy"]);
+    let more: [(&'static str, &[&'static str], &[&str]); 3] = [
+        ("bare.csv", &[], &["bare.csv: line 1", "`voltage_v` is missing", "`mine`", "--map voltage_v="]),
+        ("far.csv", &[], &["far.csv:201", "`voltage_v`", "`900`", "0 to 200 V"]),
+        ("m.csv", &["--can-set", "depth,volts"], &["--can-set volts", "none of depth", "voltage_v"]),
+    ];
+    for (measured, more, said) in more {
+        refused(&diagnose(measured, "good.toml", more), at, said);
+        assert_eq!(contents(&at.join("d")), earlier, "{measured} {more:?}");
+    }
+    let (code, stdout, stderr) = run(&diagnose("m.csv", "good.toml", &["--can-set", "voltage_v", "--check"]), at);
+    assert_eq!(code, Some(0), "{stderr}");
+    assert!(stdout.contains("voltage_v: calibration not recorded; measured 0.000 to"), "{stdout}");
+    assert!(stdout.contains("mine: can be tested"), "{stdout}");
+    assert_eq!(contents(&at.join("d")), earlier);
 }

@@ -16,11 +16,11 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
         Verdict::UnexplainedStructure => "Something that no known law explains",
     };
     let files: Vec<String> =
-        report.input.iter().map(|f| format!("{} {} ({} runs, {} rows)", f.role, f.file, f.runs, f.rows)).collect();
+        report.input.iter().map(words::input).collect();
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<title>fingerpad diagnose: {title}</title>\n<style>\n{STYLE}{}</style>\n\
-         </head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n<p class=\"meta\">{} · baseline {} · seed {} · fingerpad {}</p>\n</header>\n\
+         </head>\n<body>\n<main class=\"diagnosis\">\n<header>\n<h1>{title}</h1>\n<p class=\"meta\">{} · baseline {} · seed {} · fingerpad {}</p>\n</header>\n\
          <p class=\"number\">{}</p>\n<p class=\"verdict\">{}</p>\n",
         fonts(),
         escape(&files.join(" · ")),

@@ -2,7 +2,7 @@
 
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
-    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, LawsFile, OwnFormula, Verdict,
+    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, InputFile, LawsFile, OwnFormula, Verdict,
 };
 
 /// A law's or a family's name in running text.
@@ -100,6 +100,14 @@ pub fn axis(name: &str, unit: &str) -> String {
     };
     let comma = if unit.is_empty() { "" } else { ", " };
     format!("{}{comma}{unit}", plain.replace('_', " "))
+}
+
+/// A file that went in, with its size where it has runs.
+pub fn input(file: &InputFile) -> String {
+    if file.runs == 0 {
+        return format!("{} {}", file.role, file.file);
+    }
+    format!("{} {} ({} runs, {} rows)", file.role, file.file, file.runs, file.rows)
 }
 
 /// The verdict as one paragraph.
