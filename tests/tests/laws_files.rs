@@ -3,9 +3,9 @@
 
 use fingerpad::effects::{Change, Conditions, tables};
 use fingerpad::{Contact, EffectSlot, Effects, Error, ModelFile, Motion, Params, SPRINGS, Status, Surroundings};
-use fingerpad_diagnose::{LawsFile, OwnColumn};
 use fingerpad_diagnose::laws::own_law::OwnLaw;
 use fingerpad_diagnose::laws::tabulation::tabulate;
+use fingerpad_diagnose::{LawsFile, OwnColumn};
 
 const PAGE: &str = include_str!("../../docs/laws-of-your-own.md");
 
@@ -104,7 +104,12 @@ fn file_with(own: &OwnLaw, columns: &[OwnColumn]) -> ModelFile {
     data.write_file_with_tables(&[slot], tables, "{}", &mut bytes).unwrap();
     let plain = fingerpad::Data::file_length(&[], "{}");
     let of_columns = size_of_val(&columns[..]);
-    assert!(bytes.len() <= plain + told.bytes + of_columns + 4 * 3 + 2 * 12 + 8, "{} {plain} {}", bytes.len(), told.bytes);
+    assert!(
+        bytes.len() <= plain + told.bytes + of_columns + 4 * 3 + 2 * 12 + 8,
+        "{} {plain} {}",
+        bytes.len(),
+        told.bytes
+    );
     ModelFile::new(&bytes).unwrap()
 }
 

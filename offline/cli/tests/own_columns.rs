@@ -77,8 +77,7 @@ fn a_column_of_the_path_drives_the_table_as_the_core_does_by_hand() {
     charged(&at.join("charged.fpm"));
     let rows = rows();
     write(at, "path.csv", &path_csv(&rows));
-    let (code, _, stderr) =
-        run(&["eval", "--model", "charged.fpm", "--path", "path.csv", "--out", "response.csv"], at);
+    let (code, _, stderr) = run(&["eval", "--model", "charged.fpm", "--path", "path.csv", "--out", "response.csv"], at);
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
     let response = fs::read_to_string(at.join("response.csv")).unwrap();
     let head: Vec<&str> = response.lines().next().unwrap().split(',').collect();

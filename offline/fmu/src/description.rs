@@ -106,7 +106,8 @@ fn own_name(name: &str) -> String {
 /// The inputs that a law of the user's own reads, with the ranges in which it holds.
 fn own_inputs(xml: &mut String, columns: &[TableColumn]) {
     for (column, reference) in columns.iter().zip(FIRST_OWN..) {
-        let unit = if column.unit().is_empty() { String::new() } else { format!(" unit=\"{}\"", escaped(column.unit())) };
+        let unit =
+            if column.unit().is_empty() { String::new() } else { format!(" unit=\"{}\"", escaped(column.unit())) };
         let _ = writeln!(
             xml,
             "    <Float64 name=\"{}\" valueReference=\"{reference}\" causality=\"input\" variability=\"continuous\" \

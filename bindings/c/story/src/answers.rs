@@ -74,16 +74,9 @@ impl<'a> Teller<'a> {
                 self.use_as(self.tuning, (!is_fitted).then_some(Pose { pitch_deg, roll_deg }))
             }
             Request::Factor(factor) => self.factor(factor),
-            Request::Around([
-                hydration_au,
-                temperature_c,
-                finger_width_mm,
-                series_s,
-                dwell,
-                occlusion,
-                speed,
-                own @ ..,
-            ]) => {
+            Request::Around(
+                [hydration_au, temperature_c, finger_width_mm, series_s, dwell, occlusion, speed, own @ ..],
+            ) => {
                 let given = |x: f32| (!x.is_nan()).then_some(x);
                 let [dwell_s, occlusion_s, speed_mm_s] = [dwell, occlusion, speed].map(given);
                 self.around = Surroundings {
@@ -158,7 +151,8 @@ impl<'a> Teller<'a> {
         let events: String = std::iter::from_fn(|| consumer.dequeue())
             .map(|event| format!(" @{} {} {}", event.tick, event.finger, event.change as u8))
             .collect();
-        let reading = words(&effects.reading(&three)) + &words(&effects.reading_under(&three, &self.contact, &self.around));
+        let reading =
+            words(&effects.reading(&three)) + &words(&effects.reading_under(&three, &self.contact, &self.around));
         format!("{}{}{}{reading}{events}", forces(&one), forces(&two), forces(&three))
     }
 

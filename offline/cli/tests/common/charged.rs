@@ -13,7 +13,8 @@ pub fn charged(path: &Path) {
     let voltage = Axis { driver: FIRST_OWN, nodes: 9, low: 0.0, per_unit: 0.04 };
     let mut numbers: Vec<f32> = [voltage, Axis::NONE].iter().flat_map(Axis::numbers).collect();
     numbers.extend((0..9).map(|k| 0.005 * (k * k) as f32));
-    let slot = EffectSlot { kind: TABLE, reserved: 0, values: [Target::Strength as u32 as f32, 0.0, 0.0, 0.0, 0.0, 0.0] };
+    let slot =
+        EffectSlot { kind: TABLE, reserved: 0, values: [Target::Strength as u32 as f32, 0.0, 0.0, 0.0, 0.0, 0.0] };
     let columns = [TableColumn::new("voltage_v", "V", [0.0, 200.0], 20.0).unwrap()];
     let tables = Tables { numbers: &numbers, columns: &columns };
     let mut bytes = vec![0; Data::file_length_with_tables(&[slot], tables, "{}")];

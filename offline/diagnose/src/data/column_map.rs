@@ -86,9 +86,14 @@ fn quantity(column: &str) -> Option<Quantity> {
 
 fn column_of(key: &str) -> Result<&'static str, String> {
     let key = key.trim();
-    RUN_COLUMNS.iter().find(|(column, short)| *column == key || *short == key).map(|(column, _)| *column).ok_or_else(|| {
-        format!("`{key}` is not one of {}", RUN_COLUMNS.map(|(column, short)| format!("{short} ({column})")).join(", "))
-    })
+    RUN_COLUMNS.iter().find(|(column, short)| *column == key || *short == key).map(|(column, _)| *column).ok_or_else(
+        || {
+            format!(
+                "`{key}` is not one of {}",
+                RUN_COLUMNS.map(|(column, short)| format!("{short} ({column})")).join(", ")
+            )
+        },
+    )
 }
 
 impl ColumnMap {

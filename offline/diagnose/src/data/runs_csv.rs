@@ -17,9 +17,9 @@ use fingerpad_formats::Error;
 
 use crate::data::clock::{equal_stamps, note};
 use crate::data::column_map::ColumnMap;
-use crate::laws::run_columns::{OPTIONAL, REQUIRED};
 use crate::data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 use crate::error::DiagnoseError;
+use crate::laws::run_columns::{OPTIONAL, REQUIRED};
 use crate::laws::{Column, OWN};
 
 /// Most rows of a run that are held; a longer one is thinned while it is read.

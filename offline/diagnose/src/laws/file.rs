@@ -205,7 +205,9 @@ impl Reader<'_> {
                 return Err(refuse(format!("contradictory units: it is {ours}, not {parsed}")));
             }
             if reference.is_some() || settle_s.is_some() {
-                return Err(refuse("the program knows its reference and its price; only its range can be given".into()));
+                return Err(refuse(
+                    "the program knows its reference and its price; only its range can be given".into(),
+                ));
             }
             return Ok(());
         }

@@ -115,7 +115,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
         version: env!("CARGO_PKG_VERSION").into(),
         elapsed_s: 0.0,
     };
-    let map_of = |fit: &Fit| residual_map(&corrected, &options.own, &decision.task.residual_without_random_effects_n(fit));
+    let map_of =
+        |fit: &Fit| residual_map(&corrected, &options.own, &decision.task.residual_without_random_effects_n(fit));
     let floor_n = noise_floor_n(&decision.task, &null.parameters, &[], expected);
     let mut sets = vec![&calibration_set, &corrected];
     sets.extend(held_out.as_ref());

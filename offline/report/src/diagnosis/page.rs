@@ -15,8 +15,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
         Verdict::Ambiguous => "More than one effect would explain it",
         Verdict::UnexplainedStructure => "Something that no known law explains",
     };
-    let files: Vec<String> =
-        report.input.iter().map(words::input).collect();
+    let files: Vec<String> = report.input.iter().map(words::input).collect();
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<title>fingerpad diagnose: {title}</title>\n<style>\n{STYLE}{}</style>\n\

@@ -75,7 +75,10 @@ pub fn formula(own: &OwnFormula) -> String {
     match acts_on.as_str() {
         "strength" | "stiffness" => format!("{acts_on} × (1 + {formula})"),
         "depth" => format!("depth + ({formula}) mm"),
-        reading => format!("{} + ({formula}) N", reading.replace("reading_", "reading of ").replace("normal", "the normal force")),
+        reading => format!(
+            "{} + ({formula}) N",
+            reading.replace("reading_", "reading of ").replace("normal", "the normal force")
+        ),
     }
 }
 
