@@ -87,8 +87,10 @@ pub struct Outcome {
     pub found: Vec<String>,
     /// How the verdict stands to the truth.
     pub class: Class,
-    /// The oracle's separation from nothing and from the nearest other family; none for pairs and where nothing is hidden.
+    /// The oracle's separation from nothing and from the nearest rival; none for pairs and where nothing is hidden.
     pub oracle: Option<[f64; 2]>,
+    /// Standard deviation of the amplitude that the oracle would estimate, as a share of it.
+    pub oracle_amplitude_sd: Option<f64>,
     /// Relative error of the amplitude.
     pub amplitude_error: Option<f64>,
     /// Whether the interval covers the amplitude, where the law's form is exact.
@@ -106,7 +108,7 @@ pub struct Outcome {
 impl Outcome {
     /// Whether a perfect analyst could name it alone.
     pub fn required(&self) -> bool {
-        self.oracle.is_some_and(|[detect, rival]| Separation { detect, rival }.required())
+        self.oracle.is_some_and(|[detect, rival]| Separation { detect, rival, amplitude_sd: 0.0 }.required())
     }
 }
 
@@ -189,6 +191,7 @@ pub fn judge(set: ScoreSet) -> Outcome {
         found: Vec::new(),
         class: Class::Refused,
         oracle: oracle.map(|o| [o.detect, o.rival]),
+        oracle_amplitude_sd: oracle.map(|o| o.amplitude_sd),
         amplitude_error: None,
         covered: None,
         held_out: None,

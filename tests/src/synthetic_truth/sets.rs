@@ -7,7 +7,7 @@ use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
 use super::Random;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
 use super::laboratory::{Noise, Scatter};
-use super::loggers::Protocol;
+use super::loggers::{Logged, Protocol};
 use super::protocol::{self, Plan, Stroke};
 use super::simulator::{Simulator, SimulatorKind, all_readings};
 
@@ -37,6 +37,8 @@ pub struct Case {
     pub noise: Noise,
     /// Strokes of the measured set.
     pub strokes: Vec<Stroke>,
+    /// Readings of these strokes' rows that the measured set holds.
+    pub read: Vec<Vec<[bool; 3]>>,
     /// How the laboratory moves and logs.
     pub protocol: Protocol,
 }
@@ -132,6 +134,7 @@ pub fn make(wanted: Wanted) -> Case {
     let mut faults = Random::new(seed ^ 0x1066);
     let [calibration, measured, holdout] = [(calibration, true), (measured, false), (holdout, false)]
         .map(|(set, calibration)| protocol.log(set, calibration, &mut faults));
+    let (calibration, holdout, Logged { set: measured, read }) = (calibration.set, holdout.set, measured);
     Case {
         seed,
         truth,
@@ -145,6 +148,7 @@ pub fn make(wanted: Wanted) -> Case {
         finger: today,
         noise,
         strokes,
+        read,
         protocol,
     }
 }

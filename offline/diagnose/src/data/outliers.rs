@@ -396,6 +396,27 @@ mod tests {
     }
 
     #[test]
+    fn spikes_with_a_good_row_between_them_and_spikes_in_the_air_are_found_where_the_logger_makes_spikes() {
+        let clear = [(1, 14), (2, 20), (3, 25), (6, 22)];
+        let found = |clear: &[(usize, usize)], step: f64| {
+            let spiked = set(|r, i, row| {
+                row.force_n[0] += if clear.contains(&(r, i)) { 0.3 } else { 0.0 };
+                row.force_n[1] += if [(4, 18), (4, 20)].contains(&(r, i)) { 0.6 } else { 0.0 };
+                row.force_n[2] += if [(5, 0), (5, 1)].contains(&(r, i)) { 0.2 } else { 0.0 };
+                row.depth_mm -= if i < 3 { 1.0 } else { 0.0 };
+                // What comes in every run on either side of a row is the finger's.
+                row.force_n[2] += if i > 14 { step } else { 0.0 };
+            });
+            let left: Vec<f64> = residual(&spiked).into_iter().enumerate().map(|(at, v)| if at % 90 < 9 && at % 3 == 0 { 0.0 } else { v }).collect();
+            let flags = spikes(&spiked, &left, &vec![0.004; left.len()]);
+            ([flags[4][18][1], flags[4][19][1], flags[4][20][1], flags[5][0][2], flags[5][1][2]], count(&flags))
+        };
+        assert_eq!(found(&clear, 0.5), ([true, false, true, true, true], 8));
+        // A logger without clear spikes makes no hidden ones.
+        assert_eq!(found(&[], 0.5), ([false; 5], 0));
+    }
+
+    #[test]
     fn a_rail_is_found_and_a_plateau_of_a_coarse_sensor_is_not() {
         let railed = set(|_, _, row| row.force_n[0] = row.force_n[0].min(0.9));
         let [rail] = &rails(&railed)[..] else { panic!("{:?}", rails(&railed)) };

@@ -135,4 +135,21 @@ mod tests {
             assert!(found.iter().all(|r| r.force_n[0].is_finite()));
         }
     }
+
+    #[test]
+    fn a_turn_beyond_the_first_row_after_it_and_one_with_a_single_lost_row_come_back_too() {
+        // The plate turns at 3 mm, after the row of 1.5 s. Without rows 13 to 16 the next position is beyond the last one.
+        for (lost, again) in [(13, 17), (15, 16), (14, 16)] {
+            let found = with_lost_turns(&rows(lost, again), 2.0, 0.0);
+            let turn = found.iter().find(|r| r.force_n[0].is_nan()).unwrap_or_else(|| panic!("{lost} {again}"));
+            assert!((turn.slide_mm[0] - 3.0).abs() < 1e-9 && (turn.t_s - 1.5).abs() < 1e-9, "{lost} {again} {turn:?}");
+            let left_out = found.iter().filter(|r| r.force_n[0].is_finite() && r.force_n[1].is_nan()).count();
+            assert!((1..=5).contains(&left_out), "{lost} {again}: {left_out}");
+        }
+        // A plate that rests before it goes on the same way has not turned.
+        let mut resting = rows(25, 25);
+        resting.truncate(14);
+        resting.iter_mut().skip(8).for_each(|r| r.t_s += 0.3);
+        assert_eq!(with_lost_turns(&resting, 2.0, 0.0).len(), resting.len());
+    }
 }
