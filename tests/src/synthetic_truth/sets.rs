@@ -43,6 +43,9 @@ pub struct Case {
     pub protocol: Protocol,
 }
 
+/// Runs of a calibration.
+pub const CALIBRATION_RUNS: usize = 30;
+
 /// What is to be hidden.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Hide {
@@ -107,7 +110,7 @@ pub fn make(wanted: Wanted) -> Case {
         protocol.turn(&mut plans, calibration);
         protocol::strokes(&plans, 30)
     };
-    let calibration_strokes = turned(protocol::calibration(30, &mut random), true);
+    let calibration_strokes = turned(protocol::calibration(CALIBRATION_RUNS, &mut random), true);
     let strokes = turned(protocol::measured(runs, level, &mut random), false);
     let holdout_strokes = turned(protocol::measured(20, level, &mut random), false);
     let names: Vec<&'static str> = match hide {

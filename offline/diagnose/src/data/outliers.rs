@@ -407,7 +407,11 @@ mod tests {
                 // What comes in every run on either side of a row is the finger's.
                 row.force_n[2] += if i > 14 { step } else { 0.0 };
             });
-            let left: Vec<f64> = residual(&spiked).into_iter().enumerate().map(|(at, v)| if at % 90 < 9 && at % 3 == 0 { 0.0 } else { v }).collect();
+            let left: Vec<f64> = residual(&spiked)
+                .into_iter()
+                .enumerate()
+                .map(|(at, v)| if at % 90 < 9 && at % 3 == 0 { 0.0 } else { v })
+                .collect();
             let flags = spikes(&spiked, &left, &vec![0.004; left.len()]);
             ([flags[4][18][1], flags[4][19][1], flags[4][20][1], flags[5][0][2], flags[5][1][2]], count(&flags))
         };

@@ -100,7 +100,10 @@ fn left_in_direction(out: &mut LackOfFit, task: &Task<'_>, fit: &Fit) {
     let known = task.prior.root.transpose() * &task.prior.root;
     let Some(covariance) = known.cholesky().map(|c| c.inverse()) else { return };
     let change = |p: Parameter| (fit.parameters[p] - task.prior.mean[p]) / covariance[(p.index(), p.index())].sqrt();
-    let largest = [Parameter::OddDirectionCos, Parameter::OddDirectionSin].map(|p| change(p).abs()).into_iter().fold(0.0, f64::max);
+    let largest = [Parameter::OddDirectionCos, Parameter::OddDirectionSin]
+        .map(|p| change(p).abs())
+        .into_iter()
+        .fold(0.0, f64::max);
     if largest > LARGEST_TURN {
         out.significant = true;
         "direction_deg".clone_into(&mut out.column);
