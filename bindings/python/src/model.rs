@@ -95,6 +95,9 @@ impl Model {
     }
 }
 
+/// What a model is made from anew: its file and, of a tuned one, size, stiffness, lambda, tau0 in MPa.
+type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 4]>);
+
 #[pymethods]
 impl Model {
     #[staticmethod]
@@ -199,9 +202,7 @@ impl Model {
         format!("<fingerpad.Model: {} springs, to {depth} mm, {} effects{words}>", self.springs(), self.effects.len())
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<[f32; 4]>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let py = slf.py();
         let this = slf.get();
         let values = this.tuning.map(|t| [t.size, t.stiffness, t.lambda, t.tau0_mpa]);
