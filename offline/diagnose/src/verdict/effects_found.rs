@@ -42,6 +42,7 @@ pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<
             p_runs: e.p_runs.p,
             against_calibration: e.p_runs.by_calibration,
             outside_calibration: false,
+            own: None,
             lambda_detect: hypotheses.lambda_detect,
             candidates: hypotheses
                 .candidates
