@@ -94,6 +94,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
     range.mark(&corrected, options.settings.laws, &mut disagreement.regions, &mut effects);
     cautions.extend(range.cautions(&corrected));
     cautions.extend(sections::scatter_caution(&decision));
+    cautions.extend(sections::too_small_cautions(&decision));
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict: decision.verdict,

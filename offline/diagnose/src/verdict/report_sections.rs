@@ -15,7 +15,7 @@ use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
-use crate::verdict::decision::Decision;
+use crate::verdict::decision::{Decision, LEAST_SIZE};
 use crate::verdict::next_experiment::{HypothesisPair, propose};
 use crate::verdict::regions::{residual_map, strongest};
 
@@ -128,6 +128,21 @@ pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
             "With what is named in the model, runs still scatter by {:.1} (normal) and {:.1} (friction) times the variance that \
              the calibration explains: its form is not exact, or something else is there too.",
             u.scatter_ratio[0], u.scatter_ratio[1]
+        ),
+    })
+}
+
+/// Laws that stand out from chance and are smaller than the model is exact.
+pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Caution> {
+    decision.too_small.iter().map(|(law, size)| Caution {
+        kind: "too_small".into(),
+        role: "measured".into(),
+        column: String::new(),
+        text: format!(
+            "{law} stands out from chance, but would change the forces by {:.2} % only, less than the {:.1} % to which the \
+             model's form can be trusted: it is not named.",
+            100.0 * size,
+            100.0 * LEAST_SIZE
         ),
     })
 }
