@@ -136,7 +136,7 @@
 // A model file in use. Set it up with `fingerpad_model_load`; the file must stay where it is. May be copied, and read by
 // several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[24];
+  uint64_t opaque[26];
 } fingerpad_model;
 
 // All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same
@@ -214,7 +214,8 @@ typedef struct {
   float occlusion_s;
   // Nominal speed of the plane where it moves, mm/s; NaN: computed from the motion.
   float speed_mm_s;
-  // Columns of the user's own that tables of the model file read, in the order of its `own_columns`; 0 unless set.
+  // Columns of the user's own that tables of the model file read, in the order of `fingerpad_model_own_column`;
+  // `fingerpad_model_surroundings` gives the values of the calibration.
   float own[4];
 } fingerpad_surroundings;
 
@@ -279,7 +280,23 @@ typedef struct {
   const char *meta;
   // Its length in bytes.
   size_t meta_length;
+  // Number of columns of the user's own that tables of the file read: `fingerpad_model_own_column` tells which.
+  uint32_t own_columns;
 } fingerpad_model_info;
+
+// A column of the user's own (a voltage, a humidity) that tables of a model file read.
+typedef struct {
+  // Its name, UTF-8, ending with a zero.
+  char name[32];
+  // Its unit, UTF-8, ending with a zero; empty for a pure number.
+  char unit[16];
+  // Least value for which the tables hold.
+  float low;
+  // Largest value for which they hold.
+  float high;
+  // The value under which the model was calibrated.
+  float reference;
+} fingerpad_own_column;
 
 // Derivatives of the forces for a motion that goes on, N/mm; each with depth, slide x and slide y.
 typedef struct {
@@ -361,8 +378,13 @@ int32_t fingerpad_spin_step_batch(const fingerpad_model *model,
 // What a code means, in English; never null, never to be freed.
 const char *fingerpad_error_text(int32_t code);
 
-// The reference state: 35 corneometer units, 32 degrees Celsius, 16 mm, times and speed counted from the motion.
+// The reference state of a library without a model: 35 corneometer units, 32 degrees Celsius, 16 mm, times and speed counted
+// from the motion, 0 for columns of the user's own.
 int32_t fingerpad_surroundings_default(fingerpad_surroundings *surroundings);
+
+// The reference state of a model: the same, with the values of the calibration for columns of the user's own.
+int32_t fingerpad_model_surroundings(const fingerpad_model *model,
+                                     fingerpad_surroundings *surroundings);
 
 // A finger in the air, all clocks at 0, with a strength factor of 1.
 int32_t fingerpad_contact_init(fingerpad_contact *contact);
@@ -384,12 +406,22 @@ int32_t fingerpad_contact_step(const fingerpad_model *model,
                                fingerpad_motion motion,
                                fingerpad_response *response);
 
-// What a sensor with the file's tare and cross-talk reads of a response: normal, x and y, N, into an array of three.
+// What a sensor with the file's tare and cross-talk reads of a response: normal, x and y, N, into an array of three. Where
+// tables say what the sensor makes of temperature, time or a column of the user's own, see `fingerpad_contact_reading_under`.
 //
 // Returns FINGERPAD_OK, FINGERPAD_SECTION as above, or FINGERPAD_RANGE for a response whose regime is none.
 int32_t fingerpad_contact_reading(const fingerpad_model *model,
                                   const fingerpad_response *response,
                                   float *reading_n);
+
+// The same under surroundings, after a step of the contact that gave the response.
+//
+// Returns FINGERPAD_OK, or what `fingerpad_contact_reading` returns.
+int32_t fingerpad_contact_reading_under(const fingerpad_model *model,
+                                        const fingerpad_contact *contact,
+                                        fingerpad_surroundings surroundings,
+                                        const fingerpad_response *response,
+                                        float *reading_n);
 
 // Advances a contact by one step driven by displacement or force in each direction; a held load does not creep. A force out
 // of reach gives the nearest state and FINGERPAD_STATUS_LOAD_NOT_REACHED. `motion` becomes the motion that led there; it may
@@ -433,6 +465,13 @@ int32_t fingerpad_model_pose(fingerpad_model *model,
 
 // What a model file says of itself.
 int32_t fingerpad_model_describe(const fingerpad_model *model, fingerpad_model_info *info);
+
+// Column `index` of the user's own that tables of the file read. Its value goes to `own[index]` of the surroundings.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE where the file has no column of that index; then nothing is written.
+int32_t fingerpad_model_own_column(const fingerpad_model *model,
+                                   uint32_t index,
+                                   fingerpad_own_column *column);
 
 // The gradient at a state for a motion that goes on in the direction (depth, slide x, slide y; any length). One-sided where
 // the law has kinks: springs on their limit slip if the direction loads them further; with zeros all springs stick. 0 without

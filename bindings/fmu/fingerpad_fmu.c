@@ -15,7 +15,8 @@
 enum {
     TIME = 0,
     DEPTH_MM = 1, SLIDE_X_MM, SLIDE_Y_MM, SPIN_RAD, STRENGTH_FACTOR, PITCH_DEG, ROLL_DEG,
-    HYDRATION_AU, TEMPERATURE_C, FINGER_WIDTH_MM, SERIES_S, INPUTS_END,
+    HYDRATION_AU, TEMPERATURE_C, FINGER_WIDTH_MM, SERIES_S,
+    OWN = 12, INPUTS_END = 16, /* columns of the user's own */
     SIZE = 21, STIFFNESS, LAMBDA, TAU0_MPA, PARAMETERS_END,
     NORMAL_FORCE_N = 41, FRICTION_X_N, FRICTION_Y_N, SPIN_MOMENT_N_MM, STICK_RATIO, FRICTION_LIMIT_N, SLIP_MARGIN,
     PRESSURE_CENTRE_X_MM, PRESSURE_CENTRE_Y_MM, CONTACT_AREA_MM2, BAND_NORMAL_N, BAND_FRICTION_N, OUTPUTS_END,
@@ -113,18 +114,22 @@ static void begin(unit *u)
 {
     fingerpad_surroundings around;
     memory *m = &u->now;
+    int k;
     (void)memset(m, 0, sizeof *m);
     m->number[STRENGTH_FACTOR] = m->number[SIZE] = m->number[STIFFNESS] = m->number[LAMBDA] = 1.0;
     m->number[SLIP_MARGIN] = 1.0;
     m->number[PITCH_DEG] = u->pose[0] = (double)u->info.fitted_pitch_deg;
     u->pose[1] = 0.0;
-    (void)fingerpad_surroundings_default(&around);
+    (void)fingerpad_model_load(&u->model, (const uint8_t *)u->file, u->length);
+    (void)fingerpad_model_surroundings(&u->model, &around);
+    for (k = 0; k < INPUTS_END - OWN; k++) {
+        m->number[OWN + k] = (double)around.own[k];
+    }
     m->number[HYDRATION_AU] = (double)around.hydration_au;
     m->number[TEMPERATURE_C] = (double)around.temperature_c;
     m->number[FINGER_WIDTH_MM] = (double)around.finger_width_mm;
     (void)fingerpad_spin_state_init(&m->state);
     (void)fingerpad_contact_init(&m->contact);
-    (void)fingerpad_model_load(&u->model, (const uint8_t *)u->file, u->length);
     u->phase = INSTANTIATED;
 }
 
@@ -351,6 +356,7 @@ static int32_t step(unit *u, fingerpad_motion motion, fingerpad_response *r)
 {
     memory *m = &u->now;
     fingerpad_surroundings around;
+    int k;
     if (u->info.effects == 0) {
         return fingerpad_spin_step(&u->model, &m->state, motion, r);
     }
@@ -359,6 +365,9 @@ static int32_t step(unit *u, fingerpad_motion motion, fingerpad_response *r)
     around.temperature_c = (float)m->number[TEMPERATURE_C];
     around.finger_width_mm = (float)m->number[FINGER_WIDTH_MM];
     around.series_s = (float)m->number[SERIES_S];
+    for (k = 0; k < INPUTS_END - OWN; k++) {
+        around.own[k] = (float)m->number[OWN + k];
+    }
     return fingerpad_contact_step(&u->model, &m->contact, around, motion, r);
 }
 

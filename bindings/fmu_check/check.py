@@ -1,4 +1,4 @@
-"""An FMU as an importing tool meets it, by FMPy: check.py FINGER.fmu CORRECTED.fmu STORY-FOLDER
+"""An FMU as an importing tool meets it, by FMPy: check.py FINGER.fmu CHARGED.fmu STORY-FOLDER
 
 The story's folder has the paths by places with the core's own answers (bindings/c/story); every answer is compared bit for bit.
 """
@@ -14,6 +14,8 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 INPUTS = ["depth_mm", "slide_x_mm", "slide_y_mm", "spin_rad", "strength_factor", "pitch_deg", "roll_deg"]
+# A column of the user's own, which only the charged model reads; last in the story's rows.
+OWN = "voltage_v"
 OUTPUTS = [
     "normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "stick_ratio", "friction_limit_n",
     "slip_margin", "pressure_centre_x_mm", "pressure_centre_y_mm", "contact_area_mm2", "band_normal_n",
@@ -57,12 +59,12 @@ class Finger:
         self.unit.enterInitializationMode(startTime=0.0)
         self.unit.exitInitializationMode()
         self.step_number = 0
-        self.inputs = [self.names[name] for name in INPUTS]
+        self.inputs = [self.names[name] for name in [*INPUTS, OWN] if name in self.names]
         self.outputs = [self.names[name] for name in OUTPUTS]
 
     def step(self, inputs):
         """Advances by one step; returns the status and the answer as the story has it."""
-        self.unit.setFloat64(self.inputs, inputs)
+        self.unit.setFloat64(self.inputs, inputs[: len(self.inputs)])
         self.messages.clear()
         try:
             self.unit.doStep(self.step_number * DT_S, DT_S)
@@ -152,7 +154,7 @@ def misuse(fmu, rows):
         bad = list(inputs)
         bad[k] = value
         assert finger.step(bad)[0] == DISCARD, f"{INPUTS[k]} {value} is to be discarded"
-    finger.unit.setFloat64(finger.inputs, rows[49][0])
+    finger.unit.setFloat64(finger.inputs, rows[49][0][: len(finger.inputs)])
     after = finger.unit.serializeFMUState(finger.unit.getFMUState())
     assert after == before, "a discarded step changes the state"
     assert finger.step(inputs)[1] == rows[50][1], "after discarded steps it does not go on as before"
@@ -193,9 +195,9 @@ def by_simulation(fmu, rows):
     # FMPy applies the input of a time to the step that starts there. The first row is the finger in the air at the place from
     # which the path is counted; a step of a power of two keeps FMPy's interpolation between equal times exact.
     dt_s = 1 / 1024
-    start = [0.0] * 4 + [1.0] + rows[0][0][5:]
+    start = [0.0] * 4 + [1.0] + rows[0][0][5 : len(INPUTS)]
     table = numpy.array(
-        [tuple([i * dt_s] + inputs) for i, inputs in enumerate([start] + [inputs for inputs, _ in rows])],
+        [tuple([i * dt_s] + inputs) for i, inputs in enumerate([start] + [inputs[: len(INPUTS)] for inputs, _ in rows])],
         dtype=[("time", float)] + [(name, float) for name in INPUTS],
     )
     result = simulate_fmu(
@@ -212,15 +214,35 @@ def by_simulation(fmu, rows):
     print(f"simulate_fmu: {len(rows)} rows bit for bit")
 
 
-def main(shipped, corrected, story):
+def own_column(plain, charged, rows):
+    """A law of the user's own has its column as an input, with unit and start value, and the forces follow it."""
+    assert OWN not in Finger(plain).names, "the shipped model reads no column of the user's own"
+    variables = {variable.name: variable for variable in read_model_description(charged).modelVariables}
+    voltage = variables[OWN]
+    assert (voltage.causality, voltage.unit, float(voltage.start)) == ("input", "V", 20.0), voltage
+    answers = []
+    for volts in (None, 20.0, 200.0, 400.0):
+        finger = Finger(charged)
+        finger.inputs = finger.inputs[: len(INPUTS) + (volts is not None)]
+        answers.append([finger.step([*inputs[: len(INPUTS)], volts])[1] for inputs, _ in rows[:300]])
+        finger.close()
+    unset, start, strong, beyond = answers
+    limit = [struct.unpack(">f", bytes.fromhex(answer[-1].split()[OUTPUTS.index("friction_limit_n")]))[0] for answer in answers]
+    assert unset == start, "an input that is not set has its start value"
+    assert limit[2] > 1.3 * limit[1], f"the voltage does not act: {limit}"
+    assert limit[3] == limit[2] and int(beyond[-1].split()[-1]) & 256, "beyond its table it is held and flagged"
+    print(f"{OWN}: friction limit {limit[1]:.4f} N at 20 V, {limit[2]:.4f} N at 200 V")
+
+
+def main(shipped, charged, story):
     story = pathlib.Path(story)
     rows = {
         (path, model): read_rows(story / f"places_{path}_{model}.txt")
         for path in ("clean", "disturbed")
-        for model in ("shipped", "corrected")
+        for model in ("shipped", "charged")
     }
     bad_input = 0
-    for model, fmu in (("shipped", shipped), ("corrected", corrected)):
+    for model, fmu in (("shipped", shipped), ("charged", charged)):
         problems = validate_fmu(fmu)
         assert problems == [], problems
         print(f"{model}: validate_fmu has nothing to say")
@@ -231,7 +253,8 @@ def main(shipped, corrected, story):
     two_at_once(shipped, rows["clean", "shipped"], rows["disturbed", "shipped"])
     misuse(shipped, rows["clean", "shipped"])
     by_simulation(shipped, rows["clean", "shipped"])
-    exchanged = Finger(corrected)
+    own_column(shipped, charged, rows["clean", "charged"])
+    exchanged = Finger(charged)
     answers = [exchanged.step(inputs)[1] for inputs, _ in rows["clean", "shipped"]]
     assert answers != [want for _, want in rows["clean", "shipped"]], "the comparison does not see another model"
     exchanged.close()

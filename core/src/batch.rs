@@ -45,6 +45,14 @@ pub struct Forces<'a> {
     pub status: &'a mut [Status],
 }
 
+impl<'a> Forces<'a> {
+    /// From slices for normal force, friction along x and y, moment, slip margin and stick ratio, in this order.
+    pub fn of(numbers: [&'a mut [f32]; 6], regime: &'a mut [Regime], status: &'a mut [Status]) -> Self {
+        let [normal_force_n, friction_x_n, friction_y_n, spin_moment_n_mm, slip_margin, stick_ratio] = numbers;
+        Self { normal_force_n, friction_x_n, friction_y_n, spin_moment_n_mm, slip_margin, stick_ratio, regime, status }
+    }
+}
+
 /// Slices of a batch are of different length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BatchLength {
@@ -158,17 +166,7 @@ mod tests {
             let x: [f32; COUNT] = core::array::from_fn(|i| if (k + i) % 50 < 30 { 0.02 } else { -0.03 });
             let y = [0.004; COUNT];
             let motions = Motions { depth_mm: &depth, slide_x_mm: &x, slide_y_mm: &y, spin_rad: &[], dt_s: 1e-3 };
-            let [normal, fx, fy, moment, margin, stick] = &mut numbers;
-            let mut forces = Forces {
-                normal_force_n: normal,
-                friction_x_n: fx,
-                friction_y_n: fy,
-                spin_moment_n_mm: moment,
-                slip_margin: margin,
-                stick_ratio: stick,
-                regime: &mut regime,
-                status: &mut status,
-            };
+            let mut forces = Forces::of(numbers.each_mut().map(|of_kind| &mut of_kind[..]), &mut regime, &mut status);
             let short = Motions { slide_x_mm: &x[1..], ..motions };
             let refused = model.step_batch(&mut states, short, &mut forces);
             assert_eq!(refused, Err(BatchLength { expected: COUNT, found: COUNT - 1 }));
@@ -201,17 +199,7 @@ mod tests {
         let mut together = alone;
         let (mut numbers, mut regime, mut status) =
             ([[0.0f32; COUNT]; 6], [Regime::NoContact; COUNT], [Status::OK; COUNT]);
-        let [normal, fx, fy, moment, margin, stick] = &mut numbers;
-        let mut forces = Forces {
-            normal_force_n: normal,
-            friction_x_n: fx,
-            friction_y_n: fy,
-            spin_moment_n_mm: moment,
-            slip_margin: margin,
-            stick_ratio: stick,
-            regime: &mut regime,
-            status: &mut status,
-        };
+        let mut forces = Forces::of(numbers.each_mut().map(|of_kind| &mut of_kind[..]), &mut regime, &mut status);
         let (depth, x, y) = ([1.1; COUNT], [0.02; COUNT], [-0.01; COUNT]);
         let motions = Motions { depth_mm: &depth, slide_x_mm: &x, slide_y_mm: &y, spin_rad: &[], dt_s: 1e-3 };
         model.step_batch(&mut together, motions, &mut forces).unwrap();

@@ -51,7 +51,7 @@ pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
 pub use math::Scalar;
-pub use model_file::{EffectSlot, File, FileOf, MAGIC, VERSION};
+pub use model_file::{EffectSlot, File, FileOf, MAGIC, TableColumn, Tables, VERSION};
 #[cfg(feature = "std")]
 pub use owned::ModelFile;
 pub use params::{Node, Params, ParamsOf, SpringParams};

@@ -4,6 +4,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::effects::OWN;
 use crate::error::Field;
 use crate::{DataOf, Error, ModelOf};
 
@@ -18,7 +19,8 @@ const DATA: [u8; 4] = *b"DATA";
 const EFFECTS: [u8; 4] = *b"EFFX";
 const META: [u8; 4] = *b"META";
 const TABLES: [u8; 4] = *b"TABL";
-/// Sections of a file without tables; a file with tables has one more.
+const COLUMNS: [u8; 4] = *b"COLS";
+/// Sections of a file without tables and columns; either is one more.
 const SECTIONS: usize = 3;
 
 /// A slot for an effect beyond the plain model: which law, and its parameters.
@@ -53,6 +55,95 @@ impl EffectSlot {
     }
 }
 
+/// A column of the user's own (a voltage, a humidity) that tables of a model file read from
+/// [`crate::Surroundings::own`], in the order of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
+pub struct TableColumn {
+    name: [u8; 32],
+    unit: [u8; 16],
+    /// Least value for which the tables' formulas hold.
+    pub low: f32,
+    /// Largest value for which they hold.
+    pub high: f32,
+    /// The value under which the model was calibrated.
+    pub reference: f32,
+}
+
+impl TableColumn {
+    /// Longest name, bytes.
+    pub const NAME_BYTES: usize = 31;
+    /// Longest unit, bytes.
+    pub const UNIT_BYTES: usize = 15;
+
+    /// A column.
+    ///
+    /// * `range`: least and largest value, finite, the lesser first; `reference` lies within
+    ///
+    /// Errors: [`Error::Section`] for a name of no or more than 31 bytes, a unit of more than 15, a zero byte in either, and for
+    /// numbers that are not as said.
+    pub fn new(name: &str, unit: &str, range: [f32; 2], reference: f32) -> Result<Self, Error> {
+        let [low, high] = range;
+        let out = Self { name: padded(name)?, unit: padded(unit)?, low, high, reference };
+        out.check()?;
+        Ok(out)
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        text(&self.name)
+    }
+
+    /// Its unit; empty for a pure number.
+    pub fn unit(&self) -> &str {
+        text(&self.unit)
+    }
+
+    /// Name and unit as they stand in the file: UTF-8, zeros behind it, at least one.
+    pub fn bytes(&self) -> (&[u8; 32], &[u8; 16]) {
+        (&self.name, &self.unit)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let whole = |bytes: &[u8]| {
+            let text = text(bytes);
+            text.len() < bytes.len() && bytes.iter().skip(text.len()).all(|b| *b == 0)
+        };
+        let is_range = self.low < self.high && self.low.abs() <= 1e9 && self.high.abs() <= 1e9;
+        let is_sound = whole(&self.name) && whole(&self.unit) && !self.name().is_empty() && is_range;
+        if is_sound && self.reference >= self.low && self.reference <= self.high {
+            return Ok(());
+        }
+        Err(Error::Section { id: COLUMNS })
+    }
+}
+
+/// A text with zeros behind it, at least one.
+fn padded<const N: usize>(text: &str) -> Result<[u8; N], Error> {
+    let mut out = [0; N];
+    match out.get_mut(..text.len()) {
+        Some(head) if text.len() < N => head.copy_from_slice(text.as_bytes()),
+        _ => return Err(Error::Section { id: COLUMNS }),
+    }
+    Ok(out)
+}
+
+/// The text before the first zero; none where it is not UTF-8.
+fn text(bytes: &[u8]) -> &str {
+    let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
+    bytes.get(..end).and_then(|head| core::str::from_utf8(head).ok()).unwrap_or("")
+}
+
+/// What tables of a model file need beside their slots; [`Default`] is none.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tables<'a> {
+    /// The numbers, see [`crate::effects::tables`].
+    pub numbers: &'a [f32],
+    /// Columns of the user's own that they read, at most [`crate::effects::OWN`].
+    pub columns: &'a [TableColumn],
+}
+
 /// All that a model file holds, read in place.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -63,6 +154,8 @@ pub struct FileOf<'a, const M: usize, const N: usize> {
     pub effects: &'a [EffectSlot],
     /// Tables that some of them read, see [`crate::effects::tables`]; none in most files.
     pub tables: &'a [f32],
+    /// Columns of the user's own that the tables read, in the order of [`crate::Surroundings::own`].
+    pub columns: &'a [TableColumn],
     /// Where it comes from: JSON with ranges, settings' hash and versions.
     pub meta: &'a str,
 }
@@ -178,8 +271,17 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
             Err(Error::Section { .. }) => &[],
             Err(error) => return Err(error),
         };
+        let columns: &[TableColumn] = match section(bytes, COLUMNS) {
+            Ok(columns) => bytemuck::try_cast_slice(columns).map_err(|_| Error::Section { id: COLUMNS })?,
+            Err(Error::Section { .. }) => &[],
+            Err(error) => return Err(error),
+        };
+        if columns.len() > OWN {
+            return Err(Error::Section { id: COLUMNS });
+        }
+        columns.iter().try_for_each(TableColumn::check)?;
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
-        Ok(Self { model: data.model()?, effects, tables, meta })
+        Ok(Self { model: data.model()?, effects, tables, columns, meta })
     }
 }
 
@@ -191,8 +293,8 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
 }
 
 /// Number of sections of a file with these tables.
-fn sections(tables: &[f32]) -> usize {
-    SECTIONS + usize::from(!tables.is_empty())
+fn sections(tables: Tables<'_>) -> usize {
+    SECTIONS + usize::from(!tables.numbers.is_empty()) + usize::from(!tables.columns.is_empty())
 }
 
 /// Writes one piece after another into a buffer.
@@ -229,26 +331,27 @@ impl Writer<'_> {
 impl<const M: usize, const N: usize> DataOf<M, N> {
     /// Length of the file that [`DataOf::write_file`] writes, bytes.
     pub fn file_length(effects: &[EffectSlot], meta: &str) -> usize {
-        Self::file_length_with_tables(effects, &[], meta)
+        Self::file_length_with_tables(effects, Tables::default(), meta)
     }
 
     /// Length of the file that [`DataOf::write_file_with_tables`] writes, bytes.
-    pub fn file_length_with_tables(effects: &[EffectSlot], tables: &[f32], meta: &str) -> usize {
+    pub fn file_length_with_tables(effects: &[EffectSlot], tables: Tables<'_>, meta: &str) -> usize {
         let start = (HEADER + sections(tables) * ENTRY).next_multiple_of(8);
         let data = (8 + size_of::<Self>()).next_multiple_of(8);
-        start + data + size_of_val(effects) + size_of_val(tables) + meta.len()
+        let of_tables = size_of_val(tables.numbers) + size_of_val(tables.columns);
+        start + data + size_of_val(effects) + of_tables + meta.len()
     }
 
     /// Writes a model file into `out` and returns its length.
     pub fn write_file(&self, effects: &[EffectSlot], meta: &str, out: &mut [u8]) -> Result<usize, Error> {
-        self.write_file_with_tables(effects, &[], meta, out)
+        self.write_file_with_tables(effects, Tables::default(), meta, out)
     }
 
     /// The same with the tables that slots of the number [`crate::effects::tables::TABLE`] name.
     pub fn write_file_with_tables(
         &self,
         effects: &[EffectSlot],
-        tables: &[f32],
+        tables: Tables<'_>,
         meta: &str,
         out: &mut [u8],
     ) -> Result<usize, Error> {
@@ -260,16 +363,20 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         let data_length = 8 + size_of::<Self>();
         let effects_at = start + data_length.next_multiple_of(8);
         let tables_at = effects_at + size_of_val(effects);
-        let meta_at = tables_at + size_of_val(tables);
+        let columns_at = tables_at + size_of_val(tables.numbers);
+        let meta_at = columns_at + size_of_val(tables.columns);
         let mut w = Writer { out, at: 0 };
         w.put(&MAGIC);
         for value in [VERSION, needed as u32, 0, sections(tables) as u32] {
             w.word(value);
         }
-        let table_section = (!tables.is_empty()).then_some((TABLES, tables_at, size_of_val(tables)));
+        let section = |id, at, length: usize| (length > 0).then_some((id, at, length));
+        let numbers = section(TABLES, tables_at, size_of_val(tables.numbers));
+        let columns = section(COLUMNS, columns_at, size_of_val(tables.columns));
         for (id, at, length) in [(DATA, start, data_length), (EFFECTS, effects_at, size_of_val(effects))]
             .into_iter()
-            .chain(table_section)
+            .chain(numbers)
+            .chain(columns)
             .chain([(META, meta_at, meta.len())])
         {
             w.put(&id);
@@ -286,8 +393,11 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         for effect in effects {
             w.put(bytemuck::bytes_of(effect));
         }
-        for value in tables {
+        for value in tables.numbers {
             w.float(*value);
+        }
+        for column in tables.columns {
+            w.put(bytemuck::bytes_of(column));
         }
         w.put(meta.as_bytes());
         let checksum = crc32(out.get(16..needed).unwrap_or(&[]));
@@ -381,6 +491,45 @@ mod tests {
             }
         }
         assert!(File::from_bytes(&buffer.0[..n]).is_ok());
+    }
+
+    #[test]
+    fn columns_come_back_and_those_that_are_not_whole_are_refused() {
+        let data = Params::example().try_build().unwrap();
+        let columns = [
+            TableColumn::new("voltage_v", "V", [0.0, 200.0], 0.0).unwrap(),
+            TableColumn::new("frame_temperature_c", "°C", [10.0, 40.0], 22.0).unwrap(),
+        ];
+        let written = |columns: &[TableColumn]| {
+            let mut buffer = Aligned([0; 16384]);
+            let tables = Tables { numbers: &[1.0, 2.0], columns };
+            let n = data.write_file_with_tables(&[], tables, "{}", &mut buffer.0).unwrap();
+            assert_eq!(n, Data::file_length_with_tables(&[], tables, "{}"));
+            (buffer, n)
+        };
+        let (buffer, n) = written(&columns);
+        let file = File::from_bytes(&buffer.0[..n]).unwrap();
+        assert_eq!((file.columns, file.tables), (&columns[..], &[1.0, 2.0][..]));
+        assert_eq!((file.columns[1].name(), file.columns[1].unit()), ("frame_temperature_c", "°C"));
+        let refused = Err(Error::Section { id: COLUMNS });
+        let five = [columns[0]; OWN + 1];
+        let (buffer, n) = written(&five);
+        assert_eq!(File::from_bytes(&buffer.0[..n]).map(|_| ()), refused);
+        let long = core::str::from_utf8(&[b'a'; 32]).unwrap();
+        let range = [0.0, 1.0];
+        assert!(TableColumn::new(&long[..31], &long[..15], range, 0.0).is_ok());
+        for (name, unit, range, reference) in [
+            (long, "", range, 0.0),
+            ("", "", range, 0.0),
+            ("a", &long[..16], range, 0.0),
+            ("a\0b", "", range, 0.0),
+            ("a", "", [1.0, 0.0], 0.5),
+            ("a", "", [0.0, f32::NAN], 0.5),
+            ("a", "", range, 2.0),
+            ("a", "", range, f32::NAN),
+        ] {
+            assert_eq!(TableColumn::new(name, unit, range, reference).map(|_| ()), refused, "{name} {unit} {range:?}");
+        }
     }
 
     #[test]

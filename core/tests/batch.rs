@@ -52,17 +52,7 @@ where
         }
         let spin_rad: &[f32] = if P == 1 { &[] } else { &spin };
         let motions = Motions { depth_mm: &depth, slide_x_mm: &x, slide_y_mm: &y, spin_rad, dt_s: 1e-3 };
-        let [normal, fx, fy, moment, margin, stick] = &mut numbers;
-        let mut forces = Forces {
-            normal_force_n: normal,
-            friction_x_n: fx,
-            friction_y_n: fy,
-            spin_moment_n_mm: moment,
-            slip_margin: margin,
-            stick_ratio: stick,
-            regime: &mut regime,
-            status: &mut status,
-        };
+        let mut forces = Forces::of(numbers.each_mut().map(|of_kind| &mut of_kind[..]), &mut regime, &mut status);
         model.step_batch(&mut together, motions, &mut forces).unwrap();
         for i in 0..COUNT {
             let spin_increment_rad = if P == 1 { 0.0 } else { spin[i] };

@@ -142,17 +142,7 @@ fn crowded<const P: usize>(bencher: Bencher, together: bool, disturbed: bool) {
     let mut motions = crowd(disturbed);
     bencher.counter(ItemsCount::new(CONTACTS)).with_inputs(|| motions.next().expect("endless")).bench_local_refs(
         |[depth, x, y]| {
-            let [normal, fx, fy, moment, margin, stick] = &mut numbers;
-            let mut forces = Forces {
-                normal_force_n: normal,
-                friction_x_n: fx,
-                friction_y_n: fy,
-                spin_moment_n_mm: moment,
-                slip_margin: margin,
-                stick_ratio: stick,
-                regime: &mut regime,
-                status: &mut status,
-            };
+            let mut forces = Forces::of(numbers.each_mut().map(|of_kind| &mut of_kind[..]), &mut regime, &mut status);
             if together {
                 let motions = Motions { depth_mm: depth, slide_x_mm: x, slide_y_mm: y, spin_rad: &[], dt_s: 1e-3 };
                 model.step_batch(&mut states, motions, &mut forces).expect("slices of one length");

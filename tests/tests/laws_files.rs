@@ -3,9 +3,9 @@
 
 use fingerpad::effects::{Change, Conditions, tables};
 use fingerpad::{Contact, EffectSlot, Effects, Error, ModelFile, Motion, Params, SPRINGS, Status, Surroundings};
-use fingerpad_diagnose::LawsFile;
 use fingerpad_diagnose::laws::own_law::OwnLaw;
 use fingerpad_diagnose::laws::tabulation::tabulate;
+use fingerpad_diagnose::{LawsFile, OwnColumn};
 
 const PAGE: &str = include_str!("../../docs/laws-of-your-own.md");
 
@@ -90,7 +90,7 @@ fn the_pages_ten_laws_give_what_the_page_says() {
 }
 
 /// A model file with one law as a table.
-fn file_with(own: &OwnLaw) -> ModelFile {
+fn file_with(own: &OwnLaw, columns: &[OwnColumn]) -> ModelFile {
     let table = tabulate(own, &typical(own), |driver| own.drivers[driver].range).unwrap();
     let told = table.told(own);
     println!("{told}");
@@ -98,10 +98,18 @@ fn file_with(own: &OwnLaw) -> ModelFile {
     let mut section = vec![0.0; 3];
     let slot = table.append(own, &mut section);
     let data = Params::example().try_build().unwrap();
-    let mut bytes = vec![0; fingerpad::Data::file_length_with_tables(&[slot], &section, "{}")];
-    data.write_file_with_tables(&[slot], &section, "{}", &mut bytes).unwrap();
+    let columns: Vec<_> = columns.iter().map(|c| c.in_model_file().unwrap()).collect();
+    let tables = fingerpad::Tables { numbers: &section, columns: &columns };
+    let mut bytes = vec![0; fingerpad::Data::file_length_with_tables(&[slot], tables, "{}")];
+    data.write_file_with_tables(&[slot], tables, "{}", &mut bytes).unwrap();
     let plain = fingerpad::Data::file_length(&[], "{}");
-    assert!(bytes.len() <= plain + told.bytes + 4 * 3 + 12 + 8, "{} {plain} {}", bytes.len(), told.bytes);
+    let of_columns = size_of_val(&columns[..]);
+    assert!(
+        bytes.len() <= plain + told.bytes + of_columns + 4 * 3 + 2 * 12 + 8,
+        "{} {plain} {}",
+        bytes.len(),
+        told.bytes
+    );
     ModelFile::new(&bytes).unwrap()
 }
 
@@ -109,7 +117,11 @@ fn file_with(own: &OwnLaw) -> ModelFile {
 fn the_core_runs_each_of_them_as_a_table_within_the_error_that_is_told() {
     for file in ten_laws() {
         let own = &file.laws[0];
-        let written = file_with(own);
+        let written = file_with(own, &file.columns);
+        assert_eq!(written.file().columns.len(), file.columns.len());
+        for (there, here) in written.file().columns.iter().zip(&file.columns) {
+            assert_eq!((there.name(), there.unit()), (here.name.as_str(), here.unit.as_str()));
+        }
         let file = written.file();
         let effects = Effects::of_file(&file).unwrap();
         let table = tabulate(own, &typical(own), |driver| own.drivers[driver].range).unwrap();
@@ -293,8 +305,8 @@ fn bad_files_are_refused_with_file_line_and_value() {
 
 #[test]
 fn a_file_without_its_tables_and_slots_of_other_versions_are_refused() {
-    let own = &ten_laws()[0].laws[0];
-    let written = file_with(own);
+    let laws = &ten_laws()[0];
+    let written = file_with(&laws.laws[0], &laws.columns);
     let file = written.file();
     assert_eq!(Effects::new(file.effects).unwrap_err(), Error::Section { id: *b"TABL" });
     assert!(Effects::of_file(&file).is_ok());

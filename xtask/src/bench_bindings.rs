@@ -1,7 +1,7 @@
-//! Nanoseconds of a step in every language, in one run over one path, and how many times Rust's they are.
+//! Nanoseconds of a contact's step in every language, in one run over a clean and a disturbed path, and how many times Rust's they are.
 //!
-//! Main function: [`main`]. A language is a line of [`ROWS`]: a function that builds its program outside the repository and
-//! returns the command that reads the path from standard input and prints `call ns` lines (`step`, `spin_step`).
+//! Main function: [`main`]. A language is a [`Row`]: a program, built outside the repository, that reads the path from standard input
+//! and prints `call ns` lines (`step`, `spin_step`). All programs take turns, and the least of their rounds counts.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -10,56 +10,107 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::thumb::tools::{C_LIBRARY, cargo_command};
-use crate::{c_release, c_test, fmu_test, mujoco, root, run, web};
+use crate::{c_release, c_test, fmu_test, mujoco, root, run, web, wheel};
 
 const MODEL: &str = "data/models/fingertip.fpm";
+/// Paths, and what is told of them.
+const PATHS: [(&str, &str); 2] = [("clean.txt", "clean"), ("disturbed.txt", "disturbed")];
 const CALLS: [&str; 2] = ["step", "spin_step"];
+const ROUNDS: usize = 3;
 
-/// What a language's program is built from.
+/// A language: its name, and its program's command for each of [`PATHS`].
+struct Row {
+    name: &'static str,
+    commands: [Command; 2],
+    /// Least time of each call on each path, ns.
+    least_ns: [[Option<f64>; 2]; 2],
+}
+
+/// What the programs are built from.
 struct Setup {
     folder: PathBuf,
     model: PathBuf,
-    path: PathBuf,
 }
 
-/// The languages beside Rust, by name.
-const ROWS: [(&str, fn(&Setup) -> Result<Command>); 5] = [
-    ("C", c),
-    ("FMU (inputs set, forces read)", fmu),
-    // With pose and the skin's laws in every step.
-    ("the page's module in V8", |_| web::bench_path()),
-    // A held object in place of the path: geometry, forces on both bodies, trial and step taken.
-    ("MuJoCo plugin, held object", |_| mujoco::contact_ns("fingerpad")),
-    ("MuJoCo's own contact, the same", |_| mujoco::contact_ns("best")),
-];
-
-/// Runs Rust and all languages, prints the table.
+/// Builds all programs, runs them in turn, prints the table.
 pub fn main() -> Result<()> {
     let folder = tempfile::tempdir()?;
-    let setup = Setup {
-        folder: folder.path().to_owned(),
-        model: fs::canonicalize(root().join(MODEL))?,
-        path: folder.path().join("path.txt"),
-    };
-    let commands = ROWS.map(|(name, build)| Ok((name, build(&setup)?))).into_iter().collect::<Result<Vec<_>>>()?;
-    let rust = run_rust(&setup)?;
-    println!("\n{:<32} {:>9} {:>7} {:>9} {:>7}", "ns a contact step", "slides", "x Rust", "and spins", "x Rust");
-    print_row("Rust", &rust, &rust);
-    for (name, mut command) in commands {
-        let out = command.stdin(File::open(&setup.path)?).output()?;
-        ensure!(out.status.success(), "{name}: {}", String::from_utf8_lossy(&out.stderr));
-        print_row(name, &times(&String::from_utf8(out.stdout)?)?, &rust);
+    let setup = Setup { folder: folder.path().to_owned(), model: fs::canonicalize(root().join(MODEL))? };
+    run(rust("paths", &setup).arg(&setup.folder))?;
+    let (_python, python) = wheel::bench_path(&setup.model)?;
+    let mut rows = vec![
+        Row::over_paths("Rust", || Ok(rust("one", &setup)))?,
+        Row::over_paths("Rust, batch of 4096", || Ok(rust("batch", &setup)))?,
+        Row::over_paths("C", || c(&setup))?,
+        Row::over_paths("Python, batch of 4096", || Ok(again(&python)))?,
+        Row::over_paths("FMU (inputs set, forces read)", || fmu(&setup))?,
+        // With pose and the skin's laws in every step.
+        Row::over_paths("the page's module in V8", web::bench_path)?,
+        // A held object in place of the path: geometry, forces on both bodies, trial and step taken.
+        Row::held("MuJoCo plugin, held object", "fingerpad")?,
+        Row::held("MuJoCo's own contact, the same", "best")?,
+    ];
+    for round in 1..=ROUNDS {
+        println!("round {round} of {ROUNDS}");
+        for row in &mut rows {
+            row.measure(&setup.folder)?;
+        }
     }
+    print(&rows);
     Ok(())
 }
 
-/// Rust's own times; writes the path.
-fn run_rust(setup: &Setup) -> Result<[Option<f64>; 2]> {
+impl Row {
+    fn over_paths(name: &'static str, build: impl Fn() -> Result<Command>) -> Result<Self> {
+        let command = build()?;
+        Ok(Self { name, commands: [again(&command), command], least_ns: [[None; 2]; 2] })
+    }
+
+    /// A held object; shaken where the path would be disturbed.
+    fn held(name: &'static str, contact: &str) -> Result<Self> {
+        let still = mujoco::contact_ns(contact)?;
+        let mut shaken = again(&still);
+        shaken.arg("--shaken");
+        Ok(Self { name, commands: [still, shaken], least_ns: [[None; 2]; 2] })
+    }
+
+    fn measure(&mut self, folder: &Path) -> Result<()> {
+        for ((command, least), (path, _)) in self.commands.iter_mut().zip(&mut self.least_ns).zip(PATHS) {
+            let out = command.stdin(File::open(folder.join(path))?).output()?;
+            ensure!(out.status.success(), "{}: {}", self.name, String::from_utf8_lossy(&out.stderr));
+            let says = String::from_utf8(out.stdout)?;
+            for (least, call) in least.iter_mut().zip(CALLS) {
+                let line = says.lines().find_map(|line| line.strip_prefix(call)?.strip_prefix(' '));
+                let ns: Option<f64> = line.map(|ns| ns.trim().parse()).transpose().with_context(|| says.clone())?;
+                *least = ns.map(|ns| least.map_or(ns, |before| before.min(ns)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The same program, words, folder and environment once more.
+fn again(command: &Command) -> Command {
+    let mut other = Command::new(command.get_program());
+    other.args(command.get_args());
+    for (name, value) in command.get_envs() {
+        match value {
+            Some(value) => other.env(name, value),
+            None => other.env_remove(name),
+        };
+    }
+    if let Some(folder) = command.get_current_dir() {
+        other.current_dir(folder);
+    }
+    other
+}
+
+/// Rust's program, which also writes the paths.
+fn rust(what: &str, setup: &Setup) -> Command {
     let mut cargo = cargo_command();
     cargo.current_dir(root().join(C_LIBRARY)).args(["run", "--quiet", "--release", "--package", "fingerpad-story"]);
-    let out = cargo.args(["--bin", "bench", "--"]).arg(&setup.model).arg(&setup.path).output()?;
-    ensure!(out.status.success(), "Rust: {}", String::from_utf8_lossy(&out.stderr));
-    times(&String::from_utf8(out.stdout)?)
+    cargo.args(["--bin", "bench", "--", what]).arg(&setup.model);
+    cargo
 }
 
 fn c(setup: &Setup) -> Result<Command> {
@@ -92,24 +143,17 @@ fn fmu(setup: &Setup) -> Result<Command> {
     Ok(command)
 }
 
-/// The times of the calls that a program has.
-fn times(says: &str) -> Result<[Option<f64>; 2]> {
-    let found = CALLS.map(|call| {
-        let line = says.lines().find_map(|line| line.strip_prefix(call)?.strip_prefix(' '));
-        line.map(|ns| ns.trim().parse().with_context(|| format!("not understood: {says}"))).transpose()
-    });
-    let [step, spin_step] = found;
-    Ok([step?, spin_step?])
-}
-
-fn print_row(name: &str, times: &[Option<f64>; 2], rust: &[Option<f64>; 2]) {
-    let columns: String = times
-        .iter()
-        .zip(rust)
-        .map(|(time, rust)| match (time, rust) {
-            (Some(time), Some(rust)) => format!(" {time:>9.1} {:>7.2}", time / rust),
-            _ => format!(" {:>9} {:>7}", "", ""),
-        })
-        .collect();
-    println!("{name:<32}{columns}");
+/// The table: for each path, a step without spin and one with it; each beside how many times the first row's it is.
+fn print(rows: &[Row]) {
+    let heads = PATHS.iter().flat_map(|(_, path)| [format!("{path}, slides"), format!("{path}, spins")]);
+    println!("\n| ns a contact's step |{}", heads.map(|head| format!(" {head} | x Rust |")).collect::<String>());
+    println!("|---|{}", "---:|".repeat(8));
+    for row in rows {
+        let times = row.least_ns.iter().flatten().zip(rows[0].least_ns.iter().flatten());
+        let cells = times.map(|(time, rust)| match (time, rust) {
+            (Some(time), Some(rust)) => format!(" {time:.1} | {:.2} |", time / rust),
+            _ => " | |".to_owned(),
+        });
+        println!("| {} |{}", row.name, cells.collect::<String>());
+    }
 }

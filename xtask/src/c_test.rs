@@ -115,11 +115,13 @@ impl Consumer {
     fn vectors_and_story(&self) -> Result<()> {
         for language in LANGUAGES {
             run(self.program("vectors", language).arg(root().join(MODEL)).arg(root().join(DOCUMENT)))?;
-            let answers = self.answers(language, MODEL, CORRECTED)?;
+            let charged = self.story.join("charged.fpm");
+            let shipped = root().join(MODEL);
+            let answers = self.answers(language, &shipped, &charged)?;
             let wanted = fs::read_to_string(self.story.join("answers.txt"))?;
             compare(&fs::read_to_string(self.story.join("story.txt"))?, &wanted, &answers)?;
             ensure!(
-                self.answers(language, CORRECTED, MODEL)? != wanted,
+                self.answers(language, &charged, &shipped)? != wanted,
                 "the comparison does not see that the models were exchanged"
             );
         }
@@ -127,17 +129,18 @@ impl Consumer {
         Ok(())
     }
 
-    fn answers(&self, language: &str, model: &str, corrected: &str) -> Result<String> {
+    fn answers(&self, language: &str, model: &Path, charged: &Path) -> Result<String> {
         let story = File::open(self.story.join("story.txt"))?;
         let mut program = self.program("story", language);
-        let out = program.arg(root().join(model)).arg(root().join(corrected)).stdin(story).output()?;
+        let out = program.arg(model).arg(charged).stdin(story).output()?;
         ensure!(out.status.success(), "story{language}: {}", String::from_utf8_lossy(&out.stderr));
         Ok(String::from_utf8(out.stdout)?)
     }
 
     fn misuse(&self) -> Result<()> {
         for language in LANGUAGES {
-            run(self.program("misuse", language).arg(root().join(MODEL)))?;
+            let charged = self.story.join("charged.fpm");
+            run(self.program("misuse", language).arg(root().join(MODEL)).arg(charged))?;
         }
         Ok(())
     }

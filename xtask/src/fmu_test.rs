@@ -14,20 +14,21 @@ use crate::{c_test, python, root, run};
 const PAGE: &str = "docs/my-simulation.md";
 /// The unit's checks and its benchmark.
 pub const CHECKS: &str = "bindings/fmu_check";
-const MODELS: [(&str, &str); 2] =
-    [("finger.fmu", "data/models/fingertip.fpm"), ("corrected.fmu", "firmware-example/corrected.fpm")];
+/// The model that ships, and the story's with effects and tables over a voltage.
+const UNITS: [&str; 2] = ["finger.fmu", "charged.fmu"];
+const SHIPPED: &str = "data/models/fingertip.fpm";
 
 /// Exports two models, compares them with the core's own answers, and again with the unit built from an FMU's sources.
 pub fn test() -> Result<()> {
     c_test::prepare()?;
     let folder = tempfile::tempdir()?;
     let python = python::environment(&folder.path().join("python"), &root().join(CHECKS).join("requirements.txt"))?;
-    for (name, model) in MODELS {
-        export(&root().join(model), &folder.path().join(name))?;
-    }
     let story = folder.path().join("story");
     fs::create_dir(&story)?;
     c_test::tell_story(&story)?;
+    for (name, model) in UNITS.into_iter().zip([root().join(SHIPPED), story.join("charged.fpm")]) {
+        export(&model, &folder.path().join(name))?;
+    }
     check(&python, folder.path(), &story)?;
     page(&python, folder.path())?;
     rebuild(&python, folder.path())?;
@@ -49,7 +50,7 @@ pub fn export(model: &Path, out: &Path) -> Result<()> {
 fn check(python: &Path, folder: &Path, story: &Path) -> Result<()> {
     let mut check = Command::new(python);
     check.arg(root().join(CHECKS).join("check.py"));
-    run(check.args(MODELS.map(|(name, _)| folder.join(name))).arg(story))
+    run(check.args(UNITS.map(|name| folder.join(name))).arg(story))
 }
 
 /// The lines of the page, beside the FMU that it speaks of.
@@ -66,14 +67,14 @@ fn page(python: &Path, folder: &Path) -> Result<()> {
 
 /// Replaces the binaries of the FMUs by what CMake and cargo make of the sources inside.
 fn rebuild(python: &Path, folder: &Path) -> Result<()> {
-    let unpacked = unpack(python, &folder.join(MODELS[0].0), &folder.join("unpacked"))?;
+    let unpacked = unpack(python, &folder.join(UNITS[0]), &folder.join("unpacked"))?;
     fs::remove_dir_all(unpacked.join("binaries"))?;
     let build = folder.join("build");
     let (sources, kind) = (unpacked.join("sources"), "-DCMAKE_BUILD_TYPE=Release");
     run(Command::new("cmake").arg("-S").arg(sources).arg("-B").arg(&build).arg(kind))?;
     run(Command::new("cmake").arg("--build").arg(&build))?;
     run(Command::new("cmake").arg("--install").arg(&build))?;
-    for (name, _) in MODELS {
+    for name in UNITS {
         let fmu = folder.join(name);
         let there = unpack(python, &fmu, &folder.join("repacked"))?;
         fs::remove_dir_all(there.join("binaries"))?;

@@ -14,8 +14,7 @@ use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb,
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Only these steps, in the order given (comma-separated or repeated); all steps but mujoco, in the order of this list,
-    /// without it
+    /// Only these steps, in the order given (comma-separated or repeated); all, in the order of this list, without it
     #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
     only: Vec<Step>,
 }
@@ -56,7 +55,7 @@ enum Step {
     ThumbRun,
     /// The page: built, below its size, and tested in headless Chromium against the core on the host
     Web,
-    /// Only by name, and in `cargo xtask verify`: the MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
+    /// The MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
     Mujoco,
     /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
     Python,
@@ -100,11 +99,10 @@ impl Step {
 
 /// Runs the steps until one fails; prints what each took in any case.
 pub fn main(args: &Args) -> Result<()> {
-    let all = || Step::value_variants().iter().copied().filter(|step| *step != Step::Mujoco).collect();
-    let steps: Vec<Step> = if args.only.is_empty() { all() } else { args.only.clone() };
+    let steps = if args.only.is_empty() { Step::value_variants() } else { &args.only };
     let mut table = Vec::new();
     let mut outcome = Ok(());
-    for step in steps {
+    for &step in steps {
         let name = step.to_possible_value().context("a step without name")?.get_name().to_owned();
         println!("== {name}");
         let start = Instant::now();

@@ -9,6 +9,7 @@ mod install;
 mod mujoco;
 mod package;
 mod python;
+mod ros;
 mod thumb;
 mod web;
 mod wheel;
@@ -25,17 +26,17 @@ enum Chore {
     /// Everything that a change must pass, step by step; installs what is missing
     Test(gates::Args),
     /// The long verification cases, planted tables (`tables`), the tests of the published packages from what is packed
-    /// (`package`), the whole Python package with its commands and notebooks (`python`), the MuJoCo plugin (`mujoco`); names
+    /// (`package`), the whole Python package with its commands and notebooks (`python`), the ROS 2 packages (`ros`); names
     /// select some, --list lists the cases
     Verify {
         /// Handed on to the verification program
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `bindings` (ns of a step in every language), `calculix` (CPU time against CalculiX), `core` (a step:
-    /// instructions under QEMU, ns on the host), `python` (a batch of fingers in Python beside plain Rust), `memory` (what a
-    /// contact remembers under noise and cycles, against marks), `diagnose` (score card on hidden sets), `confirm`
-    /// (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object held by the plugin and by MuJoCo's own contact)
+    /// A benchmark: `bindings` (ns of a step in every language, clean and disturbed), `calculix` (CPU time against CalculiX),
+    /// `core` (a step: instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles,
+    /// against marks), `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets)
+    /// or `mujoco` (an object held by the plugin and by MuJoCo's own contact)
     Bench {
         /// Which
         name: String,
@@ -75,7 +76,6 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["xtask", "thumb", "count"], &[])?;
                 cargo(&["bench", "--package", "fingerpad-tests", "--bench", "core", "--"], &args)
             }
-            "python" => wheel::bench(),
             "memory" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_memory", "--"], &args)
             }
@@ -86,9 +86,9 @@ fn main() -> anyhow::Result<()> {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_confirm", "--"], &args)
             }
             "mujoco" => mujoco::bench(&args),
-            other => bail!(
-                "no benchmark {other}; there are: bindings, calculix, core, python, memory, diagnose, confirm, mujoco"
-            ),
+            other => {
+                bail!("no benchmark {other}; there are: bindings, calculix, core, memory, diagnose, confirm, mujoco")
+            }
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model => model(),
@@ -98,27 +98,34 @@ fn main() -> anyhow::Result<()> {
     }
 }
 
-/// The verification cases of these names, planted tables, the tests of the published packages, the Python package and the MuJoCo
-/// plugin; all of them without names.
-fn verify(mut args: Vec<String>) -> anyhow::Result<()> {
+/// What `cargo xtask verify` has beside the verification cases.
+const VERIFIED: [(&str, fn() -> anyhow::Result<()>); 4] = [
+    ("tables", tables),
+    ("package", package::verify),
+    ("python", || wheel::test(wheel::Part::Whole)),
+    ("ros", ros::test),
+];
+
+/// The verification cases and the parts of [`VERIFIED`] of these names; all of them without names.
+fn verify(args: Vec<String>) -> anyhow::Result<()> {
     let all = args.is_empty();
-    let mut named = |name: &str| args.iter().position(|arg| arg == name).map(|place| args.remove(place)).is_some();
-    let (python, plugin, tables, packages) = (named("python"), named("mujoco"), named("tables"), named("package"));
-    if all || !args.is_empty() {
-        cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &args)?;
+    let (parts, cases): (Vec<_>, Vec<_>) =
+        args.into_iter().partition(|arg| VERIFIED.iter().any(|(name, _)| name == arg));
+    if all || !cases.is_empty() {
+        cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "verify", "--"], &cases)?;
     }
-    if all || tables {
-        let both =
-            ["--package", "fingerpad-table", "--package", "fingerpad-tests", "--test", "planted", "--test", "table"];
-        cargo(&[&["test", "--release"], &both[..], &["--", "--ignored"]].concat(), &[])?;
+    for (name, part) in VERIFIED {
+        if all || parts.iter().any(|wanted| wanted == name) {
+            part()?;
+        }
     }
-    if all || packages {
-        package::verify()?;
-    }
-    if all || python {
-        wheel::test(wheel::Part::Whole)?;
-    }
-    if all || plugin { mujoco::test() } else { Ok(()) }
+    Ok(())
+}
+
+/// Tables with planted errors, which take long.
+fn tables() -> anyhow::Result<()> {
+    let both = ["--package", "fingerpad-table", "--package", "fingerpad-tests", "--test", "planted", "--test", "table"];
+    cargo(&[&["test", "--release"], &both[..], &["--", "--ignored"]].concat(), &[])
 }
 
 /// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.

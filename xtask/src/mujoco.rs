@@ -26,7 +26,8 @@ pub fn bench(args: &[String]) -> Result<()> {
     run(Command::new(python).current_dir(folder()).arg("examples/hold.py").args(args))
 }
 
-/// The command that prints the nanoseconds of a contact of the held object, by the plugin or by MuJoCo's own contact.
+/// The command that prints the nanoseconds of a contact of the held object, by the plugin or by MuJoCo's own contact; with
+/// `--shaken`, while all is shaken.
 pub fn contact_ns(contact: &str) -> Result<Command> {
     let mut command = Command::new(build()?);
     command.current_dir(folder()).args(["examples/hold.py", "--contact-ns", contact]);

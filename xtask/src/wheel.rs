@@ -54,10 +54,10 @@ pub fn test(part: Part) -> Result<()> {
     if part == Part::Whole {
         files.extend(["test_commands.py", "test_docs.py", "test_notebooks.py"]);
         cargo(&["build", "--release", "--package", "fingerpad-cli"], &[])?;
-        let mut clippy = Command::new(env!("CARGO"));
-        clippy.current_dir(package()).env("RUSTFLAGS", FLAGS);
-        run(clippy.args(["clippy", "--release", "--all-targets", "--", "--deny", "warnings"]))?;
     }
+    let mut clippy = Command::new(env!("CARGO"));
+    clippy.current_dir(package()).env("RUSTFLAGS", FLAGS).args(["clippy", "--release", "--all-targets"]);
+    run(clippy.args(features(part)).args(["--", "--deny", "warnings"]))?;
     run(environment
         .command("python")
         .args(["-m", "pytest", "--quiet", "--durations", "5", "-p", "no:cacheprovider"])
@@ -96,16 +96,14 @@ fn build(environment: &Environment, part: Part) -> Result<PathBuf> {
     Ok(wheel)
 }
 
-/// What a finger step costs in Python and in plain Rust, a line of JSON each.
-pub fn bench() -> Result<()> {
+/// The command that times a batch of fingers over a path, in an environment that lives as long as what is returned beside it.
+pub fn bench_path(model: &Path) -> Result<(tempfile::TempDir, Command)> {
     let environment = Environment::new()?;
     let wheel = build(&environment, Part::Fingers)?;
     environment.pip(&[&wheel.display().to_string()])?;
-    run(environment
-        .command("python")
-        .arg(package().join("bench/batch.py"))
-        .arg(native(Part::Fingers)?)
-        .arg(root().join("data/models/fingertip.fpm")))
+    let mut command = environment.command("python");
+    command.arg(package().join("bench/path.py")).arg(model);
+    Ok((environment.folder, command))
 }
 
 /// The folder of the package.

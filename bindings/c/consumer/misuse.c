@@ -1,4 +1,5 @@
-/* What a caller gets wrong is answered by a code, and changes nothing: misuse MODEL.fpm */
+/* What a caller gets wrong is answered by a code, and changes nothing: misuse MODEL.fpm CHARGED.fpm
+ * CHARGED.fpm is the story's model with tables over a voltage. */
 #include "common.h"
 
 static int failures;
@@ -174,17 +175,72 @@ static void numbers(fingerpad_model *model)
     expect(fingerpad_watch_init(&watch, 0, settings), FINGERPAD_RANGE, "a threshold of NaN");
 }
 
+/* A finger pressed to 0.8 mm and slid by 2 mm in small steps. */
+static void slide(const fingerpad_model *model, fingerpad_surroundings around, fingerpad_contact *contact,
+                  fingerpad_response *r)
+{
+    fingerpad_motion motion = pressed;
+    int i;
+    must(fingerpad_contact_init(contact), "contact");
+    for (i = 0; i < 200; i++) {
+        must(fingerpad_contact_step(model, contact, around, motion, r), "step");
+    }
+}
+
+static void own_columns(const fingerpad_model *plain, const fingerpad_model *charged)
+{
+    fingerpad_model_info info;
+    fingerpad_own_column column;
+    fingerpad_surroundings around;
+    fingerpad_contact contact, zeroed;
+    fingerpad_response still, strong, r;
+    float reading_n[3], under_n[3];
+    must(fingerpad_model_describe(plain, &info), "info");
+    expect_true(info.own_columns == 0, "the shipped model reads no column of the user's own");
+    expect(fingerpad_model_own_column(plain, 0, &column), FINGERPAD_RANGE, "a column that is not there");
+    must(fingerpad_model_describe(charged, &info), "info");
+    expect_true(info.own_columns == 1, "the charged model reads one");
+    must(fingerpad_model_own_column(charged, 0, &column), "column");
+    expect_true(strcmp(column.name, "voltage_v") == 0 && strcmp(column.unit, "V") == 0, "its name and unit");
+    expect_true(column.low == 0.0f && column.high == 200.0f && column.reference == 20.0f, "its range and reference");
+    expect(fingerpad_model_own_column(charged, 1, &column), FINGERPAD_RANGE, "a column beyond the last");
+    expect(fingerpad_model_own_column(charged, 0, NULL), FINGERPAD_NULL, "no column");
+    must(fingerpad_model_surroundings(charged, &around), "surroundings");
+    expect_true(around.own[0] == 20.0f && around.own[1] == 0.0f, "the model's reference state");
+    slide(charged, around, &contact, &still);
+    around.own[0] = 200.0f;
+    slide(charged, around, &contact, &strong);
+    expect_true(strong.friction_limit_n > 1.3f * still.friction_limit_n && strong.status == 0, "the voltage acts");
+    must(fingerpad_contact_reading(charged, &strong, reading_n), "reading");
+    must(fingerpad_contact_reading_under(charged, &contact, around, &strong, under_n), "reading");
+    expect_true(under_n[0] > reading_n[0] + 0.02f, "the sensor's table is read under the voltage");
+    around.own[0] = 400.0f;
+    slide(charged, around, &contact, &r);
+    expect_true((r.status & FINGERPAD_STATUS_EFFECT_HELD) != 0, "a voltage beyond the table is flagged");
+    expect_true(r.friction_x_n == strong.friction_x_n, "and held at its end");
+    (void)memset(&zeroed, 0, sizeof zeroed);
+    expect(fingerpad_contact_reading_under(charged, &zeroed, around, &r, under_n), FINGERPAD_NOT_SET_UP,
+           "a reading of a zeroed contact");
+    expect(fingerpad_contact_reading_under(charged, &contact, around, &r, NULL), FINGERPAD_NULL, "no reading");
+    r.regime = 77;
+    expect(fingerpad_contact_reading_under(charged, &contact, around, &r, under_n), FINGERPAD_RANGE,
+           "a reading of a regime that is none");
+}
+
 int main(int argc, char **argv)
 {
-    static model_file file;
-    fingerpad_model model;
-    if (argc != 2) {
+    static model_file file, more;
+    fingerpad_model model, charged;
+    if (argc != 3) {
         return 2;
     }
     read_file(&file, argv[1]);
+    read_file(&more, argv[2]);
+    must(fingerpad_model_load(&charged, bytes_of(&more), more.length), argv[2]);
     files(&file);
     handles(&file);
     must(fingerpad_model_load(&model, bytes_of(&file), file.length), argv[1]);
+    own_columns(&model, &charged);
     misaligned(&model);
     buffers(&model);
     batches(&model);

@@ -1,4 +1,4 @@
-/* Answers a story as the core does: story MODEL.fpm CORRECTED.fpm < story.txt > answers.txt; see bindings/c/story. */
+/* Answers a story as the core does: story MODEL.fpm CHARGED.fpm < story.txt > answers.txt; see bindings/c/story. */
 #include "common.h"
 
 static model_file files[2];
@@ -9,12 +9,12 @@ static fingerpad_contact contact;
 static fingerpad_surroundings around;
 static fingerpad_watch watch;
 
-/* The words of a line behind its name; a line has at most ten. */
+/* The words of a line behind its name; a line has at most eleven. */
 static size_t words_of(const char *line, float *numbers)
 {
     size_t count = 0;
     char *end;
-    while (count < 10) {
+    while (count < 11) {
         const unsigned long word = strtoul(line, &end, 16);
         if (end == line) {
             break;
@@ -55,7 +55,7 @@ static void use_model(unsigned k)
     must(fingerpad_state_init(&plain), "state");
     must(fingerpad_spin_state_init(&spin), "spin state");
     must(fingerpad_contact_init(&contact), "contact");
-    must(fingerpad_surroundings_default(&around), "surroundings");
+    must(fingerpad_model_surroundings(&model, &around), "surroundings");
     must(fingerpad_watch_settings_default(&settings), "settings");
     must(fingerpad_watch_init(&watch, (uint8_t)k, settings), "watch");
     (void)printf("0");
@@ -94,7 +94,7 @@ static void step(const float *f)
     fingerpad_event events[FINGERPAD_EVENTS_A_LOOK];
     fingerpad_state states[2];
     fingerpad_spin_state spins[2];
-    float reading_n[3];
+    float reading_n[3], under_n[3];
     uint32_t count, i;
     motion.depth_mm = f[0];
     motion.slide_x_mm = f[1];
@@ -107,11 +107,13 @@ static void step(const float *f)
     must(fingerpad_spin_step(&model, &spin, motion, &two), "spin step");
     must(fingerpad_contact_step(&model, &contact, around, motion, &three), "step with effects");
     must(fingerpad_contact_reading(&model, &three, reading_n), "reading");
+    must(fingerpad_contact_reading_under(&model, &contact, around, &three, under_n), "reading under surroundings");
     must(fingerpad_watch_look(&watch, &one, events, &count), "look");
     print_response(&one);
     print_response(&two);
     print_response(&three);
     print_words(reading_n, 3);
+    print_words(under_n, 3);
     for (i = 0; i < count; i++) {
         (void)printf(" @%" PRIu32 " %d %d", events[i].tick, (int)events[i].finger, (int)events[i].change);
     }
@@ -124,7 +126,7 @@ static void driven(const char *line)
     fingerpad_response response;
     fingerpad_motion motion;
     unsigned by_normal_force, by_friction;
-    float f[10];
+    float f[11];
     int used = 0;
     if (sscanf(line, "%u %u%n", &by_normal_force, &by_friction, &used) != 2 || words_of(line + used, f) != 8) {
         (void)printf("not understood");
@@ -209,7 +211,7 @@ static void grip(const float *f)
 
 static void answer(const char *name, const char *rest)
 {
-    float f[10] = {0};
+    float f[11] = {0};
     (void)words_of(rest, f);
     if (strcmp(name, "model") == 0) {
         use_model(rest[1] == '1');
@@ -220,7 +222,7 @@ static void answer(const char *name, const char *rest)
     } else if (strcmp(name, "factor") == 0) {
         factor(f[0]);
     } else if (strcmp(name, "around") == 0) {
-        const fingerpad_surroundings told = {f[0], f[1], f[2], f[3], f[4], f[5], f[6], {0.0F, 0.0F, 0.0F, 0.0F}};
+        const fingerpad_surroundings told = {f[0], f[1], f[2], f[3], f[4], f[5], f[6], {f[7], f[8], f[9], f[10]}};
         around = told;
         (void)printf("0");
     } else if (strcmp(name, "step") == 0) {

@@ -33,7 +33,8 @@ pub struct fingerpad_surroundings {
     pub occlusion_s: f32,
     /// Nominal speed of the plane where it moves, mm/s; NaN: computed from the motion.
     pub speed_mm_s: f32,
-    /// Columns of the user's own that tables of the model file read, in the order of its `own_columns`; 0 unless set.
+    /// Columns of the user's own that tables of the model file read, in the order of `fingerpad_model_own_column`;
+    /// `fingerpad_model_surroundings` gives the values of the calibration.
     pub own: [f32; 4],
 }
 
@@ -52,13 +53,36 @@ unsafe fn memory<'a>(contact: *mut fingerpad_contact) -> Result<&'a mut Memory, 
     Ok(contact)
 }
 
-/// The reference state: 35 corneometer units, 32 degrees Celsius, 16 mm, times and speed counted from the motion.
+/// The reference state of a library without a model: 35 corneometer units, 32 degrees Celsius, 16 mm, times and speed counted
+/// from the motion, 0 for columns of the user's own.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_surroundings_default(surroundings: *mut fingerpad_surroundings) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { write(surroundings, reference_state()) })
+}
+
+/// The reference state of a model: the same, with the values of the calibration for columns of the user's own.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_model_surroundings(
+    model: *const fingerpad_model,
+    surroundings: *mut fingerpad_surroundings,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded(model) }.and_then(|loaded| {
+        let mut reference = reference_state();
+        for (to, column) in reference.own.iter_mut().zip(loaded.columns) {
+            *to = column.reference;
+        }
+        // SAFETY: the caller's promise.
+        unsafe { write(surroundings, reference) }
+    }))
+}
+
+fn reference_state() -> fingerpad_surroundings {
     let Surroundings { hydration_au, temperature_c, finger_width_mm, series_s, dwell_s, occlusion_s, speed_mm_s, own } =
         Surroundings::default();
     let or_counted = |value: Option<f32>| value.unwrap_or(f32::NAN);
-    let reference = fingerpad_surroundings {
+    fingerpad_surroundings {
         hydration_au,
         temperature_c,
         finger_width_mm,
@@ -67,9 +91,7 @@ pub unsafe extern "C" fn fingerpad_surroundings_default(surroundings: *mut finge
         occlusion_s: or_counted(occlusion_s),
         speed_mm_s: or_counted(speed_mm_s),
         own,
-    };
-    // SAFETY: the caller's promise.
-    answer(unsafe { write(surroundings, reference) })
+    }
 }
 
 impl From<fingerpad_surroundings> for Surroundings {
@@ -134,7 +156,8 @@ pub unsafe extern "C" fn fingerpad_contact_step(
     answer(stepped())
 }
 
-/// What a sensor with the file's tare and cross-talk reads of a response: normal, x and y, N, into an array of three.
+/// What a sensor with the file's tare and cross-talk reads of a response: normal, x and y, N, into an array of three. Where
+/// tables say what the sensor makes of temperature, time or a column of the user's own, see `fingerpad_contact_reading_under`.
 ///
 /// Returns FINGERPAD_OK, FINGERPAD_SECTION as above, or FINGERPAD_RANGE for a response whose regime is none.
 #[unsafe(no_mangle)]
@@ -150,6 +173,31 @@ pub unsafe extern "C" fn fingerpad_contact_reading(
         let response = read_back(response).ok_or(FINGERPAD_RANGE)?;
         // SAFETY: the caller's promise; an array of three is aligned as its numbers.
         unsafe { write(reading_n.cast::<[f32; 3]>(), effects.reading(&response)) }
+    };
+    answer(read())
+}
+
+/// The same under surroundings, after a step of the contact that gave the response.
+///
+/// Returns FINGERPAD_OK, or what `fingerpad_contact_reading` returns.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_contact_reading_under(
+    model: *const fingerpad_model,
+    contact: *const fingerpad_contact,
+    surroundings: fingerpad_surroundings,
+    response: *const fingerpad_response,
+    reading_n: *mut f32,
+) -> i32 {
+    let read = || {
+        // SAFETY: the caller's promise; any bits are a contact.
+        let (model, contact) = unsafe { (loaded(model)?, shared::<Memory>(contact.cast())?) };
+        set_up(&mut contact.state.clone())?;
+        // SAFETY: the caller's promise.
+        let response = read_back(unsafe { shared(response) }?).ok_or(FINGERPAD_RANGE)?;
+        let effects = model.effects.ok_or(FINGERPAD_SECTION)?;
+        let reading = effects.reading_under(&response, contact, &surroundings.into());
+        // SAFETY: the caller's promise; an array of three is aligned as its numbers.
+        unsafe { write(reading_n.cast::<[f32; 3]>(), reading) }
     };
     answer(read())
 }

@@ -2,16 +2,16 @@
 
 use core::ffi::c_char;
 
-use fingerpad::{Effects, File, Model, Pose, Posed, Tuned, Tuning};
+use fingerpad::{Effects, File, Model, Pose, Posed, TableColumn, Tuned, Tuning};
 
-use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, answer, code};
+use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, answer, code};
 use crate::pointer::{exclusive, items, shared, write};
 
 /// A model file in use. Set it up with `fingerpad_model_load`; the file must stay where it is. May be copied, and read by
 /// several threads as long as none changes it.
 #[repr(C)]
 pub struct fingerpad_model {
-    opaque: [u64; 24],
+    opaque: [u64; 26],
 }
 
 /// What a model file says of itself.
@@ -31,6 +31,23 @@ pub struct fingerpad_model_info {
     pub meta: *const c_char,
     /// Its length in bytes.
     pub meta_length: usize,
+    /// Number of columns of the user's own that tables of the file read: `fingerpad_model_own_column` tells which.
+    pub own_columns: u32,
+}
+
+/// A column of the user's own (a voltage, a humidity) that tables of a model file read.
+#[repr(C)]
+pub struct fingerpad_own_column {
+    /// Its name, UTF-8, ending with a zero.
+    pub name: [c_char; 32],
+    /// Its unit, UTF-8, ending with a zero; empty for a pure number.
+    pub unit: [c_char; 16],
+    /// Least value for which the tables hold.
+    pub low: f32,
+    /// Largest value for which they hold.
+    pub high: f32,
+    /// The value under which the model was calibrated.
+    pub reference: f32,
 }
 
 /// A model as it is used: of the fitted pose, or of another one.
@@ -55,6 +72,8 @@ pub struct Loaded {
     pub effects: Option<Effects<'static>>,
     /// Number of effects in the file.
     slots: u32,
+    /// Columns of the user's own.
+    pub columns: &'static [TableColumn],
     meta: &'static str,
 }
 
@@ -128,7 +147,7 @@ pub unsafe extern "C" fn fingerpad_model_load(model: *mut fingerpad_model, file:
 
 unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    unsafe { write(model, fingerpad_model { opaque: [0; 24] }) }?;
+    unsafe { write(model, fingerpad_model { opaque: [0; 26] }) }?;
     if file.is_null() {
         return Err(FINGERPAD_NULL);
     }
@@ -138,8 +157,8 @@ unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> R
     let tuning = Tuning::default();
     let tuned = file.model.tuned(tuning).map_err(code)?;
     let effects = Effects::of_file(&file).ok();
-    let (slots, meta) = (file.effects.len() as u32, file.meta);
-    let inside = Loaded { mark: LOADED, pose: None, tuning, used: Used::Fitted(tuned), effects, slots, meta };
+    let (slots, columns, meta) = (file.effects.len() as u32, file.columns, file.meta);
+    let inside = Loaded { mark: LOADED, pose: None, tuning, used: Used::Fitted(tuned), effects, slots, columns, meta };
     // SAFETY: the caller's promise; size and alignment were checked above.
     unsafe { write(model.cast::<Loaded>(), inside) }
 }
@@ -148,7 +167,7 @@ unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> R
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_model_unload(model: *mut fingerpad_model) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { write(model, fingerpad_model { opaque: [0; 24] }) })
+    answer(unsafe { write(model, fingerpad_model { opaque: [0; 26] }) })
 }
 
 /// Changes the model to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5)
@@ -201,8 +220,34 @@ pub unsafe extern "C" fn fingerpad_model_describe(
             checksum: loaded.checksum(),
             meta: loaded.meta.as_ptr().cast(),
             meta_length: loaded.meta.len(),
+            own_columns: loaded.columns.len() as u32,
         };
         // SAFETY: the caller's promise.
         unsafe { write(info, says) }
+    }))
+}
+
+/// Column `index` of the user's own that tables of the file read. Its value goes to `own[index]` of the surroundings.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE where the file has no column of that index; then nothing is written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_model_own_column(
+    model: *const fingerpad_model,
+    index: u32,
+    column: *mut fingerpad_own_column,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded(model) }.and_then(|loaded| {
+        let found = loaded.columns.get(index as usize).ok_or(FINGERPAD_RANGE)?;
+        let (name, unit) = found.bytes();
+        let says = fingerpad_own_column {
+            name: name.map(|byte| byte as c_char),
+            unit: unit.map(|byte| byte as c_char),
+            low: found.low,
+            high: found.high,
+            reference: found.reference,
+        };
+        // SAFETY: the caller's promise.
+        unsafe { write(column, says) }
     }))
 }

@@ -2,7 +2,7 @@
 
     python examples/hold.py            every table, about a minute
     python examples/hold.py --quick    10 s of holding in place of 60
-    python examples/hold.py --contact-ns fingerpad    what one contact adds to a step, ns
+    python examples/hold.py --contact-ns fingerpad [--shaken]    what one contact adds to a step, ns
 
 `test_hold.py` runs these functions and checks their numbers.
 """
@@ -112,12 +112,19 @@ def restored(timestep=0.001):
     return bool((ends[0].view(np.uint64) == ends[1].view(np.uint64)).all()), model.npluginstate
 
 
+def of_changing_strength(contact):
+    """What a scene needs so that :func:`shake` changes the strength of the contact."""
+    return dict(strength_userdata=0) if contact == "fingerpad" else {}
+
+
 def shake(model, data, duration, seed, contact="fingerpad"):
     """Shakes the hand (30 um at 90 Hz and 0.5 mm at 8 Hz), makes the grip noisy (5 %), pushes the object up and down by 60 %
-    of its weight and changes the strength of the contact (0.8 to 1.2, MuJoCo's coefficients likewise), at random."""
+    of its weight and changes the strength of the contact (0.8 to 1.2, MuJoCo's coefficients likewise), at random. Returns the
+    CPU time of the simulation's steps, s."""
     random = np.random.default_rng(seed)
     coefficients = model.geom_friction.copy()
     start = data.time
+    took_s = 0.0
     for i in range(round(duration / 0.004)):
         t = data.time - start
         fade = min(1.0, 10 * t)
@@ -129,17 +136,19 @@ def shake(model, data, duration, seed, contact="fingerpad"):
             data.userdata[0] = strength
             if contact != "fingerpad":
                 model.geom_friction[:] = strength * coefficients
+        before = time.process_time()
         seconds(model, data, 0.004)
+        took_s += time.process_time() - before
     model.geom_friction[:] = coefficients
     data.ctrl[:] = [GRIP_N, 0.0]
     data.userdata[0] = 0
     data.body("object").xfrc_applied[:] = 0
+    return took_s
 
 
 def disturbed(contact, timestep, seed=7):
     """How far the object has gone below the hand after 2, 4 and 6 s of shaking, mm, then its drift at rest, um/s."""
-    scene = dict(strength_userdata=0) if contact == "fingerpad" else {}
-    model, data = gripped(contact, timestep=timestep, **scene)
+    model, data = gripped(contact, timestep=timestep, **of_changing_strength(contact))
     seconds(model, data, 1.0)
     start, gone = below_hand_mm(data), []
     for _ in range(3):
@@ -172,11 +181,23 @@ def cost(rounds=41, steps=1000):
     return {name: statistics.median(each) for name, each in times.items()}
 
 
-def contact_ns(contact):
-    """Nanoseconds that one of the two contacts adds to a step."""
-    times = cost()
-    name = contact if contact == "fingerpad" else f"MuJoCo, {contact}"
-    return 1e3 * (times[name] - times["no contact"]) / 2
+def contact_ns(contact, shaken, rounds=21, duration=1.0):
+    """Nanoseconds that one of the two contacts adds to a step of 1 ms, while the object is held or ``shaken``: the median of
+    rounds in which scenes with and without contact take turns."""
+    cases = {"none": gripped("none", grip_n=0.0), contact: gripped(contact, **of_changing_strength(contact))}
+    added = []
+    for seed in range(rounds):
+        took_s = {}
+        for name, (model, data) in cases.items():
+            fresh = copy.copy(data)
+            if shaken:
+                took_s[name] = shake(model, fresh, duration, seed, name)
+            else:
+                start = time.process_time()
+                seconds(model, fresh, duration)
+                took_s[name] = time.process_time() - start
+        added.append(took_s[contact] - took_s["none"])
+    return 1e9 * statistics.median(added) / (2 * duration / 0.001)
 
 
 def print_held(name, timestep, r):
@@ -188,11 +209,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="hold for 10 s in place of 60")
     parser.add_argument("--contact-ns", choices=["fingerpad", *scenes.MUJOCO], help="print only what one contact costs")
+    parser.add_argument("--shaken", action="store_true", help="with --contact-ns: while all is shaken")
     arguments = parser.parse_args()
     duration = 10.0 if arguments.quick else 60.0
     fingerpad_mujoco.load()
     if arguments.contact_ns:
-        print(f"spin_step {contact_ns(arguments.contact_ns):.0f}")
+        print(f"spin_step {contact_ns(arguments.contact_ns, arguments.shaken):.0f}")
         return
     contacts = ["fingerpad", *scenes.MUJOCO]
 

@@ -2,12 +2,10 @@
 //!
 //! `native steps MODEL.fpm spin|plain` reads rows of eight little-endian floats (depth, slide x, slide y, spin, dt, strength factor,
 //! pitch, roll; a pitch that is NaN stands for the fitted pose) and writes the fourteen words of each response.
-//! `native batch MODEL.fpm CONTACTS STEPS` prints what a finger step of the core's batch costs, ns.
 
 use std::io::{Read, Write};
-use std::time::Instant;
 
-use fingerpad::{Forces, Model, ModelFile, Motion, Motions, Pose, Regime, Response, State, StateOf, Status};
+use fingerpad::{Model, ModelFile, Motion, Pose, Response, StateOf};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -17,8 +15,7 @@ fn main() -> Result<(), Failure> {
     match words[..] {
         ["steps", model, "plain"] => steps::<1>(&load(model)?.file().model),
         ["steps", model, "spin"] => steps::<2>(&load(model)?.file().model),
-        ["batch", model, contacts, steps] => batch(&load(model)?.file().model, contacts.parse()?, steps.parse()?),
-        _ => Err("usage: native steps MODEL.fpm spin|plain, native batch MODEL.fpm CONTACTS STEPS".into()),
+        _ => Err("usage: native steps MODEL.fpm spin|plain".into()),
     }
 }
 
@@ -58,37 +55,4 @@ fn words(r: &Response) -> [u32; 14] {
     words[7] = u32::from(r.status.0);
     words[8..].copy_from_slice(&rest);
     words
-}
-
-fn batch(model: &Model, contacts: usize, steps: usize) -> Result<(), Failure> {
-    let mut states = vec![State::default(); contacts];
-    let mut numbers = std::array::from_fn::<_, 6, _>(|_| vec![0.0; contacts]);
-    let (mut regime, mut status) = (vec![Regime::NoContact; contacts], vec![Status::OK; contacts]);
-    let depth: Vec<f32> = (0..contacts).map(|i| 0.4 + 1.2 * i as f32 / contacts as f32).collect();
-    let there: Vec<f32> = (0..contacts).map(|i| 0.01 + 0.02 * i as f32 / contacts as f32).collect();
-    let back: Vec<f32> = there.iter().map(|slide| -slide).collect();
-    let across = vec![0.004; contacts];
-    let mut best_s = f64::INFINITY;
-    for _ in 0..5 {
-        let start = Instant::now();
-        for k in 0..steps {
-            let slide_x_mm = if k % 100 < 50 { &there } else { &back };
-            let motions = Motions { depth_mm: &depth, slide_x_mm, slide_y_mm: &across, spin_rad: &[], dt_s: 1e-3 };
-            let [normal, x, y, moment, margin, stick] = &mut numbers;
-            let mut forces = Forces {
-                normal_force_n: normal,
-                friction_x_n: x,
-                friction_y_n: y,
-                spin_moment_n_mm: moment,
-                slip_margin: margin,
-                stick_ratio: stick,
-                regime: &mut regime,
-                status: &mut status,
-            };
-            model.step_batch(&mut states, motions, &mut forces)?;
-        }
-        best_s = best_s.min(start.elapsed().as_secs_f64());
-    }
-    println!("{:.2}", 1e9 * best_s / (contacts * steps) as f64);
-    Ok(())
 }

@@ -283,17 +283,11 @@ fn step_alike<const M: usize, const P: usize>(
             spin_rad: motions.spin_rad.get(start..end).unwrap_or(&[]),
             dt_s: motions.dt_s,
         };
-        let [normal, x, y, moment, margin, stick] = numbers.each_mut().map(|of_kind| &mut of_kind[..end - start]);
-        let mut forces = Forces {
-            normal_force_n: normal,
-            friction_x_n: x,
-            friction_y_n: y,
-            spin_moment_n_mm: moment,
-            slip_margin: margin,
-            stick_ratio: stick,
-            regime: &mut regimes[..end - start],
-            status: &mut statuses[..end - start],
-        };
+        let mut forces = Forces::of(
+            numbers.each_mut().map(|of_kind| &mut of_kind[..end - start]),
+            &mut regimes[..end - start],
+            &mut statuses[..end - start],
+        );
         batch(&mut states[start..end], part, &mut forces).expect("all slices are of one length");
         for (i, out) in out[FORCES * start..FORCES * end].chunks_exact_mut(FORCES).enumerate() {
             write_floats(numbers.each_ref().map(|of_kind| of_kind[i]), out);

@@ -5,8 +5,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fingerpad::effects::LAWS;
-use fingerpad::{DataOf, EffectSlot, Error, FileOf, Grip, NODES, Pose, SPRINGS, Tuning};
+use fingerpad::effects::{LAWS, tables::TABLE};
+use fingerpad::{DataOf, EffectSlot, Error, FileOf, Grip, NODES, Pose, SPRINGS, TableColumn, Tuning};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -69,6 +69,7 @@ pub struct Model {
     bytes: Vec<u8>,
     meta: String,
     effects: Vec<EffectSlot>,
+    columns: Vec<TableColumn>,
     pub numbers: Numbers,
     pub tuning: Option<Tuning>,
 }
@@ -80,20 +81,24 @@ impl Model {
         let aligned: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
         aligned[..bytes.len()].copy_from_slice(bytes);
         let aligned: &[u8] = &bytemuck::cast_slice(&words)[..bytes.len()];
-        let (numbers, effects, meta) = match FileOf::<SPRINGS, NODES>::from_bytes(aligned) {
-            Ok(file) => (Numbers::Default(Arc::new(*file.model.data())), file.effects, file.meta),
+        let (numbers, effects, columns, meta) = match FileOf::<SPRINGS, NODES>::from_bytes(aligned) {
+            Ok(file) => (Numbers::Default(Arc::new(*file.model.data())), file.effects, file.columns, file.meta),
             Err(refused @ Error::Shape { elements, .. }) if elements as usize == ACCURATE => {
                 let file = FileOf::<ACCURATE, NODES>::from_bytes(aligned).map_err(|error| match error {
                     Error::Shape { .. } => refused,
                     other => other,
                 })?;
-                (Numbers::Accurate(Arc::new(*file.model.data())), file.effects, file.meta)
+                (Numbers::Accurate(Arc::new(*file.model.data())), file.effects, file.columns, file.meta)
             }
             Err(error) => return Err(error),
         };
-        Ok(Self { meta: meta.to_owned(), effects: effects.to_vec(), bytes: bytes.to_vec(), numbers, tuning: None })
+        let (effects, columns) = (effects.to_vec(), columns.to_vec());
+        Ok(Self { meta: meta.to_owned(), effects, columns, bytes: bytes.to_vec(), numbers, tuning: None })
     }
 }
+
+/// What a model is made from anew: its file and, of a tuned one, size, stiffness, lambda, tau0 in MPa.
+type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 4]>);
 
 #[pymethods]
 impl Model {
@@ -152,9 +157,15 @@ impl Model {
     fn effects(&self) -> Vec<(String, Vec<f32>)> {
         let name = |kind: u32| match LAWS.iter().find(|law| law.kind == kind) {
             Some(law) => law.name.to_owned(),
+            None if kind == TABLE => "table".to_owned(),
             None => format!("baseline_{kind}"),
         };
         self.effects.iter().map(|slot| (name(slot.kind), slot.values.to_vec())).collect()
+    }
+
+    #[getter]
+    fn own_columns(&self) -> Vec<(&str, &str, (f32, f32), f32)> {
+        self.columns.iter().map(|c| (c.name(), c.unit(), (c.low, c.high), c.reference)).collect()
     }
 
     #[getter]
@@ -171,6 +182,7 @@ impl Model {
             bytes: self.bytes.clone(),
             meta: self.meta.clone(),
             effects: self.effects.clone(),
+            columns: self.columns.clone(),
             numbers: self.numbers.clone(),
             tuning: Some(tuning),
         })
@@ -199,9 +211,7 @@ impl Model {
         format!("<fingerpad.Model: {} springs, to {depth} mm, {} effects{words}>", self.springs(), self.effects.len())
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<[f32; 4]>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let py = slf.py();
         let this = slf.get();
         let values = this.tuning.map(|t| [t.size, t.stiffness, t.lambda, t.tau0_mpa]);

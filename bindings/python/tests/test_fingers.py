@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gc
 import pickle
+import struct
 import subprocess
 import sys
 import threading
 import time
+import zlib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -44,6 +46,31 @@ def test_effects_are_not_left_out_in_silence(root: Path) -> None:
     assert corrected.effects
     with pytest.warns(UserWarning, match=corrected.effects[0][0]):
         Fingers(corrected)
+
+
+def with_columns(data: bytes, columns: bytes) -> bytes:
+    """A model file with a section of columns that tables read, put together after core/docs/fpm-format.md."""
+    (count,) = struct.unpack_from("<I", data, 16)
+    sections = [struct.unpack_from("<4sII", data, 20 + 12 * k) for k in range(count)]
+    entries = b"".join(struct.pack("<4sII", name, at + 12, length) for name, at, length in sections)
+    start = 20 + 12 * count
+    padding = bytes(-len(data) % 4)
+    length = len(data) + 12 + len(padding) + len(columns)
+    entries += struct.pack("<4sII", b"COLS", length - len(columns), len(columns))
+    rest = struct.pack("<I", count + 1) + entries + data[start:] + padding + columns
+    return data[:8] + struct.pack("<II", length, zlib.crc32(rest)) + rest
+
+
+def test_columns_of_the_users_own_are_told(model: Model) -> None:
+    voltage = struct.pack("<32s16s3f", b"voltage_v", b"V", 0.0, 200.0, 20.0)
+    frame = struct.pack("<32s16s3f", b"frame_temperature_c", "°C".encode(), 10.0, 40.0, 22.0)
+    told = Model.from_bytes(with_columns(model.to_bytes(), voltage + frame))
+    assert told.own_columns == [("voltage_v", "V", (0.0, 200.0), 20.0), ("frame_temperature_c", "°C", (10.0, 40.0), 22.0)]
+    assert told.tuned(size=1.1).own_columns == told.own_columns and model.own_columns == []
+    backwards = struct.pack("<32s16s3f", b"voltage_v", b"V", 200.0, 0.0, 20.0)
+    for columns in (5 * voltage, voltage[:-4], backwards, struct.pack("<32s16s3f", b"", b"V", 0.0, 1.0, 0.0)):
+        with pytest.raises(ModelError, match="COLS"):
+            Model.from_bytes(with_columns(model.to_bytes(), columns))
 
 
 def test_bad_models(tmp_path: Path) -> None:

@@ -3,10 +3,10 @@
 const NAMES = ["ink", "muted", "faint", "line", "card", "stick", "between", "slip", "flesh", "skin", "bone", "nail", "glass", "warn"];
 export const colour = {};
 
-/** Reads the colours of the present scheme; the built style has the first LETTERS of their names. */
+/** Reads the colours of the present scheme. */
 export function readColours() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of NAMES) colour[name] = style.getPropertyValue(`--${name.slice(0, LETTERS)}`).trim();
+  for (const name of NAMES) colour[name] = style.getPropertyValue(`--${name}`).trim();
   for (let i = 0; i <= 8; i++) blend[i] = i < 4 ? mix(colour.slip, colour.between, i / 4) : mix(colour.between, colour.stick, i / 4 - 1);
 }
 

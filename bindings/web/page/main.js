@@ -28,7 +28,7 @@ const SLIDERS = {
   noise: ["Size", 1, 10, 1, " µm"],
 };
 const NUMBERS = { normal: "Normal force", friction: "Friction", limit: "Friction limit", band: "95 % band", moment: "Moment", area: "Contact area" };
-const SKIN = { moisture: /* @__KEY__ */ "hydration_au", temperature: /* @__KEY__ */ "temperature_c", speed: /* @__KEY__ */ "speed_mm_s" };
+const SKIN = { moisture: "hydration_au", temperature: "temperature_c", speed: "speed_mm_s" };
 const REST = { hydration_au: 35, temperature_c: 32, speed_mm_s: 2 };
 
 const el = (id) => document.getElementById(id);
@@ -403,9 +403,10 @@ async function begin() {
   furnish();
   readColours();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);
-  const bytes = async (name) => new Uint8Array(await (await fetch(name)).arrayBuffer());
-  const model = await Model.start(await bytes("fingerpad.wasm"));
-  model.load(await bytes("fingertip.fpm"));
+  const bytes = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
+  const { body } = await fetch("fingerpad.wasm.deflate");
+  const model = await Model.start(await bytes(body.pipeThrough(new DecompressionStream("deflate-raw"))));
+  model.load(await bytes((await fetch("fingertip.fpm")).body));
   const page = new Page(model);
   controls(page);
   pointers(page);

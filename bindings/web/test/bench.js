@@ -1,4 +1,5 @@
-// Prints ns a step of the page's module in Chromium, and of the core on the host over the same motions, as lines of JSON.
+// Prints ns a step of the page's module in Chromium, and of the core on the host over the same motions, then how long frames take
+// while the example plays, clean and with noise and vibration on the depth, on a desk and a phone; as lines of JSON.
 
 import { MODEL, SITE } from "./folder.js";
 import { path, reference, withFile } from "./native.js";
@@ -20,7 +21,23 @@ const ns = await page.evaluate((numbers) => {
   }
   return best * 1e6;
 }, [...motions]);
-await running.close();
-server.close();
 console.log(JSON.stringify({ row: "wasm", ns_per_step: Number(ns.toFixed(1)) }));
 process.stdout.write(withFile("motions", Buffer.from(motions.buffer), (file) => reference("bench", MODEL, file)));
+
+for (const [width, height] of [[1200, 900], [400, 800]]) {
+  for (const disturbed of [false, true]) {
+    const { page } = await open(running, server.address, { viewport: { width, height } });
+    if (disturbed) for (const id of ["noisy", "vibrates"]) await page.locator(`#${id}`).check();
+    await page.waitForTimeout(6000);
+    const frames = await page.evaluate(() => {
+      const { work } = globalThis.fingerpad;
+      const between = work.slice(1).map(([now], i) => now - work[i][0]).sort((a, b) => a - b);
+      const ms = (share) => Number(between[Math.floor(share * between.length)].toFixed(1));
+      return { median_ms: ms(0.5), p95_ms: ms(0.95), frames: between.length };
+    });
+    console.log(JSON.stringify({ row: "frames", width, disturbed, ...frames }));
+    await page.close();
+  }
+}
+await running.close();
+server.close();

@@ -2,12 +2,11 @@
 // least of twenty rounds, in Node, whose V8 is Chromium's as well. Contacts have spin, pose and the skin's laws in every call.
 
 import { readFileSync } from "node:fs";
-import { join } from "node:path";
-import { MODEL, SITE } from "./folder.js";
+import { MODEL, OPTIMISED } from "./folder.js";
 
 const ROUNDS = 20;
 const NUMBERS = 10;
-const { instance } = await WebAssembly.instantiate(readFileSync(join(SITE, "fingerpad.wasm")));
+const { instance } = await WebAssembly.instantiate(readFileSync(OPTIMISED));
 const wasm = instance.exports;
 const model = readFileSync(MODEL);
 new Uint8Array(wasm.memory.buffer, wasm.incoming(), model.length).set(model);

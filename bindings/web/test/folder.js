@@ -7,4 +7,6 @@ export const WEB = dirname(dirname(fileURLToPath(import.meta.url)));
 /** The built page. */
 export const SITE = join(WEB, "site");
 export const MODULE = join(WEB, "target/wasm32-unknown-unknown/release/fingerpad_web.wasm");
+/** The same without what is not needed. */
+export const OPTIMISED = join(WEB, "target/fingerpad.wasm");
 export const MODEL = join(WEB, "../../data/models/fingertip.fpm");

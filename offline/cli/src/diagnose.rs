@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::anyhow;
+use fingerpad_diagnose::laws::run_columns::template;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile,
@@ -107,9 +108,10 @@ pub struct Args {
     /// Write a file with all columns and two rows as an example, and diagnose nothing
     #[arg(long, value_name = "RUNS.csv")]
     template: Option<PathBuf>,
-    /// What the next experiment may vary: depth, speed, direction, dwell, hydration, temperature, length, rest
+    /// What the next experiment may vary: depth, speed, direction, dwell, hydration, temperature, length, rest, and columns of
+    /// the file of laws
     #[arg(long, value_name = "depth,speed,dwell", value_delimiter = ',')]
-    can_set: Vec<Factor>,
+    can_set: Vec<String>,
     /// Least rest before each stroke of the next experiment, s
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     least_rest_s: f64,
@@ -131,32 +133,31 @@ impl Args {
     }
 }
 
-/// A factor of the next experiment.
-#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
-enum Factor {
-    Depth,
-    Speed,
-    Direction,
-    Dwell,
-    Hydration,
-    Temperature,
-    Length,
-    Rest,
-}
+/// Factors of the next experiment: short names and columns.
+const FACTORS: [(&str, &str); 8] = [
+    ("depth", "depth_mm"),
+    ("speed", "speed_mm_s"),
+    ("direction", "direction_deg"),
+    ("dwell", "dwell_s"),
+    ("hydration", "hydration_au"),
+    ("temperature", "temperature_c"),
+    ("length", "length_mm"),
+    ("rest", "rest_before_s"),
+];
 
-impl Factor {
-    fn column(self) -> &'static str {
-        match self {
-            Self::Depth => "depth_mm",
-            Self::Speed => "speed_mm_s",
-            Self::Direction => "direction_deg",
-            Self::Dwell => "dwell_s",
-            Self::Hydration => "hydration_au",
-            Self::Temperature => "temperature_c",
-            Self::Length => "length_mm",
-            Self::Rest => "rest_before_s",
-        }
-    }
+/// What the laboratory can do; columns of a file of laws are factors under their own names.
+fn plan(args: &Args, own: &LawsFile) -> Result<PlanConstraints, Failure> {
+    let factor = |name: &String| {
+        let known = FACTORS.iter().find(|(short, column)| name == short || name == column);
+        let of_own = own.columns.iter().find(|c| c.name == *name);
+        known.map(|(_, column)| (*column).to_owned()).or(of_own.map(|c| c.name.clone())).ok_or_else(|| {
+            let names: Vec<&str> =
+                FACTORS.iter().map(|(short, _)| *short).chain(own.columns.iter().map(|c| c.name.as_str())).collect();
+            Failure::Input(anyhow!("--can-set {name}: none of {}", names.join(", ")))
+        })
+    };
+    let can_set: Vec<String> = args.can_set.iter().map(factor).collect::<Result<_, _>>()?;
+    Ok(PlanConstraints { can_set: (!can_set.is_empty()).then_some(can_set), least_rest_s: args.least_rest_s })
 }
 
 /// Files of a diagnosis.
@@ -352,7 +353,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 path.display()
             )));
         }
-        formats::atomic_write(path, |w| w.write_all(runs_csv::TEMPLATE.as_bytes()))?;
+        formats::atomic_write(path, |w| w.write_all(template().as_bytes()))?;
         println!(
             "{}: all columns, and two rows as an example; docs/first-diagnosis.md says what they are",
             path.display()
@@ -373,6 +374,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("--calibration is missing")));
     };
     let own = args.laws.as_deref().map(LawsFile::read).transpose()?.unwrap_or_default();
+    let plan = plan(args, &own)?;
     let map = column_map(args, &own)?;
     if args.check {
         return check(calibration_path, measured_path, &map, &own);
@@ -388,8 +390,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         errors.push(CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU });
     }
     let selection = SelectionSettings { alpha: args.alpha, seed: args.seed, laws: own.with_library() };
-    let can_set = (!args.can_set.is_empty()).then(|| args.can_set.iter().map(|f| f.column().to_owned()).collect());
-    let plan = PlanConstraints { can_set, least_rest_s: args.least_rest_s };
     let options = Options { settings: selection, errors, model, plan, own };
     let mut held: Option<InputFile> = None;
     let (mut report, evidence) = during("diagnosis", |tell| {

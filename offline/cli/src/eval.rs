@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use fingerpad::{Effects, ModelFile, Status, Surroundings};
+use fingerpad::effects::OWN;
+use fingerpad::{Effects, File, ModelFile, Status, Surroundings};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
 use fingerpad_fe::load_path::{Drive, Path as PlanePath, path_csv, response_csv};
 use fingerpad_formats as formats;
@@ -19,6 +20,7 @@ Examples:
   fingerpad eval --path path.csv --out response.csv                            the shipped fingertip
   fingerpad eval --model model.fpm --path path.csv --out response.csv          your own model
   fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
+  fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out response.csv
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n. The response has the
 columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
@@ -28,8 +30,8 @@ of the column status are counted on standard error.
 
 --runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
 prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law
-of your own (docs/laws-of-your-own.md) reads its columns there; along a --path they have the values of --column
-(--column voltage_v=120), or the reference of the file of laws.")]
+of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they
+change evenly; --column voltage_v=120 holds one at a value along the whole path.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
@@ -55,7 +57,7 @@ pub struct Args {
     /// Contact time since the last rest along the path, s, where the model has that effect; counted from the path unless said
     #[arg(long)]
     occlusion_s: Option<f32>,
-    /// Value along the path of a column of your own that the model reads, as column=value; may be repeated
+    /// Value along the path of a column of your own that the model reads and the path lacks, as column=value; may be repeated
     #[arg(long, value_name = "COLUMN=VALUE", value_parser = column_value, conflicts_with = "runs")]
     column: Vec<(String, f64)>,
     /// Response to write (CSV)
@@ -76,32 +78,56 @@ fn told<T: serde::de::DeserializeOwned>(meta: &str, name: &str) -> Option<T> {
 }
 
 /// Columns of the user's own that a model's tables read, in the order of the file.
-fn own_columns(meta: &str) -> Vec<OwnColumn> {
-    told(meta, "own_columns").unwrap_or_default()
+fn own_columns(file: &File<'_>) -> Vec<OwnColumn> {
+    file.columns.iter().map(OwnColumn::from).collect()
 }
 
-/// Values of these columns along a path: those of --column, else their references.
-fn own_values(args: &Args, columns: &[OwnColumn], model_name: &str) -> Result<[f32; 4], Failure> {
-    let mut out = [0.0; 4];
-    for (to, column) in out.iter_mut().zip(columns) {
-        *to = column.reference as f32;
-    }
-    for (name, value) in &args.column {
-        let Some(place) = columns.iter().position(|c| c.name == *name) else {
-            let known: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            return Err(Failure::Input(anyhow!(
-                "--column {name}={value}: {model_name} reads no such column of your own; it reads {known}"
-            )));
-        };
-        let [low, high] = columns[place].range;
-        if !(*value >= low && *value <= high) {
-            let unit = &columns[place].unit;
-            return Err(Failure::Input(anyhow!("--column {name}={value}: is outside {low} to {high} {unit}")));
+/// Values of these columns along a path: those of its file at every waypoint, else that of --column throughout.
+struct AlongPath {
+    constant: [f32; OWN],
+    varying: Vec<Option<Vec<f64>>>,
+}
+
+impl AlongPath {
+    /// Each column is either in the path or in --column.
+    fn of(
+        args: &Args,
+        columns: &[OwnColumn],
+        varying: Vec<Option<Vec<f64>>>,
+        model_name: &str,
+        path: &Path,
+    ) -> Result<Self, Failure> {
+        let mut constant: [Option<f64>; OWN] = [None; OWN];
+        for (name, value) in &args.column {
+            let refuse = |problem: String| Failure::Input(anyhow!("--column {name}={value}: {problem}"));
+            let Some(place) = columns.iter().position(|c| c.name == *name) else {
+                let known: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+                let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+                return Err(refuse(format!("{model_name} reads no such column of your own; it reads {known}")));
+            };
+            let OwnColumn { range: [low, high], unit, .. } = &columns[place];
+            if !(value >= low && value <= high) {
+                return Err(refuse(format!("is outside {low} to {high} {unit}")));
+            }
+            if varying[place].is_some() {
+                return Err(refuse(format!("{} has that column", path.display())));
+            }
+            if constant[place].replace(*value).is_some() {
+                return Err(refuse("it is given twice".into()));
+            }
         }
-        out[place] = *value as f32;
+        let missing = columns.iter().zip(constant).zip(&varying).find(|((_, c), v)| c.is_none() && v.is_none());
+        if let Some(((column, _), _)) = missing {
+            return Err(Failure::Input(anyhow!(
+                "{}: line 1: column `{name}` is missing, which {model_name} reads; --column {name}={} holds it at the value \
+                 of the calibration",
+                path.display(),
+                column.reference,
+                name = column.name
+            )));
+        }
+        Ok(Self { constant: constant.map(|v| v.unwrap_or(0.0) as f32), varying })
     }
-    Ok(out)
 }
 
 /// Measured runs with the columns of the user's own that a model reads.
@@ -133,9 +159,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             along_runs(args, &file, &model_name, runs)
         }
         (None, Some(path)) => {
-            let plane = read_path(path)?;
+            let columns = own_columns(&file.file());
+            let (plane, varying) = read_path(path, &columns)?;
+            let own = AlongPath::of(args, &columns, varying, &model_name, path)?;
             outputs.prepare()?;
-            let rows = during("path", |_| along_path(args, &file, &model_name, path, &plane))?;
+            let rows = during("path", |_| along_path(args, &file, &model_name, path, &plane, &own))?;
             let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
             let extra: Vec<_> =
                 rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
@@ -148,9 +176,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// A path that the reduced model can follow.
-fn read_path(file: &Path) -> Result<PlanePath, Failure> {
-    let path = path_csv::read(file)?;
+/// A path that the reduced model can follow, with the columns of the user's own that its file has.
+fn read_path(file: &Path, columns: &[OwnColumn]) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
+    let more: Vec<path_csv::More<'_>> =
+        columns.iter().map(|c| path_csv::More { name: &c.name, unit: &c.unit, range: c.range }).collect();
+    let (path, varying) = path_csv::read_with(file, &more)?;
     if path.drives[1] != path.drives[2] {
         return Err(Failure::Input(anyhow!(
             "{}: one slide is driven by displacement and the other by force; the reduced model drives both alike",
@@ -170,7 +200,7 @@ fn read_path(file: &Path) -> Result<PlanePath, Failure> {
             corner(longest)
         )));
     }
-    Ok(path)
+    Ok((path, varying))
 }
 
 fn along_path(
@@ -179,9 +209,9 @@ fn along_path(
     model_name: &str,
     path_file: &Path,
     path: &PlanePath,
+    own: &AlongPath,
 ) -> Result<Vec<TrajectoryRow>, Failure> {
     let file = file.file();
-    let own = own_values(args, &own_columns(file.meta), model_name)?;
     if file.effects.is_empty() {
         return Ok(simulate_path(&file.model, path));
     }
@@ -193,10 +223,10 @@ fn along_path(
         finger_width_mm: args.finger_width_mm,
         series_s: args.series_s,
         occlusion_s: args.occlusion_s,
-        own,
+        own: own.constant,
         ..Surroundings::default()
     };
-    simulate_path_with_effects(&file.model, &effects, surroundings, path).ok_or_else(|| {
+    simulate_path_with_effects(&file.model, &effects, surroundings, &own.varying, path).ok_or_else(|| {
         Failure::Input(anyhow!(
             "{}: driven by force; {model_name} has effects, which know motions alone",
             path_file.display()
@@ -257,7 +287,7 @@ fn warn(path: &PlanePath, rows: &[TrajectoryRow], range_mm: f32) {
 /// Prediction and residual of measured runs, in the conditions that were recorded.
 fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> Result<(), Failure> {
     let file = file.file();
-    let mut set = read_runs(path, &own_columns(file.meta), model_name)?;
+    let mut set = read_runs(path, &own_columns(&file), model_name)?;
     // A diagnosis that corrected columns with reading errors left the way in the file.
     let corrections: Vec<Correction> = told(file.meta, "column_corrections").unwrap_or_default();
     corrections.iter().for_each(|c| c.apply(&mut set));

@@ -2,6 +2,9 @@
 
 #![cfg(unix)]
 
+#[path = "common/charged.rs"]
+mod charged;
+
 use std::{
     env, fs,
     path::Path,
@@ -45,6 +48,7 @@ fn prepare(at: &Path) {
     for model in ["model.fpm", "corrected.fpm"] {
         copy(&data.join("models/fingertip.fpm"), model);
     }
+    charged::charged(&at.join("charged.fpm"));
     for table in ["data/yoshida2011.csv", "my.csv", "subjects/anna.csv", "subjects/bert.csv"] {
         copy(&data.join("yoshida2011.csv"), table);
     }

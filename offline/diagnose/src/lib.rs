@@ -34,7 +34,7 @@ pub use data::covariates::{CORNEOMETER_SD_AU, Correction, CovariateError};
 pub use data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 pub use data::{runs_csv, trace_csv};
 pub use error::DiagnoseError;
-pub use laws::{LawsFile, OwnColumn, TableTold};
+pub use laws::{LawsFile, OwnColumn, OwnFormula, TableTold};
 pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
 pub use model::residual_sums::ResidualSums;

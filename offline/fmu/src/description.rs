@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use fingerpad::{File, Surroundings};
+use fingerpad::{File, Surroundings, TableColumn};
 
 /// Version of the unit's variables and saved states, as in the unit.
 const VERSION: u32 = 1;
@@ -93,16 +93,44 @@ fn inputs(file: &File<'_>) -> Vec<Variable> {
     all
 }
 
+/// Value reference of the first column of the user's own.
+const FIRST_OWN: u32 = 12;
+
+/// Name of a column of the user's own among the unit's variables: its own one, or `own_` before it where that is taken.
+fn own_name(name: &str) -> String {
+    let numbers = MOTION.iter().chain(&PARAMETERS).chain(&OUTPUTS).map(|v| v.1);
+    let mut taken = numbers.chain(INTEGERS.iter().map(|v| v.1)).chain(["time", "pitch_deg", "roll_deg"]);
+    if taken.any(|known| known == name) { format!("own_{name}") } else { name.to_owned() }
+}
+
+/// The inputs that a law of the user's own reads, with the ranges in which it holds.
+fn own_inputs(xml: &mut String, columns: &[TableColumn]) {
+    for (column, reference) in columns.iter().zip(FIRST_OWN..) {
+        let unit =
+            if column.unit().is_empty() { String::new() } else { format!(" unit=\"{}\"", escaped(column.unit())) };
+        let _ = writeln!(
+            xml,
+            "    <Float64 name=\"{}\" valueReference=\"{reference}\" causality=\"input\" variability=\"continuous\" \
+             start=\"{}\"{unit} description=\"Read by a law of the user's own, which holds from {} to {}; beyond it is held\"/>",
+            escaped(&own_name(column.name())),
+            column.reference,
+            column.low,
+            column.high
+        );
+    }
+}
+
 /// `modelDescription.xml` of a model's unit.
 pub fn model_description(file: &File<'_>, name: &str) -> String {
     let mut xml = head(file, name);
-    units(&mut xml);
+    units(&mut xml, file.columns);
     xml.push_str("  <DefaultExperiment startTime=\"0\" stopTime=\"1\" stepSize=\"0.001\"/>\n  <ModelVariables>\n");
     let time = "name=\"time\" valueReference=\"0\" causality=\"independent\" variability=\"continuous\"";
     let _ = writeln!(xml, "    <Float64 {time} unit=\"s\" description=\"Time\"/>");
     for variable in inputs(file) {
         number(&mut xml, variable, "causality=\"input\" variability=\"continuous\"");
     }
+    own_inputs(&mut xml, file.columns);
     for variable in PARAMETERS {
         number(&mut xml, variable, "causality=\"parameter\" variability=\"fixed\" initial=\"exact\"");
     }
@@ -138,7 +166,9 @@ fn head(file: &File<'_>, name: &str) -> String {
     )
 }
 
-fn units(xml: &mut String) {
+/// Units of the variables; those of the user's own that are none of ours stand without base units, so that nothing is
+/// converted.
+fn units(xml: &mut String, columns: &[TableColumn]) {
     xml.push_str("  <UnitDefinitions>\n");
     for (name, factor, [kg, m, s]) in UNITS {
         let _ = writeln!(
@@ -151,6 +181,13 @@ fn units(xml: &mut String) {
     let _ = writeln!(xml, "    <Unit name=\"rad\"><BaseUnit rad=\"1\"/></Unit>");
     let _ = writeln!(xml, "    <Unit name=\"deg\"><BaseUnit rad=\"1\" factor=\"{degree}\"/></Unit>");
     let _ = writeln!(xml, "    <Unit name=\"degC\"><BaseUnit K=\"1\" offset=\"273.15\"/></Unit>");
+    let mut known: Vec<&str> = UNITS.iter().map(|unit| unit.0).chain(["", "s", "rad", "deg", "degC"]).collect();
+    for unit in columns.iter().map(TableColumn::unit) {
+        if !known.contains(&unit) {
+            known.push(unit);
+            let _ = writeln!(xml, "    <Unit name=\"{}\"/>", escaped(unit));
+        }
+    }
     xml.push_str("  </UnitDefinitions>\n");
 }
 

@@ -104,20 +104,6 @@ mod tests {
     }
 
     #[test]
-    fn an_unfinished_file_is_discarded() {
-        let dir = tempfile::tempdir().unwrap();
-        let (path, mut seen) = (dir.path().join("a.csv"), Vec::new());
-        let error = atomic_write(&path, |_| {
-            seen = names(dir.path());
-            discard_unfinished();
-            assert_eq!(names(dir.path()), [""; 0]);
-            Ok(())
-        });
-        assert!(seen.len() == 1 && seen[0].starts_with(".partial-"), "{seen:?}");
-        assert!(error.is_err() && !path.exists());
-    }
-
-    #[test]
     fn a_missing_folder_is_named() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("no/such/a.csv");

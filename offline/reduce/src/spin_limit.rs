@@ -11,19 +11,25 @@ use super::replay::{replay, spin_moment};
 /// Depth from which rows tell of the limit, share of the largest: nearly lifted off both limits are small and their quotients
 /// rough.
 const SHALLOW: f64 = 0.1;
-/// Bounds of the share of all springs' moment.
+/// Bounds of the share of all springs' moment, at any depth.
 const SHARE: [f64; 2] = [0.5, 1.0];
-/// Standard deviation of a prior on the three numbers, which holds what the rows do not tell.
-const PRIOR: f64 = 3.0;
+/// Largest rise, share of the largest depth.
+const RISE_MAX: f64 = 0.5;
+/// Where the search for share, rise and cross term begins; also the middle of the prior.
+const START: [f64; 3] = [0.95, 0.05, 0.0];
+/// Standard deviations of a prior on the three numbers, which holds what the rows do not tell.
+const PRIOR: [f64; 3] = [3.0, 0.3, 3.0];
 /// Step of the finite differences.
 const DIFFERENCE: f64 = 1e-5;
 
-/// The limit f² + (m/s)² + c |f| |m/s| = 1 of friction f over its limit and moment m over that of all springs on theirs, with
-/// s a line over depth.
+/// The limit f² + (m/s)² + c |f| |m/s| = 1 of friction f over its limit and moment m over that of all springs on theirs. The share s
+/// rises over depth d as 1 − exp(−d/r) to its value deep down: the rim bears less of what touches lightly than the springs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinLimit {
-    /// s at first touch and at the largest depth of the tables.
-    pub share: [f64; 2],
+    /// s deep down.
+    pub share: f64,
+    /// r over the largest depth of the tables; 0 for the same share at every depth.
+    pub rise: f64,
     /// c.
     pub cross: f64,
 }
@@ -33,23 +39,31 @@ impl SpinLimit {
     /// ellipsoid without such rows.
     pub fn of<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> Self {
         let rows: Vec<FullSlip> = runs.iter().flat_map(|run| in_full_slip(data, run)).collect();
-        let start = Self { share: [1.0; 2], cross: 0.0 };
         if rows.is_empty() {
-            return start;
+            return Self { share: 1.0, rise: 0.0, cross: 0.0 };
         }
         let minimiser = LevenbergMarquardt::new().with_ftol(1e-9).with_xtol(1e-9);
-        let mut problem = Limits { rows: &rows };
-        let (found, _) = minimise(&mut problem, &[1.0, 1.0, 0.0], &minimiser);
-        let [touch, deepest, cross] = [found[0], found[1], found[2]];
-        Self { share: [touch, deepest].map(|s| s.clamp(SHARE[0], SHARE[1])), cross: cross.clamp(0.0, 1.0) }
+        let (found, _) = minimise(&mut Limits { rows: &rows }, &START, &minimiser);
+        Self::within(&found)
+    }
+
+    /// From share, rise and cross term, each held within its bounds.
+    fn within(numbers: &[f64]) -> Self {
+        let [share, rise, cross] = [numbers[0], numbers[1], numbers[2]];
+        Self { share: share.clamp(SHARE[0], SHARE[1]), rise: rise.clamp(0.0, RISE_MAX), cross: cross.clamp(0.0, 1.0) }
+    }
+
+    /// s at a depth over the largest.
+    fn share_at(self, depth_share: f64) -> f64 {
+        let risen = if self.rise > 0.0 { -(-depth_share / self.rise).exp_m1() } else { 1.0 };
+        (self.share * risen).clamp(SHARE[0], SHARE[1])
     }
 
     /// Writes it into the parameters of a model.
     pub fn put<const M: usize, const N: usize>(self, params: &mut ParamsOf<M, N, f64>) {
         params.spin_cross = self.cross;
-        let [touch, deepest] = self.share;
         for (i, node) in params.nodes.iter_mut().enumerate() {
-            node.spin_limit_share = touch + (deepest - touch) * i as f64 / (N - 1) as f64;
+            node.spin_limit_share = self.share_at(i as f64 / (N - 1) as f64);
         }
     }
 }
@@ -61,13 +75,12 @@ struct Limits<'a> {
 
 impl Problem for Limits<'_> {
     fn residuals(&mut self, at: &[f64]) -> Option<Vec<f64>> {
-        let [touch, deepest, cross] = [at[0], at[1], at[2]];
+        let limit = SpinLimit::within(at);
         let missed = |row: &FullSlip| {
-            let share = touch + (deepest - touch) * row.depth_share;
-            let (f, m) = (row.friction, row.of_springs / share.max(0.1));
-            (f * f + m * m + cross * f * m).max(0.0).sqrt() - 1.0
+            let (f, m) = (row.friction, row.of_springs / limit.share_at(row.depth_share));
+            (f * f + m * m + limit.cross * f * m).sqrt() - 1.0
         };
-        let prior = [touch - 1.0, deepest - 1.0, cross].map(|x| 0.01 * x / PRIOR);
+        let prior = [0, 1, 2].map(|k| 0.01 * (at[k] - START[k]) / PRIOR[k]);
         Some(self.rows.iter().map(missed).chain(prior).collect())
     }
 
@@ -137,14 +150,14 @@ mod tests {
     #[test]
     fn a_planted_limit_is_found() {
         let data = Params::example().try_build().unwrap().cast::<f64>();
-        let planted = SpinLimit { share: [0.81, 0.97], cross: 0.31 };
+        let planted = SpinLimit { share: 0.93, rise: 0.12, cross: 0.31 };
         for (noise, bound) in [(0.0, 0.01), (0.02, 0.04)] {
             let run = run_on(&data, planted, noise);
             let found = SpinLimit::of(&data, &[&run]);
-            let off = [0, 1].map(|k| (found.share[k] - planted.share[k]).abs());
+            let off = [found.share - planted.share, found.rise - planted.rise].map(f64::abs);
             assert!(off[0].max(off[1]) < bound && (found.cross - planted.cross).abs() < 2.0 * bound, "{found:?}");
         }
-        assert_eq!(SpinLimit::of(&data, &[]), SpinLimit { share: [1.0; 2], cross: 0.0 });
+        assert_eq!(SpinLimit::of(&data, &[]), SpinLimit { share: 1.0, rise: 0.0, cross: 0.0 });
     }
 
     /// A run whose rows slip as a whole, on a limit.
@@ -158,8 +171,7 @@ mod tests {
             let row = &data.rows[x as usize];
             let at = |line: &Line<f64>| line.value + line.change * (x - x.floor());
             let friction = length * f * at(&row.limit) * at(&row.limit_ratio);
-            let [touch, deepest] = planted.share;
-            let share = touch + (deepest - touch) * f64::from(depth_mm) / data.depth_max;
+            let share = planted.share_at(f64::from(depth_mm) / data.depth_max);
             let moment = length * m * share / data.spin_limit_share(x as usize) * at(&row.spin_limit);
             Sample {
                 t_s: 1.0 + k as f32,

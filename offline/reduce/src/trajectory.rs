@@ -74,7 +74,7 @@ fn driven<const M: usize, const N: usize, const P: usize>(
 ) -> Vec<TrajectoryRow> {
     let mut state = StateOf::<M, P>::default();
     let by_force = path.drives.map(|d| d == Drive::Force);
-    along(path, &mut |target: [f64; 4], dt: f64, at: &mut [f64; 4]| -> Response {
+    along(path, &mut |Place { target, dt, .. }: Place, at: &mut [f64; 4]| -> Response {
         let normal = if by_force[0] { Normal::ForceN(target[0] as f32) } else { Normal::DepthMm(target[0] as f32) };
         // Both tangential axes are driven alike by the core; a mixed drive holds the other at its present force.
         let slide = [target[1] - at[1], target[2] - at[2]];
@@ -100,13 +100,18 @@ fn driven<const M: usize, const N: usize, const P: usize>(
 }
 
 /// Simulates `path` with the effects of a model file, in surroundings that are constant but for the clock of the
-/// series, which starts at theirs. Forces are the sensor's readings where the file has a tare or cross-talk.
+/// series, which starts at theirs, and for columns of the user's own. Forces are the sensor's readings where the file has a
+/// tare or cross-talk.
+///
+/// * `own`: for each of these columns its value at every waypoint, between which it changes evenly over the steps; where there
+///   is none, that of the surroundings holds throughout
 ///
 /// `None` for a path that is driven by force or spins: effects know depth and slide alone.
 pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     surroundings: Surroundings,
+    own: &[Option<Vec<f64>>],
     path: &Path,
 ) -> Option<Vec<TrajectoryRow>> {
     if path.drives.contains(&Drive::Force) || path.turns.spin.is_some() {
@@ -114,8 +119,15 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     }
     let mut contact = Contact::<M>::default();
     let mut now = surroundings;
-    Some(along(path, &mut |target: [f64; 4], dt: f64, at: &mut [f64; 4]| -> Response {
+    Some(along(path, &mut |Place { target, dt, before, share }: Place, at: &mut [f64; 4]| -> Response {
         now.series_s += dt as f32;
+        for (to, values) in now.own.iter_mut().zip(own) {
+            let at = |k: usize| values.as_ref().and_then(|v| v.get(k)).copied();
+            if let Some(from) = at(before) {
+                let next = at(before + 1).unwrap_or(from);
+                *to = if share < 1.0 { from + share * (next - from) } else { next } as f32;
+            }
+        }
         let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
         let motion = Motion {
             depth_mm: target[0] as f32,
@@ -152,8 +164,20 @@ fn steps_between(path: &Path, from: [f64; 4], to: [f64; 4]) -> f64 {
     (0..4).map(|k| (to[k] - from[k]).abs() / longest(k)).fold(0.0, f64::max).ceil().max(1.0)
 }
 
-/// One step: from target, duration (s) and position, which it moves, to the response there.
-type Step<'a> = dyn FnMut([f64; 4], f64, &mut [f64; 4]) -> Response + 'a;
+/// Where one step leads.
+struct Place {
+    /// Depth or normal force, slides or frictions, spin.
+    target: [f64; 4],
+    /// Duration, s.
+    dt: f64,
+    /// The last waypoint before it.
+    before: usize,
+    /// Share of the way from there to the next one.
+    share: f64,
+}
+
+/// One step: from where it leads and the position, which it moves, to the response there.
+type Step<'a> = dyn FnMut(Place, &mut [f64; 4]) -> Response + 'a;
 
 /// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
 fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
@@ -161,7 +185,7 @@ fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
     let start = corner(path, 0);
     let mut at: [f64; 4] = std::array::from_fn(|k| if by_force(k) { 0.0 } else { start[k] });
     let mut rows = Vec::new();
-    let response = go(start, 1e-3, &mut at);
+    let response = go(Place { target: start, dt: 1e-3, before: 0, share: 0.0 }, &mut at);
     rows.push(row(path.waypoints[0].t_s, at, &response));
     for (i, pair) in path.waypoints.windows(2).enumerate() {
         let (from, to) = (corner(path, i), corner(path, i + 1));
@@ -170,7 +194,7 @@ fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
         for k in 1..=steps {
             let s = k as f64 / steps as f64;
             let target = std::array::from_fn(|i| if k == steps { to[i] } else { from[i] + s * (to[i] - from[i]) });
-            let response = go(target, dt, &mut at);
+            let response = go(Place { target, dt, before: i, share: s }, &mut at);
             if k == steps || k % STEPS_PER_ROW == 0 {
                 let t_s = if k == steps { pair[1].t_s } else { pair[0].t_s + dt * k as f64 };
                 rows.push(row(t_s, at, &response));
@@ -198,7 +222,7 @@ mod tests {
         );
         let last = |slots: &[EffectSlot], surroundings| {
             let effects = Effects::new(slots).unwrap();
-            simulate_path_with_effects(&model, &effects, surroundings, &path).unwrap().pop().unwrap().response
+            simulate_path_with_effects(&model, &effects, surroundings, &[], &path).unwrap().pop().unwrap().response
         };
         let plain = simulate_path(&model, &path).pop().unwrap().response;
         assert_eq!(last(&[], Surroundings::default()).friction_x_n, plain.friction_x_n);
@@ -213,6 +237,6 @@ mod tests {
         let found = last(&[slot(6, 0.2, 1.4)], Surroundings::default()).normal_force_n / plain.normal_force_n;
         assert!((found - (1.0 - 0.2 * (1.0 - (-2.5f64 / 1.4).exp()))).abs() < 2e-2, "{found}");
         let forced = Path { drives: [Drive::Force, Drive::Displacement, Drive::Displacement], ..path.clone() };
-        assert!(simulate_path_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &forced).is_none());
+        assert!(simulate_path_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &[], &forced).is_none());
     }
 }

@@ -304,6 +304,7 @@ impl Telling<'_> {
                 p_runs: 1.0,
                 against_calibration: true,
                 outside_calibration: false,
+                own: None,
                 lambda_detect: gain,
                 candidates: candidates.clone(),
             }

@@ -187,6 +187,7 @@ fn name(hide: Hide) -> String {
 fn whole_score(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
     let path = args.out.clone().unwrap_or_else(|| format!("target/diagnose-score-{}.jsonl", args.seed).into());
     let mut wanted = score_sets::sets(args.seed, args.simulator.kinds());
+    wanted.retain(|set| args.only.is_empty() || args.only.contains(&set.seed));
     wanted.truncate(args.sets.unwrap_or(usize::MAX));
     let stored = if path.exists() { fs::read_to_string(&path)? } else { String::new() };
     // A line that a stop cut short is judged again.

@@ -38,19 +38,31 @@ impl Protocol {
     }
 
     /// The set as the protocol's logger writes it.
-    pub fn log(self, set: RunSet, calibration: bool, random: &mut Random) -> RunSet {
+    pub fn log(self, set: RunSet, calibration: bool, random: &mut Random) -> Logged {
         match self {
-            Self::Operator => Logger::OPERATOR.log(&set, random),
+            Self::Operator => Logger::OPERATOR.logged(&set, random),
             Self::Clipped if !calibration => {
                 let mut peaks: Vec<f64> =
                     set.runs.iter().map(|r| r.force_n.iter().map(|f| f[0]).fold(0.0, f64::max)).collect();
                 peaks.sort_by(f64::total_cmp);
                 // A rail that the deepest third of the runs reaches.
-                Logger { rail_n: peaks[peaks.len() * 2 / 3], ..Logger::FAULTLESS }.log(&set, random)
+                Logger { rail_n: peaks[peaks.len() * 2 / 3], ..Logger::FAULTLESS }.logged(&set, random)
             }
-            _ => set,
+            _ => Logged { read: all_read(&set), set },
         }
     }
+}
+
+/// What a logger wrote.
+pub struct Logged {
+    /// The set.
+    pub set: RunSet,
+    /// Which readings (normal, x, y) of each row of each stroke it holds; spikes and the sensor's rail are none.
+    pub read: Vec<Vec<[bool; 3]>>,
+}
+
+fn all_read(set: &RunSet) -> Vec<Vec<[bool; 3]>> {
+    set.runs.iter().map(|run| vec![[true; 3]; run.rows.len()]).collect()
 }
 
 /// Faults of a logger.
@@ -76,17 +88,28 @@ impl Logger {
 
     /// A set as this logger writes it; the time since touch is not among its columns where the clock is coarse.
     pub fn log(&self, set: &RunSet, random: &mut Random) -> RunSet {
-        let runs = set.runs.iter().map(|run| {
+        self.logged(set, random).set
+    }
+
+    /// The same with what it read of every row.
+    pub fn logged(&self, set: &RunSet, random: &mut Random) -> Logged {
+        let mut read = all_read(set);
+        let runs = set.runs.iter().zip(&mut read).map(|(run, read)| {
             let stride = if random.unit() < self.half_rate { 2 } else { 1 };
             let rows = (0..run.rows.len()).filter_map(|i| {
                 let (row, mut force_n) = (&run.rows[i], run.force_n[i]);
-                for f in &mut force_n {
+                for (f, read) in force_n.iter_mut().zip(&mut read[i]) {
                     if random.unit() < self.spikes {
+                        *read = false;
                         *f += random.between(0.1, 1.0) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
                     }
                 }
+                read[i][0] &= force_n[0] < self.rail_n;
                 force_n[0] = force_n[0].min(self.rail_n);
                 let kept = random.unit() >= self.lost && i % stride == 0;
+                if !kept {
+                    read[i] = [false; 3];
+                }
                 let exact = self.clock_s == 0.0;
                 kept.then_some(RawRow {
                     line: 2 + i,
@@ -107,6 +130,7 @@ impl Logger {
             });
             (run.labels.clone(), rows.collect())
         });
-        RunSet::from_rows(set.path.clone(), runs.collect()).expect("a logger's clock never falls")
+        let runs = runs.collect();
+        Logged { set: RunSet::from_rows(set.path.clone(), runs).expect("a logger's clock never falls"), read }
     }
 }

@@ -15,6 +15,7 @@ pub mod laboratory;
 pub mod loggers;
 pub mod oracle;
 pub mod protocol;
+pub mod rivals;
 pub mod score;
 pub mod score_sets;
 pub mod score_table;

@@ -199,7 +199,7 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
     }
     let mut random = Random::new(case.seed ^ 0xABCD);
     let set = measure(&*case.finger, &more, &case.truth, &case.noise, &mut random, "next", case.dropped);
-    let set = case.protocol.log(set, false, &mut random);
+    let set = case.protocol.log(set, false, &mut random).set;
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);
     let again = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);

@@ -4,13 +4,14 @@
 
 use fingerpad_diagnose::{PlanConstraints, PlannedRun, check};
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::Random;
 use super::effects::{LIBRARY, OUTSIDE};
 use super::loggers::Protocol;
 use super::oracle::{Separation, separation};
 use super::score::{Class, Scored, score_within, settle};
-use super::sets::{Hide, Wanted, make};
+use super::sets::{CALIBRATION_RUNS, Hide, Wanted, make};
 use super::simulator::SimulatorKind;
 
 /// How a laboratory works.
@@ -87,8 +88,10 @@ pub struct Outcome {
     pub found: Vec<String>,
     /// How the verdict stands to the truth.
     pub class: Class,
-    /// The oracle's separation from nothing and from the nearest other family; none for pairs and where nothing is hidden.
+    /// The oracle's separation from nothing and from the nearest rival; none for pairs and where nothing is hidden.
     pub oracle: Option<[f64; 2]>,
+    /// Standard deviation of the amplitude that the oracle would estimate, as a share of it.
+    pub oracle_amplitude_sd: Option<f64>,
     /// Relative error of the amplitude.
     pub amplitude_error: Option<f64>,
     /// Whether the interval covers the amplitude, where the law's form is exact.
@@ -104,10 +107,29 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whether a perfect analyst could name it alone.
+    /// Whether a perfect analyst could name it alone, or say that the library does not have it.
     pub fn required(&self) -> bool {
-        self.oracle.is_some_and(|[detect, rival]| Separation { detect, rival }.required())
+        let Some([detect, rival]) = self.oracle else { return false };
+        // The oracle has the column that the laboratory did not record. Without it, what the library leaves of an effect that
+        // is one factor a run is scatter between runs.
+        let of_scatter = match self.set.hide {
+            Hide::Unrecorded(law) if LIBRARY[law].0 != "contact_ageing" => scatter_that_shows(self.set.runs),
+            _ => 0.0,
+        };
+        rival > of_scatter && Separation { detect, rival, amplitude_sd: 0.0 }.required()
     }
+}
+
+/// Level at which scatter between runs above that of the calibration counts.
+const SCATTER_LEVEL: f64 = 1e-3;
+
+/// Squared distance in standard deviations, one a run, from which scatter shows above that of the calibration: by the F test
+/// of the two variances, of which the calibration's is known from its runs only.
+fn scatter_that_shows(runs: usize) -> f64 {
+    let degrees = |runs: usize| runs as f64 - 3.0;
+    let ratio =
+        FisherSnedecor::new(degrees(runs), degrees(CALIBRATION_RUNS)).map(|f| f.inverse_cdf(1.0 - SCATTER_LEVEL));
+    runs as f64 * (ratio.expect("degrees of freedom above 0") - 1.0)
 }
 
 /// Numbers of measured runs from five to 500.
@@ -189,6 +211,7 @@ pub fn judge(set: ScoreSet) -> Outcome {
         found: Vec::new(),
         class: Class::Refused,
         oracle: oracle.map(|o| [o.detect, o.rival]),
+        oracle_amplitude_sd: oracle.map(|o| o.amplitude_sd),
         amplitude_error: None,
         covered: None,
         held_out: None,
@@ -244,4 +267,19 @@ fn found(scored: &Scored) -> Vec<String> {
     let tests = r.tests.iter().filter(|t| t.testable && t.gain_2ll > 10.0);
     let tests = tests.map(|t| format!("test: {} gain {:.0} p {:.0e} {:.3}", t.law, t.gain_2ll, t.p_model, t.p_runs));
     effects.chain([left]).chain(tests).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scatter_that_shows;
+
+    #[test]
+    fn scatter_shows_from_where_the_f_table_says() {
+        // Tables of the F distribution: at (3, 25) and (3, 30) degrees of freedom 7.45 and 7.05 leave 0.1 %, at (30, 25) and
+        // (30, 30) 3.52 and 3.22; the calibration has 27.
+        for (runs, low, high) in [(6, 7.05, 7.45), (33, 3.22, 3.52)] {
+            let ratio = 1.0 + scatter_that_shows(runs) / runs as f64;
+            assert!((low..high).contains(&ratio), "{runs}: {ratio}");
+        }
+    }
 }

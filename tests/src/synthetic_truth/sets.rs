@@ -7,7 +7,7 @@ use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
 use super::Random;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
 use super::laboratory::{Noise, Scatter};
-use super::loggers::Protocol;
+use super::loggers::{Logged, Protocol};
 use super::protocol::{self, Plan, Stroke};
 use super::simulator::{Simulator, SimulatorKind, all_readings};
 
@@ -37,9 +37,14 @@ pub struct Case {
     pub noise: Noise,
     /// Strokes of the measured set.
     pub strokes: Vec<Stroke>,
+    /// Readings of these strokes' rows that the measured set holds.
+    pub read: Vec<Vec<[bool; 3]>>,
     /// How the laboratory moves and logs.
     pub protocol: Protocol,
 }
+
+/// Runs of a calibration.
+pub const CALIBRATION_RUNS: usize = 30;
 
 /// What is to be hidden.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -105,7 +110,7 @@ pub fn make(wanted: Wanted) -> Case {
         protocol.turn(&mut plans, calibration);
         protocol::strokes(&plans, 30)
     };
-    let calibration_strokes = turned(protocol::calibration(30, &mut random), true);
+    let calibration_strokes = turned(protocol::calibration(CALIBRATION_RUNS, &mut random), true);
     let strokes = turned(protocol::measured(runs, level, &mut random), false);
     let holdout_strokes = turned(protocol::measured(20, level, &mut random), false);
     let names: Vec<&'static str> = match hide {
@@ -132,6 +137,7 @@ pub fn make(wanted: Wanted) -> Case {
     let mut faults = Random::new(seed ^ 0x1066);
     let [calibration, measured, holdout] = [(calibration, true), (measured, false), (holdout, false)]
         .map(|(set, calibration)| protocol.log(set, calibration, &mut faults));
+    let (calibration, holdout, Logged { set: measured, read }) = (calibration.set, holdout.set, measured);
     Case {
         seed,
         truth,
@@ -145,6 +151,7 @@ pub fn make(wanted: Wanted) -> Case {
         finger: today,
         noise,
         strokes,
+        read,
         protocol,
     }
 }

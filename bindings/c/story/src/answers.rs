@@ -62,7 +62,8 @@ impl<'a> Teller<'a> {
         match *request {
             Request::Model(k) => {
                 let files = self.files;
-                *self = Self { file: files[k].file(), watch: Watch::new(k as u8), ..Self::new(files) };
+                let file = files[k].file();
+                *self = Self { file, watch: Watch::new(k as u8), around: reference(&file), ..Self::new(files) };
                 self.use_as(Tuning::default(), None)
             }
             Request::Tune([size, stiffness, lambda, tau0_mpa]) => {
@@ -73,7 +74,9 @@ impl<'a> Teller<'a> {
                 self.use_as(self.tuning, (!is_fitted).then_some(Pose { pitch_deg, roll_deg }))
             }
             Request::Factor(factor) => self.factor(factor),
-            Request::Around([hydration_au, temperature_c, finger_width_mm, series_s, dwell, occlusion, speed]) => {
+            Request::Around(
+                [hydration_au, temperature_c, finger_width_mm, series_s, dwell, occlusion, speed, own @ ..],
+            ) => {
                 let given = |x: f32| (!x.is_nan()).then_some(x);
                 let [dwell_s, occlusion_s, speed_mm_s] = [dwell, occlusion, speed].map(given);
                 self.around = Surroundings {
@@ -84,7 +87,7 @@ impl<'a> Teller<'a> {
                     dwell_s,
                     occlusion_s,
                     speed_mm_s,
-                    ..Surroundings::default()
+                    own,
                 };
                 "0".to_owned()
             }
@@ -148,7 +151,8 @@ impl<'a> Teller<'a> {
         let events: String = std::iter::from_fn(|| consumer.dequeue())
             .map(|event| format!(" @{} {} {}", event.tick, event.finger, event.change as u8))
             .collect();
-        let reading = words(&effects.reading(&three));
+        let reading =
+            words(&effects.reading(&three)) + &words(&effects.reading_under(&three, &self.contact, &self.around));
         format!("{}{}{}{reading}{events}", forces(&one), forces(&two), forces(&three))
     }
 
@@ -165,6 +169,13 @@ impl<'a> Teller<'a> {
         saved(model, &mut self.spin, &mut says);
         says
     }
+}
+
+/// The reference state of a model: columns of the user's own as they were in the calibration.
+pub fn reference(file: &File<'_>) -> Surroundings {
+    let mut out = Surroundings::default();
+    out.own.iter_mut().zip(file.columns).for_each(|(to, column)| *to = column.reference);
+    out
 }
 
 fn saved<const P: usize>(model: u32, state: &mut StateOf<SPRINGS, P>, says: &mut String) {

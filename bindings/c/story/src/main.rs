@@ -1,9 +1,11 @@
 //! Tells a story of a contact twice: `story.txt`, one request a line, and `answers.txt`, what the core answers to each. A
 //! binding reads the first and must write the second, bit for bit. `places_*.txt` tell the same by places (`places.rs`).
 //!
-//! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. All numbers are 32-bit words in hexadecimal; `told.rs` has the requests.
+//! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. The second model is CORRECTED with tables over a voltage, which the folder
+//! gets as `charged.fpm`. All numbers are 32-bit words in hexadecimal; `told.rs` has the requests.
 
 mod answers;
+mod charged;
 mod paths;
 mod places;
 mod told;
@@ -23,14 +25,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let read = |path: &String| -> Result<ModelFile, Box<dyn std::error::Error>> {
         ModelFile::new(&fs::read(path)?).map_err(|e| format!("{path}: {e}").into())
     };
-    let files = [read(shipped)?, read(corrected)?];
+    let charged = charged::charged(&read(corrected)?).map_err(|e| format!("{corrected} with tables: {e}"))?;
+    fs::write(Path::new(folder).join("charged.fpm"), charged.bytes())?;
+    let files = [read(shipped)?, charged];
     let story = paths::story(&files[0]);
     let mut teller = Teller::new(&files);
     let answers: Vec<String> = story.iter().map(|request| teller.answer(request)).collect();
     let lines: Vec<String> = story.iter().map(ToString::to_string).collect();
     fs::write(Path::new(folder).join("story.txt"), lines.join("\n") + "\n")?;
     fs::write(Path::new(folder).join("answers.txt"), answers.join("\n") + "\n")?;
-    for (file, name) in files.iter().zip(["shipped", "corrected"]) {
+    for (file, name) in files.iter().zip(["shipped", "charged"]) {
         let clean = places::rows(&paths::clean_story(), file);
         let disturbed = places::rows(&paths::disturbed_story(file), file);
         fs::write(Path::new(folder).join(format!("places_clean_{name}.txt")), clean.join("\n") + "\n")?;

@@ -29,7 +29,7 @@ impl Noise {
     }
 }
 
-/// Clean and disturbed with the shipped model, then disturbed with the corrected one, which has effects.
+/// Clean and disturbed with the shipped model, then both with the other one, which has effects and tables over a voltage.
 pub fn story(shipped: &ModelFile) -> Vec<Request> {
     let pitch_deg = shipped.file().model.data().pose.pitch_deg;
     let mut told = vec![Request::Model(0)];
@@ -127,7 +127,13 @@ fn now_and_then(i: u32, pitch_deg: f32, noise: &mut Noise) -> Vec<Request> {
     if i % 401 == 200 {
         let (nan, temperature_c) = (f32::NAN, 32.0 + noise.about(4.0));
         let (hydration_au, series_s) = (35.0 + noise.about(30.0), i as f32);
-        told.push(Request::Around([hydration_au, temperature_c, 16.0 + noise.about(2.0), series_s, nan, nan, nan]));
+        let finger_width_mm = 16.0 + noise.about(2.0);
+        // Voltages within the table's range, beyond it, and none.
+        let voltage_v = if i % 1203 == 200 { nan } else { 100.0 + noise.about(130.0) };
+        let own = [voltage_v, 0.0, 0.0, 0.0];
+        let [hydration, width] = [hydration_au, finger_width_mm];
+        let state = [hydration, temperature_c, width, series_s, nan, nan, nan];
+        told.push(Request::Around(std::array::from_fn(|k| if k < 7 { state[k] } else { own[k - 7] })));
     }
     if i % 211 == 100 {
         told.extend(nonsense(noise));

@@ -6,14 +6,15 @@
 use fingerpad::effects::Effects;
 use fingerpad::{Contact, ModelFile, Motion, Pose, Response, SPRINGS, SpinState, Surroundings, Tuning};
 
+use crate::answers::reference;
 use crate::told::{Request, words};
 
-/// Depth, slide x, slide y, angle, strength factor, pitch, roll.
-type Place = [f64; 7];
+/// Depth, slide x, slide y, angle, strength factor, pitch, roll, first column of the user's own.
+type Place = [f64; 8];
 
 /// The disturbed and clean steps of a story, with strength and pose, as places.
-fn places(story: &[Request], pitch_deg: f32) -> Vec<Place> {
-    let mut at = [0.0, 0.0, 0.0, 0.0, 1.0, f64::from(pitch_deg), 0.0];
+fn places(story: &[Request], pitch_deg: f32, own: f32) -> Vec<Place> {
+    let mut at = [0.0, 0.0, 0.0, 0.0, 1.0, f64::from(pitch_deg), 0.0, f64::from(own)];
     let mut told = Vec::new();
     for request in story {
         match *request {
@@ -22,6 +23,7 @@ fn places(story: &[Request], pitch_deg: f32) -> Vec<Place> {
                 at[5] = f64::from(pitch);
                 at[6] = f64::from(roll);
             }
+            Request::Around([.., own, _, _, _]) => at[7] = f64::from(own),
             Request::Step([depth, x, y, spin, _]) => {
                 let mut row = at;
                 row[0] = f64::from(depth);
@@ -49,7 +51,7 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
     let tuned = model.model.tuned(Tuning::default()).expect("the fitted finger is in range");
     let mut followed = [0.0f64; 3];
     let mut told = Vec::new();
-    for place in places(story, pitch_deg) {
+    for place in places(story, pitch_deg, reference(&model).own[0]) {
         let increments: [f32; 3] = std::array::from_fn(|k| (place[k + 1] - followed[k]) as f32);
         for (at, increment) in followed.iter_mut().zip(increments) {
             *at += if increment.is_finite() { f64::from(increment) } else { 0.0 };
@@ -59,7 +61,8 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
         let [factor, pitch, roll] = [place[4], place[5], place[6]].map(|x| x as f32);
         spin.set_strength_factor(factor);
         contact.state.set_strength_factor(factor);
-        let around = Surroundings::default();
+        let mut around = Surroundings::default();
+        around.own[0] = place[7] as f32;
         let mut step = |pose: Option<Pose>| -> Response {
             match pose.map(|pose| tuned.posed(pose).expect("the story's poses are in range")) {
                 None if model.effects.is_empty() => tuned.step(&mut spin, motion),

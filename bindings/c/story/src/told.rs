@@ -6,8 +6,8 @@
 //! | `tune SIZE STIFFNESS LAMBDA TAU0` | another finger; answer: 0, or 8 where out of range |
 //! | `pose PITCH ROLL` | another pose; the same |
 //! | `factor F` | strength factor of all three contacts; the same |
-//! | `around SEVEN` | surroundings: hydration, temperature, width, clock, dwell, occlusion, speed; NaN is counted from the motion |
-//! | `step DEPTH X Y SPIN DT` | a step of all three; answer: three responses, the sensor's reading, the events of the first |
+//! | `around ELEVEN` | surroundings: hydration, temperature, width, clock, dwell, occlusion, speed (NaN is counted from the motion), own columns |
+//! | `step DEPTH X Y SPIN DT` | a step of all three; answer: three responses, the sensor's reading without and with the surroundings, the events of the first |
 //! | `driven BY_NORMAL BY_FRICTION DEPTH NORMAL X Y FX FY SPIN DT` | a driven step without and with spin: response and motion |
 //! | `gradient DEPTH X Y` | nine derivatives without and with spin |
 //! | `grip X Y MARGIN F` | the least grip |
@@ -22,7 +22,7 @@ pub enum Request {
     Tune([f32; 4]),
     Pose([f32; 2]),
     Factor(f32),
-    Around([f32; 7]),
+    Around([f32; 11]),
     Step([f32; 5]),
     Driven { by_normal_force: bool, by_friction: bool, numbers: [f32; 8] },
     Gradient([f32; 3]),

@@ -231,7 +231,12 @@ def diagnose(
     *,
     holdout: Table | None = None,
     model: Model | Place | None = None,
+    laws: Place | None = None,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
     covariate_sd: Mapping[str, float] | None = None,
+    can_set: Sequence[str] | None = None,
+    least_rest_s: float | None = None,
     alpha: float = 0.01,
     seed: int = 1,
     confirm_fe: bool = False,
@@ -245,8 +250,11 @@ def diagnose(
     """Names the effect that measured runs show and the model lacks; `fingerpad diagnose`.
 
     calibration: runs without an effect. measured: runs to be explained. holdout: runs that are opened after the verdict.
-    Columns run_id, t_s, depth_mm, slide_x_mm, slide_y_mm, normal_force_n, friction_x_n, friction_y_n and state columns.
-    covariate_sd: standard deviation of a state column's readings. alpha, seed: level and seed of the sign-flip test.
+    Columns run_id, t_s, depth_mm, slide_x_mm, slide_y_mm, normal_force_n, friction_x_n, friction_y_n and state columns;
+    columns: how they are called here, as in {"run": "Trial"}; units: in what they are, as in {"depth": "um"}.
+    laws: file of laws of one's own. covariate_sd: standard deviation of a state column's readings.
+    can_set, least_rest_s: what the next experiment may vary, and the least rest between its strokes.
+    alpha, seed: level and seed of the sign-flip test.
     confirm_fe: switch the effect on inside the finite elements as well, on fe_strokes strokes of the finger of config, shape
     and mesh_preset.
 
@@ -258,6 +266,11 @@ def diagnose(
         "measured": folder.table("measured", measured),
         "holdout": folder.table("holdout", holdout),
         "model": folder.model(model),
+        "laws": laws,
+        "map": _pairs(columns),
+        "unit": _pairs(units),
+        "can_set": can_set,
+        "least_rest_s": least_rest_s,
         "alpha": alpha,
         "seed": seed,
         "confirm_fe": confirm_fe,
@@ -285,17 +298,46 @@ def diagnose_forces(
     columns: where normal, x, y and t are, a minus sign turns one round, as in {"normal": "-Fz", "t": "Timestamp"}.
     """
     folder = Folder(out)
-    named = None if columns is None else [f"{ours}={theirs}" for ours, theirs in columns.items()]
-    options = {"force_only": True, "map": named, "alpha": alpha, "out": folder.path}
+    options = {"force_only": True, "map": _pairs(columns), "alpha": alpha, "out": folder.path}
     text = folder.run("diagnose", options, progress, f"--measured={folder.table('measured', measured)}")
     return Diagnosis(report=_json(folder.path / "report.json"), text=text, _folder=folder)
 
 
-def diagnose_table(table: Table, *, out: Place | None = None, progress: Progressing = None) -> Diagnosis:
-    """Diagnoses a table of depth, normal force, friction coefficient and contact area; `fingerpad diagnose --table`."""
+def diagnose_table(
+    table: Table,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    config: Place | None = None,
+    shape: Place | None = None,
+    mesh_preset: str | None = None,
+    out: Place | None = None,
+    progress: Progressing = None,
+) -> Diagnosis:
+    """Compares a table with the finite elements and looks for what closes the gap; `fingerpad diagnose --table`.
+
+    table: depth_mm and any of normal_force_n, contact_area_mm2, friction_coefficient, each with its spread as ..._sd where it is
+    known; columns, units: as in diagnose. config, shape, mesh_preset: the finger. Takes minutes on the medium mesh, which is
+    the default; with `out`, finished slides are kept there.
+
+    Raises InputError, NumericsError, Interrupted.
+    """
     folder = Folder(out)
-    text = folder.run("diagnose", {"table": folder.table("table", table), "out": folder.path}, progress)
+    options = {
+        "table": folder.table("table", table),
+        "map": _pairs(columns),
+        "unit": _pairs(units),
+        "config": config,
+        "shape": shape,
+        "mesh_preset": mesh_preset,
+        "out": folder.path,
+    }
+    text = folder.run("diagnose", options, progress)
     return Diagnosis(report=_json(folder.path / "report.json"), text=text, _folder=folder)
+
+
+def _pairs(names: Mapping[str, str] | None) -> list[str] | None:
+    return None if names is None else [f"{ours}={theirs}" for ours, theirs in names.items()]
 
 
 @final

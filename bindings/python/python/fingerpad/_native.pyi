@@ -58,6 +58,13 @@ class Model:
         """Names and values of the effects in the file; a step of Fingers leaves them out."""
 
     @property
+    def own_columns(self) -> list[tuple[str, str, tuple[float, float], float]]:
+        """Columns of the user's own (a voltage) that tables of the file read: name, unit, range, value in the calibration.
+
+        A step of Fingers leaves the tables out, as all effects; the command `eval` takes the columns from its path or its runs.
+        """
+
+    @property
     def tuning(self) -> tuple[float, float, float, float]:
         """The factors on size, stiffness and lambda, and tau_0 in MPa, that the model was retuned with."""
 

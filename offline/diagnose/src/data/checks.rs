@@ -4,8 +4,8 @@
 use crate::data::runs::{Run, RunSet};
 use crate::error::DiagnoseError;
 
-/// Fewest runs of a set.
-pub const LEAST_RUNS: usize = 6;
+/// Fewest runs of a set. With four, every flip of whole runs is one of eight, and nothing could stand.
+pub const LEAST_RUNS: usize = 5;
 
 fn unusable(set: &RunSet, problem: String) -> DiagnoseError {
     DiagnoseError::Unusable { path: set.path.clone(), problem }
@@ -291,6 +291,14 @@ mod tests {
 
     fn refusal(change: impl Fn(&mut RawRow)) -> String {
         check(&set(change)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn five_runs_are_enough_and_four_are_not() {
+        let all = set(|_| ());
+        assert!(check(&all.subset(|run| run < 5)).is_ok());
+        let message = check(&all.subset(|run| run < 4)).unwrap_err().to_string();
+        assert!(message.contains("4 runs where at least 5 are needed"), "{message}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! Main type: [`ColumnMap`].
 
+use crate::laws::run_columns::RUN_COLUMNS;
 use crate::laws::{Column, OwnColumn};
 
 /// What our columns are called in a file, and in which units they stand there.
@@ -70,29 +71,6 @@ const UNITS: [Unit; 24] = [
     unit("rad", Quantity::Angle, 180.0 / std::f64::consts::PI, 0.0),
 ];
 
-/// Columns that a map may name, with short names.
-const COLUMNS: [(&str, &str); 19] = [
-    ("run_id", "run"),
-    ("t_s", "t"),
-    ("depth_mm", "depth"),
-    ("slide_x_mm", "slide_x"),
-    ("slide_y_mm", "slide_y"),
-    ("normal_force_n", "normal"),
-    ("friction_x_n", "x"),
-    ("friction_y_n", "y"),
-    ("contact_time_s", "contact_time"),
-    ("speed_mm_s", "speed"),
-    ("direction_deg", "direction"),
-    ("dwell_s", "dwell"),
-    ("occlusion_time_s", "occlusion_time"),
-    ("hydration_au", "hydration"),
-    ("temperature_c", "temperature"),
-    ("finger_width_mm", "finger_width"),
-    ("condition_id", "condition"),
-    ("block_id", "block"),
-    ("subject_id", "subject"),
-];
-
 /// The quantity of one of our columns, by its ending.
 fn quantity(column: &str) -> Option<Quantity> {
     let endings = [
@@ -108,9 +86,14 @@ fn quantity(column: &str) -> Option<Quantity> {
 
 fn column_of(key: &str) -> Result<&'static str, String> {
     let key = key.trim();
-    COLUMNS.iter().find(|(column, short)| *column == key || *short == key).map(|(column, _)| *column).ok_or_else(|| {
-        format!("`{key}` is not one of {}", COLUMNS.map(|(column, short)| format!("{short} ({column})")).join(", "))
-    })
+    RUN_COLUMNS.iter().find(|(column, short)| *column == key || *short == key).map(|(column, _)| *column).ok_or_else(
+        || {
+            format!(
+                "`{key}` is not one of {}",
+                RUN_COLUMNS.map(|(column, short)| format!("{short} ({column})")).join(", ")
+            )
+        },
+    )
 }
 
 impl ColumnMap {

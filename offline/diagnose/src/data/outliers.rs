@@ -33,14 +33,20 @@ pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
     let scale = noise_scale(set, &scaled);
     let mut series = [scaled, readings];
     let mut flags: Flags = set.runs.iter().map(|run| vec![[false; 3]; run.rows.len()]).collect();
-    flag_off(set, &mut series, scale.map(|s| SPIKE * s), &mut flags);
+    flag_off(set, &mut series, off_both_sides, scale.map(|s| SPIKE * s), &mut flags);
     keep_onsets(set, &mut flags);
     let clear = count(&flags);
     if clear as f64 > LEAST_SHARE * 3.0 * set.rows() as f64 {
+        let share = clear as f64 / (3 * set.rows()) as f64;
         let [scaled, _] = series;
-        let mut more = flags.clone();
-        flag_off(set, &mut [scaled], scale.map(|s| HIDDEN_SPIKE * s), &mut more);
-        add_where_rare(set, &more, clear as f64 / (3 * set.rows()) as f64, &mut flags);
+        let least = scale.map(|s| HIDDEN_SPIKE * s);
+        for distance in [off_both_sides, off_both_middles, off_air] {
+            let mut more = flags.clone();
+            let mut left = scaled.clone();
+            leave_out(&mut left, &flags);
+            flag_off(set, &mut [left], distance, least, &mut more);
+            add_where_rare(set, &more, share, &mut flags);
+        }
     }
     if count(&flags) as f64 > MOST_SPIKES * set.rows() as f64 {
         flags.iter_mut().flatten().for_each(|f| *f = [false; 3]);
@@ -48,11 +54,22 @@ pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
     flags
 }
 
-/// Flags the readings that lie off both sides in every series by more than `least`, round by round, and takes them out of
-/// the series.
-fn flag_off(set: &RunSet, series: &mut [Vec<f64>], least: [f64; 3], flags: &mut Flags) {
+/// How far the reading of a row lies off what is around it, in standard deviations, by the readings of its run's rows.
+type Distance = fn(&Run, usize, &dyn Fn(usize) -> f64) -> f64;
+
+/// Takes flagged readings out of a series.
+fn leave_out(values: &mut [f64], flags: &Flags) {
+    for (value, flag) in values.iter_mut().zip(flags.iter().flatten().flatten()) {
+        if *flag {
+            *value = f64::NAN;
+        }
+    }
+}
+
+/// Flags the readings whose distance exceeds `least` in every series, round by round, and takes them out of the series.
+fn flag_off(set: &RunSet, series: &mut [Vec<f64>], distance: Distance, least: [f64; 3], flags: &mut Flags) {
     for _ in 0..ROUNDS {
-        let off: Vec<_> = series.iter().map(|values| distances(set, values)).collect();
+        let off: Vec<_> = series.iter().map(|values| distances(set, distance, values)).collect();
         let mut found = 0;
         let mut at = 0;
         for (run, flags) in flags.iter_mut().enumerate() {
@@ -78,17 +95,19 @@ const LEAST_SHARE: f64 = 0.002;
 /// Distance of the residual alone, in standard deviations, from which a reading on a slope is a spike of such a logger.
 const HIDDEN_SPIKE: f64 = 8.0;
 
-/// Parts of a stroke: pressing, the path in which friction builds up, free sliding.
-const PARTS: usize = 3;
+/// Parts of a stroke: air, pressing, the path in which friction builds up, free sliding.
+const PARTS: usize = 4;
 
 fn part(run: &Run, row: usize) -> usize {
-    let turn_mm = run.rows[row].turn_mm;
-    if turn_mm <= 0.0 {
+    let row = &run.rows[row];
+    if !(row.depth_mm > 0.0) {
         0
-    } else if turn_mm < ONSET_MM {
+    } else if row.turn_mm <= 0.0 {
         1
-    } else {
+    } else if row.turn_mm < ONSET_MM {
         2
+    } else {
+        3
     }
 }
 
@@ -140,14 +159,14 @@ fn keep_onsets(set: &RunSet, flags: &mut Flags) {
     }
 }
 
-/// How far each reading lies off those before and after it, in standard deviations.
-fn distances(set: &RunSet, scaled: &[f64]) -> Vec<Vec<[f64; 3]>> {
+/// The distance of each reading.
+fn distances(set: &RunSet, distance: Distance, scaled: &[f64]) -> Vec<Vec<[f64; 3]>> {
     let mut at = 0;
     let of_run = |run: &Run| {
         let start = at;
         at += 3 * run.rows.len();
         let channel = |k: usize| move |row: usize| scaled[start + 3 * row + k];
-        (0..run.rows.len()).map(|row| std::array::from_fn(|k| off_both_sides(run, row, &channel(k)))).collect()
+        (0..run.rows.len()).map(|row| std::array::from_fn(|k| distance(run, row, &channel(k)))).collect()
     };
     set.runs.iter().map(of_run).collect()
 }
@@ -205,6 +224,29 @@ fn off_both_sides(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
     // Two spikes in a row hide each other; as a pair they have to lie off by twice as much.
     let pair = if row > 1 && row + 3 < rows { 0.5 * off(row, row + 1) } else { 0.0 };
     off(row, row).max(pair)
+}
+
+/// Rows on either side of which the middle reading is taken.
+const MIDDLE_OF: usize = 3;
+
+/// How far a row lies off the middle one of the three readings before it and of the three after it, where it lies off both
+/// the same way. Spikes with one good row between them, which hide each other from their neighbours, show so.
+fn off_both_middles(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
+    let own = of(row);
+    let middle = |near: &mut dyn Iterator<Item = usize>| {
+        let mut readings: Vec<f64> = near.map(of).filter(|v| v.is_finite()).take(MIDDLE_OF).collect();
+        readings.sort_by(f64::total_cmp);
+        (readings.len() == MIDDLE_OF).then(|| own - readings[MIDDLE_OF / 2])
+    };
+    match (middle(&mut (0..row).rev()), middle(&mut (row + 1..run.rows.len()))) {
+        (Some(a), Some(b)) if a * b > 0.0 => a.abs().min(b.abs()),
+        _ => 0.0,
+    }
+}
+
+/// How far a row in the air lies off the reading 0 that a tared sensor has there; 0 in contact.
+fn off_air(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
+    if run.rows[row].depth_mm > 0.0 { 0.0 } else { of(row).abs() }
 }
 
 /// A channel that ends at its largest size in many rows.
@@ -351,6 +393,31 @@ mod tests {
         assert_eq!(found(&clear, false), (true, 5));
         assert_eq!(found(&[], false), (false, 0));
         assert_eq!(found(&clear, true), (true, 5));
+    }
+
+    #[test]
+    fn spikes_with_a_good_row_between_them_and_spikes_in_the_air_are_found_where_the_logger_makes_spikes() {
+        let clear = [(1, 14), (2, 20), (3, 25), (6, 22)];
+        let found = |clear: &[(usize, usize)], step: f64| {
+            let spiked = set(|r, i, row| {
+                row.force_n[0] += if clear.contains(&(r, i)) { 0.3 } else { 0.0 };
+                row.force_n[1] += if [(4, 18), (4, 20)].contains(&(r, i)) { 0.6 } else { 0.0 };
+                row.force_n[2] += if [(5, 0), (5, 1)].contains(&(r, i)) { 0.2 } else { 0.0 };
+                row.depth_mm -= if i < 3 { 1.0 } else { 0.0 };
+                // What comes in every run on either side of a row is the finger's.
+                row.force_n[2] += if i > 14 { step } else { 0.0 };
+            });
+            let left: Vec<f64> = residual(&spiked)
+                .into_iter()
+                .enumerate()
+                .map(|(at, v)| if at % 90 < 9 && at % 3 == 0 { 0.0 } else { v })
+                .collect();
+            let flags = spikes(&spiked, &left, &vec![0.004; left.len()]);
+            ([flags[4][18][1], flags[4][19][1], flags[4][20][1], flags[5][0][2], flags[5][1][2]], count(&flags))
+        };
+        assert_eq!(found(&clear, 0.5), ([true, false, true, true, true], 8));
+        // A logger without clear spikes makes no hidden ones.
+        assert_eq!(found(&[], 0.5), ([false; 5], 0));
     }
 
     #[test]

@@ -77,7 +77,6 @@ mod tests {
     use super::*;
     use crate::data::column_map::ColumnMap;
     use crate::data::runs_csv;
-    use crate::laws::drivers::RUN_COLUMNS;
 
     fn laws() -> LawsFile {
         let text = "[[column]]\nname = \"voltage_v\"\nunit = \"V\"\nrange = [0, 200]\nreference = 5\n\n[[law]]\nname = \"mine\"\n\
@@ -124,11 +123,5 @@ mod tests {
         assert!(message.contains("`voltage_v` is missing") && message.contains("`mine` of mine.toml"), "{message}");
         let filled = at_reference(&set, &laws());
         assert!(filled.runs[0].rows.iter().all(|row| row.own[0] == 5.0) && require(&filled, &laws()).is_ok());
-    }
-
-    #[test]
-    fn a_users_column_cannot_be_one_of_the_programs() {
-        let head = runs_csv::TEMPLATE.lines().next().unwrap();
-        assert_eq!(head.split(',').collect::<Vec<_>>(), RUN_COLUMNS);
     }
 }

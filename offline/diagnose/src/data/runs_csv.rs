@@ -19,32 +19,8 @@ use crate::data::clock::{equal_stamps, note};
 use crate::data::column_map::ColumnMap;
 use crate::data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 use crate::error::DiagnoseError;
+use crate::laws::run_columns::{OPTIONAL, REQUIRED};
 use crate::laws::{Column, OWN};
-
-/// Columns that must be there.
-const REQUIRED: [&str; 8] =
-    ["run_id", "t_s", "depth_mm", "slide_x_mm", "slide_y_mm", "normal_force_n", "friction_x_n", "friction_y_n"];
-/// Columns that may be there.
-const OPTIONAL: [&str; 11] = [
-    "contact_time_s",
-    "speed_mm_s",
-    "direction_deg",
-    "dwell_s",
-    "occlusion_time_s",
-    "hydration_au",
-    "temperature_c",
-    "finger_width_mm",
-    "condition_id",
-    "block_id",
-    "subject_id",
-];
-/// A file with all columns and the first two rows of a run.
-pub const TEMPLATE: &str = "\
-run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,contact_time_s,speed_mm_s,direction_deg,\
-dwell_s,occlusion_time_s,hydration_au,temperature_c,finger_width_mm,condition_id,block_id,subject_id
-stroke1,0.00,-0.20,0,0,0.001,-0.002,0.000,-0.20,2,0,1.0,0,35.2,32.1,16.0,reference,block1,subject1
-stroke1,0.35,0.30,0,0,0.062,0.001,0.000,0.15,2,0,1.0,0.15,35.2,32.1,16.0,reference,block1,subject1
-";
 
 /// Most rows of a run that are held; a longer one is thinned while it is read.
 const HELD_ROWS: usize = 4096;
@@ -432,16 +408,18 @@ mod tests {
     use std::io::Write;
 
     use super::*;
+    use crate::laws::run_columns::template;
 
     #[test]
     fn the_template_has_every_column_and_can_be_read() {
         let path = std::env::temp_dir().join(format!("template-{}.csv", std::process::id()));
-        std::fs::write(&path, TEMPLATE).unwrap();
+        let template = template();
+        std::fs::write(&path, &template).unwrap();
         let set = read(&path, &mut |_| true).unwrap();
         std::fs::remove_file(&path).unwrap();
         assert_eq!((set.rows_read, set.runs_read, set.notes.len(), set.recorded.len()), (2, 1, 0, 5));
         for column in REQUIRED.iter().chain(&OPTIONAL) {
-            assert!(TEMPLATE.lines().next().unwrap().split(',').any(|c| c == *column), "{column}");
+            assert!(template.lines().next().unwrap().split(',').any(|c| c == *column), "{column}");
         }
     }
 

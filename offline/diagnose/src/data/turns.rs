@@ -7,9 +7,12 @@
 
 use crate::data::runs::RawRow;
 
-/// Path lost at a turn, in usual steps between rows, from which rows were lost: of a turn between two neighbouring rows
-/// less is.
-const LOST_STEPS: f64 = 1.8;
+/// Path between two rows, in usual steps, from which rows were lost between them.
+const LOST_ROWS: f64 = 1.5;
+/// Path lost at a turn, in usual steps, from which on the friction after it is another than the positions tell.
+const LOST_STEPS: f64 = 0.5;
+/// Path lost at a turn, in usual steps, beyond which the plate did not go on but rest.
+const MOST_STEPS: f64 = 8.0;
 
 /// Path after a turn in which friction still depends on where it was, mm.
 const FORGOTTEN_MM: f64 = 1.0;
@@ -31,8 +34,10 @@ pub fn with_lost_turns(raw: &[RawRow], speed_mm_s: f64, clock_s: f64) -> Vec<Raw
     let mut since_lost_mm = f64::INFINITY;
     for (i, row) in raw.iter().enumerate() {
         let mut row = *row;
-        if i >= 2 && row.depth_mm > 0.0 && turns(step(i - 1), step(i)) {
-            if speed_mm_s * clock_s >= usual_mm {
+        // The first row after a turn may lie farther out than the last one before it; then the next one leads back.
+        let turned = |i: usize| i < raw.len() && raw[i].depth_mm > 0.0 && turns(step(i - 1), step(i));
+        if i >= 2 && row.depth_mm > 0.0 && (turned(i) || turned(i + 1)) {
+            if turned(i) && speed_mm_s * clock_s >= usual_mm {
                 since_lost_mm = 0.0;
             } else if let Some(turn) = lost_turn([step(i - 1), step(i)], [&raw[i - 1], &row], speed_mm_s, usual_mm) {
                 out.push(turn);
@@ -65,13 +70,15 @@ fn lost_turn(steps: [[f64; 2]; 2], [before, after]: [&RawRow; 2], speed_mm_s: f6
     let out = way_there.map(|v| v / there_mm);
     let along_mm = back[0] * out[0] + back[1] * out[1];
     let seconds = after.t_s - before.t_s;
-    let lost_mm = speed_mm_s * seconds - back[0].hypot(back[1]);
-    // The step after the turn points back, and about as long a way as the plate can have gone is missing.
-    if along_mm > 0.3 * back[0].hypot(back[1]) || lost_mm < LOST_STEPS * usual_mm || lost_mm > 8.0 * usual_mm {
+    let gone_mm = speed_mm_s * seconds;
+    let lost_mm = gone_mm - back[0].hypot(back[1]);
+    let most_mm = MOST_STEPS * usual_mm;
+    // About as long a way as the plate can have gone is missing.
+    if gone_mm < LOST_ROWS * usual_mm || lost_mm < LOST_STEPS * usual_mm || lost_mm > most_mm {
         return None;
     }
-    let beyond_mm = 0.5 * (speed_mm_s * seconds + along_mm);
-    let share = beyond_mm / (speed_mm_s * seconds);
+    let beyond_mm = 0.5 * (gone_mm + along_mm);
+    let share = beyond_mm / gone_mm;
     let between = |of: fn(&RawRow) -> f64| of(before) + share * (of(after) - of(before));
     Some(RawRow {
         t_s: between(|r| r.t_s),
@@ -127,5 +134,22 @@ mod tests {
             assert_eq!(left_out > 0, clock_s > 0.0, "{lost} {again}");
             assert!(found.iter().all(|r| r.force_n[0].is_finite()));
         }
+    }
+
+    #[test]
+    fn a_turn_beyond_the_first_row_after_it_and_one_with_a_single_lost_row_come_back_too() {
+        // The plate turns at 3 mm, after the row of 1.5 s. Without rows 13 to 16 the next position is beyond the last one.
+        for (lost, again) in [(13, 17), (15, 16), (14, 16)] {
+            let found = with_lost_turns(&rows(lost, again), 2.0, 0.0);
+            let turn = found.iter().find(|r| r.force_n[0].is_nan()).unwrap_or_else(|| panic!("{lost} {again}"));
+            assert!((turn.slide_mm[0] - 3.0).abs() < 1e-9 && (turn.t_s - 1.5).abs() < 1e-9, "{lost} {again} {turn:?}");
+            let left_out = found.iter().filter(|r| r.force_n[0].is_finite() && r.force_n[1].is_nan()).count();
+            assert!((1..=5).contains(&left_out), "{lost} {again}: {left_out}");
+        }
+        // A plate that rests before it goes on the same way has not turned.
+        let mut resting = rows(25, 25);
+        resting.truncate(14);
+        resting.iter_mut().skip(8).for_each(|r| r.t_s += 0.3);
+        assert_eq!(with_lost_turns(&resting, 2.0, 0.0).len(), resting.len());
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Main types: [`Driver`] (one that every file has or may have), [`OwnColumn`] (one that a file of laws declares).
 
+use fingerpad::TableColumn;
 use fingerpad::effects::{Axis, Column, OWN, tables};
 
 /// A driver that the program knows.
@@ -40,29 +41,6 @@ pub const DRIVERS: [Driver; tables::FIRST_OWN] = [
     driver("finger_width_mm", "mm", Column::Width, [10.0, 25.0], None),
 ];
 
-/// Columns of measured runs that a user's own cannot be.
-pub const RUN_COLUMNS: [&str; 19] = [
-    "run_id",
-    "t_s",
-    "depth_mm",
-    "slide_x_mm",
-    "slide_y_mm",
-    "normal_force_n",
-    "friction_x_n",
-    "friction_y_n",
-    "contact_time_s",
-    "speed_mm_s",
-    "direction_deg",
-    "dwell_s",
-    "occlusion_time_s",
-    "hydration_au",
-    "temperature_c",
-    "finger_width_mm",
-    "condition_id",
-    "block_id",
-    "subject_id",
-];
-
 /// Drivers that go on within a stroke, of which a run has no one value.
 pub fn is_within_stroke(number: usize) -> bool {
     (1..8).contains(&number)
@@ -79,7 +57,7 @@ pub fn is_contact_clock(number: usize) -> bool {
 }
 
 /// A column of the user's own.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OwnColumn {
     /// Its name in the measured runs.
     pub name: String,
@@ -89,11 +67,32 @@ pub struct OwnColumn {
     pub range: [f64; 2],
     /// Its value where it is not recorded: that of the calibration.
     pub reference: f64,
+    /// Time that it takes to settle at another value, s: what the next experiment pays for setting it.
+    pub settle_s: f64,
 }
 
 impl OwnColumn {
+    /// The column as a model file has it.
+    ///
+    /// Errors: those of [`TableColumn::new`].
+    pub fn in_model_file(&self) -> Result<TableColumn, fingerpad::Error> {
+        TableColumn::new(&self.name, &self.unit, self.range.map(|v| v as f32), self.reference as f32)
+    }
+
     /// The column as laws know it; `place` is its place in the file of laws. The name is kept for the life of the program.
     pub fn column(&self, place: usize) -> Column {
         Column::Own { place: place.min(OWN - 1) as u8, name: self.name.clone().leak() }
+    }
+}
+
+impl From<&TableColumn> for OwnColumn {
+    fn from(column: &TableColumn) -> Self {
+        Self {
+            name: column.name().to_owned(),
+            unit: column.unit().to_owned(),
+            range: [column.low, column.high].map(f64::from),
+            reference: column.reference.into(),
+            settle_s: 0.0,
+        }
     }
 }

@@ -9,16 +9,20 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use toml::Spanned;
 
-use super::drivers::{DRIVERS, OwnColumn, RUN_COLUMNS};
+use super::drivers::{DRIVERS, OwnColumn};
 use super::formula::Formula;
-use super::own_law::{OwnLaw, OwnParameter, Target};
+use super::own_law::{OwnFormula, OwnLaw, OwnParameter, Target};
+use super::run_columns::RUN_COLUMNS;
 use super::soundness::check_law;
 use super::units::{Unit, check_ending, check_formula};
 use crate::error::DiagnoseError;
+use fingerpad::TableColumn;
 use fingerpad::effects::{Column, LAWS, Law, OWN, VALUES};
 
 /// Most laws of a file.
 const MOST_LAWS: usize = 16;
+/// Longest time in which a column settles, s.
+const MOST_SETTLE_S: f64 = 86_400.0;
 /// Largest file, bytes.
 const LARGEST: u64 = 1 << 20;
 
@@ -51,6 +55,7 @@ struct ColumnText {
     unit: Option<Spanned<String>>,
     range: [f64; 2],
     reference: Option<Spanned<f64>>,
+    settle_s: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -152,6 +157,12 @@ impl LawsFile {
         LAWS.iter().copied().chain(self.laws.iter().map(|l| l.law)).collect::<Vec<_>>().leak()
     }
 
+    /// What the law of a name says; `None` for one that is not in this file.
+    pub fn formula_of(&self, name: &str) -> Option<OwnFormula> {
+        let own = self.laws.iter().find(|own| own.law.name == name)?;
+        Some(OwnFormula { acts_on: own.target.name().to_owned(), formula: own.text.clone() })
+    }
+
     /// The law of this file with the number of a law.
     pub fn find(&self, law: &Law) -> Option<&OwnLaw> {
         self.laws.iter().find(|own| own.law == law)
@@ -175,7 +186,7 @@ impl Reader<'_> {
         ranges: &mut Vec<(String, [f64; 2])>,
         columns: &mut Vec<OwnColumn>,
     ) -> Result<(), DiagnoseError> {
-        let ColumnText { name, unit, range, reference } = column.get_ref();
+        let ColumnText { name, unit, range, reference, settle_s } = column.get_ref();
         let refuse = |problem: String| self.refuse(column.span(), &format!("column `{name}`: {problem}"));
         if ranges.iter().any(|(known, _)| known == name) {
             return Err(refuse("it is declared twice".into()));
@@ -193,8 +204,10 @@ impl Reader<'_> {
             {
                 return Err(refuse(format!("contradictory units: it is {ours}, not {parsed}")));
             }
-            if reference.is_some() {
-                return Err(refuse("the program knows its reference; only its range can be given".into()));
+            if reference.is_some() || settle_s.is_some() {
+                return Err(refuse(
+                    "the program knows its reference and its price; only its range can be given".into(),
+                ));
             }
             return Ok(());
         }
@@ -203,7 +216,7 @@ impl Reader<'_> {
         if !(reference >= low && reference <= high) {
             return Err(refuse(format!("reference {reference} is outside its range {low} to {high}")));
         }
-        if RUN_COLUMNS.contains(&name.as_str()) {
+        if RUN_COLUMNS.iter().any(|(known, _)| known == name) {
             return Err(refuse(
                 "it is one of the program's own columns, which formulas read by the drivers' names".into(),
             ));
@@ -211,10 +224,19 @@ impl Reader<'_> {
         if !is_name(&name.to_lowercase()) {
             return Err(refuse("a name has letters, digits and underscores".into()));
         }
+        let settle_s = settle_s.unwrap_or(0.0);
+        if !(0.0..=MOST_SETTLE_S).contains(&settle_s) {
+            return Err(refuse(format!("settle_s {settle_s}: a time from 0 to {MOST_SETTLE_S} s")));
+        }
         if columns.len() == OWN {
             return Err(refuse(format!("a model file has room for {OWN} columns of your own, and this is one more")));
         }
-        columns.push(OwnColumn { name: name.clone(), unit: said.to_owned(), range: *range, reference });
+        let own = OwnColumn { name: name.clone(), unit: said.to_owned(), range: *range, reference, settle_s };
+        own.in_model_file().map_err(|_| {
+            let (most, unit) = (TableColumn::NAME_BYTES, TableColumn::UNIT_BYTES);
+            refuse(format!("a model file has {most} bytes for its name and {unit} for its unit `{said}`"))
+        })?;
+        columns.push(own);
         Ok(())
     }
 

@@ -7,6 +7,7 @@ pub mod drivers;
 pub mod file;
 pub mod formula;
 pub mod own_law;
+pub mod run_columns;
 mod soundness;
 pub mod tabulation;
 pub mod units;
@@ -14,6 +15,7 @@ pub mod units;
 pub use drivers::OwnColumn;
 pub use file::LawsFile;
 pub use fingerpad::effects::{Column, LAWS, Law, OWN, Place, REFERENCE_AREA_MM2, Reported, find};
+pub use own_law::OwnFormula;
 pub use tabulation::TableTold;
 
 /// What a law may read in one row of a run.

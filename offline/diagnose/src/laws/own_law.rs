@@ -80,6 +80,15 @@ impl Target {
     }
 }
 
+/// What a law of a user's file says.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct OwnFormula {
+    /// What it acts on: `strength`, `stiffness`, `depth`, `reading_normal`, `reading_x` or `reading_y`.
+    pub acts_on: String,
+    /// The formula as it was written.
+    pub formula: String,
+}
+
 /// A parameter of a law of the user's own.
 #[derive(Clone, Debug)]
 pub struct OwnParameter {

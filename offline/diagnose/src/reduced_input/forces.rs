@@ -118,6 +118,7 @@ fn tare_effect(fit: &TareFit) -> EffectFound {
         p_runs: fit.p,
         against_calibration: false,
         outside_calibration: false,
+        own: None,
         lambda_detect: fit.gain_2ll,
         candidates: vec![CandidateLaw {
             law: "tare_bias".into(),

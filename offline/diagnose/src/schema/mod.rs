@@ -7,7 +7,7 @@ mod next_experiment;
 
 use serde::{Deserialize, Serialize};
 
-use crate::laws::TableTold;
+use crate::laws::{OwnFormula, TableTold};
 
 pub use fit_quality::{CrossValidationError, Region};
 pub use next_experiment::{FactorPrice, NextExperiment, PlannedRun, minutes};
@@ -77,6 +77,9 @@ pub struct EffectFound {
     pub lambda_detect: f64,
     /// The best law first, then those that cannot be excluded.
     pub candidates: Vec<CandidateLaw>,
+    /// The formula, where it is a law of a user's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own: Option<OwnFormula>,
 }
 
 /// Where baseline and measurement differ before any effect.

@@ -1,5 +1,7 @@
 //! The next experiment in the report.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// Strokes that are proposed as the next experiment.
@@ -63,6 +65,9 @@ pub struct PlannedRun {
     /// Whether the stroke goes back at its end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reverse: Option<bool>,
+    /// Columns of the user's own, in their units.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub own: BTreeMap<String, f64>,
 }
 
 /// Time that a stroke takes beside its rest and its hold, s: to set it up, press, slide and lift.

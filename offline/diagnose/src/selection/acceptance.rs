@@ -53,10 +53,13 @@ pub fn is_significant(
             || (p_model <= 1e-9 && p_runs.p <= 0.5))
 }
 
-/// Largest p of the sign flips, by which evidence may rest on few runs. At the onset of sliding a baseline's form is known
-/// least: what shows there in a few runs only is no law that fades along the stroke.
+/// Largest p of the sign flips of a law that fades along the stroke. At the onset of sliding a baseline's form is known
+/// least: what shows there in a few runs only is no such law.
+pub const LARGEST_P_ALONG_STROKE: f64 = 0.05;
+
+/// Largest p of the sign flips, by which evidence may rest on few runs.
 fn few_runs(law: &Law) -> f64 {
-    if law.drivers.contains(&Column::Slide) { 0.05 } else { 1.0 }
+    if law.drivers.contains(&Column::Slide) { LARGEST_P_ALONG_STROKE } else { 1.0 }
 }
 
 /// Share of a gain that comes from the calibration's prior from which on the evidence is called the calibration's.

@@ -4,6 +4,8 @@
 //!
 //! Main type: [`LackOfFit`].
 
+use fingerpad_smooth::Parameter;
+
 use crate::data::runs::RunSet;
 use crate::model::random_effects::{PerEffect, RandomEffect};
 use crate::selection::bases::{BasisGroup, basis_groups};
@@ -78,11 +80,37 @@ pub fn lack_of_fit_test(
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
     let between_runs = out.is_scattered || is_uneven(task, fit, &projection);
     out.significant = structure || between_runs;
+    if !structure {
+        left_in_direction(&mut out, task, fit);
+    }
     if between_runs && !structure {
         out.column = "run_id".to_owned();
         out.channel = if out.scatter_ratio[0] > out.scatter_ratio[1] { "normal" } else { "friction" }.to_owned();
     }
     out
+}
+
+/// Standard deviations of what the calibration and the allowed drift leave, by which a finger's own forward-backward
+/// difference can have changed. Laws that are accepted leave up to five in it, effects of the direction ten and more.
+const LARGEST_TURN: f64 = 7.0;
+
+/// Counts as structure a forward-backward difference of the strength that the calibration rules out: the baseline has one
+/// of its own, which takes up an effect of the direction where the runs lie on few axes.
+fn left_in_direction(out: &mut LackOfFit, task: &Task<'_>, fit: &Fit) {
+    let known = task.prior.root.transpose() * &task.prior.root;
+    let Some(covariance) = known.cholesky().map(|c| c.inverse()) else { return };
+    let change = |p: Parameter| (fit.parameters[p] - task.prior.mean[p]) / covariance[(p.index(), p.index())].sqrt();
+    let largest = [Parameter::OddDirectionCos, Parameter::OddDirectionSin]
+        .map(|p| change(p).abs())
+        .into_iter()
+        .fold(0.0, f64::max);
+    if largest > LARGEST_TURN {
+        out.significant = true;
+        "direction_deg".clone_into(&mut out.column);
+        "friction".clone_into(&mut out.channel);
+        out.gain = largest * largest;
+        out.p_model = (2.0 * (-minus_ln_p(out.gain, 1)).exp()).min(1.0);
+    }
 }
 
 /// Finds the group of bases with the least p, errors of the baseline's form taken off.

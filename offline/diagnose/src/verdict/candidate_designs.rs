@@ -1,7 +1,7 @@
 //! Candidate designs of the next experiment, fifteen strokes each, and the rows that they would give.
 
 use crate::data::runs::{Labels, RawRow, RunSet};
-use crate::laws::{Column, OWN};
+use crate::laws::{Column, OWN, OwnColumn};
 use crate::schema::PlannedRun;
 
 /// Strokes of a design.
@@ -26,7 +26,12 @@ fn fresh() -> PlannedRun {
 }
 
 /// One factor over its range.
-fn single(shares: &[f64], [low, high]: [f64; 2], logarithmic: bool, set: fn(&mut PlannedRun, f64)) -> Vec<PlannedRun> {
+fn single(
+    shares: &[f64],
+    [low, high]: [f64; 2],
+    logarithmic: bool,
+    set: impl Fn(&mut PlannedRun, f64),
+) -> Vec<PlannedRun> {
     shares
         .iter()
         .map(|share| {
@@ -38,10 +43,22 @@ fn single(shares: &[f64], [low, high]: [f64; 2], logarithmic: bool, set: fn(&mut
         .collect()
 }
 
-/// The designs that are compared, each with the factor that it varies; `depth_mm`: least and largest of the depths at hand.
-pub fn candidate_designs(set: &RunSet, depth_mm: [f64; 2]) -> Vec<(&'static str, Vec<PlannedRun>)> {
-    let mut out = Vec::new();
+/// The designs that are compared, each with the factor that it varies; columns of the user's own are varied over their range.
+///
+/// * `depth_mm`: least and largest of the depths at hand
+pub fn candidate_designs<'a>(
+    set: &RunSet,
+    depth_mm: [f64; 2],
+    own: &'a [OwnColumn],
+) -> Vec<(&'a str, Vec<PlannedRun>)> {
+    let mut out: Vec<(&str, Vec<PlannedRun>)> = Vec::new();
     for shares in [even(), ends()] {
+        for column in own {
+            let set = |r: &mut PlannedRun, v: f64| {
+                r.own.insert(column.name.clone(), v);
+            };
+            out.push((&column.name, single(&shares, column.range, false, set)));
+        }
         let mut add = |name: &'static str, range, logarithmic, set: fn(&mut PlannedRun, f64)| {
             out.push((name, single(&shares, range, logarithmic, set)));
         };
@@ -90,7 +107,15 @@ pub fn candidate_designs(set: &RunSet, depth_mm: [f64; 2]) -> Vec<(&'static str,
         const COLUMN: [usize; 5] = [1, 2, 4, 8, 15];
         f64::from(((i + 1) & COLUMN[k]).count_ones() % 2)
     };
-    for share in [orders, corners] {
+    let orders_of_own: fn(usize, usize) -> f64 = |i, k| {
+        const STEP: [usize; OWN] = [1, 14, 7, 4];
+        ((i * STEP[k] + 5 * k) % STROKES) as f64 / (STROKES - 1) as f64
+    };
+    let corners_of_own: fn(usize, usize) -> f64 = |i, k| {
+        const COLUMN: [usize; OWN] = [3, 5, 6, 9];
+        f64::from(((i + 1) & COLUMN[k]).count_ones() % 2)
+    };
+    for (share, of_own) in [(orders, orders_of_own), (corners, corners_of_own)] {
         let all = (0..STROKES).map(|i| {
             let at = |k: usize, [low, high]: [f64; 2]| low + (high - low) * share(i, k);
             let round = |v: f64| (v * 100.0).round() / 100.0;
@@ -103,6 +128,11 @@ pub fn candidate_designs(set: &RunSet, depth_mm: [f64; 2]) -> Vec<(&'static str,
                 temperature_c: set.has(Column::Temperature).then(|| round(at(4, [27.0, 36.0]))),
                 rest_before_s: Some(if i % 4 == 0 { 60.0 } else { 2.0 }),
                 new_block: Some(i % 4 == 0),
+                own: own
+                    .iter()
+                    .enumerate()
+                    .map(|(k, c)| (c.name.clone(), round(c.range[0] + (c.range[1] - c.range[0]) * of_own(i, k))))
+                    .collect(),
                 ..PlannedRun::default()
             }
         });
@@ -114,7 +144,7 @@ pub fn candidate_designs(set: &RunSet, depth_mm: [f64; 2]) -> Vec<(&'static str,
 /// What the laboratory can do.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlanConstraints {
-    /// Columns that may be varied, with `length_mm` and `rest_before_s`; all where `None`.
+    /// Columns that may be varied, those of the user's own, `length_mm` and `rest_before_s` among them; all where `None`.
     pub can_set: Option<Vec<String>>,
     /// Least rest before a stroke, s.
     pub least_rest_s: f64,
@@ -123,6 +153,27 @@ pub struct PlanConstraints {
 /// Rest in which moisture or temperature of the skin settle at another value, s.
 const STATE_REST_S: f64 = 300.0;
 
+/// What a stroke sets that takes time to settle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Slow {
+    factor: usize,
+    value: f64,
+    settle_s: f64,
+}
+
+/// What of a stroke takes time to settle, the slowest first.
+fn slow(run: &PlannedRun, own: &[OwnColumn]) -> Vec<Slow> {
+    let state = [run.hydration_au, run.temperature_c].map(|value| (value, STATE_REST_S));
+    let of_own = own.iter().map(|c| (run.own.get(&c.name).copied(), c.settle_s));
+    let all = state.into_iter().chain(of_own).enumerate();
+    let mut out: Vec<Slow> = all
+        .filter_map(|(factor, (value, settle_s))| value.map(|value| Slow { factor, value, settle_s }))
+        .filter(|s| s.settle_s > 0.0)
+        .collect();
+    out.sort_by(|a, b| b.settle_s.total_cmp(&a.settle_s));
+    out
+}
+
 impl PlanConstraints {
     fn allows(&self, factor: &str) -> bool {
         self.can_set.as_ref().is_none_or(|list| list.iter().any(|c| c == factor))
@@ -130,8 +181,9 @@ impl PlanConstraints {
 
     /// A design as the laboratory can do it; `None` where what it varies cannot be set.
     ///
-    /// Moisture and temperature rise from stroke to stroke, with time to settle: nobody sets them anew at will.
-    pub fn apply(&self, factor: &str, mut runs: Vec<PlannedRun>) -> Option<Vec<PlannedRun>> {
+    /// What takes time to settle (moisture, temperature, a column of the user's own that says so) rises from stroke to stroke,
+    /// and has that time: nobody sets it anew at will.
+    pub fn apply(&self, factor: &str, mut runs: Vec<PlannedRun>, own: &[OwnColumn]) -> Option<Vec<PlannedRun>> {
         let varies = if factor == "reverse" { "length_mm" } else { factor };
         if !(factor == "all" || factor == "t_s" || self.allows(varies)) {
             return None;
@@ -151,20 +203,25 @@ impl PlanConstraints {
             keep("dwell_s", &mut run.dwell_s);
             keep("hydration_au", &mut run.hydration_au);
             keep("temperature_c", &mut run.temperature_c);
+            run.own.retain(|column, _| self.allows(column));
             run.rest_before_s = run.rest_before_s.map(|s| s.max(self.least_rest_s));
         }
-        let state = |r: &PlannedRun| [r.hydration_au, r.temperature_c];
-        if runs.iter().any(|r| state(r) != [None; 2]) {
-            let key = |r: &PlannedRun| r.hydration_au.or(r.temperature_c).unwrap_or(0.0);
-            runs.sort_by(|a, b| key(a).total_cmp(&key(b)));
-            let mut before = [None; 2];
-            for run in &mut runs {
-                if state(run) != before {
-                    run.rest_before_s = Some(run.rest_before_s.unwrap_or(0.0).max(STATE_REST_S));
-                    run.new_block = Some(true);
-                }
-                before = state(run);
+        runs.sort_by(|a, b| {
+            let slowest = |r: &PlannedRun| slow(r, own).first().map_or(0.0, |s| s.value);
+            slowest(a).total_cmp(&slowest(b))
+        });
+        let mut before: Vec<Slow> = Vec::new();
+        for run in &mut runs {
+            let settling = slow(run, own);
+            let changed = settling.iter().filter(|s| !before.contains(s)).map(|s| s.settle_s);
+            let settle_s = changed.fold(0.0, f64::max);
+            if settle_s > 0.0 {
+                run.rest_before_s = Some(run.rest_before_s.unwrap_or(0.0).max(settle_s));
             }
+            if settle_s >= STATE_REST_S {
+                run.new_block = Some(true);
+            }
+            before = settling;
         }
         Some(runs)
     }
@@ -187,8 +244,8 @@ pub struct ReferenceConditions {
     pub own: [f64; OWN],
 }
 
-/// Rows that a design would give; readings are 0.
-pub fn rows_of(plan: &[PlannedRun], conditions: ReferenceConditions) -> Vec<(Labels, Vec<RawRow>)> {
+/// Rows that a design would give; readings are 0. `own`: columns of the user's own, in the order of the conditions.
+pub fn rows_of(plan: &[PlannedRun], conditions: ReferenceConditions, own: &[OwnColumn]) -> Vec<(Labels, Vec<RawRow>)> {
     let mut clock = conditions.start_s;
     let mut occluded = 0.0;
     plan.iter()
@@ -215,6 +272,10 @@ pub fn rows_of(plan: &[PlannedRun], conditions: ReferenceConditions) -> Vec<(Lab
                 let place = if path > length { 2.0 * length - path } else { path };
                 points.push((press_s + dwell + path / speed, depth, place));
             }
+            let mut of_own = conditions.own;
+            for (to, column) in of_own.iter_mut().zip(own) {
+                *to = run.own.get(&column.name).copied().unwrap_or(*to);
+            }
             let rows = points
                 .iter()
                 .map(|&(t, depth_mm, place)| RawRow {
@@ -231,7 +292,7 @@ pub fn rows_of(plan: &[PlannedRun], conditions: ReferenceConditions) -> Vec<(Lab
                     hydration_au: run.hydration_au.unwrap_or(35.0),
                     temperature_c: run.temperature_c.unwrap_or(32.0),
                     finger_width_mm: conditions.width_mm,
-                    own: conditions.own,
+                    own: of_own,
                 })
                 .collect();
             let end = points[points.len() - 1].0;
@@ -254,15 +315,59 @@ mod tests {
             least_rest_s: 30.0,
         };
         let moist = PlannedRun { hydration_au: Some(40.0), rest_before_s: Some(2.0), ..PlannedRun::default() };
-        assert_eq!(limits.apply("hydration_au", vec![moist.clone()]), None);
+        assert_eq!(limits.apply("hydration_au", vec![moist.clone()], &[]), None);
         let all = PlannedRun { depth_mm: Some(1.0), ..moist.clone() };
-        let [run] = &limits.apply("all", vec![all]).unwrap()[..] else { panic!() };
+        let [run] = &limits.apply("all", vec![all], &[]).unwrap()[..] else { panic!() };
         assert_eq!((run.depth_mm, run.hydration_au, run.rest_before_s), (Some(1.0), None, Some(30.0)));
         // Where moisture may be set it rises, and has time to.
         let strokes = [60.0, 20.0, 40.0].map(|h| PlannedRun { hydration_au: Some(h), ..moist.clone() });
-        let runs = PlanConstraints::default().apply("hydration_au", strokes.to_vec()).unwrap();
+        let runs = PlanConstraints::default().apply("hydration_au", strokes.to_vec(), &[]).unwrap();
         assert!(runs.windows(2).all(|p| p[0].hydration_au < p[1].hydration_au));
         assert!(runs.iter().all(|r| r.rest_before_s >= Some(STATE_REST_S)));
         assert!(minutes(&runs) > 15.0);
+    }
+    #[test]
+    fn columns_of_the_users_own_are_varied_where_they_may_be_and_have_their_time_to_settle() {
+        let column = |name: &str, range, settle_s| OwnColumn {
+            name: name.into(),
+            unit: "V".into(),
+            range,
+            reference: range[0],
+            settle_s,
+        };
+        let own = vec![column("voltage_v", [0.0, 200.0], 0.0), column("bias_v", [-5.0, 5.0], 600.0)];
+        let set = RunSet::from_rows(std::path::PathBuf::new(), Vec::new()).unwrap();
+        let designs = candidate_designs(&set, [0.4, 1.2], &own);
+        let constraints = |names: &[&str]| PlanConstraints {
+            can_set: Some(names.iter().map(|n| (*n).to_owned()).collect()),
+            least_rest_s: 2.0,
+        };
+        for (name, settle_s) in [("voltage_v", 60.0), ("bias_v", 600.0)] {
+            let (_, plan) = designs.iter().find(|(factor, _)| *factor == name).unwrap();
+            let runs = constraints(&[name]).apply(name, plan.clone(), &own).unwrap();
+            let mut values: Vec<f64> = runs.iter().map(|r| r.own[name]).collect();
+            assert!(runs.iter().all(|r| r.rest_before_s == Some(settle_s)), "{name}: {runs:?}");
+            assert_eq!(values.windows(2).all(|p| p[0] <= p[1]), name == "bias_v", "{values:?}");
+            values.sort_by(f64::total_cmp);
+            let [low, high] = own.iter().find(|c| c.name == name).unwrap().range;
+            assert_eq!((values[0], values[STROKES - 1]), (low, high));
+            assert_eq!(constraints(&["depth_mm"]).apply(name, plan.clone(), &own), None);
+            // The same number of strokes and holds: the price is the rest.
+            assert!((minutes(&runs) - (settle_s + 31.0) * STROKES as f64 / 60.0).abs() < 1e-9);
+        }
+        let (_, all) = designs.iter().find(|(factor, _)| *factor == "all").unwrap();
+        let runs = constraints(&["voltage_v", "speed_mm_s"]).apply("all", all.clone(), &own).unwrap();
+        assert!(runs.iter().all(|r| r.own.len() == 1 && r.speed_mm_s.is_some() && r.depth_mm.is_none()), "{runs:?}");
+        let conditions = ReferenceConditions {
+            depth_mm: 1.0,
+            press_mm_s: 2.0,
+            length_mm: 5.0,
+            start_s: 0.0,
+            width_mm: 16.0,
+            own: [7.0, 1.5, f64::NAN, f64::NAN],
+        };
+        for (run, (_, rows)) in runs.iter().zip(rows_of(&runs, conditions, &own)) {
+            assert!(rows.iter().all(|row| row.own[..2] == [run.own["voltage_v"], 1.5]), "{:?}", rows[0].own);
+        }
     }
 }

@@ -1,11 +1,11 @@
 //! The model file with the effect switched on: the refitted baseline, effect slots, provenance.
 
-use fingerpad::{Data, EffectSlot, Effects};
+use fingerpad::{Data, EffectSlot, Effects, Tables};
 use fingerpad_smooth::{CoreExport, MIDDLE_MM, ReferenceCurves, export_to_core};
 
 use crate::error::DiagnoseError;
 use crate::laws::tabulation::tabulate;
-use crate::laws::{Place, TableTold};
+use crate::laws::{OwnColumn, Place, TableTold};
 use crate::model::active_law::ActiveLaw;
 use crate::model::core_replay::replay_all;
 use crate::model::prediction::strokes_of;
@@ -77,13 +77,16 @@ pub fn corrected_model(
         "checked_on": evidence.checked,
         "rms_n": rms_n,
     });
+    let mut columns = Vec::new();
     if !told.is_empty() {
         meta["tables"] = serde_json::json!(told);
-        meta["own_columns"] = serde_json::json!(evidence.own.columns);
+        let of_file = evidence.own.columns.iter().map(OwnColumn::in_model_file);
+        columns = of_file.collect::<Result<_, _>>().map_err(refuse)?;
     }
     let meta = meta.to_string();
-    let mut bytes = vec![0; Data::file_length_with_tables(&slots, &section, &meta)];
-    tables.write_file_with_tables(&slots, &section, &meta, &mut bytes).map_err(refuse)?;
+    let of_laws = Tables { numbers: &section, columns: &columns };
+    let mut bytes = vec![0; Data::file_length_with_tables(&slots, of_laws, &meta)];
+    tables.write_file_with_tables(&slots, of_laws, &meta, &mut bytes).map_err(refuse)?;
     Ok(CorrectedModel { bytes, rms_n, tables: told })
 }
 

@@ -21,7 +21,7 @@ use crate::selection::scan::why_untestable;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
 use crate::statistics::task::Task;
-use crate::verdict::effects_found::without_amplitude;
+use crate::verdict::effects_found::{size_p90, without_amplitude};
 
 /// Everything that a verdict rests on.
 pub struct Decision<'a> {
@@ -39,6 +39,8 @@ pub struct Decision<'a> {
     pub expected_variances: PerEffect,
     /// How much the shape of the curves has changed since the calibration.
     pub drift: Drift,
+    /// Laws that stand out from chance and are too small to be named, with their sizes as shares of the forces.
+    pub too_small: Vec<(&'static str, f64)>,
 }
 
 /// Families among the candidates for one place, the accepted law's first.
@@ -87,6 +89,7 @@ pub fn decide<'a>(
     settling.swap_for_better();
     settling.drop_weak();
     settling.drop_without_amplitude();
+    let too_small = settling.drop_too_small();
     settling.renew_evidence();
     let Settling { task, selection, hypotheses, .. } = settling;
 
@@ -114,8 +117,11 @@ pub fn decide<'a>(
     } else {
         Verdict::Named
     };
-    Decision { task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift }
+    Decision { task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift, too_small }
 }
+
+/// Smallest effect that is named, as a share of the force (90th percentile): the baseline's form is no more exact than that.
+pub const LEAST_SIZE: f64 = 0.005;
 
 /// A selection that is weighed against its competitors.
 struct Settling<'a> {
@@ -207,6 +213,26 @@ impl<'a> Settling<'a> {
             let Some(i) = weak.last() else { break };
             self.drop_law(*i);
         }
+    }
+
+    /// Drops laws smaller than the model can be trusted to be exact, and tells them with their sizes: with hundreds of runs
+    /// an error of the baseline's form stands out from chance as a law does.
+    fn drop_too_small(&mut self) -> Vec<(&'static str, f64)> {
+        let mut out = Vec::new();
+        loop {
+            let fit = &self.selection.fit;
+            let with = self.task.predict(&fit.parameters, &fit.laws);
+            let size = |i: usize| {
+                let mut others = fit.laws.clone();
+                others.remove(i);
+                size_p90(self.set, &self.task.predict(&fit.parameters, &others), &with)
+            };
+            let sizes = (0..fit.laws.len()).map(|i| (i, size(i)));
+            let Some((i, size)) = sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|s| s.1 < LEAST_SIZE) else { break };
+            out.push((fit.laws[i].law.name, size));
+            self.drop_law(i);
+        }
+        out
     }
 
     fn drop_law(&mut self, i: usize) {

@@ -68,7 +68,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let calibration = calibration.drifting(decision.drift);
     let null = &decision.selection.null;
     let full = if is_claimed(&decision) { &decision.selection.fit } else { null };
-    let next_experiment = sections::next_experiment(&decision, &corrected, &options.plan);
+    let next_experiment = sections::next_experiment(&decision, &corrected, &options.plan, &options.own);
 
     stage("predicting held-out runs");
     let mut held_out = open_holdout()?;
@@ -88,11 +88,13 @@ pub fn diagnose<E: From<DiagnoseError>>(
     stage("writing the report");
     let (mut effects, drivers) =
         if is_claimed(&decision) { effects(&decision, &corrected) } else { (Vec::new(), Vec::new()) };
-    let mut disagreement = sections::disagreement(&decision, &corrected);
+    effects.iter_mut().for_each(|e| e.own = options.own.formula_of(&e.law));
+    let mut disagreement = sections::disagreement(&decision, &corrected, &options.own);
     let range = CalibratedRange::of(&calibration_set);
     range.mark(&corrected, options.settings.laws, &mut disagreement.regions, &mut effects);
     cautions.extend(range.cautions(&corrected));
     cautions.extend(sections::scatter_caution(&decision));
+    cautions.extend(sections::too_small_cautions(&decision));
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict: decision.verdict,
@@ -114,7 +116,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
         version: env!("CARGO_PKG_VERSION").into(),
         elapsed_s: 0.0,
     };
-    let map_of = |fit: &Fit| residual_map(&corrected, &decision.task.residual_without_random_effects_n(fit));
+    let map_of =
+        |fit: &Fit| residual_map(&corrected, &options.own, &decision.task.residual_without_random_effects_n(fit));
     let floor_n = noise_floor_n(&decision.task, &null.parameters, &[], expected);
     let mut sets = vec![&calibration_set, &corrected];
     sets.extend(held_out.as_ref());

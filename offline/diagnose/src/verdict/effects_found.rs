@@ -42,6 +42,7 @@ pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<
             p_runs: e.p_runs.p,
             against_calibration: e.p_runs.by_calibration,
             outside_calibration: false,
+            own: None,
             lambda_detect: hypotheses.lambda_detect,
             candidates: hypotheses
                 .candidates
@@ -158,7 +159,7 @@ fn polar(active: &ActiveLaw, covariance: &nalgebra::DMatrix<f64>, at: usize, k: 
 }
 
 /// The larger of the 90th percentiles of |ΔN|/N and |ΔF|/F over contact rows whose force stands above the noise.
-fn size_p90(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
+pub fn size_p90(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
     let (mut normal, mut friction) = (Vec::new(), Vec::new());
     let mut at = 0;
     for run in &set.runs {

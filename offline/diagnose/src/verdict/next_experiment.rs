@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 
 use crate::data::runs::{Run, RunSet};
-use crate::laws::Column;
+use crate::laws::{Column, OwnColumn};
 use crate::model::active_law::ActiveLaw;
 use crate::model::prior::Prior;
 use crate::schema::{FactorPrice, NextExperiment, PlannedRun, minutes};
@@ -34,12 +34,15 @@ pub struct HypothesisPair<'a> {
 
 /// Proposes the cheapest strokes that separate all pairs of competing laws of a fit, or those that separate them best where
 /// none suffices.
+///
+/// * `own`: columns of the user's own, which are varied as well
 pub fn propose(
     task: &Task<'_>,
     set: &RunSet,
     fit: &Fit,
     pairs: &[HypothesisPair<'_>],
     constraints: &PlanConstraints,
+    own: &[OwnColumn],
 ) -> Option<NextExperiment> {
     let mut depths: Vec<f64> = set.runs.iter().map(|r| r.depth_mm()).collect();
     depths.sort_by(f64::total_cmp);
@@ -63,9 +66,9 @@ pub fn propose(
     };
     let known: Vec<PairInRuns> = pairs.iter().map(|r| PairInRuns::of(task, fit, r)).collect();
     let mut plans: Vec<(FactorPrice, Vec<PlannedRun>)> = Vec::new();
-    for (factor, plan) in candidate_designs(set, [round(low), round(high)]) {
-        let Some(plan) = constraints.apply(factor, plan) else { continue };
-        let more = RunSet::from_rows(PathBuf::new(), rows_of(&plan, conditions)).ok()?;
+    for (factor, plan) in candidate_designs(set, [round(low), round(high)], own) {
+        let Some(plan) = constraints.apply(factor, plan, own) else { continue };
+        let more = RunSet::from_rows(PathBuf::new(), rows_of(&plan, conditions, own)).ok()?;
         let mut new = Task::new(&more.runs, task.reference, task.prior.clone(), Vec::new(), task.variances);
         new.sigma_n = noise_like(task, &known[0].with, &new.predict(&fit.parameters, &fit.laws));
         let mut runs = set.runs.clone();

@@ -10,6 +10,7 @@ use crate::error::DiagnoseError;
 use crate::model::prediction::predict_runs;
 use crate::model::row_noise::{RowNoise, sigma_of};
 use crate::schema::Caution;
+use crate::selection::acceptance::LARGEST_P_ALONG_STROKE;
 use crate::statistics::calibration::{Calibration, calibrate};
 
 /// Names of the channels' columns.
@@ -37,7 +38,7 @@ pub fn prepare(
     measured: &RunSet,
     reference: &ReferenceCurves,
 ) -> Result<Prepared, DiagnoseError> {
-    let mut cautions = Vec::new();
+    let mut cautions: Vec<Caution> = few_runs_cautions(calibration, measured).collect();
     let railed_off = off_rails(calibration, "calibration", &mut cautions)?;
     let mut calibration_set = railed_off.clone();
     let mut found = calibrate(&calibration_set, reference);
@@ -88,6 +89,44 @@ fn spike_caution(role: &str, readings: usize, rows: usize) -> Option<Caution> {
         column: String::new(),
         text: format!("{readings} readings in {rows} rows of the {role} set lie far off the rows on both sides; they are left out."),
     })
+}
+
+/// Runs from which on flips of whole runs reach p = 1 %.
+const RUNS_FOR_FLIPS: usize = 8;
+
+/// What so few runs cannot support.
+fn few_runs_cautions(calibration: &RunSet, measured: &RunSet) -> impl Iterator<Item = Caution> {
+    let caution = |role: &str, text: String| Caution {
+        kind: "few_runs".into(),
+        role: role.into(),
+        column: "run_id".into(),
+        text,
+    };
+    let few = |set: &RunSet| (set.runs.len() < RUNS_FOR_FLIPS).then_some(set.runs.len());
+    let of_calibration = few(calibration).map(|runs| {
+        let text = format!(
+            "{runs} calibration runs: the scatter between runs, against which every effect is weighed, rests on {} degrees \
+             of freedom.",
+            runs - 3
+        );
+        caution("calibration", text)
+    });
+    let of_measured = few(measured).map(|runs| {
+        let flips = 0.5f64.powi(runs as i32 - 1);
+        let along_stroke = if flips > LARGEST_P_ALONG_STROKE {
+            " Laws that fade along the stroke (static_peak, contact_ageing) cannot be named."
+        } else {
+            ""
+        };
+        let text = format!(
+            "{runs} measured runs: signs of whole runs can be flipped in {} ways only, so that p_runs is {flips:.3} at least \
+             where 0.01 is asked of {RUNS_FOR_FLIPS} runs and more; a law or a structure then needs evidence by the likelihood \
+             that is stronger by orders of magnitude (p_model 1e-4, 1e-6).{along_stroke}",
+            1usize << (runs - 1)
+        );
+        caution("measured", text)
+    });
+    of_calibration.into_iter().chain(of_measured)
 }
 
 fn off_rails(set: &RunSet, role: &str, cautions: &mut Vec<Caution>) -> Result<RunSet, DiagnoseError> {

@@ -1,7 +1,7 @@
 //! Residual map: where simulation and measurement disagree, in bins of every column, with the run as the unit.
 
 use crate::data::runs::RunSet;
-use crate::laws::Column;
+use crate::laws::{Column, LawsFile};
 use crate::schema::Region;
 
 /// Channels of a residual map.
@@ -78,13 +78,14 @@ fn value(column: Column, run: &crate::data::runs::Run, row: usize) -> f64 {
     }
 }
 
-/// The residual map: every bin of every column that is recorded and varies.
+/// The residual map: every bin of every column that is recorded and varies, those of the user's own last.
 ///
 /// `residual_n`: three per row, N
-pub fn residual_map(set: &RunSet, residual_n: &[f64]) -> Vec<Region> {
+pub fn residual_map(set: &RunSet, own: &LawsFile, residual_n: &[f64]) -> Vec<Region> {
     let relative = relative(set, residual_n);
     let mut out = Vec::new();
-    for (column, unit) in COLUMNS.into_iter().filter(|(c, _)| set.has(*c)) {
+    let of_own = own.own_columns().into_iter().zip(own.columns.iter().map(|c| c.unit.as_str()));
+    for (column, unit) in COLUMNS.into_iter().chain(of_own).filter(|(c, _)| set.has(*c)) {
         let Some(edges) = bin_edges(set, column, &relative) else { continue };
         for bin in 0..edges.len().saturating_sub(1) {
             let range = [edges[bin], edges[bin + 1]];

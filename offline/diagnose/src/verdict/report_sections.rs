@@ -3,6 +3,7 @@
 use fingerpad_smooth::Parameter;
 
 use crate::data::runs::RunSet;
+use crate::laws::LawsFile;
 use crate::model::random_effects::RandomEffect;
 use crate::model::residual_sums::ResidualSums;
 use crate::schema::{
@@ -14,12 +15,17 @@ use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
-use crate::verdict::decision::Decision;
+use crate::verdict::decision::{Decision, LEAST_SIZE};
 use crate::verdict::next_experiment::{HypothesisPair, propose};
 use crate::verdict::regions::{residual_map, strongest};
 
 /// The strokes that would separate the competing laws of an ambiguous verdict.
-pub fn next_experiment(decision: &Decision<'_>, set: &RunSet, constraints: &PlanConstraints) -> Option<NextExperiment> {
+pub fn next_experiment(
+    decision: &Decision<'_>,
+    set: &RunSet,
+    constraints: &PlanConstraints,
+    own: &LawsFile,
+) -> Option<NextExperiment> {
     if decision.verdict != Verdict::Ambiguous {
         return None;
     }
@@ -34,11 +40,11 @@ pub fn next_experiment(decision: &Decision<'_>, set: &RunSet, constraints: &Plan
             }
         }
     }
-    propose(&decision.task, set, &decision.selection.fit, &pairs, constraints)
+    propose(&decision.task, set, &decision.selection.fit, &pairs, constraints, &own.columns)
 }
 
 /// Where baseline and measurement differ before any effect.
-pub fn disagreement(decision: &Decision<'_>, set: &RunSet) -> Disagreement {
+pub fn disagreement(decision: &Decision<'_>, set: &RunSet, own: &LawsFile) -> Disagreement {
     let null = &decision.selection.null;
     let (mut rms, mut floor) = (ResidualSums::default(), ResidualSums::default());
     let residual_n = decision.task.residual_without_random_effects_n(null);
@@ -47,7 +53,7 @@ pub fn disagreement(decision: &Decision<'_>, set: &RunSet) -> Disagreement {
     let (rms_n, floor_rms_n) = (rms.rms(), floor.rms());
     Disagreement {
         ratio: std::array::from_fn(|k| worst(&[rms_n[k]; 3], &[floor_rms_n[k]; 3])),
-        regions: strongest(&residual_map(set, &residual_n), 12),
+        regions: strongest(&residual_map(set, own, &residual_n), 12),
         rms_n,
         floor_rms_n,
     }
@@ -122,6 +128,21 @@ pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
             "With what is named in the model, runs still scatter by {:.1} (normal) and {:.1} (friction) times the variance that \
              the calibration explains: its form is not exact, or something else is there too.",
             u.scatter_ratio[0], u.scatter_ratio[1]
+        ),
+    })
+}
+
+/// Laws that stand out from chance and are smaller than the model is exact.
+pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Caution> {
+    decision.too_small.iter().map(|(law, size)| Caution {
+        kind: "too_small".into(),
+        role: "measured".into(),
+        column: String::new(),
+        text: format!(
+            "{law} stands out from chance, but would change the forces by {:.2} % only, less than the {:.1} % to which the \
+             model's form can be trusted: it is not named.",
+            100.0 * size,
+            100.0 * LEAST_SIZE
         ),
     })
 }

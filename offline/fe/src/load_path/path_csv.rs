@@ -21,9 +21,50 @@ const TURNS: [(&str, &str); 3] =
 /// and there are at least two rows; everything else is an error that says where. `spin_deg`, `pitch_deg` and `roll_deg`, or
 /// the moments in their place, may be absent: the finger then stays as it is in the neutral pose.
 pub fn read(file: &FilePath) -> Result<Path, Error> {
-    let known: Vec<&str> =
-        std::iter::once("t_s").chain(AXES.iter().chain(&TURNS).flat_map(|(a, b)| [*a, *b])).collect();
+    read_with(file, &[]).map(|(path, _)| path)
+}
+
+/// A column of the reader's choice beside a path.
+#[derive(Clone, Copy, Debug)]
+pub struct More<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its unit, for errors.
+    pub unit: &'a str,
+    /// Least and largest value that is taken.
+    pub range: [f64; 2],
+}
+
+/// The same with further columns, which may be absent: for each its values, one a waypoint.
+///
+/// Errors: those of [`read`], and a value that is outside its range.
+pub fn read_with(file: &FilePath, more: &[More<'_>]) -> Result<(Path, Vec<Option<Vec<f64>>>), Error> {
+    let known: Vec<&str> = std::iter::once("t_s")
+        .chain(AXES.iter().chain(&TURNS).flat_map(|(a, b)| [*a, *b]))
+        .chain(more.iter().map(|m| m.name))
+        .collect();
     let table = Columns::read(file, &known)?;
+    let path = path_of(&table)?;
+    let further = more.iter().map(|m| further(&table, m)).collect::<Result<_, _>>()?;
+    Ok((path, further))
+}
+
+/// A further column, if the file has it.
+fn further(table: &Columns, more: &More<'_>) -> Result<Option<Vec<f64>>, Error> {
+    let Some(column) = table.find(more.name) else { return Ok(None) };
+    let [low, high] = more.range;
+    let value = |row| -> Result<f64, Error> {
+        let value = table.number(row, column)?;
+        if value >= low && value <= high {
+            return Ok(value);
+        }
+        let problem = format!("is outside {low} to {high} {}", more.unit);
+        Err(table.refuse(row, column, problem.trim_end()))
+    };
+    table.rows.iter().map(value).collect::<Result<_, _>>().map(Some)
+}
+
+fn path_of(table: &Columns) -> Result<Path, Error> {
     let t = table.need("t_s")?;
     let mut drives = [Drive::Displacement; 3];
     let mut columns = [0; 3];
@@ -48,7 +89,7 @@ pub fn read(file: &FilePath) -> Result<Path, Error> {
         }
         waypoints.push(waypoint);
     }
-    let [spin, pitch, roll] = TURNS.map(|(angle, moment)| turn(&table, angle, moment));
+    let [spin, pitch, roll] = TURNS.map(|(angle, moment)| turn(table, angle, moment));
     Ok(Path { drives, waypoints, turns: Turns { spin: spin?, pitch: pitch?, roll: roll? } })
 }
 
@@ -82,6 +123,25 @@ mod tests {
         assert_eq!(path.drives, [Drive::Force, Drive::Displacement, Drive::Force]);
         assert_eq!(path.waypoints[1], Waypoint { t_s: 0.2, normal: 0.3, x: 1.5, y: -0.1 });
         assert_eq!(path.waypoints.len(), 2);
+    }
+
+    #[test]
+    fn further_columns_come_with_the_path_and_are_held_to_their_range() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("p.csv");
+        let more = [("voltage_v", "V", 200.0), ("film_um", "um", 50.0)];
+        let more = more.map(|(name, unit, high)| More { name, unit, range: [0.0, high] });
+        let read_text = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            read_with(&file, &more).map_err(|e| e.to_string().rsplit_once("p.csv").unwrap().1.to_owned())
+        };
+        let head = "t_s,depth_mm,voltage_v,slide_x_mm,slide_y_mm\n";
+        let (path, further) = read_text(&format!("{head}0,0,0,0,0\n1,1,120.5,0,0\n")).unwrap();
+        assert_eq!((path.waypoints.len(), further), (2, vec![Some(vec![0.0, 120.5]), None]));
+        let message = read_text(&format!("{head}0,0,0,0,0\n1,1,300,0,0\n")).unwrap_err();
+        assert_eq!(message, ":3: column `voltage_v`: `300` is outside 0 to 200 V");
+        let message = read_text(&format!("{head}0,0,0,0,0\n1,1,,0,0\n")).unwrap_err();
+        assert!(message.starts_with(":3: column `voltage_v`: `` is missing"), "{message}");
     }
 
     #[test]

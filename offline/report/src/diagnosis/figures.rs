@@ -59,7 +59,8 @@ impl Figure for ResidualMap<'_> {
             for (row, column) in self.columns().into_iter().enumerate() {
                 let y = 36.0 + ROW * row as f64;
                 if channel == "normal" {
-                    canvas.text(&axis(column), (178.0, y + 11.0), Text { h: HPos::Right, ..Text::BODY })?;
+                    let unit = self.map.iter().find(|r| r.column == column).map_or("", |r| r.unit.as_str());
+                    canvas.text(&axis(column, unit), (178.0, y + 11.0), Text { h: HPos::Right, ..Text::BODY })?;
                 }
                 let bins: Vec<&Region> =
                     self.map.iter().filter(|r| r.column == column && r.channel == channel).collect();
@@ -119,6 +120,8 @@ fn short(v: f64) -> String {
 pub struct Driver<'a> {
     /// What to show.
     pub plot: &'a DriverPlot,
+    /// Unit of its column.
+    pub unit: &'a str,
 }
 
 impl Figure for Driver<'_> {
@@ -144,7 +147,7 @@ impl Figure for Driver<'_> {
             top: 42.0,
             width: 620.0,
             height: 290.0,
-            x: Axis::covering(&axis(&self.plot.column), [first, last], std::iter::empty(), 7),
+            x: Axis::covering(&axis(&self.plot.column, self.unit), [first, last], std::iter::empty(), 7),
             y: Axis::covering("Relative residual, %", [bottom, top], std::iter::empty(), 6),
         };
         panel.draw(canvas)?;

@@ -48,7 +48,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         }
     }
     for (i, plot) in evidence.drivers.iter().enumerate() {
-        let figure = figures::Driver { plot };
+        let figure = figures::Driver { plot, unit: words::unit(&plot.column, &evidence.own) };
         let name = format!("driver_{}", i + 1);
         let title = format!("What {} asks for, and the law through it", words::column(&plot.column));
         add(&name, title, words::driver_caption(plot), canvas::png(&figure)?, canvas::svg(&figure)?);
@@ -92,13 +92,22 @@ pub fn render_reduced(reduced: &ReducedDiagnosis) -> Result<Rendered, ReportErro
     Ok(Rendered { html: page::reduced(&reduced.report, &reduced.sentences, picture.as_ref()), json, figures: files })
 }
 
+/// Columns of the user's own that the strokes set.
+fn own_columns(plan: &NextExperiment) -> Vec<&str> {
+    let names = plan.runs.iter().flat_map(|r| r.own.keys()).map(String::as_str);
+    names.collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+}
+
 /// The strokes of the next experiment as a CSV file; blank cells are the reference conditions.
 pub fn plan_csv(plan: &NextExperiment) -> String {
-    let mut out = "run,depth_mm,speed_mm_s,direction_deg,dwell_s,hydration_au,temperature_c,length_mm,rest_before_s,new_block,reverse\n".to_owned();
+    let own = own_columns(plan);
+    let mut out = "run,depth_mm,speed_mm_s,direction_deg,dwell_s,hydration_au,temperature_c,length_mm,rest_before_s,new_block,reverse".to_owned();
+    own.iter().for_each(|name| out += &format!(",{name}"));
+    out.push('\n');
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     let flag = |v: Option<bool>| v.map_or_else(String::new, |v| v.to_string());
     for (i, r) in plan.runs.iter().enumerate() {
-        let cells = [
+        let mut cells = vec![
             (i + 1).to_string(),
             number(r.depth_mm),
             number(r.speed_mm_s),
@@ -111,6 +120,7 @@ pub fn plan_csv(plan: &NextExperiment) -> String {
             flag(r.new_block),
             flag(r.reverse),
         ];
+        cells.extend(own.iter().map(|name| number(r.own.get(*name).copied())));
         out += &(cells.join(",") + "\n");
     }
     out

@@ -15,12 +15,11 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
         Verdict::Ambiguous => "More than one effect would explain it",
         Verdict::UnexplainedStructure => "Something that no known law explains",
     };
-    let files: Vec<String> =
-        report.input.iter().map(|f| format!("{} {} ({} runs, {} rows)", f.role, f.file, f.runs, f.rows)).collect();
+    let files: Vec<String> = report.input.iter().map(words::input).collect();
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<title>fingerpad diagnose: {title}</title>\n<style>\n{STYLE}{}</style>\n\
-         </head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n<p class=\"meta\">{} · baseline {} · seed {} · fingerpad {}</p>\n</header>\n\
+         </head>\n<body>\n<main class=\"diagnosis\">\n<header>\n<h1>{title}</h1>\n<p class=\"meta\">{} · baseline {} · seed {} · fingerpad {}</p>\n</header>\n\
          <p class=\"number\">{}</p>\n<p class=\"verdict\">{}</p>\n",
         fonts(),
         escape(&files.join(" · ")),
@@ -79,10 +78,13 @@ fn effects(report: &Diagnosis) -> String {
     for e in &report.effects {
         let _ = write!(
             out,
-            "<h2>{} <span class=\"meta\">({})</span></h2>\n<div class=\"side\">\n<table>\n<thead><tr><th class=\"name\">parameter</th>\
+            "<h2>{} <span class=\"meta\">({})</span></h2>\n{}<div class=\"side\">\n<table>\n<thead><tr><th class=\"name\">parameter</th>\
              <th>value</th><th>95 % interval</th><th class=\"name\">unit</th></tr></thead>\n<tbody>\n",
             escape(&words::plain(&e.law)),
-            escape(&words::plain(&e.family))
+            escape(&words::plain(&e.family)),
+            e.own.as_ref().map_or_else(String::new, |own| {
+                format!("<p class=\"formula\">A law of your own: <code>{}</code></p>\n", escape(&words::formula(own)))
+            })
         );
         for p in &e.parameters {
             let _ = writeln!(
@@ -150,6 +152,8 @@ fn next(report: &Diagnosis) -> String {
     ] {
         let _ = write!(out, "<th>{head}</th>");
     }
+    let own = super::own_columns(plan);
+    own.iter().for_each(|name| out += &format!("<th>{}</th>", escape(name)));
     out += "</tr></thead>\n<tbody>\n";
     let number = |v: Option<f64>| cell(&v.map_or_else(String::new, |v| v.to_string()));
     let flag = |v: Option<bool>| {
@@ -174,7 +178,9 @@ fn next(report: &Diagnosis) -> String {
         ] {
             out += &number(v);
         }
-        out += &(flag(r.new_block) + &flag(r.reverse) + "</tr>\n");
+        out += &(flag(r.new_block) + &flag(r.reverse));
+        own.iter().for_each(|name| out += &number(r.own.get(*name).copied()));
+        out += "</tr>\n";
     }
     out += "</tbody>\n</table>\n";
     if !plan.prices.is_empty() {

@@ -1,7 +1,9 @@
 //! The sentences of a diagnosis; every verdict has its own.
 
 use crate::numbers::{fixed, significant};
-use fingerpad_diagnose::{COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, Verdict};
+use fingerpad_diagnose::{
+    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, InputFile, LawsFile, OwnFormula, Verdict,
+};
 
 /// A law's or a family's name in running text.
 pub fn plain(name: &str) -> String {
@@ -67,18 +69,48 @@ fn size(effect: &EffectFound) -> String {
     )
 }
 
+/// What a law of a user's file does to the model, with its formula.
+pub fn formula(own: &OwnFormula) -> String {
+    let OwnFormula { acts_on, formula } = own;
+    match acts_on.as_str() {
+        "strength" | "stiffness" => format!("{acts_on} × (1 + {formula})"),
+        "depth" => format!("depth + ({formula}) mm"),
+        reading => format!(
+            "{} + ({formula}) N",
+            reading.replace("reading_", "reading of ").replace("normal", "the normal force")
+        ),
+    }
+}
+
+/// Unit of a column: one of the program's or of a user's file.
+pub fn unit<'a>(name: &str, own: &'a LawsFile) -> &'a str {
+    let known = COLUMNS.iter().find(|(c, _)| c.name() == name).map(|(_, unit)| *unit);
+    known.or(own.columns.iter().find(|c| c.name == name).map(|c| c.unit.as_str())).unwrap_or("")
+}
+
 /// A column as an axis names it: in words, with its unit.
-pub fn axis(name: &str) -> String {
+pub fn axis(name: &str, unit: &str) -> String {
     let plain = match name {
         "t_s" => "clock",
         "speed_mm_s" => "speed",
         "direction_deg" => "direction",
         "hydration_au" => "hydration",
         "temperature_c" => "temperature",
-        other => other.trim_end_matches("_mm").trim_end_matches("_s"),
+        other => {
+            let ending = format!("_{}", unit.to_lowercase().replace(['°', '/'], ""));
+            other.strip_suffix("_mm").or(other.strip_suffix("_s")).or(other.strip_suffix(&ending)).unwrap_or(other)
+        }
     };
-    let unit = COLUMNS.iter().find(|(c, _)| c.name() == name).map_or("", |(_, unit)| *unit);
-    format!("{}, {unit}", plain.replace('_', " "))
+    let comma = if unit.is_empty() { "" } else { ", " };
+    format!("{}{comma}{unit}", plain.replace('_', " "))
+}
+
+/// A file that went in, with its size where it has runs.
+pub fn input(file: &InputFile) -> String {
+    if file.runs == 0 {
+        return format!("{} {}", file.role, file.file);
+    }
+    format!("{} {} ({} runs, {} rows)", file.role, file.file, file.runs, file.rows)
 }
 
 /// The verdict as one paragraph.
@@ -303,6 +335,23 @@ mod tests {
         assert_eq!(plain(without_unit("coefficient_n_s_per_mm")), "coefficient");
         assert_eq!(plain(without_unit("pull_off_n")), "pull off");
         assert_eq!(plain(without_unit("amplitude_per_e_fold")), "amplitude per e fold");
+    }
+
+    #[test]
+    fn columns_of_the_users_own_have_their_unit_on_an_axis() {
+        assert_eq!(axis("voltage_v", "V"), "voltage, V");
+        assert_eq!(axis("frame_temperature_c", "°C"), "frame temperature, °C");
+        assert_eq!(axis("grade", ""), "grade");
+        assert_eq!(axis("dwell_s", "s"), "dwell, s");
+    }
+
+    #[test]
+    fn a_law_of_the_users_own_is_told_by_what_it_does() {
+        let told = |acts_on: &str| formula(&OwnFormula { acts_on: acts_on.into(), formula: "a * x".into() });
+        assert_eq!(told("strength"), "strength × (1 + a * x)");
+        assert_eq!(told("depth"), "depth + (a * x) mm");
+        assert_eq!(told("reading_normal"), "reading of the normal force + (a * x) N");
+        assert_eq!(told("reading_x"), "reading of x + (a * x) N");
     }
 
     #[test]
