@@ -174,7 +174,7 @@ pub fn problem(finger: &Finger, law: Law) -> Problem<'_> {
     };
     Problem {
         body: &finger.body,
-        pad_faces: &finger.mesh.pad_faces,
+        pad_faces: (&finger.mesh).into(),
         half: None,
         friction,
         penalty: PenaltySettings { penalty_mpa_per_mm: PENALTY_MPA_PER_MM, augment: false, ..Default::default() },

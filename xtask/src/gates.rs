@@ -59,7 +59,7 @@ enum Step {
     Mujoco,
     /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
     Python,
-    /// Integration tests and quick verification cases, some against CalculiX
+    /// Integration tests and quick verification cases, some against CalculiX, some with Gmsh
     Integration,
 }
 
@@ -80,6 +80,7 @@ impl Step {
             Self::Layout => cargo(&["test", "--release", "--workspace", "--test", "layout"], &[]),
             Self::Integration => {
                 install::calculix()?;
+                install::gmsh()?;
                 cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
             }
             Self::Mujoco => mujoco::test(),

@@ -57,6 +57,30 @@ pub fn calculix() -> Result<()> {
     debian(&["calculix-ccx"], "apt-get install calculix-ccx")
 }
 
+/// Gmsh's Python package, which meshes CAD files in some tests: that of `python3`, or one of our own under `target`.
+pub fn gmsh() -> Result<()> {
+    const IMPORT: [&str; 2] = ["-c", "import gmsh"];
+    let own = crate::root().join("target/gmsh");
+    let python = own.join("bin/python");
+    if succeeds(Command::new("python3").args(IMPORT)) || succeeds(Command::new(&python).args(IMPORT)) {
+        return Ok(());
+    }
+    let venv = || succeeds(Command::new("python3").args(["-m", "venv"]).arg(&own));
+    if !venv() {
+        debian(&["python3-venv"], "apt-get install python3-venv")?;
+        ensure!(venv(), "python3 -m venv {} fails", own.display());
+    }
+    say("pip install gmsh==4.15.2");
+    let pip = Command::new(&python).args(["-m", "pip", "install", "--quiet", "gmsh==4.15.2"]).status()?;
+    ensure!(pip.success(), "Gmsh could not be installed; this helps: pip install gmsh");
+    if !succeeds(Command::new(&python).args(IMPORT)) {
+        // What the package links to and a bare machine has not.
+        let libraries = ["libglu1-mesa", "libxcursor1", "libxft2", "libxinerama1", "libxrender1"];
+        debian(&libraries, &format!("apt-get install {}", libraries.join(" ")))?;
+    }
+    Ok(())
+}
+
 /// Whether a command is there and ends well.
 pub fn succeeds(command: &mut Command) -> bool {
     command

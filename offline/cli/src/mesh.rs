@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let value = serde_json::json!({
             "geometry": origin,
             "nodes": quality.nodes, "hexes": quality.hexes, "tets": quality.tets,
-            "pad_faces": finger.mesh.pad_faces.len(), "free_dofs": finger.body.dofs.count,
+            "pad_faces": quality.pad_faces, "free_dofs": finger.body.dofs.count,
             "worst_hex_scaled_jacobian": quality.worst_hex_scaled_jacobian,
             "worst_tet_scaled_jacobian": quality.worst_tet_scaled_jacobian,
             "min_edge_mm": quality.min_edge_mm, "max_edge_mm": quality.max_edge_mm,
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         quality.nodes,
         quality.hexes,
         quality.tets,
-        finger.mesh.pad_faces.len(),
+        quality.pad_faces,
         finger.body.dofs.count
     );
     println!(

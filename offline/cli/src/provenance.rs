@@ -16,8 +16,8 @@ pub fn provenance(config: &Config, finger: &Finger, settings_hash: &str) -> Prov
         mesh: MeshCounts {
             nodes: finger.mesh.nodes.len(),
             hexes: finger.mesh.hexes.len(),
-            tets: finger.mesh.tets.len(),
-            pad_faces: finger.mesh.pad_faces.len(),
+            tets: finger.mesh.tets.len() + finger.mesh.tets10.len(),
+            pad_faces: finger.mesh.pad_faces.len() + finger.mesh.pad_triangles.len(),
             free_dofs: finger.body.dofs.count,
         },
         friction: FrictionConstants {

@@ -1,8 +1,9 @@
 //! A mesh in the keyword format of Abaqus and CalculiX.
 //!
-//! Node and element numbers are our indices plus one, hexahedra first, then tetrahedra, so that results can be read
-//! back by number. One element set per region, one node set per named set, the surface `PAD_SURFACE` of the pad faces,
-//! one `*EQUATION` per tie and direction. No materials, contact or steps: those are a problem, not a mesh.
+//! Node and element numbers are our indices plus one, hexahedra first, then tetrahedra of 4 and of 10 nodes, so that
+//! results can be read back by number. One element set per region, one node set per named set, the surface
+//! `PAD_SURFACE` of the pad faces, one `*EQUATION` per tie and direction. No materials, contact or steps: those are a
+//! problem, not a mesh.
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write;
@@ -17,13 +18,18 @@ pub const PAD_SURFACE: &str = "PAD_SURFACE";
 /// Faces of a C3D8, S1 to S6, as corners of the element.
 const HEX_FACES: [[usize; 4]; 6] = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]];
 
+/// Faces of a C3D10, S1 to S4, as its edge nodes.
+const TET10_FACES: [[usize; 3]; 4] = [[4, 5, 6], [7, 8, 4], [8, 9, 5], [9, 7, 6]];
+
 /// What to write of a mesh, and as what.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Element type of hexahedra.
     pub hex_type: String,
-    /// Element type of tetrahedra.
+    /// Element type of 4-node tetrahedra.
     pub tet_type: String,
+    /// Element type of 10-node tetrahedra.
+    pub tet10_type: String,
     /// Regions whose elements are left out (rigid bodies whose nodes are held fixed).
     pub omit: Vec<Region>,
     /// Ties of these nodes are left out, because a boundary condition holds them.
@@ -31,9 +37,15 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Nothing left out; `C3D8R` and `C3D4`.
+    /// Nothing left out; `C3D8R`, `C3D4` and `C3D10`.
     fn default() -> Self {
-        Self { hex_type: "C3D8R".into(), tet_type: "C3D4".into(), omit: Vec::new(), held: Vec::new() }
+        Self {
+            hex_type: "C3D8R".into(),
+            tet_type: "C3D4".into(),
+            tet10_type: "C3D10".into(),
+            omit: Vec::new(),
+            held: Vec::new(),
+        }
     }
 }
 
@@ -71,23 +83,33 @@ fn check_names(mesh: &Mesh) -> Result<(), String> {
     }
 }
 
-/// Element number and face number (S1 to S6) of every pad face.
+/// Element number and face number of every pad face.
 fn pad_element_faces(mesh: &Mesh, settings: &Settings) -> Result<Vec<(usize, usize)>, String> {
-    let sorted = |mut nodes: [u32; 4]| {
-        nodes.sort_unstable();
-        nodes
-    };
     let mut owners = HashMap::new();
     for (e, hex) in mesh.hexes.iter().enumerate().filter(|(_, hex)| !settings.omit.contains(&hex.region)) {
         for (f, corners) in HEX_FACES.iter().enumerate() {
             owners.insert(sorted(corners.map(|c| hex.nodes[c])), (e + 1, f + 1));
         }
     }
-    mesh.pad_faces
+    let mut pad: Vec<(usize, usize)> = mesh
+        .pad_faces
         .iter()
         .map(|face| owners.get(&sorted(*face)).copied().ok_or(face))
         .collect::<Result<_, _>>()
-        .map_err(|face| format!("pad face {face:?} is not a face of a hexahedron that is written"))
+        .map_err(|face| format!("pad face {face:?} is not a face of a hexahedron that is written"))?;
+    // A face of a 10-node tetrahedron is the pad's if the triangle between its edge nodes is.
+    let triangles: HashSet<[u32; 3]> = mesh.pad_triangles.iter().map(|t| sorted(*t)).collect();
+    let first = mesh.hexes.len() + mesh.tets.len() + 1;
+    for (e, tet) in mesh.tets10.iter().enumerate().filter(|(_, tet)| !settings.omit.contains(&tet.region)) {
+        let mine = |(_, edges): &(usize, &[usize; 3])| triangles.contains(&sorted(edges.map(|n| tet.nodes[n])));
+        pad.extend(TET10_FACES.iter().enumerate().filter(mine).map(|(f, _)| (first + e, f + 1)));
+    }
+    Ok(pad)
+}
+
+fn sorted<const N: usize>(mut nodes: [u32; N]) -> [u32; N] {
+    nodes.sort_unstable();
+    nodes
 }
 
 fn write_parts(w: &mut dyn Write, mesh: &Mesh, settings: &Settings, pad: &[(usize, usize)]) -> std::io::Result<()> {
@@ -100,6 +122,13 @@ fn write_parts(w: &mut dyn Write, mesh: &Mesh, settings: &Settings, pad: &[(usiz
             writeln!(w, "*ELEMENT, TYPE={}, ELSET={name}", settings.hex_type)?;
             for (e, hex) in mesh.hexes.iter().enumerate().filter(|(_, hex)| hex.region == region) {
                 write_element(w, e + 1, &hex.nodes)?;
+            }
+        }
+        let tets10 = || mesh.tets10.iter().enumerate().filter(|(_, tet)| tet.region == region);
+        if tets10().next().is_some() {
+            writeln!(w, "*ELEMENT, TYPE={}, ELSET={name}", settings.tet10_type)?;
+            for (e, tet) in tets10() {
+                write_element(w, mesh.hexes.len() + mesh.tets.len() + e + 1, &tet.nodes)?;
             }
         }
         if mesh.tets.iter().any(|tet| tet.region == region) {

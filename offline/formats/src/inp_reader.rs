@@ -1,6 +1,6 @@
 //! Reads the mesh of an Abaqus or CalculiX `.inp` file.
 //!
-//! Understood: `*NODE`, `*ELEMENT` (C3D8 and C3D4 of any suffix; faces, which carry sets), `*NSET` and `*ELSET` with `GENERATE`
+//! Understood: `*NODE`, `*ELEMENT` (C3D8, C3D4 and C3D10 of any suffix; faces, which carry sets), `*NSET` and `*ELSET` with `GENERATE`
 //! and names of other sets, `*SURFACE` of elements, `*EQUATION` that ties a node to others, `*INCLUDE`; comments `**`,
 //! keyword and data lines that go on after a comma, any case, Fortran's `D` exponents. Keywords that would make or move
 //! mesh (`*NGEN`, `*SYSTEM`, an `*INSTANCE` with a place, ...) are refused, all others skipped with their data.
@@ -15,6 +15,8 @@ use crate::raw_mesh::{RawElement, RawKind, RawMesh, RawTie};
 
 /// Faces of a C3D8, S1 to S6, as corners of the element.
 const HEX_FACES: [[usize; 4]; 6] = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]];
+/// Faces of a C3D10, S1 to S4, as its corners.
+const TET_FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
 /// Keywords whose neglect would change the mesh.
 const REFUSED: [&str; 9] = ["NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM", "NMAP", "SUBMODEL"];
 /// Files that include each other deeper than this include themselves.
@@ -198,6 +200,7 @@ impl Reader {
         let (kind, count) = match () {
             () if suffix("C3D8").is_some() => (RawKind::Hex, 8),
             () if suffix("C3D4").is_some() => (RawKind::Tet, 4),
+            () if suffix("C3D10").is_some() => (RawKind::Tet10, 10),
             () if faces.iter().any(|f| suffix(f).is_some()) => (RawKind::Quad, 4),
             () if triangles.iter().any(|f| suffix(f).is_some()) => (RawKind::Tri, 3),
             () if lines.iter().any(|f| suffix(f).is_some()) => {
@@ -205,7 +208,7 @@ impl Reader {
                 return Ok(());
             }
             () => {
-                let problem = "is not read; C3D8 and C3D4 (with any suffix) are";
+                let problem = "is not read; C3D8, C3D4 and C3D10 (with any suffix) are";
                 return Err(card.place.fail("*ELEMENT TYPE", name, problem));
             }
         };
@@ -297,10 +300,16 @@ impl Reader {
                     let Some(element) = element else {
                         return Err(place.fail("*SURFACE", label.to_string(), "is no element of the file"));
                     };
-                    if element.kind != RawKind::Hex {
-                        return Err(place.fail("*SURFACE", label.to_string(), "is not a hexahedron"));
-                    }
-                    faces.push(HEX_FACES[face - 1].map(|c| element.nodes[c]).to_vec());
+                    let corners = match element.kind {
+                        RawKind::Hex => HEX_FACES.get(face - 1).map(|f| f.as_slice()),
+                        RawKind::Tet10 => TET_FACES.get(face - 1).map(|f| f.as_slice()),
+                        _ => None,
+                    };
+                    let Some(corners) = corners else {
+                        let problem = format!("is no hexahedron or 10-node tetrahedron with a face S{face}");
+                        return Err(place.fail("*SURFACE", label.to_string(), problem));
+                    };
+                    faces.push(corners.iter().map(|c| element.nodes[*c]).collect());
                 }
             }
             self.mesh.surfaces.insert(name.clone(), faces);

@@ -77,7 +77,7 @@ mod test_mesh {
             node_sets: sets.into(),
             pad_faces: vec![[0, 3, 2, 1]],
             ties: vec![Tie { slave: 8, masters: (4..8).map(|m| (m, 0.25)).collect() }],
-            soft_regions: vec![],
+            ..Mesh::default()
         }
     }
 }

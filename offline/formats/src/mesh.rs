@@ -1,4 +1,4 @@
-//! A mesh as plain arrays: nodes, hexahedra, tetrahedra, named sets, ties.
+//! A mesh as plain arrays: nodes, hexahedra, tetrahedra of first and second order, named sets, ties.
 //!
 //! Given in the frame of the plane (mm): `z` out of the plane into the finger, `x` the direction in which the plane is
 //! moved from proximal to distal, `y` to the left of it.
@@ -45,6 +45,48 @@ pub struct Tet {
     pub region: Region,
 }
 
+/// A 10-node tetrahedron (VTK_QUADRATIC_TETRA, C3D10): corners as of a [`Tet`], then a node on each of the edges 01,
+/// 12, 20, 03, 13, 23.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tet10 {
+    /// Node indices in VTK_QUADRATIC_TETRA order.
+    pub nodes: [u32; 10],
+    /// Material.
+    pub region: Region,
+}
+
+impl Tet10 {
+    /// The node in the middle of [`Self::PARTS`], after the ten: the mean of the six edge nodes.
+    pub const CENTRE: usize = 10;
+    /// The twelve tetrahedra, right side out, on which its displacement is linear: those at the corners, then those
+    /// around the centre.
+    pub const PARTS: [[usize; 4]; 12] = [
+        [0, 4, 6, 7],
+        [4, 1, 5, 8],
+        [6, 5, 2, 9],
+        [7, 8, 9, 3],
+        [4, 5, 6, 10],
+        [9, 6, 5, 10],
+        [4, 6, 7, 10],
+        [4, 8, 5, 10],
+        [9, 7, 6, 10],
+        [9, 5, 8, 10],
+        [4, 7, 8, 10],
+        [9, 8, 7, 10],
+    ];
+
+    /// Corners of the twelve parts, mm, of a mesh's `nodes`.
+    pub fn parts(&self, nodes: &[Vector3<f64>]) -> [[Vector3<f64>; 4]; 12] {
+        Self::parts_of(self.nodes.map(|n| nodes[n as usize]))
+    }
+
+    /// Corners of the twelve parts of an element with nodes at `places`.
+    pub fn parts_of(places: [Vector3<f64>; 10]) -> [[Vector3<f64>; 4]; 12] {
+        let centre = places[4..].iter().sum::<Vector3<f64>>() / 6.0;
+        Self::PARTS.map(|part| part.map(|n| if n == Self::CENTRE { centre } else { places[n] }))
+    }
+}
+
 /// A multi-point constraint: the displacement of `slave` is the weighted sum of its masters'.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tie {
@@ -82,12 +124,17 @@ pub struct Mesh {
     pub nodes: Vec<Vector3<f64>>,
     /// Hexahedra.
     pub hexes: Vec<Hex>,
-    /// Tetrahedra.
+    /// 4-node tetrahedra.
     pub tets: Vec<Tet>,
+    /// 10-node tetrahedra.
+    pub tets10: Vec<Tet10>,
     /// Node sets by name, each sorted and without duplicates (see [`set`]).
     pub node_sets: BTreeMap<String, Vec<u32>>,
     /// Faces of the skin that may touch the plane, each a hex face, counter-clockwise seen from outside.
     pub pad_faces: Vec<[u32; 4]>,
+    /// Linear triangles that may touch the plane, counter-clockwise seen from outside: the four between corners and
+    /// edge nodes of each face of a 10-node tetrahedron.
+    pub pad_triangles: Vec<[u32; 3]>,
     /// Multi-point constraints: tetrahedra on hexahedra, small hexahedra beside large ones.
     pub ties: Vec<Tie>,
     /// Names of the soft regions [`Region::Soft`].
@@ -115,5 +162,21 @@ impl Mesh {
     /// Nodes of the named set; empty if there is no such set.
     pub fn node_set(&self, name: &str) -> &[u32] {
         self.node_sets.get(name).map_or(&[], Vec::as_slice)
+    }
+
+    /// Nodes and region of every element: hexahedra, then 4-node tetrahedra, then 10-node ones.
+    pub fn elements(&self) -> impl Iterator<Item = (&[u32], Region)> {
+        let hexes = self.hexes.iter().map(|e| (&e.nodes[..], e.region));
+        let tets = self.tets.iter().map(|e| (&e.nodes[..], e.region));
+        hexes.chain(tets).chain(self.tets10.iter().map(|e| (&e.nodes[..], e.region)))
+    }
+
+    /// Nodes of the faces that may touch, sorted and without duplicates.
+    pub fn pad_nodes(&self) -> Vec<u32> {
+        let mut nodes: Vec<u32> =
+            self.pad_faces.iter().flatten().chain(self.pad_triangles.iter().flatten()).copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
     }
 }

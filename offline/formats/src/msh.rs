@@ -1,7 +1,8 @@
 //! A mesh as Gmsh `.msh` 4.1, ASCII.
 //!
 //! Regions are physical volumes, the pad faces the physical surface `pad`, and every node set a physical point group
-//! (one-node elements). Node tags are our indices plus one; element tags run hexahedra, tetrahedra, pad faces, points.
+//! (one-node elements). Node tags are our indices plus one; element tags run hexahedra, tetrahedra of 4 and of 10 nodes,
+//! pad faces, pad triangles, points.
 //! The format has no multi-point constraints: ties are not written.
 
 use std::io::Write;
@@ -14,6 +15,8 @@ use crate::mesh::Mesh;
 
 const HEX: u8 = 5;
 const TET: u8 = 4;
+const TET10: u8 = 11;
+const TRIANGLE: u8 = 2;
 const QUAD: u8 = 3;
 const POINT: u8 = 15;
 
@@ -51,20 +54,20 @@ pub fn write(file: &Path, mesh: &Mesh) -> Result<(), Error> {
 fn blocks(mesh: &Mesh) -> Vec<Block<'_>> {
     let mut blocks = Vec::new();
     for (i, (region, _)) in mesh.regions().into_iter().enumerate() {
-        let of_region = |(e, _): &(usize, &[u32])| {
-            let tets = mesh.hexes.len();
-            region == if *e <= tets { mesh.hexes[e - 1].region } else { mesh.tets[e - 1 - tets].region }
-        };
-        let hexes = mesh.hexes.iter().enumerate().map(|(e, h)| (e + 1, &h.nodes[..])).filter(of_region);
-        let first = mesh.hexes.len() + 1;
-        let tets = mesh.tets.iter().enumerate().map(|(e, t)| (e + first, &t.nodes[..])).filter(of_region);
-        blocks.push(Block { dim: 3, entity: i + 1, kind: HEX, elements: hexes.collect() });
-        blocks.push(Block { dim: 3, entity: i + 1, kind: TET, elements: tets.collect() });
+        for (kind, corners) in [(HEX, 8), (TET, 4), (TET10, 10)] {
+            let numbered = mesh.elements().zip(1..);
+            let mine = numbered.filter(|((nodes, of), _)| *of == region && nodes.len() == corners);
+            let elements = mine.map(|((nodes, _), tag)| (tag, nodes)).collect();
+            blocks.push(Block { dim: 3, entity: i + 1, kind, elements });
+        }
     }
-    let mut tag = mesh.hexes.len() + mesh.tets.len() + 1;
-    let pad = mesh.pad_faces.iter().enumerate().map(|(f, nodes)| (tag + f, &nodes[..])).collect();
-    blocks.push(Block { dim: 2, entity: 1, kind: QUAD, elements: pad });
+    let mut tag = mesh.elements().count() + 1;
+    let quads = mesh.pad_faces.iter().map(|nodes| &nodes[..]).zip(tag..).map(|(n, t)| (t, n)).collect();
+    blocks.push(Block { dim: 2, entity: 1, kind: QUAD, elements: quads });
     tag += mesh.pad_faces.len();
+    let triangles = mesh.pad_triangles.iter().map(|nodes| &nodes[..]).zip(tag..).map(|(n, t)| (t, n)).collect();
+    blocks.push(Block { dim: 2, entity: 1, kind: TRIANGLE, elements: triangles });
+    tag += mesh.pad_triangles.len();
     for (i, nodes) in mesh.node_sets.values().enumerate() {
         let points = nodes.chunks(1).enumerate().map(|(k, node)| (tag + k, node)).collect();
         blocks.push(Block { dim: 0, entity: i + 1, kind: POINT, elements: points });
@@ -156,8 +159,10 @@ fn write_elements(w: &mut dyn Write, blocks: &[Block]) -> std::io::Result<()> {
         writeln!(w, "{} {} {} {}", block.dim, block.entity, block.kind, block.elements.len())?;
         for (tag, nodes) in &block.elements {
             write!(w, "{tag}")?;
-            for node in *nodes {
-                write!(w, " {}", node + 1)?;
+            for n in 0..nodes.len() {
+                // Gmsh has the last two edges of a tetrahedron in the other order.
+                let place = if block.kind == TET10 && n >= 8 { 17 - n } else { n };
+                write!(w, " {}", nodes[place] + 1)?;
             }
             writeln!(w)?;
         }

@@ -11,6 +11,8 @@ pub enum RawKind {
     Hex,
     /// 4-node tetrahedron, VTK order.
     Tet,
+    /// 10-node tetrahedron, VTK order.
+    Tet10,
     /// 4-node face.
     Quad,
     /// 3-node face.
@@ -20,7 +22,7 @@ pub enum RawKind {
 impl RawKind {
     /// Whether it has a volume; faces only carry sets.
     pub fn is_solid(self) -> bool {
-        matches!(self, Self::Hex | Self::Tet)
+        matches!(self, Self::Hex | Self::Tet | Self::Tet10)
     }
 }
 

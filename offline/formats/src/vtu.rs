@@ -51,7 +51,7 @@ impl Field {
     }
 }
 
-/// Points and cells; cells are quadrilaterals, tetrahedra or hexahedra in VTK order.
+/// Points and cells; cells are triangles, quadrilaterals, tetrahedra of 4 or 10 nodes or hexahedra in VTK order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grid {
     points: Vec<Vector3<f64>>,
@@ -71,17 +71,20 @@ impl Grid {
         let mut grid = Self { points: mesh.nodes.clone(), numbers, ..Self::default() };
         mesh.hexes.iter().for_each(|h| grid.push(CellType::Hexahedron, &h.nodes));
         mesh.tets.iter().for_each(|t| grid.push(CellType::Tetra, &t.nodes));
+        mesh.tets10.iter().for_each(|t| grid.push(CellType::QuadraticTetra, &t.nodes));
         grid
     }
 
     /// The pad faces alone, and the numbers of the mesh's nodes that are its points.
     pub fn of_pad(mesh: &Mesh) -> (Self, Vec<u32>) {
-        let mut nodes: Vec<u32> = mesh.pad_faces.iter().flatten().copied().collect();
-        nodes.sort_unstable();
-        nodes.dedup();
+        let nodes = mesh.pad_nodes();
+        let place = |node: u32| nodes.partition_point(|n| *n < node) as u32;
         let mut grid = Self { points: nodes.iter().map(|n| mesh.nodes[*n as usize]).collect(), ..Self::default() };
         for face in &mesh.pad_faces {
-            grid.push(CellType::Quad, &face.map(|node| nodes.partition_point(|n| *n < node) as u32));
+            grid.push(CellType::Quad, &face.map(place));
+        }
+        for triangle in &mesh.pad_triangles {
+            grid.push(CellType::Triangle, &triangle.map(place));
         }
         (grid, nodes)
     }
@@ -95,8 +98,7 @@ impl Grid {
 
 /// Region of every element of [`Grid::of_body`], as its place in [`Mesh::regions`].
 pub fn regions(mesh: &Mesh) -> Field {
-    let regions = mesh.hexes.iter().map(|h| h.region).chain(mesh.tets.iter().map(|t| t.region));
-    Field::new("region", Values::Integers(regions.map(|region| region_index(region) as i32).collect()))
+    Field::new("region", Values::Integers(mesh.elements().map(|(_, region)| region_index(region) as i32).collect()))
 }
 
 /// Writes a grid with its fields, whole or not at all.

@@ -279,7 +279,8 @@ pub fn mesh_picture(mesh: &Mesh) -> Result<Vec<u8>, ReportError> {
 
 fn check_snapshot(snapshot: &Snapshot, mesh: &Mesh) -> Result<(), ReportError> {
     let (nodes, faces) = (snapshot.displacement_mm.len(), snapshot.faces.len());
-    if (nodes, faces) == (mesh.nodes.len(), mesh.pad_faces.len()) {
+    let mesh_faces = mesh.pad_faces.len() + mesh.pad_triangles.len();
+    if (nodes, faces) == (mesh.nodes.len(), mesh_faces) {
         return Ok(());
     }
     Err(ReportError::OtherMesh {
@@ -288,7 +289,7 @@ fn check_snapshot(snapshot: &Snapshot, mesh: &Mesh) -> Result<(), ReportError> {
         nodes,
         faces,
         mesh_nodes: mesh.nodes.len(),
-        mesh_faces: mesh.pad_faces.len(),
+        mesh_faces,
     })
 }
 

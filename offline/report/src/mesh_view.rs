@@ -10,7 +10,7 @@ use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
 use super::colour::{GREY, INK, WHITE, mix, rgb};
 use super::numbers::fixed;
 use fingerpad_fe::load_path::Snapshot;
-use fingerpad_fe::mesh::{Mesh, Region};
+use fingerpad_fe::mesh::{FACE_TRIANGLES, Mesh, Region, TET10_FACES};
 
 const HEX_FACES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -112,9 +112,7 @@ impl MeshView {
             (Region::ProximalBone, "second bone"),
             (Region::Nail, "nail"),
         ];
-        let has = |region: Region| {
-            mesh.hexes.iter().any(|h| h.region == region) || mesh.tets.iter().any(|t| t.region == region)
-        };
+        let has = |region: Region| mesh.elements().any(|(_, of)| of == region);
         let soft = mesh.regions().into_iter().filter(|(region, _)| matches!(region, Region::Soft(_)));
         let mut regions: Vec<_> = regions
             .into_iter()
@@ -138,8 +136,11 @@ impl Scene {
         sort(&mut behind, view);
         let hexes = mesh.hexes.iter().map(|h| (section(&h.nodes, &HEX_EDGES, &mesh.nodes, nodes), h.region));
         let tets = mesh.tets.iter().map(|t| (section(&t.nodes, &TET_EDGES, &mesh.nodes, nodes), t.region));
+        // A plane cuts the twelve parts of a 10-node tetrahedron as it cuts its corners' tetrahedron, but for its curves.
+        let tets10 = mesh.tets10.iter().map(|t| (section(&t.nodes, &TET_EDGES, &mesh.nodes, nodes), t.region));
         let section = hexes
             .chain(tets)
+            .chain(tets10)
             .filter(|(corners, _)| corners.len() > 2)
             .map(|(corners, region)| Polygon { corners, fill: colour(region) })
             .collect();
@@ -216,9 +217,15 @@ type Face = (Vec<u32>, BackendColor);
 
 /// The faces that belong to one element only, of hexes and of tets, in the colour of the pad or of their element.
 fn surface(mesh: &Mesh) -> Vec<Face> {
-    let pads: HashSet<_> = mesh.pad_faces.iter().map(|f| sorted(f)).collect();
+    let triangles = mesh.pad_triangles.iter().map(|t| sorted(t));
+    let pads: HashSet<_> = mesh.pad_faces.iter().map(|f| sorted(f)).chain(triangles).collect();
     let hexes = mesh.hexes.iter().flat_map(|h| HEX_FACES.map(|f| (f.map(|i| h.nodes[i]).to_vec(), h.region)));
     let tets = mesh.tets.iter().flat_map(|t| TET_FACES.map(|f| (f.map(|i| t.nodes[i]).to_vec(), t.region)));
+    let linear = |f: [usize; 6]| FACE_TRIANGLES.map(|t| t.map(|i| f[i]));
+    let tets10 = mesh
+        .tets10
+        .iter()
+        .flat_map(|t| TET10_FACES.into_iter().flat_map(linear).map(|f| (f.map(|i| t.nodes[i]).to_vec(), t.region)));
     let outer = |faces: &mut dyn Iterator<Item = (Vec<u32>, Region)>| {
         let mut once: BTreeMap<Vec<u32>, Option<(Vec<u32>, Region)>> = BTreeMap::new();
         for (face, region) in faces {
@@ -228,6 +235,7 @@ fn surface(mesh: &Mesh) -> Vec<Face> {
     };
     let mut all = outer(&mut hexes.into_iter());
     all.extend(outer(&mut tets.into_iter()));
+    all.extend(outer(&mut tets10.into_iter()));
     let paint = |(face, region): (Vec<u32>, Region)| {
         let fill = if pads.contains(&sorted(&face)) { PAD } else { colour(region) };
         (face, fill)

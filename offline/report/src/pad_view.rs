@@ -22,8 +22,10 @@ pub fn faces(snapshot: &Snapshot, mesh: &Mesh) -> Vec<Face> {
         let p = mesh.nodes[*node as usize] + snapshot.displacement_mm[*node as usize];
         (p.x, p.y)
     };
-    let outline = |face: &[u32; 4]| face.iter().map(corner).collect::<Vec<_>>();
-    mesh.pad_faces.iter().map(outline).zip(snapshot.faces.iter().copied()).collect()
+    let outline = |face: &[u32]| face.iter().map(corner).collect::<Vec<_>>();
+    let quads = mesh.pad_faces.iter().map(|face| outline(face));
+    let outlines = quads.chain(mesh.pad_triangles.iter().map(|face| outline(face)));
+    outlines.zip(snapshot.faces.iter().copied()).collect()
 }
 
 /// Whether any of a face touches.

@@ -6,7 +6,7 @@ use super::{Effort, Failure};
 use crate::{
     Check,
     half_space::{Mindlin, PointLoads},
-    problems::sphere::{Layout, Part, Sphere},
+    problems::sphere::{Elements, Layout, Part, Sphere},
 };
 
 /// Contact radius over curvature is 1/500: strains of 0.2 %.
@@ -15,13 +15,20 @@ const CURVATURE_MM: f64 = 500.0;
 /// Hertz: force, radius and peak pressure at a prescribed approach.
 pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
     // The area sees the edge between two nodes; forces do not.
-    let meshes: &[(usize, [f64; 2])] =
-        if effort == Effort::Quick { &[(10, [0.005, 0.02])] } else { &[(20, [0.005, 0.01]), (32, [0.005, 0.007])] };
+    let meshes: &[(Elements, usize, [f64; 2])] = match effort {
+        Effort::Quick => &[(Elements::Hexes, 10, [0.005, 0.02]), (Elements::Tets, 10, [0.02, 0.02])],
+        Effort::Full => &[
+            (Elements::Hexes, 20, [0.005, 0.01]),
+            (Elements::Tets, 20, [0.01, 0.01]),
+            (Elements::Hexes, 32, [0.005, 0.007]),
+        ],
+    };
     let mut checks = Vec::new();
-    for &(per_radius, [bound, area_bound]) in meshes {
-        let layout = Layout { part: Part::Quarter, per_radius, extent: 4.0, growth: 1.2 };
+    for &(elements, per_radius, [bound, area_bound]) in meshes {
+        let growth = if elements == Elements::Hexes { 1.2 } else { 1.35 };
+        let layout = Layout { elements, part: Part::Quarter, per_radius, extent: 4.0, growth };
         let sphere = Sphere::new(&layout, 0.4, CURVATURE_MM)?;
-        let label = |what: &str| format!("{what}, a/h {per_radius}, {} nodes", sphere.mesh.nodes.len());
+        let label = |what: &str| format!("{what}, {elements:?}, a/h {per_radius}, {} nodes", sphere.mesh.nodes.len());
         let mut solver = sphere.solver(sphere.penalty(1e-3));
         let state = sphere.press(&mut solver)?;
         let hertz = &sphere.hertz;
@@ -31,7 +38,7 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
         checks.push(Check::relative(label("force (N)"), force, hertz.force_n(), bound));
         checks.push(Check::relative(label("radius from area (mm)"), radius, hertz.radius_mm, area_bound));
         checks.push(Check::relative(label("peak pressure (MPa)"), peak, hertz.peak_mpa(), bound));
-        if per_radius == meshes[0].0 {
+        if per_radius == meshes[0].1 {
             let mut soft = sphere.solver(sphere.penalty(2e-3));
             let force_soft = sphere.copies * sphere.press(&mut soft)?.totals.force.z;
             checks.push(Check::relative(label("force at half the penalty (N)"), force_soft, force, 0.003));
@@ -53,10 +60,13 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
 /// constant approach.
 pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
     if effort == Effort::Quick {
-        return mindlin_on(8, [0.03, 0.005, 0.02]);
+        let mut checks = mindlin_on(Elements::Hexes, 8, [0.03, 0.005, 0.02])?;
+        checks.extend(mindlin_on(Elements::Tets, 8, [0.04, 0.04, 0.04])?);
+        return Ok(checks);
     }
-    let mut checks = mindlin_on(24, [0.01, 0.005, 0.01])?;
-    checks.extend(mindlin_on(32, [0.01, 0.005, 0.01])?);
+    let mut checks = mindlin_on(Elements::Hexes, 24, [0.01, 0.005, 0.01])?;
+    checks.extend(mindlin_on(Elements::Tets, 24, [0.02, 0.02, 0.02])?);
+    checks.extend(mindlin_on(Elements::Hexes, 32, [0.01, 0.005, 0.01])?);
     Ok(checks)
 }
 
@@ -69,12 +79,13 @@ fn swings() -> Vec<Vec<f64>> {
 }
 
 fn mindlin_on(
+    elements: Elements,
     per_radius: usize,
     [compliance_bound, force_bound, radius_bound]: [f64; 3],
 ) -> Result<Vec<Check>, Failure> {
-    let layout = Layout { part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
+    let layout = Layout { elements, part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
     let sphere = Sphere::new(&layout, 0.499, CURVATURE_MM)?;
-    let label = |what: String| format!("{what}, a/h {per_radius}");
+    let label = |what: String| format!("{what}, {elements:?}, a/h {per_radius}");
     let mindlin = Mindlin { hertz: sphere.hertz, mu: 0.5 };
     let mut solver = sphere.solver(sphere.penalty(1e-3));
     let mut state = sphere.press(&mut solver)?;
@@ -117,7 +128,7 @@ fn mindlin_on(
 /// Full slip: the friction force is the integral of the law over the Hertz pressure.
 pub fn full_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (per_radius, bound) = if effort == Effort::Quick { (10, 0.02) } else { (16, 0.01) };
-    let layout = Layout { part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
+    let layout = Layout { elements: Elements::Hexes, part: Part::Half, per_radius, extent: 4.0, growth: 1.3 };
     let sphere = Sphere::new(&layout, 0.499, CURVATURE_MM)?;
     let (a, p0, beta) = (sphere.hertz.radius_mm, sphere.hertz.peak_mpa(), 0.46);
     // Largest strength 0.005 G.

@@ -8,7 +8,7 @@ use super::{Effort, Failure};
 use crate::{
     Check,
     half_space::{PointLoads, Torsion},
-    problems::sphere::{Layout, Part, Sphere},
+    problems::sphere::{Elements, Layout, Part, Sphere},
 };
 
 /// Contact radius over curvature is 1/500: strains of 0.2 %.
@@ -50,7 +50,7 @@ pub fn spin(effort: Effort) -> Result<Vec<Check>, Failure> {
 
 fn layout(per_radius: usize) -> Layout {
     let (extent, growth) = if per_radius > 6 { (4.0, 1.4) } else { (3.0, 1.5) };
-    Layout { part: Part::Whole, per_radius, extent, growth }
+    Layout { part: Part::Whole, elements: Elements::Hexes, per_radius, extent, growth }
 }
 
 /// Value at 0 of the straight line that fits points (x, y) best.

@@ -8,7 +8,7 @@ use fingerpad_fe::load_path::{
     BoneKind, Drive, Finger, LoadPathError, LoadSettings, Path, Problem, Tissue, Trajectory, Waypoint, follow_path,
 };
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
-use fingerpad_fe::solve::SolverSettings;
+use fingerpad_fe::solve::{PadFaces, SolverSettings};
 
 use crate::Failure;
 
@@ -27,10 +27,10 @@ pub fn finger(shape: &str, preset: MeshPreset, bone: BoneKind, stiffness: f64) -
 }
 
 /// The problem of `body` with defaults throughout and the published friction.
-pub fn problem<'a>(body: &'a Body, pad_faces: &'a [[u32; 4]]) -> Problem<'a> {
+pub fn problem<'a>(body: &'a Body, pad_faces: impl Into<PadFaces<'a>>) -> Problem<'a> {
     Problem {
         body,
-        pad_faces,
+        pad_faces: pad_faces.into(),
         half: None,
         friction: Some(RubberFriction::default()),
         penalty: PenaltySettings::default(),

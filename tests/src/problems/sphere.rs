@@ -8,9 +8,9 @@ use fingerpad_fe::contact::{Coordinates, Friction, PenaltySettings};
 use fingerpad_fe::material::Ogden;
 use fingerpad_fe::mesh::{
     Mesh,
-    block::{coordinates, curved_block},
+    block::{block, coordinates, into_second_order, into_tets},
 };
-use fingerpad_fe::solve::{Guess, SolveError, Solver, SolverSettings, State, Stats, Target, unwatched};
+use fingerpad_fe::solve::{Guess, PadFaces, SolveError, Solver, SolverSettings, State, Stats, Target, unwatched};
 use nalgebra::Vector3;
 
 use crate::half_space::{HalfSpace, Hertz, PointLoads};
@@ -26,12 +26,23 @@ pub enum Part {
     Whole,
 }
 
+/// What the body is meshed with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Elements {
+    /// Hexahedra.
+    Hexes,
+    /// 10-node tetrahedra, six in the place of eight hexahedra, with the same nodes.
+    Tets,
+}
+
 /// Size and mesh of the block; lengths in contact radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
     /// What is meshed.
     pub part: Part,
-    /// Elements per contact radius under the contact.
+    /// Elements.
+    pub elements: Elements,
+    /// Distances between nodes per contact radius under the contact.
     pub per_radius: usize,
     /// Half width and height of the block.
     pub extent: f64,
@@ -47,8 +58,10 @@ pub struct Sphere {
     pub mesh: Mesh,
     /// Body.
     pub body: Body,
-    /// Faces that may touch.
-    pub pad_faces: Vec<[u32; 4]>,
+    /// Quadrilaterals that may touch.
+    quads: Vec<[u32; 4]>,
+    /// Triangles that may touch.
+    triangles: Vec<[u32; 3]>,
     /// Nodes of the outer boundary with their places in the half-space.
     boundary: Vec<(u32, Vector3<f64>)>,
     /// How often the meshed part makes the whole.
@@ -66,7 +79,8 @@ impl Sphere {
     pub fn new(layout: &Layout, poisson: f64, curvature_mm: f64) -> Result<Self, BodyError> {
         let half_space = HalfSpace { shear_mpa: 1.0, poisson };
         let hertz = Hertz { half_space, curvature_mm, radius_mm: 1.0 };
-        let h = 1.0 / layout.per_radius as f64;
+        // A cell of six tetrahedra has nodes half-way.
+        let h = if layout.elements == Elements::Hexes { 1.0 } else { 2.0 } / layout.per_radius as f64;
         let even = (EVEN / h).round() as usize;
         let mut arm = coordinates(0.0, even as f64 * h, even, 1.0);
         arm.extend(outward(even as f64 * h, layout.extent, h, layout.growth).into_iter().skip(1));
@@ -79,10 +93,14 @@ impl Sphere {
             Part::Whole => (&whole, &whole),
         };
         let height = layout.extent;
-        let flat = fingerpad_fe::mesh::block::block(xs, ys, &up);
-        let mesh = curved_block(xs, ys, &up, |p| {
-            p + Vector3::z() * ((p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height))
-        });
+        let flat = match layout.elements {
+            Elements::Hexes => block(xs, ys, &up),
+            Elements::Tets => into_second_order(&into_tets(&block(xs, ys, &up))),
+        };
+        let mut mesh = flat.clone();
+        for p in &mut mesh.nodes {
+            p.z += (p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height);
+        }
         let (cut, outer): (&[(&str, usize)], &[&str]) = match layout.part {
             Part::Quarter => (&[("y0", 1), ("x0", 0)], &["x1", "y1", "z1"]),
             Part::Half => (&[("y0", 1)], &["x0", "x1", "y1", "z1"]),
@@ -94,12 +112,13 @@ impl Sphere {
         let held =
             |&(name, axis): &(&str, usize)| mesh.node_set(name).iter().map(move |&n| (n, axis)).collect::<Vec<_>>();
         let fixed_components: Vec<(u32, usize)> = cut.iter().flat_map(held).collect();
-        let near = |face: &&[u32; 4]| {
+        let near = |face: &[u32]| {
             face.iter().any(|&n| mesh.nodes[n as usize].xy().norm() < 0.5 * (1.0 + EVEN))
                 && face.iter().all(|&n| mesh.nodes[n as usize].xy().amax() < EVEN + 0.5 * h)
         };
-        let pad_faces: Vec<[u32; 4]> = mesh.pad_faces.iter().filter(near).copied().collect();
-        let mut contact: Vec<u32> = pad_faces.iter().flatten().copied().collect();
+        let quads: Vec<[u32; 4]> = mesh.pad_faces.iter().filter(|f| near(&f[..])).copied().collect();
+        let triangles: Vec<[u32; 3]> = mesh.pad_triangles.iter().filter(|f| near(&f[..])).copied().collect();
+        let mut contact: Vec<u32> = quads.iter().flatten().chain(triangles.iter().flatten()).copied().collect();
         contact.sort_unstable();
         contact.dedup();
         let bulk = 2.0 * half_space.shear_mpa * (1.0 + poisson) / (3.0 * (1.0 - 2.0 * poisson));
@@ -108,7 +127,7 @@ impl Sphere {
         let supports = Supports { fixed, fixed_components, contact, ..Default::default() };
         let body = Body::new(&mesh, |_| Some(Material::Ogden(law)), &supports, Vector3::zeros(), Joint::default())?;
         let copies = f64::from(1u8 << cut.len());
-        Ok(Self { hertz, mesh, body, pad_faces, boundary, copies })
+        Ok(Self { hertz, mesh, body, quads, triangles, boundary, copies })
     }
 
     /// A penalty whose largest penetration is `share` of the approach.
@@ -122,7 +141,8 @@ impl Sphere {
 
     /// Solver without friction.
     pub fn solver(&self, penalty: PenaltySettings) -> Solver<'_> {
-        Solver::new(&self.body, &self.pad_faces, Friction::Off, penalty, SolverSettings::default())
+        let pad = PadFaces { quads: &self.quads, triangles: &self.triangles };
+        Solver::new(&self.body, pad, Friction::Off, penalty, SolverSettings::default())
     }
 
     /// `from` with the boundary where `loads` put it.

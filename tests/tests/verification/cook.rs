@@ -10,7 +10,8 @@ use fingerpad_fe::element::{Constitutive, Hex8, Tangent};
 use fingerpad_fe::material::Ogden;
 use fingerpad_fe::mesh::{
     Mesh,
-    block::{coordinates, curved_block},
+    block::{coordinates, curved_block, into_second_order, into_tets},
+    set,
 };
 use fingerpad_tests::{equilibrium::equilibrium, problems::blocks::body_of, verify};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -59,6 +60,41 @@ fn deflection(n: usize) -> f64 {
     at.x[corner(&mesh) as usize].y - 60.0
 }
 
+/// The membrane of n x n x 1 cells about as thick as they are wide, each split in six 10-node tetrahedra, and its
+/// thickness, mm.
+fn tet_membrane(n: usize) -> (Mesh, f64) {
+    let thickness = 44.0 / n as f64;
+    let mut hexes = membrane(n);
+    hexes.nodes.iter_mut().for_each(|p| p.z *= thickness);
+    let loaded = hexes.node_set("x1").to_vec();
+    hexes.node_sets.insert(set::PAD.into(), loaded);
+    (into_second_order(&into_tets(&hexes)), thickness)
+}
+
+/// Vertical displacement of the corner of a membrane of tetrahedra, mm.
+fn tet_deflection(n: usize) -> f64 {
+    let (mesh, thickness) = tet_membrane(n);
+    let supports = Supports {
+        fixed: mesh.node_set("x0").to_vec(),
+        fixed_components: (0..mesh.nodes.len() as u32).map(|node| (node, 2)).collect(),
+        ..Default::default()
+    };
+    let body = body_of(&mesh, Material::Ogden(LAW), &supports);
+    let mut at = body.undeformed().clone();
+    for part in [0.4, 0.7, 1.0] {
+        let mut load = vec![0.0; body.dofs.count];
+        for triangle in &mesh.pad_triangles {
+            let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
+            let share = (b - a).cross(&(c - a)).norm() / 2.0 / (16.0 * thickness) / 3.0;
+            for &node in triangle {
+                load[body.dofs.node_dof(node).unwrap() + 1] += LOAD_N_PER_MM * thickness * share * part;
+            }
+        }
+        at = equilibrium(&body, at, &load, 1e-6).at;
+    }
+    at.x[corner(&mesh) as usize].y - 60.0
+}
+
 #[test]
 fn does_not_lock() {
     let sizes = [4, 8, 16, 32, 64];
@@ -84,6 +120,13 @@ fn does_not_lock() {
     verify("Cook's membrane, extrapolated", "difference from OpenGeoSys", (ours / theirs - 1.0).abs(), 5e-3);
     verify("Cook's membrane 16 x 16", "error of the corner displacement", (tips[2] / theirs - 1.0).abs(), 0.025);
     verify("Cook's membrane 64 x 64", "error of the corner displacement", (tips[4] / theirs - 1.0).abs(), 0.01);
+    // Tetrahedra have a node between: n of them across are compared with 2n hexahedra.
+    for (n, bound) in [(8, 0.02), (16, 0.01)] {
+        let tip = tet_deflection(n);
+        println!("Cook's membrane {n} x {n} of 10-node tetrahedra: {tip:.5} mm");
+        let case = format!("Cook's membrane {n} x {n} of tetrahedra");
+        verify(&case, "error of the corner displacement", (tip / theirs - 1.0).abs(), bound);
+    }
 }
 
 /// Corner displacement (mm) over elements along an edge: OpenGeoSys, benchmark `LargeDeformation/CooksMembrane`, total

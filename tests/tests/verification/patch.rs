@@ -2,7 +2,11 @@
 
 use fingerpad_fe::assembly::{Material, Supports};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
-use fingerpad_fe::mesh::{Mesh, block::into_tets, check};
+use fingerpad_fe::mesh::{
+    Mesh,
+    block::{block, coordinates, distort, into_second_order, into_tets},
+    check,
+};
 use fingerpad_tests::{
     differences::relative_error,
     equilibrium::equilibrium,
@@ -57,9 +61,17 @@ fn linear_fields_are_exact_on_distorted_meshes() {
     let linear = Material::Linear(SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 });
     let hexes = distorted_block(3);
     let tets = into_tets(&hexes);
-    check(&hexes).unwrap();
-    check(&tets).unwrap();
-    for (kind, mesh) in [("hexes", &hexes), ("tets", &tets)] {
+    let straight = into_second_order(&tets);
+    let curved = bulged(&straight, 0.03);
+    // Newton starts nearer where nodes lie closer.
+    let meshes = [
+        ("hexes", &hexes, 1.0),
+        ("tets", &tets, 1.0),
+        ("10-node tets", &straight, 0.1),
+        ("curved 10-node tets", &curved, 0.1),
+    ];
+    for (kind, mesh, nearer) in meshes {
+        check(mesh).unwrap();
         let mut worst = [0.0f64; 3];
         let laws = laws().into_iter().map(|(_, law)| (law, 0.005, 0.6));
         for (material, start_mm, scale) in laws.chain([
@@ -70,7 +82,7 @@ fn linear_fields_are_exact_on_distorted_meshes() {
             (linear, 0.05, 0.01),
         ]) {
             let f = turn * (Matrix3::identity() + shape * scale);
-            for (w, e) in worst.iter_mut().zip(errors(mesh, material, start_mm, &f)) {
+            for (w, e) in worst.iter_mut().zip(errors(mesh, material, nearer * start_mm, &f)) {
                 *w = w.max(e);
             }
         }
@@ -78,4 +90,56 @@ fn linear_fields_are_exact_on_distorted_meshes() {
         verify(&format!("patch test {kind}"), "stress error", worst[1], 1e-10);
         verify(&format!("patch test {kind}"), "energy error", worst[2], 1e-10);
     }
+}
+
+/// Inner nodes moved at random, those between the corners included, so that edges are curved.
+fn bulged(mesh: &Mesh, amplitude_mm: f64) -> Mesh {
+    let mut mesh = mesh.clone();
+    distort(&mut mesh, amplitude_mm, 5);
+    mesh
+}
+
+/// Error of the normal stress of a block of 10-node tetrahedra under a uniform pressure on its pad.
+///
+/// Each node carries the integral of its linear shape function over the pad's triangles, as contact at nodes has it.
+#[test]
+fn uniform_pressure_on_the_pad_gives_uniform_stress() {
+    let axis = coordinates(0.0, 2.0, 3, 1.3);
+    let mut hexes = block(&axis, &axis, &coordinates(0.0, 1.5, 2, 0.8));
+    distort(&mut hexes, 0.08, 9);
+    let mesh = into_second_order(&into_tets(&hexes));
+    let law = Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 };
+    // Rollers on three faces that meet: uniaxial stress.
+    let roller = |name: &str, k: usize| mesh.node_set(name).iter().map(move |&n| (n, k)).collect::<Vec<_>>();
+    let fixed_components = [roller("x0", 0), roller("y0", 1), roller("z1", 2)].concat();
+    let body = body_of(&mesh, Material::Ogden(law), &Supports { fixed_components, ..Default::default() });
+    let pressure = 0.015;
+    let mut share = vec![0.0; body.dofs.count];
+    for triangle in &mesh.pad_triangles {
+        let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
+        let third = (b - a).cross(&(c - a)).norm() / 6.0;
+        triangle.iter().for_each(|n| share[body.dofs.node_dof(*n).unwrap() + 2] += third);
+    }
+    let mut at = body.undeformed().clone();
+    for part in [0.25, 0.5, 0.75, 1.0] {
+        let load: Vec<f64> = share.iter().map(|s| s * pressure * part).collect();
+        at = equilibrium(&body, at, &load, 1e-12).at;
+    }
+    // A uniform stretch, whatever its size: every node lies where the corner farthest from the rollers says.
+    let far = *mesh
+        .node_set("x1")
+        .iter()
+        .find(|n| mesh.nodes[**n as usize] == nalgebra::Vector3::new(2.0, 2.0, 0.0))
+        .unwrap();
+    let moved = at.x[far as usize];
+    let stretch = [moved.x / 2.0, moved.y / 2.0, (1.5 - moved.z) / 1.5];
+    let f = Matrix3::from_diagonal(&nalgebra::Vector3::from(stretch));
+    let worst = mesh.nodes.iter().zip(&at.x).map(|(p, x)| {
+        let expected = nalgebra::Vector3::new(p.x * stretch[0], p.y * stretch[1], 1.5 - (1.5 - p.z) * stretch[2]);
+        (x - expected).norm()
+    });
+    let stress = reference::first_piola(&Material::Ogden(law), &f);
+    verify("uniform pressure, 10-node tets", "distance from a uniform stretch, mm", worst.fold(0.0, f64::max), 1e-10);
+    verify("uniform pressure, 10-node tets", "error of the stress", (stress[(2, 2)] / -pressure - 1.0).abs(), 1e-9);
+    verify("uniform pressure, 10-node tets", "stress along the plane", stress[(0, 0)].abs() / pressure, 1e-9);
 }

@@ -4,7 +4,7 @@ use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
 use fingerpad_fe::contact::{
     Coordinates, Evaluation, Friction, NodeTangent, Parts, PenaltySettings, Plane, RubberFriction, Surface,
 };
-use fingerpad_fe::element::{Batch, Constitutive, Hex8, Tangent, Tet4};
+use fingerpad_fe::element::{Batch, Constitutive, Hex8, Tangent, Tet4, Tet10};
 use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Region, block::coordinates, fingertip};
@@ -192,16 +192,39 @@ fn elements() {
     let undeformed: Vec<Vector3<f64>> = corners.iter().map(|p| p + 0.1 * random.vector()).collect();
     let x: Vec<Vector3<f64>> = undeformed.iter().map(|p| p * 1.1 + 0.15 * random.vector()).collect();
     let (hex, tet) = (Hex8::new(&hexes, &undeformed).unwrap(), Tet4::new(&tets, &undeformed).unwrap());
+    let second_order = second_order(&tets, &corners, &mut random);
+    let tet10 = Tet10::new(&second_order.0, &second_order.1).unwrap();
+    let x10: Vec<Vector3<f64>> = second_order.1.iter().map(|p| p * 1.1 + 0.08 * random.vector()).collect();
     let cases = [
         ("hexahedron Ogden", element_errors(&hex, &ogden(1.4), &x)),
         ("hexahedron Saint Venant-Kirchhoff", element_errors(&hex, &svk(), &x)),
         ("tetrahedron Ogden", element_errors(&tet, &ogden(1.4), &x)),
         ("tetrahedron Saint Venant-Kirchhoff", element_errors(&tet, &svk(), &x)),
+        ("10-node tetrahedron Ogden", element_errors(&tet10, &ogden(1.4), &x10)),
+        ("10-node tetrahedron Saint Venant-Kirchhoff", element_errors(&tet10, &svk(), &x10)),
     ];
     for (case, [forces, stiffness]) in cases {
         verify(&format!("tangent {case}"), "forces against energy", forces, BOUND);
         verify(&format!("tangent {case}"), "stiffness against forces", stiffness, BOUND);
     }
+}
+
+/// Tetrahedra with a node near the middle of each edge of their own.
+fn second_order(
+    tets: &[[u32; 4]],
+    corners: &[Vector3<f64>],
+    random: &mut Random,
+) -> (Vec<[u32; 10]>, Vec<Vector3<f64>>) {
+    let mut positions = corners.to_vec();
+    let elements = tets.iter().map(|&[a, b, c, d]| {
+        let first = positions.len() as u32;
+        for [m, n] in [[a, b], [b, c], [a, c], [a, d], [b, d], [c, d]] {
+            let middle = (corners[m as usize] + corners[n as usize]) / 2.0;
+            positions.push(middle + 0.03 * random.vector());
+        }
+        std::array::from_fn(|n| if n < 4 { [a, b, c, d][n] } else { first + n as u32 - 4 })
+    });
+    (elements.collect(), positions)
 }
 
 /// A soft block with a rigid cell in it, a tied plate whose upper face is fixed, two held components.

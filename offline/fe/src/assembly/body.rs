@@ -8,7 +8,7 @@ use super::{
     dofs::Role,
     group::{BlockPlace, Group, group},
 };
-use crate::element::{ElementStress, Hex8, Tangent, Tet4};
+use crate::element::{ElementStress, Hex8, Tangent, Tet4, Tet10};
 use crate::mesh::{Mesh, Region};
 
 /// Spring between the rigid bone and the ground, at the bone's reference point.
@@ -36,7 +36,7 @@ pub enum BodyError {
     /// An element is inverted in the undeformed mesh.
     #[error("element {element} of {region:?} is inverted or has no volume in the undeformed mesh")]
     InvertedMesh {
-        /// Index in the mesh (tetrahedra count on after the hexahedra).
+        /// Index in the mesh (4-node tetrahedra count on after the hexahedra, 10-node ones after these).
         element: usize,
         /// Its region.
         region: Region,
@@ -60,8 +60,9 @@ pub struct Body {
     undeformed: Configuration,
     hexes: Vec<Group<8, 8>>,
     tets: Vec<Group<4, 1>>,
-    /// Numbers of hexahedra and tetrahedra of the mesh, those left out included.
-    element_counts: [usize; 2],
+    tets10: Vec<Group<10, 4>>,
+    /// Numbers of hexahedra, 4-node and 10-node tetrahedra of the mesh, those left out included.
+    element_counts: [usize; 3],
     rigid_arms: Vec<(u32, Vector3<f64>)>,
     tied: Vec<(u32, usize)>,
     joint: Joint,
@@ -119,8 +120,12 @@ impl Body {
         let tets: Vec<(usize, Material)> = (0..mesh.tets.len())
             .filter_map(|e| active(&mesh.tets[e].nodes, mesh.tets[e].region).map(|m| (e, m)))
             .collect();
+        let tets10: Vec<(usize, Material)> = (0..mesh.tets10.len())
+            .filter_map(|e| active(&mesh.tets10[e].nodes, mesh.tets10[e].region).map(|m| (e, m)))
+            .collect();
         let mut elements: Vec<Vec<u32>> = hexes.iter().map(|&(e, _)| mesh.hexes[e].nodes.to_vec()).collect();
         elements.extend(tets.iter().map(|&(e, _)| mesh.tets[e].nodes.to_vec()));
+        elements.extend(tets10.iter().map(|&(e, _)| mesh.tets10[e].nodes.to_vec()));
         let dofs = DofMap::new(mesh, supports, &elements);
 
         let hexes = group(
@@ -136,6 +141,14 @@ impl Body {
             |e| mesh.tets[e].nodes,
             |nodes| Tet4::new(nodes, &mesh.nodes),
             |e| BodyError::InvertedMesh { element: mesh.hexes.len() + e, region: mesh.tets[e].region },
+        )?;
+        let first = mesh.hexes.len() + mesh.tets.len();
+        let tets10 = group(
+            &tets10,
+            &dofs,
+            |e| mesh.tets10[e].nodes,
+            |nodes| Tet10::new(nodes, &mesh.nodes),
+            |e| BodyError::InvertedMesh { element: first + e, region: mesh.tets10[e].region },
         )?;
         let nodes_with = |wanted: fn(&Role) -> bool| {
             (0..mesh.nodes.len() as u32).filter(|&n| wanted(&dofs.role[n as usize])).collect::<Vec<_>>()
@@ -159,7 +172,8 @@ impl Body {
             },
             hexes,
             tets,
-            element_counts: [mesh.hexes.len(), mesh.tets.len()],
+            tets10,
+            element_counts: [mesh.hexes.len(), mesh.tets.len(), mesh.tets10.len()],
             rigid_arms,
             tied,
             joint,
@@ -185,6 +199,9 @@ impl Body {
             add(&group.batch.nodes, group.batch.len, group.plane_strain_modulus_mpa());
         }
         for group in &self.tets {
+            add(&group.batch.nodes, group.batch.len, group.plane_strain_modulus_mpa());
+        }
+        for group in &self.tets10 {
             add(&group.batch.nodes, group.batch.len, group.plane_strain_modulus_mpa());
         }
         sums.into_iter().map(|(sum, count)| if count > 0 { sum / f64::from(count) } else { 0.0 }).collect()
@@ -236,6 +253,9 @@ impl Body {
         for group in &self.tets {
             min_j = min_j.min(self.add_forces(group, at, out));
         }
+        for group in &self.tets10 {
+            min_j = min_j.min(self.add_forces(group, at, out));
+        }
         if !(min_j > 0.0) {
             return Err(BodyError::Inverted { det_f: min_j });
         }
@@ -270,6 +290,11 @@ impl Body {
             group.tangent(at, &mut tet);
             self.add_tangent(group, at, &tet, values);
         }
+        let mut tet10 = Tangent::new();
+        for group in &self.tets10 {
+            group.tangent(at, &mut tet10);
+            self.add_tangent(group, at, &tet10, values);
+        }
         if self.dofs.rigid_dof.is_some() {
             self.add_rigid_geometry(at, values);
         }
@@ -294,10 +319,10 @@ impl Body {
     }
 
     /// Total strain energy, mJ (the joint's included), and the mean energy density of each element, MPa, hexahedra
-    /// first, then tetrahedra (0 for elements left out).
+    /// first, then tetrahedra of 4 and of 10 nodes (0 for elements left out).
     pub fn energy(&self, at: &Configuration) -> (f64, Vec<f64>) {
-        let [hex_count, tet_count] = self.element_counts;
-        let mut density = vec![0.0; hex_count + tet_count];
+        let [hex_count, tet_count, tet10_count] = self.element_counts;
+        let mut density = vec![0.0; hex_count + tet_count + tet10_count];
         let mut total = 0.0;
         for group in &self.hexes {
             let energies = group.energies(at);
@@ -315,6 +340,14 @@ impl Body {
                 density[hex_count + e as usize] = energies[lane] / volumes[lane];
             }
         }
+        for group in &self.tets10 {
+            let energies = group.energies(at);
+            let volumes = group.batch.volumes();
+            for (lane, &e) in group.elements.iter().enumerate() {
+                total += energies[lane];
+                density[hex_count + tet_count + e as usize] = energies[lane] / volumes[lane];
+            }
+        }
         if self.dofs.rigid_dof.is_some() {
             let moved = (at.rigid_centre - self.undeformed.rigid_centre).norm_squared();
             total += 0.5 * self.joint.translation_n_per_mm * moved;
@@ -323,10 +356,11 @@ impl Body {
         (total, density)
     }
 
-    /// Mean stress and strain of every element, hexahedra first, then tetrahedra (0 for elements left out).
+    /// Mean stress and strain of every element, hexahedra first, then tetrahedra of 4 and of 10 nodes (0 for elements
+    /// left out).
     pub fn stresses(&self, at: &Configuration) -> Vec<ElementStress> {
-        let [hex_count, tet_count] = self.element_counts;
-        let mut all = vec![ElementStress::default(); hex_count + tet_count];
+        let [hex_count, tet_count, tet10_count] = self.element_counts;
+        let mut all = vec![ElementStress::default(); hex_count + tet_count + tet10_count];
         for group in &self.hexes {
             for (&e, stress) in group.elements.iter().zip(group.stresses(at)) {
                 all[e as usize] = stress;
@@ -335,6 +369,11 @@ impl Body {
         for group in &self.tets {
             for (&e, stress) in group.elements.iter().zip(group.stresses(at)) {
                 all[hex_count + e as usize] = stress;
+            }
+        }
+        for group in &self.tets10 {
+            for (&e, stress) in group.elements.iter().zip(group.stresses(at)) {
+                all[hex_count + tet_count + e as usize] = stress;
             }
         }
         all
@@ -347,6 +386,9 @@ impl Body {
             group.accumulate(&group.forces(at), &mut out);
         }
         for group in &self.tets {
+            group.accumulate(&group.forces(at), &mut out);
+        }
+        for group in &self.tets10 {
             group.accumulate(&group.forces(at), &mut out);
         }
         out

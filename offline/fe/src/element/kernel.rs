@@ -34,6 +34,9 @@ pub struct Batch<const N: usize, const Q: usize> {
     /// Shape gradients over undeformed coordinates, 1/mm.
     gradient: Box<[[[f64x8; 3]; N]; Q]>,
     pub(super) volume: f64x8,
+    /// Triangles that enclose the deformed volume, local nodes counter-clockwise from outside; none where it is the
+    /// integral of det F.
+    pub(super) surface: &'static [[usize; 3]],
     hourglass: Option<Box<Hourglass<N>>>,
 }
 
@@ -46,6 +49,9 @@ struct Hourglass<const N: usize> {
     /// Undeformed positions, mm.
     rest: [[f64x8; 3]; N],
 }
+
+/// Volume and shape gradients of an element's quadrature points; None if it is inverted.
+pub(super) type PointsOf<const N: usize, const Q: usize> = Option<([f64; Q], [[[f64; 3]; N]; Q])>;
 
 /// 8-node hexahedra with 2x2x2 points.
 pub type Hex8 = Batch<8, 8>;
@@ -139,26 +145,18 @@ impl Tet4 {
 }
 
 impl<const N: usize, const Q: usize> Batch<N, Q> {
+    /// Batch of elements whose shape gradients at the reference points are `reference`.
     fn with_rule(
         elements: &[[u32; N]],
         positions: &[Vector3<f64>],
         reference: [[[f64; 3]; N]; Q],
         reference_weight: f64,
     ) -> Option<Self> {
-        assert!((1..=8).contains(&elements.len()));
-        let lane_of = |lane: usize| &elements[lane.min(elements.len() - 1)];
-        let nodes: [[u32; 8]; N] = std::array::from_fn(|a| std::array::from_fn(|lane| lane_of(lane)[a]));
-        let zeros = vec![[[f64x8::ZERO; 3]; N]; Q].into_boxed_slice();
-        let Ok(mut gradient): Result<Box<[[[f64x8; 3]; N]; Q]>, _> = zeros.try_into() else {
-            unreachable!("length is Q")
-        };
-        let mut weight = [f64x8::ZERO; Q];
-        for q in 0..Q {
-            let mut w = [0.0; 8];
-            let mut g = [[[0.0; 8]; 3]; N];
-            for lane in 0..8 {
+        Self::with_points(elements, |nodes| {
+            let (mut weights, mut gradients) = ([0.0; Q], [[[0.0; 3]; N]; Q]);
+            for q in 0..Q {
                 let mut jacobian = nalgebra::Matrix3::zeros();
-                for (a, node) in lane_of(lane).iter().enumerate() {
+                for (a, node) in nodes.iter().enumerate() {
                     jacobian += positions[*node as usize] * nalgebra::RowVector3::from(reference[q][a]);
                 }
                 let det = jacobian.determinant();
@@ -166,22 +164,38 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                     return None;
                 }
                 let inverse = jacobian.try_inverse()?;
-                w[lane] = det * reference_weight;
-                for (a, reference) in reference[q].iter().enumerate() {
-                    let spatial = nalgebra::RowVector3::from(*reference) * inverse;
+                weights[q] = det * reference_weight;
+                gradients[q] = reference[q].map(|g| (nalgebra::RowVector3::from(g) * inverse).into());
+            }
+            Some((weights, gradients))
+        })
+    }
+
+    /// Batch of elements of whose nodes `points` makes the volume (mm³) and the shape gradients (1/mm) of every
+    /// quadrature point; None if it gives None for any of them.
+    pub(super) fn with_points(elements: &[[u32; N]], points: impl Fn(&[u32; N]) -> PointsOf<N, Q>) -> Option<Self> {
+        assert!((1..=8).contains(&elements.len()));
+        let lane_of = |lane: usize| &elements[lane.min(elements.len() - 1)];
+        let nodes: [[u32; 8]; N] = std::array::from_fn(|a| std::array::from_fn(|lane| lane_of(lane)[a]));
+        let mut weight = [[0.0; 8]; Q];
+        let mut gradient = vec![[[[0.0; 8]; 3]; N]; Q];
+        for lane in 0..8 {
+            let (weights, gradients) = points(lane_of(lane))?;
+            for q in 0..Q {
+                weight[q][lane] = weights[q];
+                for a in 0..N {
                     for i in 0..3 {
-                        g[a][i][lane] = spatial[i];
+                        gradient[q][a][i][lane] = gradients[q][a][i];
                     }
                 }
             }
-            weight[q] = f64x8::new(w);
-            gradient[q] = g.map(|node| node.map(f64x8::new));
         }
-        let mut volume = f64x8::ZERO;
-        for w in weight {
-            volume += w;
-        }
-        Some(Self { len: elements.len(), nodes, weight, gradient, volume, hourglass: None })
+        let gradient: Vec<[[f64x8; 3]; N]> =
+            gradient.into_iter().map(|point| point.map(|node| node.map(f64x8::new))).collect();
+        let Ok(gradient) = gradient.into_boxed_slice().try_into() else { unreachable!("length is Q") };
+        let weight = weight.map(f64x8::new);
+        let volume = weight.into_iter().fold(f64x8::ZERO, |sum, w| sum + w);
+        Some(Self { len: elements.len(), nodes, weight, gradient, volume, surface: &[], hourglass: None })
     }
 
     /// Undeformed volumes, mm³.
@@ -253,6 +267,9 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 }
             }
         }
+        if !self.surface.is_empty() {
+            (v, volume_slope) = self.enclosed(&x);
+        }
         let (_, p, _) = law.volumetric(v / self.volume);
         for a in 0..N {
             for i in 0..3 {
@@ -297,6 +314,46 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         (modulus + (j * j * curvature - p * j) * length * length) * hourglass.scale
     }
 
+    /// Volume that the surface's triangles enclose, mm³, and its derivatives over the nodes' places, mm².
+    pub(super) fn enclosed(&self, x: &[[f64x8; 3]; N]) -> (f64x8, [[f64x8; 3]; N]) {
+        let sixth = f64x8::splat(1.0 / 6.0);
+        let (mut volume, mut slope) = (f64x8::ZERO, [[f64x8::ZERO; 3]; N]);
+        for triangle in self.surface {
+            // From the first node, so that little cancels; the surface is closed, so that all origins give the same.
+            let at = triangle.map(|n| from_first(x, n));
+            for corner in 0..3 {
+                let opposite = cross(&at[(corner + 1) % 3], &at[(corner + 2) % 3]).map(|c| c * sixth);
+                if corner == 0 {
+                    volume += at[0][0] * opposite[0] + at[0][1] * opposite[1] + at[0][2] * opposite[2];
+                }
+                slope[triangle[corner]].iter_mut().zip(opposite).for_each(|(s, c)| *s += c);
+            }
+        }
+        (volume, slope)
+    }
+
+    /// Adds `p` times the second derivatives of the enclosed volume.
+    fn add_curvature_of_enclosed(&self, x: &[[f64x8; 3]; N], p: f64x8, out: &mut Tangent<N>) {
+        let scale = p * f64x8::splat(1.0 / 6.0);
+        for triangle in self.surface {
+            for corner in 0..3 {
+                let [a, b, other] = [0, 1, 2].map(|k| triangle[(corner + k) % 3]);
+                let at = from_first(x, other).map(|c| c * scale);
+                for i in 0..3 {
+                    let (next, last) = ((i + 1) % 3, (i + 2) % 3);
+                    // d²v/dx_a dx_b is antisymmetric: e_ikl of the third corner.
+                    if a > b {
+                        out.block[a][b][i][next] += at[last];
+                        out.block[a][b][i][last] -= at[next];
+                    } else {
+                        out.block[b][a][next][i] += at[last];
+                        out.block[b][a][last][i] -= at[next];
+                    }
+                }
+            }
+        }
+    }
+
     /// Strain energy of each element, mJ.
     pub fn energies(&self, law: &impl Constitutive, positions: &[Vector3<f64>]) -> [f64; 8] {
         let x = self.gather(positions);
@@ -305,6 +362,9 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
             let (f, j, _) = self.kinematics(q, &x);
             energy += self.weight[q] * law.energy(&left_cauchy_green(&f), j);
             v += self.weight[q] * j;
+        }
+        if !self.surface.is_empty() {
+            v = self.enclosed(&x).0;
         }
         (energy + law.volumetric(v / self.volume).0 * self.volume).to_array()
     }
@@ -324,6 +384,9 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 }
             }
         }
+        if !self.surface.is_empty() {
+            (v, volume_slope) = self.enclosed(&x);
+        }
         let (_, p, curvature) = law.volumetric(v / self.volume);
         let curvature = curvature / self.volume;
         for a in 0..N {
@@ -336,11 +399,13 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 }
             }
         }
+        let point_pressure = if self.surface.is_empty() { p } else { f64x8::ZERO };
+        self.add_curvature_of_enclosed(&x, p, out);
         for q in 0..Q {
             let (f, j, g) = self.kinematics(q, &x);
             let (mut tau, mut c) = law.moduli(&left_cauchy_green(&f), j);
             // The averaged pressure as a Kirchhoff stress p J I with moduli p J (I x I - 2 sym).
-            let pj = p * j;
+            let pj = point_pressure * j;
             for i in 0..3 {
                 tau[i] += pj;
                 for k in 0..3 {
@@ -403,6 +468,18 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
             }
         }
     }
+}
+
+fn cross(a: &[f64x8; 3], b: &[f64x8; 3]) -> [f64x8; 3] {
+    std::array::from_fn(|i| {
+        let (next, last) = ((i + 1) % 3, (i + 2) % 3);
+        a[next] * b[last] - a[last] * b[next]
+    })
+}
+
+/// Place of a node seen from the first, mm.
+fn from_first<const N: usize>(x: &[[f64x8; 3]; N], node: usize) -> [f64x8; 3] {
+    std::array::from_fn(|i| x[node][i] - x[0][i])
 }
 
 /// Place of component (i, j) in the six-component order.

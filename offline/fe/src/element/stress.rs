@@ -61,6 +61,9 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
                 strain[k] += (c[k] - identity) * f64x8::HALF * weight;
             }
         }
+        if !self.surface.is_empty() {
+            deformed_volume = self.enclosed(&x).0;
+        }
         let (_, pressure, _) = law.volumetric(deformed_volume / self.volume);
         let cauchy: [[f64; 8]; 6] = std::array::from_fn(|k| {
             let volumetric = if k < 3 { pressure } else { f64x8::ZERO };

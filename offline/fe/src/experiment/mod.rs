@@ -218,7 +218,7 @@ impl Config {
     pub fn problem<'a>(&self, finger: &'a Finger) -> Problem<'a> {
         Problem {
             body: &finger.body,
-            pad_faces: &finger.mesh.pad_faces,
+            pad_faces: (&finger.mesh).into(),
             half: finger.half.as_ref().filter(|_| self.numerics.symmetry.is_auto()),
             friction: Some(self.friction),
             penalty: self.numerics.contact,

@@ -10,7 +10,7 @@ use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::PenaltySettings;
 use crate::material::{Ogden, SaintVenantKirchhoff, partly};
 use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
-use crate::solve::SolverSettings;
+use crate::solve::{PadFaces, SolverSettings};
 
 /// What the bones are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -166,11 +166,11 @@ impl Finger {
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
         let neutral_pitch_deg = neutral_pitch_deg(&fingertip.touch);
         let mut beside_pad: Vec<u32> = fingertip.outer_faces.iter().flatten().copied().collect();
+        beside_pad.extend(fingertip.outer_triangles.iter().flatten());
         beside_pad.sort_unstable();
         beside_pad.dedup();
         let mesh = fingertip.mesh;
-        let mut pad: Vec<u32> = mesh.pad_faces.iter().flatten().copied().collect();
-        pad.sort_unstable();
+        let pad = mesh.pad_nodes();
         beside_pad.retain(|node| pad.binary_search(node).is_err());
         if let Some(number) = mesh.soft_regions.iter().position(|name| !tissue.regions.contains_key(name)) {
             return Err(BodyError::NoLaw { number });
@@ -242,6 +242,12 @@ fn half_finger(
         Joint { translation_n_per_mm: 0.5 * translation_n_per_mm, rotation_nmm_per_rad: 0.5 * rotation_nmm_per_rad };
     let body = body(&mesh.mesh, tissue, &supports, Vector3::new(reference.x, 0.0, reference.z), joint)?;
     Ok(HalfFinger { body, mesh })
+}
+
+impl<'a> From<&'a Mesh> for PadFaces<'a> {
+    fn from(mesh: &'a Mesh) -> Self {
+        Self { quads: &mesh.pad_faces, triangles: &mesh.pad_triangles }
+    }
 }
 
 /// Middle of the distal bone's end that faces the second bone, mm; the origin if there are not two bones.

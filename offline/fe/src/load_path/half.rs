@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::{FaceState, Snapshot};
 use crate::assembly::Body;
 use crate::mesh::HalfMesh;
+use crate::solve::PadFaces;
 
 /// Whether the half y >= 0 of a finger is computed in place of the whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -74,7 +75,7 @@ pub struct Model<'a> {
     /// The body.
     pub body: &'a Body,
     /// Faces that may touch the plane, as mesh node numbers.
-    pub pad_faces: &'a [[u32; 4]],
+    pub pad_faces: PadFaces<'a>,
     /// The half, if this is it.
     pub half: Option<&'a HalfFinger>,
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::{Cost, HalfFinger, Model, Path, Response, Trajectory};
 use crate::assembly::Body;
 use crate::contact::{PenaltySettings, RubberFriction};
-use crate::solve::{SolveError, SolverSettings};
+use crate::solve::{PadFaces, SolveError, SolverSettings};
 
 /// Sizes of the increments.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -60,7 +60,7 @@ pub struct Problem<'a> {
     /// The body.
     pub body: &'a Body,
     /// Faces that may touch the plane, as mesh node numbers.
-    pub pad_faces: &'a [[u32; 4]],
+    pub pad_faces: PadFaces<'a>,
     /// The half of the body that stands for the whole on symmetric paths; None to follow all paths with the whole.
     pub half: Option<&'a HalfFinger>,
     /// Friction law; None presses and slides without friction.
@@ -90,7 +90,7 @@ impl<'a> Problem<'a> {
     /// What computes states that are symmetric about y = 0: the half, if there is one.
     pub fn symmetric_model(&self) -> Model<'a> {
         match self.half {
-            Some(half) => Model { body: &half.body, pad_faces: &half.mesh.mesh.pad_faces, half: Some(half) },
+            Some(half) => Model { body: &half.body, pad_faces: (&half.mesh.mesh).into(), half: Some(half) },
             None => self.whole_model(),
         }
     }

@@ -47,7 +47,7 @@ pub fn write_mesh(file: &Path, mesh: &Mesh) -> Result<(), Error> {
 }
 
 fn write_body(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error> {
-    let elements = mesh.hexes.len() + mesh.tets.len();
+    let elements = mesh.elements().count();
     check(file, "displacements", snapshot.displacement_mm.len(), mesh.nodes.len())?;
     check(file, "strain energy densities", snapshot.strain_energy_density_mpa.len(), elements)?;
     check(file, "stresses", snapshot.stresses.len(), elements)?;
@@ -69,7 +69,7 @@ fn write_body(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error
 
 fn write_pad(file: &Path, mesh: &Mesh, snapshot: &Snapshot) -> Result<(), Error> {
     check(file, "displacements", snapshot.displacement_mm.len(), mesh.nodes.len())?;
-    check(file, "face states", snapshot.faces.len(), mesh.pad_faces.len())?;
+    check(file, "face states", snapshot.faces.len(), mesh.pad_faces.len() + mesh.pad_triangles.len())?;
     let (grid, nodes) = Grid::of_pad(mesh);
     let scalars = |of: fn(&FaceState) -> f64| Values::Scalars(snapshot.faces.iter().map(of).collect());
     let in_plane = |of: fn(&FaceState) -> [f64; 2]| {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::nail::BOX_TO_TETS;
-use super::{Hex, Mesh, Region, Tet, set};
+use super::{FACE_TRIANGLES, Hex, Mesh, Region, TET10_FACES, Tet, Tet10, set};
 
 /// A block of hexahedra between these coordinates (each ascending), mm.
 ///
@@ -99,6 +99,42 @@ pub fn into_tets(mesh: &Mesh) -> Mesh {
     }
 }
 
+/// 4-node tetrahedra with a node in the middle of every edge: the 10-node ones. A set gets the
+/// middle of every edge between two of its nodes; the pad, the four triangles of every outer face all of whose nodes are in its set.
+pub fn into_second_order(mesh: &Mesh) -> Mesh {
+    let mut next = Mesh { nodes: mesh.nodes.clone(), ties: mesh.ties.clone(), ..Mesh::default() };
+    let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    for tet in &mesh.tets {
+        let [a, b, c, d] = tet.nodes;
+        let edges = [[a, b], [b, c], [a, c], [a, d], [b, d], [c, d]].map(|[m, n]| {
+            *middles.entry([m.min(n), m.max(n)]).or_insert_with(|| {
+                next.nodes.push((mesh.nodes[m as usize] + mesh.nodes[n as usize]) / 2.0);
+                next.nodes.len() as u32 - 1
+            })
+        });
+        let nodes = std::array::from_fn(|n| if n < 4 { tet.nodes[n] } else { edges[n - 4] });
+        next.tets10.push(Tet10 { nodes, region: tet.region });
+    }
+    for (name, nodes) in &mesh.node_sets {
+        let among = |n: &u32| nodes.binary_search(n).is_ok();
+        let between = middles.iter().filter(|(ends, _)| ends.iter().all(among)).map(|(_, middle)| *middle);
+        let mut all: Vec<u32> = nodes.iter().copied().chain(between).collect();
+        all.sort_unstable();
+        next.node_sets.insert(name.clone(), all);
+    }
+    let mut faces: BTreeMap<[u32; 6], Vec<[u32; 6]>> = BTreeMap::new();
+    for face in next.tets10.iter().flat_map(|tet| TET10_FACES.map(|f| f.map(|n| tet.nodes[n]))) {
+        let mut key = face;
+        key.sort_unstable();
+        faces.entry(key).or_default().push(face);
+    }
+    let pad = next.node_set(set::PAD);
+    let of_pad = |face: &&[u32; 6]| face.iter().all(|n| pad.binary_search(n).is_ok());
+    let outer = faces.values().filter(|sides| sides.len() == 1).map(|sides| &sides[0]);
+    next.pad_triangles = outer.filter(of_pad).flat_map(|f| FACE_TRIANGLES.map(|t| t.map(|n| f[n]))).collect();
+    next
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,6 +162,18 @@ mod tests {
         let tets = into_tets(&mesh);
         check(&tets).unwrap();
         assert!((quality(&tets).volume_mm3() - 12.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn second_order_keeps_volume_pad_and_sets() {
+        let mesh = sample();
+        let tets = into_second_order(&into_tets(&mesh));
+        check(&tets).unwrap();
+        let report = quality(&tets);
+        assert!((report.volume_mm3() - 12.0).abs() < 1e-12 && (report.pad_area_mm2 - 6.0).abs() < 1e-12);
+        assert_eq!((tets.tets10.len(), tets.pad_triangles.len()), (6 * 24, 4 * 2 * 6));
+        // A grid of twice as many cells has the nodes of the set.
+        assert_eq!((tets.node_set("z0").len(), tets.pad_nodes().len()), (5 * 7, 5 * 7));
     }
 
     #[test]

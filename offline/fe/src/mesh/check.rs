@@ -1,7 +1,9 @@
 //! Refuses meshes that cannot be computed with, naming what is wrong.
 
+use std::collections::HashMap;
+
 use super::boundary::{Hanging, boundary, faces_of, sorted};
-use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian};
+use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian, tet10_scaled_jacobian};
 use super::{Mesh, MeshError, Region};
 
 /// Faces of a hexahedron, counter-clockwise seen from outside.
@@ -11,10 +13,18 @@ pub const HEX_FACES: [[usize; 4]; 6] =
 /// Faces of a tetrahedron, counter-clockwise seen from outside.
 pub const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
+/// Faces of a 10-node tetrahedron, counter-clockwise seen from outside: corners, then the nodes between the first and
+/// second, second and third, third and first.
+pub const TET10_FACES: [[usize; 6]; 4] =
+    [[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [2, 0, 3, 6, 7, 9]];
+
+/// The linear triangles of such a face, turned as it is.
+pub const FACE_TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+
 /// Two nodes closer than this are one node twice, mm.
 const DUPLICATE_MM: f64 = 1e-6;
 
-/// Checks a mesh: node numbers; element shapes; hexahedra and tetrahedra each one closed body without voids
+/// Checks a mesh: node numbers; element shapes; hexahedra and tetrahedra of each order one closed body without voids
 /// or tunnels; no node twice or unused; ties that hold rigid motions, whose masters are free to move; pad faces on the
 /// boundary; sets sorted. Hexahedra of two sizes may meet where the nodes in the middle of the larger faces and edges
 /// are tied to those of the larger hexahedron.
@@ -25,8 +35,14 @@ pub fn check(mesh: &Mesh) -> Result<(), MeshError> {
     let hanging = Hanging::of(mesh.ties.iter().filter(|tie| kinds[tie.slave as usize].hex));
     let hexes = boundary("hex", hanging.faces_of_hexes(&mesh.hexes), &hanging)?;
     boundary("tet", faces_of(mesh.tets.iter().map(|e| e.nodes), &TET_FACES), &Hanging::default())?;
-    if let Some(node) = kinds.iter().position(|k| !k.hex && !k.tet) {
+    let corners = mesh.tets10.iter().map(|e| [0, 1, 2, 3].map(|n| e.nodes[n]));
+    let tets10 = boundary("tet10", faces_of(corners, &TET_FACES), &Hanging::default())?;
+    let middles = middles(mesh)?;
+    if let Some(node) = kinds.iter().position(|k| !k.hex && !k.tet && !k.tet10) {
         return Err(MeshError::UnusedNode { node });
+    }
+    if let Some(node) = kinds.iter().position(|k| k.tet10 && (k.hex || k.tet)) {
+        return Err(MeshError::MixedOrders { node });
     }
     duplicates(mesh, &kinds)?;
     ties(mesh, &kinds)?;
@@ -41,7 +57,39 @@ pub fn check(mesh: &Mesh) -> Result<(), MeshError> {
             Some(_) => {}
         }
     }
+    let triangles: HashMap<[u32; 3], [u32; 3]> = tets10
+        .values()
+        .flat_map(|&[a, b, c]| {
+            let middle = |m, n| middles[&sorted([m, n])];
+            let face = [a, b, c, middle(a, b), middle(b, c), middle(c, a)];
+            FACE_TRIANGLES.map(|t| t.map(|n| face[n])).map(|t| (sorted(t), t))
+        })
+        .collect();
+    for (index, triangle) in mesh.pad_triangles.iter().enumerate() {
+        let refuse = |reason| Err(MeshError::PadFace { face: mesh.pad_faces.len() + index, reason });
+        match triangles.get(&sorted(*triangle)) {
+            None => return refuse("not a quarter of a face of the 10-node tetrahedra's boundary"),
+            Some(outward) if !same_cycle(outward, triangle) => {
+                return refuse("not counter-clockwise seen from outside");
+            }
+            Some(_) => {}
+        }
+    }
     Ok(())
+}
+
+/// The node of every edge of the 10-node tetrahedra.
+fn middles(mesh: &Mesh) -> Result<HashMap<[u32; 2], u32>, MeshError> {
+    let mut middles = HashMap::new();
+    for (element, tet) in mesh.tets10.iter().enumerate() {
+        for (edge, [a, b]) in [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]].into_iter().enumerate() {
+            let (ends, node) = (sorted([tet.nodes[a], tet.nodes[b]]), tet.nodes[4 + edge]);
+            if *middles.entry(ends).or_insert(node) != node {
+                return Err(MeshError::EdgeNodes { element, region: tet.region, nodes: ends });
+            }
+        }
+    }
+    Ok(middles)
 }
 
 fn indices(mesh: &Mesh) -> Result<(), MeshError> {
@@ -60,8 +108,14 @@ fn indices(mesh: &Mesh) -> Result<(), MeshError> {
     for (i, e) in mesh.tets.iter().enumerate() {
         known("tet", i, Some(e.region), &e.nodes)?;
     }
+    for (i, e) in mesh.tets10.iter().enumerate() {
+        known("tet10", i, Some(e.region), &e.nodes)?;
+    }
     for (i, face) in mesh.pad_faces.iter().enumerate() {
         known("pad face", i, None, face)?;
+    }
+    for (i, face) in mesh.pad_triangles.iter().enumerate() {
+        known("pad triangle", i, None, face)?;
     }
     for (i, tie) in mesh.ties.iter().enumerate() {
         known("tie", i, None, &[tie.slave])?;
@@ -79,7 +133,8 @@ fn indices(mesh: &Mesh) -> Result<(), MeshError> {
 fn shapes(mesh: &Mesh) -> Result<(), MeshError> {
     let hexes = mesh.hexes.iter().enumerate().map(|(i, e)| ("hex", i, e.region, hex_scaled_jacobian(mesh, e)));
     let tets = mesh.tets.iter().enumerate().map(|(i, e)| ("tet", i, e.region, tet_scaled_jacobian(mesh, e)));
-    for (kind, element, region, scaled_jacobian) in hexes.chain(tets) {
+    let tets10 = mesh.tets10.iter().enumerate().map(|(i, e)| ("tet10", i, e.region, tet10_scaled_jacobian(mesh, e)));
+    for (kind, element, region, scaled_jacobian) in hexes.chain(tets).chain(tets10) {
         if !(scaled_jacobian > 1e-9) {
             return Err(MeshError::Inverted { kind, element, region, scaled_jacobian });
         }
@@ -92,6 +147,7 @@ fn shapes(mesh: &Mesh) -> Result<(), MeshError> {
 struct Kind {
     hex: bool,
     tet: bool,
+    tet10: bool,
     bone: bool,
 }
 
@@ -99,6 +155,7 @@ fn node_kinds(mesh: &Mesh) -> Vec<Kind> {
     let mut kinds = vec![Kind::default(); mesh.nodes.len()];
     mesh.hexes.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].hex = true);
     mesh.tets.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].tet = true);
+    mesh.tets10.iter().flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].tet10 = true);
     let bones = mesh.hexes.iter().filter(|e| matches!(e.region, Region::DistalBone | Region::ProximalBone));
     bones.flat_map(|e| e.nodes).for_each(|n| kinds[n as usize].bone = true);
     kinds
@@ -115,7 +172,8 @@ fn duplicates(mesh: &Mesh, kinds: &[Kind]) -> Result<(), MeshError> {
                 break;
             }
             let (ka, kb) = (kinds[a as usize], kinds[b as usize]);
-            if step.norm() < DUPLICATE_MM && (ka.hex && kb.hex || ka.tet && kb.tet) {
+            let one_body = ka.hex && kb.hex || ka.tet && kb.tet || ka.tet10 && kb.tet10;
+            if step.norm() < DUPLICATE_MM && one_body {
                 return Err(MeshError::DuplicateNodes { first: a.min(b), second: a.max(b), distance_mm: step.norm() });
             }
         }
@@ -159,14 +217,14 @@ fn ties(mesh: &Mesh, kinds: &[Kind]) -> Result<(), MeshError> {
 }
 
 /// Whether two faces have the same nodes in the same cyclic order.
-fn same_cycle(a: &[u32; 4], b: &[u32; 4]) -> bool {
-    (0..4).any(|shift| (0..4).all(|i| a[i] == b[(i + shift) % 4]))
+fn same_cycle<const N: usize>(a: &[u32; N], b: &[u32; N]) -> bool {
+    (0..N).any(|shift| (0..N).all(|i| a[i] == b[(i + shift) % N]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::block::{block, into_tets};
+    use crate::mesh::block::{block, into_second_order, into_tets};
     use crate::mesh::{Fingertip, FingertipShape, MeshPreset, Tie, fingertip};
 
     fn cube() -> Mesh {
@@ -213,6 +271,37 @@ mod tests {
         assert!(matches!(edge, MeshError::OpenBoundary { faces: 4, .. }), "{edge}");
         let void = refused(into_tets(&cube()), |m| drop(m.tets.drain(13 * 6..14 * 6)));
         assert_eq!(void, MeshError::Hole { kind: "tet", euler: 4 });
+    }
+
+    #[test]
+    fn tetrahedra_of_second_order() {
+        let cube = || into_second_order(&into_tets(&cube()));
+        let bent = refused(cube(), |m| {
+            let [a, b] = [0, 1].map(|n| m.nodes[m.tets10[7].nodes[n] as usize]);
+            let middle = m.tets10[7].nodes[4] as usize;
+            m.nodes[middle] = b + (b - a) * 0.1;
+        });
+        assert!(matches!(bent, MeshError::Inverted { kind: "tet10", .. }), "{bent}");
+        let torn = refused(cube(), |m| {
+            m.nodes.push(m.nodes[m.tets10[7].nodes[4] as usize] + nalgebra::Vector3::x() * 0.01);
+            m.tets10[7].nodes[4] = m.nodes.len() as u32 - 1;
+        });
+        assert!(matches!(torn, MeshError::EdgeNodes { .. }), "{torn}");
+        let mixed = refused(cube(), |m| {
+            let first = m.tets10.pop().unwrap();
+            m.pad_triangles.clear();
+            m.tets.push(super::super::Tet { nodes: [0, 1, 2, 3].map(|n| first.nodes[n]), region: first.region });
+            let used: std::collections::BTreeSet<u32> =
+                m.tets10.iter().flat_map(|t| t.nodes).chain(m.tets[0].nodes).collect();
+            assert_eq!(used.len(), m.nodes.len());
+        });
+        assert!(matches!(mixed, MeshError::MixedOrders { .. }), "{mixed}");
+        let turned = refused(cube(), |m| m.pad_triangles[2].reverse());
+        assert!(matches!(turned, MeshError::PadFace { reason, .. } if reason.contains("clockwise")), "{turned}");
+        let corners = refused(cube(), |m| m.pad_triangles[2] = [0, 1, 2].map(|n| m.tets10[0].nodes[n]));
+        assert!(matches!(corners, MeshError::PadFace { reason, .. } if reason.contains("quarter")), "{corners}");
+        let void = refused(cube(), |m| drop(m.tets10.drain(13 * 6..14 * 6)));
+        assert!(matches!(void, MeshError::Hole { kind: "tet10", euler: 4 }), "{void}");
     }
 
     #[test]

@@ -77,6 +77,22 @@ pub enum MeshError {
         /// Worst scaled Jacobian of the element; <= 0.
         scaled_jacobian: f64,
     },
+    /// Two 10-node tetrahedra have different nodes on the same edge: they are torn apart there.
+    #[error("tet10 {element} ({region:?}): another has another node on the edge between nodes {nodes:?}")]
+    EdgeNodes {
+        /// Index of the element in its list.
+        element: usize,
+        /// Its region.
+        region: Region,
+        /// Ends of the edge.
+        nodes: [u32; 2],
+    },
+    /// A node of 10-node tetrahedra and of elements of first order, whose edges part between their ends.
+    #[error("node {node} belongs to 10-node tetrahedra and to elements of first order")]
+    MixedOrders {
+        /// Index of the node.
+        node: usize,
+    },
     /// A face belongs to more than two elements.
     #[error("{kind} face of nodes {nodes:?} belongs to {elements} elements")]
     FaceShared {

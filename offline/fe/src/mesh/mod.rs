@@ -32,8 +32,8 @@ mod symmetry;
 mod touching;
 pub mod volume;
 
-pub use check::{HEX_FACES, TET_FACES, check};
-pub use fingerpad_formats::mesh::{Hex, Mesh, Region, Tet, Tie, set};
+pub use check::{FACE_TRIANGLES, HEX_FACES, TET_FACES, TET10_FACES, check};
+pub use fingerpad_formats::mesh::{Hex, Mesh, Region, Tet, Tet10, Tie, set};
 
 pub use divisions::{Divisions, MeshPreset};
 pub use error::MeshError;

@@ -20,6 +20,8 @@ pub struct Fingertip {
     pub touch: FirstTouch,
     /// Faces of the skin's outside, counter-clockwise seen from outside (the pad faces among them).
     pub outer_faces: Vec<[u32; 4]>,
+    /// The same of 10-node tetrahedra: four linear triangles for each of their faces.
+    pub outer_triangles: Vec<[u32; 3]>,
 }
 
 /// Makes and checks the mesh of a fingertip. The same input gives the same mesh, to the last bit.
@@ -94,7 +96,7 @@ pub(super) fn finish(
     mesh.node_sets.insert(set::PAD.into(), free_pad_nodes(&mesh, &ties));
     mesh.ties.extend(ties);
     check(&mesh)?;
-    Ok(Fingertip { mesh, touch, outer_faces })
+    Ok(Fingertip { mesh, touch, outer_faces, outer_triangles: Vec::new() })
 }
 
 /// Whether an outer face looks down and its middle lies below this height over the plane.
@@ -210,7 +212,7 @@ mod tests {
 
     #[test]
     fn frame_and_sets() {
-        let (shape, Fingertip { mesh, touch, outer_faces }, _) = named("e", MeshPreset::Default);
+        let (shape, Fingertip { mesh, touch, outer_faces, .. }, _) = named("e", MeshPreset::Default);
         let finger = |n: &u32| touch.rotation.transpose() * mesh.nodes[*n as usize] + touch.point_mm;
         assert!(mesh.nodes.iter().all(|p| p.z > -1e-9));
         let lowest = outer_faces.iter().flatten().map(|&n| mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min);
@@ -238,7 +240,7 @@ mod tests {
 
     #[test]
     fn skin_has_its_thickness() {
-        let (shape, Fingertip { mesh, outer_faces, touch }, _) = named("base", MeshPreset::Coarse);
+        let (shape, Fingertip { mesh, outer_faces, touch, .. }, _) = named("base", MeshPreset::Coarse);
         let body = Body::outer(&shape);
         let finger = |n: u32| touch.rotation.transpose() * mesh.nodes[n as usize] + touch.point_mm;
         let mut seen = 0;
@@ -269,7 +271,7 @@ mod tests {
     fn a_fingertip_of_a_robot_is_round_and_has_no_nail() {
         let text = include_str!("../../data/geometry/hemisphere.toml");
         let shape = FingertipShape::from_toml("hemisphere.toml", text).unwrap();
-        let Fingertip { mesh, outer_faces, touch } = fingertip(&shape, &MeshPreset::Medium.divisions()).unwrap();
+        let Fingertip { mesh, outer_faces, touch, .. } = fingertip(&shape, &MeshPreset::Medium.divisions()).unwrap();
         assert!(mesh.tets.is_empty() && mesh.node_set(set::NAIL_FIX).is_empty());
         let middle = Vector3::new(shape.length_mm - shape.cap_length_mm, 0.0, 0.0);
         let mut of_cap = 0;

@@ -1,10 +1,10 @@
 //! Measures of a mesh: element shapes, volumes, sizes.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Hex, Mesh, Region, Tet};
+use super::{Hex, Mesh, Region, Tet, Tet10};
 
 /// Corners of the reference hexahedron in VTK_HEXAHEDRON order.
 const CORNERS: [[f64; 3]; 8] = [
@@ -27,7 +27,7 @@ pub(super) const HEX_EDGES: [[usize; 2]; 12] =
 pub struct RegionQuality {
     /// Number of hexahedra.
     pub hexes: usize,
-    /// Number of tetrahedra.
+    /// Number of tetrahedra, of 4 and of 10 nodes.
     pub tets: usize,
     /// Volume, mm³.
     pub volume_mm3: f64,
@@ -42,7 +42,7 @@ pub struct QualityReport {
     pub nodes: usize,
     /// Number of hexahedra.
     pub hexes: usize,
-    /// Number of tetrahedra.
+    /// Number of tetrahedra, of 4 and of 10 nodes.
     pub tets: usize,
     /// Regions that the mesh has.
     pub regions: BTreeMap<Region, RegionQuality>,
@@ -52,13 +52,14 @@ pub struct QualityReport {
     /// Index of that hexahedron.
     pub worst_hex: Option<usize>,
     /// Least scaled Jacobian of the tetrahedra: sqrt(2) 6 V over the greatest product of three edges at a
-    /// corner; 1 is regular. 1 if there are none.
+    /// corner; 1 is regular. Of 10-node ones it is that of the corners times the least share that one of their twelve
+    /// parts has of what it has with straight edges. 1 if there are none.
     pub worst_tet_scaled_jacobian: f64,
     /// Shortest edge, mm.
     pub min_edge_mm: f64,
     /// Longest edge, mm.
     pub max_edge_mm: f64,
-    /// Number of pad faces.
+    /// Number of pad faces, quadrilaterals and triangles.
     pub pad_faces: usize,
     /// Number of pad nodes.
     pub pad_nodes: usize,
@@ -70,7 +71,7 @@ pub struct QualityReport {
     pub touch_face_size_mm: [f64; 2],
     /// Hexahedra and tetrahedra with a scaled Jacobian <= 0.
     pub inverted_hexes: Vec<usize>,
-    /// Tetrahedra without positive volume.
+    /// Tetrahedra without positive volume; 10-node ones count on after those of 4 nodes.
     pub inverted_tets: Vec<usize>,
 }
 
@@ -79,15 +80,15 @@ pub fn quality(mesh: &Mesh) -> QualityReport {
     let mut report = QualityReport {
         nodes: mesh.nodes.len(),
         hexes: mesh.hexes.len(),
-        tets: mesh.tets.len(),
+        tets: mesh.tets.len() + mesh.tets10.len(),
         regions: BTreeMap::new(),
         worst_hex_scaled_jacobian: 1.0,
         worst_hex: None,
         worst_tet_scaled_jacobian: 1.0,
         min_edge_mm: f64::INFINITY,
         max_edge_mm: 0.0,
-        pad_faces: mesh.pad_faces.len(),
-        pad_nodes: mesh.pad_faces.iter().flatten().collect::<BTreeSet<_>>().len(),
+        pad_faces: mesh.pad_faces.len() + mesh.pad_triangles.len(),
+        pad_nodes: mesh.pad_nodes().len(),
         pad_area_mm2: 0.0,
         pad_face_size_mm: [f64::INFINITY, 0.0],
         touch_face_size_mm: [f64::INFINITY, 0.0],
@@ -108,19 +109,27 @@ pub fn quality(mesh: &Mesh) -> QualityReport {
         region.volume_mm3 += hex_volume_mm3(mesh, hex);
         report.edges(mesh, HEX_EDGES.iter().map(|e| e.map(|n| hex.nodes[n])));
     }
-    for (index, tet) in mesh.tets.iter().enumerate() {
-        let scaled = tet_scaled_jacobian(mesh, tet);
+    let first_order = mesh.tets.iter().map(|tet| {
+        let volume = tet_volume_mm3(&tet.nodes.map(|n| mesh.nodes[n as usize]));
+        (tet.region, tet_scaled_jacobian(mesh, tet), volume, [0, 1, 2, 3].map(|n| tet.nodes[n]))
+    });
+    let second_order = mesh.tets10.iter().map(|tet| {
+        let volume = tet.parts(&mesh.nodes).iter().map(tet_volume_mm3).sum();
+        (tet.region, tet10_scaled_jacobian(mesh, tet), volume, [0, 1, 2, 3].map(|n| tet.nodes[n]))
+    });
+    for (index, (region, scaled, volume, n)) in first_order.chain(second_order).enumerate() {
         if !(scaled > 0.0) {
             report.inverted_tets.push(index);
         }
         report.worst_tet_scaled_jacobian = report.worst_tet_scaled_jacobian.min(scaled);
-        let region = region_entry(&mut report.regions, tet.region, scaled);
+        let region = region_entry(&mut report.regions, region, scaled);
         region.tets += 1;
-        region.volume_mm3 += tet_volume_mm3(mesh, tet);
-        let n = tet.nodes;
+        region.volume_mm3 += volume;
         report.edges(mesh, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]].into_iter().map(|e| e.map(|i| n[i])));
     }
-    for face in &mesh.pad_faces {
+    // A triangle is a quadrilateral whose last two corners are one.
+    let triangles = mesh.pad_triangles.iter().map(|&[a, b, c]| [a, b, c, c]);
+    for face in mesh.pad_faces.iter().copied().chain(triangles) {
         let p = face.map(|n| mesh.nodes[n as usize]);
         let area = 0.5 * (p[2] - p[0]).cross(&(p[3] - p[1])).norm();
         report.pad_area_mm2 += area;
@@ -199,17 +208,29 @@ fn hex_volume_mm3(mesh: &Mesh, hex: &Hex) -> f64 {
     gauss_points().map(|at| jacobian(&corners, at).determinant()).sum()
 }
 
-fn tet_volume_mm3(mesh: &Mesh, tet: &Tet) -> f64 {
-    let [a, b, c, d] = tet.nodes.map(|n| mesh.nodes[n as usize]);
+fn tet_volume_mm3(&[a, b, c, d]: &[Vector3<f64>; 4]) -> f64 {
     (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
 }
 
 /// sqrt(2) 6 V over the greatest product of the three edges at a corner; 0 where that is 0.
 pub(super) fn tet_scaled_jacobian(mesh: &Mesh, tet: &Tet) -> f64 {
-    let p = tet.nodes.map(|n| mesh.nodes[n as usize]);
+    tet_shape(&tet.nodes.map(|n| mesh.nodes[n as usize]))
+}
+
+/// That of the corners times the least ratio of a part's volume to the same with the edge nodes in the middles.
+pub(super) fn tet10_scaled_jacobian(mesh: &Mesh, tet: &Tet10) -> f64 {
+    let corners = [0, 1, 2, 3].map(|n| mesh.nodes[tet.nodes[n] as usize]);
+    let whole = tet_volume_mm3(&corners);
+    let shares = tet.parts(&mesh.nodes).map(|part| tet_volume_mm3(&part) / whole);
+    let least = (0..12).map(|n| shares[n] * if n < 4 { 8.0 } else { 16.0 }).fold(1.0, f64::min);
+    // Two negative volumes are no positive one.
+    if whole > 0.0 { tet_shape(&corners) * least } else { -tet_shape(&corners).abs() * least.abs() }
+}
+
+fn tet_shape(p: &[Vector3<f64>; 4]) -> f64 {
     let product = |i: usize| -> f64 { (0..4).filter(|&j| j != i).map(|j| (p[j] - p[i]).norm()).product() };
     let greatest = (0..4).map(product).fold(0.0, f64::max);
-    if greatest > 0.0 { 2f64.sqrt() * 6.0 * tet_volume_mm3(mesh, tet) / greatest } else { 0.0 }
+    if greatest > 0.0 { 2f64.sqrt() * 6.0 * tet_volume_mm3(p) / greatest } else { 0.0 }
 }
 
 #[cfg(test)]

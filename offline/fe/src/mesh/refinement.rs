@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn free_nodes_of_the_skin_lie_on_the_analytic_surface() {
         for halved in [1, 2] {
-            let (shape, Fingertip { mesh, touch, outer_faces }) = coarse(halved);
+            let (shape, Fingertip { mesh, touch, outer_faces, .. }) = coarse(halved);
             let body = Body::outer(&shape);
             let slaves: Vec<u32> = hanging(&mesh).iter().map(|tie| tie.slave).collect();
             let off = |n: u32| {

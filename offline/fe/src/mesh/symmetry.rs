@@ -35,8 +35,13 @@ pub struct HalfMesh {
 
 impl HalfMesh {
     /// The half of `mesh`; None if the mesh is not symmetric about y = 0 or has no nodes there: nodes within 1e-6 mm,
-    /// elements, pad faces, ties and node sets all have their mirror images, and no element crosses the plane.
+    /// elements, pad faces, ties and node sets all have their mirror images, and no element crosses the plane. None with
+    /// 10-node tetrahedra.
     pub fn of(mesh: &Mesh) -> Option<Self> {
+        // Gmsh's tetrahedra are not symmetric even where the finger is.
+        if !mesh.tets10.is_empty() {
+            return None;
+        }
         let mirror = mirror_nodes(&mesh.nodes)?;
         let sides = Sides { mesh, mirror: &mirror };
         let hexes: Vec<_> = mesh.hexes.iter().map(|hex| (hex.nodes.as_slice(), Some(hex.region))).collect();
@@ -56,6 +61,7 @@ impl HalfMesh {
             node_sets: mesh.node_sets.clone(),
             soft_regions: mesh.soft_regions.clone(),
             ties,
+            ..Mesh::default()
         };
         let all = || 0..mesh.nodes.len() as u32;
         Some(Self {

@@ -36,9 +36,13 @@ impl Fingertip {
         (most - least) * (1.0 + 1e-9)
     }
 
-    /// The fingertip with the faces that may touch in these poses as its pad; arguments as in [`touching_faces`].
+    /// The fingertip with the faces that may touch in these poses as its pad; arguments as in [`touching_faces`]. A pad
+    /// with faces of tetrahedra is left as it is.
     #[must_use]
     pub fn with_pad_for(mut self, rotations: &[Matrix3<f64>], reach_mm: f64) -> Self {
+        if !self.mesh.pad_triangles.is_empty() {
+            return self;
+        }
         let faces = touching_faces(&self.mesh, &self.outer_faces, rotations, reach_mm);
         self.mesh.pad_faces = faces.into_iter().map(|face| self.outer_faces[face]).collect();
         let tied: std::collections::BTreeSet<u32> = self.mesh.ties.iter().map(|tie| tie.slave).collect();

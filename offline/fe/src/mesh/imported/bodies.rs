@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::super::boundary::{Hanging, faces_of};
 use super::super::closest_point::nearest_on_faces;
-use super::super::{Mesh, Region, TET_FACES, set};
-use super::{Draft, ImportError, ImportedGeometry, Near, sorted};
+use super::super::{Mesh, Region, TET_FACES, TET10_FACES, set};
+use super::{Draft, Faces, ImportError, ImportedGeometry, Near, sorted};
 
 /// Faces of the hexahedra that belong to one of them only, counter-clockwise seen from outside.
 pub(super) fn outer_hex_faces(mesh: &Mesh) -> Vec<[u32; 4]> {
@@ -63,8 +63,7 @@ impl Union {
 /// Nodes by the part that they belong to.
 fn parts(mesh: &Mesh, with_ties: bool, with_bones: bool) -> Union {
     let mut union = Union::new(mesh.nodes.len());
-    mesh.hexes.iter().for_each(|h| union.join_all(&h.nodes));
-    mesh.tets.iter().for_each(|t| union.join_all(&t.nodes));
+    mesh.elements().for_each(|(nodes, _)| union.join_all(nodes));
     if with_ties {
         for tie in &mesh.ties {
             tie.masters.iter().for_each(|(m, _)| union.join(tie.slave, *m));
@@ -124,32 +123,45 @@ pub(super) fn attach_bones(draft: &mut Draft, settings: &ImportedGeometry) {
 }
 
 /// Refuses parts that are joined to nothing, open or pinched boundaries, tunnels, and voids that no bone fills. The
-/// outer faces of the hexahedra.
-pub(super) fn check(draft: &Draft) -> Result<Vec<[u32; 4]>, ImportError> {
+/// outer faces off the bones of what can touch.
+pub(super) fn check(draft: &Draft) -> Result<Faces, ImportError> {
     joined(draft)?;
     let mesh = &draft.mesh;
     let refuse =
         |kind, problem: String, node: u32| Err(ImportError::Boundary { kind, problem, node: draft.label(node) });
-    let three = |kind, node| refuse(kind, "a face belongs to three elements".into(), node).map(|()| vec![]);
+    let three = |kind, node| refuse(kind, "a face belongs to three elements".into(), node);
     let hanging = hanging(mesh);
-    let hexes = match once(hanging.faces_of_hexes(&mesh.hexes)) {
+    let quads = match once(hanging.faces_of_hexes(&mesh.hexes)) {
         Ok(faces) => faces,
-        Err(face) => return three("hexahedra", face[0]),
+        Err(face) => return three("hexahedra", face[0]).map(|()| Faces::default()),
     };
-    if let Err((problem, node)) = closed(mesh, &hexes, &hanging) {
+    if let Err((problem, node)) = closed(mesh, &quads, &hanging) {
         refuse("hexahedra", problem, node)?;
     }
     match once(faces_of(mesh.tets.iter().map(|t| t.nodes), &TET_FACES)) {
-        Err(face) => return three("tetrahedra", face[0]),
+        Err(face) => three("tetrahedra", face[0])?,
         Ok(faces) => {
             if let Err((problem, node)) = closed(mesh, &faces, &Hanging::default()) {
                 refuse("tetrahedra", problem, node)?;
             }
         }
     }
+    let triangles = match once(faces_of(mesh.tets10.iter().map(|t| t.nodes), &TET10_FACES)) {
+        Ok(faces) => faces,
+        Err(face) => return three("10-node tetrahedra", face[0]).map(|()| Faces::default()),
+    };
+    // Elements with a face in common have its edge nodes in common too, or their corners would meet twice here.
+    let corners: Vec<[u32; 3]> = triangles.iter().map(|f| [f[0], f[1], f[2]]).collect();
+    if let Err((problem, node)) = closed(mesh, &corners, &Hanging::default()) {
+        refuse("10-node tetrahedra", problem, node)?;
+    }
     let bones: HashSet<u32> =
         [set::DISTAL_BONE, set::PROXIMAL_BONE].iter().flat_map(|name| mesh.node_set(name)).copied().collect();
-    Ok(hexes.into_iter().filter(|f| !f.iter().all(|n| bones.contains(n))).collect())
+    let off_bone = |nodes: &[u32]| !nodes.iter().all(|n| bones.contains(n));
+    Ok(Faces {
+        quads: quads.into_iter().filter(|f| off_bone(f)).collect(),
+        triangles: triangles.into_iter().filter(|f| off_bone(f)).collect(),
+    })
 }
 
 /// Every part must hang on the rest by nodes, ties or a bone.
@@ -157,9 +169,8 @@ fn joined(draft: &Draft) -> Result<(), ImportError> {
     let mesh = &draft.mesh;
     let mut union = parts(mesh, true, true);
     let mut sizes: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
-    let firsts: Vec<u32> = mesh.hexes.iter().map(|h| h.nodes[0]).chain(mesh.tets.iter().map(|t| t.nodes[0])).collect();
-    for (element, node) in firsts.iter().enumerate() {
-        let entry = sizes.entry(union.root(*node)).or_insert((0, element));
+    for (element, (nodes, _)) in mesh.elements().enumerate() {
+        let entry = sizes.entry(union.root(nodes[0])).or_insert((0, element));
         entry.0 += 1;
     }
     let Some((&largest, _)) = sizes.iter().max_by_key(|(_, (count, _))| *count) else { return Ok(()) };
@@ -169,10 +180,7 @@ fn joined(draft: &Draft) -> Result<(), ImportError> {
         let mine = &mine;
         (0..mesh.nodes.len()).filter(move |b| !mine[*b]).map(move |b| (mesh.nodes[a] - mesh.nodes[b]).norm())
     });
-    let region = match mesh.hexes.get(first) {
-        Some(hex) => hex.region,
-        None => mesh.tets[first - mesh.hexes.len()].region,
-    };
+    let region = mesh.elements().nth(first).map_or(Region::Skin, |(_, region)| region);
     Err(ImportError::Apart {
         what: format!("a part of {}", mesh.region_name(region)),
         elements,

@@ -65,6 +65,30 @@ pub enum ImportError {
         /// The better of its two orientations.
         scaled_jacobian: f64,
     },
+    /// Soft tissue of tetrahedra that lock.
+    #[error(
+        "element {element} ({region}) is a 4-node tetrahedron, which locks in nearly incompressible tissue: write the \
+         mesh with second order (Gmsh: Mesh.ElementOrder = 2; Abaqus: C3D10)"
+    )]
+    Locking {
+        /// Its number.
+        element: u64,
+        /// Its region.
+        region: String,
+    },
+    /// Elements of both orders at one node: the middles of the edges of the one hang free on the other.
+    #[error(
+        "element {second_order} of 10 nodes and element {first_order} of first order share node {node}: mesh all of a \
+         part with one order, or keep the parts' nodes apart (merge_mm = 0) to have them tied"
+    )]
+    MixedOrders {
+        /// Number of the 10-node tetrahedron.
+        second_order: u64,
+        /// Number of the other.
+        first_order: u64,
+        /// Number of the node.
+        node: u64,
+    },
     /// Parts that are not joined.
     #[error(
         "{what} ({elements} elements, first {first}) is joined to nothing; the nearest other node is {gap_mm:.3e} mm \
@@ -90,7 +114,7 @@ pub enum ImportError {
         /// A node there.
         node: u64,
     },
-    /// A face of the pad that is not an outer face of a hexahedron.
+    /// A face of the pad that is not an outer face of an element that can touch.
     #[error("imported.sets.pad: {0}")]
     Pad(String),
     /// A set that has to hold something and is empty or missing.

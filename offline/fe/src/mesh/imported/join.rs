@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use nalgebra::Vector3;
 
 use super::super::closest_point::nearest_on_faces;
-use super::super::{Hex, Mesh, Region, Tet, Tie};
+use super::super::{Hex, Mesh, Region, Tet, Tet10, Tie};
 use super::named;
 use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, RawKind, RawMesh, bodies, sorted};
 
@@ -49,7 +49,7 @@ pub(super) fn elements(
     report.merged_nodes = used.len() - nodes.len();
 
     let mut mesh = Mesh { nodes, soft_regions: soft_regions.to_vec(), ..Mesh::default() };
-    let (mut hex_labels, mut tet_labels) = (Vec::new(), Vec::new());
+    let (mut hex_labels, mut tet_labels, mut tet10_labels) = (Vec::new(), Vec::new(), Vec::new());
     let mut seen: HashMap<Vec<u32>, u64> = HashMap::new();
     let mut labels: HashMap<u64, ()> = HashMap::new();
     for element in solids() {
@@ -82,21 +82,56 @@ pub(super) fn elements(
                 problem: "they have the same nodes",
             });
         }
-        if element.kind == RawKind::Hex {
-            mesh.hexes.push(Hex { nodes: nodes.try_into().expect("8 nodes"), region });
-            hex_labels.push(element.label);
-        } else {
-            mesh.tets.push(Tet { nodes: nodes.try_into().expect("4 nodes"), region });
-            tet_labels.push(element.label);
+        match element.kind {
+            RawKind::Hex => {
+                mesh.hexes.push(Hex { nodes: nodes.try_into().expect("8 nodes"), region });
+                hex_labels.push(element.label);
+            }
+            RawKind::Tet10 => {
+                mesh.tets10.push(Tet10 { nodes: nodes.try_into().expect("10 nodes"), region });
+                tet10_labels.push(element.label);
+            }
+            _ if matches!(region, Region::Skin | Region::Subcutaneous | Region::Soft(_)) => {
+                let region = mesh.region_name(region).to_owned();
+                return Err(ImportError::Locking { element: element.label, region });
+            }
+            _ => {
+                mesh.tets.push(Tet { nodes: nodes.try_into().expect("4 nodes"), region });
+                tet_labels.push(element.label);
+            }
         }
     }
-    if mesh.hexes.is_empty() {
+    if mesh.hexes.is_empty() && mesh.tets10.is_empty() {
         return Err(ImportError::Support(
-            "the file has no hexahedra; the tissue under the pad has to be of them".into(),
+            "the file has neither hexahedra nor 10-node tetrahedra; the tissue under the pad has to be of them".into(),
         ));
     }
     hex_labels.extend(tet_labels);
+    hex_labels.extend(tet10_labels);
+    one_order(&mesh, &node_labels, &hex_labels)?;
     Ok(Draft { mesh, node_labels, index, element_labels: hex_labels, report })
+}
+
+/// Refuses nodes that elements of first and of second order share.
+fn one_order(mesh: &Mesh, node_labels: &[u64], element_labels: &[u64]) -> Result<(), ImportError> {
+    let mut first_order: Vec<Option<usize>> = vec![None; mesh.nodes.len()];
+    let second = mesh.hexes.len() + mesh.tets.len();
+    for (element, (nodes, _)) in mesh.elements().enumerate() {
+        for &node in nodes {
+            match first_order[node as usize] {
+                Some(other) if element >= second => {
+                    return Err(ImportError::MixedOrders {
+                        second_order: element_labels[element],
+                        first_order: element_labels[other],
+                        node: node_labels[node as usize],
+                    });
+                }
+                _ if element < second => first_order[node as usize] = Some(element),
+                _ => {}
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Element set of the plane that presses the finger in a whole contact problem, as the decks for CalculiX name it.
@@ -221,7 +256,8 @@ fn tie_tets(draft: &mut Draft, tie_mm: f64) {
     let mut tied = vec![false; mesh.nodes.len()];
     mesh.ties.iter().for_each(|t| tied[t.slave as usize] = true);
     let free = |n: &u32| !of_hex[*n as usize] && !tied[*n as usize];
-    let slaves = sorted(mesh.tets.iter().flat_map(|t| t.nodes).filter(free).collect());
+    let of_tets = mesh.elements().skip(mesh.hexes.len()).flat_map(|(nodes, _)| nodes).copied();
+    let slaves = sorted(of_tets.filter(free).collect());
     if slaves.is_empty() {
         return;
     }

@@ -12,6 +12,8 @@ mod sets;
 mod settings;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_second_order;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -21,8 +23,8 @@ pub use error::ImportError;
 pub use fingerpad_formats::raw_mesh::{RawElement, RawKind, RawMesh, RawTie};
 pub use settings::{ImportFrame, ImportedGeometry, RegionNames, SetNames};
 
-use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian};
-use super::{Fingertip, FirstTouch, Hex, Mesh, Tet, first_touch_of_points, set};
+use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian, tet10_scaled_jacobian};
+use super::{FACE_TRIANGLES, Fingertip, FirstTouch, Hex, Mesh, Tet, Tet10, first_touch_of_points, set};
 
 /// A fingertip from another program's mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +61,7 @@ struct Draft {
     node_labels: Vec<u64>,
     /// Index of each number; merged nodes share one.
     index: HashMap<u64, u32>,
-    /// Numbers of the hexahedra, then of the tetrahedra.
+    /// Numbers of the hexahedra, then of the tetrahedra of 4 and of 10 nodes.
     element_labels: Vec<u64>,
     report: ImportReport,
 }
@@ -87,17 +89,39 @@ pub fn imported_fingertip(
     join::ties(&mut draft, raw, settings)?;
     sets::named_sets(&mut draft, raw, settings)?;
     bodies::attach_bones(&mut draft, settings);
-    let outer_faces = bodies::check(&draft)?;
+    let outer = bodies::check(&draft)?;
     sets::supports(&draft)?;
-    let found = place(&mut draft, &outer_faces, settings)?;
-    let pad_faces = sets::pad(&draft, raw, settings, &outer_faces)?;
+    let found = place(&mut draft, &outer, settings)?;
+    let pad = sets::pad(&draft, raw, settings, &outer)?;
+    draft.mesh.pad_triangles = pad.linear_triangles();
+    draft.mesh.pad_faces = pad.quads;
     let touch = match found {
         Some(touch) => touch,
-        None => touch_at_origin(&draft.mesh, &pad_faces, settings)?,
+        None => touch_at_origin(&draft.mesh, settings)?,
     };
-    draft.mesh.node_sets.insert(set::PAD.into(), sorted(pad_faces.iter().flatten().copied().collect()));
-    draft.mesh.pad_faces = pad_faces;
-    Ok(ImportedFingertip { fingertip: Fingertip { mesh: draft.mesh, touch, outer_faces }, report: draft.report })
+    draft.mesh.node_sets.insert(set::PAD.into(), draft.mesh.pad_nodes());
+    let outer_triangles = outer.linear_triangles();
+    let fingertip = Fingertip { mesh: draft.mesh, touch, outer_faces: outer.quads, outer_triangles };
+    Ok(ImportedFingertip { fingertip, report: draft.report })
+}
+
+/// Faces of hexahedra and of 10-node tetrahedra, counter-clockwise seen from outside.
+#[derive(Default)]
+struct Faces {
+    quads: Vec<[u32; 4]>,
+    /// Corners, then edge nodes as of `TET10_FACES`.
+    triangles: Vec<[u32; 6]>,
+}
+
+impl Faces {
+    fn nodes(&self) -> Vec<u32> {
+        sorted(self.quads.iter().flatten().chain(self.triangles.iter().flatten()).copied().collect())
+    }
+
+    /// The four linear triangles of each triangle.
+    fn linear_triangles(&self) -> Vec<[u32; 3]> {
+        self.triangles.iter().flat_map(|face| FACE_TRIANGLES.map(|t| t.map(|n| face[n]))).collect()
+    }
 }
 
 impl ImportedGeometry {
@@ -156,21 +180,33 @@ fn orient(draft: &mut Draft) -> Result<(), ImportError> {
         draft.mesh.tets[e] = mirror;
         turned += 1;
     }
+    let first = draft.mesh.hexes.len() + draft.mesh.tets.len();
+    for e in 0..draft.mesh.tets10.len() {
+        let tet = draft.mesh.tets10[e];
+        let scaled = tet10_scaled_jacobian(&draft.mesh, &tet);
+        if scaled > 1e-9 {
+            continue;
+        }
+        let n = tet.nodes;
+        let mirror = Tet10 { nodes: [n[0], n[2], n[1], n[3], n[6], n[5], n[4], n[7], n[9], n[8]], ..tet };
+        let better = tet10_scaled_jacobian(&draft.mesh, &mirror);
+        if !(better > 1e-9) {
+            let scaled_jacobian = scaled.max(better);
+            return Err(ImportError::Twisted { element: draft.element_labels[first + e], scaled_jacobian });
+        }
+        draft.mesh.tets10[e] = mirror;
+        turned += 1;
+    }
     draft.report.turned_elements = turned;
     Ok(())
 }
 
 /// Turns the mesh from the frame of the finger to that of the plane, first touch at the origin; None if it is there.
-fn place(
-    draft: &mut Draft,
-    outer_faces: &[[u32; 4]],
-    settings: &ImportedGeometry,
-) -> Result<Option<FirstTouch>, ImportError> {
+fn place(draft: &mut Draft, outer: &Faces, settings: &ImportedGeometry) -> Result<Option<FirstTouch>, ImportError> {
     if settings.frame == ImportFrame::Plane {
         return Ok(None);
     }
-    let nodes = sorted(outer_faces.iter().flatten().copied().collect());
-    let points: Vec<Vector3<f64>> = nodes.iter().map(|n| draft.mesh.nodes[*n as usize]).collect();
+    let points: Vec<Vector3<f64>> = outer.nodes().iter().map(|n| draft.mesh.nodes[*n as usize]).collect();
     let touch = lowest(&points, settings.inclination_deg)?;
     for node in &mut draft.mesh.nodes {
         *node = touch.to_plane(node);
@@ -192,12 +228,12 @@ fn lowest(points: &[Vector3<f64>], inclination_deg: f64) -> Result<FirstTouch, I
 }
 
 /// First touch in the frame of the plane, which must be at z = 0.
-fn touch_at_origin(mesh: &Mesh, pad: &[[u32; 4]], settings: &ImportedGeometry) -> Result<FirstTouch, ImportError> {
-    let nodes = sorted(pad.iter().flatten().copied().collect());
-    let points: Vec<Vector3<f64>> = nodes.iter().map(|n| mesh.nodes[*n as usize]).collect();
+fn touch_at_origin(mesh: &Mesh, settings: &ImportedGeometry) -> Result<FirstTouch, ImportError> {
+    let points: Vec<Vector3<f64>> = mesh.pad_nodes().iter().map(|n| mesh.nodes[*n as usize]).collect();
     let low = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
     // Room for the sag of a facet under its nodes.
-    let edge = pad.iter().map(|f| (mesh.nodes[f[0] as usize] - mesh.nodes[f[1] as usize]).norm()).fold(0.0, f64::max);
+    let edges = mesh.pad_faces.iter().map(|f| [f[0], f[1]]).chain(mesh.pad_triangles.iter().map(|t| [t[0], t[1]]));
+    let edge = edges.map(|e| e.map(|n| mesh.nodes[n as usize])).map(|[a, b]| (a - b).norm()).fold(0.0, f64::max);
     if !(-1e-6..0.05 + 0.1 * edge).contains(&low) {
         return Err(ImportError::NotAtTouch { lowest_mm: low });
     }

@@ -2,17 +2,16 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::super::set;
+use super::super::{FACE_TRIANGLES, set};
 use super::named;
-use super::{Draft, ImportError, ImportedGeometry, RawMesh, sorted};
+use super::{Draft, Faces, ImportError, ImportedGeometry, RawMesh, sorted};
 
 /// Node sets of the regions and of the supports.
 pub(super) fn named_sets(draft: &mut Draft, raw: &RawMesh, settings: &ImportedGeometry) -> Result<(), ImportError> {
     let mut sets = BTreeMap::new();
     for (region, name) in draft.mesh.regions() {
-        let hexes = draft.mesh.hexes.iter().filter(|e| e.region == region).flat_map(|e| e.nodes);
-        let tets = draft.mesh.tets.iter().filter(|e| e.region == region).flat_map(|e| e.nodes);
-        sets.insert(name.to_owned(), sorted(hexes.chain(tets).collect()));
+        let mine = draft.mesh.elements().filter(|(_, of)| *of == region);
+        sets.insert(name.to_owned(), sorted(mine.flat_map(|(nodes, _)| nodes).copied().collect()));
     }
     draft.mesh.node_sets.extend(sets);
     let names = &settings.sets;
@@ -86,56 +85,77 @@ pub(super) fn pad(
     draft: &Draft,
     raw: &RawMesh,
     settings: &ImportedGeometry,
-    outer_faces: &[[u32; 4]],
-) -> Result<Vec<[u32; 4]>, ImportError> {
+    outer: &Faces,
+) -> Result<Faces, ImportError> {
     let default = ["PAD_SURFACE", set::PAD].into_iter().find(|name| has(raw, name));
     let Some(name) = settings.sets.pad.as_deref().or(default) else {
-        return low(draft, settings, outer_faces);
+        return low(draft, settings, outer);
     };
-    let outer: BTreeMap<[u32; 4], [u32; 4]> = outer_faces.iter().map(|f| (key(*f), *f)).collect();
-    let mut pad = Vec::new();
-    if let Some(faces) = named(&raw.surfaces, name) {
-        for face in faces {
-            let corners: Option<Vec<u32>> = face.iter().map(|n| draft.index.get(n).copied()).collect();
-            let corners: Option<[u32; 4]> = corners.and_then(|c| c.try_into().ok());
-            match corners.and_then(|c| outer.get(&key(c))) {
-                Some(outward) => pad.push(*outward),
-                None => {
-                    let problem = "is not an outer face of a hexahedron (triangles cannot touch)";
-                    return Err(ImportError::Pad(format!("face {face:?} of `{name}` {problem}")));
-                }
-            }
+    let pad = match named(&raw.surfaces, name) {
+        Some(faces) => faces_of_surface(draft, outer, name, faces)?,
+        None => {
+            let nodes: HashSet<u32> = nodes_of(draft, raw, "pad", name)?.into_iter().collect();
+            outer.only(|corners| corners.iter().all(|n| nodes.contains(n)))
         }
-    } else {
-        let nodes: HashSet<u32> = nodes_of(draft, raw, "pad", name)?.into_iter().collect();
-        pad = outer_faces.iter().filter(|f| f.iter().all(|n| nodes.contains(n))).copied().collect();
-    }
-    let mut once: HashMap<[u32; 4], ()> = HashMap::new();
-    pad.retain(|face| once.insert(key(*face), ()).is_none());
-    if pad.is_empty() {
-        return Err(ImportError::Pad(format!("`{name}` holds no outer face of a hexahedron")));
+    };
+    if pad.quads.is_empty() && pad.triangles.is_empty() {
+        return Err(ImportError::Pad(format!("`{name}` holds no outer face of a hexahedron or 10-node tetrahedron")));
     }
     Ok(pad)
 }
 
+/// The outer faces that a file's surface names: by their corners, or a triangle by any of its four linear ones.
+fn faces_of_surface(draft: &Draft, outer: &Faces, name: &str, faces: &[Vec<u64>]) -> Result<Faces, ImportError> {
+    let mut known: HashMap<Vec<u32>, Vec<u32>> = HashMap::new();
+    for face in &outer.quads {
+        known.insert(sorted(face.to_vec()), face.to_vec());
+    }
+    for face in &outer.triangles {
+        known.insert(sorted(face[..3].to_vec()), face.to_vec());
+        for triangle in FACE_TRIANGLES {
+            known.insert(sorted(triangle.map(|n| face[n]).to_vec()), face.to_vec());
+        }
+    }
+    let mut wanted: HashSet<&[u32]> = HashSet::new();
+    for face in faces {
+        let corners: Option<Vec<u32>> = face.iter().map(|n| draft.index.get(n).copied()).collect();
+        let Some(found) = corners.and_then(|corners| known.get(&sorted(corners))) else {
+            let problem = "is not an outer face of a hexahedron or 10-node tetrahedron";
+            return Err(ImportError::Pad(format!("face {face:?} of `{name}` {problem}")));
+        };
+        wanted.insert(found);
+    }
+    Ok(outer.only(|face| wanted.contains(face)))
+}
+
 /// Outer faces that look down and lie low.
-fn low(draft: &Draft, settings: &ImportedGeometry, outer_faces: &[[u32; 4]]) -> Result<Vec<[u32; 4]>, ImportError> {
-    let looks_down = |face: &&[u32; 4]| {
-        let p = face.map(|n| draft.mesh.nodes[n as usize]);
-        let down = (p[2] - p[0]).cross(&(p[3] - p[1])).z < 0.0;
-        down && p.iter().map(|p| p.z).sum::<f64>() < 4.0 * settings.pad_height_mm
+fn low(draft: &Draft, settings: &ImportedGeometry, outer: &Faces) -> Result<Faces, ImportError> {
+    let place = |n: u32| draft.mesh.nodes[n as usize];
+    let looks_down_low = |face: &[u32]| {
+        // Corners alone; those of a triangle are the first three of six.
+        let corners = if face.len() == 6 { 3 } else { 4 };
+        let p: Vec<_> = face[..corners].iter().map(|n| place(*n)).collect();
+        // Along the normal for both: the product of the diagonals, or of two edges.
+        let up = (p[2] - p[0]).cross(&(p[corners - 1] - p[1])).z;
+        let mean = p.iter().map(|p| p.z).sum::<f64>() / corners as f64;
+        up < 0.0 && mean < settings.pad_height_mm
     };
-    let pad: Vec<[u32; 4]> = outer_faces.iter().filter(looks_down).copied().collect();
-    if pad.is_empty() {
+    let pad = outer.only(looks_down_low);
+    if pad.quads.is_empty() && pad.triangles.is_empty() {
         return Err(ImportError::Pad(format!(
-            "no outer face of a hexahedron looks down below z = {} mm",
+            "no outer face of a hexahedron or 10-node tetrahedron looks down below z = {} mm",
             settings.pad_height_mm
         )));
     }
     Ok(pad)
 }
 
-fn key(mut face: [u32; 4]) -> [u32; 4] {
-    face.sort_unstable();
-    face
+impl Faces {
+    /// Those whose nodes are as `wanted` says.
+    fn only(&self, wanted: impl Fn(&[u32]) -> bool) -> Self {
+        Self {
+            quads: self.quads.iter().filter(|f| wanted(*f)).copied().collect(),
+            triangles: self.triangles.iter().filter(|f| wanted(*f)).copied().collect(),
+        }
+    }
 }

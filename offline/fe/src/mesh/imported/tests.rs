@@ -5,7 +5,7 @@ use fingerpad_formats::inp_reader;
 use fingerpad_formats::msh;
 use fingerpad_formats::msh_reader;
 
-fn data(name: &str) -> std::path::PathBuf {
+pub(super) fn data(name: &str) -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/meshes").join(name)
 }
 
@@ -108,7 +108,7 @@ fn cubes() -> RawMesh {
     raw
 }
 
-fn held() -> ImportedGeometry {
+pub(super) fn held() -> ImportedGeometry {
     let sets = SetNames { proximal_fix: Some("top".into()), ..SetNames::default() };
     ImportedGeometry { sets, ..ImportedGeometry::default() }
 }

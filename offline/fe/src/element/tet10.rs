@@ -1,0 +1,288 @@
+//! The composite 10-node tetrahedron.
+//!
+//! The displacement is linear on each of twelve sub-tetrahedra: one at every corner, and eight around the centre of the
+//! octahedron that they leave, whose displacement is the mean of the six edge nodes'. The deformation gradient is the
+//! projection of the piecewise constant one on linear functions of the element (Thoutireddy, Molinari, Repetto & Ortiz
+//! 2002; Guo, Ortiz, Belytschko & Repetto 2000; Ostien, Foulk, Mota & Veilleux 2016), taken at four points, without its
+//! change of volume. The dilatation is one of the element, like that of the hexahedra: the volume of the twelve deformed
+//! parts over that of the undeformed ones. The volumes of all elements so sum to that inside the body's surface, whatever
+//! the nodes inside do, and a uniform pressure has no stiffness of its own, of either sign, as it would with the mean of
+//! the projected gradient's determinant.
+//!
+//! An element by itself has three modes without stiffness besides the rigid motions: four points see twenty deviatoric
+//! strains and the volume one dilatation, where ten nodes have 24 ways to deform. What is left is close to the quadratic
+//! conformal maps `2 (a . x) x - a |x|²`, whose strain is a dilatation alone, linear over the element. They are no modes
+//! of a mesh: two elements with a face in common have none.
+//!
+//! On a face the displacement is linear on four triangles, so that every node of a face has a positive share of a
+//! uniform pressure (corner 1/12, edge 1/4), which the plain quadratic tetrahedron (corner 0) has not: contact at nodes
+//! needs it.
+
+use fingerpad_formats::mesh;
+use nalgebra::{Matrix4, Vector3, Vector4};
+
+use super::kernel::{Batch, PointsOf};
+
+/// Composite 10-node tetrahedra with 4 points.
+pub type Tet10 = Batch<10, 4>;
+
+/// The linear triangles of the four faces, counter-clockwise from outside.
+const SURFACE: [[usize; 3]; 16] = [
+    [0, 6, 4],
+    [6, 2, 5],
+    [4, 5, 1],
+    [6, 5, 4],
+    [0, 4, 7],
+    [4, 1, 8],
+    [7, 8, 3],
+    [4, 8, 7],
+    [1, 5, 8],
+    [5, 2, 9],
+    [8, 9, 3],
+    [5, 9, 8],
+    [2, 6, 9],
+    [6, 0, 7],
+    [9, 7, 3],
+    [6, 7, 9],
+];
+
+/// Barycentric coordinates of the ten nodes and the centre.
+const PLACES: [[f64; 4]; 11] = [
+    [1.0, 0.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 0.0],
+    [0.0, 0.0, 1.0, 0.0],
+    [0.0, 0.0, 0.0, 1.0],
+    [0.5, 0.5, 0.0, 0.0],
+    [0.0, 0.5, 0.5, 0.0],
+    [0.5, 0.0, 0.5, 0.0],
+    [0.5, 0.0, 0.0, 0.5],
+    [0.0, 0.5, 0.0, 0.5],
+    [0.0, 0.0, 0.5, 0.5],
+    [0.25, 0.25, 0.25, 0.25],
+];
+
+impl Tet10 {
+    /// Batch of tetrahedra (VTK_QUADRATIC_TETRA order), straight or curved; None if a part of one has no positive
+    /// volume.
+    pub fn new(elements: &[[u32; 10]], positions: &[Vector3<f64>]) -> Option<Self> {
+        let mut batch = Self::with_points(elements, |nodes| points(nodes.map(|n| positions[n as usize])))?;
+        batch.surface = &SURFACE;
+        Some(batch)
+    }
+}
+
+/// Volumes and projected shape gradients of the four points.
+fn points(places: [Vector3<f64>; 10]) -> PointsOf<10, 4> {
+    // Integrals over the element of the four linear functions, of their products, and of them times shape gradients.
+    let (mut integral, mut product, mut moment) = (Vector4::zeros(), Matrix4::zeros(), [[Vector3::zeros(); 10]; 4]);
+    for (part, corners) in mesh::Tet10::PARTS.into_iter().zip(mesh::Tet10::parts_of(places)) {
+        let (volume, gradient) = linear(corners)?;
+        let values = part.map(|n| Vector4::from(PLACES[n]));
+        let sum: Vector4<f64> = values.iter().sum();
+        integral += sum * (volume / 4.0);
+        let squares: Matrix4<f64> = values.iter().map(|v| v * v.transpose()).sum();
+        product += (sum * sum.transpose() + squares) * (volume / 20.0);
+        for (n, gradient) in part.into_iter().zip(gradient) {
+            for (moment, value) in moment.iter_mut().zip(sum.iter()) {
+                let share = gradient * (value * volume / 4.0);
+                match n {
+                    mesh::Tet10::CENTRE => moment[4..].iter_mut().for_each(|m| *m += share / 6.0),
+                    _ => moment[n] += share,
+                }
+            }
+        }
+    }
+    let to_linear = product.try_inverse()?;
+    // Points of the four-point rule; their volumes integrate the linear functions exactly on curved elements too.
+    let off = (5.0 - 5f64.sqrt()) / 20.0;
+    let values = Matrix4::from_element(off) + Matrix4::identity() * (1.0 - 4.0 * off);
+    let volumes = values.try_inverse()? * integral;
+    let mut gradients = [[[0.0; 3]; 10]; 4];
+    for q in 0..4 {
+        let weights = to_linear * values.column(q);
+        for a in 0..10 {
+            gradients[q][a] = (0..4).map(|beta| moment[beta][a] * weights[beta]).sum::<Vector3<f64>>().into();
+        }
+    }
+    volumes.iter().all(|v| *v > 0.0).then_some((volumes.into(), gradients))
+}
+
+/// Volume and shape gradients of a 4-node tetrahedron; None if its volume is not positive.
+fn linear(corners: [Vector3<f64>; 4]) -> Option<(f64, [Vector3<f64>; 4])> {
+    let [a, b, c] = [1, 2, 3].map(|n| corners[n] - corners[0]);
+    let six_volumes = a.cross(&b).dot(&c);
+    let others = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|g| g / six_volumes);
+    let first = -(others[0] + others[1] + others[2]);
+    (six_volumes > 0.0).then_some((six_volumes / 6.0, [first, others[0], others[1], others[2]]))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, Matrix3};
+
+    use super::super::Tangent;
+    use super::*;
+    use crate::material::Ogden;
+
+    /// An irregular tetrahedron whose edge nodes lie `bulge` off their edges' middles.
+    fn tetrahedron(bulge: f64) -> Vec<Vector3<f64>> {
+        let corners = [[0.0, 0.0, 0.1], [1.3, 0.1, 0.0], [0.2, 1.1, -0.1], [0.3, 0.2, 0.9]].map(Vector3::<f64>::from);
+        let mut nodes = corners.to_vec();
+        for (n, [a, b]) in [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]].into_iter().enumerate() {
+            let turn = n as f64;
+            let off = Vector3::new(turn.sin(), turn.cos(), (2.0 * turn).sin()) * bulge;
+            nodes.push((corners[a] + corners[b]) / 2.0 + off);
+        }
+        nodes
+    }
+
+    const NODES: [[u32; 10]; 1] = [[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]];
+    const LAW: Ogden = Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 };
+
+    #[test]
+    fn parts_fill_the_element_and_gradients_reproduce_linear_fields() {
+        for bulge in [0.0, 0.05] {
+            let nodes = tetrahedron(bulge);
+            let (volumes, gradients) = points(NODES[0].map(|n| nodes[n as usize])).unwrap();
+            if bulge == 0.0 {
+                let whole = linear([0, 1, 2, 3].map(|n: usize| nodes[n])).unwrap().0;
+                assert!(volumes.iter().all(|v| (v / whole - 0.25).abs() < 1e-14), "{volumes:?} of {whole}");
+            }
+            for gradient in gradients {
+                let sum: Matrix3<f64> = nodes.iter().zip(gradient).map(|(x, g)| x * Vector3::from(g).transpose()).sum();
+                assert!((sum - Matrix3::identity()).amax() < 1e-13, "{sum}");
+                assert!(gradient.iter().map(|g| Vector3::from(*g)).sum::<Vector3<f64>>().amax() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn uniform_stress_gives_every_node_of_a_face_the_share_of_linear_triangles() {
+        let nodes = tetrahedron(0.0);
+        let (volumes, gradients) = points(NODES[0].map(|n| nodes[n as usize])).unwrap();
+        let mut expected = [Vector3::zeros(); 10];
+        for face in crate::mesh::TET10_FACES {
+            for triangle in crate::mesh::FACE_TRIANGLES {
+                let [a, b, c] = triangle.map(|n| face[n]);
+                assert!(SURFACE.contains(&[a, b, c]));
+                let area = (nodes[b] - nodes[a]).cross(&(nodes[c] - nodes[a])) / 2.0;
+                [a, b, c].into_iter().for_each(|n| expected[n] += area / 3.0);
+            }
+        }
+        for a in 0..10 {
+            let force: Vector3<f64> = (0..4).map(|q| Vector3::from(gradients[q][a]) * volumes[q]).sum();
+            assert!((force - expected[a]).amax() < 1e-14, "node {a}: {force} {}", expected[a]);
+        }
+    }
+
+    #[test]
+    fn the_volume_is_that_of_the_deformed_parts() {
+        let nodes = tetrahedron(0.05);
+        let batch = Tet10::new(&NODES, &nodes).unwrap();
+        let (v, _) = batch.enclosed(&batch.gather(&nodes));
+        let parts: f64 =
+            mesh::Tet10::parts_of(std::array::from_fn(|n| nodes[n])).map(|p| linear(p).unwrap().0).iter().sum();
+        assert!((v.to_array()[0] / parts - 1.0).abs() < 1e-14, "{v} {parts}");
+        assert!((batch.volumes()[0] / parts - 1.0).abs() < 1e-14);
+    }
+
+    /// Stiffness of a mesh of one law, shape (3 nodes, 3 nodes), N/mm, with its nodes at `places`.
+    fn stiffness(elements: &[[u32; 10]], rest: &[Vector3<f64>], places: &[Vector3<f64>]) -> DMatrix<f64> {
+        let mut whole = DMatrix::zeros(3 * rest.len(), 3 * rest.len());
+        let mut tangent = Tangent::new();
+        for element in elements {
+            Tet10::new(&[*element], rest).unwrap().tangent(&LAW, places, &mut tangent);
+            for (a, b) in (0..10).flat_map(|a| (0..=a).map(move |b| (a, b))) {
+                for (i, k) in (0..3).flat_map(|i| [0, 1, 2].map(|k| (i, k))) {
+                    let entry = tangent.block[a][b][i][k].to_array()[0];
+                    let [row, column] = [(a, i), (b, k)].map(|(n, i)| 3 * element[n] as usize + i);
+                    whole[(row, column)] += entry;
+                    if a != b {
+                        whole[(column, row)] += entry;
+                    }
+                }
+            }
+        }
+        whole
+    }
+
+    /// Ascending.
+    fn eigenvalues(matrix: DMatrix<f64>) -> Vec<f64> {
+        let mut eigenvalues: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
+        eigenvalues.sort_by(f64::total_cmp);
+        eigenvalues
+    }
+
+    /// Number of motions without stiffness, and the least stiffness of the others over the shear modulus times a length
+    /// of 1 mm.
+    fn free_motions(elements: &[[u32; 10]], nodes: &[Vector3<f64>]) -> (usize, f64) {
+        let all = eigenvalues(stiffness(elements, nodes, nodes));
+        let free = all.iter().filter(|e| e.abs() < 1e-11).count();
+        (free, all[free] / LAW.mu_mpa)
+    }
+
+    #[test]
+    fn two_tetrahedra_have_no_motion_without_stiffness_but_the_rigid_ones() {
+        let mut nodes = tetrahedron(0.0);
+        assert_eq!(free_motions(&NODES, &nodes).0, 9);
+        // The neighbour across a face; its farthest corner is the mirror image of the first one's.
+        let face = crate::mesh::TET10_FACES[0];
+        let corners = [0, 1, 2].map(|k| nodes[face[k]]);
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
+        let apex = nodes[3] - normal * (2.0 * normal.dot(&(nodes[3] - corners[0])));
+        nodes.push(apex);
+        nodes.extend(corners.map(|corner| (corner + apex) / 2.0));
+        let [a, b, c, ab, bc, ca] = face.map(|n| n as u32);
+        let (free, least) = free_motions(&[NODES[0], [a, c, b, 10, ca, bc, ab, 11, 13, 12]], &nodes);
+        assert!(free == 6 && least > 1e-3, "{free} {least}");
+    }
+
+    /// A block of 48 tetrahedra, its nodes off their places by up to `amplitude_mm`, those on its outside along it only.
+    fn block(amplitude_mm: f64) -> crate::mesh::Mesh {
+        use crate::mesh::block;
+        let axis = [0.0, 1.0, 2.2];
+        let mut mesh = block::into_second_order(&block::into_tets(&block::block(&axis, &axis, &axis)));
+        block::distort(&mut mesh, amplitude_mm, 11);
+        mesh
+    }
+
+    #[test]
+    fn a_mesh_has_no_motion_without_stiffness_but_the_rigid_ones() {
+        for amplitude_mm in [0.0, 0.05] {
+            let mesh = block(amplitude_mm);
+            let elements: Vec<[u32; 10]> = mesh.tets10.iter().map(|t| t.nodes).collect();
+            let (free, least) = free_motions(&elements, &mesh.nodes);
+            assert!(free == 6 && least > 0.01, "{free} {least}");
+        }
+    }
+
+    #[test]
+    fn a_pressure_of_many_shear_moduli_has_no_stiffness_of_its_own() {
+        let mesh = block(0.05);
+        let elements: Vec<[u32; 10]> = mesh.tets10.iter().map(|t| t.nodes).collect();
+        let mut held = vec![false; mesh.nodes.len()];
+        ["x0", "x1", "y0", "y1", "z0", "z1"]
+            .into_iter()
+            .flat_map(|s| mesh.node_set(s))
+            .for_each(|n| held[*n as usize] = true);
+        let free: Vec<usize> = (0..3 * held.len()).filter(|dof| !held[dof / 3]).collect();
+        let least = |scale: f64| {
+            let places: Vec<_> = mesh.nodes.iter().map(|x| x * scale).collect();
+            let inner = stiffness(&elements, &mesh.nodes, &places).select_rows(&free).select_columns(&free);
+            eigenvalues(inner)[0] / LAW.mu_mpa
+        };
+        // A bulk modulus of 59 shear moduli: a pressure of 9 of them, then a tension.
+        let [squeezed, rest, drawn] = [0.95, 1.0, 1.05].map(least);
+        assert!(
+            rest > 0.1 && (squeezed / rest - 1.0).abs() < 0.3 && (drawn / rest - 1.0).abs() < 0.3,
+            "{squeezed} {rest} {drawn}"
+        );
+    }
+
+    #[test]
+    fn an_element_turned_inside_out_in_part_is_refused() {
+        let mut nodes = tetrahedron(0.0);
+        nodes[4] = nodes[1] + (nodes[1] - nodes[0]) * 0.1;
+        assert!(Tet10::new(&NODES, &nodes).is_none());
+    }
+}

@@ -1,0 +1,318 @@
+#!/usr/bin/env python3
+"""Meshes a soft finger out of CAD (STEP or STL) with 10-node tetrahedra that `fingerpad` reads.
+
+Needs Gmsh's Python package: pip install gmsh (on a bare Debian also: apt-get install libglu1-mesa libxcursor1 libxft2
+libxinerama1 libxrender1). Writes a binary .msh of version 4.1 and, beside it, a configuration with which
+`fingerpad mesh --config` and `fingerpad simulate --config` use it.
+
+    cad_to_mesh.py finger.step --list                     # surfaces and volumes with their numbers and places
+    cad_to_mesh.py finger.step --size-mm 2 --pad-size-mm 0.8 --held 3 --core 2 --out finger.msh
+
+The finger's pad looks along the file's -z, or along what --down says; the lowest point comes to z = 0.
+Exit codes: 0 done, 2 bad usage or a file that cannot be meshed, with the place of what is wrong.
+"""
+
+import argparse
+import math
+import os
+import struct
+import sys
+from collections import defaultdict
+
+import gmsh
+
+
+class Refused(Exception):
+    """What is wrong with the file, in a sentence."""
+
+
+def main():
+    arguments = parsed()
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    try:
+        low = load(arguments)
+        if arguments.list:
+            print(listing())
+            return 0
+        name_groups(arguments)
+        set_sizes(arguments, low)
+        make_tetrahedra()
+        place(arguments, low)
+        write(arguments)
+        return 0
+    except Refused as refused:
+        print(f"{arguments.file}: {refused}", file=sys.stderr)
+        return 2
+    finally:
+        gmsh.finalize()
+
+
+def parsed():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    numbers = lambda text: [int(number) for number in text.split(",")]
+    parser.add_argument("file", help=".step, .stp or .stl; an STL bounds one volume and must be closed")
+    parser.add_argument("--out", default="finger.msh", help="mesh to write (default: %(default)s)")
+    parser.add_argument("--list", action="store_true", help="tell surfaces and volumes, and mesh nothing")
+    parser.add_argument("--size-mm", type=float, default=2.0, help="edge of elements far from the pad (default: %(default)s)")
+    parser.add_argument("--pad-size-mm", type=float, default=1.0, help="edge of elements at the pad (default: %(default)s); "
+                        "contact has a node at every half of it")
+    parser.add_argument("--pad-radius-mm", type=float, default=4.0, help="how far about the lowest point elements are as "
+                        "small as at the pad (default: %(default)s)")
+    parser.add_argument("--pad-height-mm", type=float, default=3.0, help="faces up to this height over the lowest point may "
+                        "touch (default: %(default)s)")
+    parser.add_argument("--held", type=numbers, default=[], metavar="N,N", help="surfaces held fixed: the set proximal_fix")
+    parser.add_argument("--core", type=numbers, default=[], metavar="N,N", help="surfaces bonded to a rigid core: the set bone")
+    parser.add_argument("--subcutaneous", type=numbers, default=[], metavar="N,N", help="volumes of the inner soft material; "
+                        "all others are skin, the outer one")
+    parser.add_argument("--unit-mm", type=float, default=1.0, help="length of the file's unit (STEP files say it themselves)")
+    parser.add_argument("--down", choices=["-x", "+x", "-y", "+y", "-z", "+z"], default="-z", help="where the pad looks in "
+                        "the file (write --down=-x; default: -z)")
+    parser.add_argument("--crease-deg", type=float, default=40.0, help="an STL's facets that meet at a greater angle belong to "
+                        "different surfaces (default: %(default)s)")
+    arguments = parser.parse_args()
+    for name in ["size_mm", "pad_size_mm", "pad_radius_mm", "pad_height_mm", "unit_mm", "crease_deg"]:
+        value = getattr(arguments, name)
+        if not (value > 0 and math.isfinite(value)):
+            parser.error(f"--{name.replace('_', '-')} {value}: must be a positive number")
+    return arguments
+
+
+def load(arguments):
+    """The geometry in mm; its lowest point, in the file's frame."""
+    if not os.path.isfile(arguments.file):
+        raise Refused("no such file")
+    kind = os.path.splitext(arguments.file)[1].lower()
+    if kind in (".step", ".stp"):
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+        try:
+            shapes = gmsh.model.occ.importShapes(arguments.file)
+        except Exception as error:
+            raise Refused(f"is no STEP file that Gmsh reads ({error})")
+        if arguments.unit_mm != 1.0:
+            gmsh.model.occ.dilate(shapes, 0, 0, 0, *[arguments.unit_mm] * 3)
+        # Touching solids share their faces, so that their meshes fit.
+        solids = [shape for shape in shapes if shape[0] == 3]
+        if len(solids) > 1:
+            gmsh.model.occ.fragment(solids, [])
+        gmsh.model.occ.synchronize()
+    elif kind == ".stl":
+        check_closed(*facets(arguments.file))
+        gmsh.merge(arguments.file)
+        if arguments.unit_mm != 1.0:
+            gmsh.model.mesh.affineTransform(scaled(arguments.unit_mm))
+        # Gmsh's surfaces are made of these very nodes, which must stay.
+        low = lowest(arguments)
+        gmsh.model.mesh.classifySurfaces(math.radians(arguments.crease_deg), True, True, math.pi)
+        gmsh.model.mesh.createGeometry()
+        surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
+        gmsh.model.geo.addVolume([gmsh.model.geo.addSurfaceLoop(surfaces)])
+        gmsh.model.geo.synchronize()
+    else:
+        raise Refused("the name of a file to be meshed ends in .step, .stp or .stl")
+    if not gmsh.model.getEntities(3):
+        raise Refused("holds no volume: export it as a solid, not as surfaces")
+    if kind != ".stl":
+        gmsh.option.setNumber("Mesh.MeshSizeMax", arguments.pad_size_mm)
+        gmsh.model.mesh.generate(2)
+        low = lowest(arguments)
+        gmsh.model.mesh.clear()
+    return low
+
+
+def scaled(factor):
+    return [factor, 0, 0, 0, 0, factor, 0, 0, 0, 0, factor, 0, 0, 0, 0, 1]
+
+
+def facets(path):
+    """Corners of an STL's facets and, for a message, where each stands in the file."""
+    with open(path, "rb") as file:
+        data = file.read()
+    count = struct.unpack("<I", data[80:84])[0] if len(data) >= 84 else 0
+    if len(data) == 84 + 50 * count and count > 0:
+        values = [struct.unpack("<12f", data[84 + 50 * n:132 + 50 * n]) for n in range(count)]
+        return [[v[3:6], v[6:9], v[9:12]] for v in values], [f"facet {n + 1}" for n in range(count)]
+    if not data.lstrip().startswith(b"solid"):
+        raise Refused(f"is no STL: neither text nor {count} facets of 50 bytes in {len(data)} bytes")
+    corners, triangles, places = [], [], []
+    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
+        words = line.split()
+        if words[:1] == ["vertex"]:
+            try:
+                corners.append(tuple(float(word) for word in words[1:4]))
+            except ValueError:
+                raise Refused(f"line {number}: `{line.strip()}` is no vertex")
+        elif words[:1] == ["endfacet"]:
+            if len(corners) != 3:
+                raise Refused(f"line {number}: a facet of {len(corners)} corners, not 3")
+            triangles.append(corners)
+            places.append(f"facet {len(triangles)} before line {number}")
+            corners = []
+    if not triangles:
+        raise Refused("holds no facet")
+    return triangles, places
+
+
+def check_closed(triangles, places):
+    """Refuses holes and edges of more than two facets, with their place."""
+    points = [corner for triangle in triangles for corner in triangle]
+    if not all(math.isfinite(c) for point in points for c in point):
+        raise Refused("a corner is not at a finite place")
+    extent = max(max(p[k] for p in points) - min(p[k] for p in points) for k in range(3))
+    grain = 1e-6 * extent
+    number = {}
+    index = lambda p: number.setdefault(tuple(round(c / grain) for c in p), len(number))
+    place_of = {}
+    edges = defaultdict(list)
+    for triangle, place in zip(triangles, places):
+        corners = [index(p) for p in triangle]
+        place_of.update(zip(corners, triangle))
+        if len(set(corners)) == 3:
+            for a, b in zip(corners, corners[1:] + corners[:1]):
+                edges[min(a, b), max(a, b)].append(place)
+    spot = lambda p: "({:.4g}, {:.4g}, {:.4g})".format(*p)
+    open_edges = {edge: uses for edge, uses in edges.items() if len(uses) == 1}
+    if open_edges:
+        rings = []
+        for edge in open_edges:
+            touching = [ring for ring in rings if not ring.isdisjoint(edge)]
+            rings = [ring for ring in rings if ring not in touching] + [set(edge).union(*touching)]
+        told = []
+        for ring in sorted(rings, key=len, reverse=True)[:5]:
+            middle = [sum(place_of[n][k] for n in ring) / len(ring) for k in range(3)]
+            beside = next(uses[0] for edge, uses in open_edges.items() if edge[0] in ring)
+            told.append(f"around {spot(middle)} with {len(ring)} corners, beside {beside}")
+        raise Refused(f"has {len(rings)} hole(s): " + "; ".join(told))
+    for (a, b), uses in edges.items():
+        if len(uses) > 2:
+            between = f"the edge from {spot(place_of[a])} to {spot(place_of[b])}"
+            raise Refused(f"{between} belongs to {len(uses)} facets, among them {uses[2]}")
+
+
+def listing():
+    lines = []
+    for dimension, what, unit in [(3, "volume", "mm3"), (2, "surface", "mm2")]:
+        for _, tag in gmsh.model.getEntities(dimension):
+            x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(dimension, tag)
+            kind = gmsh.model.getType(dimension, tag)
+            lines.append(f"{what} {tag} ({kind}): x {x0:.2f} to {x1:.2f}, y {y0:.2f} to {y1:.2f}, z {z0:.2f} to {z1:.2f} mm")
+    return "\n".join(lines)
+
+
+def name_groups(arguments):
+    volumes = [tag for _, tag in gmsh.model.getEntities(3)]
+    surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
+    for option, given, known in [("--held", arguments.held, surfaces), ("--core", arguments.core, surfaces),
+                                 ("--subcutaneous", arguments.subcutaneous, volumes)]:
+        for tag in given:
+            if tag not in known:
+                raise Refused(f"{option} {tag}: there is no such number; there is\n{listing()}")
+    if not arguments.held:
+        raise Refused(f"nothing holds the finger: give --held the numbers of its surfaces among\n{listing()}")
+    skin = [tag for tag in volumes if tag not in arguments.subcutaneous]
+    groups = [(3, skin, "skin"), (3, arguments.subcutaneous, "subcutaneous"), (2, arguments.held, "proximal_fix"),
+              (2, arguments.core, "bone")]
+    for dimension, tags, name in groups:
+        if tags:
+            gmsh.model.addPhysicalGroup(dimension, tags, name=name)
+
+
+def to_plane(arguments):
+    """Rows of the rotation that turns --down to -z."""
+    sign = 1.0 if arguments.down[0] == "-" else -1.0
+    axis = "xyz".index(arguments.down[1])
+    up = [sign * (k == axis) for k in range(3)]
+    along = [float(k == (axis + 1) % 3) for k in range(3)]
+    left = [up[(k + 1) % 3] * along[(k + 2) % 3] - up[(k + 2) % 3] * along[(k + 1) % 3] for k in range(3)]
+    return [along, left, up]
+
+
+def lowest(arguments):
+    """The node that lies lowest, in the file's frame, mm."""
+    up = to_plane(arguments)[2]
+    _, places, _ = gmsh.model.mesh.getNodes()
+    nodes = [places[n:n + 3] for n in range(0, len(places), 3)]
+    return min(nodes, key=lambda p: sum(u * c for u, c in zip(up, p)))
+
+
+def set_sizes(arguments, low):
+    field = gmsh.model.mesh.field
+    ball = field.add("Ball")
+    for k, name in enumerate(["XCenter", "YCenter", "ZCenter"]):
+        field.setNumber(ball, name, low[k])
+    field.setNumber(ball, "Radius", arguments.pad_radius_mm)
+    # From the pad's size to the other over a way on which an element grows by a third of its size.
+    field.setNumber(ball, "Thickness", max(3.0 * (arguments.size_mm - arguments.pad_size_mm), 1e-6))
+    field.setNumber(ball, "VIn", arguments.pad_size_mm)
+    field.setNumber(ball, "VOut", arguments.size_mm)
+    field.setAsBackgroundMesh(ball)
+    for name, value in [("MeshSizeMax", arguments.size_mm), ("MeshSizeExtendFromBoundary", 0), ("MeshSizeFromPoints", 0),
+                        ("MeshSizeFromCurvature", 0), ("Optimize", 1), ("HighOrderOptimize", 0), ("RandomSeed", 1)]:
+        gmsh.option.setNumber(f"Mesh.{name}", value)
+
+
+def make_tetrahedra():
+    try:
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.optimize("Netgen")
+        gmsh.model.mesh.setOrder(2)
+    except Exception as error:
+        raise Refused(f"Gmsh could not mesh it ({error}): mend the geometry, or change the sizes")
+    tags, nodes = gmsh.model.mesh.getElementsByType(11)
+    if len(tags) == 0:
+        raise Refused("Gmsh made no tetrahedra: is it a closed solid?")
+    nodes = [nodes[n:n + 10] for n in range(0, len(nodes), 10)]
+    straight = straighten(tags, nodes)
+    shapes = gmsh.model.mesh.getElementQualities(tags, "minSJ")
+    worst = min(range(len(tags)), key=lambda n: shapes[n])
+    if not shapes[worst] > 0:
+        place = gmsh.model.mesh.getNode(nodes[worst][0])[0]
+        raise Refused("tetrahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm is inverted or flat: mend the geometry there, or "
+                      "change the sizes".format(tags[worst], *place))
+    print(f"{len(tags)} tetrahedra, {straight} of them with straightened edges, least scaled Jacobian {shapes[worst]:.3f}")
+
+
+def straighten(tags, nodes):
+    """Puts the edge nodes of elements that the curved surface squeezes to the middles of their edges; how many."""
+    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (2, 3), (1, 3)]
+    squeezed = set()
+    # Straightening one may squeeze its neighbour.
+    for _ in range(20):
+        shapes = gmsh.model.mesh.getElementQualities(tags, "minSJ")
+        more = [n for n in range(len(tags)) if shapes[n] < 0.15 and n not in squeezed]
+        if not more:
+            break
+        squeezed.update(more)
+        for n in more:
+            for edge, (a, b) in enumerate(edges):
+                ends = [gmsh.model.mesh.getNode(nodes[n][k])[0] for k in (a, b)]
+                gmsh.model.mesh.setNode(nodes[n][4 + edge], (ends[0] + ends[1]) / 2, [])
+    return len(squeezed)
+
+
+def place(arguments, low):
+    rows = to_plane(arguments)
+    # The plane z = 0 meets the mesh's own lowest node or, if that is lower, the geometry's.
+    height = lambda p: sum(u * c for u, c in zip(rows[2], p))
+    shifts = [0.0, 0.0, -min(height(lowest(arguments)), height(low))]
+    matrix = [value for row, shift in zip(rows, shifts) for value in (*row, shift)] + [0, 0, 0, 1]
+    gmsh.model.mesh.affineTransform(matrix)
+
+
+def write(arguments):
+    gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+    gmsh.option.setNumber("Mesh.Binary", 1)
+    gmsh.write(arguments.out)
+    configuration = os.path.splitext(arguments.out)[0] + ".toml"
+    core = "" if not arguments.core else "\n[tissue.bone]\nkind = \"fixed\"\n"
+    with open(configuration, "w", encoding="utf-8") as file:
+        file.write(f"""# A finger that tools/cad_to_mesh.py made of {os.path.basename(arguments.file)}.
+[imported]
+file = "{os.path.basename(arguments.out)}"
+pad_height_mm = {arguments.pad_height_mm}
+{core}""")
+    print(f"{arguments.out}, {configuration}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
