@@ -8,7 +8,8 @@ libxinerama1 libxrender1). Writes a binary .msh of version 4.1 and, beside it, a
     cad_to_mesh.py finger.step --list                     # surfaces and volumes with their numbers and places
     cad_to_mesh.py finger.step --size-mm 2 --pad-size-mm 0.8 --held 3 --core 2 --out finger.msh
 
-The finger's pad looks along the file's -z, or along what --down says; the lowest point comes to z = 0.
+The finger's pad looks along the file's -z, or along what --down says, its tip along +x; `fingerpad` inclines it, tip down, by
+--incline-deg and finds where it first touches the plane.
 Exit codes: 0 done, 2 bad usage or a file that cannot be meshed, with the place of what is wrong.
 """
 
@@ -38,7 +39,7 @@ def main():
         name_groups(arguments)
         set_sizes(arguments, low)
         make_tetrahedra()
-        place(arguments, low)
+        place(arguments)
         write(arguments)
         return 0
     except Refused as refused:
@@ -68,6 +69,11 @@ def parsed():
     parser.add_argument("--unit-mm", type=float, default=1.0, help="length of the file's unit (STEP files say it themselves)")
     parser.add_argument("--down", choices=["-x", "+x", "-y", "+y", "-z", "+z"], default="-z", help="where the pad looks in "
                         "the file (write --down=-x; default: -z)")
+    parser.add_argument("--incline-deg", type=float, default=0.0, help="angle between finger and plane, 0 to 85: the tip, which "
+                        "points along the file's +x (+y if the pad looks along x, +z if along y), is turned down by it "
+                        "(default: %(default)s)")
+    parser.add_argument("--flat", action="store_true", help="the pad is flat, and touches all at once: the middle of its lowest "
+                        "nodes comes to the origin")
     parser.add_argument("--crease-deg", type=float, default=40.0, help="an STL's facets that meet at a greater angle belong to "
                         "different surfaces (default: %(default)s)")
     arguments = parser.parse_args()
@@ -75,6 +81,10 @@ def parsed():
         value = getattr(arguments, name)
         if not (value > 0 and math.isfinite(value)):
             parser.error(f"--{name.replace('_', '-')} {value}: must be a positive number")
+    if not 0 <= arguments.incline_deg <= 85:
+        parser.error(f"--incline-deg {arguments.incline_deg}: must be an angle of 0 to 85 degrees")
+    if arguments.flat and arguments.incline_deg:
+        parser.error("--flat: a flat pad cannot be inclined")
     return arguments
 
 
@@ -217,7 +227,7 @@ def name_groups(arguments):
             gmsh.model.addPhysicalGroup(dimension, tags, name=name)
 
 
-def to_plane(arguments):
+def to_finger(arguments):
     """Rows of the rotation that turns --down to -z."""
     sign = 1.0 if arguments.down[0] == "-" else -1.0
     axis = "xyz".index(arguments.down[1])
@@ -229,7 +239,9 @@ def to_plane(arguments):
 
 def lowest(arguments):
     """The node that lies lowest, in the file's frame, mm."""
-    up = to_plane(arguments)[2]
+    along, _, up = to_finger(arguments)
+    angle = math.radians(arguments.incline_deg)
+    up = [math.cos(angle) * z - math.sin(angle) * x for x, z in zip(along, up)]
     _, places, _ = gmsh.model.mesh.getNodes()
     nodes = [places[n:n + 3] for n in range(0, len(places), 3)]
     return min(nodes, key=lambda p: sum(u * c for u, c in zip(up, p)))
@@ -290,11 +302,16 @@ def straighten(tags, nodes):
     return len(squeezed)
 
 
-def place(arguments, low):
-    rows = to_plane(arguments)
-    # The plane z = 0 meets the mesh's own lowest node or, if that is lower, the geometry's.
-    height = lambda p: sum(u * c for u, c in zip(rows[2], p))
-    shifts = [0.0, 0.0, -min(height(lowest(arguments)), height(low))]
+def place(arguments):
+    rows = to_finger(arguments)
+    inside = lambda p: [sum(u * c for u, c in zip(row, p)) for row in rows]
+    shifts = [0.0, 0.0, 0.0]
+    if arguments.flat:
+        _, places, _ = gmsh.model.mesh.getNodes()
+        nodes = [inside(places[n:n + 3]) for n in range(0, len(places), 3)]
+        low = min(p[2] for p in nodes)
+        flat = [p for p in nodes if p[2] < low + 1e-3 * arguments.pad_size_mm]
+        shifts = [-sum(p[k] for p in flat) / len(flat) for k in range(2)] + [-low]
     matrix = [value for row, shift in zip(rows, shifts) for value in (*row, shift)] + [0, 0, 0, 1]
     gmsh.model.mesh.affineTransform(matrix)
 
@@ -305,10 +322,12 @@ def write(arguments):
     gmsh.write(arguments.out)
     configuration = os.path.splitext(arguments.out)[0] + ".toml"
     core = "" if not arguments.core else "\n[tissue.bone]\nkind = \"fixed\"\n"
+    frame = 'frame = "plane"' if arguments.flat else f'frame = "finger"\ninclination_deg = {arguments.incline_deg}'
     with open(configuration, "w", encoding="utf-8") as file:
         file.write(f"""# A finger that tools/cad_to_mesh.py made of {os.path.basename(arguments.file)}.
 [imported]
 file = "{os.path.basename(arguments.out)}"
+{frame}
 pad_height_mm = {arguments.pad_height_mm}
 {core}""")
     print(f"{arguments.out}, {configuration}")

@@ -1,21 +1,25 @@
 #!/usr/bin/env python3
-"""Writes fingertip.step and fingertip.stl: the lower half of a ball of 16 mm less that of a ball of 8 mm.
+"""Writes fingertip.step and fingertip.stl: a cylinder of 16 mm that ends in half a ball, less a core of 8 mm of the same form.
 
-Needs Gmsh's Python package (pip install gmsh).
+The tip points along x, which begins at the held end. Needs Gmsh's Python package (pip install gmsh).
 """
-
-import math
 
 import gmsh
 
+
+def round_ended(radius):
+    """A cylinder from x = 0 to 8 mm and the half ball on it."""
+    cylinder = gmsh.model.occ.addCylinder(0, 0, 0, 8, 0, 0, radius)
+    ball = gmsh.model.occ.addSphere(8, 0, 0, radius)
+    return gmsh.model.occ.fuse([(3, cylinder)], [(3, ball)])[0]
+
+
 gmsh.initialize()
 gmsh.option.setNumber("General.Terminal", 0)
-outer = gmsh.model.occ.addSphere(0, 0, 0, 8, angle1=-math.pi / 2, angle2=0)
-inner = gmsh.model.occ.addSphere(0, 0, 0, 4, angle1=-math.pi / 2, angle2=0)
-gmsh.model.occ.cut([(3, outer)], [(3, inner)])
+gmsh.model.occ.cut(round_ended(8), round_ended(4))
 gmsh.model.occ.synchronize()
 gmsh.write("fingertip.step")
-gmsh.option.setNumber("Mesh.MeshSizeMax", 0.8)
+gmsh.option.setNumber("Mesh.MeshSizeMax", 1.2)
 gmsh.option.setNumber("Mesh.Binary", 1)
 gmsh.model.mesh.generate(2)
 gmsh.write("fingertip.stl")

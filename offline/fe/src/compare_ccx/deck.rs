@@ -223,6 +223,9 @@ impl Deck<'_> {
     /// Checks the problem and returns, per node, whether a deformable element uses it.
     fn check(&self) -> Result<Vec<bool>, Error> {
         let refuse = |problem: String| Err(Error::Deck(problem));
+        if !self.mesh.tets10.is_empty() {
+            return refuse("a mesh of 10-node tetrahedra, whose element is not one of CalculiX's".into());
+        }
         for (region, name) in self.mesh.regions() {
             if self.has_elements(region) && !self.materials.contains_key(&region) {
                 return refuse(format!("region `{name}` has elements but no material"));

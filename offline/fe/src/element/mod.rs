@@ -3,6 +3,7 @@
 //! Main types: [`Batch`], [`Constitutive`], [`Hex8`], [`Tet4`], [`Tet10`], [`ElementStress`].
 //! May use: nothing of this crate.
 
+mod enclosed;
 mod kernel;
 mod shape;
 mod stress;

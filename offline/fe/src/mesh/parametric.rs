@@ -20,8 +20,8 @@ pub struct Fingertip {
     pub touch: FirstTouch,
     /// Faces of the skin's outside, counter-clockwise seen from outside (the pad faces among them).
     pub outer_faces: Vec<[u32; 4]>,
-    /// The same of 10-node tetrahedra: four linear triangles for each of their faces.
-    pub outer_triangles: Vec<[u32; 3]>,
+    /// The same of 10-node tetrahedra, nodes in the order of [`super::TET10_FACES`].
+    pub outer_triangles: Vec<[u32; 6]>,
 }
 
 /// Makes and checks the mesh of a fingertip. The same input gives the same mesh, to the last bit.

@@ -2,24 +2,29 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Fingertip, Mesh, set};
+use super::{FACE_TRIANGLES, Fingertip, Mesh, set};
 
 /// Outer faces that may touch the plane in one of several poses: the union over the poses of the faces that look at
 /// the plane and have a node lower than `reach_mm` over the lowest node of that pose. Indices into `outer_faces`,
 /// ascending.
 ///
-/// * `outer_faces`: faces of the skin's outside, counter-clockwise seen from outside
+/// * `outer_faces`: faces of the skin's outside, counter-clockwise seen from outside: four corners of a hexahedron, or
+///   three of a 10-node tetrahedron and the nodes between them
 /// * `rotations`: turns of the finger from the frame of the mesh about the point under first touch (its origin)
 /// * `reach_mm`: how far the plane moves beyond first touch of each pose, and some more
-pub fn touching_faces(mesh: &Mesh, outer_faces: &[[u32; 4]], rotations: &[Matrix3<f64>], reach_mm: f64) -> Vec<usize> {
+pub fn touching_faces(mesh: &Mesh, outer_faces: &[&[u32]], rotations: &[Matrix3<f64>], reach_mm: f64) -> Vec<usize> {
     let mut touching = vec![false; outer_faces.len()];
     for rotation in rotations {
-        let corners = |face: &[u32; 4]| face.map(|node| rotation * mesh.nodes[node as usize]);
-        let low = |p: &[Vector3<f64>; 4]| p.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        let lowest = outer_faces.iter().map(|face| low(&corners(face))).fold(f64::INFINITY, f64::min);
+        let places = |face: &[u32]| -> Vec<Vector3<f64>> {
+            face.iter().map(|&node| rotation * mesh.nodes[node as usize]).collect()
+        };
+        let low = |p: &[Vector3<f64>]| p.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        let lowest = outer_faces.iter().map(|face| low(&places(face))).fold(f64::INFINITY, f64::min);
         for (touching, face) in touching.iter_mut().zip(outer_faces) {
-            let p = corners(face);
-            let looks_down = (p[2] - p[0]).cross(&(p[3] - p[1])).z < 0.0;
+            let p = places(face);
+            // The product of a quadrilateral's diagonals, or of a triangle's edges.
+            let last = if p.len() == 4 { p[3] } else { p[2] };
+            let looks_down = (p[2] - p[0]).cross(&(last - p[1])).z < 0.0;
             *touching |= looks_down && low(&p) < lowest + reach_mm;
         }
     }
@@ -30,25 +35,25 @@ impl Fingertip {
     /// Height over first touch up to which [`touching_faces`] has to look to find the whole pad in the pose of the mesh,
     /// mm.
     pub fn pad_height_mm(&self) -> f64 {
-        let low = |face: &[u32; 4]| face.iter().map(|&n| self.mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min);
-        let (least, most) = (self.mesh.pad_faces.iter().map(low))
+        let low = |face: &[u32]| face.iter().map(|&n| self.mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min);
+        let (quads, triangles) = (self.mesh.pad_faces.iter(), self.mesh.pad_triangles.iter());
+        let (least, most) = (quads.map(|f| low(f)).chain(triangles.map(|f| low(f))))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), z| (least.min(z), most.max(z)));
         (most - least) * (1.0 + 1e-9)
     }
 
-    /// The fingertip with the faces that may touch in these poses as its pad; arguments as in [`touching_faces`]. A pad
-    /// with faces of tetrahedra is left as it is.
+    /// The fingertip with the faces that may touch in these poses as its pad; arguments as in [`touching_faces`].
     #[must_use]
     pub fn with_pad_for(mut self, rotations: &[Matrix3<f64>], reach_mm: f64) -> Self {
-        if !self.mesh.pad_triangles.is_empty() {
-            return self;
-        }
-        let faces = touching_faces(&self.mesh, &self.outer_faces, rotations, reach_mm);
-        self.mesh.pad_faces = faces.into_iter().map(|face| self.outer_faces[face]).collect();
+        let quads = self.outer_faces.iter().map(<[u32; 4]>::as_slice);
+        let outer: Vec<&[u32]> = quads.chain(self.outer_triangles.iter().map(<[u32; 6]>::as_slice)).collect();
+        let faces = touching_faces(&self.mesh, &outer, rotations, reach_mm);
+        let (quads, triangles) = faces.split_at(faces.partition_point(|&face| face < self.outer_faces.len()));
+        self.mesh.pad_faces = quads.iter().map(|&face| self.outer_faces[face]).collect();
+        let triangles = triangles.iter().map(|&face| self.outer_triangles[face - self.outer_faces.len()]);
+        self.mesh.pad_triangles = triangles.flat_map(|face| FACE_TRIANGLES.map(|t| t.map(|n| face[n]))).collect();
         let tied: std::collections::BTreeSet<u32> = self.mesh.ties.iter().map(|tie| tie.slave).collect();
-        let mut nodes: Vec<u32> = self.mesh.pad_faces.iter().flatten().copied().collect();
-        nodes.sort_unstable();
-        nodes.dedup();
+        let mut nodes = self.mesh.pad_nodes();
         nodes.retain(|node| !tied.contains(node));
         self.mesh.node_sets.insert(set::PAD.into(), nodes);
         self
@@ -65,11 +70,15 @@ mod tests {
         fingertip(shape, &MeshPreset::Coarse.divisions()).unwrap()
     }
 
+    fn slices(faces: &[[u32; 4]]) -> Vec<&[u32]> {
+        faces.iter().map(<[u32; 4]>::as_slice).collect()
+    }
+
     #[test]
     fn without_a_turn_they_are_the_pad() {
         let shape = FingertipShape::default();
         let Fingertip { mesh, outer_faces, .. } = tip(&shape);
-        let found = touching_faces(&mesh, &outer_faces, &[Matrix3::identity()], shape.pad_height_mm);
+        let found = touching_faces(&mesh, &slices(&outer_faces), &[Matrix3::identity()], shape.pad_height_mm);
         let pad = |face: &[u32; 4]| mesh.pad_faces.contains(face);
         // The pad's faces have their middle below the height, these a node.
         let height = |face: &[u32; 4]| face.iter().map(|&n| mesh.nodes[n as usize].z).fold(f64::INFINITY, f64::min);
@@ -83,9 +92,9 @@ mod tests {
         let Fingertip { mesh, outer_faces, .. } = tip(&FingertipShape::round(radius));
         let (reach, center) = (1.0, Vector3::new(0.0, 0.0, radius));
         let turns = [0.0, 0.35].map(|angle| Rotation3::from_axis_angle(&Vector3::x_axis(), angle).into_inner());
-        let found = touching_faces(&mesh, &outer_faces, &turns, reach);
-        let each: Vec<Vec<usize>> =
-            turns.iter().map(|turn| touching_faces(&mesh, &outer_faces, &[*turn], reach)).collect();
+        let slices = slices(&outer_faces);
+        let found = touching_faces(&mesh, &slices, &turns, reach);
+        let each: Vec<Vec<usize>> = turns.iter().map(|turn| touching_faces(&mesh, &slices, &[*turn], reach)).collect();
         for (turn, touching) in turns.iter().zip(&each) {
             // A cap about the direction that the turn makes the plane's: sagitta `reach`, a face wider at most.
             let down = turn.transpose() * -Vector3::z();

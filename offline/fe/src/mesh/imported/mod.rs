@@ -100,8 +100,8 @@ pub fn imported_fingertip(
         None => touch_at_origin(&draft.mesh, settings)?,
     };
     draft.mesh.node_sets.insert(set::PAD.into(), draft.mesh.pad_nodes());
-    let outer_triangles = outer.linear_triangles();
-    let fingertip = Fingertip { mesh: draft.mesh, touch, outer_faces: outer.quads, outer_triangles };
+    let Faces { quads: outer_faces, triangles: outer_triangles } = outer;
+    let fingertip = Fingertip { mesh: draft.mesh, touch, outer_faces, outer_triangles };
     Ok(ImportedFingertip { fingertip, report: draft.report })
 }
 
@@ -139,8 +139,8 @@ impl ImportedGeometry {
                 return refuse(field, value, "must be a number from 0");
             }
         }
-        if !(5.0..=85.0).contains(&self.inclination_deg) {
-            return refuse("inclination_deg", self.inclination_deg, "must be in 5..=85");
+        if !(0.0..=85.0).contains(&self.inclination_deg) {
+            return refuse("inclination_deg", self.inclination_deg, "must be in 0..=85");
         }
         Ok(())
     }
