@@ -36,6 +36,11 @@ fn limit_surface() {
 }
 
 #[test]
+fn hemisphere() {
+    holds("hemisphere");
+}
+
+#[test]
 fn creep() {
     holds("creep");
 }

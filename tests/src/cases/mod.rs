@@ -2,6 +2,7 @@
 
 mod arch;
 mod geometry;
+mod hemisphere;
 mod identify;
 mod law;
 pub mod limit_surface;
@@ -66,6 +67,11 @@ pub const CASES: &[Case] = &[
         run: geometry::volume,
     },
     Case { name: "imported", about: "files read back, a mesh by Gmsh: the press", run: geometry::imported },
+    Case {
+        name: "hemisphere",
+        about: "the silicone fingertip, default mesh of hexahedra and 10-node tetrahedra of its CAD file: slide, reversal, spin",
+        run: hemisphere::hemisphere,
+    },
     Case { name: "creep", about: "dome, held normal and tangential force at 0.8 of the limit", run: law::creep },
     Case {
         name: "elastic_slip",
