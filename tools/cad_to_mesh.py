@@ -298,7 +298,7 @@ def straighten(tags, nodes):
         for n in more:
             for edge, (a, b) in enumerate(edges):
                 ends = [gmsh.model.mesh.getNode(nodes[n][k])[0] for k in (a, b)]
-                gmsh.model.mesh.setNode(nodes[n][4 + edge], (ends[0] + ends[1]) / 2, [])
+                gmsh.model.mesh.setNode(nodes[n][4 + edge], [(p + q) / 2 for p, q in zip(*ends)], [])
     return len(squeezed)
 
 

@@ -16,7 +16,7 @@ const CURVATURE_MM: f64 = 500.0;
 pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
     // The area sees the edge between two nodes; forces do not.
     let meshes: &[(Elements, usize, [f64; 2])] = match effort {
-        Effort::Quick => &[(Elements::Hexes, 10, [0.005, 0.02]), (Elements::Tets, 10, [0.02, 0.02])],
+        Effort::Quick => &[(Elements::Hexes, 10, [0.005, 0.02]), (Elements::Tets, 10, [0.01, 0.02])],
         Effort::Full => &[
             (Elements::Hexes, 20, [0.005, 0.01]),
             (Elements::Tets, 20, [0.01, 0.01]),
@@ -61,11 +61,11 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
 pub fn mindlin(effort: Effort) -> Result<Vec<Check>, Failure> {
     if effort == Effort::Quick {
         let mut checks = mindlin_on(Elements::Hexes, 8, [0.03, 0.005, 0.02])?;
-        checks.extend(mindlin_on(Elements::Tets, 8, [0.04, 0.04, 0.04])?);
+        checks.extend(mindlin_on(Elements::Tets, 8, [0.05, 0.02, 0.06])?);
         return Ok(checks);
     }
     let mut checks = mindlin_on(Elements::Hexes, 24, [0.01, 0.005, 0.01])?;
-    checks.extend(mindlin_on(Elements::Tets, 24, [0.02, 0.02, 0.02])?);
+    checks.extend(mindlin_on(Elements::Tets, 16, [0.03, 0.02, 0.03])?);
     checks.extend(mindlin_on(Elements::Hexes, 32, [0.01, 0.005, 0.01])?);
     Ok(checks)
 }
