@@ -5,7 +5,8 @@
 //! Ortiz, Belytschko & Repetto 2000; Thoutireddy, Molinari, Repetto & Ortiz 2002; Ostien, Foulk, Mota & Veilleux 2016).
 //! They give the mean deformation gradient of the element and its volume. How the gradient varies over the element is the
 //! quadratic displacement's affair: projected on linear functions, as in these papers, the twelve parts' makes three
-//! quarters of it, and a Hertz contact of ten nodes a radius a hundredth too soft where this one is 0.6 % too soft.
+//! quarters of it: a Hertz contact of ten nodes a radius is then 1.0 % too soft, with the quadratic's 0.6 %. Cook's membrane
+//! of 8 x 8 cells is 1.6 and 2.3 % too stiff.
 //!
 //! The dilatation is one of the element, like that of the hexahedra: the volume of the twelve deformed parts over that of
 //! the undeformed ones. The volumes of all elements so sum to that inside the body's surface, whatever the nodes inside
