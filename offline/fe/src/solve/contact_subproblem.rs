@@ -34,8 +34,6 @@ pub(super) struct ContactSubproblem<'a> {
     pub force_target: [Option<f64>; 6],
     /// Convergence: |h| in mm.
     pub tolerance: f64,
-    /// |h| in mm below which there may be rounding alone.
-    pub rounding: f64,
     pub max_iterations: usize,
 }
 
@@ -144,15 +142,13 @@ impl ContactSubproblem<'_> {
             iterations += 1;
             let Some((dx, d_plane)) = self.newton_step(&current, force_scale) else { break };
             let mut scale = 1.0;
-            // Rounding of the error says nothing of the solution, which one more step makes exact in the stiff directions.
-            let last = current.norm <= self.rounding;
             let next = loop {
                 let x = current.x.iter().zip(&dx).map(|(x, d)| x + scale * d).collect();
                 let place = std::array::from_fn(|k| current.plane.at[k] + scale * d_plane[k]);
                 let plane = self.last.plane.moved_to(place);
                 let trial = self.trial(x, plane, force_scale, false, true);
                 // The predictor's step must not be shortened: its residual is that of another branch.
-                if predicted || last || trial.norm < current.norm * (1.0 - 0.1 * scale) {
+                if predicted || trial.norm < current.norm * (1.0 - 0.1 * scale) {
                     break trial;
                 }
                 scale *= 0.5;
@@ -161,9 +157,6 @@ impl ContactSubproblem<'_> {
                 }
             };
             current = next;
-            if last {
-                break;
-            }
         }
         let Trial { x, plane, force, norm, .. } = current;
         Ok(Solution { x, plane, force, iterations, norm })

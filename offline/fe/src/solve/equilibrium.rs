@@ -224,7 +224,6 @@ impl Solver<'_> {
             y: &y,
             force_target: increment.force_target,
             tolerance: self.contact_tolerance(residual.norm, residual.reference, convergence),
-            rounding: CONTACT_ROUNDING * convergence.displacement_scale,
             max_iterations: self.settings.max_contact_iterations,
         };
         let mut go_on = || go_on(watch, stats);
@@ -283,6 +282,7 @@ impl Solver<'_> {
         (0.02 * self.settings.tolerance * displacement_scale)
             .min(CONTACT_ERROR * (self.settings.tolerance * reference).max(1e-3 * norm) / self.penalty_stiffness)
             .min(contact_tolerance)
+            .max(CONTACT_ROUNDING * displacement_scale)
     }
 
     /// Moves by the correction, less while an element is inside out or, with `watch_growth`, the residual outgrows `norm`.

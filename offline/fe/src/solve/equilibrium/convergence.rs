@@ -13,12 +13,15 @@ const FIRST_RESIDUAL: f64 = 10.0;
 /// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
 const SINGLE_CONTRACTION: f64 = 0.7;
 
-/// Error of the contact problem over the way that contact pushes its dofs, below which it may be rounding: positions are
-/// rounded, and the penalty and the compliance make some thousand times as much of it.
-pub(super) const CONTACT_ROUNDING: f64 = 5e-12;
+/// Error of the contact problem over the way that contact pushes its dofs, below which there is rounding.
+pub(super) const CONTACT_ROUNDING: f64 = 8e-13;
 
 /// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
 const CONTACT_CONTRACTION: f64 = 0.5;
+
+/// Residual over contact force below which a search that makes no progress is not given up for that: the factor may turn to
+/// double precision yet.
+const NEAR_EQUILIBRIUM: f64 = 1e-4;
 
 /// Residual over the last one with a new factor above which the search is given up.
 const DIVERGENCE: f64 = 4.0;
@@ -73,7 +76,8 @@ impl Convergence {
 
     /// Gives up a search that has taken too long or does not stay finite.
     pub fn check(&mut self, residual: &Residual, settings: &SolverSettings) -> Result<(), SolveError> {
-        self.idle = if residual.norm < self.least { 0 } else { self.idle + 1 };
+        let progresses = residual.norm < self.least || residual.norm < NEAR_EQUILIBRIUM * residual.reference;
+        self.idle = if progresses { 0 } else { self.idle + 1 };
         self.least = self.least.min(residual.norm);
         let gives_up = self.iteration as usize >= settings.max_iterations
             || self.unsolved >= settings.max_unsolved_contacts
