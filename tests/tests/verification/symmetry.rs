@@ -104,7 +104,7 @@ fn the_half_finger_gives_what_the_whole_does() {
 fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
     /// Distance of the rows, mm.
     const ROW_MM: f64 = 0.04;
-    let legs = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.4], [0.6, 0.2], [0.4, 0.2], [0.5, 0.4]];
+    let legs: [[f64; 2]; 6] = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.4], [0.6, 0.2], [0.4, 0.2], [0.5, 0.4]];
     let mut corners = vec![[0.0; 3]];
     for leg in legs.windows(2) {
         let ([z0, x0], [z1, x1]) = (leg[0], leg[1]);
@@ -115,7 +115,7 @@ fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
         }));
     }
     let path = placed(&corners);
-    for (shape, bone) in [("e", BoneKind::Floating), ("a", BoneKind::Fixed)] {
+    for (shape, bone) in [("e", BoneKind::Floating), ("e", BoneKind::Fixed), ("b", BoneKind::Floating)] {
         let finger = finger(shape, MeshPreset::Coarse, bone, 1.0).unwrap();
         let mut whole = problem(&finger.body, &finger.mesh.pad_faces);
         whole.settings.tolerance = TOLERANCE;
@@ -136,10 +136,10 @@ fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
             whole.responses.iter().zip(&half.responses).map(|(a, b)| (of(a) - of(b)).abs()).fold(0.0, f64::max)
         };
         for (what, of, bound) in [
-            ("N", (&|r: &Response| r.normal_force_n) as &dyn Fn(&Response) -> f64, 2e-6),
+            ("N", (&|r: &Response| r.normal_force_n) as &dyn Fn(&Response) -> f64, 5e-6),
             ("F", &|r: &Response| r.friction_x_n, 5e-6),
-            ("area", &|r: &Response| r.contact_area_mm2, 2e-5),
-            ("stick ratio", &|r: &Response| r.stick_ratio, 1e-4),
+            ("area", &|r: &Response| r.contact_area_mm2, 5e-6),
+            ("stick ratio", &|r: &Response| r.stick_ratio, 1e-5),
         ] {
             let share = apart(of) / largest(of);
             println!("{shape}, {what}: {share:.1e} of the largest");
