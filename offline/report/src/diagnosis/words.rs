@@ -120,10 +120,8 @@ pub fn verdict(report: &Diagnosis) -> String {
 
 /// A sentence where what carries the verdict lies outside the calibration.
 fn outside_note(report: &Diagnosis) -> String {
-    let outside =
-        |column: &str| report.cautions.iter().any(|c| c.kind == "outside_calibration" && column.contains(&c.column));
     let laws: Vec<String> = report.effects.iter().filter(|e| e.outside_calibration).map(|e| plain(&e.law)).collect();
-    if report.verdict == Verdict::UnexplainedStructure && outside(&report.unexplained.column) {
+    if report.unexplained.outside_calibration {
         " The measured runs leave the calibration there: it may be the form of the model, which no calibration run has tested."
             .into()
     } else if !laws.is_empty() {
