@@ -154,7 +154,11 @@ fn an_error_of_form_that_stands_out_is_told_and_not_named() {
         println!("seed {seed}: {:?} {:?}", scored.class, scored.report.cautions);
         assert_eq!(scored.class, Class::Nothing, "seed {seed}");
         let report = scored.report;
-        assert!(report.effects.is_empty() && kinds(&report).contains(&"too_small"), "seed {seed}: {:?}", report.cautions);
+        assert!(
+            report.effects.is_empty() && kinds(&report).contains(&"too_small"),
+            "seed {seed}: {:?}",
+            report.cautions
+        );
     }
 }
 

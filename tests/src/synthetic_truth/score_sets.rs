@@ -136,7 +136,8 @@ impl Broken {
 /// Whether the intervals of all amplitudes of an effect hold zero: of the sensor's laws all parameters are amplitudes, of the
 /// others the first one is.
 fn is_without_amplitude(effect: &EffectFound) -> bool {
-    let amplitudes = if ["tare_bias", "cross_talk"].contains(&effect.law.as_str()) { effect.parameters.len() } else { 1 };
+    let amplitudes =
+        if ["tare_bias", "cross_talk"].contains(&effect.law.as_str()) { effect.parameters.len() } else { 1 };
     effect.parameters[..amplitudes].iter().all(|p| p.ci95[0] <= 0.0 && p.ci95[1] >= 0.0)
 }
 

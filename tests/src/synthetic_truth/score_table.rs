@@ -101,7 +101,14 @@ pub fn table(all: &[Outcome]) -> String {
     number(&mut out, "amplitude error at 10 %, median, %", errors.clone(), 0.5, 100.0, [5.0, 3.0]);
     // A hidden law of another form has no such amplitude: what is fitted is that of the nearest law of the library.
     let exact_forms = ten.iter().filter(|o| o.covered.is_some()).filter_map(|o| o.amplitude_error).collect();
-    number(&mut out, "of it sets whose hidden law has the library's form, median, %", exact_forms, 0.5, 100.0, [5.0, 3.0]);
+    number(
+        &mut out,
+        "of it sets whose hidden law has the library's form, median, %",
+        exact_forms,
+        0.5,
+        100.0,
+        [5.0, 3.0],
+    );
     number(&mut out, "amplitude error at 10 %, 90th percentile, %", errors, 0.9, 100.0, [20.0, 12.0]);
     let best = quantile(by_oracle(0.6745), 0.5) * 100.0;
     let _ = writeln!(

@@ -145,8 +145,10 @@ mod tests {
             let turn = found.iter().find(|r| r.force_n[0].is_nan()).unwrap_or_else(|| panic!("{lost} {again}"));
             assert!((turn.slide_mm[0] - 3.0).abs() < 1e-9 && (turn.t_s - 1.5).abs() < 1e-9, "{lost} {again} {turn:?}");
             let way_back_mm = |r: &RawRow| if r.t_s > 1.5 { 3.0 - r.slide_mm[0] } else { f64::INFINITY };
-            for row in found.iter().filter(|r| r.force_n[0].is_finite()) {
-                assert_eq!(row.force_n[1].is_nan(), way_back_mm(row) < FORGOTTEN_MM - 1e-9, "{lost} {again}: {row:?}");
+            // The turn's place is known to a step, and so is where it is forgotten.
+            let clear = |r: &&RawRow| r.force_n[0].is_finite() && (way_back_mm(r) - FORGOTTEN_MM).abs() > 0.6;
+            for row in found.iter().filter(clear) {
+                assert_eq!(row.force_n[1].is_nan(), way_back_mm(row) < FORGOTTEN_MM, "{lost} {again}: {row:?}");
             }
         }
         // A plate that rests before it goes on the same way has not turned.

@@ -101,6 +101,7 @@ impl CalibratedRange {
                     format!("slides at {} degrees", list.iter().map(|d| format!("{d:.0}")).collect::<Vec<_>>().join(", "))
                 }
                 Column::Depth => format!("presses to {:.2} mm", self.depth_max_mm),
+                _ if self.speed_mm_s[1] - self.speed_mm_s[0] < 5e-4 => format!("slides at {:.3} mm/s", self.speed_mm_s[0]),
                 _ => format!("slides at {:.3} to {:.3} mm/s", self.speed_mm_s[0], self.speed_mm_s[1]),
             };
             let name = column.name();

@@ -317,9 +317,12 @@ pub fn gap_caption(report: &Diagnosis) -> String {
             r.map(|v| fixed(v, 4)).join(", ")
         )
     });
+    let of_elements = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| {
+        format!(" The finite elements' bars are of {} strokes of the {} set only.", fe.runs.len(), fe.checked)
+    });
     format!(
         "Root mean square residual of {} runs ({}). The floor is what row noise and the scatter between calibration \
-         runs leave of a perfect model; the quotient itself scatters by some ten per cent.{refused}",
+         runs leave of a perfect model; the quotient itself scatters by some ten per cent.{of_elements}{refused}",
         g.runs, g.method
     )
 }
