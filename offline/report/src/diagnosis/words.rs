@@ -318,7 +318,7 @@ pub fn gap_caption(report: &Diagnosis) -> String {
         )
     });
     let of_elements = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| {
-        format!(" The finite elements' bars are of {} strokes of the {} set only.", fe.runs.len(), fe.checked)
+        format!(" The finite elements' bars are of {} strokes of the {} set only.", fe.runs.len(), fe.set)
     });
     format!(
         "Root mean square residual of {} runs ({}). The floor is what row noise and the scatter between calibration \
