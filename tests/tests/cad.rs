@@ -74,13 +74,13 @@ fn step_and_stl_become_fingers() {
         assert!(report.worst_tet_scaled_jacobian > 0.05 && mesh.pad_triangles.len() > 40, "{name}");
         let lowest = mesh.nodes.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         assert!((0.0..0.1).contains(&lowest), "{name}: lowest node at {lowest} mm");
-        // What the core holds lies on its wall, from which the STL's facets are up to 0.06 mm off.
+        // What the core holds lies on its wall, from which a straightened edge of 3 mm is 0.28 mm off.
         let touch = fingertip.touch;
         for node in mesh.node_set(set::DISTAL_BONE) {
             let place = touch.rotation.transpose() * mesh.nodes[*node as usize] + touch.point_mm;
             let from_axis = nalgebra::Vector3::new((place.x - 8.0).max(0.0), place.y, place.z);
             let radius = from_axis.norm();
-            assert!((radius - 4.0).abs() < 0.1, "{name}: node {node} of the core at radius {radius} mm");
+            assert!((radius - 4.0).abs() < 0.3, "{name}: node {node} of the core at radius {radius} mm");
         }
         let expected = nalgebra::Vector3::new(8.0 + 8.0 * FRAC_1_SQRT_2, 0.0, -8.0 * FRAC_1_SQRT_2);
         verify(name, "distance of first touch, mm", (touch.point_mm - expected).norm(), 0.05);
