@@ -12,6 +12,8 @@ pub(crate) struct AtDepth<'a, const M: usize, T> {
     pub(crate) row: &'a Row<M, T>,
     /// Place within the row's cell, 0 to 1.
     pub(crate) t: T,
+    /// [`crate::ParamsOf::slip_lead`].
+    pub(crate) slip_lead: T,
     pub(crate) depth: T,
     pub(crate) area: T,
     /// Factor on the springs' radii, and the share by which it grows with depth, 1/mm.
@@ -36,7 +38,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
     ) -> Self {
         let (data, scale) = (model.data, &model.scale);
         let per_mm = scale.per_mm(data.cells_per_mm);
-        let x = depth * per_mm;
+        let mut x = depth * per_mm;
         let mut index = x.index();
         let mut t = x - T::of(index as f32);
         if index >= N - 1 {
@@ -44,9 +46,11 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             index = N - 2;
             t = T::of(1.0);
             depth = scale.depth(data.depth_max);
-            if x > T::of((N - 1) as f32) {
+            let last = T::of((N - 1) as f32);
+            if x > last {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
             }
+            x = last;
         }
         let row = &data.rows[index];
         let area = scale.area(row.area.at(t), depth);
@@ -56,6 +60,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         Self {
             row,
             t,
+            slip_lead: data.slip_lead[0] + data.slip_lead[1] * x,
             depth,
             area,
             radius: scale.radius(plain, limit) * state.strength_factor,

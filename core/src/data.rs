@@ -62,6 +62,8 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     pub pressure_centre_per_n: T,
     /// [`crate::ParamsOf::spin_cross`].
     pub spin_cross: T,
+    /// [`crate::ParamsOf::slip_lead`] at touch, and its change over a cell.
+    pub slip_lead: [T; 2],
     /// Mean arm of the springs, mm.
     pub gyration: T,
     /// Half-width of the normal force's band over that of the table, a parabola in the stick ratio: in full slip,
@@ -160,6 +162,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             area_tilt: of(self.area_tilt),
             pressure_centre_per_n: of(self.pressure_centre_per_n),
             spin_cross: of(self.spin_cross),
+            slip_lead: self.slip_lead.map(of),
             gyration: of(self.gyration),
             band_normal: self.band_normal.map(of),
             band_friction: self.band_friction.map(of),

@@ -7,7 +7,7 @@ use crate::math::{Arithmetic, Scalar, add};
 use crate::rescaling::Scaling;
 use crate::rolling::Rolled;
 use crate::spring::{Limit, NOTHING, Odd, Sums};
-use crate::stick_ratio::{Way, regime_of, share_of_way};
+use crate::stick_ratio::{Course, Way, led, regime_of, share_of_way};
 use crate::table::Row;
 use crate::{DataOf, ModelOf, Motion, Regime, Response, StateOf, Status};
 
@@ -104,8 +104,13 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
     if S::POSED && !state.rolled.is_at(scale.offset()) {
         roll(state, model, &at, here);
     }
-    let gyration = scale.length(data.gyration);
-    let way = Way::follow(state, slid, at.limit, at.stiffness[0], gyration);
+    let course =
+        Course { here: slid, limit: at.limit, stiffness: at.stiffness[0], gyration_mm: scale.length(data.gyration) };
+    let way = Way::follow(state, &course, |state| {
+        let place = place_of::<P, T>(here, data.springs[0].place::<P, S>(0, scale));
+        let [x, y] = state.anchor[0][0];
+        [place[0] - x, place[1] - y]
+    });
     Ok(Begun { at, here, way, status })
 }
 
@@ -433,7 +438,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         }
         carried.stick_ratio -= area.at(at.t) * slipping;
     }
-    carried.stick_ratio = carried.stick_ratio.not_negative();
+    carried.stick_ratio = led(carried.stick_ratio.not_negative(), at.slip_lead, way);
     carried
 }
 
