@@ -149,7 +149,7 @@ fn turn<const M: usize, const P: usize, T: Scalar>(
     let ahead = course.dot::<P>(moved, way);
     if ahead < T::of(0.0) {
         let back = ahead / square;
-        let cosine = (ahead * back / course.dot::<P>(way, way)).magnitude().sqrt();
+        let cosine = (ahead * back / (course.dot::<P>(way, way) + T::of(NOTHING))).magnitude().sqrt();
         let left = (T::of(1.0) - cosine) * course.share_to_full_slip(way);
         let across = less::<P, T>(way, moved.map(|m| back * m));
         state.turn = less::<P, T>(state.reached, across.map(|w| left * w));
