@@ -11,7 +11,7 @@ use crate::{DataOf, Error, ModelOf};
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;
