@@ -24,6 +24,9 @@ const MOMENT_SHARE: f64 = 0.1;
 /// Change of a coefficient of each row from none that counts 1: holds what the runs do not determine.
 const PRIORS: [f64; POSE_ROWS] =
     [2.0, 2.0, 0.5, 2.0, 2.0, 0.5, 0.1, 0.5, 0.2, 0.5, 0.1, 0.2, 0.1, 10.0, 0.5, 1.0, 0.2, 0.05, 10.0, 0.5, 1.0];
+/// The same for the terms of a row, share of its prior: rows of a run err together, and higher orders swing beyond the outermost
+/// runs.
+const ORDERS: [f64; POSE_TERMS] = [0.25, 0.18, 0.08, 0.25, 0.12, 0.12];
 /// Rolling length at which the fit begins: the contact's diameter.
 const ROLLING_LENGTH: f64 = 2.0;
 /// Rows that presses without friction tell: normal force, area, depth of touch, place of the pressure.
@@ -297,7 +300,7 @@ impl<const M: usize, const N: usize> Poses<'_, M, N> {
             }
         }
         let rows = &vector[..POSE_TERMS * POSE_ROWS];
-        out.extend(rows.iter().enumerate().map(|(k, x)| x / PRIORS[k / POSE_TERMS]));
+        out.extend(rows.iter().enumerate().map(|(k, x)| x / (PRIORS[k / POSE_TERMS] * ORDERS[k % POSE_TERMS])));
         out.iter_mut().for_each(|r| *r = if r.is_finite() { *r } else { 1e3 });
         out
     }
