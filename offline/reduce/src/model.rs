@@ -8,7 +8,7 @@ use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
-use super::poses::{PoseScores, fit_poses, is_posed, pose_scores};
+use super::poses::{PoseScores, fit_poses, is_posed, pose_band, pose_scores};
 use super::{Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
 /// Contents of a model file's META section.
@@ -164,10 +164,7 @@ fn add_poses<const M: usize>(
     let Some(table) = fit_poses(&data, &fitted)? else { return Ok(None) };
     data.pose = table;
     let scores = [Kind::is_in_pose, Kind::changes_pose].map(|is| pose_scores(&data, &of(is)));
-    // Half-widths for 95 % of a normal distribution; friction has two components.
-    let [fixed, _] = &scores;
-    let band = [1.96 * fixed.normal_of_largest, 1.96 * fixed.friction_of_limit / std::f64::consts::SQRT_2];
-    data.pose.band = band;
+    data.pose.band = pose_band(&data, &held_out);
     params.pose = data.pose.map(|x| x as f32);
     Ok(Some(scores))
 }

@@ -42,6 +42,8 @@ const TOUCH: [f64; POSE_TERMS] = [-0.05, 0.0, 0.6, 0.0, 0.0, 0.4];
 const DIFFERENCE: f64 = 1e-4;
 /// Depth below which rows are not compared, mm: limits are too small to be held against.
 const LEAST_DEPTH_MM: f32 = 0.05;
+/// Share of the rows whose errors a band holds.
+const COVERED: f64 = 0.955;
 /// Least limit that friction is held against, share of the largest of a run.
 const LIGHT: f64 = 0.05;
 
@@ -140,6 +142,31 @@ pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run
         friction_of_limit: rms(sums[1], rows),
         centre_mm: rms(sums[2], centres),
     }
+}
+
+/// What a pose has to add to the bands so that they hold the errors of [`COVERED`] of the rows: shares of the normal force and
+/// of the friction limit.
+pub fn pose_band<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> [f64; 2] {
+    let mut without = *data;
+    without.pose.band = [0.0; 2];
+    let mut shares: [Vec<f64>; 2] = [vec![], vec![]];
+    for run in runs {
+        for (sample, r) in run.samples.iter().zip(replay_with_pose(&without, run)) {
+            if sample.depth_mm > LEAST_DEPTH_MM && r.normal_force_n > 0.0 {
+                let normal = (r.normal_force_n - f64::from(sample.normal_force_n)).abs() - r.band_normal_n;
+                shares[0].push(normal / r.normal_force_n);
+                shares[1].extend((0..2).map(|k| {
+                    let error = (r.friction_n[k] - f64::from(sample.friction_n[k])).abs();
+                    (error - r.band_friction_n) / r.friction_limit_n.max(1e-6)
+                }));
+            }
+        }
+    }
+    shares.map(|mut shares| {
+        shares.sort_by(f64::total_cmp);
+        let index = (COVERED * shares.len() as f64) as usize;
+        shares.get(index).map_or(0.0, |share| share.clamp(0.0, 10.0))
+    })
 }
 
 /// A table from the vector of the fit. All coefficients of 0 would mean a model of one pose.
