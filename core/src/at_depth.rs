@@ -38,7 +38,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
     ) -> Self {
         let (data, scale) = (model.data, &model.scale);
         let per_mm = scale.per_mm(data.cells_per_mm);
-        let mut x = depth * per_mm;
+        let mut x = if S::POSED { (depth - scale.touch()) * per_mm } else { depth * per_mm };
         let mut index = x.index();
         let mut t = x - T::of(index as f32);
         if index >= N - 1 {
@@ -46,6 +46,9 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             index = N - 2;
             t = T::of(1.0);
             depth = scale.depth(data.depth_max);
+            if S::POSED {
+                depth += scale.touch();
+            }
             let last = T::of((N - 1) as f32);
             if x > last {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
@@ -57,6 +60,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         let plain = row.limit.at(t);
         let limit = scale.limit(plain, area, depth);
         let [press_x, press_y] = scale.press();
+        let [slide_x, slide_y] = scale.slide();
         Self {
             row,
             t,
@@ -66,10 +70,12 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             radius: scale.radius(plain, limit) * state.strength_factor,
             growth: if S::RESCALED { growth(row, t, depth, per_mm, scale) } else { T::of(0.0) },
             limit: limit * state.strength_factor,
-            stiffness: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t))),
-            stiffness_slope: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.slope_at(t)) * per_mm),
+            stiffness: scale.stiffnesses([&row.stiffness_x, &row.stiffness_y].map(|k| k.at(t))),
+            stiffness_slope: scale
+                .stiffnesses([&row.stiffness_x, &row.stiffness_y].map(|k| k.slope_at(t)))
+                .map(|k| k * per_mm),
             press_coupling: [row.press_slide.slope_at(t) * data.cells_per_mm + press_x, press_y],
-            press_slide: [scale.depth(row.press_slide.at(t)) + press_x * depth, press_y * depth],
+            press_slide: [scale.depth(row.press_slide.at(t)) + press_x * depth + slide_x, press_y * depth + slide_y],
         }
     }
 }
@@ -86,6 +92,6 @@ pub(crate) fn growth<const M: usize, T: Scalar, S: Scaling<T>>(
     let (plain, area) = (row.limit.at(t), row.area.at(t));
     let limit = |plain: T, area: T| scale.limit(plain, scale.area(area, depth), depth);
     let strength = limit(plain, area);
-    let grown = limit(row.limit.change * per_mm, row.area.change * per_mm) + scale.limit_slope(plain, area);
+    let grown = limit(row.limit.change * per_mm, row.area.change * per_mm) + scale.limit_slope(plain, area, depth);
     grown / strength - row.limit.change * per_mm / plain
 }
