@@ -565,7 +565,7 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
     /// The same model for another finger, counted from the fitted one. A state may be carried over: springs keep their
     /// displacement.
     ///
-    /// Costs about 100 instructions, 200 with a stiffness other than 1.
+    /// Costs about 150 instructions, 250 with a stiffness other than 1.
     pub fn tuned(&self, tuning: Tuning) -> Result<ModelOf<'a, M, N, Scaled<T>, T>, Error> {
         let ranges = [
             (Field::Size, tuning.size, 0.5, 2.0),
