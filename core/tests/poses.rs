@@ -84,48 +84,58 @@ fn a_contact_grows_with_depth_in_every_pose() {
     }
 }
 
-/// Closed paths of depth and slide in a pose that stays take work and give none, with vibration of 1 um or without; so do
-/// reversals and spins within what a step's finite angle may add.
+/// Closed paths of depth and slide in a pose that stays take work and give none, wide ones that slip and narrow ones that all but
+/// stick, in both senses, with vibration of 1 um or without, and with spins.
 #[test]
 fn closed_paths_in_a_pose_yield_no_work() {
     let data = shipped().cast::<f64>();
     let model = data.model_unchecked();
-    let mut noise = Noise(7);
     for pose in poses(&shipped()) {
         let posed = model.posed(pose).unwrap();
-        for spins in [0.0, 1.0] {
-            let mut state = fingerpad::StateOf::<4, 2, f64>::default();
-            let phases: [f64; 3] = std::array::from_fn(|_| f64::from(noise.next()));
-            let place = |t: f64, k: usize| (t + phases[k]).sin();
-            let at = |t: f64| {
-                [1.0 + 0.3 * place(t, 0), 0.8 * place(t, 1), 0.6 * place(2.0 * t, 2), 0.2 * spins * place(t, 2)]
-            };
-            let steps = 4000;
-            let (mut work, mut stored) = (0.0, 0.0f64);
-            let mut from = at(0.0);
-            for i in 0..=3 * steps {
-                let mut to = at(std::f64::consts::TAU * i as f64 / steps as f64);
-                to[0] += if i % steps == 0 { 0.0 } else { 1e-3 * f64::from(noise.next()) };
-                let motion = Motion {
-                    depth_mm: to[0],
-                    slide_increment_mm: [to[1] - from[1], to[2] - from[2]],
-                    spin_increment_rad: to[3] - from[3],
-                    dt_s: 1e-3,
-                };
-                let r = posed.step(&mut state, motion);
-                if i > steps {
-                    let by = r.normal_force_n * (to[0] - from[0])
-                        + r.friction_n[0] * (to[1] - from[1])
-                        + r.friction_n[1] * (to[2] - from[2])
-                        + r.spin_moment_n_mm * (to[3] - from[3]);
-                    work += by;
-                    stored += by.abs();
-                }
-                from = to;
+        for (amplitude, noise, spin) in [(1.0, 0.0, 0.0), (1.0, 1e-3, 0.0), (1.0, 1e-3, 0.2), (0.08, 0.0, 0.0)] {
+            for sense in [1.0, -1.0] {
+                let [work, moved] = closed_path(&posed, [amplitude, noise, spin, sense]);
+                let of = format!("{pose:?}, amplitude {amplitude}, noise {noise} mm, spin {spin}, sense {sense}");
+                assert!(work > -1e-3 * moved, "{of}: {work} of {moved} N mm");
             }
-            assert!(work > -1e-3 * stored, "{pose:?}, spins {spins}: {work} of {stored} N mm");
         }
     }
+}
+
+/// Work taken by the second and third round of a closed path, and the sum of its magnitudes, N mm.
+fn closed_path(
+    posed: &fingerpad::ModelOf<'_, 4, 37, fingerpad::Scaled<f64, true>, f64>,
+    [amplitude, noise, spin, sense]: [f64; 4],
+) -> [f64; 2] {
+    const STEPS: i32 = 4000;
+    let at = |t: f64| {
+        let [depth, x, y] = [(t + 0.3).sin(), (t + 1.9).sin(), (t + 1.0).cos()];
+        [1.0 + 0.3 * amplitude * depth, 0.8 * amplitude * x, 0.6 * amplitude * y, spin * y]
+    };
+    let (mut state, mut random) = (fingerpad::StateOf::<4, 2, f64>::default(), Noise(7));
+    let (mut work, mut moved) = (0.0, 0.0f64);
+    let mut from = at(0.0);
+    for i in 0..=3 * STEPS {
+        let mut to = at(sense * std::f64::consts::TAU * f64::from(i) / f64::from(STEPS));
+        if i % STEPS != 0 {
+            to[0] += noise * f64::from(random.next());
+        }
+        let motion = Motion {
+            depth_mm: to[0],
+            slide_increment_mm: [to[1] - from[1], to[2] - from[2]],
+            spin_increment_rad: to[3] - from[3],
+            dt_s: 1e-3,
+        };
+        let r = posed.step(&mut state, motion);
+        if i > STEPS {
+            let forces = [r.normal_force_n, r.friction_n[0], r.friction_n[1], r.spin_moment_n_mm];
+            let by: f64 = (0..4).map(|k| forces[k] * (to[k] - from[k])).sum();
+            work += by;
+            moved += by.abs();
+        }
+        from = to;
+    }
+    [work, moved]
 }
 
 /// Reversals and a spin in every pose under 1 um of noise on depth and slide and a tenth of a degree on the pose end near where

@@ -104,12 +104,10 @@ fn named(report: &Diagnosis) -> Vec<&str> {
     report.effects.iter().map(|e| e.law.as_str()).collect()
 }
 
-/// At 10 %. A logger with spikes, lost rows and a coarse clock may cost the name, where rows that it spoilt and that were not
-/// recognised leave the normal force scattered between runs; it ends in unexplained structure then, never in another name.
+/// At 10 %, under a faultless logger and under one with spikes, lost rows and a coarse clock.
 #[test]
 fn a_hidden_electroadhesion_is_named_with_its_law_and_nothing_else_without() {
-    for (protocol, seeds, least) in [(Protocol::Clean, 301..304, 3), (Protocol::Disturbed, 301..306, 3)] {
-        let mut count = 0;
+    for (protocol, seeds) in [(Protocol::Clean, 301..304), (Protocol::Disturbed, 301..306)] {
         for seed in seeds {
             let case = case_under(protocol, seed);
             let measured = under_voltage(&case, protocol, seed, GAIN);
@@ -118,17 +116,11 @@ fn a_hidden_electroadhesion_is_named_with_its_law_and_nothing_else_without() {
             let [with, without] = [&report, &bare].map(|r| (r.verdict, named(r)));
             println!("{protocol:?} seed {seed}: {with:?}; without: {without:?}");
             assert!(matches!(bare.verdict, Verdict::UnexplainedStructure | Verdict::None), "{without:?}");
-            assert!(report.effects.iter().all(|e| e.law == "electroadhesion"), "{with:?}");
-            if report.verdict == Verdict::Named {
-                let gain = &report.effects[0].parameters[0];
-                println!("  gain {:.4} {:.4?}, truth {GAIN:.4}", gain.value, gain.ci95);
-                assert!((gain.value / GAIN - 1.0).abs() < 0.25, "{gain:?}");
-                count += 1;
-            } else {
-                assert_eq!(with, (Verdict::UnexplainedStructure, vec![]), "{protocol:?} seed {seed}");
-            }
+            assert_eq!(with, (Verdict::Named, vec!["electroadhesion"]), "{protocol:?} seed {seed}");
+            let gain = &report.effects[0].parameters[0];
+            println!("  gain {:.4} {:.4?}, truth {GAIN:.4}", gain.value, gain.ci95);
+            assert!((gain.value / GAIN - 1.0).abs() < 0.25, "{gain:?}");
         }
-        assert!(count >= least, "{protocol:?}: {count} named");
     }
 }
 

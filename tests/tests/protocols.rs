@@ -1,9 +1,11 @@
 //! What laboratories really bring: one axis, coarse clocks, spikes, lost rows, clipped sensors, two effects on one axis.
 
 use fingerpad_diagnose::{CORNEOMETER_SD_AU, Diagnosis, RunSet, Verdict};
-use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_report::diagnosis::summary;
+use fingerpad_tests::synthetic_truth::effects::{LIBRARY, OUTSIDE};
 use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::score::{Class, run, score};
+use fingerpad_tests::synthetic_truth::score_sets::Broken;
 use fingerpad_tests::synthetic_truth::sets::{Case, Hide, Wanted, case, case_of, make};
 use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
 
@@ -86,15 +88,9 @@ fn a_name_has_an_amplitude_and_none_has_no_evidence() {
         let hide = [Hide::Nothing, Hide::Law(place("tare_bias")), Hide::Law(place("cross_talk")), Hide::Outside(3)];
         let made = case(seed, hide[seed as usize % 4], 0.03, (seed % 3) as usize, 40, seed % 2 == 0);
         let report = diagnosed(&made, &made.measured);
-        for effect in &report.effects {
-            let linear =
-                if ["tare_bias", "cross_talk"].contains(&effect.law.as_str()) { effect.parameters.len() } else { 1 };
-            let told = effect.parameters[..linear].iter().any(|p| p.ci95[0] > 0.0 || p.ci95[1] < 0.0);
-            assert!(told, "seed {seed}: {effect:?}");
-        }
-        if report.verdict == Verdict::None {
-            assert!(report.tests.iter().all(|t| !t.significant), "seed {seed}: {:?}", report.tests);
-        }
+        let broken = Broken::of(&report);
+        assert!(!broken.name_without_amplitude, "seed {seed}: {:?}", report.effects);
+        assert!(!broken.none_with_evidence, "seed {seed}: {:?}", report.tests);
     }
 }
 
@@ -141,15 +137,79 @@ fn five_runs_are_diagnosed_within_what_they_support() {
     assert!(!kinds(&score(&eight).report).contains(&"few_runs"));
 }
 
-/// What stands out of 500 runs without an effect and is smaller than the model's form is exact is told and not named: this
-/// set's finger looks like a cross-talk of 0.15 %.
+/// What stands out of chance and is smaller than the model's form is exact is told and not named: with 500 runs a cross-talk of
+/// 0.15 and of 0.24 % of the normal force, which row by row is any share of a friction still about zero; with 60 a drag of
+/// 0.0003 N s/mm that shows by less than six standard deviations. No set has an effect.
 #[test]
-fn an_error_of_form_that_stands_out_of_many_runs_is_told_and_not_named() {
-    let (simulator, protocol) = (SimulatorKind::Second, Protocol::Plane);
-    let (seed, hide) = (32_001_399, Hide::Nothing);
-    let case = make(Wanted { simulator, protocol, seed, hide, size: 0.0, level: 1, runs: 500, exact_form: false });
-    let scored = score(&case);
-    println!("{:?} {:?}", scored.class, scored.report.cautions);
-    assert_eq!(scored.class, Class::Nothing);
-    assert!(scored.report.effects.is_empty() && kinds(&scored.report).contains(&"too_small"));
+fn an_error_of_form_that_stands_out_is_told_and_not_named() {
+    for (seed, protocol, runs, exact_form) in [
+        (32_001_399, Protocol::Plane, 500, false),
+        (48_001_383, Protocol::Plane, 500, false),
+        (48_001_391, Protocol::Plane, 500, false),
+        (48_001_052, Protocol::OneAxis, 60, true),
+    ] {
+        let (simulator, hide) = (SimulatorKind::Second, Hide::Nothing);
+        let case = make(Wanted { simulator, protocol, seed, hide, size: 0.0, level: 1, runs, exact_form });
+        let scored = score(&case);
+        println!("seed {seed}: {:?} {:?}", scored.class, scored.report.cautions);
+        assert_eq!(scored.class, Class::Nothing, "seed {seed}");
+        let report = scored.report;
+        assert!(
+            report.effects.is_empty() && kinds(&report).contains(&"too_small"),
+            "seed {seed}: {:?}",
+            report.cautions
+        );
+    }
+}
+
+/// Scatter between runs above twice what the calibration explains is told whatever the verdict.
+#[test]
+fn scatter_above_twice_the_expected_is_told() {
+    let pair = Hide::Pair(place("depth_zero_offset"), place("contact_ageing"));
+    let mut scattered = 0;
+    for (seed, protocol, hide, size) in [
+        (48_000_173, Protocol::OneAxis, Hide::Law(place("hydration_bell")), 0.03),
+        (48_000_802, Protocol::FourDirections, pair, 0.3),
+        (48_000_821, Protocol::FourDirections, Hide::Pair(place("cross_talk"), place("anisotropy")), 0.3),
+    ] {
+        let simulator = SimulatorKind::First;
+        let (level, runs, exact_form) = (0, 60, seed % 2 == 0);
+        let scored = score(&make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form }));
+        let ratio = &scored.report.unexplained.scatter_ratio;
+        println!("seed {seed}: {:?} {ratio:?}", scored.class);
+        if ratio.normal.max(ratio.friction) > 2.0 {
+            scattered += 1;
+            assert!(kinds(&scored.report).contains(&"scatter"), "seed {seed}: {:?}", scored.report.cautions);
+        }
+        assert!(!Broken::of(&scored.report).silent_scatter);
+    }
+    assert!(scattered >= 2, "{scattered}");
+}
+
+/// Measured runs at speeds and directions that the calibration does not have: what rests on them is marked where it stands.
+#[test]
+fn evidence_outside_the_calibration_is_marked() {
+    let scored = score(&case_of(Protocol::FourDirections, 130, Hide::Law(place("speed_log")), 0.3, 0, 60, true));
+    let report = scored.report;
+    assert_eq!(scored.class, Class::Exact);
+    assert!(report.effects[0].outside_calibration, "{:?}", report.effects);
+    let by_speed = || report.disagreement.regions.iter().filter(|r| r.column == "speed_mm_s");
+    assert!(by_speed().count() > 0);
+    for region in by_speed() {
+        // All calibration runs slide at 2 mm/s.
+        let middle = 0.5 * (region.from + region.to);
+        assert_eq!(region.outside_calibration, !(2.0 / 1.5..=2.0 * 1.5).contains(&middle), "{region:?}");
+    }
+    let told = summary(&report);
+    assert!(told.contains("Part of the evidence"), "{told}");
+    // Structure along the direction, where the calibration slides along one axis.
+    let harmonic = OUTSIDE.iter().position(|o| *o == "direction_harmonic").unwrap();
+    let scored = score(&case_of(Protocol::AxisThenPlane, 132, Hide::Outside(harmonic), 0.3, 0, 60, true));
+    println!("{:?} {:?}", scored.class, scored.report.unexplained);
+    assert_eq!(scored.class, Class::Unexplained);
+    let unexplained = &scored.report.unexplained;
+    assert_eq!(unexplained.outside_calibration, unexplained.column.contains("direction_deg"), "{unexplained:?}");
+    // A law of the moisture does not rest on them.
+    let scored = score(&case_of(Protocol::Plane, 134, Hide::Law(place("temperature")), 0.3, 0, 60, true));
+    assert!(scored.class == Class::Exact && !scored.report.effects[0].outside_calibration);
 }

@@ -2,7 +2,7 @@
 //!
 //! Main types: [`ScoreSet`] (what is asked), [`Outcome`] (what was found); function [`sets`].
 
-use fingerpad_diagnose::{PlanConstraints, PlannedRun, check};
+use fingerpad_diagnose::{Diagnosis, EffectFound, PlanConstraints, PlannedRun, Verdict, check};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -102,8 +102,43 @@ pub struct Outcome {
     pub settled: Option<Class>,
     /// Whether the proposed strokes keep to what the laboratory can do.
     pub plan_kept: Option<bool>,
+    /// Promises of the report that it broke.
+    #[serde(default)]
+    pub broken: Broken,
     /// Processor time of the diagnosis, s.
     pub seconds: f64,
+}
+
+/// What a report must never do, and whether it did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Broken {
+    /// A name of which every amplitude's interval holds zero.
+    pub name_without_amplitude: bool,
+    /// The verdict `none` with a law's test significant.
+    pub none_with_evidence: bool,
+    /// Scatter between runs above twice the expected that nothing in the report tells.
+    pub silent_scatter: bool,
+}
+
+impl Broken {
+    /// Looks through a report.
+    pub fn of(report: &Diagnosis) -> Self {
+        let ratio = &report.unexplained.scatter_ratio;
+        Self {
+            name_without_amplitude: report.effects.iter().any(is_without_amplitude),
+            none_with_evidence: report.verdict == Verdict::None && report.tests.iter().any(|t| t.significant),
+            silent_scatter: ratio.normal.max(ratio.friction) > 2.0
+                && report.cautions.iter().all(|c| c.kind != "scatter"),
+        }
+    }
+}
+
+/// Whether the intervals of all amplitudes of an effect hold zero: of the sensor's laws all parameters are amplitudes, of the
+/// others the first one is.
+fn is_without_amplitude(effect: &EffectFound) -> bool {
+    let amplitudes =
+        if ["tare_bias", "cross_talk"].contains(&effect.law.as_str()) { effect.parameters.len() } else { 1 };
+    effect.parameters[..amplitudes].iter().all(|p| p.ci95[0] <= 0.0 && p.ci95[1] >= 0.0)
 }
 
 impl Outcome {
@@ -217,6 +252,7 @@ pub fn judge(set: ScoreSet) -> Outcome {
         held_out: None,
         settled: None,
         plan_kept: None,
+        broken: Broken::default(),
         seconds: 0.0,
     };
     if check(&case.measured).is_err() {
@@ -227,6 +263,7 @@ pub fn judge(set: ScoreSet) -> Outcome {
     out.class = scored.class;
     out.seconds = scored.seconds;
     out.found = found(&scored);
+    out.broken = Broken::of(&scored.report);
     out.held_out = Some([scored.report.holdout.ratio_before, scored.report.holdout.ratio_after]);
     out.amplitude_error = scored.amplitude_error;
     out.covered = scored.covered.filter(|_| case.exact_form);

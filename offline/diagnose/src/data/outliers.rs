@@ -47,11 +47,30 @@ pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
             flag_off(set, &mut [left], distance, least, &mut more);
             add_where_rare(set, &more, share, &mut flags);
         }
+        flag_alone(set, &mut flags);
     }
     if count(&flags) as f64 > MOST_SPIKES * set.rows() as f64 {
         flags.iter_mut().flatten().for_each(|f| *f = [false; 3]);
     }
     flags
+}
+
+/// Rows on either side among which a reading must have another one of its channel.
+const NEAR: usize = 2;
+
+/// Flags the readings without another one near them: of a logger that makes spikes, none of these can be told from one.
+fn flag_alone(set: &RunSet, flags: &mut Flags) {
+    for (run, flags) in set.runs.iter().zip(flags) {
+        let rows = run.rows.len();
+        let readable: Vec<[bool; 3]> =
+            run.force_n.iter().zip(&*flags).map(|(f, flag)| [0, 1, 2].map(|k| f[k].is_finite() && !flag[k])).collect();
+        for (row, flag) in flags.iter_mut().enumerate() {
+            let near = || (row.saturating_sub(NEAR)..rows.min(row + NEAR + 1)).filter(|i| *i != row);
+            for k in 0..3 {
+                flag[k] |= readable[row][k] && near().all(|i| !readable[i][k]);
+            }
+        }
+    }
 }
 
 /// How far the reading of a row lies off what is around it, in standard deviations, by the readings of its run's rows.

@@ -84,6 +84,7 @@ pub fn reduced_report(
         },
         tests: Vec::new(),
         unexplained: UnexplainedFound {
+            outside_calibration: false,
             significant: false,
             column: String::new(),
             channel: String::new(),

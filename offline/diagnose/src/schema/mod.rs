@@ -177,6 +177,9 @@ pub struct LawTest {
 /// Structure that no law explains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnexplainedFound {
+    /// Whether measured runs lie outside the calibration in its column.
+    #[serde(default)]
+    pub outside_calibration: bool,
     /// Whether it counts.
     pub significant: bool,
     /// Column.

@@ -4,7 +4,7 @@
 
 use crate::data::runs::{Run, RunSet};
 use crate::laws::{Column, Law};
-use crate::schema::{Caution, EffectFound, Region};
+use crate::schema::{Caution, EffectFound, Region, UnexplainedFound};
 
 /// Angle to the next calibrated direction beyond which a direction is not covered, degrees: half of a quarter turn, less
 /// what directions scatter.
@@ -101,6 +101,7 @@ impl CalibratedRange {
                     format!("slides at {} degrees", list.iter().map(|d| format!("{d:.0}")).collect::<Vec<_>>().join(", "))
                 }
                 Column::Depth => format!("presses to {:.2} mm", self.depth_max_mm),
+                _ if self.speed_mm_s[1] - self.speed_mm_s[0] < 5e-4 => format!("slides at {:.3} mm/s", self.speed_mm_s[0]),
                 _ => format!("slides at {:.3} to {:.3} mm/s", self.speed_mm_s[0], self.speed_mm_s[1]),
             };
             let name = column.name();
@@ -128,8 +129,15 @@ impl CalibratedRange {
         out
     }
 
-    /// Marks regions and effects whose evidence lies outside.
-    pub fn mark(&self, measured: &RunSet, laws: &[&Law], regions: &mut [Region], effects: &mut [EffectFound]) {
+    /// Marks regions, effects and unexplained structure whose evidence lies outside.
+    pub fn mark(
+        &self,
+        measured: &RunSet,
+        laws: &[&Law],
+        regions: &mut [Region],
+        effects: &mut [EffectFound],
+        unexplained: &mut UnexplainedFound,
+    ) {
         let columns = [Column::Direction, Column::Depth, Column::Speed];
         for region in regions {
             let column = columns.iter().find(|c| c.name() == region.column);
@@ -141,5 +149,8 @@ impl CalibratedRange {
             effect.outside_calibration =
                 law.is_some_and(|l| l.drivers.iter().any(|d| outside.iter().any(|(column, _)| column == d)));
         }
+        // The column may be a product of two.
+        let in_column = |(column, _): &(Column, usize)| unexplained.column.contains(column.name());
+        unexplained.outside_calibration = unexplained.significant && outside.iter().any(in_column);
     }
 }

@@ -21,7 +21,7 @@ use crate::selection::scan::why_untestable;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
 use crate::statistics::task::Task;
-use crate::verdict::effects_found::{size_p90, without_amplitude};
+use crate::verdict::effects_found::{share_of_forces, without_amplitude};
 
 /// Everything that a verdict rests on.
 pub struct Decision<'a> {
@@ -39,8 +39,8 @@ pub struct Decision<'a> {
     pub expected_variances: PerEffect,
     /// How much the shape of the curves has changed since the calibration.
     pub drift: Drift,
-    /// Laws that stand out from chance and are too small to be named, with their sizes as shares of the forces.
-    pub too_small: Vec<(&'static str, f64)>,
+    /// Laws that stand out from chance and are too small to be named.
+    pub too_small: Vec<TooSmall>,
 }
 
 /// Families among the candidates for one place, the accepted law's first.
@@ -120,8 +120,28 @@ pub fn decide<'a>(
     Decision { task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift, too_small }
 }
 
-/// Smallest effect that is named, as a share of the force (90th percentile): the baseline's form is no more exact than that.
+/// Smallest effect that is named, as a share of the set's forces (root mean squares): the baseline's form is no more exact
+/// than that. Row by row a cross-talk would be any share of a friction that is still about zero.
 pub const LEAST_SIZE: f64 = 0.005;
+
+/// Least gain in 2 log likelihood of a law that is named by what differs from run to run: six standard deviations. The p of
+/// a test knows chance, not how the baseline's error of form and the runs' scatter happen to lie along a driver.
+pub const LEAST_GAIN: f64 = 36.0;
+
+/// The least gain of a law: laws of depth are judged against the calibration, those of the sensor have no driver.
+fn least_gain(law: &Law) -> f64 {
+    if law.drivers.iter().any(|driver| *driver != Column::Depth) { LEAST_GAIN } else { 0.0 }
+}
+
+/// A law that stands out from chance and is not named.
+pub struct TooSmall {
+    /// The law.
+    pub law: &'static Law,
+    /// What it would change, as a share of the forces.
+    pub share: f64,
+    /// Its gain in 2 log likelihood.
+    pub gain_2ll: f64,
+}
 
 /// A selection that is weighed against its competitors.
 struct Settling<'a> {
@@ -215,21 +235,23 @@ impl<'a> Settling<'a> {
         }
     }
 
-    /// Drops laws smaller than the model can be trusted to be exact, and tells them with their sizes: with hundreds of runs
-    /// an error of the baseline's form stands out from chance as a law does.
-    fn drop_too_small(&mut self) -> Vec<(&'static str, f64)> {
+    /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,
+    /// and tells them: with hundreds of runs an error of the baseline's form stands out from chance as a law does.
+    fn drop_too_small(&mut self) -> Vec<TooSmall> {
         let mut out = Vec::new();
         loop {
             let fit = &self.selection.fit;
             let with = self.task.predict(&fit.parameters, &fit.laws);
-            let size = |i: usize| {
+            let told = |i: usize| {
                 let mut others = fit.laws.clone();
-                others.remove(i);
-                size_p90(self.set, &self.task.predict(&fit.parameters, &others), &with)
+                let law = others.remove(i).law;
+                let share = share_of_forces(self.set, &self.task.predict(&fit.parameters, &others), &with);
+                TooSmall { law, share, gain_2ll: self.hypotheses[i].gain_2ll }
             };
-            let sizes = (0..fit.laws.len()).map(|i| (i, size(i)));
-            let Some((i, size)) = sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|s| s.1 < LEAST_SIZE) else { break };
-            out.push((fit.laws[i].law.name, size));
+            let small = (0..fit.laws.len()).map(|i| (i, told(i)));
+            let small = small.filter(|(_, s)| s.share < LEAST_SIZE || s.gain_2ll < least_gain(s.law));
+            let Some((i, least)) = small.min_by(|a, b| a.1.gain_2ll.total_cmp(&b.1.gain_2ll)) else { break };
+            out.push(least);
             self.drop_law(i);
         }
         out

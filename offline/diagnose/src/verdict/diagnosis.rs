@@ -91,7 +91,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
     effects.iter_mut().for_each(|e| e.own = options.own.formula_of(&e.law));
     let mut disagreement = sections::disagreement(&decision, &corrected, &options.own);
     let range = CalibratedRange::of(&calibration_set);
-    range.mark(&corrected, options.settings.laws, &mut disagreement.regions, &mut effects);
+    let mut unexplained = sections::unexplained(&decision);
+    range.mark(&corrected, options.settings.laws, &mut disagreement.regions, &mut effects, &mut unexplained);
     cautions.extend(range.cautions(&corrected));
     cautions.extend(sections::scatter_caution(&decision));
     cautions.extend(sections::too_small_cautions(&decision));
@@ -104,7 +105,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         baseline: sections::baseline(&decision, &calibration, &options.model),
         noise: sections::noise(&calibration),
         tests: sections::tests(&decision),
-        unexplained: sections::unexplained(&decision),
+        unexplained,
         holdout,
         fe_confirmation: None,
         next_experiment,

@@ -184,3 +184,17 @@ pub fn size_p90(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
     };
     p90(normal).max(p90(friction))
 }
+
+/// The larger of the root mean squares of ΔN and of ΔF over those of N and of F, over all contact rows.
+pub fn share_of_forces(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
+    let (mut change, mut force) = ([0.0f64; 2], [0.0f64; 2]);
+    let contact = set.runs.iter().flat_map(|run| &run.rows).map(|row| row.depth_mm > 0.0);
+    for ((a, b), _) in without.chunks(3).zip(with.chunks(3)).zip(contact).filter(|(_, contact)| *contact) {
+        for k in 0..3 {
+            let channel = usize::from(k > 0);
+            change[channel] += (b[k] - a[k]).powi(2);
+            force[channel] += a[k] * a[k];
+        }
+    }
+    [0, 1].map(|k| (change[k] / force[k].max(1e-12)).sqrt()).into_iter().fold(0.0, f64::max)
+}

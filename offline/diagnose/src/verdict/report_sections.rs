@@ -15,7 +15,7 @@ use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
-use crate::verdict::decision::{Decision, LEAST_SIZE};
+use crate::verdict::decision::{Decision, LEAST_GAIN, LEAST_SIZE, TooSmall};
 use crate::verdict::next_experiment::{HypothesisPair, propose};
 use crate::verdict::regions::{residual_map, strongest};
 
@@ -116,17 +116,21 @@ pub fn tests(decision: &Decision<'_>) -> Vec<LawTest> {
         .collect()
 }
 
-/// Scatter between runs beyond twice what the calibration explains, where the verdict does not rest on it.
+/// Scatter between runs beyond twice what the calibration explains.
 pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
     let u = &decision.lack_of_fit;
-    let told = u.p_scatter < SCATTER_LEVEL && decision.verdict != Verdict::UnexplainedStructure;
-    told.then(|| Caution {
+    let cause = if u.p_scatter < SCATTER_LEVEL {
+        "the form of what is named is not exact, single runs were garbled, or something else is there too.".to_owned()
+    } else {
+        format!("chance alone does that in {:.1} % of sets with so few runs.", 100.0 * u.p_scatter)
+    };
+    u.scatter_ratio.iter().any(|ratio| *ratio > 2.0).then(|| Caution {
         kind: "scatter".into(),
         role: "measured".into(),
         column: "run_id".into(),
         text: format!(
             "With what is named in the model, runs still scatter by {:.1} (normal) and {:.1} (friction) times the variance that \
-             the calibration explains: its form is not exact, or something else is there too.",
+             the calibration explains: {cause}",
             u.scatter_ratio[0], u.scatter_ratio[1]
         ),
     })
@@ -134,16 +138,26 @@ pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
 
 /// Laws that stand out from chance and are smaller than the model is exact.
 pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Caution> {
-    decision.too_small.iter().map(|(law, size)| Caution {
-        kind: "too_small".into(),
-        role: "measured".into(),
-        column: String::new(),
-        text: format!(
-            "{law} stands out from chance, but would change the forces by {:.2} % only, less than the {:.1} % to which the \
-             model's form can be trusted: it is not named.",
-            100.0 * size,
-            100.0 * LEAST_SIZE
-        ),
+    decision.too_small.iter().map(|TooSmall { law, share, gain_2ll }| {
+        let why = if *share < LEAST_SIZE {
+            format!(
+                "would change the forces by {:.2} % only, less than the {:.1} % to which the model's form can be trusted",
+                100.0 * share,
+                100.0 * LEAST_SIZE
+            )
+        } else {
+            format!(
+                "by {:.1} standard deviations only, where {:.0} are asked of a name: the model's form may be off by as much",
+                gain_2ll.max(0.0).sqrt(),
+                LEAST_GAIN.sqrt()
+            )
+        };
+        Caution {
+            kind: "too_small".into(),
+            role: "measured".into(),
+            column: String::new(),
+            text: format!("{} stands out from chance, but {why}: it is not named.", law.name),
+        }
     })
 }
 
@@ -155,6 +169,7 @@ pub fn unexplained(decision: &Decision<'_>) -> UnexplainedFound {
     let unexplained = decision.verdict == Verdict::UnexplainedStructure;
     let column = law.filter(|_| unexplained).and_then(|t| t.law.drivers.first());
     UnexplainedFound {
+        outside_calibration: false,
         significant: unexplained,
         column: column.map_or_else(|| u.column.clone(), |c| c.name().into()),
         channel: u.channel.clone(),

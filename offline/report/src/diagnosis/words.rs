@@ -120,10 +120,8 @@ pub fn verdict(report: &Diagnosis) -> String {
 
 /// A sentence where what carries the verdict lies outside the calibration.
 fn outside_note(report: &Diagnosis) -> String {
-    let outside =
-        |column: &str| report.cautions.iter().any(|c| c.kind == "outside_calibration" && column.contains(&c.column));
     let laws: Vec<String> = report.effects.iter().filter(|e| e.outside_calibration).map(|e| plain(&e.law)).collect();
-    if report.verdict == Verdict::UnexplainedStructure && outside(&report.unexplained.column) {
+    if report.unexplained.outside_calibration {
         " The measured runs leave the calibration there: it may be the form of the model, which no calibration run has tested."
             .into()
     } else if !laws.is_empty() {
@@ -319,9 +317,12 @@ pub fn gap_caption(report: &Diagnosis) -> String {
             r.map(|v| fixed(v, 4)).join(", ")
         )
     });
+    let of_elements = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| {
+        format!(" The finite elements' bars are of {} strokes of the {} set only.", fe.runs.len(), fe.set)
+    });
     format!(
         "Root mean square residual of {} runs ({}). The floor is what row noise and the scatter between calibration \
-         runs leave of a perfect model; the quotient itself scatters by some ten per cent.{refused}",
+         runs leave of a perfect model; the quotient itself scatters by some ten per cent.{of_elements}{refused}",
         g.runs, g.method
     )
 }

@@ -30,8 +30,41 @@ pub fn inverse_square_root(x: f64x8) -> f64x8 {
     y
 }
 
+/// The model's curves at eight depths, without factors.
+struct CurvesAtDepth {
+    /// The depths, mm.
+    depth_mm: f64x8,
+    /// Friction in full slip, N.
+    strength_n: f64x8,
+    /// Tangential stiffness along x, N/mm.
+    stiffness_n_mm: f64x8,
+    /// Stiffness along y over that along x.
+    ratio: f64x8,
+    /// Slide along x and y that pressing to there amounts to, mm.
+    pressed_mm: [f64x8; 2],
+}
+
+impl CurvesAtDepth {
+    fn of(model: &SmoothModel, depth: &DepthLanes) -> Self {
+        let [at_middle, over_u] = model.ln_stiffness_ratio_y.map(f64x8::splat);
+        let [press, press_slope] = model.press_coupling;
+        Self {
+            depth_mm: depth.mm,
+            strength_n: depth.extended_cubic(&model.ln_strength).exp(),
+            stiffness_n_mm: depth.extended_cubic(&model.ln_tangential).exp(),
+            ratio: over_u.mul_add(depth.inside, at_middle).exp(),
+            pressed_mm: [
+                depth.mm * f64x8::splat(0.5 * press_slope).mul_add(depth.mm, f64x8::splat(press)),
+                depth.mm * f64x8::splat(model.press_coupling_y),
+            ],
+        }
+    }
+}
+
 /// State of the elements of eight runs.
 pub struct ElementState {
+    /// The curves at the depths of the last substep; most samples slide at one depth.
+    curves: Option<CurvesAtDepth>,
     /// Force of each element along x and y over its strength.
     force: [[f64x8; 2]; ELEMENTS],
     /// Friction in full slip, N.
@@ -45,6 +78,7 @@ pub struct ElementState {
 impl ElementState {
     /// The state before touch.
     pub const IN_AIR: Self = Self {
+        curves: None,
         force: [[f64x8::ZERO; 2]; ELEMENTS],
         strength_n: f64x8::ZERO,
         stiffness_n_mm: f64x8::ZERO,
@@ -67,15 +101,10 @@ impl ElementState {
         was_in_contact: f64x8,
     ) {
         let depth = &substep.depth;
-        let limit = depth.extended_cubic(&model.ln_strength).exp() * factors.0;
-        let stiffness = depth.extended_cubic(&model.ln_tangential).exp() * factors.1;
-        let [at_middle, over_u] = model.ln_stiffness_ratio_y.map(f64x8::splat);
-        let ratio = over_u.mul_add(depth.inside, at_middle).exp();
-        let [press, press_slope] = model.press_coupling;
-        let pressed = [
-            depth.mm * f64x8::splat(0.5 * press_slope).mul_add(depth.mm, f64x8::splat(press)),
-            depth.mm * f64x8::splat(model.press_coupling_y),
-        ];
+        let curves = self.curves.take().filter(|curves| curves.depth_mm == depth.mm);
+        let curves = self.curves.insert(curves.unwrap_or_else(|| CurvesAtDepth::of(model, depth)));
+        let &mut CurvesAtDepth { strength_n, stiffness_n_mm, ratio, pressed_mm: pressed, .. } = curves;
+        let (limit, stiffness) = (strength_n * factors.0, stiffness_n_mm * factors.1);
         let softer = stiffness.simd_lt(self.stiffness_n_mm);
         let softer = if softer.any() { softer.select(stiffness / self.stiffness_n_mm, f64x8::ONE) } else { f64x8::ONE };
         let keep = self.strength_n / limit * softer * was_in_contact;
