@@ -71,6 +71,17 @@ impl Query {
 /// A slot with the slides to be evaluated there, one after the other.
 type SlotQueries = (usize, Vec<Query>);
 
+/// What is done about a slide that is not found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// Everything is tried, and a failure is the evaluation's.
+    Fails,
+    /// Everything is tried, and the slide is left out.
+    Sought,
+    /// It is left out where the way from a slide that is known is hard.
+    LeftOut,
+}
+
 /// Evaluator of steady slides: the settings, cache and threads that all finite-element models of a run share.
 pub struct Evaluator<'a> {
     /// Mesh preset, tissue, numerics; its shape is the one to begin with.
@@ -177,6 +188,13 @@ impl<'a> Evaluator<'a> {
             .steady(queries)
     }
 
+    /// Keeps a state that was computed.
+    fn keep(&self, id: Key, steady: Steady) -> Result<Steady, IdentifyError> {
+        self.cache.put(id, &steady)?;
+        self.found.fetch_add(1, Ordering::Relaxed);
+        Ok(steady)
+    }
+
     fn remembered(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
         queries.iter().map(|(_, list)| list.iter().map(|q| self.cache.get(&key_of(&(finger, q)))).collect()).collect()
     }
@@ -224,31 +242,47 @@ impl<'a> FeModel<'a> {
     /// # Errors
     /// [`IdentifyError`] of the first slide that fails.
     pub fn steady(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
+        let states = self.slides(queries, Missing::Fails)?;
+        Ok(states
+            .into_iter()
+            .map(|list| list.into_iter().map(|s| s.expect("a failure is an error")).collect())
+            .collect())
+    }
+
+    /// Steady slides as [`Self::steady`] gives them; none where there is no slide and `missing` leaves it out.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] of the first slide that fails, unless it is left out.
+    pub fn slides(
+        &mut self,
+        queries: &[(usize, Vec<Query>)],
+        missing: Missing,
+    ) -> Result<Vec<Vec<Option<Steady>>>, IdentifyError> {
         if let Some(known) = self.evaluator.remembered(&self.key, queries) {
-            return Ok(known);
+            return Ok(known.into_iter().map(|list| list.into_iter().map(Some).collect()).collect());
         }
         self.put_on_the_plane(queries)?;
         let (evaluator, key, leads) = (self.evaluator, self.key, self.from.is_none());
-        let mut work: Vec<(&SlotQueries, Slider<'a>, Vec<Steady>)> = queries
+        let mut work: Vec<(usize, &SlotQueries, Slider<'a>, Vec<Option<Steady>>)> = queries
             .iter()
-            .map(|item| (item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
+            .enumerate()
+            .map(|(k, item)| (k, item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
             .collect();
+        // What took long so far takes long again; the deepest before any has run.
+        work.sort_by_key(|(k, _, slider, _)| std::cmp::Reverse((slider.effort.iterations, *k)));
         let result = evaluator.pool.install(|| {
-            // The deepest take longest.
-            work.par_iter_mut().rev().with_max_len(1).try_for_each(|((slot, list), slider, out)| {
+            work.par_iter_mut().with_max_len(1).try_for_each(|(_, (slot, list), slider, out)| {
                 let before = slider.effort;
                 let result = list.iter().try_for_each(|query| {
                     let id = key_of(&(&key, query));
-                    let steady = match evaluator.cache.get(&id) {
-                        Some(steady) => steady,
-                        None => {
-                            let steady = query.scaled(self::go(slider, query.unscaled())?);
-                            evaluator.cache.put(id, &steady)?;
-                            evaluator.found.fetch_add(1, Ordering::Relaxed);
-                            steady
-                        }
-                    };
-                    out.push(steady);
+                    out.push(match evaluator.cache.get(&id) {
+                        Some(steady) => Some(steady),
+                        None => match self::go(slider, query.unscaled(), missing) {
+                            Ok(steady) => Some(evaluator.keep(id, query.scaled(steady))?),
+                            Err(error) if missing != Missing::Fails && error.is_local() => None,
+                            Err(error) => return Err(error),
+                        },
+                    });
                     Ok(())
                 });
                 evaluator.effort.lock().expect("no panic while locked").add(&slider.effort.since(&before));
@@ -258,9 +292,10 @@ impl<'a> FeModel<'a> {
                 result
             })
         });
+        work.sort_by_key(|(k, ..)| *k);
         let states = work
             .into_iter()
-            .map(|((slot, _), slider, states)| {
+            .map(|(_, (slot, _), slider, states)| {
                 self.sliders.insert(*slot, slider);
                 states
             })
@@ -305,8 +340,12 @@ impl<'a> FeModel<'a> {
     }
 }
 
-/// Moves the slider to a place; if the move from its last equilibrium fails, it lifts off and presses anew.
-fn go(slider: &mut Slider, to: Place) -> Result<Steady, IdentifyError> {
+/// Moves the slider to a place; if the move from its last equilibrium fails, it lifts off and presses anew, unless the place
+/// may be left out.
+fn go(slider: &mut Slider, to: Place, missing: Missing) -> Result<Steady, IdentifyError> {
+    if missing == Missing::LeftOut {
+        return slider.go(to, Limits::Shun);
+    }
     match slider.go(to, Limits::Stop) {
         Err(error) if error.is_local() => {
             let start = slider.start();

@@ -1,6 +1,6 @@
 //! Friction coefficients of a friction law by finite elements, on a finger whose parameters are held.
 
-use super::{FeModel, IdentifyError, LawPoint, Query, Steady, surrogate};
+use super::{FeModel, IdentifyError, LawPoint, Query, Steady, evaluator::Missing, surrogate};
 use fingerpad_fe::contact::RubberFriction;
 
 /// Finite-element slides of one finger at the depths of a table, as a function of the friction law.
@@ -41,6 +41,25 @@ impl FeFriction<'_, '_> {
         let queries: Vec<_> = self.depths_mm.iter().enumerate().map(query).collect();
         Ok(self.fe_model.steady(&queries)?.into_iter().flatten().collect())
     }
+
+    /// F/N per depth under every law; none where a depth has no slide, which is sought as `missing` says. No depth waits for
+    /// another one between two laws.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] if it is not of one slide.
+    pub fn found(&mut self, laws: &[LawPoint], missing: Missing) -> Result<Vec<Option<Vec<f64>>>, IdentifyError> {
+        self.evaluations += laws.len();
+        let slides = self.fe_model.slides(&self.queries(laws), missing)?;
+        let coefficient = |slide: &Option<Steady>| slide.as_ref().map(Steady::friction_coefficient);
+        Ok((0..laws.len()).map(|k| slides.iter().map(|of_depth| coefficient(&of_depth[k])).collect()).collect())
+    }
+
+    fn queries(&self, laws: &[LawPoint]) -> Vec<(usize, Vec<Query>)> {
+        let query =
+            |depth_mm, law: &LawPoint| Query { depth_mm, law: law.friction(&self.base), stiffness: self.stiffness };
+        let depths = self.depths_mm.iter().enumerate();
+        depths.map(|(slot, &depth_mm)| (slot, laws.iter().map(|law| query(depth_mm, law)).collect())).collect()
+    }
 }
 
 impl surrogate::FrictionModel for FeFriction<'_, '_> {
@@ -50,12 +69,7 @@ impl surrogate::FrictionModel for FeFriction<'_, '_> {
 
     /// No depth waits for another one between two laws.
     fn prepare(&mut self, laws: &[LawPoint]) {
-        let query =
-            |depth_mm, law: &LawPoint| Query { depth_mm, law: law.friction(&self.base), stiffness: self.stiffness };
-        let queries: Vec<_> = (self.depths_mm.iter().enumerate())
-            .map(|(slot, &depth_mm)| (slot, laws.iter().map(|law| query(depth_mm, law)).collect()))
-            .collect();
         // States that are found stay in the cache; a slide that failed fails again, and is reported, when it is asked for.
-        let _ = self.fe_model.steady(&queries);
+        let _ = self.fe_model.steady(&self.queries(laws));
     }
 }

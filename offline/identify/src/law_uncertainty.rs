@@ -5,6 +5,7 @@ use super::{
     bounded_least_squares::Solution,
     comparison::compare,
     confidence::{Growth, Interval, Linear, linear, map, profile},
+    evaluator::Missing,
     fe_friction::FeFriction,
     friction_fit::Target,
     outcome::{Constant, LawOutcome, Regularisation},
@@ -70,8 +71,7 @@ pub fn law_uncertainty(
     }
     let profiles = profiles(fit, &errors, growth.as_ref(), surrogate)?;
     let ends: Vec<LawPoint> = profiles.iter().flat_map(|(_, ends)| ends.iter().flatten().copied()).collect();
-    fe.prepare(&ends);
-    let region_check_percent = ends.iter().map(|end| checked(surrogate, fe, end)).collect::<Result<_, _>>()?;
+    let region_check_percent = checked(surrogate, fe, &ends)?;
     let beta_ends = profiles[1].1;
     let constants: Vec<Constant> = profiles
         .into_iter()
@@ -113,14 +113,9 @@ fn align_around(
     fe: &mut FeFriction,
 ) -> Result<(), IdentifyError> {
     let ring = ring(law, errors, (growth.two / growth.variance).sqrt(), &settings.region);
-    fe.prepare(&ring);
-    let mut known = Vec::new();
-    for around in ring {
-        if let Some(coefficients) = found(fe, &around)? {
-            known.push((around, coefficients));
-        }
-    }
-    surrogate.correct_at(&known);
+    let coefficients = fe.found(&ring, Missing::Sought)?;
+    let known = ring.into_iter().zip(coefficients).filter_map(|(law, found)| Some((law, found?)));
+    surrogate.correct_at(&known.collect::<Vec<_>>());
     Ok(())
 }
 
@@ -236,19 +231,19 @@ fn correlation_of_lambda(errors: &Linear) -> Option<f64> {
     Some((correlation * a * b - lever * b * b) / (lambda_error * b)).filter(|r| r.is_finite())
 }
 
-/// Finite elements at a law; none where there is no slide.
-fn found(fe: &mut FeFriction, law: &LawPoint) -> Result<Option<Vec<f64>>, IdentifyError> {
-    match fe.coefficients(law) {
-        Ok(coefficients) => Ok(Some(coefficients)),
-        Err(error) if error.is_local() => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-/// Largest difference of the surrogate from finite elements at a law, % of F/N; none where there is no slide.
-fn checked(aligned: &mut AlignedSurrogate, fe: &mut FeFriction, law: &LawPoint) -> Result<Option<f64>, IdentifyError> {
-    let Some(exact) = found(fe, law)? else { return Ok(None) };
-    Ok(Some(100.0 * largest_difference(&aligned.coefficients(law)?, &exact)))
+/// Largest difference of the surrogate from finite elements at every law, % of F/N; none where no slide is near those that are
+/// known. These laws check what was found and change nothing of it.
+fn checked(
+    aligned: &mut AlignedSurrogate,
+    fe: &mut FeFriction,
+    laws: &[LawPoint],
+) -> Result<Vec<Option<f64>>, IdentifyError> {
+    let found = fe.found(laws, Missing::LeftOut)?;
+    let mut difference = |(law, exact): (&LawPoint, Option<Vec<f64>>)| {
+        let Some(exact) = exact else { return Ok(None) };
+        Ok(Some(100.0 * largest_difference(&aligned.coefficients(law)?, &exact)))
+    };
+    laws.iter().zip(found).map(&mut difference).collect()
 }
 
 /// Influence of the law's regularisation on F/N: slides with less of it, by finite elements.

@@ -30,6 +30,10 @@ const STEPS: StepRule =
 const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 12, release: 0.4, hold: 10.0, largest: 1e2 };
 /// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
 const PATIENCE: u32 = 200;
+/// The same of a move to a place that may be left out.
+const LITTLE_PATIENCE: u32 = 40;
+/// Equilibrium iterations that bring no progress after which a step is given up: a smaller one is cheaper.
+const IDLE_ITERATIONS: u32 = 8;
 
 /// What a steady slide at one depth looks like.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -72,6 +76,8 @@ pub struct Place {
 /// What a move does at a limit point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limits {
+    /// Gives up, and early, wherever the way is hard.
+    Shun,
     /// Gives up.
     Stop,
     /// Steps over one by viscous steps.
@@ -158,6 +164,7 @@ impl<'a> Slider<'a> {
             max_iterations: 25,
             max_contact_iterations: 25,
             max_unsolved_contacts: 3,
+            max_idle_iterations: IDLE_ITERATIONS,
             ..problem.settings
         };
         let model = problem.symmetric_model();
@@ -229,7 +236,7 @@ impl<'a> Slider<'a> {
             // From where the way is shortest, which need not be the last place.
             let wanted = self.coordinates(&to);
             if let Some((place, configuration, far)) = self.history.nearest(&wanted)
-                && limits == Limits::Stop
+                && limits != Limits::Pass
                 && far < 0.7 * distance(&self.coordinates(&self.at), &wanted)
             {
                 self.stand(place, configuration);
@@ -251,7 +258,8 @@ impl<'a> Slider<'a> {
         let from = self.at;
         let size = self.first_share(&from, &to);
         let passages_left = u32::from(limits == Limits::Pass);
-        let mut moving = Move { slider: self, from, to, iterations: 0, passages_left, failed: false };
+        let patience = if limits == Limits::Shun { LITTLE_PATIENCE } else { PATIENCE };
+        let mut moving = Move { slider: self, from, to, iterations: 0, patience, passages_left, failed: false };
         load_along(&mut moving, &STEPS, 1.0, Standing { done: 0.0, size }).map(|_| ())
     }
 
@@ -319,6 +327,8 @@ struct Move<'s, 'a> {
     to: Place,
     /// Equilibrium iterations of the move so far.
     iterations: u32,
+    /// Iterations after which a failure ends the move.
+    patience: u32,
     /// Limit points that may still be passed.
     passages_left: u32,
     /// Whether the last step failed.
@@ -366,7 +376,7 @@ impl LoadSteps for Move<'_, '_> {
     }
 
     fn out_of_patience(&self) -> bool {
-        self.iterations > PATIENCE
+        self.iterations > self.patience
     }
 
     fn pass_limit_point(&mut self, share: f64) -> Result<bool, IdentifyError> {

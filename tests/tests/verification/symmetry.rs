@@ -98,6 +98,59 @@ fn the_half_finger_gives_what_the_whole_does() {
     }
 }
 
+/// Rows so near to each other that each is one increment, of the whole as of the half: what is left is the tolerance of
+/// equilibrium.
+#[test]
+fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
+    /// Distance of the rows, mm.
+    const ROW_MM: f64 = 0.04;
+    let legs: [[f64; 2]; 6] = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.4], [0.6, 0.2], [0.4, 0.2], [0.5, 0.4]];
+    let mut corners = vec![[0.0; 3]];
+    for leg in legs.windows(2) {
+        let ([z0, x0], [z1, x1]) = (leg[0], leg[1]);
+        let count = ((z1 - z0).abs().max((x1 - x0).abs()) / ROW_MM).ceil();
+        corners.extend((1..=count as usize).map(|k| {
+            let share = k as f64 / count;
+            [z0 + share * (z1 - z0), x0 + share * (x1 - x0), 0.0]
+        }));
+    }
+    let path = placed(&corners);
+    for (shape, bone) in [("e", BoneKind::Floating), ("e", BoneKind::Fixed), ("b", BoneKind::Floating)] {
+        let finger = finger(shape, MeshPreset::Coarse, bone, 1.0).unwrap();
+        let mut whole = problem(&finger.body, &finger.mesh.pad_faces);
+        whole.settings.tolerance = TOLERANCE;
+        let steps = &mut whole.load_steps;
+        // A row shorter than the shortest first step is one increment.
+        for largest in
+            [&mut steps.max_depth_step_mm, &mut steps.max_depth_step_with_friction_mm, &mut steps.max_slide_step_mm]
+        {
+            *largest = 20.0 * ROW_MM;
+        }
+        let half = Problem { half: finger.half.as_ref(), ..whole.clone() };
+        let [whole, half] = [&whole, &half].map(|problem| run(problem, &path, &[]));
+        for of in [&whole, &half] {
+            assert_eq!(of.cost.increments as usize, corners.len() - 1, "{shape}");
+        }
+        let largest = |of: &dyn Fn(&Response) -> f64| whole.responses.iter().map(of).fold(0.0, f64::max);
+        let apart = |of: &dyn Fn(&Response) -> f64| {
+            whole.responses.iter().zip(&half.responses).map(|(a, b)| (of(a) - of(b)).abs()).fold(0.0, f64::max)
+        };
+        for (what, of, bound) in [
+            ("N", (&|r: &Response| r.normal_force_n) as &dyn Fn(&Response) -> f64, 5e-6),
+            ("F", &|r: &Response| r.friction_x_n, 5e-6),
+            ("area", &|r: &Response| r.contact_area_mm2, 5e-6),
+            ("stick ratio", &|r: &Response| r.stick_ratio, 1e-5),
+        ] {
+            let share = apart(of) / largest(of);
+            println!("{shape}, {what}: {share:.1e} of the largest");
+            assert!(share < bound, "{shape}, {what}: {share:.1e} of the largest");
+        }
+        for (a, b) in [(whole.work.plane_mj, half.work.plane_mj), (whole.work.friction_mj, half.work.friction_mj)] {
+            assert!((a - b).abs() < 1e-5 * whole.work.plane_mj, "{shape}: work {a} {b}");
+        }
+    }
+}
+
 #[test]
 fn a_path_along_y_is_followed_with_the_whole() {
     let finger = finger("e", MeshPreset::Coarse, BoneKind::Floating, 1.0).unwrap();

@@ -1,49 +1,34 @@
 //! The run along a path: increments of the plane's motion, recorded as responses.
 
+mod increments;
+mod way;
+
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
 use cpu_time::ThreadTime;
 use fingerpad::Status;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
-use super::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
+use self::way::check;
 use super::checkpoint::{Checkpoint, Saves};
 use super::friction_limit::{self, FrictionLimit};
-use super::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
-use super::steady_slip::{goes_on_straight, slide, slips_steadily};
-use super::stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
+use super::steady_slip::goes_on_straight;
+use super::stepping::{Standing, StepRule, load_along};
 use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
-use crate::assembly::{Body, Configuration, rotation_vector};
+use crate::assembly::Configuration;
 use crate::contact::{Coordinates, Friction, FrictionLaw, Plane, RubberFriction, plane};
-use crate::solve::{Axis, FactorRecord, Guess, SolveError, Solver, State, Stats, Target};
+use crate::solve::{FactorRecord, SolveError, Solver, State, Stats};
 
 /// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`] but in steady slip.
 const STEPS: StepRule =
     StepRule { easy_iterations: 6, after_hard: 0.6, cut: 0.4, limit_point_below: 5e-3, after_limit_point: 0.2 };
-/// How a limit point is passed.
-const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 60, release: 0.5, hold: 8.0, largest: 1e3 };
 /// Least size of the first step of a row.
 const LEAST_FIRST_SIZE: f64 = 0.1;
-/// Penetration from which a driven normal force is sought before first touch, mm.
-const FIRST_PENETRATION_MM: f64 = 0.02;
 /// Share of the strength that must be used before a failed step is taken for the limit of friction.
 const USED_STRENGTH: f64 = 0.9;
-
-/// Distance from the foot at which turns count as travel, mm: about the radius of a contact.
-const TURN_ARM_MM: f64 = 4.0;
-
-/// Largest spin of an increment in steady slip, rad: friction errs by a 24th of its square.
-const STEADY_SPIN_RAD: f64 = 0.15;
-
-/// A place on the way to a row.
-struct Point {
-    t_s: f64,
-    /// Values of the plane's coordinates: mm, rad, N or N mm.
-    at: Coordinates,
-}
 
 /// Where a run along a path stands: all that a checkpoint keeps besides the factor.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
@@ -259,89 +244,6 @@ impl<'a, 'p> Run<'a, 'p> {
         (1..=row).any(turns)
     }
 
-    /// Values of the plane's coordinates at a row.
-    fn corner(&self, row: usize) -> Coordinates {
-        self.path.coordinates(row, self.problem.neutral_pitch_deg)
-    }
-
-    /// Length of the way to a row, in largest steps.
-    fn length_of(&self, row: usize) -> f64 {
-        let (a, b) = (self.corner(row - 1), self.corner(row));
-        let drives = self.path.coordinate_drives();
-        let largest = &self.problem.load_steps;
-        let depth_step = match self.friction_of(row) {
-            Friction::On(_) => largest.max_depth_step_with_friction_mm,
-            Friction::Off => largest.max_depth_step_mm,
-        };
-        let slide_step = largest.max_slide_step_mm;
-        let steps = |k: usize| {
-            let travel = if k == plane::DEPTH { depth_step } else { slide_step };
-            let change = b[k] - a[k];
-            match (drives[k], k < plane::SPIN) {
-                (Drive::Displacement, true) => change / travel,
-                (Drive::Displacement, false) => change * TURN_ARM_MM / travel,
-                (Drive::Force, true) => change / largest.max_force_step_n,
-                (Drive::Force, false) => change / (largest.max_force_step_n * TURN_ARM_MM),
-            }
-        };
-        let along = steps(plane::X).hypot(steps(plane::Y)).hypot(steps(plane::SPIN));
-        steps(plane::DEPTH).abs().max(along).max(steps(plane::PITCH).hypot(steps(plane::ROLL))).max(1e-3)
-    }
-
-    /// Largest size of a step after one that led to `next`: in steady slip longer slides are allowed than before it.
-    fn largest_size_after(&self, next: &State) -> f64 {
-        let steps = &self.problem.load_steps;
-        match slide(self.path, self.run.row) {
-            Some([.., spin]) if self.law_at.is_none() && slips_steadily(&self.run.state, next) => {
-                let by_slide = steps.max_steady_slide_step_mm / steps.max_slide_step_mm;
-                by_slide.min(STEADY_SPIN_RAD * self.row_length / spin.abs()).max(1.0)
-            }
-            _ => 1.0,
-        }
-    }
-
-    /// The point `share` of the way to the row being approached.
-    fn point(&self, share: f64) -> Point {
-        let (row, waypoints) = (self.run.row, &self.path.waypoints);
-        let (a, b) = (self.corner(row - 1), self.corner(row));
-        if share >= 1.0 {
-            return Point { t_s: waypoints[row].t_s, at: b };
-        }
-        let mix = |a: f64, b: f64| a + share * (b - a);
-        let t_s = mix(waypoints[row - 1].t_s, waypoints[row].t_s);
-        Point { t_s, at: std::array::from_fn(|k| mix(a[k], b[k])) }
-    }
-
-    fn target(&self, point: &Point) -> Target {
-        let drives = self.path.coordinate_drives();
-        Target(std::array::from_fn(|k| match drives[k] {
-            Drive::Displacement => Axis::Displacement(point.at[k]),
-            Drive::Force => Axis::Force(point.at[k] / self.model.copies()),
-        }))
-    }
-
-    /// Where the search for a step of `size` starts: the last motion continued, if it was not much shorter.
-    fn guess(&self, size: f64) -> Guess {
-        let run = &self.run;
-        let mut guess = Guess::at(&run.state);
-        if let Some((before, plane_before, last_size)) = &run.before
-            && size <= 2.0 * last_size
-        {
-            let ratio = size / last_size;
-            for (place, before) in guess.plane.at.iter_mut().zip(plane_before.at) {
-                *place += (*place - before) * ratio;
-            }
-            guess.configuration = extrapolate(self.model.body, before, &run.state.configuration, ratio);
-            guess.follows_plane = true;
-        }
-        if self.path.drives[0] == Drive::Force && run.state.totals.force.z <= 0.0 {
-            // Before first touch a force has no depth.
-            let lowest = run.state.contact.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
-            guess.plane.at[plane::DEPTH] += lowest + FIRST_PENETRATION_MM;
-        }
-        guess
-    }
-
     /// Solves with the progress told many times within; adds the cost.
     fn solve<T>(
         &mut self,
@@ -438,159 +340,7 @@ impl<'a, 'p> Run<'a, 'p> {
     }
 }
 
-impl LoadSteps for Run<'_, '_> {
-    type Error = LoadPathError;
-
-    fn try_step(&mut self, share: f64, size: f64) -> Result<u32, SolveError> {
-        let point = self.point(share);
-        if let Some(law_at) = self.law_at {
-            self.solver.set_friction(Friction::On(law_at(point.t_s)));
-        }
-        let (target, guess) = (self.target(&point), self.guess(size));
-        let mut stats = Stats::default();
-        let next =
-            self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
-        let largest_size = self.largest_size_after(&next);
-        let run = &mut self.run;
-        run.largest_size = largest_size;
-        let copies = self.model.copies();
-        run.trajectory.work.plane_mj += copies * plane_work_mj_between(&self.solver, &run.state, &next);
-        run.trajectory.work.friction_mj += copies * next.totals.dissipation;
-        run.trajectory.work.pressure_mj += copies * next.totals.elastic_energy_by_pressure;
-        let cost = &mut run.trajectory.cost;
-        cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
-        cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
-        cost.max_residual = cost.max_residual.max(stats.residual);
-        cost.increments += 1;
-        let before = std::mem::replace(&mut run.state, next);
-        run.before = Some((before.configuration, before.contact.plane, size));
-        run.time_s = point.t_s;
-        Ok(stats.iterations)
-    }
-
-    fn largest_size(&self) -> f64 {
-        self.run.largest_size
-    }
-
-    fn failed(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
-        if *error == SolveError::Interrupted {
-            return Err(self.interrupted());
-        }
-        self.run.trajectory.cost.cutbacks += 1;
-        self.run.before = None;
-        self.check_friction(share)
-    }
-
-    fn out_of_patience(&self) -> bool {
-        false
-    }
-
-    fn pass_limit_point(&mut self, share: f64) -> Result<bool, LoadPathError> {
-        let point = self.point(share);
-        let target = self.target(&point);
-        let mut stats = Stats::default();
-        let passage = self.solve(&mut stats, |solver, run, stats, watch| {
-            pass_limit_point(solver, &run.state, target, &LIMIT_POINT, &State::clone, stats, watch)
-        });
-        let Ok(passage) = passage else { return Err(self.interrupted()) };
-        let Some(passage) = passage else { return Ok(false) };
-        let (body, copies, run) = (self.model.body, self.model.copies(), &mut self.run);
-        let energy = |state: &State| body.energy(&state.configuration).0 + state.totals.elastic_energy;
-        // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
-        let stored = energy(&passage.state) - energy(&run.state);
-        let work = &mut run.trajectory.work;
-        work.plane_mj += copies * passage.plane_work_mj;
-        work.friction_mj += copies * passage.friction_work_mj;
-        work.pressure_mj += copies * passage.pressure_work_mj;
-        let put_in = passage.plane_work_mj + passage.pressure_work_mj;
-        work.stabilisation_mj += copies * (put_in - passage.friction_work_mj - stored).max(0.0);
-        run.trajectory.cost.increments += 1;
-        run.status = run.status.with(Status::STABILISED);
-        run.state = passage.state;
-        run.time_s = point.t_s;
-        Ok(true)
-    }
-
-    fn give_up(&mut self, step: FailedStep) -> Result<(), LoadPathError> {
-        if step.next_size >= self.problem.load_steps.min_step_share {
-            return Ok(());
-        }
-        let [x, y, z, ..] = self.run.state.contact.plane.at;
-        Err(LoadPathError::NoEquilibrium {
-            t_s: self.run.time_s,
-            depth_mm: z,
-            slide_x_mm: x,
-            slide_y_mm: y,
-            row: self.run.row,
-            increment: self.run.trajectory.cost.increments + 1,
-            step_share: step.size,
-            cause: step.error,
-            reached: self.reached(),
-        })
-    }
-
-    fn accepted(&mut self, standing: Standing) -> Result<(), LoadPathError> {
-        if self.meets_obstacle() {
-            let last = self.run.trajectory.responses.last().copied().unwrap_or_default();
-            return Err(LoadPathError::NotClear {
-                t_s: last.t_s,
-                row: self.run.row,
-                clearance_mm: self.problem.clearance_mm,
-                normal_force_n: last.normal_force_n,
-                reached: self.reached(),
-            });
-        }
-        let below_mm =
-            below_beside_pad_mm(self.problem.beside_pad, &self.model, self.solver.surface(), &self.run.state);
-        if below_mm > BESIDE_PAD_MM {
-            return Err(LoadPathError::BesidePad {
-                t_s: self.run.time_s,
-                row: self.run.row,
-                depth_mm: self.run.state.contact.plane.at[plane::DEPTH],
-                below_mm,
-                reached: self.reached(),
-            });
-        }
-        self.run.standing = standing;
-        self.record();
-        if let Some(saves) = &mut self.saves {
-            saves.take(&(&self.run, self.solver.factor_record()))?;
-        }
-        let report = Progress {
-            share: self.share(),
-            cost: self.run.trajectory.cost,
-            response: *self.run.trajectory.responses.last().expect("just recorded"),
-        };
-        if (self.progress)(report).is_break() { Err(self.interrupted()) } else { Ok(()) }
-    }
-}
-
-fn check(path: &Path) -> Result<(), LoadPathError> {
-    if path.waypoints.len() < 2 {
-        return Err(LoadPathError::Path(format!("{} rows; at least 2 are needed", path.waypoints.len())));
-    }
-    for (row, pair) in path.waypoints.windows(2).enumerate() {
-        if !(pair[1].t_s > pair[0].t_s) {
-            return Err(LoadPathError::Path(format!("time does not grow at row {}: {}", row + 1, pair[1].t_s)));
-        }
-    }
-    Ok(())
-}
-
 /// Integral of a law's strength over the pressure of a state, N.
 fn strength_n(law: &dyn FrictionLaw, state: &State) -> f64 {
     state.contact.nodes.iter().map(|n| law.strength(n.pressure_mpa()).0 * n.area).sum()
-}
-
-/// `to` continued by `ratio` times the motion from `from`.
-fn extrapolate(body: &Body, from: &Configuration, to: &Configuration, ratio: f64) -> Configuration {
-    let mut next = to.clone();
-    for (x, (a, b)) in next.x.iter_mut().zip(from.x.iter().zip(&to.x)) {
-        *x += (b - a) * ratio;
-    }
-    next.rigid_centre += (to.rigid_centre - from.rigid_centre) * ratio;
-    let turn = rotation_vector(&(to.rigid_rotation * from.rigid_rotation.inverse()));
-    next.rigid_rotation = Rotation3::new(turn * ratio) * to.rigid_rotation;
-    body.follow(&mut next);
-    next
 }

@@ -3,35 +3,25 @@
 //! Each iteration solves the contact subproblem exactly on the factor's compliance, moves the body, and judges by the
 //! residual how well the factor still serves.
 
+mod convergence;
+mod residual;
+
 use nalgebra::Vector3;
 
+use self::convergence::{CONTACT_ROUNDING, Convergence};
+use self::residual::Residual;
+pub(super) use self::residual::imbalance;
 use super::{
     Solver,
     contact_subproblem::{ContactSubproblem, Solution},
-    increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, WRENCH_OF, Watch},
+    increment::{Axis, Damping, Guess, SolveError, State, Stats, Target, Watch},
 };
 use crate::assembly::Configuration;
 use crate::contact::{ContactState, Parts, Plane};
 
-/// Residual over contact force after the first iteration above which the factor is renewed at once.
-///
-/// The first step moves the pad by as much as the plane, and its quadratic error stands in the bulk modulus, several
-/// contact forces high; the next iteration takes it off whether the factor is fresh or not. Only more than that says
-/// that the factor is bad.
-const FIRST_RESIDUAL: f64 = 10.0;
-
-/// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
-const SINGLE_CONTRACTION: f64 = 0.7;
-
-/// Error of the contact problem over the way that contact pushes its dofs, below which there is rounding.
-const CONTACT_ROUNDING: f64 = 8e-13;
-
 /// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the contact problem may
 /// leave. Its error is a length; the penalty makes a force of it.
 const CONTACT_ERROR: f64 = 0.1;
-
-/// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
-const CONTACT_CONTRACTION: f64 = 0.5;
 
 /// Residual over contact force below which the nodes' parts of the contact area follow the nodes within an iteration: farther
 /// from equilibrium they are taken anew before each.
@@ -49,21 +39,6 @@ const AREA_ERROR: f64 = 0.02;
 
 /// How often parts that are off at equilibrium are taken anew before an increment is given up.
 const AREA_RENEWALS: u32 = 4;
-
-/// What is out of balance, N.
-pub(super) struct Residual {
-    /// All dofs.
-    total: Vec<f64>,
-    /// The contact's own part, contact dofs.
-    contact: Vec<f64>,
-    /// Norm of `total` and of the imbalance of driven forces.
-    norm: f64,
-    /// Contact force that `norm` is held against: the norm of `contact`, or the force floor.
-    reference: f64,
-}
-
-/// Residual over the last one with a new factor above which the search is given up.
-const DIVERGENCE: f64 = 4.0;
 
 /// What one search for equilibrium is given.
 pub(super) struct Increment<'a> {
@@ -106,108 +81,6 @@ struct Iterate {
 impl Iterate {
     fn parts(&self) -> Parts<'_> {
         self.held_areas.as_deref().map_or(Parts::Followed, Parts::Held)
-    }
-}
-
-/// How the search has gone so far, and what it says of the factor and of the contact subproblem.
-struct Convergence {
-    iteration: u32,
-    /// Norms of the last two residuals, N; infinite where they say nothing of a rate.
-    previous: f64,
-    before: f64,
-    /// Whether the factor is to be renewed.
-    factor_is_stale: bool,
-    /// Whether the last iteration had a new factor.
-    factor_is_new: bool,
-    /// Whether the residual grew much although the factor was new.
-    diverges: bool,
-    /// How far contact pushed its dofs in the last iteration, mm.
-    displacement_scale: f64,
-    /// Whether the last correction was not taken whole.
-    was_cut: bool,
-    /// Whether parts of the contact area are held for the rest of the search.
-    holds_areas: bool,
-    /// Contact subproblems, one after the other, that ended without a solution.
-    unsolved: usize,
-    /// What the contact subproblem may leave and what it left last, mm.
-    contact_tolerance: f64,
-    contact_error: f64,
-}
-
-impl Convergence {
-    fn new() -> Self {
-        Self {
-            iteration: 0,
-            previous: f64::INFINITY,
-            before: f64::INFINITY,
-            factor_is_stale: false,
-            factor_is_new: false,
-            diverges: false,
-            displacement_scale: 0.0,
-            was_cut: false,
-            holds_areas: false,
-            unsolved: 0,
-            contact_tolerance: f64::INFINITY,
-            contact_error: 0.0,
-        }
-    }
-
-    /// Gives up a search that has taken too long or does not stay finite.
-    fn check(&self, residual: &Residual, settings: &SolverSettings) -> Result<(), SolveError> {
-        let gives_up = self.iteration as usize >= settings.max_iterations
-            || self.unsolved >= settings.max_unsolved_contacts
-            || !residual.norm.is_finite();
-        if gives_up { Err(self.stalled(residual, settings)) } else { Ok(()) }
-    }
-
-    fn stalled(&self, residual: &Residual, settings: &SolverSettings) -> SolveError {
-        SolveError::Stalled {
-            iterations: self.iteration,
-            residual: residual.norm / residual.reference,
-            tolerance: settings.tolerance,
-        }
-    }
-
-    /// Judges by the new residual whether the factor is stale and how exact contact must be solved; returns whether the
-    /// factor is to turn to double precision.
-    fn judge(&mut self, residual: &Residual, settings: &SolverSettings) -> bool {
-        let Residual { norm, reference, .. } = *residual;
-        let mut needs_double = false;
-        if self.iteration > 1 {
-            let contact_may_be_rough = norm > CONTACT_CONTRACTION * self.previous
-                && self.unsolved == 0
-                && self.contact_error > CONTACT_ROUNDING * self.displacement_scale;
-            if contact_may_be_rough {
-                self.contact_tolerance = 0.01 * self.contact_error;
-            }
-            let contraction = norm / self.previous;
-            // Good and bad iterations alternate (a displacement of the soft modes leaves a residual of the stiff
-            // ones, which the next iteration takes off), so that the rate is that of the last two.
-            let rate = if self.before.is_finite() { (norm / self.before).sqrt() } else { contraction };
-            // Iterations still needed at this rate, against what a new factor costs.
-            let left = (settings.tolerance * reference / norm).ln() / rate.min(0.999).ln();
-            if left > settings.refresh_cost_iterations {
-                self.factor_is_stale = true;
-            }
-            needs_double = self.factor_is_new
-                && contraction > SINGLE_CONTRACTION
-                && norm < 0.01 * reference
-                && !contact_may_be_rough;
-            self.diverges = self.factor_is_new && contraction > DIVERGENCE;
-        } else if self.iteration == 1 && norm > FIRST_RESIDUAL * reference {
-            self.factor_is_stale = true;
-        }
-        self.factor_is_stale |= needs_double;
-        // The guess hardly strains the stiff modes: its residual says nothing of a rate.
-        self.before = if self.factor_is_new || self.iteration <= 1 { f64::INFINITY } else { self.previous };
-        self.previous = norm;
-        self.factor_is_new = false;
-        needs_double
-    }
-
-    fn factor_renewed(&mut self) {
-        self.factor_is_stale = false;
-        self.factor_is_new = true;
     }
 }
 
@@ -499,41 +372,6 @@ impl Solver<'_> {
         }
         touching
     }
-
-    fn residual(&self, iterate: &Iterate, increment: &Increment) -> Residual {
-        let Iterate { at, plane, internal, .. } = iterate;
-        let first = self.body.dofs.first_contact_dof;
-        let positions = self.surface_positions(at);
-        let parts = iterate.parts();
-        let evaluation = self.surface.evaluate(&self.friction, increment.last, parts, &positions, plane, false, false);
-        let mut contact = vec![0.0; internal.len() - first];
-        for (f, slots) in evaluation.residual.iter().zip(&self.slots) {
-            for &(s, weight) in slots {
-                for k in (0..3).filter(|&k| !self.held[s + k]) {
-                    contact[s + k] += weight * f[k];
-                }
-            }
-        }
-        let mut total = internal.clone();
-        for (total, f) in total[first..].iter_mut().zip(&contact) {
-            *total += f;
-        }
-        let mut sum: f64 = total.iter().map(|r| r * r).sum();
-        for imbalance in imbalance(&evaluation.wrench, &increment.force_target, self.surface.size_mm()) {
-            sum += imbalance * imbalance;
-        }
-        let contact_norm = contact.iter().map(|f| f * f).sum::<f64>().sqrt();
-        Residual { total, contact, norm: sum.sqrt(), reference: contact_norm.max(self.settings.force_floor_n) }
-    }
-}
-
-/// What driven forces and moments are off their targets, N; moments over `length_mm`.
-pub(super) fn imbalance(wrench: &[f64; 6], target: &[Option<f64>; 6], length_mm: f64) -> [f64; 6] {
-    std::array::from_fn(|k| {
-        let component = WRENCH_OF[k];
-        let length = if component < 3 { 1.0 } else { length_mm };
-        target[k].map_or(0.0, |target| (wrench[component] - target) / length)
-    })
 }
 
 /// Whether parts of the contact area that were held differ too much from those at equilibrium.

@@ -24,6 +24,10 @@ pub struct SolverSettings {
     /// callers that have another way, not in a configuration.
     #[serde(skip)]
     pub max_unsolved_contacts: usize,
+    /// Equilibrium iterations one after the other that bring the residual no nearer to zero than it was before an increment is
+    /// given up; likewise set by callers that have another way.
+    #[serde(skip)]
+    pub max_idle_iterations: u32,
     /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub refresh_cost_iterations: f64,
@@ -42,6 +46,7 @@ impl Default for SolverSettings {
             max_iterations: 30,
             max_contact_iterations: 40,
             max_unsolved_contacts: 30,
+            max_idle_iterations: u32::MAX,
             refresh_cost_iterations: 9.0,
             growth: 1.0,
             max_augmentations: 8,

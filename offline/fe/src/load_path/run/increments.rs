@@ -1,0 +1,140 @@
+//! The increments of a run: tried, taken, cut, past limit points, given up.
+
+use super::Run;
+use crate::contact::{Friction, plane};
+use crate::load_path::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
+use crate::load_path::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
+use crate::load_path::settings::{LoadPathError, Progress};
+use crate::load_path::stepping::{FailedStep, LoadSteps, Standing};
+use crate::solve::{SolveError, State, Stats};
+use fingerpad::Status;
+
+/// How a limit point is passed.
+const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 60, release: 0.5, hold: 8.0, largest: 1e3 };
+
+impl LoadSteps for Run<'_, '_> {
+    type Error = LoadPathError;
+
+    fn try_step(&mut self, share: f64, size: f64) -> Result<u32, SolveError> {
+        let point = self.point(share);
+        if let Some(law_at) = self.law_at {
+            self.solver.set_friction(Friction::On(law_at(point.t_s)));
+        }
+        let (target, guess) = (self.target(&point), self.guess(size));
+        let mut stats = Stats::default();
+        let next =
+            self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
+        let largest_size = self.largest_size_after(&next);
+        let run = &mut self.run;
+        run.largest_size = largest_size;
+        let copies = self.model.copies();
+        run.trajectory.work.plane_mj += copies * plane_work_mj_between(&self.solver, &run.state, &next);
+        run.trajectory.work.friction_mj += copies * next.totals.dissipation;
+        run.trajectory.work.pressure_mj += copies * next.totals.elastic_energy_by_pressure;
+        let cost = &mut run.trajectory.cost;
+        cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
+        cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
+        cost.max_residual = cost.max_residual.max(stats.residual);
+        cost.increments += 1;
+        let before = std::mem::replace(&mut run.state, next);
+        run.before = Some((before.configuration, before.contact.plane, size));
+        run.time_s = point.t_s;
+        Ok(stats.iterations)
+    }
+
+    fn largest_size(&self) -> f64 {
+        self.run.largest_size
+    }
+
+    fn failed(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
+        if *error == SolveError::Interrupted {
+            return Err(self.interrupted());
+        }
+        self.run.trajectory.cost.cutbacks += 1;
+        self.run.before = None;
+        self.check_friction(share)
+    }
+
+    fn out_of_patience(&self) -> bool {
+        false
+    }
+
+    fn pass_limit_point(&mut self, share: f64) -> Result<bool, LoadPathError> {
+        let point = self.point(share);
+        let target = self.target(&point);
+        let mut stats = Stats::default();
+        let passage = self.solve(&mut stats, |solver, run, stats, watch| {
+            pass_limit_point(solver, &run.state, target, &LIMIT_POINT, &State::clone, stats, watch)
+        });
+        let Ok(passage) = passage else { return Err(self.interrupted()) };
+        let Some(passage) = passage else { return Ok(false) };
+        let (body, copies, run) = (self.model.body, self.model.copies(), &mut self.run);
+        let energy = |state: &State| body.energy(&state.configuration).0 + state.totals.elastic_energy;
+        // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
+        let stored = energy(&passage.state) - energy(&run.state);
+        let work = &mut run.trajectory.work;
+        work.plane_mj += copies * passage.plane_work_mj;
+        work.friction_mj += copies * passage.friction_work_mj;
+        work.pressure_mj += copies * passage.pressure_work_mj;
+        let put_in = passage.plane_work_mj + passage.pressure_work_mj;
+        work.stabilisation_mj += copies * (put_in - passage.friction_work_mj - stored).max(0.0);
+        run.trajectory.cost.increments += 1;
+        run.status = run.status.with(Status::STABILISED);
+        run.state = passage.state;
+        run.time_s = point.t_s;
+        Ok(true)
+    }
+
+    fn give_up(&mut self, step: FailedStep) -> Result<(), LoadPathError> {
+        if step.next_size >= self.problem.load_steps.min_step_share {
+            return Ok(());
+        }
+        let [x, y, z, ..] = self.run.state.contact.plane.at;
+        Err(LoadPathError::NoEquilibrium {
+            t_s: self.run.time_s,
+            depth_mm: z,
+            slide_x_mm: x,
+            slide_y_mm: y,
+            row: self.run.row,
+            increment: self.run.trajectory.cost.increments + 1,
+            step_share: step.size,
+            cause: step.error,
+            reached: self.reached(),
+        })
+    }
+
+    fn accepted(&mut self, standing: Standing) -> Result<(), LoadPathError> {
+        if self.meets_obstacle() {
+            let last = self.run.trajectory.responses.last().copied().unwrap_or_default();
+            return Err(LoadPathError::NotClear {
+                t_s: last.t_s,
+                row: self.run.row,
+                clearance_mm: self.problem.clearance_mm,
+                normal_force_n: last.normal_force_n,
+                reached: self.reached(),
+            });
+        }
+        let below_mm =
+            below_beside_pad_mm(self.problem.beside_pad, &self.model, self.solver.surface(), &self.run.state);
+        if below_mm > BESIDE_PAD_MM {
+            return Err(LoadPathError::BesidePad {
+                t_s: self.run.time_s,
+                row: self.run.row,
+                depth_mm: self.run.state.contact.plane.at[plane::DEPTH],
+                below_mm,
+                reached: self.reached(),
+            });
+        }
+        self.run.standing = standing;
+        self.record();
+        if let Some(saves) = &mut self.saves {
+            saves.take(&(&self.run, self.solver.factor_record()))?;
+        }
+        let report = Progress {
+            share: self.share(),
+            cost: self.run.trajectory.cost,
+            response: *self.run.trajectory.responses.last().expect("just recorded"),
+        };
+        if (self.progress)(report).is_break() { Err(self.interrupted()) } else { Ok(()) }
+    }
+}
