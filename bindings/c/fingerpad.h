@@ -136,7 +136,7 @@
 // A model file in use. Set it up with `fingerpad_model_load`; the file must stay where it is. May be copied, and read by
 // several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[26];
+  uint64_t opaque[34];
 } fingerpad_model;
 
 // All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same

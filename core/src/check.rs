@@ -51,6 +51,9 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
         in_range(Field::PressureCentre, N, self.pressure_centre_per_n, -100.0, 100.0)?;
         in_range(Field::SpinCross, 0, self.spin_cross, 0.0, 1.0)?;
+        let [touch, change] = self.slip_lead;
+        in_range(Field::SlipLead, 0, touch, -1.0, 1.0)?;
+        in_range(Field::SlipLead, 1, touch + change * last, -1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::SpringArm, M, self.gyration, 0.0, 100.0)?;
         for (what, [slip, rate, bend]) in
             [(Field::BandSlip, self.band_normal), (Field::BandFriction, self.band_friction)]

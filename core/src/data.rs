@@ -62,6 +62,8 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     pub pressure_centre_per_n: T,
     /// [`crate::ParamsOf::spin_cross`].
     pub spin_cross: T,
+    /// [`crate::ParamsOf::slip_lead`] at touch, and its change over a cell.
+    pub slip_lead: [T; 2],
     /// Mean arm of the springs, mm.
     pub gyration: T,
     /// Half-width of the normal force's band over that of the table, a parabola in the stick ratio: in full slip,
@@ -104,14 +106,14 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
 
     /// Largest depth for which the model was fitted, mm.
     pub fn depth_max_mm(&self) -> T {
-        self.scale.depth(self.data.depth_max)
+        self.scale.depth(self.data.depth_max) + self.scale.touch()
     }
 
     /// Where friction in full slip acts at a depth, mm along x and y from the point under first touch. The moment about this
     /// point is the one that the slip margin counts beside friction: [`Response::spin_moment_n_mm`] less x F_y − y F_x.
     pub fn friction_centre_mm(&self, depth_mm: T) -> [T; 2] {
         let (row, t, _) = self.cell(depth_mm);
-        let [x, y] = self.scale.offset();
+        let [x, y] = self.scale.friction_place();
         [self.scale.length(row.friction_centre.at(t)) + x, y]
     }
 
@@ -124,7 +126,7 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
     /// The row of the tables at `depth`, the place within the cell (its end beyond the last node), and cells per mm.
     pub(crate) fn cell(&self, depth: T) -> (&'a Row<M, T>, T, T) {
         let per_mm = self.scale.per_mm(self.data.cells_per_mm);
-        let x = depth * per_mm;
+        let x = (depth - self.scale.touch()).not_negative() * per_mm;
         let index = x.index().min(N - 2);
         (&self.data.rows[index], (x - T::of(index as f32)).at_most(T::of(1.0)), per_mm)
     }
@@ -134,12 +136,12 @@ impl<T: Arithmetic> Spring<T> {
     /// Place of one of the pair, mm: 0 ahead of the middle, 1 behind; of the pair as one without spin.
     #[inline(always)]
     pub(crate) fn place<const P: usize, S: Scaling<T>>(&self, k: usize, scale: &S) -> [T; 2] {
-        let [offset_x, offset_y] = scale.offset();
+        let [offset_x, offset_y] = scale.friction_place();
         let middle = scale.length(self.centre_mm) + offset_x;
         if P == 1 {
             return [middle, offset_y];
         }
-        let [x, y] = self.arm_mm.map(|mm| scale.length(mm));
+        let [x, y] = self.arm_mm.map(|mm| scale.arm(mm));
         if k == 0 { [middle + x, offset_y + y] } else { [middle - x, offset_y - y] }
     }
 }
@@ -160,6 +162,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             area_tilt: of(self.area_tilt),
             pressure_centre_per_n: of(self.pressure_centre_per_n),
             spin_cross: of(self.spin_cross),
+            slip_lead: self.slip_lead.map(of),
             gyration: of(self.gyration),
             band_normal: self.band_normal.map(of),
             band_friction: self.band_friction.map(of),

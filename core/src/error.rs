@@ -102,6 +102,8 @@ pub enum Field {
     SpringArm,
     SpinLimit,
     SpinCross,
+    /// Lead of slip along x.
+    SlipLead,
     PressureCentre,
     PressCoupling,
     TiltX,

@@ -53,6 +53,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             area_tilt: 0.1,
             pressure_centre_per_n: 1.0,
             spin_cross: 0.24,
+            slip_lead: [-0.2, 0.6],
             band_normal_middle: 1.25,
             band_normal_slip: 1.5,
             band_friction_stick: 0.01,

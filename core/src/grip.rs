@@ -45,7 +45,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         let cell_mm = 1.0 / self.scale.per_mm(self.data.cells_per_mm);
         let normal = |index: usize, t: f32| {
             let line = &self.data.rows[index.min(N - 1)].normal;
-            self.scale.normal(line.value + line.change * t, (index as f32 + t) * cell_mm)
+            self.scale.normal(line.value + line.change * t, self.scale.touch() + (index as f32 + t) * cell_mm)
         };
         let (mut low, mut high) = (0, N - 1);
         while high - low > 1 {
@@ -62,7 +62,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             // The factor of the pose bends the cell's line a little: one step of the secant method.
             t = (t + (force - normal(low, t)) / (end - begin)).clamp(0.0, 1.0);
         }
-        ((low as f32 + t) * cell_mm).max(1e-6)
+        self.scale.touch() + ((low as f32 + t) * cell_mm).max(1e-6)
     }
 
     /// The least depth and normal force at which friction of `load_n` leaves a slip margin of at least `margin`, even if the
@@ -116,13 +116,16 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         let [x, y] = load_n;
         // Energy of the springs over what one that only sticks would hold: near full slip the first have slipped for long.
         let grown = 0.5 + 0.25 * share * share;
-        let sheared = |k: &crate::Parabola, force: f32| {
-            let displacement = force / self.scale.stiffness(k.at(t));
-            self.scale.stiffness(k.slope_at(t)) * per_mm * grown * displacement * displacement
+        let stiffness = [&row.stiffness_x, &row.stiffness_y];
+        let now = self.scale.stiffnesses(stiffness.map(|k| k.at(t)));
+        let slope = self.scale.stiffnesses(stiffness.map(|k| k.slope_at(t) * per_mm));
+        let sheared = |axis: usize| {
+            let displacement = load_n[axis] / now[axis];
+            slope[axis] * grown * displacement * displacement
         };
         let [press_x, press_y] = self.scale.press();
         let press = (row.press_slide.slope_at(t) * self.data.cells_per_mm + press_x) * x + press_y * y;
-        let shear = sheared(&row.stiffness_x, x) + sheared(&row.stiffness_y, y);
+        let shear = sheared(0) + sheared(1);
         let normal = self.scale.normal(row.normal.at(t), depth) + press + shear;
         Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
     }

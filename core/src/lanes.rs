@@ -109,7 +109,7 @@ impl Arithmetic for Lanes {
 }
 
 /// Numbers of a begun step that [`Together`] keeps side by side.
-const NUMBERS: usize = 20;
+const NUMBERS: usize = 21;
 
 /// Steps of up to eight contacts, begun and waiting for their springs to move together.
 pub(crate) struct Together<'a, const M: usize, const N: usize, S: Wide> {
@@ -215,6 +215,7 @@ fn numbers_of<const M: usize>(begun: &Begun<'_, M, f32>) -> [f32; NUMBERS] {
     let Begun { at, here, way, .. } = begun;
     [
         at.t,
+        at.slip_lead,
         at.depth,
         at.area,
         at.radius,
@@ -240,11 +241,33 @@ fn numbers_of<const M: usize>(begun: &Begun<'_, M, f32>) -> [f32; NUMBERS] {
 /// The step of these numbers.
 #[inline(always)]
 fn begun_of<T: Arithmetic, const M: usize>(row: &Row<M, T>, status: Status, of: [T; NUMBERS]) -> Begun<'_, M, T> {
-    let [t, depth, area, radius, growth, limit, kx, ky, slope_x, slope_y, dx, dy, press_x, press_y, x, y, z, a, b, c] =
-        of;
+    let [
+        t,
+        slip_lead,
+        depth,
+        area,
+        radius,
+        growth,
+        limit,
+        kx,
+        ky,
+        slope_x,
+        slope_y,
+        dx,
+        dy,
+        press_x,
+        press_y,
+        x,
+        y,
+        z,
+        a,
+        b,
+        c,
+    ] = of;
     let at = AtDepth {
         row,
         t,
+        slip_lead,
         depth,
         area,
         radius,

@@ -34,6 +34,7 @@ mod rescaling;
 mod response;
 mod rolling;
 mod save;
+mod scaling;
 mod spring;
 mod state;
 mod step;

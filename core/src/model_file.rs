@@ -11,7 +11,7 @@ use crate::{DataOf, Error, ModelOf};
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;
@@ -416,6 +416,8 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.area_tilt,
             self.pressure_centre_per_n,
             self.spin_cross,
+            self.slip_lead[0],
+            self.slip_lead[1],
             self.gyration,
         ];
         let bands = self.band_normal.into_iter().chain(self.band_friction).chain([self.pressure_exponent]);

@@ -107,6 +107,9 @@ pub struct ParamsOf<const M: usize, const N: usize, T = f32> {
     pub pressure_centre_per_n: T,
     /// c of the limit of friction f and moment m together, f² + m² + c |f| |m| = 1, both over their own limit, 0 to 1.
     pub spin_cross: T,
+    /// c at touch and at the largest depth, −1 to 1: where the plane moves at an angle theta to x, the share S of the contact that
+    /// slips is S (1 + c cos(2 theta) (1 − S)). Positive where slip spreads sooner along x than along y.
+    pub slip_lead: [T; 2],
     /// Half-width of the 95 % band of the normal force at a stick ratio of 0.5 over that in full stick, 0 to 20.
     pub band_normal_middle: T,
     /// The same in full slip; a parabola through the three goes between them and must stay positive.
@@ -163,6 +166,7 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             area_tilt: self.area_tilt,
             pressure_centre_per_n: self.pressure_centre_per_n,
             spin_cross: self.spin_cross,
+            slip_lead: [self.slip_lead[0], (self.slip_lead[1] - self.slip_lead[0]) / last],
             gyration: zero,
             band_normal: parabola(self.band_normal_slip, self.band_normal_middle, one),
             band_friction: parabola(self.band_friction_slip, self.band_friction_middle, self.band_friction_stick),

@@ -7,7 +7,7 @@ use crate::math::{Arithmetic, Scalar, add};
 use crate::rescaling::Scaling;
 use crate::rolling::Rolled;
 use crate::spring::{Limit, NOTHING, Odd, Sums};
-use crate::stick_ratio::{Way, regime_of, share_of_way};
+use crate::stick_ratio::{Course, Way, led, regime_of, share_of_way};
 use crate::table::Row;
 use crate::{DataOf, ModelOf, Motion, Regime, Response, StateOf, Status};
 
@@ -88,6 +88,9 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
             return Err(in_the_air(state, motion, status));
         }
     }
+    if S::POSED && !(depth - scale.touch() >= T::of(TOUCH_MM)) {
+        return Err(in_the_air(state, motion, status));
+    }
     let at = AtDepth::look_up(model, state, depth, &mut status);
     let fresh = !state.in_contact();
     move_plane(model, state, motion, at.press_slide, &mut status);
@@ -99,13 +102,21 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
         touch(state, here, data, scale);
         state.turn = slid;
         state.reached = slid;
-        state.rolled = Rolled::at(scale.offset(), [slid[0], slid[1]]);
+        state.rolled = Rolled::at(scale.pressure_place(), [slid[0], slid[1]]);
     }
-    if S::POSED && !state.rolled.is_at(scale.offset()) {
+    if S::POSED && !state.rolled.is_at(scale.pressure_place()) {
         roll(state, model, &at, here);
     }
-    let gyration = scale.length(data.gyration);
-    let way = Way::follow(state, slid, at.limit, at.stiffness[0], gyration);
+    if S::POSED && P > 1 && motion.spin_increment_rad.is_number() {
+        carry_round(state, here, motion.spin_increment_rad, data, scale);
+    }
+    let course =
+        Course { here: slid, limit: at.limit, stiffness: at.stiffness[0], gyration_mm: scale.length(data.gyration) };
+    let way = Way::follow(state, &course, |state| {
+        let place = place_of::<P, T>(here, data.springs[0].place::<P, S>(0, scale));
+        let [x, y] = state.anchor[0][0];
+        [place[0] - x, place[1] - y]
+    });
     Ok(Begun { at, here, way, status })
 }
 
@@ -186,13 +197,14 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
     let alone = share_of_limit(at.row, at.t, scale, [along, across]);
     let square = along * along + T::of(NOTHING);
     let friction_limit = at.limit * ((square + across * across).sqrt() / alone.at_most(T::of(1.0)));
-    let [offset_x, offset_y] = scale.offset();
+    let [offset_x, offset_y] = scale.friction_place();
+    let [pressed_x, pressed_y] = scale.pressure_place();
     let centre = (scale.length(at.row.friction_centre.at(at.t)) + offset_x) * friction[1] - offset_y * friction[0];
     let spin_moment = if P == 1 { centre } else { at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0] };
     let used = if P == 1 {
         alone
     } else {
-        let most = scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING);
+        let most = scale.arm(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING);
         let moment = (spin_moment - centre) * per_limit / most;
         let cross = data.spin_cross * (moment * alone).magnitude();
         (alone * alone + moment * moment + cross).magnitude().sqrt()
@@ -212,9 +224,9 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
         spin_moment_n_mm: spin_moment,
         pressure_centre_mm: [
             scale.length(at.row.pressure_centre.at(at.t))
-                + offset_x
+                + pressed_x
                 + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
-            offset_y,
+            pressed_y,
         ],
         contact_area_mm2: at.area + at.area * data.area_tilt * along,
         band_normal_n: scale.normal(at.row.band_normal.at(at.t), at.depth) * band(&data.band_normal) + band_normal,
@@ -233,7 +245,7 @@ pub(crate) fn share_of_limit<const M: usize, T: Arithmetic, S: Scaling<T>>(
     [along, across]: [T; 2],
 ) -> T {
     let square = along * along + T::of(NOTHING);
-    let stretched = across / row.limit_ratio.at(t);
+    let stretched = across / scale.strength_ratio(row.limit_ratio.at(t));
     let mut shifted = row.limit_shift.at(t) * along;
     if S::POSED {
         let fitted = row.yield_shift.at(t);
@@ -340,6 +352,24 @@ fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T
     }
 }
 
+/// Turns the stretch of the springs with the plane: what holds them there goes round with it.
+#[inline(always)]
+fn carry_round<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    here: [T; 3],
+    spin: T,
+    data: &DataOf<M, N, T>,
+    scale: &S,
+) {
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        for (k, anchor) in pair.iter_mut().enumerate() {
+            let to = place_of::<P, T>(here, spring.place::<P, S>(k, scale));
+            let u = [to[0] - anchor[0], to[1] - anchor[1]];
+            *anchor = [anchor[0] + spin * u[1], anchor[1] - spin * u[0]];
+        }
+    }
+}
+
 /// Where the plane has carried a spring at `place`.
 #[inline(always)]
 pub(crate) fn place_of<const P: usize, T: Arithmetic>([x, y, angle]: [T; 3], place: [T; 2]) -> [T; 2] {
@@ -361,7 +391,7 @@ fn roll<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>
     let length = data.pose.rolling_length * (at.area * T::of(core::f32::consts::FRAC_1_PI)).magnitude().sqrt();
     let full = at.limit / at.stiffness[0];
     let [x, y] = state.position[0];
-    let lost = T::of(1.0) - state.rolled.roll_to(scale.offset(), [x, y], full, length);
+    let lost = T::of(1.0) - state.rolled.roll_to(scale.pressure_place(), [x, y], full, length);
     if !(lost > T::of(0.0)) {
         return;
     }
@@ -397,7 +427,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
     let (data, scale) = (model.data, &model.scale);
     let limit = Limit::new(
         scale.tilt(at.row.yield_shift.at(at.t)),
-        at.row.anisotropy.at(at.t),
+        scale.anisotropy(at.row.anisotropy.at(at.t)),
         at.stiffness[1] / at.stiffness[0],
     );
     let none = T::of(-0.0);
@@ -427,13 +457,15 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
             slipping += share * (square + square * (spring.sharpness * (square - T::of(1.0))));
             let [along, across] = carried.sums.add(share * spring.stiffness, u);
             if P > 1 {
-                carried.moment[0] += place[1] * (along - odd.0 * along * u[0]);
-                carried.moment[1] += place[0] * across;
+                // In a pose what holds the spring on the plane goes round with it.
+                let lever = if S::POSED { [place[0] + u[0], place[1] + u[1]] } else { place };
+                carried.moment[0] += lever[1] * (along - odd.0 * along * u[0]);
+                carried.moment[1] += lever[0] * across;
             }
         }
         carried.stick_ratio -= area.at(at.t) * slipping;
     }
-    carried.stick_ratio = carried.stick_ratio.not_negative();
+    carried.stick_ratio = led(carried.stick_ratio.not_negative(), at.slip_lead, way);
     carried
 }
 

@@ -26,24 +26,147 @@ fn fitted(data: &Data) -> Pose {
     Pose { pitch_deg: data.pose.pitch_deg, roll_deg: 0.0 }
 }
 
+/// Without spin the numbers are the same. With it a model in a pose also turns the springs' stretch with the plane.
 #[test]
 fn the_fitted_pose_is_the_plain_model() {
     let data = shipped();
     let (plain, posed) = (data.model().unwrap(), data.model().unwrap().posed(fitted(&data)).unwrap());
-    let (mut a, mut b) = (SpinState::default(), SpinState::default());
-    let mut noise = Noise(11);
-    for i in 0..5000 {
+    for (spin, tolerance) in [(0.0, 2e-5), (1e-3, 0.02)] {
+        let (mut a, mut b) = (SpinState::default(), SpinState::default());
+        let mut noise = Noise(11);
+        for i in 0..5000 {
+            let motion = Motion {
+                spin_increment_rad: spin * noise.next(),
+                ..motion(1.0 + 0.9 * (0.01 * i as f32).sin(), 0.02 * noise.next(), 0.01)
+            };
+            let [a, b] = [step(&plain, &mut a, motion), step(&posed, &mut b, motion)];
+            let close = |a: f32, b: f32| (a - b).abs() <= tolerance * (1.0 + a.abs());
+            assert!(
+                close(a.normal_force_n, b.normal_force_n) && close(a.friction_limit_n, b.friction_limit_n),
+                "{a:?} {b:?}"
+            );
+            assert!(close(a.friction_n[0], b.friction_n[0]) && close(a.friction_n[1], b.friction_n[1]), "{a:?} {b:?}");
+        }
+    }
+}
+
+/// Poses over the range of the fit, its corners among them.
+fn poses(data: &Data) -> Vec<Pose> {
+    let [least, most] = data.pose.pitch_range_deg;
+    let roll = data.pose.roll_max_deg;
+    let pitches = (0..=6).map(|i| least + (most - least) * i as f32 / 6.0);
+    pitches.flat_map(|pitch_deg| (-3..=3).map(move |k| Pose { pitch_deg, roll_deg: roll * k as f32 / 3.0 })).collect()
+}
+
+/// Force, area and limit rise with depth from the depth of touch on, in every pose, with 1 um of noise on the depth or without.
+#[test]
+fn a_contact_grows_with_depth_in_every_pose() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    for pose in poses(&data) {
+        let posed = model.posed(pose).unwrap();
+        for noisy in [0.0, 1e-3] {
+            let (mut state, mut noise) = (State::default(), Noise(3));
+            let mut before = Response::default();
+            for i in 1..=60 {
+                let depth_mm = 0.025 * i as f32 + noisy * noise.next();
+                let r = step(&posed, &mut state, motion(depth_mm, 0.0, 0.0));
+                let rises = r.normal_force_n >= before.normal_force_n && r.contact_area_mm2 >= before.contact_area_mm2;
+                assert!(
+                    rises && r.friction_limit_n >= 0.9 * before.friction_limit_n,
+                    "{pose:?} {depth_mm}: {before:?} {r:?}"
+                );
+                assert!(r.normal_force_n - before.normal_force_n < 0.2, "{pose:?} {depth_mm}: {before:?} {r:?}");
+                before = r;
+            }
+            assert!(before.normal_force_n > 0.02, "{pose:?}: {before:?}");
+        }
+    }
+}
+
+/// Closed paths of depth and slide in a pose that stays take work and give none, wide ones that slip and narrow ones that all but
+/// stick, in both senses, with vibration of 1 um or without, and with spins.
+#[test]
+fn closed_paths_in_a_pose_yield_no_work() {
+    let data = shipped().cast::<f64>();
+    let model = data.model_unchecked();
+    for pose in poses(&shipped()) {
+        let posed = model.posed(pose).unwrap();
+        for (amplitude, noise, spin) in [(1.0, 0.0, 0.0), (1.0, 1e-3, 0.0), (1.0, 1e-3, 0.2), (0.08, 0.0, 0.0)] {
+            for sense in [1.0, -1.0] {
+                let [work, moved] = closed_path(&posed, [amplitude, noise, spin, sense]);
+                let of = format!("{pose:?}, amplitude {amplitude}, noise {noise} mm, spin {spin}, sense {sense}");
+                assert!(work > -1e-3 * moved, "{of}: {work} of {moved} N mm");
+            }
+        }
+    }
+}
+
+/// Work taken by the second and third round of a closed path, and the sum of its magnitudes, N mm.
+fn closed_path(
+    posed: &fingerpad::ModelOf<'_, 4, 37, fingerpad::Scaled<f64, true>, f64>,
+    [amplitude, noise, spin, sense]: [f64; 4],
+) -> [f64; 2] {
+    const STEPS: i32 = 4000;
+    let at = |t: f64| {
+        let [depth, x, y] = [(t + 0.3).sin(), (t + 1.9).sin(), (t + 1.0).cos()];
+        [1.0 + 0.3 * amplitude * depth, 0.8 * amplitude * x, 0.6 * amplitude * y, spin * y]
+    };
+    let (mut state, mut random) = (fingerpad::StateOf::<4, 2, f64>::default(), Noise(7));
+    let (mut work, mut moved) = (0.0, 0.0f64);
+    let mut from = at(0.0);
+    for i in 0..=3 * STEPS {
+        let mut to = at(sense * std::f64::consts::TAU * f64::from(i) / f64::from(STEPS));
+        if i % STEPS != 0 {
+            to[0] += noise * f64::from(random.next());
+        }
         let motion = Motion {
-            spin_increment_rad: 1e-3 * noise.next(),
-            ..motion(1.0 + 0.9 * (0.01 * i as f32).sin(), 0.02 * noise.next(), 0.01)
+            depth_mm: to[0],
+            slide_increment_mm: [to[1] - from[1], to[2] - from[2]],
+            spin_increment_rad: to[3] - from[3],
+            dt_s: 1e-3,
         };
-        let [a, b] = [step(&plain, &mut a, motion), step(&posed, &mut b, motion)];
-        let close = |a: f32, b: f32| (a - b).abs() <= 2e-5 * (1.0 + a.abs());
-        assert!(
-            close(a.normal_force_n, b.normal_force_n) && close(a.friction_limit_n, b.friction_limit_n),
-            "{a:?} {b:?}"
-        );
-        assert!(close(a.friction_n[0], b.friction_n[0]) && close(a.friction_n[1], b.friction_n[1]), "{a:?} {b:?}");
+        let r = posed.step(&mut state, motion);
+        if i > STEPS {
+            let forces = [r.normal_force_n, r.friction_n[0], r.friction_n[1], r.spin_moment_n_mm];
+            let by: f64 = (0..4).map(|k| forces[k] * (to[k] - from[k])).sum();
+            work += by;
+            moved += by.abs();
+        }
+        from = to;
+    }
+    [work, moved]
+}
+
+/// Reversals and a spin in every pose under 1 um of noise on depth and slide and a tenth of a degree on the pose end near where
+/// they end without, and never beyond the limit.
+#[test]
+fn noise_in_a_pose_hardly_moves_friction() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    for pose in poses(&data) {
+        let run = |amplitude: f32| {
+            let (mut state, mut noise) = (SpinState::default(), Noise(9));
+            let mut last = Response::default();
+            for i in 0..1200 {
+                let [pitch, roll] = [0.1, 0.1].map(|deg: f32| 1e3 * amplitude * deg * noise.next());
+                let pose = Pose {
+                    pitch_deg: (pose.pitch_deg + pitch).clamp(10.0, 70.0),
+                    roll_deg: (pose.roll_deg + roll).clamp(-30.0, 30.0),
+                };
+                let slide = [0.004, -0.004, 0.0][i / 400] + amplitude * noise.next();
+                let spin_increment_rad = if i >= 800 { 5e-4 } else { 0.0 };
+                let motion =
+                    Motion { spin_increment_rad, ..motion(1.0 + amplitude * noise.next(), slide, 0.5 * slide) };
+                last = step(&model.posed(pose).unwrap(), &mut state, motion);
+                let friction = last.friction_n[0].hypot(last.friction_n[1]);
+                assert!(friction <= 1.02 * last.friction_limit_n + 1e-4, "{pose:?} {i}: {last:?}");
+            }
+            last
+        };
+        let (clean, noisy) = (run(0.0), run(1e-3));
+        let apart = (0..2).map(|k| clean.friction_n[k] - noisy.friction_n[k]).fold(0.0, f32::hypot);
+        assert!(apart < 0.1 * clean.friction_limit_n, "{pose:?}: {clean:?} {noisy:?}");
     }
 }
 

@@ -290,6 +290,7 @@ fn twin_of(params: &Params) -> fingerpad::ParamsOf<SPRINGS, { fingerpad::NODES }
         area_tilt: params.area_tilt.into(),
         pressure_centre_per_n: params.pressure_centre_per_n.into(),
         spin_cross: params.spin_cross.into(),
+        slip_lead: params.slip_lead.map(f64::from),
         band_normal_middle: params.band_normal_middle.into(),
         band_normal_slip: params.band_normal_slip.into(),
         band_friction_stick: params.band_friction_stick.into(),

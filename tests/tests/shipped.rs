@@ -41,11 +41,11 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
         assert!((found - told).abs() <= 1e-9, "{name}: the file tells {told}, the runs give {found}");
     }
     // The file's table of poses is in single precision.
-    let of_kind = |kind: Kind| posed.iter().filter(|run| run.held_out && run.kind == kind).collect::<Vec<_>>();
+    let of_kinds = |is: fn(Kind) -> bool| posed.iter().filter(|run| run.held_out && is(run.kind)).collect::<Vec<_>>();
     let poses = meta.poses.expect("fitted to runs in other poses as well");
-    for (told, kind) in poses.iter().zip([Kind::Pose, Kind::PoseChange]) {
-        let found = pose_scores(&model.data().cast::<f64>(), &of_kind(kind));
-        println!("{kind:?}: {found:?}");
+    for (told, is) in poses.iter().zip([Kind::is_in_pose, Kind::changes_pose]) {
+        let found = pose_scores(&model.data().cast::<f64>(), &of_kinds(is));
+        println!("{found:?}");
         assert!((found.friction_of_limit - told.friction_of_limit).abs() < 1e-4, "{found:?} {told:?}");
         assert!((found.normal_of_largest - told.normal_of_largest).abs() < 1e-4, "{found:?} {told:?}");
     }

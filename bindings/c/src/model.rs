@@ -11,7 +11,7 @@ use crate::pointer::{exclusive, items, shared, write};
 /// several threads as long as none changes it.
 #[repr(C)]
 pub struct fingerpad_model {
-    opaque: [u64; 26],
+    opaque: [u64; 34],
 }
 
 /// What a model file says of itself.
@@ -147,7 +147,7 @@ pub unsafe extern "C" fn fingerpad_model_load(model: *mut fingerpad_model, file:
 
 unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    unsafe { write(model, fingerpad_model { opaque: [0; 26] }) }?;
+    unsafe { write(model, fingerpad_model { opaque: [0; 34] }) }?;
     if file.is_null() {
         return Err(FINGERPAD_NULL);
     }
@@ -167,7 +167,7 @@ unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> R
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_model_unload(model: *mut fingerpad_model) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { write(model, fingerpad_model { opaque: [0; 26] }) })
+    answer(unsafe { write(model, fingerpad_model { opaque: [0; 34] }) })
 }
 
 /// Changes the model to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5)

@@ -15,7 +15,7 @@ use fingerpad_reduce::Run;
 const FEW: &str = "mesh_preset = \"coarse\"\n[design]\naxis_depths_mm = [0.4]\ndepth_mm = [0.3, 0.6]\npose_depth_max_mm = 0.5\n\
     [design.paths]\npress = [1, 1]\nstraight = [0, 0]\nreversal = [0, 0]\nturn = [0, 0]\ndepth = [0, 0]\noblique = [0, 0]\n\
     random = [0, 0]\nvibration = [2, 0]\nspin = [1, 0]\nspin_slide = [0, 0]\nspin_reversal = [0, 0]\npose = [0, 0]\n\
-    pose_change = [0, 0]\nforce = [0, 0]\nforce_step = [0, 0]\n";
+    pose_change = [0, 0]\nforce = [0, 0]\nforce_step = [0, 0]\nwide_pose = [0, 0]\nwide_pose_change = [0, 0]\n";
 const PATHS: usize = 9;
 
 fn runs(folder: &Path) -> BTreeSet<String> {

@@ -83,7 +83,7 @@ fn line_text(line: &Line) -> String {
     format!("Line {{ value: {value}, change: {change} }}")
 }
 
-fn head(data: &Data) -> [(&'static str, &[f32]); 10] {
+fn head(data: &Data) -> [(&'static str, &[f32]); 11] {
     let one = std::slice::from_ref;
     [
         ("depth_max", one(&data.depth_max)),
@@ -92,6 +92,7 @@ fn head(data: &Data) -> [(&'static str, &[f32]); 10] {
         ("area_tilt", one(&data.area_tilt)),
         ("pressure_centre_per_n", one(&data.pressure_centre_per_n)),
         ("spin_cross", one(&data.spin_cross)),
+        ("slip_lead", &data.slip_lead),
         ("gyration", one(&data.gyration)),
         ("band_normal", &data.band_normal),
         ("band_friction", &data.band_friction),

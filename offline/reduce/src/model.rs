@@ -8,7 +8,7 @@ use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
-use super::poses::{PoseScores, fit_poses, is_posed, pose_scores};
+use super::poses::{PoseScores, fit_poses, is_posed, pose_band, pose_scores};
 use super::{Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
 /// Contents of a model file's META section.
@@ -159,15 +159,12 @@ fn add_poses<const M: usize>(
 ) -> Result<Option<[PoseScores; 2]>, ReduceError> {
     let [held_out, fitted]: [Vec<&Run>; 2] =
         [true, false].map(|held_out| posed.iter().copied().filter(|run| run.held_out == held_out).collect());
-    let of = |kind: Kind| -> Vec<&Run> { held_out.iter().copied().filter(|run| run.kind == kind).collect() };
+    let of = |is: fn(Kind) -> bool| -> Vec<&Run> { held_out.iter().copied().filter(|run| is(run.kind)).collect() };
     let mut data = params.try_build()?.cast::<f64>();
     let Some(table) = fit_poses(&data, &fitted)? else { return Ok(None) };
     data.pose = table;
-    let scores = [Kind::Pose, Kind::PoseChange].map(|kind| pose_scores(&data, &of(kind)));
-    // Half-widths for 95 % of a normal distribution; friction has two components.
-    let [fixed, _] = &scores;
-    let band = [1.96 * fixed.normal_of_largest, 1.96 * fixed.friction_of_limit / std::f64::consts::SQRT_2];
-    data.pose.band = band;
+    let scores = [Kind::is_in_pose, Kind::changes_pose].map(|is| pose_scores(&data, &of(is)));
+    data.pose.band = pose_band(&data, &held_out);
     params.pose = data.pose.map(|x| x as f32);
     Ok(Some(scores))
 }

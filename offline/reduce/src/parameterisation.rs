@@ -124,7 +124,7 @@ impl Parameterisation {
     /// Where those stand that only area and stick ratio depend on.
     pub fn of_contact(&self, springs: usize) -> Range<usize> {
         let start = self.of_forces(springs).end;
-        start..start + self.rising.0.len() + 1 + springs * (self.gentle.0.len() + 1)
+        start..start + self.rising.0.len() + 1 + springs * (self.gentle.0.len() + 1) + 2
     }
 
     /// Where those stand that only a spin, its moment and the centre of pressure depend on.
@@ -166,9 +166,10 @@ impl Parameterisation {
         // Slopes of both stiffnesses, strength ratio, tilt, press coupling, odd stiffness.
         theta.extend(vec![0.0; 2 * gentle + gentle + 2 * (gentle + 1) + 1]);
         theta.extend(table(start.area));
-        // Area tilt, area shares, sharpness.
+        // Area tilt, area shares, sharpness, lead of slip.
         theta.extend(vec![0.0; 1 + springs * gentle]);
         theta.extend(vec![-1.0; springs]);
+        theta.extend([0.0; 2]);
         // What touches later lies farther out.
         theta.extend((0..springs).flat_map(|j| [0.0, (1.0 + 2.0 * j as f64 / springs as f64).ln()]));
         theta.extend(vec![0.0; gentle + 1]);
@@ -211,6 +212,7 @@ impl Parameterisation {
         let area_tilt = 0.5 * cursor.one().tanh();
         let area_shares: Vec<&[f64]> = (0..M).map(|_| cursor.take(gentle)).collect();
         let sharpness = cursor.take(M);
+        let slip_lead = [0, 1].map(|_| ALLOWED * cursor.one().tanh());
         let places: Vec<&[f64]> = (0..M).map(|_| cursor.take(2)).collect();
         let centre: Vec<f64> = cursor.take(gentle).to_vec();
         let centre_per_n = cursor.one();
@@ -258,6 +260,7 @@ impl Parameterisation {
             area_tilt,
             pressure_centre_per_n: centre_per_n,
             spin_cross: 0.0,
+            slip_lead,
             band_normal_middle: 1.0,
             band_normal_slip: 1.0,
             band_friction_stick: 0.0,
@@ -298,6 +301,7 @@ pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> Param
         area_tilt: p.area_tilt as f32,
         pressure_centre_per_n: p.pressure_centre_per_n as f32,
         spin_cross: p.spin_cross as f32,
+        slip_lead: p.slip_lead.map(|v| v as f32),
         band_normal_middle: p.band_normal_middle as f32,
         band_normal_slip: p.band_normal_slip as f32,
         band_friction_stick: p.band_friction_stick as f32,

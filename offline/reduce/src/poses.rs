@@ -4,30 +4,48 @@
 
 use fingerpad::{DataOf, Motion, POSE_ROWS, POSE_TERMS, Pose, PoseTable, Response, StateOf};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, TerminationReason, minimise};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{ReduceError, Run, Sample};
+use super::{Kind, ReduceError, Run, Sample};
 
 /// Least number of runs in other poses from which poses are fitted.
 const LEAST_RUNS: usize = 6;
 /// Longest motion and largest turn of a step of the replay, mm and degrees.
-const STEP_MM: f32 = 0.05;
-const STEP_DEG: f32 = 1.0;
+const STEP_MM: f32 = 0.1;
+const STEP_DEG: f32 = 2.0;
 /// Errors that count 1: of the normal force and the area over the largest of their run, of friction over the model's limit, of
-/// the centre of pressure, mm.
+/// the centre of pressure, mm, and of the moment about the normal over the limit times the radius of a circle of the area.
 const NORMAL_SHARE: f64 = 0.02;
 const AREA_SHARE: f64 = 0.03;
 const FRICTION_SHARE: f64 = 0.03;
 const CENTRE_MM: f64 = 0.3;
-/// Change of a coefficient of each row from none that counts 1: holds what the runs do not determine. Strength and stiffness
-/// hardly go beyond what normal force and area imply.
-const PRIORS: [f64; POSE_ROWS] = [2.0, 2.0, 2.0, 2.0, 0.05, 0.05, 0.05, 0.2, 10.0, 0.2, 10.0, 0.05];
+const MOMENT_SHARE: f64 = 0.1;
+/// Change of a coefficient of each row from none that counts 1: holds what the runs do not determine.
+const PRIORS: [f64; POSE_ROWS] =
+    [2.0, 2.0, 0.5, 2.0, 2.0, 0.5, 0.1, 0.5, 0.2, 0.5, 0.1, 0.2, 0.1, 10.0, 0.5, 1.0, 0.2, 0.05, 10.0, 0.5, 1.0];
+/// The same for the terms of a row, share of its prior: rows of a run err together, and higher orders swing beyond the outermost
+/// runs.
+const ORDERS: [f64; POSE_TERMS] = [0.25, 0.18, 0.08, 0.25, 0.12, 0.12];
 /// Rolling length at which the fit begins: the contact's diameter.
 const ROLLING_LENGTH: f64 = 2.0;
+/// Rows that presses without friction tell: normal force, area, depth of touch, place of the pressure.
+const PRESSED: [usize; 9] = [0, 1, 2, 3, 4, 5, TOUCH_ROW, 13, 18];
+/// Rows that a change of pose alone tells: slides that the pose amounts to, and the rolling length behind the last row.
+const ROLLED: [usize; 3] = [15, 20, POSE_ROWS];
+/// Bound of the first step of a fit, over the scale of its coefficients.
+const STEP_BOUND: f64 = 1.0;
+/// Row of the depth at which the contact begins, and where the fit begins: some 0.1 mm in far poses, none in near ones.
+const TOUCH_ROW: usize = 7;
+const TOUCH: [f64; POSE_TERMS] = [-0.05, 0.0, 0.6, 0.0, 0.0, 0.4];
 /// Step of the finite differences of the Jacobian.
 const DIFFERENCE: f64 = 1e-4;
 /// Depth below which rows are not compared, mm: limits are too small to be held against.
 const LEAST_DEPTH_MM: f32 = 0.05;
+/// Share of the rows whose errors a band holds.
+const COVERED: f64 = 0.955;
+/// Least limit that friction is held against, share of the largest of a run.
+const LIGHT: f64 = 0.05;
 
 /// Errors in other poses than the fitted one, RMS over rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -63,13 +81,38 @@ pub fn fit_poses<const M: usize, const N: usize>(
     }
     let mut ranged = *data;
     (ranged.pose.pitch_range_deg, ranged.pose.roll_max_deg) = ranges_deg(data.pose.pitch_deg, runs);
-    let mut problem = Poses { data: ranged, runs };
-    let mut start = vec![0.0; POSE_TERMS * POSE_ROWS + 1];
-    start[POSE_TERMS * POSE_ROWS] = ROLLING_LENGTH;
-    let minimiser = LevenbergMarquardt::new().with_ftol(1e-6).with_xtol(1e-6).with_patience(100);
-    let (found, report) = minimise(&mut problem, &start, &minimiser);
-    if !(report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)) {
-        return Err(ReduceError::Fit(format!("poses: {:?}", report.termination)));
+    ranged.pose.depth_max_mm =
+        runs.iter().flat_map(|run| &run.samples).map(|s| f64::from(s.depth_mm)).fold(0.1, f64::max);
+    let mut found = vec![0.0; POSE_TERMS * POSE_ROWS + 1];
+    found[POSE_TERMS * POSE_ROWS] = ROLLING_LENGTH;
+    found[POSE_TERMS * TOUCH_ROW..][..POSE_TERMS].copy_from_slice(&TOUCH);
+    // What presses tell, then friction in poses that stay, then what a change of pose does on top.
+    let (staying, changing): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| !run.kind.changes_pose());
+    let is_of = |rows: &'static [usize]| move |k: &usize| rows.contains(&(k / POSE_TERMS));
+    let (rolled, others): (Vec<usize>, Vec<usize>) = (0..found.len()).partition(is_of(&ROLLED));
+    let (pressed, sheared): (Vec<usize>, Vec<usize>) = others.into_iter().partition(is_of(&PRESSED));
+    let both = pressed.iter().chain(&sheared).copied().collect();
+    let none: fn(Kind) -> bool = |_| false;
+    let stays: fn(Kind) -> bool = |kind| !kind.changes_pose();
+    let stages: [(Vec<usize>, &[&Run], fn(Kind) -> bool); 4] = [
+        (pressed, runs, none),
+        (sheared, &staying, stays),
+        (both, runs, stays),
+        (rolled, &changing, Kind::changes_pose),
+    ];
+    for (free, runs, with_friction) in stages {
+        if runs.is_empty() {
+            continue;
+        }
+        let start: Vec<f64> = free.iter().map(|&k| found[k]).collect();
+        let mut problem = Poses { data: ranged, runs, base: found.clone(), free, with_friction };
+        let minimiser =
+            LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_patience(30).with_stepbound(STEP_BOUND);
+        let (moved, report) = minimise(&mut problem, &start, &minimiser);
+        if !(report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)) {
+            return Err(ReduceError::Fit(format!("poses: {:?}", report.termination)));
+        }
+        found = problem.whole(&moved);
     }
     Ok(Some(table(&ranged.pose, &found)))
 }
@@ -78,14 +121,14 @@ pub fn fit_poses<const M: usize, const N: usize>(
 pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> PoseScores {
     let (mut sums, mut rows, mut centres) = ([0.0; 4], 0.0, 0.0);
     for run in runs {
-        let largest = largest(run);
+        let largest = Largest::of(data, run);
         for (sample, r) in run.samples.iter().zip(replay_with_pose(data, run)) {
-            let Some([normal, area, x, y, centre_x, centre_y]) = errors(sample, &r, largest) else { continue };
+            let Some([normal, area, x, y, centre_x, centre_y, _]) = errors(sample, &r, &largest) else { continue };
             rows += 1.0;
             sums[0] += normal * normal;
             sums[1] += x * x + y * y;
             sums[3] += area * area;
-            if f64::from(sample.normal_force_n) > 0.1 * largest[0] {
+            if f64::from(sample.normal_force_n) > 0.1 * largest.normal_n {
                 sums[2] += centre_x * centre_x + centre_y * centre_y;
                 centres += 1.0;
             }
@@ -101,12 +144,39 @@ pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run
     }
 }
 
+/// What a pose has to add to the bands so that they hold the errors of [`COVERED`] of the rows: shares of the normal force and
+/// of the friction limit.
+pub fn pose_band<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> [f64; 2] {
+    let mut without = *data;
+    without.pose.band = [0.0; 2];
+    let mut shares: [Vec<f64>; 2] = [vec![], vec![]];
+    for run in runs {
+        for (sample, r) in run.samples.iter().zip(replay_with_pose(&without, run)) {
+            if sample.depth_mm > LEAST_DEPTH_MM && r.normal_force_n > 0.0 {
+                let normal = (r.normal_force_n - f64::from(sample.normal_force_n)).abs() - r.band_normal_n;
+                shares[0].push(normal / r.normal_force_n);
+                shares[1].extend((0..2).map(|k| {
+                    let error = (r.friction_n[k] - f64::from(sample.friction_n[k])).abs();
+                    (error - r.band_friction_n) / r.friction_limit_n.max(1e-6)
+                }));
+            }
+        }
+    }
+    shares.map(|mut shares| {
+        shares.sort_by(f64::total_cmp);
+        let index = (COVERED * shares.len() as f64) as usize;
+        shares.get(index).map_or(0.0, |share| share.clamp(0.0, 10.0))
+    })
+}
+
 /// A table from the vector of the fit. All coefficients of 0 would mean a model of one pose.
 fn table(of: &PoseTable<f64>, vector: &[f64]) -> PoseTable<f64> {
     let mut rows = [[0.0; POSE_TERMS]; POSE_ROWS];
     for (row, numbers) in rows.iter_mut().zip(vector.chunks_exact(POSE_TERMS)) {
         row.copy_from_slice(numbers);
     }
+    // The contact in the fitted pose begins at depth 0.
+    rows[TOUCH_ROW][0] = rows[TOUCH_ROW][0].min(0.0);
     if rows.iter().flatten().all(|x| *x == 0.0) {
         rows[0][0] = f64::from(f32::MIN_POSITIVE);
     }
@@ -124,27 +194,57 @@ fn ranges_deg(fitted_pitch: f64, runs: &[&Run]) -> ([f64; 2], f64) {
     )
 }
 
-/// Largest normal force, N, and contact area, mm², of a run.
-fn largest(run: &Run) -> [f64; 2] {
-    let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(1e-3f32, f32::max));
-    [most(|s| s.normal_force_n), most(|s| s.contact_area_mm2)]
+/// What errors of a run are held against.
+struct Largest {
+    normal_n: f64,
+    area_mm2: f64,
+    /// Largest friction that normal force and area of a row stand for, N.
+    limit_n: f64,
+    /// Friction in full slip over N^beta A^(1 − beta), and beta.
+    law: [f64; 2],
 }
 
-/// Errors of a row: normal force and area over the largest, friction over the limit, centre of pressure in mm. None out of
-/// contact.
-fn errors(sample: &Sample, r: &Response<f64>, largest: [f64; 2]) -> Option<[f64; 6]> {
+impl Largest {
+    fn of<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run: &Run) -> Self {
+        let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(1e-3f32, f32::max));
+        let middle = &data.rows[N / 2];
+        let beta = data.pressure_exponent;
+        let law = middle.limit.value / (middle.normal.value.powf(beta) * middle.area.value.powf(1.0 - beta));
+        let largest = Self {
+            normal_n: most(|s| s.normal_force_n),
+            area_mm2: most(|s| s.contact_area_mm2),
+            limit_n: 0.0,
+            law: [law, beta],
+        };
+        let limit_n = run.samples.iter().map(|s| largest.limit_n(s)).fold(1e-3, f64::max);
+        Self { limit_n, ..largest }
+    }
+
+    /// Friction in full slip by the finite elements' normal force and area, N; a light touch counts as a twentieth of the largest.
+    fn limit_n(&self, sample: &Sample) -> f64 {
+        let [law, beta] = self.law;
+        let [normal, area] = [sample.normal_force_n, sample.contact_area_mm2].map(|x| f64::from(x.max(0.0)));
+        (law * normal.powf(beta) * area.powf(1.0 - beta)).max(LIGHT * self.limit_n)
+    }
+}
+
+/// Errors of a row: normal force and area over the largest, friction over the limit, centre of pressure in mm, moment about the
+/// normal over the limit times a radius. None out of contact.
+fn errors(sample: &Sample, r: &Response<f64>, largest: &Largest) -> Option<[f64; 7]> {
     let turned = sample.turned.filter(|_| sample.depth_mm > LEAST_DEPTH_MM)?;
     let normal = f64::from(sample.normal_force_n);
-    let limit = r.friction_limit_n.max(1e-3);
-    let [mx, my, _] = turned.moment_n_mm.map(f64::from);
+    let limit = largest.limit_n(sample);
+    let [mx, my, mz] = turned.moment_n_mm.map(f64::from);
     let centre = if normal > 0.0 { [-my / normal, mx / normal] } else { r.pressure_centre_mm };
+    let radius = (largest.area_mm2 / std::f64::consts::PI).sqrt();
     Some([
-        (r.normal_force_n - normal) / largest[0],
-        (r.contact_area_mm2 - f64::from(sample.contact_area_mm2)) / largest[1],
+        (r.normal_force_n - normal) / largest.normal_n,
+        (r.contact_area_mm2 - f64::from(sample.contact_area_mm2)) / largest.area_mm2,
         (r.friction_n[0] - f64::from(sample.friction_n[0])) / limit,
         (r.friction_n[1] - f64::from(sample.friction_n[1])) / limit,
         r.pressure_centre_mm[0] - centre[0],
         r.pressure_centre_mm[1] - centre[1],
+        (r.spin_moment_n_mm - mz) / (limit * radius),
     ])
 }
 
@@ -192,24 +292,42 @@ pub fn replay_with_pose<const M: usize, const N: usize>(data: &DataOf<M, N, f64>
 struct Poses<'a, const M: usize, const N: usize> {
     data: DataOf<M, N, f64>,
     runs: &'a [&'a Run],
+    /// All coefficients, and which of them move.
+    base: Vec<f64>,
+    free: Vec<usize>,
+    /// In which kinds of runs errors of friction count.
+    with_friction: fn(Kind) -> bool,
 }
 
 impl<const M: usize, const N: usize> Poses<'_, M, N> {
-    fn residuals_at(&self, vector: &[f64]) -> Vec<f64> {
+    /// All coefficients where those that move have these values.
+    fn whole(&self, moved: &[f64]) -> Vec<f64> {
+        let mut whole = self.base.clone();
+        for (k, x) in self.free.iter().zip(moved) {
+            whole[*k] = *x;
+        }
+        whole
+    }
+
+    fn residuals_at(&self, moved: &[f64]) -> Vec<f64> {
+        let vector = &self.whole(moved);
         let mut data = self.data;
         data.pose = table(&self.data.pose, vector);
         let mut out = Vec::new();
         for run in self.runs {
-            let largest = largest(run);
+            let largest = Largest::of(&self.data, run);
+            let has_friction = (self.with_friction)(run.kind);
             for (sample, r) in run.samples.iter().zip(replay_with_pose(&data, run)) {
-                let [normal, area, x, y, centre_x, centre_y] = errors(sample, &r, largest).unwrap_or_default();
-                let weight = f64::from(sample.normal_force_n) / (largest[0] * CENTRE_MM);
-                out.extend([normal / NORMAL_SHARE, area / AREA_SHARE, x / FRICTION_SHARE, y / FRICTION_SHARE]);
+                let [normal, area, x, y, centre_x, centre_y, moment] = errors(sample, &r, &largest).unwrap_or_default();
+                let weight = f64::from(sample.normal_force_n) / (largest.normal_n * CENTRE_MM);
+                let of_friction = [x / FRICTION_SHARE, y / FRICTION_SHARE, moment / MOMENT_SHARE];
+                out.extend([normal / NORMAL_SHARE, area / AREA_SHARE]);
+                out.extend(of_friction.map(|error| if has_friction { error } else { 0.0 }));
                 out.extend([centre_x * weight, centre_y * weight]);
             }
         }
         let rows = &vector[..POSE_TERMS * POSE_ROWS];
-        out.extend(rows.iter().enumerate().map(|(k, x)| x / PRIORS[k / POSE_TERMS]));
+        out.extend(rows.iter().enumerate().map(|(k, x)| x / (PRIORS[k / POSE_TERMS] * ORDERS[k % POSE_TERMS])));
         out.iter_mut().for_each(|r| *r = if r.is_finite() { *r } else { 1e3 });
         out
     }
@@ -227,6 +345,6 @@ impl<const M: usize, const N: usize> Problem for Poses<'_, M, N> {
             moved[k] += DIFFERENCE;
             self.residuals_at(&moved).iter().zip(&here).map(|(m, h)| (m - h) / DIFFERENCE).collect()
         };
-        Some((0..vector.len()).map(column).collect())
+        Some((0..vector.len()).into_par_iter().map(column).collect())
     }
 }

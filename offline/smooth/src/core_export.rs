@@ -225,6 +225,7 @@ fn params(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed, varying:
         area_tilt: data.area_tilt,
         pressure_centre_per_n: data.pressure_centre_per_n,
         spin_cross: data.spin_cross,
+        slip_lead: [data.slip_lead[0], data.slip_lead[0] + data.slip_lead[1] * (NODES - 1) as f32],
         band_normal_middle: middle_of(slip, rate, bend),
         band_normal_slip: slip,
         band_friction_stick: friction_slip + friction_rate + friction_bend,

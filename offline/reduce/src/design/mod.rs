@@ -54,11 +54,15 @@ pub enum Kind {
     Force,
     /// Steps of the normal force while the slide is held.
     ForceStep,
+    /// Slides at two depths in a pitch and roll of the whole range that stay, with a slide back or a spin.
+    WidePose,
+    /// As [`Self::PoseChange`], over the whole range.
+    WidePoseChange,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::Press,
         Self::Straight,
         Self::Reversal,
@@ -74,7 +78,28 @@ impl Kind {
         Self::PoseChange,
         Self::Force,
         Self::ForceStep,
+        Self::WidePose,
+        Self::WidePoseChange,
     ];
+
+    /// Whether pitch and roll are part of such paths and stay.
+    pub fn is_in_pose(self) -> bool {
+        matches!(self, Self::Pose | Self::WidePose)
+    }
+
+    /// Whether pitch and roll change on such paths.
+    pub fn changes_pose(self) -> bool {
+        matches!(self, Self::PoseChange | Self::WidePoseChange)
+    }
+
+    /// The kind whose part of Halton's sequence such paths are drawn from; what is made of a point differs.
+    fn sequence(self) -> usize {
+        (match self {
+            Self::WidePose => Self::Pose,
+            Self::WidePoseChange => Self::PoseChange,
+            kind => kind,
+        }) as usize
+    }
 
     /// The spelling used in files.
     pub fn as_str(self) -> &'static str {
@@ -94,6 +119,8 @@ impl Kind {
             Self::PoseChange => "pose_change",
             Self::Force => "force",
             Self::ForceStep => "force_step",
+            Self::WidePose => "wide_pose",
+            Self::WidePoseChange => "wide_pose_change",
         }
     }
 }
@@ -155,7 +182,7 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
                     Kind::Vibration => in_turn(2 * (number / motions::AMPLITUDES) + usize::from(late)),
                     _ => in_turn(i),
                 };
-                let index = 1 + drawn + KIND_STRIDE * kind as usize + SEED_STRIDE * settings.seed as usize;
+                let index = 1 + drawn + KIND_STRIDE * kind.sequence() + SEED_STRIDE * settings.seed as usize;
                 one(settings, kind, number, &mut HaltonPoint::new(index))
             });
         }
@@ -191,7 +218,9 @@ fn one(settings: &DesignSettings, kind: Kind, number: usize, point: &mut HaltonP
         Kind::SpinSlide => turned_motions::spin_slide(settings, number, point),
         Kind::SpinReversal => turned_motions::spin_reversal(settings, point),
         Kind::Pose => turned_motions::pose(settings, number, point),
-        Kind::PoseChange => turned_motions::pose_change(settings, point),
+        Kind::PoseChange => turned_motions::pose_change(settings, settings.near_poses_deg(), point),
+        Kind::WidePose => turned_motions::wide_pose(settings, number, point),
+        Kind::WidePoseChange => turned_motions::pose_change(settings, settings.wide_poses_deg(), point),
         Kind::Force => motions::force(settings, point),
         Kind::ForceStep => motions::force_step(settings, point),
     }

@@ -28,10 +28,14 @@ pub struct DesignSettings {
     pub slide_mm: f64,
     /// Spin after which a contact 1 mm deep slips as a whole, degrees, roughly and rather too large: sizes all spins.
     pub spin_deg: f64,
-    /// Least and largest pitch (angle between the finger's axis and the plane), degrees.
+    /// Least and largest pitch (angle between the finger's axis and the plane) of near poses, degrees.
     pub pitch_deg: [f64; 2],
-    /// Least and largest roll, degrees.
+    /// Least and largest roll of near poses, degrees.
     pub roll_deg: [f64; 2],
+    /// Least and largest pitch of wide poses, degrees.
+    pub wide_pitch_deg: [f64; 2],
+    /// Least and largest roll of wide poses, degrees.
+    pub wide_roll_deg: [f64; 2],
     /// Largest depth of paths in a pose, mm: the held section of the finger is nearer there.
     pub pose_depth_max_mm: f64,
     /// Least and largest normal force of paths driven by it, N.
@@ -76,6 +80,10 @@ pub struct PathNumbers {
     pub force: [usize; 2],
     /// [`Kind::ForceStep`].
     pub force_step: [usize; 2],
+    /// [`Kind::WidePose`].
+    pub wide_pose: [usize; 2],
+    /// [`Kind::WidePoseChange`].
+    pub wide_pose_change: [usize; 2],
 }
 
 impl Default for DesignSettings {
@@ -87,6 +95,8 @@ impl Default for DesignSettings {
             spin_deg: 40.0,
             pitch_deg: [20.0, 50.0],
             roll_deg: [-15.0, 15.0],
+            wide_pitch_deg: [10.0, 70.0],
+            wide_roll_deg: [-30.0, 30.0],
             pose_depth_max_mm: 1.5,
             normal_force_n: [0.1, 1.2],
             axis_depths_mm: vec![0.3, 0.6, 1.0, 1.5, 2.0, 2.5],
@@ -113,6 +123,8 @@ impl Default for PathNumbers {
             pose_change: [6, 6],
             force: [6, 6],
             force_step: [4, 4],
+            wide_pose: [16, 10],
+            wide_pose_change: [6, 4],
         }
     }
 }
@@ -136,6 +148,8 @@ impl PathNumbers {
             Kind::PoseChange => self.pose_change,
             Kind::Force => self.force,
             Kind::ForceStep => self.force_step,
+            Kind::WidePose => self.wide_pose,
+            Kind::WidePoseChange => self.wide_pose_change,
         }
     }
 }
@@ -160,6 +174,8 @@ impl DesignSettings {
             pose_change: [0, 0],
             force: [0, 0],
             force_step: [0, 0],
+            wide_pose: [0, 0],
+            wide_pose_change: [0, 0],
         };
         let axis_depths_mm = vec![shallow, 0.5 * (shallow + deep), deep];
         Self { axis_depths_mm, paths, ..self }
@@ -185,15 +201,20 @@ impl DesignSettings {
             ("depth_mm", self.depth_mm),
             ("pitch_deg", self.pitch_deg),
             ("roll_deg", self.roll_deg),
+            ("wide_pitch_deg", self.wide_pitch_deg),
+            ("wide_roll_deg", self.wide_roll_deg),
             ("normal_force_n", self.normal_force_n),
         ] {
             if !(range[0] < range[1] && range.iter().all(|bound| bound.is_finite())) {
                 return refuse(key, format!("{range:?}"), "must be [least, largest]");
             }
         }
-        for (key, range, [least, most]) in
-            [("pitch_deg", self.pitch_deg, POSES_DEG[0]), ("roll_deg", self.roll_deg, POSES_DEG[1])]
-        {
+        for (key, range, [least, most]) in [
+            ("pitch_deg", self.pitch_deg, POSES_DEG[0]),
+            ("roll_deg", self.roll_deg, POSES_DEG[1]),
+            ("wide_pitch_deg", self.wide_pitch_deg, POSES_DEG[0]),
+            ("wide_roll_deg", self.wide_roll_deg, POSES_DEG[1]),
+        ] {
             if range[0] < least || range[1] > most {
                 return refuse(key, format!("{range:?}"), &format!("must lie between {least} and {most}"));
             }
@@ -222,6 +243,15 @@ impl DesignSettings {
             }
         }
         Ok(())
+    }
+
+    /// Ranges of pitch and roll of near and of wide poses, degrees.
+    pub(super) fn near_poses_deg(&self) -> [[f64; 2]; 2] {
+        [self.pitch_deg, self.roll_deg]
+    }
+
+    pub(super) fn wide_poses_deg(&self) -> [[f64; 2]; 2] {
+        [self.wide_pitch_deg, self.wide_roll_deg]
     }
 
     /// Least and largest depth of paths whose depth is drawn, mm; the largest is at most `most_mm`.

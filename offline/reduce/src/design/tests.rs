@@ -44,8 +44,8 @@ fn ranges_are_filled() {
             assert!(high - low > 0.7 * (most - least), "{what}: {low} to {high} of {least} to {most}");
         };
         let turn = |of: &dyn Fn(&Path) -> Option<Vec<f64>>| half().filter_map(|e| of(&e.path)).flatten().collect();
-        spread("pitch", turn(&|p| Some(p.turns.pitch.as_ref()?.values.clone())), settings.pitch_deg);
-        spread("roll", turn(&|p| Some(p.turns.roll.as_ref()?.values.clone())), settings.roll_deg);
+        spread("pitch", turn(&|p| Some(p.turns.pitch.as_ref()?.values.clone())), settings.wide_pitch_deg);
+        spread("roll", turn(&|p| Some(p.turns.roll.as_ref()?.values.clone())), settings.wide_roll_deg);
         let by_force = half().filter(|e| e.path.drives[0] == Drive::Force);
         let forces = by_force.flat_map(|e| &e.path.waypoints[1..]).map(|p| p.normal).collect();
         spread("normal force", forces, settings.normal_force_n);

@@ -1,5 +1,7 @@
 //! Paths of the design on which the plane turns: spin, pitch and roll.
 
+use std::f64::consts::PI;
+
 use fingerpad_fe::load_path::Path;
 
 use super::DesignSettings;
@@ -62,7 +64,7 @@ pub(super) fn spin_reversal(settings: &DesignSettings, point: &mut HaltonPoint) 
 pub(super) fn pose(settings: &DesignSettings, number: usize, point: &mut HaltonPoint) -> Path {
     let depth = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
     let full = settings.slip_slide_mm(depth);
-    let mut path = PathBuilder::in_pose(drawn_pose_deg(settings, point));
+    let mut path = PathBuilder::in_pose(drawn_pose_deg(settings.near_poses_deg(), point));
     path.press(depth);
     let angle = point.angle();
     path.slide(angle, full * point.between(0.5, 1.1));
@@ -75,21 +77,41 @@ pub(super) fn pose(settings: &DesignSettings, number: usize, point: &mut HaltonP
     path.finish()
 }
 
-/// Pitch and roll change in contact: at a fixed slide, then during a slide, then back.
-pub(super) fn pose_change(settings: &DesignSettings, point: &mut HaltonPoint) -> Path {
+/// In a pitch and roll that stay: a slide, then, by `number` in turn, a slide back or a spin, another depth, a slide elsewhere.
+pub(super) fn wide_pose(settings: &DesignSettings, number: usize, point: &mut HaltonPoint) -> Path {
+    let mut path = PathBuilder::in_pose(drawn_pose_deg(settings.wide_poses_deg(), point));
     let depth = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
     let full = settings.slip_slide_mm(depth);
-    let first = drawn_pose_deg(settings, point);
+    path.press(depth);
+    let angle = point.angle();
+    path.slide(angle, full * point.between(0.5, 1.1));
+    if number.is_multiple_of(2) {
+        path.slide(angle + PI + point.between(-0.8, 0.8), full * point.between(0.4, 1.0));
+    } else {
+        path.spin(point.sign() * settings.slip_spin_deg(depth) * point.between(0.3, 0.7), 0.0, 0.0);
+    }
+    let other = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
+    path.press(other);
+    path.slide(point.angle(), settings.slip_slide_mm(other) * point.between(0.3, 0.8));
+    path.lift();
+    path.finish()
+}
+
+/// Pitch and roll change in contact: at a fixed slide, then during a slide, then back.
+pub(super) fn pose_change(settings: &DesignSettings, poses_deg: [[f64; 2]; 2], point: &mut HaltonPoint) -> Path {
+    let depth = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
+    let full = settings.slip_slide_mm(depth);
+    let first = drawn_pose_deg(poses_deg, point);
     let mut path = PathBuilder::in_pose(first);
     path.press(depth);
-    path.pose(drawn_pose_deg(settings, point), 0.0, 0.0);
-    path.pose(drawn_pose_deg(settings, point), point.angle(), full * point.between(0.3, 0.8));
+    path.pose(drawn_pose_deg(poses_deg, point), 0.0, 0.0);
+    path.pose(drawn_pose_deg(poses_deg, point), point.angle(), full * point.between(0.3, 0.8));
     path.pose(first, 0.0, 0.0);
     path.lift();
     path.finish()
 }
 
-/// Pitch and roll, degrees.
-fn drawn_pose_deg(settings: &DesignSettings, point: &mut HaltonPoint) -> [f64; 2] {
-    [settings.pitch_deg, settings.roll_deg].map(|[least, most]| point.between(least, most))
+/// Pitch and roll, degrees, within these ranges.
+fn drawn_pose_deg(poses_deg: [[f64; 2]; 2], point: &mut HaltonPoint) -> [f64; 2] {
+    poses_deg.map(|[least, most]| point.between(least, most))
 }
