@@ -58,6 +58,13 @@ impl<T: Scalar> Course<T> {
         if P == 1 { plane } else { plane + self.gyration_mm * self.gyration_mm * (a[2] * b[2]) }
     }
 
+    /// Whether a change of the limit, N, is more than what friction changes by over k along a way of this square, mm².
+    #[inline(always)]
+    fn outweighs(&self, grown: T, square: T) -> bool {
+        let growth = T::of(GROWTH) * grown;
+        growth * growth > square * self.stiffness * self.stiffness
+    }
+
     /// Share of a way that leads to full slip, at most 1: what the plane slides beyond it changes nothing. Full slip is taken to
     /// be where the mean of the springs slips.
     #[inline(always)]
@@ -88,9 +95,8 @@ impl<T: Scalar> Way<T> {
         let moved = less::<P, T>(here, state.reached);
         let square = course.dot::<P>(moved, moved);
         let grown = limit - state.limit_reached;
-        let growth = T::of(GROWTH) * grown;
-        let outweighs = growth * growth > square * stiffness * stiffness;
         if square > noticed * noticed || grown > noticed * stiffness {
+            let outweighs = course.outweighs(grown, square);
             if outweighs && grown > nothing {
                 grow(state, course);
             } else {
@@ -98,18 +104,28 @@ impl<T: Scalar> Way<T> {
                     state.turn = state.turn_before;
                 }
                 state.limit_before = nothing;
-                let stretch = stretch(state);
-                if !(outweighs && slips_on(state, course, moved, stretch)) {
-                    turn(state, course, moved, square);
+                let way = less::<P, T>(state.reached, state.turn);
+                let ahead = course.dot::<P>(moved, way);
+                if ahead < nothing {
+                    if outweighs && points_along(stretch(state), way) {
+                        state.turn = less::<P, T>(here, way);
+                    } else {
+                        turn(state, course, moved, [square, ahead], way);
+                    }
                 }
             }
             state.reached = here;
             state.limit_reached = limit;
-        } else {
-            if outweighs && grown < nothing && slips_on(state, course, moved, stretch(state)) {
+        } else if grown < nothing {
+            let way = less::<P, T>(state.reached, state.turn);
+            if course.dot::<P>(moved, way) < nothing
+                && course.outweighs(grown, square)
+                && points_along(stretch(state), way)
+            {
+                state.turn = less::<P, T>(here, way);
                 state.reached = here;
             }
-            state.limit_reached = state.limit_reached.at_most(limit);
+            state.limit_reached = limit;
             if limit < state.limit_before {
                 state.turn = state.turn_before;
                 state.limit_before = nothing;
@@ -119,41 +135,30 @@ impl<T: Scalar> Way<T> {
     }
 }
 
-/// Whether a contact that shrinks faster than it is moved back goes on slipping at its rim, friction still pointing along its
-/// way: then the way stays.
+/// Whether friction, by the stretch of a spring, still points along the way. A contact that shrinks faster than it is moved back
+/// then goes on slipping at its rim, and the way stays.
 #[inline(always)]
-fn slips_on<const M: usize, const P: usize, T: Scalar>(
-    state: &mut StateOf<M, P, T>,
-    course: &Course<T>,
-    moved: [T; 3],
-    [x, y]: [T; 2],
-) -> bool {
-    let way = less::<P, T>(state.reached, state.turn);
-    let stays = course.dot::<P>(moved, way) < T::of(0.0) && x * way[0] + y * way[1] > T::of(0.0);
-    if stays {
-        state.turn = less::<P, T>(course.here, way);
-    }
-    stays
+fn points_along<T: Scalar>([x, y]: [T; 2], way: [T; 3]) -> bool {
+    x * way[0] + y * way[1] > T::of(0.0)
 }
 
 /// The contact is moved back, straight or at an obtuse angle theta to its way: what goes back is forgotten, and of the rest, across
 /// the motion, a share 1 + cos theta is left.
+///
+/// * squares of the way moved and its scalar product with the way, mm²
 #[inline(always)]
 fn turn<const M: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
     course: &Course<T>,
     moved: [T; 3],
-    square: T,
+    [square, ahead]: [T; 2],
+    way: [T; 3],
 ) {
-    let way = less::<P, T>(state.reached, state.turn);
-    let ahead = course.dot::<P>(moved, way);
-    if ahead < T::of(0.0) {
-        let back = ahead / square;
-        let cosine = (ahead * back / (course.dot::<P>(way, way) + T::of(NOTHING))).magnitude().sqrt();
-        let left = (T::of(1.0) - cosine) * course.share_to_full_slip(way);
-        let across = less::<P, T>(way, moved.map(|m| back * m));
-        state.turn = less::<P, T>(state.reached, across.map(|w| left * w));
-    }
+    let back = ahead / square;
+    let cosine = (ahead * back / (course.dot::<P>(way, way) + T::of(NOTHING))).magnitude().sqrt();
+    let left = (T::of(1.0) - cosine) * course.share_to_full_slip(way);
+    let across = less::<P, T>(way, moved.map(|m| back * m));
+    state.turn = less::<P, T>(state.reached, across.map(|w| left * w));
 }
 
 /// The contact grows while it sticks: its way begins anew but for a small share, and the old one is kept.

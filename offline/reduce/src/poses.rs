@@ -144,7 +144,7 @@ pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run
     }
 }
 
-/// What a pose has to add to the bands so that they hold the errors of [`COVERED`] of the rows: shares of the normal force and
+/// What a pose has to add to the bands so that they hold the errors of 95.5 % of the rows: shares of the normal force and
 /// of the friction limit.
 pub fn pose_band<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> [f64; 2] {
     let mut without = *data;
