@@ -12,7 +12,7 @@ pub(crate) struct AtDepth<'a, const M: usize, T> {
     pub(crate) row: &'a Row<M, T>,
     /// Place within the row's cell, 0 to 1.
     pub(crate) t: T,
-    /// [`crate::ParamsOf::slip_lead`].
+    /// [`crate::ParamsOf::slip_lead`] at the depth, 1.
     pub(crate) slip_lead: T,
     pub(crate) depth: T,
     pub(crate) area: T,

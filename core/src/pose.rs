@@ -3,8 +3,9 @@
 //! Main types: [`Pose`], [`PoseTable`]. Uses math.
 //!
 //! The contact in another pose is that of the fitted one with other factors, smooth in the pose: normal force, area, strength,
-//! stiffness and the arms of the springs are multiplied, the limit is tilted, and pressing slides the pad another way. A change of pose in contact rolls the finger: skin that leaves the contact takes
-//! its stretch along, and what takes its place touches without any.
+//! stiffness and the arms of the springs are multiplied, the limit is tilted, and pressing slides the pad another way. A change
+//! of pose in contact rolls the finger: skin that leaves the contact takes its stretch along, and what takes its place touches
+//! without any.
 
 use crate::error::Field;
 use crate::math::Scalar;

@@ -44,9 +44,9 @@ pub(crate) struct Course<T> {
     pub(crate) here: [T; 3],
     /// Friction in full slip, N.
     pub(crate) limit: T,
-    /// N/mm.
+    /// Of all springs together along x, N/mm.
     pub(crate) stiffness: T,
-    /// What makes angles lengths.
+    /// Mean arm of the springs, which makes angles lengths.
     pub(crate) gyration_mm: T,
 }
 
@@ -83,7 +83,7 @@ fn less<const P: usize, T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 impl<T: Scalar> Way<T> {
     /// Follows the motion, before the springs move.
     ///
-    /// * `stretch`: displacement of the spring that slips last, mm: the direction of friction
+    /// * `stretch`: displacement, mm, of the spring that touches first, which slips last: the direction of friction
     #[inline(always)]
     pub(crate) fn follow<const M: usize, const P: usize>(
         state: &mut StateOf<M, P, T>,
@@ -145,7 +145,7 @@ fn points_along<T: Scalar>([x, y]: [T; 2], way: [T; 3]) -> bool {
 /// The contact is moved back, straight or at an obtuse angle theta to its way: what goes back is forgotten, and of the rest, across
 /// the motion, a share 1 + cos theta is left.
 ///
-/// * squares of the way moved and its scalar product with the way, mm²
+/// * `square`, `ahead`: square of what was moved since the last one taken note of, and its scalar product with the way, mm²
 #[inline(always)]
 fn turn<const M: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
@@ -266,10 +266,10 @@ mod tests {
         }
     }
 
-    /// What stuck when the contact grew while it slid slips bit by bit when it shrinks, and all of it once friction is at its
-    /// limit; nothing waits for the old limit and then slips at once.
+    /// What stuck when the contact grew while it slid slips as the contact shrinks, all of it once friction is at its limit and
+    /// over several steps of 5 µm; nothing waits until the limit is what it was before the growth.
     #[test]
-    fn a_contact_that_shrinks_slips_bit_by_bit() {
+    fn a_contact_that_shrinks_slips_where_friction_meets_its_limit() {
         let mut state = State::default();
         go(&mut state, 0.6, 0.6);
         let grown = go(&mut state, 1.4, 0.5).pop().unwrap();

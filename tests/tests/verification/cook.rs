@@ -40,24 +40,30 @@ fn corner(mesh: &Mesh) -> u32 {
     *mesh.node_set("x1").iter().find(|&&n| mesh.nodes[n as usize].y > 60.0 - 1e-9).unwrap()
 }
 
-/// Vertical displacement of the corner under the whole load, mm.
-fn deflection(n: usize) -> f64 {
-    let mesh = membrane(n);
+/// Vertical displacement of the corner, mm, under forces on nodes, N, in three steps.
+fn corner_under(mesh: &Mesh, forces_n: &[(u32, f64)]) -> f64 {
     let supports = Supports {
         fixed: mesh.node_set("x0").to_vec(),
         fixed_components: (0..mesh.nodes.len() as u32).map(|node| (node, 2)).collect(),
         ..Default::default()
     };
-    let body = body_of(&mesh, Material::Ogden(LAW), &supports);
+    let body = body_of(mesh, Material::Ogden(LAW), &supports);
     let mut at = body.undeformed().clone();
     for part in [0.4, 0.7, 1.0] {
         let mut load = vec![0.0; body.dofs.count];
-        for (node, share) in shares(&mesh, n) {
-            load[body.dofs.node_dof(node).unwrap() + 1] = LOAD_N_PER_MM * share * part;
+        for &(node, force_n) in forces_n {
+            load[body.dofs.node_dof(node).unwrap() + 1] += force_n * part;
         }
         at = equilibrium(&body, at, &load, 1e-6).at;
     }
-    at.x[corner(&mesh) as usize].y - 60.0
+    at.x[corner(mesh) as usize].y - 60.0
+}
+
+/// Vertical displacement of the corner under the whole load, mm.
+fn deflection(n: usize) -> f64 {
+    let mesh = membrane(n);
+    let forces: Vec<_> = shares(&mesh, n).into_iter().map(|(node, share)| (node, LOAD_N_PER_MM * share)).collect();
+    corner_under(&mesh, &forces)
 }
 
 /// The membrane of n x n x 1 cells about as thick as they are wide, each split in six 10-node tetrahedra, and its
@@ -74,25 +80,12 @@ fn tet_membrane(n: usize) -> (Mesh, f64) {
 /// Vertical displacement of the corner of a membrane of tetrahedra, mm.
 fn tet_deflection(n: usize) -> f64 {
     let (mesh, thickness) = tet_membrane(n);
-    let supports = Supports {
-        fixed: mesh.node_set("x0").to_vec(),
-        fixed_components: (0..mesh.nodes.len() as u32).map(|node| (node, 2)).collect(),
-        ..Default::default()
-    };
-    let body = body_of(&mesh, Material::Ogden(LAW), &supports);
-    let mut at = body.undeformed().clone();
-    for part in [0.4, 0.7, 1.0] {
-        let mut load = vec![0.0; body.dofs.count];
-        for triangle in &mesh.pad_triangles {
-            let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
-            let share = (b - a).cross(&(c - a)).norm() / 2.0 / (16.0 * thickness) / 3.0;
-            for &node in triangle {
-                load[body.dofs.node_dof(node).unwrap() + 1] += LOAD_N_PER_MM * thickness * share * part;
-            }
-        }
-        at = equilibrium(&body, at, &load, 1e-6).at;
-    }
-    at.x[corner(&mesh) as usize].y - 60.0
+    let forces = mesh.pad_triangles.iter().flat_map(|triangle| {
+        let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
+        let share = (b - a).cross(&(c - a)).norm() / 2.0 / (16.0 * thickness) / 3.0;
+        triangle.map(|node| (node, LOAD_N_PER_MM * thickness * share))
+    });
+    corner_under(&mesh, &forces.collect::<Vec<_>>())
 }
 
 #[test]
