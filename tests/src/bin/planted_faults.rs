@@ -22,7 +22,8 @@ struct Fault {
 const CONTACT: &[&str] = &["-p", "fingerpad-fe", "--lib", "contact::"];
 const MINDLIN: &[&str] = &["-p", "fingerpad-tests", "--test", "cases", "mindlin"];
 const HERTZ: &[&str] = &["-p", "fingerpad-tests", "--test", "cases", "hertz"];
-const OGDEN: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "ogden"];
+const HYPERELASTIC: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "hyperelastic::"];
+const FIRST_TOUCH: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "depth_counts"];
 const BALANCE: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "balance"];
 
 const SURFACE: &str = "offline/fe/src/contact/surface.rs";
@@ -65,10 +66,10 @@ const FAULTS: &[Fault] = &[
     },
     Fault {
         name: "volumetric stiffness -2 %",
-        file: "offline/fe/src/material/ogden.rs",
-        sound: "f64x8::splat(2.0 / self.d_per_mpa)",
-        faulty: "f64x8::splat(1.96 / self.d_per_mpa)",
-        test: OGDEN,
+        file: "offline/fe/src/material/hyperelastic.rs",
+        sound: "f64x8::splat(2.0 / self.d_per_mpa())",
+        faulty: "f64x8::splat(1.96 / self.d_per_mpa())",
+        test: HYPERELASTIC,
     },
     Fault {
         name: "a face sticks where any node does",
@@ -101,6 +102,13 @@ const FAULTS: &[Fault] = &[
         sound: "* self.joint.rotation_nmm_per_rad;\n            for",
         faulty: "* (1.2 * self.joint.rotation_nmm_per_rad);\n            for",
         test: BALANCE,
+    },
+    Fault {
+        name: "depth from the pad's lowest point",
+        file: SURFACE,
+        sound: "Reach::of(undeformed, pad.undeformed)",
+        faulty: "Reach::of(undeformed.clone(), &undeformed)",
+        test: FIRST_TOUCH,
     },
     Fault {
         name: "centre of pressure x 0.9",
@@ -159,7 +167,7 @@ fn plant(faults: &[&Fault]) -> Result<usize, Failure> {
     Ok(survivors)
 }
 
-/// Copies the files that git tracks, as they are in the working tree.
+/// Copies the files and links that git tracks, as they are in the working tree.
 fn copy_tracked(root: &Path, to: &Path) -> Result<(), Failure> {
     let list = Command::new("git").current_dir(root).args(["ls-files", "-z"]).output()?;
     if !list.status.success() {
@@ -168,7 +176,12 @@ fn copy_tracked(root: &Path, to: &Path) -> Result<(), Failure> {
     for name in String::from_utf8(list.stdout)?.split('\0').filter(|name| !name.is_empty()) {
         let target = to.join(name);
         fs::create_dir_all(target.parent().ok_or("a file in a folder")?)?;
-        fs::copy(root.join(name), target)?;
+        let from = root.join(name);
+        if from.is_symlink() {
+            std::os::unix::fs::symlink(fs::read_link(from)?, target)?;
+        } else {
+            fs::copy(from, target)?;
+        }
     }
     Ok(())
 }
@@ -186,4 +199,18 @@ fn test(root: &Path, copy: &Path, arguments: &[&str], options: &[&str]) -> Resul
         .stderr(Stdio::null())
         .status()?;
     Ok(status.success())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_its_one_place_in_the_sources() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        for fault in FAULTS {
+            let text = fs::read_to_string(root.join(fault.file)).unwrap();
+            assert_eq!(text.matches(fault.sound).count(), 1, "{}: `{}` in {}", fault.name, fault.sound, fault.file);
+        }
+    }
 }

@@ -16,7 +16,7 @@ pub struct Supports {
     pub rigid: Vec<u32>,
     /// Degrees of freedom of the rigid body (0 to 2: translation of its reference point; 3 to 5: rotation) that are held.
     pub held_rigid: Vec<usize>,
-    /// Nodes that may come into contact; eliminated last.
+    /// Nodes that may come into contact; eliminated last, the lowest at the very end.
     pub contact: Vec<u32>,
 }
 
@@ -201,7 +201,10 @@ impl DofMap {
         let ties: Vec<Vec<(u32, f64)>> = mesh.ties.iter().map(|tie| tie.masters.clone()).collect();
         let mut role = roles(mesh, supports, elements);
         let graph = Graph::new(&role, &ties, elements);
-        let (order, contact_units) = graph.elimination(&supports.contact);
+        // Those nearest the plane in the pose of the mesh last: a trailing part of the contact dofs touches.
+        let mut contact = supports.contact.clone();
+        contact.sort_by(|&a, &b| mesh.nodes[b as usize].z.total_cmp(&mesh.nodes[a as usize].z));
+        let (order, contact_units) = graph.elimination(&contact);
         let mut dof_of_unit = vec![usize::MAX; graph.rigid_unit + 1];
         let mut count = 0;
         for &unit in &order {

@@ -198,9 +198,13 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Reach of these points of the undeformed surface, mm; the plane of the neutral pose touches first at height 0.
-    pub fn of(points: Vec<Vector3<f64>>) -> Self {
-        let neutral_mm = lowest(&points, &Vector3::z());
+    /// Reach of these points of the undeformed surface, mm.
+    ///
+    /// * `points`: what may touch in the poses of a path
+    /// * `body`: every point of the undeformed body, whose lowest one in the neutral pose the plane touches first, at
+    ///   height 0; it need not be one of `points`
+    pub fn of(points: Vec<Vector3<f64>>, body: &[Vector3<f64>]) -> Self {
+        let neutral_mm = lowest(body, &Vector3::z());
         Self { points, neutral_mm }
     }
 

@@ -139,7 +139,7 @@ impl Surface {
         Self {
             nodes,
             facets,
-            reach: Reach::of(undeformed),
+            reach: Reach::of(undeformed, pad.undeformed),
             reference_area,
             per_gap,
             penalty: settings.penalty_mpa_per_mm,

@@ -47,7 +47,7 @@ impl Clearance {
         let at = path.coordinates(row, finger.neutral_pitch_deg);
         let pad: Vec<Vector3<f64>> =
             finger.mesh.node_set(set::PAD).iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
-        let frame = Plane::new(at).frame(&Reach::of(pad));
+        let frame = Plane::new(at).frame(&Reach::of(pad, &finger.mesh.nodes));
         let reached = finger.obstacles.iter().map(|x| frame.to_plane(x).z).fold(f64::INFINITY, f64::min);
         (reached <= 0.0).then(|| {
             let [pitch, roll] = [at[plane::PITCH].to_degrees() + finger.neutral_pitch_deg, at[plane::ROLL].to_degrees()];

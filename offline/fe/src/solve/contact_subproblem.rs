@@ -7,12 +7,19 @@
 
 use nalgebra::Vector3;
 
+use super::contact_system::{ContactSystem, KeptFactor};
 use super::equilibrium::imbalance;
 use super::increment::{SolveError, WRENCH_OF};
-use super::linear::{DenseLu, Factor};
+use super::linear::Factor;
 use crate::contact::{ContactState, Evaluation, Friction, NodeTangent, Parts, Plane, Surface, Twist};
 
+/// What the solution of a Newton step may leave of its right-hand side: a share of the subproblem's tolerance, or of the
+/// right-hand side if that is more.
+const STEP_ERROR: f64 = 0.3;
+const LEAST_STEP_ERROR: f64 = 1e-4;
+
 /// What stays the same during the iterations.
+#[derive(Clone, Copy)]
 pub(super) struct ContactSubproblem<'a> {
     pub surface: &'a Surface,
     pub friction: &'a Friction,
@@ -125,12 +132,13 @@ impl ContactSubproblem<'_> {
 
     /// Solves from the guess `x`, `plane`; with `predict_stick` the first linearisation lets no stuck point slip.
     ///
-    /// `go_on` is asked before every iteration.
+    /// `kept` is what earlier steps of the increment were solved with; `go_on` is asked before every iteration.
     pub fn solve(
         &self,
         x: Vec<f64>,
         plane: Plane,
         predict_stick: bool,
+        kept: &mut KeptFactor,
         go_on: &mut dyn FnMut() -> Result<(), SolveError>,
     ) -> Result<Solution, SolveError> {
         let force_scale = self.force_scale();
@@ -140,7 +148,7 @@ impl ContactSubproblem<'_> {
             go_on()?;
             let predicted = predict_stick && iterations == 0;
             iterations += 1;
-            let Some((dx, d_plane)) = self.newton_step(&current, force_scale) else { break };
+            let Some((dx, d_plane)) = self.newton_step(&current, force_scale, kept) else { break };
             let mut scale = 1.0;
             let next = loop {
                 let x = current.x.iter().zip(&dx).map(|(x, d)| x + scale * d).collect();
@@ -168,28 +176,33 @@ impl ContactSubproblem<'_> {
         if n == 0 || self.force_target.iter().all(Option::is_none) {
             return 1.0;
         }
-        let vertical = |j: usize| self.factor.compliance_column(j).iter().skip(2).step_by(3).sum::<f64>();
-        let sum: f64 = (2..n).step_by(3).map(vertical).sum();
-        let nodes = n as f64 / 3.0;
+        let first = self.factor.compliant_from();
+        let load: Vec<f64> = (0..n).map(|j| f64::from(u8::from(j >= first && j % 3 == 2))).collect();
+        let mut moved = vec![0.0; n];
+        self.factor.add_compliance_times(&load, &mut moved);
+        let sum: f64 = moved.iter().skip(2).step_by(3).sum();
+        let nodes = (n - first) as f64 / 3.0;
         sum / (nodes * nodes) * nodes.sqrt()
     }
 
     /// Newton step of all contact dofs and of the plane; None if the system is singular.
-    fn newton_step(&self, at: &Trial, force_scale: f64) -> Option<(Vec<f64>, [f64; 6])> {
-        let unknowns = self.unknowns(at);
-        let driven: Vec<Driven> = unknowns.driven.iter().map(|&k| self.driven(at, k)).collect();
-        let (matrix, size) = self.system(at, &unknowns, &driven, force_scale);
-        let mut step: Vec<f64> = unknowns.active.iter().map(|&i| -at.h[i]).collect();
-        step.extend(unknowns.driven.iter().map(|&k| -at.balance[k]));
-        DenseLu::new(&matrix, size).solve(&mut step);
+    fn newton_step(&self, at: &Trial, force_scale: f64, kept: &mut KeptFactor) -> Option<(Vec<f64>, [f64; 6])> {
+        let driven: Vec<Driven> =
+            (0..6).filter(|&k| self.force_target[k].is_some()).map(|k| self.driven(at, k)).collect();
+        let system = self.system(at, &driven, force_scale);
+        let mut rhs: Vec<f64> = system.active.iter().map(|&i| -at.h[i]).collect();
+        rhs.extend(driven.iter().map(|driven| -at.balance[driven.coordinate]));
+        let tolerance = (STEP_ERROR * self.tolerance).max(LEAST_STEP_ERROR * at.norm);
+        let step = kept.solve(&system, self.y.len(), &rhs, tolerance);
         if step.iter().any(|v| !v.is_finite()) {
             return None;
         }
-        Some(self.whole_step(at, &unknowns, &driven, &step))
+        Some(self.whole_step(at, &system, &driven, &step))
     }
 
-    /// The dofs of nodes in contact, those with a shift, and the force-driven coordinates.
-    fn unknowns(&self, at: &Trial) -> Unknowns {
+    /// The dofs of nodes in contact and those with a shift, and the place of each contact dof among them (usize::MAX if it
+    /// is none).
+    fn active(&self, at: &Trial) -> (Vec<usize>, Vec<usize>) {
         let n = self.y.len();
         let mut index = vec![usize::MAX; n];
         let mut active = Vec::new();
@@ -201,8 +214,7 @@ impl ContactSubproblem<'_> {
                 active.push(j);
             }
         }
-        let driven = (0..6).filter(|&k| self.force_target[k].is_some()).collect();
-        Unknowns { index, active, driven }
+        (active, index)
     }
 
     /// How the contact changes with a force-driven coordinate.
@@ -262,93 +274,45 @@ impl ContactSubproblem<'_> {
         sum.dot(&axis)
     }
 
-    /// The matrix of the Newton step, column-major, and its size: equations of the active dofs, then force balances.
-    fn system(&self, at: &Trial, unknowns: &Unknowns, driven: &[Driven], force_scale: f64) -> (Vec<f64>, usize) {
-        let Unknowns { index, active, .. } = unknowns;
-        let (na, size) = (active.len(), active.len() + driven.len());
-        // Rows of G on the active dofs, contiguous per column.
-        let mut g = vec![0.0; na * na];
-        for (c, &j) in active.iter().enumerate() {
-            let column = self.factor.compliance_column(j);
-            for (r, &i) in active.iter().enumerate() {
-                g[c * na + r] = column[i];
-            }
-        }
-        let mut matrix = vec![0.0; size * size];
-        for (c, &j) in active.iter().enumerate() {
-            let target = &mut matrix[c * size..c * size + na];
-            if self.shift[j] != 0.0 {
-                for (t, s) in target.iter_mut().zip(&g[c * na..(c + 1) * na]) {
-                    *t -= s * self.shift[j];
-                }
-            }
-            target[c] += 1.0;
-        }
-        self.for_tangent(at, |row, column, value| {
-            let c = index[column];
-            let source = &g[index[row] * na..(index[row] + 1) * na];
-            for (t, s) in matrix[c * size..c * size + na].iter_mut().zip(source) {
-                *t += s * value;
-            }
-        });
-        for (p, driven_by) in driven.iter().enumerate() {
-            let rows = self.wrench_rows(at, driven_by.coordinate);
-            for (node, row) in rows {
+    /// The linear system of the Newton step.
+    fn system(&self, at: &Trial, driven: &[Driven], force_scale: f64) -> ContactSystem {
+        let (active, index) = self.active(at);
+        let mut entries = Vec::new();
+        self.for_tangent(at, |row, column, value| entries.push((index[row] as u32, index[column] as u32, value)));
+        let shifted = active.iter().enumerate().filter(|(_, j)| self.shift[**j] != 0.0);
+        entries.extend(shifted.map(|(c, &j)| (c as u32, c as u32, -self.shift[j])));
+        let balance = |of: &Driven| {
+            let mut balance = vec![0.0; active.len()];
+            for (node, row) in self.wrench_rows(at, of.coordinate) {
                 for &(slot, weight) in &self.slots[node] {
                     for k in self.free(slot) {
-                        matrix[index[slot + k] * size + na + p] += force_scale * weight * row[k];
+                        balance[index[slot + k]] += force_scale * weight * row[k];
                     }
                 }
             }
-            let target = &mut matrix[(na + p) * size..(na + p + 1) * size];
-            for (c, &j) in active.iter().enumerate() {
-                if driven_by.residual[j] != 0.0 {
-                    for (t, s) in target[..na].iter_mut().zip(&g[c * na..(c + 1) * na]) {
-                        *t += s * driven_by.residual[j];
-                    }
-                }
-            }
-            for (q, other) in driven.iter().enumerate() {
-                target[na + q] = force_scale * self.wrench_change(at, other.coordinate, driven_by);
-            }
-        }
-        (matrix, size)
+            balance.extend(driven.iter().map(|by| force_scale * self.wrench_change(at, of.coordinate, by)));
+            balance
+        };
+        let balances = driven.iter().map(balance).collect();
+        let residual = |driven: &Driven| active.iter().map(|&j| driven.residual[j]).collect();
+        let driven = driven.iter().map(residual).collect();
+        ContactSystem::new(self.factor, active, &entries, driven, balances)
     }
 
-    /// The step of all contact dofs and of the plane from that of the unknowns: dx = -h - G df.
-    fn whole_step(&self, at: &Trial, unknowns: &Unknowns, driven: &[Driven], step: &[f64]) -> (Vec<f64>, [f64; 6]) {
-        let Unknowns { index, active, .. } = unknowns;
+    /// The step of all contact dofs and of the plane from that of the unknowns: dx = -h - G df where no force changes.
+    fn whole_step(&self, at: &Trial, system: &ContactSystem, driven: &[Driven], step: &[f64]) -> (Vec<f64>, [f64; 6]) {
+        let (moved, turned) = step.split_at(system.active.len());
         let mut d_plane = [0.0; 6];
-        for (p, driven) in driven.iter().enumerate() {
-            d_plane[driven.coordinate] = step[active.len() + p];
-        }
+        driven.iter().zip(turned).for_each(|(driven, &step)| d_plane[driven.coordinate] = step);
         let mut d_force = vec![0.0; self.y.len()];
-        for (c, &j) in active.iter().enumerate() {
-            d_force[j] -= self.shift[j] * step[c];
-        }
-        self.for_tangent(at, |row, column, value| d_force[row] += value * step[index[column]]);
-        for driven in driven {
-            for (d, f) in d_force.iter_mut().zip(&driven.residual) {
-                *d += f * d_plane[driven.coordinate];
-            }
-        }
+        system.active.iter().zip(system.force_change(step)).for_each(|(&j, force)| d_force[j] = force);
         let mut dx = at.h.clone();
         self.factor.add_compliance_times(&d_force, &mut dx);
-        for d in &mut dx {
-            *d = -*d;
-        }
+        dx.iter_mut().for_each(|dx| *dx = -*dx);
+        // What the solution leaves of the active dofs' equations is not multiplied by the contact's stiffness again.
+        system.active.iter().zip(moved).for_each(|(&j, &moved)| dx[j] = moved);
         (dx, d_plane)
     }
-}
-
-/// Unknowns of a Newton step.
-struct Unknowns {
-    /// Place of each contact dof among the active ones; usize::MAX if it is none.
-    index: Vec<usize>,
-    /// Active contact dofs.
-    active: Vec<usize>,
-    /// Force-driven coordinates of the plane.
-    driven: Vec<usize>,
 }
 
 /// A force-driven coordinate of the plane and what the contact does as it changes.

@@ -14,9 +14,11 @@ pub(super) use self::residual::imbalance;
 use super::{
     Solver,
     contact_subproblem::{ContactSubproblem, Solution},
+    contact_system::KeptFactor,
     increment::{Axis, Damping, Guess, SolveError, State, Stats, Target, Watch},
 };
 use crate::assembly::Configuration;
+use crate::contact::plane::{DEPTH, PITCH, ROLL};
 use crate::contact::{ContactState, Parts, Plane};
 
 /// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the contact problem may
@@ -100,6 +102,8 @@ impl Solver<'_> {
         stats: &mut Stats,
         watch: Watch,
     ) -> Result<State, SolveError> {
+        self.contact_factor = KeptFactor::default();
+        self.plane_gives_way = [DEPTH, PITCH, ROLL].iter().any(|&k| increment.force_target[k].is_some());
         match self.search(increment, guess.clone(), true, stats, watch) {
             Err(SolveError::Stalled { .. }) => self.search(increment, guess, false, stats, watch),
             found => found,
@@ -193,15 +197,17 @@ impl Solver<'_> {
         stats: &mut Stats,
         watch: Watch,
     ) -> Result<Correction, SolveError> {
+        self.complete_compliance(&iterate.at, increment.last, &iterate.plane);
         let first = self.body.dofs.first_contact_dof;
         // Only what is out of balance goes through the factor, whose precision then limits no result.
         let mut work = residual.total;
         self.factor.forward(&mut work);
         let mut y = work[first..].to_vec();
         self.factor.contact_backward(&mut y);
-        for v in &mut y {
-            *v = -*v;
-        }
+        // What does not come near the plane stays where it is as far as the contact subproblem goes.
+        let (far, near) = y.split_at_mut(self.factor.compliant_from());
+        far.fill(0.0);
+        near.iter_mut().for_each(|v| *v = -*v);
         self.factor.add_compliance_times(&residual.contact, &mut y);
         if convergence.iteration == 0 {
             // Without contact forces the contact dofs would move by y.
@@ -228,7 +234,10 @@ impl Solver<'_> {
         };
         let mut go_on = || go_on(watch, stats);
         let followed = iterate.held_areas.is_none();
-        let (solution, iterations, solved) = self.contact_solution(subproblem, x, iterate, predict, &mut go_on)?;
+        let mut kept = std::mem::take(&mut self.contact_factor);
+        let solved = self.contact_solution(subproblem, x, iterate, predict, &mut kept, &mut go_on);
+        self.contact_factor = kept;
+        let (solution, iterations, solved) = solved?;
         convergence.holds_areas |= followed && iterate.held_areas.is_some();
         stats.iterations += 1;
         stats.contact_iterations += iterations as u32;
@@ -255,6 +264,7 @@ impl Solver<'_> {
         x: Vec<f64>,
         iterate: &mut Iterate,
         predict: bool,
+        kept: &mut KeptFactor,
         go_on: &mut dyn FnMut() -> Result<(), SolveError>,
     ) -> Result<(Solution, usize, bool), SolveError> {
         let (plane, most) = (iterate.plane, subproblem.max_iterations);
@@ -262,7 +272,7 @@ impl Solver<'_> {
         if iterate.held_areas.is_none() {
             let most = most.min(FOLLOWED_ITERATIONS);
             let followed = ContactSubproblem { max_iterations: most, ..subproblem };
-            let solution = followed.solve(x.clone(), plane, predict, go_on)?;
+            let solution = followed.solve(x.clone(), plane, predict, kept, go_on)?;
             iterations = solution.iterations;
             if iterations < most {
                 return Ok((solution, iterations, true));
@@ -270,7 +280,7 @@ impl Solver<'_> {
             iterate.held_areas = Some(self.areas(iterate, subproblem.last));
         }
         let held = ContactSubproblem { parts: iterate.parts(), ..subproblem };
-        let solution = held.solve(x, plane, predict, go_on)?;
+        let solution = held.solve(x, plane, predict, kept, go_on)?;
         let solved = solution.iterations < most;
         iterations += solution.iterations;
         Ok((solution, iterations, solved))

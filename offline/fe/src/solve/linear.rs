@@ -4,10 +4,11 @@
 //! dense compliance of the contact dofs, `G = (K^-1)_CC`. Everything runs on the calling thread.
 
 mod dense;
+mod krylov;
 mod numeric;
 
 use faer::{
-    Mat, Side,
+    Side,
     sparse::linalg::{
         SupernodalThreshold,
         cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky},
@@ -17,7 +18,8 @@ use faer::{
 use self::numeric::{Half, Numeric, symbolic};
 use crate::assembly::Pattern;
 
-pub use self::dense::{DenseLu, multiply};
+pub use self::dense::{DenseLu, solve_dense};
+pub use self::krylov::{KrylovSolution, gmres};
 
 /// The matrix is not positive definite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -41,7 +43,8 @@ pub struct Factor {
     symbolic: SymbolicCholesky<usize>,
     numeric: Numbers,
     contact: usize,
-    compliance: Mat<f64>,
+    /// Contact dof from which on there is a compliance.
+    compliant_from: usize,
 }
 
 /// In which precision a factor is held.
@@ -76,7 +79,26 @@ impl Factor {
             numeric: Numbers::Single { numeric: Numeric::new(&symbolic, contact), proven: false },
             symbolic,
             contact,
-            compliance: Mat::zeros(contact, contact),
+            compliant_from: 0,
+        }
+    }
+
+    /// Contact dof from which on there is a compliance.
+    pub fn compliant_from(&self) -> usize {
+        self.compliant_from
+    }
+
+    /// Factors to come get a compliance of the contact dofs from `first` on.
+    pub fn set_compliant_from(&mut self, first: usize) {
+        self.compliant_from = first;
+    }
+
+    /// Gives this factor, and those to come, a compliance of the contact dofs from `first` on.
+    pub fn make_compliance_from(&mut self, first: usize) {
+        self.compliant_from = first;
+        match &mut self.numeric {
+            Numbers::Single { numeric, .. } => numeric.make_compliance(first),
+            Numbers::Double(numeric) => numeric.make_compliance(first),
         }
     }
 
@@ -124,7 +146,7 @@ impl Factor {
             if numeric.factorise(&self.symbolic, pattern, values).is_ok() {
                 *proven = *proven || numeric.residual(&self.symbolic, pattern, values) <= SINGLE_RESIDUAL;
                 if *proven {
-                    numeric.compliance(self.compliance.as_mut());
+                    numeric.make_compliance(self.compliant_from);
                     return Ok(());
                 }
             }
@@ -132,21 +154,23 @@ impl Factor {
         }
         let Numbers::Double(numeric) = &mut self.numeric else { unreachable!("just made double") };
         numeric.factorise(&self.symbolic, pattern, values)?;
-        numeric.compliance(self.compliance.as_mut());
+        numeric.make_compliance(self.compliant_from);
         Ok(())
     }
 
-    /// Column `j` of the contact compliance G (mm/N), length `contact`.
-    pub fn compliance_column(&self, j: usize) -> &[f64] {
-        self.compliance.col_as_slice(j)
+    /// `out += G force` (mm, N), contact dofs; G is the contact compliance.
+    pub fn add_compliance_times(&self, force: &[f64], out: &mut [f64]) {
+        match &self.numeric {
+            Numbers::Single { numeric, .. } => numeric.add_compliance_times(force, out),
+            Numbers::Double(numeric) => numeric.add_compliance_times(force, out),
+        }
     }
 
-    /// `out += G force` (mm, N), contact dofs.
-    pub fn add_compliance_times(&self, force: &[f64], out: &mut [f64]) {
-        for (j, f) in force.iter().enumerate().filter(|(_, f)| **f != 0.0) {
-            for (out, g) in out.iter_mut().zip(self.compliance_column(j)) {
-                *out += g * f;
-            }
+    /// Rows and columns of the contact compliance (mm/N) of these contact dofs, column-major, in single precision.
+    pub fn compliance_among(&self, dofs: &[usize]) -> Vec<f32> {
+        match &self.numeric {
+            Numbers::Single { numeric, .. } => numeric.compliance_among(dofs),
+            Numbers::Double(numeric) => numeric.compliance_among(dofs),
         }
     }
 
@@ -253,6 +277,7 @@ mod tests {
         for i in 0..c {
             assert!((tail[i] - exact[n - c + i]).abs() < 1e-5);
         }
+        let among = factor.compliance_among(&[7, 2]);
         for j in 0..c {
             let mut unit = vec![0.0; n];
             unit[n - c + j] = 1.0;
@@ -263,9 +288,38 @@ mod tests {
                 assert!((unit[n - c + i] - short[i]).abs() < 1e-6);
             }
             factor.backward(&mut unit);
-            for i in 0..c {
-                assert!((unit[n - c + i] - factor.compliance_column(j)[i]).abs() < 1e-6);
+            let mut load = vec![0.0; c];
+            load[j] = 2.0;
+            let mut moved = vec![1.0; c];
+            factor.add_compliance_times(&load, &mut moved);
+            if j == 2 {
+                assert!((among[2] as f64 - unit[n - c + 7]).abs() < 1e-6);
+                assert!((among[3] as f64 - unit[n - c + 2]).abs() < 1e-6);
             }
+            for i in 0..c {
+                assert!((1.0 + 2.0 * unit[n - c + i] - moved[i]).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn the_compliance_of_the_last_dofs_is_that_part_of_the_whole() {
+        let (pattern, values, _) = grid(9, 7);
+        let (c, first) = (11, 4);
+        let mut factor = Factor::analyse(&pattern, c);
+        factor.factorise(&pattern, &values).unwrap();
+        let load: Vec<f64> = (0..c).map(|j| if j < first { 0.0 } else { 1.0 + j as f64 }).collect();
+        let (mut whole, mut part) = (vec![0.0; c], vec![0.0; c]);
+        factor.add_compliance_times(&load, &mut whole);
+        let among = factor.compliance_among(&[9, 5]);
+        factor.make_compliance_from(first);
+        factor.add_compliance_times(&load, &mut part);
+        assert_eq!(part[..first], vec![0.0; first]);
+        for (whole, part) in whole[first..].iter().zip(&part[first..]) {
+            assert!((whole - part).abs() < 1e-6 * whole.abs(), "{whole} {part}");
+        }
+        for (whole, part) in among.iter().zip(factor.compliance_among(&[9, 5])) {
+            assert!((whole - part).abs() < 1e-6, "{whole} {part}");
         }
     }
 
@@ -312,9 +366,38 @@ mod tests {
 
     #[test]
     fn dense_lu_solves_a_non_symmetric_system() {
-        let lu = DenseLu::new(&[0.0, 2.0, 1.0, 1.0], 2);
+        let mut lu = DenseLu::new(vec![0.0, 2.0, 1.0, 1.0], 2);
         let mut x = [3.0, 4.0];
         lu.solve(&mut x);
-        assert!((x[0] - 0.5).abs() < 1e-15 && (x[1] - 3.0).abs() < 1e-15);
+        assert!((x[0] - 0.5).abs() < 1e-6 && (x[1] - 3.0).abs() < 1e-6);
+    }
+
+    /// Non-symmetric, with the factor of a matrix from which two rows differ and with none.
+    #[test]
+    fn a_krylov_solution_is_that_of_the_system() {
+        let n = 30;
+        let entry = |i: usize, j: usize| {
+            let far = (i as f64 - j as f64).abs();
+            (if i == j { 3.0 } else { 0.0 }) + (1.0 + 0.3 * (i as f64).sin()) / (1.0 + far)
+        };
+        let changed = |i: usize, j: usize| if i % 17 == 3 { -2.0 * entry(i, j) } else { entry(i, j) };
+        let exact: Vec<f64> = (0..n).map(|i| (i as f64 * 0.7).sin()).collect();
+        let apply = |x: &[f64], out: &mut [f64]| {
+            for i in 0..n {
+                out[i] = (0..n).map(|j| changed(i, j) * x[j]).sum();
+            }
+        };
+        let mut b = vec![0.0; n];
+        apply(&exact, &mut b);
+        let matrix = (0..n * n).map(|k| entry(k % n, k / n) as f32).collect();
+        let mut lu = DenseLu::new(matrix, n);
+        let preconditioned = gmres(apply, |x| lu.solve(x), &b, 1e-12, n);
+        let plain = gmres(apply, |_| (), &b, 1e-12, n);
+        assert!(preconditioned.iterations < 8 && plain.iterations > 12, "{}", plain.iterations);
+        for found in [preconditioned, plain] {
+            for (x, exact) in found.x.iter().zip(&exact) {
+                assert!((x - exact).abs() < 1e-10, "{x} {exact}");
+            }
+        }
     }
 }

@@ -5,9 +5,11 @@
 //! May use: assembly, contact, element, material, mesh.
 
 mod contact_subproblem;
+mod contact_system;
 mod equilibrium;
 mod increment;
 pub mod linear;
+mod near;
 mod newton;
 mod stiffness;
 

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{
+    contact_system::KeptFactor,
     equilibrium::Increment,
     increment::{Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch},
     linear::{Factor, Precision},
@@ -24,6 +25,7 @@ pub(super) struct FactorOrigin {
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct FactorRecord {
     precision: Precision,
+    compliant_from: usize,
     origin: Option<FactorOrigin>,
 }
 
@@ -59,6 +61,11 @@ pub struct Solver<'a> {
     pub(super) factor_is_set: bool,
     /// What the factor was made from, if it is set and without viscous forces.
     pub(super) factor_origin: Option<FactorOrigin>,
+    /// What solves the contact problems of an increment; none of it is kept from one to the next, so that an increment's
+    /// result depends on its start alone.
+    pub(super) contact_factor: KeptFactor,
+    /// Whether a force or a moment decides how far the plane is from the finger.
+    pub(super) plane_gives_way: bool,
     /// Contact dofs (0 based among them) that move each surface node, with their weights.
     pub(super) slots: Vec<Vec<(usize, f64)>>,
     pub(super) held: Vec<bool>,
@@ -105,6 +112,8 @@ impl<'a> Solver<'a> {
             factor,
             factor_is_set: false,
             factor_origin: None,
+            contact_factor: KeptFactor::default(),
+            plane_gives_way: false,
             slots,
             held,
             shift: vec![0.0; contact],
@@ -160,6 +169,7 @@ impl<'a> Solver<'a> {
     pub fn factor_record(&self) -> FactorRecord {
         FactorRecord {
             precision: self.factor.precision(),
+            compliant_from: self.factor.compliant_from(),
             origin: self.factor_origin.clone().filter(|_| self.factor_is_set),
         }
     }
@@ -173,6 +183,9 @@ impl<'a> Solver<'a> {
         if let Some(FactorOrigin { configuration, last, plane }) = &record.origin {
             let mut stats = Stats::default();
             self.refresh(configuration, last, plane, None, &mut stats, watch)?;
+            if record.compliant_from < self.factor.compliant_from() {
+                self.factor.make_compliance_from(record.compliant_from);
+            }
         }
         Ok(())
     }

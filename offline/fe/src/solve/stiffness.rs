@@ -38,8 +38,9 @@ impl Solver<'_> {
         stats: &mut Stats,
         watch: Watch,
     ) -> Result<(), SolveError> {
-        let pattern = &self.body.dofs.pattern;
         self.factor_is_set = false;
+        self.look_ahead(at, last, plane);
+        let pattern = &self.body.dofs.pattern;
         self.body.tangent(at, &mut self.values);
         if let Some(damping) = damping {
             for (dof, k) in self.viscosity.iter().enumerate() {

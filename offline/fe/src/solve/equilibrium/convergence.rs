@@ -3,12 +3,15 @@
 use super::residual::Residual;
 use crate::solve::increment::{SolveError, SolverSettings};
 
-/// Residual over contact force after the first iteration above which the factor is renewed at once.
+/// Residual over contact force after the first iteration above which it says nothing of a rate.
 ///
-/// The first step moves the pad by as much as the plane, and its quadratic error stands in the bulk modulus, several
-/// contact forces high; the next iteration takes it off whether the factor is fresh or not. Only more than that says
-/// that the factor is bad.
+/// The first step moves the pad by as much as the plane, and its quadratic error stands in the bulk modulus, on fine meshes
+/// thousands of contact forces high; the next iteration takes it off whether the factor is fresh or not, and a factor made
+/// there serves no iteration after that one.
 const FIRST_RESIDUAL: f64 = 10.0;
+
+/// Residual over the last one that a kept factor is taken to leave where nothing is known of it.
+const USUAL_RATE: f64 = 0.35;
 
 /// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
 const SINGLE_CONTRACTION: f64 = 0.7;
@@ -109,7 +112,11 @@ impl Convergence {
             let contraction = norm / self.previous;
             // Good and bad iterations alternate (a displacement of the soft modes leaves a residual of the stiff
             // ones, which the next iteration takes off), so that the rate is that of the last two.
-            let rate = if self.before.is_finite() { (norm / self.before).sqrt() } else { contraction };
+            let rate = match (self.before.is_finite(), self.previous.is_finite()) {
+                (true, _) => (norm / self.before).sqrt(),
+                (false, true) => contraction,
+                (false, false) => USUAL_RATE,
+            };
             // Iterations still needed at this rate, against what a new factor costs.
             let left = (settings.tolerance * reference / norm).ln() / rate.min(0.999).ln();
             if left > settings.refresh_cost_iterations {
@@ -120,13 +127,12 @@ impl Convergence {
                 && norm < 0.01 * reference
                 && !contact_may_be_rough;
             self.diverges = self.factor_is_new && contraction > DIVERGENCE;
-        } else if self.iteration == 1 && norm > FIRST_RESIDUAL * reference {
-            self.factor_is_stale = true;
         }
         self.factor_is_stale |= needs_double;
         // The guess hardly strains the stiff modes: its residual says nothing of a rate.
         self.before = if self.factor_is_new || self.iteration <= 1 { f64::INFINITY } else { self.previous };
-        self.previous = norm;
+        let says_nothing = self.iteration == 1 && norm > FIRST_RESIDUAL * reference;
+        self.previous = if says_nothing { f64::INFINITY } else { norm };
         self.factor_is_new = false;
         needs_double
     }

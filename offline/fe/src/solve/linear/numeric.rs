@@ -29,6 +29,7 @@ pub(super) enum Half {
 pub(super) trait Real: RealField + Copy {
     fn from_f64(value: f64) -> Self;
     fn to_f64(self) -> f64;
+    fn to_f32(self) -> f32;
 }
 
 impl Real for f32 {
@@ -37,6 +38,9 @@ impl Real for f32 {
     }
     fn to_f64(self) -> f64 {
         f64::from(self)
+    }
+    fn to_f32(self) -> f32 {
+        self
     }
 }
 
@@ -47,6 +51,9 @@ impl Real for f64 {
     fn to_f64(self) -> f64 {
         self
     }
+    fn to_f32(self) -> f32 {
+        self as f32
+    }
 }
 
 /// The factor's numbers.
@@ -55,6 +62,8 @@ pub(super) struct Numeric<T> {
     scratch: MemBuffer,
     /// Trailing block of the factor, lower triangular, shape (contact, contact).
     trailing: Mat<T>,
+    /// Compliance of the last contact dofs, shape (their number, their number).
+    compliance: Mat<T>,
     /// A right-hand side in the factor's precision.
     work: Vec<T>,
 }
@@ -67,6 +76,7 @@ impl<T: Real> Numeric<T> {
             values: vec![T::from_f64(0.0); symbolic.len_val()],
             scratch: MemBuffer::new(numeric.or(solve)),
             trailing: Mat::zeros(contact, contact),
+            compliance: Mat::new(),
             work: Vec::new(),
         }
     }
@@ -117,17 +127,20 @@ impl<T: Real> Numeric<T> {
         }
     }
 
-    /// `G = L^-T L^-1` of the trailing block.
-    pub fn compliance(&self, mut out: MatMut<'_, f64>) {
-        let c = self.trailing.nrows();
+    /// Makes the compliance `G = L^-T L^-1` of the contact dofs from `first` on.
+    pub fn make_compliance(&mut self, first: usize) {
+        let c = self.trailing.nrows() - first;
+        if self.compliance.nrows() != c {
+            self.compliance = Mat::zeros(c, c);
+        }
         if c == 0 {
             return;
         }
         let mut inverse = Mat::<T>::zeros(c, c);
-        triangular_inverse::invert_lower_triangular(inverse.as_mut(), self.trailing.as_ref(), Par::Seq);
-        let mut product = Mat::<T>::zeros(c, c);
+        let last = self.trailing.submatrix(first, first, c, c);
+        triangular_inverse::invert_lower_triangular(inverse.as_mut(), last, Par::Seq);
         triangular::matmul(
-            product.as_mut(),
+            self.compliance.as_mut(),
             triangular::BlockStructure::Rectangular,
             faer::Accum::Replace,
             inverse.as_ref().transpose(),
@@ -137,11 +150,40 @@ impl<T: Real> Numeric<T> {
             T::from_f64(1.0),
             Par::Seq,
         );
-        for j in 0..c {
-            for i in 0..c {
-                out[(i, j)] = product[(i, j)].to_f64();
+    }
+
+    /// `out += G force`, both of all contact dofs, none of which bears a force before those of the compliance.
+    pub fn add_compliance_times(&self, force: &[f64], out: &mut [f64]) {
+        let first = force.len() - self.compliance.nrows();
+        debug_assert!(force[..first].iter().all(|&f| f == 0.0), "a force where there is no compliance");
+        let (force, out) = (&force[first..], &mut out[first..]);
+        let column = |j: usize| self.compliance.col_as_slice(j);
+        let loaded: Vec<usize> = (0..force.len()).filter(|&j| force[j] != 0.0).collect();
+        let (fours, rest) = loaded.as_chunks::<4>();
+        for four in fours {
+            let [a, b, c, d] = four.map(column);
+            let f = four.map(|j| force[j]);
+            for (i, out) in out.iter_mut().enumerate() {
+                let ab = a[i].to_f64() * f[0] + b[i].to_f64() * f[1];
+                *out += ab + (c[i].to_f64() * f[2] + d[i].to_f64() * f[3]);
             }
         }
+        for &j in rest {
+            for (out, g) in out.iter_mut().zip(column(j)) {
+                *out += g.to_f64() * force[j];
+            }
+        }
+    }
+
+    /// Rows and columns of G of these contact dofs, column-major.
+    pub fn compliance_among(&self, dofs: &[usize]) -> Vec<f32> {
+        let first = self.trailing.nrows() - self.compliance.nrows();
+        let mut out = Vec::with_capacity(dofs.len() * dofs.len());
+        for &j in dofs {
+            let column = self.compliance.col_as_slice(j - first);
+            out.extend(dofs.iter().map(|&i| column[i - first].to_f32()));
+        }
+        out
     }
 
     pub fn solve_half(&mut self, analysis: &SymbolicCholesky<usize>, x: &mut [f64], half: Half) {

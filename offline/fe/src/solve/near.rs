@@ -1,0 +1,42 @@
+//! Which contact dofs may come to touch before a search for equilibrium looks again: the compliance of these is enough.
+
+use super::Solver;
+use crate::assembly::Configuration;
+use crate::contact::{ContactState, Plane};
+
+/// Height over the plane up to which nodes must have a compliance, mm.
+const NEAR_MM: f64 = 0.1;
+
+/// The same for a factor that is made, which serves several increments.
+const NEAR_AHEAD_MM: f64 = 0.4;
+
+impl Solver<'_> {
+    /// First contact dof of the nodes that touch or lie lower than `height_mm` over the plane (over the lowest, where nothing
+    /// touches), and of the nodes of their faces; 0 where a force moves the plane away from or to the finger, however far.
+    fn near_from(&self, at: &Configuration, last: &ContactState, plane: &Plane, height_mm: f64) -> usize {
+        if self.plane_gives_way {
+            return 0;
+        }
+        let frame = self.surface.frame(plane);
+        let heights: Vec<f64> = self.surface_positions(at).iter().map(|x| frame.to_plane(x).z).collect();
+        let limit = heights.iter().copied().fold(f64::INFINITY, f64::min).max(0.0) + height_mm;
+        let is_near = |node: usize| last.nodes[node].normal_force_n > 0.0 || heights[node] < limit;
+        let facets = self.surface.facets.iter().map(|facet| facet.corners());
+        let nodes = facets.filter(|corners| corners.iter().any(|&node| is_near(node))).flatten();
+        nodes.flat_map(|&node| &self.slots[node]).map(|&(slot, _)| slot).min().unwrap_or(self.shift.len())
+    }
+
+    /// Has the next factor made with the compliance that it will need.
+    pub(super) fn look_ahead(&mut self, at: &Configuration, last: &ContactState, plane: &Plane) {
+        let first = self.near_from(at, last, plane, NEAR_AHEAD_MM);
+        self.factor.set_compliant_from(first);
+    }
+
+    /// Sees to it that what may touch has a compliance.
+    pub(super) fn complete_compliance(&mut self, at: &Configuration, last: &ContactState, plane: &Plane) {
+        if self.near_from(at, last, plane, NEAR_MM) < self.factor.compliant_from() {
+            let first = self.near_from(at, last, plane, NEAR_AHEAD_MM);
+            self.factor.make_compliance_from(first);
+        }
+    }
+}
