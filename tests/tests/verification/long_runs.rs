@@ -193,6 +193,31 @@ fn a_force_driven_press_in_a_tilted_pose_has_the_pad_of_that_pose() {
 }
 
 #[test]
+fn depth_counts_from_first_touch_in_every_pose_whatever_the_pad() {
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    let pressed = |pitch: f64, roll: f64| {
+        let turn = |value: f64| Some(Turn { drive: D, values: vec![value; 2] });
+        let turns = Turns { pitch: turn(pitch), roll: turn(roll), spin: None };
+        Path { turns, ..path([D; 3], &[[0.0; 3], [0.4, 0.0, 0.0]]) }
+    };
+    let neutral = pressed(30.0, 0.0);
+    for (pitch, roll) in [(65.0, 0.0), (40.0, 28.0), (12.0, -20.0)] {
+        let tilted = pressed(pitch, roll);
+        // The pad of this pose alone leaves out the point that the plane of the neutral pose touches first.
+        let alone = config.finger_for(&[&tilted]).unwrap().0;
+        let with_neutral = config.finger_for(&[&tilted, &neutral]).unwrap().0;
+        let [force_n, other_n] = [&alone, &with_neutral].map(|finger| {
+            // Without friction nothing depends on where increments end.
+            let problem = Problem { friction: None, ..config.problem(finger) };
+            let end = follow_path(&problem, &tilted, &[], &mut |_| ControlFlow::Continue(())).unwrap();
+            end.responses.last().unwrap().normal_force_n
+        });
+        assert!(force_n > 0.02, "pitch {pitch}, roll {roll}: {force_n} N");
+        assert!((force_n / other_n - 1.0).abs() < 1e-4, "pitch {pitch}, roll {roll}: {force_n} N, {other_n} N");
+    }
+}
+
+#[test]
 fn the_plane_stays_clear_of_what_is_held() {
     let flat = FingertipShape { inclination_deg: 10.0, ..FingertipShape::named("e").unwrap() };
     let tip = fingertip(&flat, &MeshPreset::Coarse.divisions()).unwrap();

@@ -123,8 +123,8 @@ impl Default for PathNumbers {
             pose_change: [6, 6],
             force: [6, 6],
             force_step: [4, 4],
-            wide_pose: [16, 10],
-            wide_pose_change: [6, 4],
+            wide_pose: [48, 30],
+            wide_pose_change: [24, 16],
         }
     }
 }

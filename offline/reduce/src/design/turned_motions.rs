@@ -79,8 +79,9 @@ pub(super) fn pose(settings: &DesignSettings, number: usize, point: &mut HaltonP
 
 /// In a pitch and roll that stay: a slide, then, by `number` in turn, a slide back or a spin, another depth, a slide elsewhere.
 pub(super) fn wide_pose(settings: &DesignSettings, number: usize, point: &mut HaltonPoint) -> Path {
-    let mut path = PathBuilder::in_pose(drawn_pose_deg(settings.wide_poses_deg(), point));
-    let depth = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
+    let pose = drawn_pose_deg(settings.wide_poses_deg(), point);
+    let mut path = PathBuilder::in_pose(pose);
+    let depth = clear_depth_mm(drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point), pose);
     let full = settings.slip_slide_mm(depth);
     path.press(depth);
     let angle = point.angle();
@@ -90,7 +91,7 @@ pub(super) fn wide_pose(settings: &DesignSettings, number: usize, point: &mut Ha
     } else {
         path.spin(point.sign() * settings.slip_spin_deg(depth) * point.between(0.3, 0.7), 0.0, 0.0);
     }
-    let other = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
+    let other = clear_depth_mm(drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point), pose);
     path.press(other);
     path.slide(point.angle(), settings.slip_slide_mm(other) * point.between(0.3, 0.8));
     path.lift();
@@ -99,16 +100,23 @@ pub(super) fn wide_pose(settings: &DesignSettings, number: usize, point: &mut Ha
 
 /// Pitch and roll change in contact: at a fixed slide, then during a slide, then back.
 pub(super) fn pose_change(settings: &DesignSettings, poses_deg: [[f64; 2]; 2], point: &mut HaltonPoint) -> Path {
-    let depth = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
+    let drawn = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
+    let [first, second, third] = [(); 3].map(|()| drawn_pose_deg(poses_deg, point));
+    let depth = [first, second, third].into_iter().fold(drawn, clear_depth_mm);
     let full = settings.slip_slide_mm(depth);
-    let first = drawn_pose_deg(poses_deg, point);
     let mut path = PathBuilder::in_pose(first);
     path.press(depth);
-    path.pose(drawn_pose_deg(poses_deg, point), 0.0, 0.0);
-    path.pose(drawn_pose_deg(poses_deg, point), point.angle(), full * point.between(0.3, 0.8));
+    path.pose(second, 0.0, 0.0);
+    path.pose(third, point.angle(), full * point.between(0.3, 0.8));
     path.pose(first, 0.0, 0.0);
     path.lift();
     path.finish()
+}
+
+/// A depth, mm, or what of it keeps the plane clear of the held section of the finger that ships: lying flat and rolled far to
+/// the side it meets that at 0.98 mm, and deeper by 0.18 mm for each degree of pitch.
+fn clear_depth_mm(depth_mm: f64, [pitch_deg, roll_deg]: [f64; 2]) -> f64 {
+    depth_mm.min(0.9 + 0.16 * (pitch_deg - 10.0) + 0.03 * (30.0 - roll_deg.abs()))
 }
 
 /// Pitch and roll, degrees, within these ranges.
