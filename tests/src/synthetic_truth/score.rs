@@ -49,6 +49,8 @@ pub struct Scored {
     pub report: Diagnosis,
     /// Processor time of the diagnosis, s.
     pub seconds: f64,
+    /// The same with its page and all pictures, s.
+    pub seconds_with_page: f64,
     /// Relative error of the first parameter, where the law itself is right.
     pub amplitude_error: Option<f64>,
     /// Whether its interval covers the truth.
@@ -150,8 +152,11 @@ pub fn score(case: &Case) -> Scored {
 /// The same where the next experiment keeps to what the laboratory can do.
 pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
     let started = ThreadTime::now();
-    let (report, _) = run_within(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU, plan);
+    let (report, evidence) =
+        run_within(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU, plan);
     let seconds = started.elapsed().as_secs_f64();
+    fingerpad_report::diagnosis::render(&report, &evidence).expect("figures of finite numbers");
+    let seconds_with_page = started.elapsed().as_secs_f64();
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
     let class = classify(&report, &truth);
     let (mut amplitude_error, mut covered, mut half_widths) = (None, None, None);
@@ -163,7 +168,7 @@ pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
         covered = Some(p.ci95[0] <= hidden.amplitude && hidden.amplitude <= p.ci95[1]);
         half_widths = Some((p.value - hidden.amplitude) / (0.5 * (p.ci95[1] - p.ci95[0])).max(1e-12));
     }
-    Scored { class, report, seconds, amplitude_error, covered, half_widths }
+    Scored { class, report, seconds, seconds_with_page, amplitude_error, covered, half_widths }
 }
 
 /// A proposed run as the laboratory does it; what is missing is at reference conditions.
@@ -187,8 +192,17 @@ fn plan_of(run: &PlannedRun) -> Plan {
     }
 }
 
+/// What became of an ambiguous set once the proposed strokes were run.
+#[derive(Clone, Debug)]
+pub struct Settled {
+    /// How it ended.
+    pub class: Class,
+    /// The report on all runs.
+    pub report: Diagnosis,
+}
+
 /// Runs the proposed strokes on the same hidden truth, merges them and diagnoses again.
-pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
+pub fn settle(case: &Case, report: &Diagnosis) -> Option<Settled> {
     let plan = report.next_experiment.as_ref()?;
     let mut plans: Vec<Plan> = plan.runs.iter().map(plan_of).collect();
     case.protocol.turn(&mut plans, false);
@@ -202,7 +216,7 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Class> {
     let set = case.protocol.log(set, false, &mut random).set;
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);
-    let again = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);
+    let report = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
-    Some(classify(&again, &truth))
+    Some(Settled { class: classify(&report, &truth), report })
 }

@@ -10,8 +10,8 @@ use super::Random;
 use super::effects::{LIBRARY, OUTSIDE};
 use super::loggers::Protocol;
 use super::oracle::{Separation, separation};
-use super::score::{Class, Scored, score_within, settle};
-use super::sets::{CALIBRATION_RUNS, Hide, Wanted, make};
+use super::score::{Class, score_within, settle};
+use super::sets::{CALIBRATION_RUNS, Case, Hide, Wanted, make};
 use super::simulator::SimulatorKind;
 
 /// How a laboratory works.
@@ -102,11 +102,20 @@ pub struct Outcome {
     pub settled: Option<Class>,
     /// Whether the proposed strokes keep to what the laboratory can do.
     pub plan_kept: Option<bool>,
+    /// The factor that the proposed strokes vary, and the separation that they are expected to give.
+    #[serde(default)]
+    pub plan: Option<(String, f64)>,
+    /// What was named once they were run.
+    #[serde(default)]
+    pub found_with_plan: Vec<String>,
     /// Promises of the report that it broke.
     #[serde(default)]
     pub broken: Broken,
     /// Processor time of the diagnosis, s.
     pub seconds: f64,
+    /// The same with its page and all pictures, s.
+    #[serde(default)]
+    pub seconds_with_page: f64,
 }
 
 /// What a report must never do, and whether it did.
@@ -238,8 +247,20 @@ fn keeps(plan: &PlanConstraints, run: &PlannedRun) -> bool {
 /// Makes a set, diagnoses it, and judges the answer.
 pub fn judge(set: ScoreSet) -> Outcome {
     let case = make(wanted(&set));
-    let hidden = case.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
     let oracle = matches!(set.kind, Kind::Single | Kind::Outside).then(|| separation(&case));
+    judged(set, &case, oracle)
+}
+
+/// The same, where the oracle, which takes most of the time, is asked only if proposed strokes are to settle the set.
+pub fn judge_if_ambiguous(set: ScoreSet) -> Outcome {
+    let case = make(wanted(&set));
+    let out = judged(set, &case, None);
+    let oracle = out.plan_kept.map(|_| separation(&case));
+    Outcome { oracle: oracle.map(|o| [o.detect, o.rival]), oracle_amplitude_sd: oracle.map(|o| o.amplitude_sd), ..out }
+}
+
+fn judged(set: ScoreSet, case: &Case, oracle: Option<Separation>) -> Outcome {
+    let hidden = case.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
     let mut out = Outcome {
         set,
         hidden,
@@ -252,17 +273,21 @@ pub fn judge(set: ScoreSet) -> Outcome {
         held_out: None,
         settled: None,
         plan_kept: None,
+        plan: None,
+        found_with_plan: Vec::new(),
         broken: Broken::default(),
         seconds: 0.0,
+        seconds_with_page: 0.0,
     };
     if check(&case.measured).is_err() {
         return out;
     }
     let plan = constraints(&set);
-    let scored = score_within(&case, plan.clone());
+    let scored = score_within(case, plan.clone());
     out.class = scored.class;
     out.seconds = scored.seconds;
-    out.found = found(&scored);
+    out.seconds_with_page = scored.seconds_with_page;
+    out.found = found(&scored.report);
     out.broken = Broken::of(&scored.report);
     out.held_out = Some([scored.report.holdout.ratio_before, scored.report.holdout.ratio_after]);
     out.amplitude_error = scored.amplitude_error;
@@ -271,7 +296,10 @@ pub fn judge(set: ScoreSet) -> Outcome {
         && let Some(next) = &scored.report.next_experiment
     {
         out.plan_kept = Some(next.runs.iter().all(|r| keeps(&plan, r)));
-        out.settled = settle(&case, &scored.report);
+        out.plan = Some((next.factor.clone(), next.lambda_rival_expected));
+        let again = settle(case, &scored.report);
+        out.settled = again.as_ref().map(|again| again.class);
+        out.found_with_plan = again.map_or_else(Vec::new, |again| found(&again.report));
     }
     out
 }
@@ -284,8 +312,7 @@ pub fn wanted(set: &ScoreSet) -> Wanted {
 }
 
 /// What was named, and what is structure that nothing explains.
-fn found(scored: &Scored) -> Vec<String> {
-    let r = &scored.report;
+fn found(r: &Diagnosis) -> Vec<String> {
     let effects = r.effects.iter().map(|e| {
         let candidates: Vec<&str> = e.candidates.iter().map(|c| c.law.as_str()).collect();
         let p = &e.parameters[0];

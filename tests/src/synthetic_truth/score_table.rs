@@ -33,6 +33,8 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.get((share * values.len().saturating_sub(1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
+const HEADING: &str = "| what | count | value (95 % interval) | pass | reach | |\n|---|---|---|---|---|---|\n";
+
 type Choice<'a> = &'a dyn Fn(&Outcome) -> bool;
 
 /// A row of a share: `hits` of those chosen.
@@ -57,6 +59,10 @@ fn share(out: &mut String, what: &str, list: &[&Outcome], hit: Choice<'_>, aims:
 /// A row of a number of which less is better.
 fn number(out: &mut String, what: &str, values: Vec<f64>, at: f64, scale: f64, aims: [f64; 2]) {
     let of = values.len();
+    if of == 0 {
+        let _ = writeln!(out, "| {what} | no set | | | | |");
+        return;
+    }
     let value = quantile(values, at) * scale;
     let [pass, reach] = aims;
     let _ = writeln!(out, "| {what} | {of} sets | {value:.3} | {pass} | {reach} | {} |", verdict(value, aims, false));
@@ -71,8 +77,7 @@ fn exact(o: &Outcome) -> bool {
 pub fn table(all: &[Outcome]) -> String {
     let of = |f: &dyn Fn(&Outcome) -> bool| all.iter().filter(|o| f(o)).collect::<Vec<&Outcome>>();
     let single = |o: &Outcome| o.set.kind == Kind::Single;
-    let mut out = format!("{} sets judged\n\n", all.len());
-    out += "| what | count | value (95 % interval) | pass | reach | |\n|---|---|---|---|---|---|\n";
+    let mut out = format!("{} sets judged\n\n{HEADING}", all.len());
     for (what, size, aims) in
         [("10 %", 0.10, [0.98, 0.995]), ("30 %", 0.30, [0.98, 0.995]), ("3 %", 0.03, [0.85, 0.92])]
     {
@@ -110,6 +115,13 @@ pub fn table(all: &[Outcome]) -> String {
         [5.0, 3.0],
     );
     number(&mut out, "amplitude error at 10 %, 90th percentile, %", errors, 0.9, 100.0, [20.0, 12.0]);
+    // Nine tenths of normal errors of such a standard deviation are below a fifth.
+    let can_tell = |o: &&&Outcome| o.oracle_amplitude_sd.is_some_and(|sd| 1.645 * sd < 0.2);
+    let told: Vec<f64> = ten.iter().filter(can_tell).filter_map(|o| o.amplitude_error).collect();
+    for (what, at, aims) in [("median", 0.5, [5.0, 3.0]), ("90th percentile", 0.9, [20.0, 12.0])] {
+        let what = format!("of it sets of which the oracle's own 90th percentile is below 20 %, {what}, %");
+        number(&mut out, &what, told.clone(), at, 100.0, aims);
+    }
     let best = quantile(by_oracle(0.6745), 0.5) * 100.0;
     let _ = writeln!(
         out,
@@ -122,9 +134,7 @@ pub fn table(all: &[Outcome]) -> String {
         of(&|o| single(o) && exact(o) && o.required()).iter().filter_map(|o| o.held_out.map(|h| h[1])).collect();
     number(&mut out, "held-out over floor, median", after.clone(), 0.5, 1.0, [1.07, 1.03]);
     number(&mut out, "held-out over floor, 90th percentile", after, 0.9, 1.0, [1.25, 1.15]);
-    let planned = of(&|o| o.plan_kept.is_some());
-    let settled = |o: &Outcome| o.plan_kept == Some(true) && o.settled == Some(Class::Exact);
-    share(&mut out, "ambiguous, settled by a plan that keeps its constraints", &planned, &settled, [0.90, 0.95], true);
+    settled(&mut out, all);
     let read = of(&|o| o.class != Class::Refused);
     let promises: [(&str, Choice<'_>); 3] = [
         ("a name whose amplitude's interval holds zero", &|o| o.broken.name_without_amplitude),
@@ -134,9 +144,53 @@ pub fn table(all: &[Outcome]) -> String {
     for (what, broken) in promises {
         share(&mut out, what, &read, broken, [0.0, 0.0], false);
     }
-    let times = of(&|o| o.set.runs == 60 && o.class != Class::Refused).iter().map(|o| o.seconds).collect();
-    number(&mut out, "60 runs x 30 rows without pictures, median of one core's time, s", times, 0.5, 1.0, [0.3, 0.1]);
+    let sixty = of(&|o| o.set.runs == 60 && o.class != Class::Refused);
+    for (what, seconds) in
+        [("page and all pictures", (|o| o.seconds_with_page) as fn(&Outcome) -> f64), ("no pictures", |o| o.seconds)]
+    {
+        let what = format!("60 runs x 30 rows, {what}, median of one core's time, s");
+        number(&mut out, &what, sixty.iter().map(|o| seconds(o)).collect(), 0.5, 1.0, [0.3, 0.1]);
+    }
     out + &parts(all) + &misses(all)
+}
+
+/// Whether a plan that keeps its constraints settled a set.
+fn is_settled(o: &Outcome) -> bool {
+    o.plan_kept == Some(true) && o.settled == Some(Class::Exact)
+}
+
+/// The row of the ambiguous sets.
+fn settled(out: &mut String, all: &[Outcome]) {
+    let planned: Vec<&Outcome> = all.iter().filter(|o| o.plan_kept.is_some()).collect();
+    let what = "ambiguous, settled by a plan that keeps its constraints";
+    share(out, what, &planned, &is_settled, [0.90, 0.95], true);
+}
+
+/// The ambiguous sets alone: how many a plan settled, and each of them with its plan.
+pub fn settling(all: &[Outcome]) -> String {
+    let mut out = format!("{} sets judged\n\n{HEADING}", all.len());
+    settled(&mut out, all);
+    for o in all.iter().filter(|o| o.plan_kept.is_some()) {
+        let s = &o.set;
+        let _ = writeln!(
+            out,
+            "\n{} {:?} {:?} {:.0} % level {} runs {}: {:?}, plan {:?} kept {:?}, oracle {:.0?}\n  hidden {}\n  {}\n  with the plan: {}",
+            s.seed,
+            s.simulator,
+            s.practice,
+            100.0 * s.size,
+            s.level,
+            s.runs,
+            o.settled,
+            o.plan,
+            o.plan_kept,
+            o.oracle.unwrap_or_default(),
+            o.hidden.join(", "),
+            o.found.join("; "),
+            o.found_with_plan.join("; ")
+        );
+    }
+    out
 }
 
 /// The shares by simulator and practice.
@@ -175,8 +229,7 @@ fn misses(all: &[Outcome]) -> String {
             Kind::Pair => o.class == Class::Exact,
             Kind::Outside => o.class == Class::Unexplained || !o.required(),
         };
-        let unsettled = o.plan_kept.is_some() && !(o.plan_kept == Some(true) && o.settled == Some(Class::Exact));
-        if !wanted || unsettled {
+        if !wanted || (o.plan_kept.is_some() && !is_settled(o)) {
             let s = &o.set;
             let _ = writeln!(
                 out,

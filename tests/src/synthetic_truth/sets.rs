@@ -168,6 +168,10 @@ pub fn driver(name: &str) -> Option<Column> {
     })
 }
 
+/// Largest amplitude of a law that fades along the stroke: where it is gone before a tenth of the rows, none gives the
+/// wanted size, and the friction of the first rows would grow without bound.
+const LARGEST_PEAK: f64 = 5.0;
+
 /// An effect of the wanted size, with its shape drawn.
 fn sized(
     finger: &dyn Simulator,
@@ -223,6 +227,9 @@ fn sized(
         let with = all_readings(finger, strokes, std::slice::from_ref(&effect));
         let found = size_p90(&plain, &with, &contact);
         amplitude *= (size / found.max(1e-6)).clamp(0.2, 5.0);
+        if matches!(name, "contact_ageing" | "static_peak") {
+            amplitude = amplitude.min(LARGEST_PEAK);
+        }
     }
     effect.amplitude = sign * amplitude;
     effect

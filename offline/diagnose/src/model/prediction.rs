@@ -3,7 +3,7 @@
 //! Main type: [`Perturbation`]; main functions: [`strokes_of`], [`changes`], [`predict_runs`].
 
 use fingerpad::Surroundings;
-use fingerpad_smooth::{BatchedTrajectory, ModelChange, Sample, SimulationInputs, SmoothModel, Stroke};
+use fingerpad_smooth::{ModelChange, Sample, SimulationInputs, SmoothModel, Stroke, Trajectories};
 
 use crate::data::runs::Run;
 use crate::laws::Row;
@@ -97,5 +97,5 @@ pub fn changes(
 pub fn predict_runs(model: &SmoothModel, runs: &[Run]) -> Vec<f64> {
     let strokes = strokes_of(runs);
     let changes = changes(runs, &[], &RandomEffects::new(), Perturbation::default());
-    SimulationInputs::new(&BatchedTrajectory::new(&strokes), &strokes, changes).predict_n(model)
+    SimulationInputs::new(&Trajectories::new(strokes), changes).predict_n(model)
 }

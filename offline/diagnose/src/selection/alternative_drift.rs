@@ -56,6 +56,6 @@ impl<'a> AlternativeDrift<'a> {
 
     /// −2 log likelihood of the best fit from a start, comparable with those of the small drift.
     pub fn minus_2ll(&self, start: FitStart, derivatives: &Derivatives) -> f64 {
-        self.task.fit(start, Some(derivatives), false, 9).minus_2ll + self.occam_penalty
+        self.task.fit_near(start, derivatives, 9).minus_2ll + self.occam_penalty
     }
 }

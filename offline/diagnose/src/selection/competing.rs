@@ -121,7 +121,7 @@ impl<'a> Comparison<'a> {
         let mut others = fit.laws.clone();
         others.remove(index);
         let start = FitStart { laws: others.clone(), ..FitStart::from(fit) };
-        let without = task.fit(start, Some(derivatives), false, 9);
+        let without = task.fit_near(start, derivatives, 9);
         let alternative = alternative.filter(|_| AlternativeDrift::concerns(own.law));
         let drifted = alternative.map_or(f64::INFINITY, |a| a.minus_2ll(FitStart::from(&without), derivatives));
         let gain_2ll = without.minus_2ll.min(drifted) - fit.minus_2ll;

@@ -177,8 +177,7 @@ impl<'a> Search<'a> {
             variances: task.variances,
             random_effects: Vec::new(),
         };
-        let null = task.fit(start, None, true, ROUNDS);
-        let null_derivatives = task.derivatives_of(&null);
+        let (null, null_derivatives) = task.fit(start, ROUNDS);
         let grid = grid_of(task, &null, &testable);
         let of_form = discrepancy.scores(&grid, task, &null, &null_derivatives);
         Self {
@@ -334,7 +333,7 @@ impl<'a> Search<'a> {
     fn gain_over_nested(&self, refit: &Fit) -> f64 {
         let mut laws = refit.laws.clone();
         laws.pop();
-        let nested = self.task.fit(FitStart { laws, ..FitStart::from(refit) }, Some(&self.derivatives), false, 9);
+        let nested = self.task.fit_near(FitStart { laws, ..FitStart::from(refit) }, &self.derivatives, 9);
         nested.minus_2ll.min(self.fit.minus_2ll) - refit.minus_2ll
     }
 
@@ -346,8 +345,7 @@ impl<'a> Search<'a> {
 
     /// Takes a law into the model, drops those that it makes needless, and scans anew from there.
     fn take(&mut self, start: &Fit, proof: LawEvidence) {
-        self.fit = self.task.fit(FitStart::from(start), None, true, ROUNDS);
-        self.derivatives = self.task.derivatives_of(&self.fit);
+        (self.fit, self.derivatives) = self.task.fit(FitStart::from(start), ROUNDS);
         self.evidence.push(proof);
         eliminate(self.task, &mut self.fit, &mut self.derivatives, &mut self.evidence, self.task.layout.runs());
         self.grid = grid_of(self.task, &self.fit, &self.testable);
@@ -375,7 +373,7 @@ fn eliminate(
     while i < fit.laws.len() {
         let mut laws = fit.laws.clone();
         laws.remove(i);
-        let without = task.fit(FitStart { laws, ..FitStart::from(&*fit) }, Some(derivatives), false, 9);
+        let without = task.fit_near(FitStart { laws, ..FitStart::from(&*fit) }, derivatives, 9);
         let gain = without.minus_2ll - fit.minus_2ll;
         evidence[i].gain_2ll = gain.max(0.0);
         let parameters = fit.laws[i].law.parameters.len();

@@ -19,7 +19,7 @@ pub fn refine(task: &Task<'_>, fit: &Fit, derivatives: &Derivatives, start: &Act
         }
     }
     laws.push(one);
-    task.fit(FitStart { laws, ..FitStart::from(fit) }, Some(derivatives), false, most)
+    task.fit_near(FitStart { laws, ..FitStart::from(fit) }, derivatives, most)
 }
 
 /// Whether the linear estimate of a law that acts one way only (a pull-off pulls, a bell is a bell) has the other sign.

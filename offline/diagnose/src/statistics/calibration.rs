@@ -50,7 +50,7 @@ pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
         task.variances = STARTING_VARIANCES;
         task.variance_weight = 2.0;
         let start = FitStart { parameters, laws: Vec::new(), variances, random_effects: Vec::new() };
-        let result = task.fit(start, None, true, if round == 0 { 25 } else { 8 });
+        let (result, _) = task.fit(start, if round == 0 { 25 } else { 8 });
         parameters = result.parameters;
         variances = result.variances;
         (noise, misfit) = row_noise(&task, &result);

@@ -47,10 +47,9 @@ impl Task<'_> {
         random_effects: &RandomEffects,
         prediction: &[f64],
     ) -> Derivatives {
-        let columns = self.random_effect_columns(parameters, laws, random_effects, prediction);
         let inputs = self.inputs(laws, random_effects, Perturbation::default());
         let history = inputs.element_history(&self.reference.model(parameters));
-        let of_parameters = Parameter::all()
+        let of_parameters: Vec<Vec<f64>> = Parameter::all()
             .map(|p| {
                 let mut moved = *parameters;
                 moved[p] += PARAMETER_STEP;
@@ -60,10 +59,13 @@ impl Task<'_> {
                 } else {
                     inputs.readings_n(&model, &history)
                 };
-                columns.observed(self.difference_column(&after, prediction, PARAMETER_STEP))
+                self.difference_column(&after, prediction, PARAMETER_STEP)
             })
             .collect();
-        Derivatives { parameters: Block::new(of_parameters), random_effects: columns }
+        // Last, as they move the depths, for which a trajectory is computed.
+        let random_effects = self.random_effect_columns(parameters, laws, random_effects, prediction);
+        let of_parameters = of_parameters.into_iter().map(|c| random_effects.observed(c)).collect();
+        Derivatives { parameters: Block::new(of_parameters), random_effects }
     }
 
     /// Columns of the random effects at a point.

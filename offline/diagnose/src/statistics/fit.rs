@@ -6,7 +6,7 @@
 use fingerpad_smooth::{Parameter, Parameters};
 use nalgebra::{DMatrix, DVector};
 
-use crate::model::active_law::{ActiveLaw, largest_step, set_fitted, to_fitted, weak_prior};
+use crate::model::active_law::{ActiveLaw, is_log, largest_step, set_fitted, to_fitted, weak_prior};
 use crate::model::random_effects::{MODEL_EFFECTS, PerEffect, RandomEffects};
 use crate::statistics::derivatives::Derivatives;
 use crate::statistics::precision::{Block, BlockProducts, Precision};
@@ -87,55 +87,102 @@ struct Linearised<'a> {
     objective: f64,
 }
 
+/// Change of a parameter of the model (most are logarithms), of a law on the scale on which it is fitted, and of a random
+/// effect from which on derivatives are computed anew. Those of a point nearer than that are wrong by less than a
+/// hundredth, and so is what they make of a step.
+const FAR: f64 = 0.004;
+
+/// Derivatives with the point at which they were computed.
+struct OwnSlopes {
+    point: FitStart,
+    derivatives: Derivatives,
+}
+
+/// Where the derivatives of a fit come from.
+enum Slopes<'d> {
+    /// From a nearby point, for the whole fit.
+    Given(&'d Derivatives),
+    /// From a point of the fit itself; they are renewed where it has moved away from there.
+    Own(&'d mut OwnSlopes),
+}
+
+impl Slopes<'_> {
+    fn derivatives(&self) -> &Derivatives {
+        match self {
+            Self::Given(derivatives) => derivatives,
+            Self::Own(own) => &own.derivatives,
+        }
+    }
+}
+
 impl Task<'_> {
-    /// Fits from a start.
-    ///
-    /// * `derivatives`: those of a nearby point; they are computed at the start if `None`, and again after each step if
-    ///   `renew`
-    /// * `max_iterations`: most Gauss–Newton steps
-    pub fn fit(&self, start: FitStart, derivatives: Option<&Derivatives>, renew: bool, max_iterations: usize) -> Fit {
+    /// Fits from a start in at most so many Gauss–Newton steps; the fit, and the derivatives at its end or less than
+    /// `FAR` from there.
+    pub fn fit(&self, start: FitStart, max_iterations: usize) -> (Fit, Derivatives) {
         let mut at = self.iterate(start);
-        let mut own = derivatives.is_none().then(|| self.derivatives_at(&at));
+        let mut own = self.own_slopes(&at);
+        let hessian = self.descend(&mut at, Slopes::Own(&mut own), max_iterations);
+        (self.finish(at, &own.derivatives, hessian), own.derivatives)
+    }
+
+    /// Fits from a start with the derivatives of a nearby point in at most so many Gauss–Newton steps.
+    pub fn fit_near(&self, start: FitStart, derivatives: &Derivatives, max_iterations: usize) -> Fit {
+        let mut at = self.iterate(start);
+        let hessian = self.descend(&mut at, Slopes::Given(derivatives), max_iterations);
+        self.finish(at, derivatives, hessian)
+    }
+
+    /// Goes down to the optimum; the last Hessian.
+    fn descend(&self, at: &mut Iterate, mut slopes: Slopes<'_>, max_iterations: usize) -> DMatrix<f64> {
         let mut last = f64::INFINITY;
         let known = self.prior.root.transpose() * &self.prior.root;
         let mut hessian = DMatrix::zeros(0, 0);
         let mut products: Option<(PerEffect, BlockProducts)> = None;
         for iteration in 0..max_iterations {
-            let current = own.as_ref().or(derivatives).expect("one of them is there");
+            let current = slopes.derivatives();
             let scaled = self.scaled_residual(&at.prediction_n, &at.random_effects, &current.random_effects);
-            if iteration % 3 == 0 || renew || !at.random_effects.is_empty() {
-                self.update_variances(&mut at, current, &scaled, if iteration == 0 { 6 } else { 4 });
+            if iteration % 3 == 0 || matches!(slopes, Slopes::Own(_)) || !at.random_effects.is_empty() {
+                self.update_variances(at, current, &scaled, if iteration == 0 { 6 } else { 4 });
             }
             let precision = current.random_effects.precision(&at.variances);
-            if products.as_ref().is_none_or(|p| renew || p.0 != at.variances) {
+            if products.as_ref().is_none_or(|p| p.0 != at.variances) {
                 products = Some((at.variances, current.parameters.weighed(&precision)));
             }
-            let (_, products) = products.as_ref().expect("just filled");
-            let linearised = self.linearise(&at, current, precision, products, &scaled, &known);
-            let moved = self.step_downhill(&mut at, &linearised);
-            let shifted = self.follow_random_effects(&mut at, current);
+            let (_, of_model) = products.as_ref().expect("just filled");
+            let linearised = self.linearise(at, current, precision, of_model, &scaled, &known);
+            let moved = self.step_downhill(at, &linearised);
+            let shifted = self.follow_random_effects(at, current);
             let done = (!moved || (last - linearised.objective).abs() < SETTLED_2LL) && shifted < 0.02;
             last = linearised.objective;
             hessian = linearised.hessian;
+            if let Slopes::Own(own) = &mut slopes
+                && is_far(at, &own.point)
+            {
+                **own = self.own_slopes(at);
+                products = None;
+            }
             if done {
                 break;
             }
-            if renew {
-                own = Some(self.derivatives_at(&at));
-            }
         }
-        let current = own.as_ref().or(derivatives).expect("one of them is there");
-        self.finish(at, current, hessian)
+        hessian
+    }
+
+    fn own_slopes(&self, at: &Iterate) -> OwnSlopes {
+        let point = FitStart {
+            parameters: at.parameters,
+            laws: at.laws.clone(),
+            variances: at.variances,
+            random_effects: at.random_effects.clone(),
+        };
+        let derivatives = self.derivatives(&at.parameters, &at.laws, &at.random_effects, &at.prediction_n);
+        OwnSlopes { point, derivatives }
     }
 
     fn iterate(&self, start: FitStart) -> Iterate {
         let FitStart { parameters, laws, variances, random_effects } = start;
         let prediction_n = self.predict_at(&parameters, &laws, &random_effects);
         Iterate { parameters, laws, variances, random_effects, prediction_n }
-    }
-
-    fn derivatives_at(&self, at: &Iterate) -> Derivatives {
-        self.derivatives(&at.parameters, &at.laws, &at.random_effects, &at.prediction_n)
     }
 
     /// Estimates the variances between runs by some rounds of expectation maximisation.
@@ -307,6 +354,26 @@ impl Task<'_> {
         let of_laws = prior[Parameter::COUNT..].iter().zip(sds).map(|(p, sd)| p / sd);
         DVector::from_iterator(prior.len(), of_model.iter().copied().chain(of_laws))
     }
+}
+
+/// Whether a fit has moved away from a point by [`FAR`].
+fn is_far(at: &Iterate, point: &FitStart) -> bool {
+    let of_model = Parameter::all().any(|p| (at.parameters[p] - point.parameters[p]).abs() > FAR);
+    let of_law = |(a, b): (&ActiveLaw, &ActiveLaw)| {
+        (0..a.values.len()).any(|k| {
+            let scale = match &a.law.parameters[k] {
+                p if k < a.law.linear => p.typical.abs(),
+                _ if is_log(a, k) => 1.0,
+                p => p.high - p.low,
+            };
+            (to_fitted(a, k) - to_fitted(b, k)).abs() > FAR * scale
+        })
+    };
+    let of_run = |run: usize| {
+        let before = point.random_effects.get(run).copied().unwrap_or_default();
+        (0..MODEL_EFFECTS).any(|k| (at.random_effects[run][k] - before[k]).abs() > FAR)
+    };
+    of_model || at.laws.iter().zip(&point.laws).any(of_law) || (0..at.random_effects.len()).any(of_run)
 }
 
 /// Parameters and laws after a step, each parameter's part held within its bound.

@@ -2,7 +2,7 @@
 //!
 //! Main type: [`Task`].
 
-use fingerpad_smooth::{BatchedTrajectory, Parameters, ReferenceCurves, SimulationInputs, Stroke};
+use fingerpad_smooth::{Parameters, ReferenceCurves, SimulationInputs, Trajectories};
 
 use crate::data::runs::{Run, RunSet};
 use crate::model::active_law::ActiveLaw;
@@ -39,8 +39,7 @@ pub struct Task<'a> {
     pub layout: Layout,
     /// Readings, three per row, N; NaN where one is left out.
     pub readings_n: Vec<f64>,
-    strokes: Vec<Stroke>,
-    trajectory: BatchedTrajectory,
+    trajectories: Trajectories,
 }
 
 impl<'a> Task<'a> {
@@ -52,7 +51,6 @@ impl<'a> Task<'a> {
         sigma_n: Vec<f64>,
         variances: PerEffect,
     ) -> Self {
-        let strokes = strokes_of(runs);
         let readings_n: Vec<f64> = runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect();
         let known = |(sigma, reading): (f64, &f64)| if reading.is_nan() { NO_READING_N } else { sigma };
         let sigma_n = sigma_n.into_iter().zip(&readings_n).map(known).collect();
@@ -66,8 +64,7 @@ impl<'a> Task<'a> {
             consumed_degrees_of_freedom: 3.0,
             layout: Layout::of(runs.iter().map(|r| r.rows.len())),
             readings_n,
-            trajectory: BatchedTrajectory::new(&strokes),
-            strokes,
+            trajectories: Trajectories::new(strokes_of(runs)),
         }
     }
 
@@ -93,9 +90,9 @@ impl<'a> Task<'a> {
         laws: &[ActiveLaw],
         random_effects: &RandomEffects,
         perturbation: Perturbation,
-    ) -> SimulationInputs<'_> {
+    ) -> SimulationInputs {
         let changes = changes(self.runs, laws, random_effects, perturbation);
-        SimulationInputs::new(&self.trajectory, &self.strokes, changes)
+        SimulationInputs::new(&self.trajectories, changes)
     }
 
     /// Predicted readings with all random effects 0, three per row, N.

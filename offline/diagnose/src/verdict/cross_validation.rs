@@ -95,7 +95,7 @@ pub fn by_folds(
         let fitted = |from: &Fit| {
             let kept = |i: &usize| i % FOLDS != fold;
             let random_effects = (0..from.random_effects.len()).filter(kept).map(|i| from.random_effects[i]).collect();
-            task.fit(FitStart { random_effects, ..FitStart::from(from) }, None, false, 3)
+            task.fit(FitStart { random_effects, ..FitStart::from(from) }, 3).0
         };
         let plain = fitted(null);
         let with = if full.laws.is_empty() { plain.clone() } else { fitted(full) };

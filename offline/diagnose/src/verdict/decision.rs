@@ -89,23 +89,11 @@ pub fn decide<'a>(
     settling.swap_for_better();
     settling.drop_weak();
     settling.drop_without_amplitude();
-    let too_small = settling.drop_too_small();
+    let known = Known { discrepancy: &discrepancy, effect_free, calibration, corrections };
+    let too_small = settling.drop_too_small(&known);
     settling.renew_evidence();
+    let (lack_of_fit, expected_variances) = settling.left(&known);
     let Settling { task, selection, hypotheses, .. } = settling;
-
-    let mut expected_variances = calibration.fit.variances;
-    let of_readings = reading_variances(&task, &selection.fit.laws, corrections);
-    for (effect, variance) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().zip(of_readings) {
-        expected_variances[effect.index()] += variance;
-    }
-    let expected = Expectations {
-        effect_free: (&discrepancy, effect_free),
-        variances: &expected_variances,
-        calibration_runs: calibration.runs,
-        null_variances: &selection.null.variances,
-        explained_2ll: selection.null.minus_2ll - selection.fit.minus_2ll,
-    };
-    let lack_of_fit = lack_of_fit_test(&task, set, &selection.fit, &selection.derivatives, &expected, settings.seed);
     // Evidence for a law that no refit bears out is structure too.
     let unclaimed = selection.fit.laws.is_empty() && selection.tests.iter().any(|t| t.significant);
     let verdict = if lack_of_fit.significant || unclaimed {
@@ -141,6 +129,16 @@ pub struct TooSmall {
     pub share: f64,
     /// Its gain in 2 log likelihood.
     pub gain_2ll: f64,
+}
+
+/// What is known beside the measured set.
+struct Known<'k> {
+    /// The effect-free runs at their optimum.
+    discrepancy: &'k ModelDiscrepancy<'k>,
+    effect_free: &'k RunSet,
+    calibration: &'k Calibration,
+    /// How columns with reading errors were corrected.
+    corrections: &'k [Correction],
 }
 
 /// A selection that is weighed against its competitors.
@@ -201,8 +199,7 @@ impl<'a> Settling<'a> {
     }
 
     fn refit(&mut self, start: FitStart) {
-        self.selection.fit = self.task.fit(start, None, true, ROUNDS);
-        self.selection.derivatives = self.task.derivatives_of(&self.selection.fit);
+        (self.selection.fit, self.selection.derivatives) = self.task.fit(start, ROUNDS);
     }
 
     /// Puts another law in an accepted one's place where it does better there, now that the others are in force.
@@ -236,9 +233,11 @@ impl<'a> Settling<'a> {
     }
 
     /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,
-    /// and tells them: with hundreds of runs an error of the baseline's form stands out from chance as a law does.
-    fn drop_too_small(&mut self) -> Vec<TooSmall> {
+    /// and tells them: with hundreds of runs an error of the baseline's form stands out from chance as a law does. A law of
+    /// little evidence stays where it is all that explains a structure.
+    fn drop_too_small(&mut self, known: &Known<'_>) -> Vec<TooSmall> {
         let mut out = Vec::new();
+        let mut needed: Vec<&Law> = Vec::new();
         loop {
             let fit = &self.selection.fit;
             let with = self.task.predict(&fit.parameters, &fit.laws);
@@ -250,11 +249,49 @@ impl<'a> Settling<'a> {
             };
             let small = (0..fit.laws.len()).map(|i| (i, told(i)));
             let small = small.filter(|(_, s)| s.share < LEAST_SIZE || s.gain_2ll < least_gain(s.law));
+            let small = small.filter(|(_, s)| !needed.contains(&s.law));
             let Some((i, least)) = small.min_by(|a, b| a.1.gain_2ll.total_cmp(&b.1.gain_2ll)) else { break };
+            if least.share >= LEAST_SIZE && self.is_needed(i, known) {
+                needed.push(least.law);
+                continue;
+            }
             out.push(least);
             self.drop_law(i);
         }
         out
+    }
+
+    /// Whether the runs are explained with a law, and structure is left without it.
+    fn is_needed(&mut self, i: usize, known: &Known<'_>) -> bool {
+        if self.left(known).0.significant {
+            return false;
+        }
+        let Selection { fit, derivatives, evidence, tests, .. } = &self.selection;
+        let with = (fit.clone(), derivatives.clone(), evidence.clone(), tests.clone(), self.hypotheses.clone());
+        self.drop_law(i);
+        let needed = self.left(known).0.significant;
+        let Selection { fit, derivatives, evidence, tests, .. } = &mut self.selection;
+        (*fit, *derivatives, *evidence, *tests, self.hypotheses) = with;
+        needed
+    }
+
+    /// The structure and scatter that the accepted laws leave, and the variances between runs that calibration and reading
+    /// errors explain.
+    fn left(&self, known: &Known<'_>) -> (LackOfFit, PerEffect) {
+        let Self { set, task, selection: Selection { null, fit, derivatives, .. }, .. } = self;
+        let mut variances = known.calibration.fit.variances;
+        let of_readings = reading_variances(task, &fit.laws, known.corrections);
+        for (effect, variance) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().zip(of_readings) {
+            variances[effect.index()] += variance;
+        }
+        let expected = Expectations {
+            effect_free: (known.discrepancy, known.effect_free),
+            variances: &variances,
+            calibration_runs: known.calibration.runs,
+            null_variances: &null.variances,
+            explained_2ll: null.minus_2ll - fit.minus_2ll,
+        };
+        (lack_of_fit_test(task, set, fit, derivatives, &expected, self.settings.seed), variances)
     }
 
     fn drop_law(&mut self, i: usize) {

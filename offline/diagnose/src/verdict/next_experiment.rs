@@ -1,4 +1,4 @@
-//! The next experiment: fifteen strokes that separate what the present protocol cannot.
+//! The next experiment: fifteen strokes, or up to four times these, that separate what the present protocol cannot.
 //!
 //! For each candidate design the information of its strokes is added to that of the present runs; the design with the
 //! largest least separation between the competing laws after refitting wins [after Hunter & Reiner 1965].
@@ -24,6 +24,14 @@ use crate::verdict::candidate_designs::{PlanConstraints, ReferenceConditions, ca
 /// Share of what the best plan adds to the expected separation from which on a plan suffices.
 const OF_BEST: f64 = 0.9;
 
+/// What fifteen strokes must add to the expected separation to be enough: what two laws then differ by scatters by about
+/// twice its root, and one in fifty stays below what separates candidates.
+const ENOUGH: f64 = 30.0;
+/// Designs that are weighed with repetitions where none is enough.
+const REPEATED: usize = 2;
+/// Most times that a design is repeated.
+const MOST_TIMES: usize = 4;
+
 /// Two competing laws: the first is in force in a fit, the second has its best parameters.
 pub struct HypothesisPair<'a> {
     /// Index of the first law in the fit.
@@ -44,63 +52,124 @@ pub fn propose(
     constraints: &PlanConstraints,
     own: &[OwnColumn],
 ) -> Option<NextExperiment> {
+    let [low, middle, high] = depths_mm(set);
+    let known = pairs.iter().map(|r| PairInRuns::of(task, fit, r)).collect();
+    let conditions = reference_conditions(set, middle);
+    let scales = Scales { task, set, fit, pairs, known, constraints, own, conditions };
+    let designs = candidate_designs(set, [low, high], own);
+    let mut plans = scales.weigh_all(&designs);
+    plans.sort_by(|a, b| b.price.lambda_rival_expected.total_cmp(&a.price.lambda_rival_expected));
+    let mut prices: Vec<FactorPrice> = Vec::new();
+    for WeighedPlan { price, .. } in &plans {
+        if prices.iter().all(|p| p.factor != price.factor) {
+            prices.push(price.clone());
+        }
+    }
+    prices.sort_by(|a, b| a.minutes.total_cmp(&b.minutes));
+    let best = plans.first()?.price.lambda_rival_expected;
+    // The plan that adds least stands for what the present runs separate, which this linear picture takes for more than
+    // they do: what counts is what a plan adds to it.
+    let least = plans.last()?.price.lambda_rival_expected;
+    let suffices = |p: &FactorPrice| p.lambda_rival_expected - least >= OF_BEST * (best - least);
+    let cost = |p: &FactorPrice| p.minutes * if p.factor == "all" { 2.0 } else { 1.0 };
+    let of_enough = plans.into_iter().filter(|plan| suffices(&plan.price));
+    let WeighedPlan { price: FactorPrice { factor, lambda_rival_expected, minutes }, runs, .. } =
+        of_enough.min_by(|a, b| cost(&a.price).total_cmp(&cost(&b.price)))?;
+    let separates =
+        pairs.iter().map(|r| [fit.laws[r.index].law.family.to_owned(), r.competitor.law.family.to_owned()]).collect();
+    Some(NextExperiment { separates, factor, lambda_rival_expected, minutes, prices, runs })
+}
+
+fn round(v: f64) -> f64 {
+    (v * 100.0).round() / 100.0
+}
+
+/// Least, middle and largest depth of new strokes, mm.
+fn depths_mm(set: &RunSet) -> [f64; 3] {
     let mut depths: Vec<f64> = set.runs.iter().map(|r| r.depth_mm()).collect();
     depths.sort_by(f64::total_cmp);
     let reach = [depths[depths.len() / 20], depths[depths.len() - 1 - depths.len() / 20]];
     let middle = depths[depths.len() / 2];
-    let (low, high) = (reach[0].min(0.5 * middle), reach[1].max(1.4 * middle));
-    let round = |v: f64| (v * 100.0).round() / 100.0;
+    [reach[0].min(0.5 * middle), middle, reach[1].max(1.4 * middle)].map(round)
+}
+
+/// Conditions of new strokes where a design says nothing.
+fn reference_conditions(set: &RunSet, depth_mm: f64) -> ReferenceConditions {
     let median = |of: &dyn Fn(&Run) -> f64| {
         let mut values: Vec<f64> = set.runs.iter().map(of).filter(|v| v.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         values.get(values.len() / 2).copied()
     };
     let own_of = |run: &Run, place: usize| run.rows.last().map_or(f64::NAN, |row| row.own[place]);
-    let conditions = ReferenceConditions {
-        depth_mm: round(middle),
+    ReferenceConditions {
+        depth_mm,
         press_mm_s: 2.0,
         length_mm: 5.0,
         start_s: set.runs.iter().flat_map(|r| &r.rows).map(|r| r.t_s).fold(0.0, f64::max),
         width_mm: median(&|r| r.value(Column::Width)).unwrap_or(16.0),
         own: std::array::from_fn(|place| median(&|r| own_of(r, place)).unwrap_or(f64::NAN)),
-    };
-    let known: Vec<PairInRuns> = pairs.iter().map(|r| PairInRuns::of(task, fit, r)).collect();
-    let mut plans: Vec<(FactorPrice, Vec<PlannedRun>)> = Vec::new();
-    for (factor, plan) in candidate_designs(set, [round(low), round(high)], own) {
-        let Some(plan) = constraints.apply(factor, plan, own) else { continue };
-        let more = RunSet::from_rows(PathBuf::new(), rows_of(&plan, conditions, own)).ok()?;
+    }
+}
+
+/// A plan with what it is expected to give and its price.
+struct WeighedPlan {
+    /// Index of its design.
+    design: usize,
+    price: FactorPrice,
+    runs: Vec<PlannedRun>,
+}
+
+/// What plans are weighed by.
+struct Scales<'a> {
+    task: &'a Task<'a>,
+    set: &'a RunSet,
+    fit: &'a Fit,
+    pairs: &'a [HypothesisPair<'a>],
+    /// The pairs in the present runs.
+    known: Vec<PairInRuns>,
+    constraints: &'a PlanConstraints,
+    own: &'a [OwnColumn],
+    conditions: ReferenceConditions,
+}
+
+impl Scales<'_> {
+    /// All designs, and repetitions of the best of them where none is enough.
+    fn weigh_all(&self, designs: &[(&str, Vec<PlannedRun>)]) -> Vec<WeighedPlan> {
+        let separation = |plan: &WeighedPlan| plan.price.lambda_rival_expected;
+        let mut plans: Vec<WeighedPlan> = (0..designs.len()).filter_map(|i| self.weigh(designs, i, 1)).collect();
+        let least = plans.iter().map(separation).fold(f64::INFINITY, f64::min);
+        let mut best: Vec<(f64, usize)> = plans.iter().map(|plan| (separation(plan), plan.design)).collect();
+        best.sort_by(|a, b| b.0.total_cmp(&a.0));
+        best.truncate(REPEATED);
+        for times in 2..=MOST_TIMES {
+            if plans.iter().any(|plan| separation(plan) - least >= ENOUGH) {
+                break;
+            }
+            plans.extend(best.iter().filter_map(|(_, design)| self.weigh(designs, *design, times)));
+        }
+        plans
+    }
+
+    /// A design so many times, within the constraints; `None` where these leave nothing of it.
+    fn weigh(&self, designs: &[(&str, Vec<PlannedRun>)], design: usize, times: usize) -> Option<WeighedPlan> {
+        let Self { task, set, fit, .. } = self;
+        let (factor, strokes) = &designs[design];
+        let strokes = std::iter::repeat_n(strokes, times).flatten().cloned().collect();
+        let plan = self.constraints.apply(factor, strokes, self.own)?;
+        let more = RunSet::from_rows(PathBuf::new(), rows_of(&plan, self.conditions, self.own)).ok()?;
         let mut new = Task::new(&more.runs, task.reference, task.prior.clone(), Vec::new(), task.variances);
-        new.sigma_n = noise_like(task, &known[0].with, &new.predict(&fit.parameters, &fit.laws));
+        new.sigma_n = noise_like(task, &self.known[0].with, &new.predict(&fit.parameters, &fit.laws));
         let mut runs = set.runs.clone();
         runs.extend(more.runs.iter().cloned());
-        let least = pairs
+        let least = self
+            .pairs
             .iter()
-            .zip(&known)
+            .zip(&self.known)
             .map(|(r, known)| known.and(PairInRuns::of(&new, fit, r)).separation(task, &runs, fit))
             .fold(f64::INFINITY, f64::min);
-        let price = FactorPrice { factor: factor.to_owned(), lambda_rival_expected: least, minutes: minutes(&plan) };
-        plans.push((price, plan));
+        let price = FactorPrice { factor: (*factor).to_owned(), lambda_rival_expected: least, minutes: minutes(&plan) };
+        Some(WeighedPlan { design, price, runs: plan })
     }
-    plans.sort_by(|a, b| b.0.lambda_rival_expected.total_cmp(&a.0.lambda_rival_expected));
-    let mut prices: Vec<FactorPrice> = Vec::new();
-    for (price, _) in &plans {
-        if prices.iter().all(|p| p.factor != price.factor) {
-            prices.push(price.clone());
-        }
-    }
-    prices.sort_by(|a, b| a.minutes.total_cmp(&b.minutes));
-    let best = plans.first()?.0.lambda_rival_expected;
-    // The plan that adds least stands for what the present runs separate, which this linear picture takes for more than
-    // they do: what counts is what a plan adds to it.
-    let least = plans.last()?.0.lambda_rival_expected;
-    let suffices = |p: &FactorPrice| p.lambda_rival_expected - least >= OF_BEST * (best - least);
-    let cost = |p: &FactorPrice| p.minutes * if p.factor == "all" { 2.0 } else { 1.0 };
-    let of_enough = plans.into_iter().filter(|(p, _)| suffices(p));
-    let (FactorPrice { factor, lambda_rival_expected, minutes }, runs) =
-        of_enough.min_by(|a, b| cost(&a.0).total_cmp(&cost(&b.0)))?;
-    let separates =
-        pairs.iter().map(|r| [fit.laws[r.index].law.family.to_owned(), r.competitor.law.family.to_owned()]).collect();
-    Some(NextExperiment { separates, factor, lambda_rival_expected, minutes, prices, runs })
 }
 
 /// Row noise of new rows, N: that of the present row with the nearest force in the same channel.

@@ -1,177 +1,12 @@
-//! Score card of `fingerpad diagnose` on hidden sets from an independent simulator.
+//! The score card of one protocol.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::Write as _;
-use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use clap::Parser;
-use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::{LIBRARY, OUTSIDE};
-use fingerpad_tests::synthetic_truth::laboratory::Noise;
-use fingerpad_tests::synthetic_truth::loggers::Protocol;
-use fingerpad_tests::synthetic_truth::oracle::{Separation, separation};
-use fingerpad_tests::synthetic_truth::score::{Class, Scored, score, settle};
-use fingerpad_tests::synthetic_truth::score_sets::{self, Outcome, ScoreSet};
-use fingerpad_tests::synthetic_truth::score_table::table;
-use fingerpad_tests::synthetic_truth::sets::{Hide, Wanted, make};
-use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
+use fingerpad_tests::synthetic_truth::score::Class;
+use fingerpad_tests::synthetic_truth::sets::Hide;
 
-#[derive(Parser)]
-#[command(about = "Score card of the diagnosis on hidden sets", name = "cargo xtask bench diagnose")]
-struct Args {
-    /// Sets per law and cell of single effects
-    #[arg(long, default_value_t = 1)]
-    repeats: u64,
-    /// Added to every seed: another number gives other sets
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Only these kinds: single, none, pair, outside, unrecorded
-    #[arg(long, value_delimiter = ',')]
-    kinds: Vec<String>,
-    /// Who makes the readings
-    #[arg(long, value_enum, default_value = "first")]
-    simulator: Simulators,
-    /// The whole score of both simulators in five practices instead; goes on where it stopped
-    #[arg(long)]
-    score: bool,
-    /// The score's first sets only, in an order that mixes all kinds
-    #[arg(long)]
-    sets: Option<usize>,
-    /// The score's file, a line a set [default: target/diagnose-score-SEED.jsonl]
-    #[arg(long)]
-    out: Option<PathBuf>,
-    /// How the laboratory moves and logs
-    #[arg(long, value_enum, default_value = "plane")]
-    protocol: Protocol,
-    /// Only sizes from this on
-    #[arg(long, default_value_t = 0.0)]
-    least_size: f64,
-    /// Threads
-    #[arg(long, default_value_t = 2)]
-    threads: usize,
-    /// Only the sets of these seeds
-    #[arg(long, value_delimiter = ',')]
-    only: Vec<u64>,
-    /// Write the files of every set to this folder
-    #[arg(long)]
-    dump: Option<PathBuf>,
-    /// Print every set that is not as wanted
-    #[arg(long)]
-    verbose: bool,
-}
-
-/// Who makes the readings.
-#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
-enum Simulators {
-    /// Bristles on one spring, strength a power of the pressure
-    First,
-    /// An elastic half-space under an elliptic contact, strength tau_0 + alpha p
-    Second,
-    /// One after the other
-    Both,
-}
-
-impl Simulators {
-    fn kinds(self) -> &'static [SimulatorKind] {
-        match self {
-            Self::First => &SimulatorKind::ALL[..1],
-            Self::Second => &SimulatorKind::ALL[1..],
-            Self::Both => &SimulatorKind::ALL,
-        }
-    }
-}
-
-/// A set to be made.
-#[derive(Clone, Copy)]
-struct Job {
-    simulator: SimulatorKind,
-    seed: u64,
-    kind: &'static str,
-    hide: Hide,
-    size: f64,
-    level: usize,
-    runs: usize,
-}
-
-struct Done {
-    job: Job,
-    scored: Scored,
-    oracle: Option<Separation>,
-    settled: Option<Class>,
-    exact_form: bool,
-    truth: Vec<String>,
-    noise: Noise,
-}
-
-const PAIRS: [(usize, usize); 16] = [
-    (0, 13),
-    (1, 11),
-    (4, 13),
-    (5, 8),
-    (7, 12),
-    (3, 14),
-    (16, 9),
-    (15, 4),
-    (2, 6),
-    (0, 5),
-    (8, 12),
-    (1, 7),
-    (10, 0),
-    (14, 4),
-    (16, 5),
-    (6, 13),
-];
-
-fn jobs(args: &Args) -> Vec<Job> {
-    args.simulator.kinds().iter().flat_map(|simulator| jobs_of(*simulator, args)).collect()
-}
-
-fn jobs_of(simulator: SimulatorKind, args: &Args) -> Vec<Job> {
-    let mut out = Vec::new();
-    let mut seed = 40_000 + 100_000 * args.seed;
-    let mut add = |kind, hide, size, level, runs| {
-        seed += 1;
-        out.push(Job { simulator, seed, kind, hide, size, level, runs });
-    };
-    for _ in 0..args.repeats {
-        for size in [0.03, 0.10, 0.30] {
-            for level in 0..3 {
-                for law in 0..LIBRARY.len() {
-                    add("single", Hide::Law(law), size, level, 60);
-                }
-            }
-        }
-        for level in 0..3 {
-            for k in 0..16 {
-                add("none", Hide::Nothing, 0.0, level, [40, 60, 100, 60][k % 4]);
-            }
-        }
-        for size in [0.10, 0.30] {
-            for (i, j) in PAIRS {
-                add("pair", Hide::Pair(i, j), size, 0, 60);
-            }
-            for k in 0..OUTSIDE.len() {
-                add("outside", Hide::Outside(k), size, 0, 60);
-                add("outside", Hide::Outside(k), size, 0, 60);
-            }
-            for law in [0, 6, 8, 14, 16] {
-                add("unrecorded", Hide::Unrecorded(law), size, 0, 60);
-                add("unrecorded", Hide::Unrecorded(law), size, 1, 60);
-            }
-        }
-    }
-    if !args.only.is_empty() {
-        out.retain(|j| args.only.contains(&j.seed));
-    }
-    out.retain(|j| j.kind == "none" || j.size >= args.least_size);
-    if !args.kinds.is_empty() {
-        out.retain(|j| args.kinds.iter().any(|k| k == j.kind));
-    }
-    out
-}
+use crate::{Args, Done};
 
 fn name(hide: Hide) -> String {
     match hide {
@@ -183,89 +18,6 @@ fn name(hide: Hide) -> String {
     }
 }
 
-/// The score: judges what the file does not hold yet, prints the table of all that it holds.
-fn whole_score(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
-    let path = args.out.clone().unwrap_or_else(|| format!("target/diagnose-score-{}.jsonl", args.seed).into());
-    let mut wanted = score_sets::sets(args.seed, args.simulator.kinds());
-    wanted.retain(|set| args.only.is_empty() || args.only.contains(&set.seed));
-    wanted.truncate(args.sets.unwrap_or(usize::MAX));
-    let stored = if path.exists() { fs::read_to_string(&path)? } else { String::new() };
-    // A line that a stop cut short is judged again.
-    let whole = stored.rfind('\n').map_or(0, |end| end + 1);
-    let mut done: Vec<Outcome> = stored[..whole].lines().map(serde_json::from_str).collect::<Result<_, _>>()?;
-    done.retain(|o| wanted.contains(&o.set));
-    let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(&path)?;
-    file.set_len(whole as u64)?;
-    let known: Vec<ScoreSet> = done.iter().map(|o| o.set).collect();
-    let left: Vec<ScoreSet> = wanted.iter().filter(|set| !known.contains(set)).copied().collect();
-    eprintln!("seed {}: {} of {} sets are in {}", args.seed, known.len(), wanted.len(), path.display());
-    let (next, out) = (AtomicUsize::new(0), Mutex::new((fs::File::options().append(true).open(&path)?, done)));
-    std::thread::scope(|scope| {
-        for _ in 0..args.threads {
-            scope.spawn(|| {
-                while let Some(set) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let outcome = score_sets::judge(*set);
-                    let line = serde_json::to_string(&outcome).expect("plain numbers") + "\n";
-                    let (file, done) = &mut *out.lock().expect("no thread panics with it");
-                    file.write_all(line.as_bytes()).expect("the file can be written to");
-                    done.push(outcome);
-                    if done.len().is_multiple_of(20) {
-                        eprintln!("{} of {}", done.len(), wanted.len());
-                    }
-                }
-            });
-        }
-    });
-    let (_, done) = out.into_inner()?;
-    println!("seed {}, {}", args.seed, table(&done));
-    Ok(())
-}
-
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let args = Args::parse();
-    if args.score {
-        return whole_score(&args);
-    }
-    let jobs = jobs(&args);
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<(usize, Done)>> = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..args.threads {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(job) = jobs.get(i).copied() else { break };
-                    let exact_form = job.seed % 2 == 0;
-                    let Job { simulator, seed, hide, size, level, runs, .. } = job;
-                    let protocol = args.protocol;
-                    let made = make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form });
-                    if let Some(folder) = &args.dump {
-                        for (set, role) in [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")] {
-                            let path = folder.join(format!("{}_{role}.csv", job.seed));
-                            std::fs::write(path, csv::text(set)).expect("the folder can be written to");
-                        }
-                    }
-                    let oracle = (job.kind == "single").then(|| separation(&made));
-                    let scored = score(&made);
-                    let settled = settle(&made, &scored.report).filter(|_| job.kind == "single");
-                    let mut list = done.lock().expect("no thread panics with it");
-                    let truth =
-                        made.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
-                    list.push((i, Done { job, scored, oracle, settled, exact_form, truth, noise: made.noise }));
-                    if list.len().is_multiple_of(20) {
-                        eprintln!("{} of {}", list.len(), jobs.len());
-                    }
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().expect("all threads are done");
-    done.sort_by_key(|d| d.0);
-    let done: Vec<Done> = done.into_iter().map(|d| d.1).collect();
-    card(&done, &args);
-    Ok(())
-}
-
 fn percent(hits: usize, of: usize) -> String {
     if of == 0 { "-".into() } else { format!("{:.0} % ({hits} of {of})", 100.0 * hits as f64 / of as f64) }
 }
@@ -275,7 +27,8 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.get((share * values.len().saturating_sub(1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
-fn card(done: &[Done], args: &Args) {
+/// Prints the card.
+pub fn card(done: &[Done], args: &Args) {
     let of = |kind: &str| done.iter().filter(move |d| d.job.kind == kind).collect::<Vec<_>>();
     let count = |list: &[&Done], f: &dyn Fn(&Done) -> bool| list.iter().filter(|d| f(d)).count();
     println!("{} sets; seeds {} ..", done.len(), done.first().map_or(0, |d| d.job.seed));
