@@ -2,7 +2,7 @@
 //!
 //! Main type: [`AtDepth`]. Uses data, rescaling and table.
 
-use crate::math::Scalar;
+use crate::math::{Arithmetic, Scalar};
 use crate::rescaling::Scaling;
 use crate::table::Row;
 use crate::{ModelOf, StateOf, Status};
@@ -12,71 +12,87 @@ pub(crate) struct AtDepth<'a, const M: usize, T> {
     pub(crate) row: &'a Row<M, T>,
     /// Place within the row's cell, 0 to 1.
     pub(crate) t: T,
-    /// [`crate::ParamsOf::slip_lead`] at the depth, 1.
-    pub(crate) slip_lead: T,
+    /// Depth in cells of the tables.
+    pub(crate) cells: T,
     pub(crate) depth: T,
-    pub(crate) area: T,
     /// Factor on the springs' radii, and the share by which it grows with depth, 1/mm.
     pub(crate) radius: T,
     pub(crate) growth: T,
     pub(crate) limit: T,
     pub(crate) stiffness: [T; 2],
-    /// Change of the stiffness with depth, N/mm².
-    pub(crate) stiffness_slope: [T; 2],
-    pub(crate) press_coupling: [T; 2],
-    pub(crate) press_slide: [T; 2],
 }
 
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
-    /// Reads the tables; a depth beyond them is held at their end and flagged.
+    /// Reads the tables; a depth beyond them is held at their end and flagged. Also the slide that pressing to there amounts to,
+    /// mm.
     #[inline(always)]
     pub(crate) fn look_up<const N: usize, const P: usize, S: Scaling<T>>(
         model: &ModelOf<'a, M, N, S, T>,
         state: &StateOf<M, P, T>,
         mut depth: T,
         status: &mut Status,
-    ) -> Self {
+    ) -> (Self, [T; 2]) {
         let (data, scale) = (model.data, &model.scale);
         let per_mm = scale.per_mm(data.cells_per_mm);
-        let mut x = if S::POSED { (depth - scale.touch()) * per_mm } else { depth * per_mm };
-        let mut index = x.index();
-        let mut t = x - T::of(index as f32);
+        let mut cells = depth * per_mm;
+        let mut index = cells.index();
+        let mut t = cells - T::of(index as f32);
         if index >= N - 1 {
             // The end of the last cell, with its slopes: the normal force does not jump there.
             index = N - 2;
             t = T::of(1.0);
             depth = scale.depth(data.depth_max);
-            if S::POSED {
-                depth += scale.touch();
-            }
             let last = T::of((N - 1) as f32);
-            if x > last {
+            if cells > last {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
             }
-            x = last;
+            cells = last;
         }
         let row = &data.rows[index];
-        let area = scale.area(row.area.at(t), depth);
         let plain = row.limit.at(t);
-        let limit = scale.limit(plain, area, depth);
-        let [press_x, press_y] = scale.press();
-        let [slide_x, slide_y] = scale.slide();
-        Self {
+        let limit = scale.limit(plain, scale.area(row.area.at(t), depth), depth);
+        let mut press_slide = [scale.depth(row.press_slide.at(t)), T::of(-0.0)];
+        if S::POSED {
+            let ([press_x, press_y], [slide_x, slide_y]) = (scale.press(), scale.slide());
+            press_slide = [press_slide[0] + press_x * depth + slide_x, press_y * depth + slide_y];
+        }
+        let at = Self {
             row,
             t,
-            slip_lead: data.slip_lead[0] + data.slip_lead[1] * x,
+            cells,
             depth,
-            area,
             radius: scale.radius(plain, limit) * state.strength_factor,
             growth: if S::RESCALED { growth(row, t, depth, per_mm, scale) } else { T::of(0.0) },
             limit: limit * state.strength_factor,
-            stiffness: scale.stiffnesses([&row.stiffness_x, &row.stiffness_y].map(|k| k.at(t))),
-            stiffness_slope: scale
-                .stiffnesses([&row.stiffness_x, &row.stiffness_y].map(|k| k.slope_at(t)))
-                .map(|k| k * per_mm),
-            press_coupling: [row.press_slide.slope_at(t) * data.cells_per_mm + press_x, press_y],
-            press_slide: [scale.depth(row.press_slide.at(t)) + press_x * depth + slide_x, press_y * depth + slide_y],
+            stiffness: scale.stiffnesses([row.stiffness_x.at(t), row.stiffness_y.at(t)]),
+        };
+        (at, press_slide)
+    }
+}
+
+impl<const M: usize, T: Arithmetic> AtDepth<'_, M, T> {
+    /// Contact area without shear, mm².
+    #[inline(always)]
+    pub(crate) fn area<S: Scaling<T>>(&self, scale: &S) -> T {
+        scale.area(self.row.area.at(self.t), self.depth)
+    }
+
+    /// Change of the stiffness along x and y with depth, N/mm².
+    #[inline(always)]
+    pub(crate) fn stiffness_slope<S: Scaling<T>>(&self, cells_per_mm: T, scale: &S) -> [T; 2] {
+        let per_mm = scale.per_mm(cells_per_mm);
+        scale.stiffnesses([&self.row.stiffness_x, &self.row.stiffness_y].map(|k| k.slope_at(self.t) * per_mm))
+    }
+
+    /// Slides that a depth increment amounts to, mm/mm.
+    #[inline(always)]
+    pub(crate) fn press_coupling<S: Scaling<T>>(&self, cells_per_mm: T, scale: &S) -> [T; 2] {
+        let fitted = self.row.press_slide.slope_at(self.t) * cells_per_mm;
+        if !S::POSED {
+            return [fitted, T::of(0.0)];
         }
+        let [x, y] = scale.press();
+        [fitted + x, y]
     }
 }
 

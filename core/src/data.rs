@@ -106,14 +106,14 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
 
     /// Largest depth for which the model was fitted, mm.
     pub fn depth_max_mm(&self) -> T {
-        self.scale.depth(self.data.depth_max) + self.scale.touch()
+        self.scale.depth(self.data.depth_max)
     }
 
     /// Where friction in full slip acts at a depth, mm along x and y from the point under first touch. The moment about this
     /// point is the one that the slip margin counts beside friction: [`Response::spin_moment_n_mm`] less x F_y − y F_x.
     pub fn friction_centre_mm(&self, depth_mm: T) -> [T; 2] {
         let (row, t, _) = self.cell(depth_mm);
-        let [x, y] = self.scale.friction_place();
+        let [x, y] = self.scale.place();
         [self.scale.length(row.friction_centre.at(t)) + x, y]
     }
 
@@ -126,23 +126,28 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
     /// The row of the tables at `depth`, the place within the cell (its end beyond the last node), and cells per mm.
     pub(crate) fn cell(&self, depth: T) -> (&'a Row<M, T>, T, T) {
         let per_mm = self.scale.per_mm(self.data.cells_per_mm);
-        let x = (depth - self.scale.touch()).not_negative() * per_mm;
+        let x = depth * per_mm;
         let index = x.index().min(N - 2);
         (&self.data.rows[index], (x - T::of(index as f32)).at_most(T::of(1.0)), per_mm)
     }
 }
 
 impl<T: Arithmetic> Spring<T> {
-    /// Place of one of the pair, mm: 0 ahead of the middle, 1 behind; of the pair as one without spin.
+    /// Place of the pair's middle, mm.
     #[inline(always)]
-    pub(crate) fn place<const P: usize, S: Scaling<T>>(&self, k: usize, scale: &S) -> [T; 2] {
-        let [offset_x, offset_y] = scale.friction_place();
-        let middle = scale.length(self.centre_mm) + offset_x;
-        if P == 1 {
-            return [middle, offset_y];
+    pub(crate) fn centre<S: Scaling<T>>(&self, scale: &S) -> [T; 2] {
+        let x = scale.length(self.centre_mm);
+        if !S::POSED {
+            return [x, T::of(-0.0)];
         }
-        let [x, y] = self.arm_mm.map(|mm| scale.arm(mm));
-        if k == 0 { [middle + x, offset_y + y] } else { [middle - x, offset_y - y] }
+        let [offset_x, offset_y] = scale.place();
+        [x + offset_x, offset_y]
+    }
+
+    /// From there to one of the pair, mm; the other is opposite.
+    #[inline(always)]
+    pub(crate) fn arm<S: Scaling<T>>(&self, scale: &S) -> [T; 2] {
+        self.arm_mm.map(|mm| scale.arm(mm))
     }
 }
 

@@ -4,9 +4,9 @@
 
 use crate::at_depth::growth;
 use crate::math::Scalar;
+use crate::plane::carried;
 use crate::rescaling::Scaling;
 use crate::spring::{NOTHING, Odd, SLACK_MM, Sums};
-use crate::step::place_of;
 use crate::{ModelOf, StateOf};
 
 /// Derivatives of the forces for a motion that goes on in a given direction.
@@ -74,9 +74,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
             if !(radius > zero) {
                 continue;
             }
-            for (k, anchor) in pair.iter().enumerate() {
-                let place = spring.place::<P, S>(k, scale);
-                let [x, y] = place_of::<P, T>(here, place);
+            for (anchor, [x, y]) in pair.iter().zip(carried::<P, T, S>(here, spring, scale)) {
                 let (ux, uy) = (x - anchor[0], y - anchor[1]);
                 let (vx, vy) = (ux - shift * radius, uy * anisotropy - shift_y * radius);
                 let mut rate = [[press, one, zero], [press_y, zero, one]];

@@ -45,7 +45,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         let cell_mm = 1.0 / self.scale.per_mm(self.data.cells_per_mm);
         let normal = |index: usize, t: f32| {
             let line = &self.data.rows[index.min(N - 1)].normal;
-            self.scale.normal(line.value + line.change * t, self.scale.touch() + (index as f32 + t) * cell_mm)
+            self.scale.normal(line.value + line.change * t, (index as f32 + t) * cell_mm)
         };
         let (mut low, mut high) = (0, N - 1);
         while high - low > 1 {
@@ -62,7 +62,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             // The factor of the pose bends the cell's line a little: one step of the secant method.
             t = (t + (force - normal(low, t)) / (end - begin)).clamp(0.0, 1.0);
         }
-        self.scale.touch() + ((low as f32 + t) * cell_mm).max(1e-6)
+        ((low as f32 + t) * cell_mm).max(1e-6)
     }
 
     /// The least depth and normal force at which friction of `load_n` leaves a slip margin of at least `margin`, even if the
@@ -85,7 +85,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             return Grip::default();
         }
         let need = load / (1.0 - margin.clamp(0.0, 0.95));
-        let [_, pose_band] = self.scale.band();
+        let [_, [pose_band, ..]] = self.scale.band();
         let band = self.data.band_friction[0] + pose_band;
         let factor = strength_factor.clamp(0.1, 5.0);
         let strength = |depth: f32| {

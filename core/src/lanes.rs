@@ -11,7 +11,8 @@ use wide::{f32x8, i32x8};
 use crate::at_depth::AtDepth;
 use crate::math::{Arithmetic, sealed::Sealed};
 use crate::rescaling::Wide;
-use crate::step::{Begun, answer, carry, end};
+use crate::springs::carry;
+use crate::step::{Begun, answer, end};
 use crate::stick_ratio::{Way, regime_of};
 use crate::table::Row;
 use crate::{DataOf, Forces, ModelOf, StateOf, Status};
@@ -109,7 +110,7 @@ impl Arithmetic for Lanes {
 }
 
 /// Numbers of a begun step that [`Together`] keeps side by side.
-const NUMBERS: usize = 21;
+const NUMBERS: usize = 14;
 
 /// Steps of up to eight contacts, begun and waiting for their springs to move together.
 pub(crate) struct Together<'a, const M: usize, const N: usize, S: Wide> {
@@ -213,71 +214,15 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
 #[inline(always)]
 fn numbers_of<const M: usize>(begun: &Begun<'_, M, f32>) -> [f32; NUMBERS] {
     let Begun { at, here, way, .. } = begun;
-    [
-        at.t,
-        at.slip_lead,
-        at.depth,
-        at.area,
-        at.radius,
-        at.growth,
-        at.limit,
-        at.stiffness[0],
-        at.stiffness[1],
-        at.stiffness_slope[0],
-        at.stiffness_slope[1],
-        at.press_coupling[0],
-        at.press_coupling[1],
-        at.press_slide[0],
-        at.press_slide[1],
-        here[0],
-        here[1],
-        here[2],
-        way.0[0],
-        way.0[1],
-        way.0[2],
-    ]
+    let ([kx, ky], [x, y, z], Way([a, b, c])) = (at.stiffness, *here, way);
+    [at.t, at.cells, at.depth, at.radius, at.growth, at.limit, kx, ky, x, y, z, *a, *b, *c]
 }
 
 /// The step of these numbers.
 #[inline(always)]
 fn begun_of<T: Arithmetic, const M: usize>(row: &Row<M, T>, status: Status, of: [T; NUMBERS]) -> Begun<'_, M, T> {
-    let [
-        t,
-        slip_lead,
-        depth,
-        area,
-        radius,
-        growth,
-        limit,
-        kx,
-        ky,
-        slope_x,
-        slope_y,
-        dx,
-        dy,
-        press_x,
-        press_y,
-        x,
-        y,
-        z,
-        a,
-        b,
-        c,
-    ] = of;
-    let at = AtDepth {
-        row,
-        t,
-        slip_lead,
-        depth,
-        area,
-        radius,
-        growth,
-        limit,
-        stiffness: [kx, ky],
-        stiffness_slope: [slope_x, slope_y],
-        press_coupling: [dx, dy],
-        press_slide: [press_x, press_y],
-    };
+    let [t, cells, depth, radius, growth, limit, kx, ky, x, y, z, a, b, c] = of;
+    let at = AtDepth { row, t, cells, depth, radius, growth, limit, stiffness: [kx, ky] };
     Begun { at, here: [x, y, z], way: Way([a, b, c]), status }
 }
 

@@ -71,7 +71,7 @@ pub trait Scalar: Arithmetic + Default + PartialEq + PartialOrd {
     fn to_f32(self) -> f32;
     /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
     fn is_between(self, low: f32, high: f32) -> bool;
-    /// Whether one of two is 2 or more, or −2 or less. In `f32` by one bit.
+    /// Whether one of two is 2 or more, −2 or less, or no number. In `f32` by one bit.
     fn either_is_far(self, other: Self) -> bool;
     /// Its whole part as an index; 0 below 0, the largest index far above.
     fn index(self) -> usize;
@@ -176,7 +176,7 @@ impl Scalar for f64 {
         self >= low.into() && self <= high.into()
     }
     fn either_is_far(self, other: Self) -> bool {
-        self.abs() >= 2.0 || other.abs() >= 2.0
+        !(self.abs() < 2.0 && other.abs() < 2.0)
     }
     fn index(self) -> usize {
         self as u32 as usize

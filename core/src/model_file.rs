@@ -2,16 +2,14 @@
 //!
 //! The layout is described in `core/docs/fpm-format.md` with test vectors. Uses model, check, error.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::effects::OWN;
-use crate::error::Field;
+use crate::sections::{COLUMNS, EffectSlot, TableColumn, Tables};
 use crate::{DataOf, Error, ModelOf};
 
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;
@@ -19,130 +17,8 @@ const DATA: [u8; 4] = *b"DATA";
 const EFFECTS: [u8; 4] = *b"EFFX";
 const META: [u8; 4] = *b"META";
 const TABLES: [u8; 4] = *b"TABL";
-const COLUMNS: [u8; 4] = *b"COLS";
 /// Sections of a file without tables and columns; either is one more.
 const SECTIONS: usize = 3;
-
-/// A slot for an effect beyond the plain model: which law, and its parameters.
-///
-/// The core carries the slots; whoever computes a strength factor from speed, dwell or moisture reads them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub struct EffectSlot {
-    /// Number of the law.
-    pub kind: u32,
-    /// 0; for later use.
-    pub reserved: u32,
-    /// Parameters of the law, in its own order.
-    pub values: [f32; 6],
-}
-
-/// Values of effect slots lie within; no law's parameters are near it.
-const LARGEST_VALUE: f32 = 1e6;
-
-impl EffectSlot {
-    /// Refuses a value that is no number or beyond 1e6. `index` is the slot's number in its file.
-    pub(crate) fn check(&self, index: usize) -> Result<(), Error> {
-        for (k, &value) in self.values.iter().enumerate() {
-            if !(value.abs() <= LARGEST_VALUE) {
-                let index = (self.values.len() * index + k) as u16;
-                return Err(Error::Range { what: Field::EffectValue, index, value });
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A column of the user's own (a voltage, a humidity) that tables of a model file read from
-/// [`crate::Surroundings::own`], in the order of the file.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(C)]
-pub struct TableColumn {
-    name: [u8; 32],
-    unit: [u8; 16],
-    /// Least value for which the tables' formulas hold.
-    pub low: f32,
-    /// Largest value for which they hold.
-    pub high: f32,
-    /// The value under which the model was calibrated.
-    pub reference: f32,
-}
-
-impl TableColumn {
-    /// Longest name, bytes.
-    pub const NAME_BYTES: usize = 31;
-    /// Longest unit, bytes.
-    pub const UNIT_BYTES: usize = 15;
-
-    /// A column.
-    ///
-    /// * `range`: least and largest value, finite, the lesser first; `reference` lies within
-    ///
-    /// Errors: [`Error::Section`] for a name of no or more than 31 bytes, a unit of more than 15, a zero byte in either, and for
-    /// numbers that are not as said.
-    pub fn new(name: &str, unit: &str, range: [f32; 2], reference: f32) -> Result<Self, Error> {
-        let [low, high] = range;
-        let out = Self { name: padded(name)?, unit: padded(unit)?, low, high, reference };
-        out.check()?;
-        Ok(out)
-    }
-
-    /// Its name.
-    pub fn name(&self) -> &str {
-        text(&self.name)
-    }
-
-    /// Its unit; empty for a pure number.
-    pub fn unit(&self) -> &str {
-        text(&self.unit)
-    }
-
-    /// Name and unit as they stand in the file: UTF-8, zeros behind it, at least one.
-    pub fn bytes(&self) -> (&[u8; 32], &[u8; 16]) {
-        (&self.name, &self.unit)
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        let whole = |bytes: &[u8]| {
-            let text = text(bytes);
-            text.len() < bytes.len() && bytes.iter().skip(text.len()).all(|b| *b == 0)
-        };
-        let is_range = self.low < self.high && self.low.abs() <= 1e9 && self.high.abs() <= 1e9;
-        let is_sound = whole(&self.name) && whole(&self.unit) && !self.name().is_empty() && is_range;
-        if is_sound && self.reference >= self.low && self.reference <= self.high {
-            return Ok(());
-        }
-        Err(Error::Section { id: COLUMNS })
-    }
-}
-
-/// A text with zeros behind it, at least one.
-fn padded<const N: usize>(text: &str) -> Result<[u8; N], Error> {
-    let mut out = [0; N];
-    match out.get_mut(..text.len()) {
-        Some(head) if text.len() < N => head.copy_from_slice(text.as_bytes()),
-        _ => return Err(Error::Section { id: COLUMNS }),
-    }
-    Ok(out)
-}
-
-/// The text before the first zero; none where it is not UTF-8.
-fn text(bytes: &[u8]) -> &str {
-    let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
-    bytes.get(..end).and_then(|head| core::str::from_utf8(head).ok()).unwrap_or("")
-}
-
-/// What tables of a model file need beside their slots; [`Default`] is none.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Tables<'a> {
-    /// The numbers, see [`crate::effects::tables`].
-    pub numbers: &'a [f32],
-    /// Columns of the user's own that they read, at most [`crate::effects::OWN`].
-    pub columns: &'a [TableColumn],
-}
 
 /// All that a model file holds, read in place.
 #[derive(Clone, Copy, Debug)]

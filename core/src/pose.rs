@@ -9,6 +9,7 @@
 
 use crate::error::Field;
 use crate::math::Scalar;
+use crate::step::rare;
 use crate::{Error, Status};
 
 /// Pitch and roll of the finger against the plane, degrees.
@@ -25,39 +26,40 @@ pub struct Pose {
     pub roll_deg: f32,
 }
 
-/// Number of quantities that depend on the pose.
-pub const POSE_ROWS: usize = 21;
+/// Number of coefficients by which a model depends on the pose.
+pub const POSE_COEFFICIENTS: usize = 49;
 
-/// Number of coefficients of each.
-pub const POSE_TERMS: usize = 6;
-
-/// Roll from which the contact changes with its magnitude rather than its square, rad: a pad is flat in its middle.
-const FLAT_RAD: f32 = 0.05;
+/// Roll at which the contact is about to leave the flat of the pad for its edge, rad.
+const EDGE_RAD: f32 = 0.12;
 
 /// Largest x of a factor (1 + x/16)^16.
 const FACTOR_MAX: f32 = 3.0;
 
-/// Largest x of the factors on the ratio of the stiffnesses and on that of the strengths.
+/// Largest x of the factor on the ratio of the stiffnesses.
 const RATIO_MAX: f32 = 0.7;
 
-/// How the contact depends on the pose: each quantity a function of p and r, pitch less that of the fitted pose and roll,
-/// both in rad, and of e = √(r² + w²) − w with w = 0.05, the roll's magnitude. All zeros is a model of one pose.
+/// How the contact depends on the pose. All coefficients 0 is a model of one pose.
 ///
-/// Rows:
+/// With p the pitch less that of the fitted pose and r the roll, both in rad and held within what the model was fitted in, each
+/// quantity is a sum of these terms times a coefficient. Of the roll's magnitude there are e = √(r² + w²) − w, which grows on, and
+/// s = 1 − w/√(r² + w²), which goes from 0 to 1 as the contact moves from the flat of the pad to its edge, with w = 0.12.
 ///
-/// * 0 to 2, normal force: x of the factors (1 + x/16)^16 at touch and at the deepest press of the poses; the shape between
-///   them, s: over the share d of that depth the factor goes from one to the other as d (1 + s (1 − d)), s held within −1 and 1.
-/// * 3 to 5, area, likewise.
-/// * 6, strength: x of the factor beyond the one that normal force and area imply, N^beta A^(1 − beta).
-/// * 7, depth at which the contact begins, mm, 0 where the row is negative: skin that is held at the nail bears nothing.
-/// * 8 to 10, x of the factors on stiffness, beyond a fourth of the area's two, by which the springs' arms change as well; on stiffness
-///   along y over that along x; on strength along y over that along x.
-/// * 11 to 15, along x: slide per depth; tilt of the limit; place of the pressure, mm, and from it that of friction; slide that the
-///   pose amounts to, mm, as the plane turns about a point beside the contact.
-/// * 16 to 20, the same along y.
+/// | coefficients | quantity | terms |
+/// |---|---|---|
+/// | 0 to 5, 6 to 11 | normal force: x of the factors (1 + x/16)^16 at touch and at the deepest press of the poses | p, p², p³, p⁴, s, s p |
+/// | 12 to 17 | area: the same at touch | p, p², p³, p⁴, s, s p |
+/// | 18 to 24 | and at the deepest press | p, p², p³, p⁴, e, e p, s |
+/// | 25 to 27 | stiffness: x of the factor beyond a fourth of the area's two, by which the springs' arms change as well | p, p², s |
+/// | 28, 29 | stiffness along y over that along x: x of the factor | p, s |
+/// | 30; 31 | along x, slide per depth; tilt of the limit | p; p |
+/// | 32 to 35; 36, 37 | place of the contact along x, mm; slide that the pose amounts to, mm | p, p², s, s p; p, p² |
+/// | 38 to 40 | along y, slide per depth | r, r s, r p |
+/// | 41, 42 | tilt of the limit | r, r p |
+/// | 43 to 46; 47, 48 | place of the contact, mm; slide that the pose amounts to, mm | r, r s, r p, r p²; r, r p |
 ///
-/// With coefficients a to g a row is p (a + b p + c p²) + e (d + f p + g e), in the shapes and the depth of touch a + p (b + c p) +
-/// e (d + f p + g e), and along y r (a + p (b + c p) + e (d + f p + g e)).
+/// Over the share d of the deepest press a factor goes from its value at touch to that at the deepest as d (2 − d). The factor on the
+/// strength is the one that those on normal force and area imply, N^beta A^(1 − beta). A pose amounts to a slide as the plane turns
+/// about a point beside the contact.
 ///
 /// Places are those against the fitted pose: spins go about the point under first touch in the fitted pose, from which springs
 /// and centre of pressure then lie away.
@@ -73,14 +75,17 @@ pub struct PoseTable<T = f32> {
     pub roll_max_deg: T,
     /// Deepest press in another pose that the model was fitted to, mm: factors stay as they are beyond.
     pub depth_max_mm: T,
-    /// The coefficients of each row.
-    pub rows: [[T; POSE_TERMS]; POSE_ROWS],
+    /// The coefficients.
+    #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
+    #[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
+    #[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+    pub coefficients: [T; POSE_COEFFICIENTS],
     /// Length by which the contact rolls on until nothing of it is left of what touched before, over the radius of a circle
     /// of its area; 0 for a finger that keeps its stretch.
     pub rolling_length: T,
     /// What another pose than the fitted one adds to the half-widths of the bands: shares of the normal force and of the
-    /// friction limit.
-    pub band: [T; 2],
+    /// friction limit, each a parabola in the stick ratio: in full slip, and the factors of the ratio and of its square.
+    pub band: [[T; 3]; 2],
 }
 
 impl<T: Scalar> PoseTable<T> {
@@ -91,15 +96,15 @@ impl<T: Scalar> PoseTable<T> {
             pitch_range_deg: [T::of(pitch_deg); 2],
             roll_max_deg: T::of(0.0),
             depth_max_mm: T::of(1.0),
-            rows: [[T::of(0.0); POSE_TERMS]; POSE_ROWS],
+            coefficients: [T::of(0.0); POSE_COEFFICIENTS],
             rolling_length: T::of(0.0),
-            band: [T::of(0.0); 2],
+            band: [[T::of(0.0); 3]; 2],
         }
     }
 
     /// Whether the model knows other poses than the fitted one.
     pub fn knows_poses(&self) -> bool {
-        self.rows.iter().flatten().any(|x| *x != T::of(0.0))
+        self.coefficients.iter().any(|x| *x != T::of(0.0))
     }
 
     /// The same table with `of` of every number.
@@ -109,9 +114,9 @@ impl<T: Scalar> PoseTable<T> {
             pitch_range_deg: self.pitch_range_deg.map(of),
             roll_max_deg: of(self.roll_max_deg),
             depth_max_mm: of(self.depth_max_mm),
-            rows: self.rows.map(|row| row.map(of)),
+            coefficients: self.coefficients.map(of),
             rolling_length: of(self.rolling_length),
-            band: self.band.map(of),
+            band: self.band.map(|parabola| parabola.map(of)),
         }
     }
 
@@ -119,7 +124,7 @@ impl<T: Scalar> PoseTable<T> {
     pub(crate) fn numbers(self) -> impl Iterator<Item = T> {
         let [least, most] = self.pitch_range_deg;
         let range = [self.pitch_deg, least, most, self.roll_max_deg, self.depth_max_mm];
-        range.into_iter().chain(self.rows.into_iter().flatten()).chain([self.rolling_length]).chain(self.band)
+        range.into_iter().chain(self.coefficients).chain([self.rolling_length]).chain(self.band.into_iter().flatten())
     }
 
     /// Refuses what is not finite or too large.
@@ -139,13 +144,18 @@ impl<T: Scalar> PoseTable<T> {
         if !(self.depth_max_mm >= T::of(0.1) && self.depth_max_mm <= T::of(20.0)) {
             return Err(bad(0, self.depth_max_mm));
         }
-        if let Some(share) = self.band.iter().find(|share| !(**share >= T::of(0.0) && **share <= T::of(10.0))) {
-            return Err(bad(0, *share));
+        for [slip, rate, bend] in self.band {
+            for stick in [0.0, 0.25, 0.5, 0.75, 1.0].map(T::of) {
+                let share = slip + stick * (rate + stick * bend);
+                if !(share >= T::of(0.0) && share <= T::of(10.0)) {
+                    return Err(bad(0, share));
+                }
+            }
         }
         if !(self.rolling_length >= T::of(0.0)) {
             return Err(bad(0, self.rolling_length));
         }
-        let numbers = self.rows.iter().flatten().chain([&self.rolling_length]).enumerate();
+        let numbers = self.coefficients.iter().chain([&self.rolling_length]).enumerate();
         numbers
             .filter(|(_, x)| !(x.magnitude() <= T::of(1000.0)))
             .map(|(i, x)| bad(i + 1, *x))
@@ -170,92 +180,61 @@ impl<T: Scalar> PoseTable<T> {
         let roll = within(T::of(roll_deg), [-self.roll_max_deg, self.roll_max_deg]);
         let is_fitted = pitch == T::of(pitch_deg) && roll == T::of(roll_deg);
         let (p, r) = ((pitch - self.pitch_deg) * rad, roll * rad);
-        let flat = T::of(FLAT_RAD);
-        let e = (r * r + flat * flat).sqrt() - flat;
-        let rolled = |[.., d, f, g]: [T; POSE_TERMS]| d + f * p + g * e;
-        let even = |row: [T; POSE_TERMS]| p * (row[0] + p * (row[1] + row[2] * p)) + e * rolled(row);
-        let free = |row: [T; POSE_TERMS]| row[0] + p * (row[1] + row[2] * p) + e * rolled(row);
-        let odd = |row: [T; POSE_TERMS]| r * (row[0] + p * (row[1] + row[2] * p) + e * rolled(row));
-        let [normal, normal_deep, normal_shape, area, area_deep, area_shape, limit, touch, ..] = self.rows;
-        let touch_mm = free(touch).not_negative();
-        let [
-            ..,
-            stiffness,
-            ratio,
-            strength,
-            press_x,
-            tilt_x,
-            pressure_x,
-            friction_x,
-            slide_x,
-            press_y,
-            tilt_y,
-            pressure_y,
-            friction_y,
-            slide_y,
-        ] = self.rows;
-        let normal = [even(normal), even(normal_deep)];
-        let area = [even(area), even(area_deep)];
-        let beyond = even(limit);
-        let limit = [0, 1].map(|i| beyond + beta * normal[i] + (T::of(1.0) - beta) * area[i]);
-        let per = T::of(1.0) / self.depth_max_mm;
-        let over_depth = |x: [T; 2], row: [T; POSE_TERMS]| {
-            let [touch, deep] = x.map(factor);
-            let (rise, shape) = ((deep - touch) * per, held(free(row), T::of(1.0)));
-            let bend = -(rise * shape * per);
-            // Counted from the depth at which the contact begins.
-            let slope = rise + rise * shape - (bend + bend) * touch_mm;
-            [touch - touch_mm * (slope + bend * touch_mm), slope, bend]
-        };
+        let edge = T::of(EDGE_RAD);
+        let root = (r * r + edge * edge).sqrt();
+        let (e, s) = (root - edge, T::of(1.0) - edge / root);
+        let c = &self.coefficients;
+        let normal = [
+            quartic(p, [c[0], c[1], c[2], c[3]]) + s * (c[4] + c[5] * p),
+            quartic(p, [c[6], c[7], c[8], c[9]]) + s * (c[10] + c[11] * p),
+        ];
+        let area = [
+            quartic(p, [c[12], c[13], c[14], c[15]]) + s * (c[16] + c[17] * p),
+            quartic(p, [c[18], c[19], c[20], c[21]]) + e * (c[22] + c[23] * p) + s * c[24],
+        ];
+        let limit = [0, 1].map(|i| area[i] + beta * (normal[i] - area[i]));
         let size = T::of(0.25) * (area[0] + area[1]);
-        let stiffness = even(stiffness) + size;
-        let (normal, area) = (over_depth(normal, normal_shape), over_depth(area, area_shape));
-        let limit = self.limit_over_depth(limit.map(factor), normal, area, beta, touch_mm);
-        let most = T::of(RATIO_MAX);
-        let [pressure_x, pressure_y] = [even(pressure_x), odd(pressure_y)];
+        let over_depth = |x: [T; 2]| self.over_depth(x.map(factor));
+        let place =
+            [p * (c[32] + c[33] * p + c[35] * s) + c[34] * s, r * (c[43] + c[44] * s + p * (c[45] + c[46] * p))];
         Ok(PoseFactors {
-            normal,
-            area,
-            limit,
-            touch_mm,
-            depth_max_mm: self.depth_max_mm + touch_mm,
+            normal: over_depth(normal),
+            area: over_depth(area),
+            limit: over_depth(limit),
+            depth_max_mm: self.depth_max_mm,
             arm: factor(size),
-            stiffness: factor(stiffness),
-            stiffness_ratio: factor(held(even(ratio), most)),
-            strength_ratio: factor(held(even(strength), most)),
-            tilt: [even(tilt_x), odd(tilt_y)],
-            press: [even(press_x), odd(press_y)],
-            slide: [even(slide_x), odd(slide_y)],
-            pressure_place: [pressure_x, pressure_y],
-            friction_place: [pressure_x + even(friction_x), pressure_y + odd(friction_y)],
-            band: if is_another { self.band } else { [T::of(0.0); 2] },
+            stiffness: factor(p * (c[25] + c[26] * p) + c[27] * s + size),
+            stiffness_ratio: factor(held(c[28] * p + c[29] * s, T::of(RATIO_MAX))),
+            tilt: [c[31] * p, r * (c[41] + c[42] * p)],
+            press: [c[30] * p, r * (c[38] + c[39] * s + c[40] * p)],
+            slide: [p * (c[36] + c[37] * p), r * (c[47] + c[48] * p)],
+            place,
+            band: if is_another { self.band } else { [[T::of(0.0); 3]; 2] },
             status: if is_fitted { Status::OK } else { Status::POSE_OUT_OF_RANGE },
         })
     }
+
+    /// A factor over depth: its value at touch, and the factors of depth and of its square.
+    fn over_depth(&self, [touch, deep]: [T; 2]) -> [T; 3] {
+        let per = T::of(1.0) / self.depth_max_mm;
+        let rise = (deep - touch) * per;
+        let bend = -(rise * per);
+        [touch, rise + rise, bend]
+    }
 }
 
-impl<T: Scalar> PoseTable<T> {
-    /// The factor on the strength as a parabola over depth: its ends, and half-way between those of normal force and area in their
-    /// shares, less what the mean of these is above the ends.
-    fn limit_over_depth(&self, [touch, deep]: [T; 2], normal: [T; 3], area: [T; 3], beta: T, touch_mm: T) -> [T; 3] {
-        let mean = |share: f32| {
-            let depth = touch_mm + T::of(share) * self.depth_max_mm;
-            let at = |x: [T; 3]| x[0] + depth * (x[1] + x[2] * depth);
-            let (normal, area) = (at(normal), at(area));
-            area + beta * (normal - area)
-        };
-        let half = T::of(0.5);
-        let middle = mean(0.5) * half * (touch / mean(0.0) + deep / mean(1.0));
-        let per = T::of(1.0) / self.depth_max_mm;
-        let bend = T::of(2.0) * (touch + deep - middle - middle) * per * per;
-        let slope = (deep - touch) * per - bend * (self.depth_max_mm + touch_mm + touch_mm);
-        [touch - touch_mm * (slope + bend * touch_mm), slope, bend]
-    }
+/// A polynomial of the pitch without a constant.
+fn quartic<T: Scalar>(p: T, [a, b, c, d]: [T; 4]) -> T {
+    p * (a + p * (b + p * (c + p * d)))
 }
 
 /// A number held within ±most.
 fn held<T: Scalar>(x: T, most: T) -> T {
-    if x < -most { -most } else { x.at_most(most) }
+    if x.magnitude() > most {
+        rare();
+        return if x < -most { -most } else { most };
+    }
+    x
 }
 
 /// (1 + x/16)^16, near e^x, positive and rising.
@@ -274,21 +253,18 @@ pub struct PoseFactors<T> {
     pub(crate) normal: [T; 3],
     pub(crate) area: [T; 3],
     pub(crate) limit: [T; 3],
-    /// Depth at which the contact begins, mm.
-    pub(crate) touch_mm: T,
     /// Depth beyond which the factors stay as they are, mm.
     pub(crate) depth_max_mm: T,
     /// Factor on the springs' arms.
     pub(crate) arm: T,
     pub(crate) stiffness: T,
     pub(crate) stiffness_ratio: T,
-    pub(crate) strength_ratio: T,
     pub(crate) tilt: [T; 2],
     pub(crate) press: [T; 2],
     /// Slide that the pose amounts to, mm.
     pub(crate) slide: [T; 2],
-    pub(crate) pressure_place: [T; 2],
-    pub(crate) friction_place: [T; 2],
-    pub(crate) band: [T; 2],
+    /// Where the contact lies, mm along x and y from where it does in the fitted pose.
+    pub(crate) place: [T; 2],
+    pub(crate) band: [[T; 3]; 2],
     pub(crate) status: Status,
 }

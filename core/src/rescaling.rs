@@ -62,18 +62,14 @@ impl<const POSED: bool> Wide for Scaled<f32, POSED> {
             per_newton: of(self.per_newton),
             softness: of(self.softness),
             depth: of(self.depth),
-            touch: of(self.touch),
             depth_max: of(self.depth_max),
             stiffness_ratio: of(self.stiffness_ratio),
-            strength_ratio: of(self.strength_ratio),
-            anisotropy: of(self.anisotropy),
             tilt: self.tilt.map(of),
             press: self.press.map(of),
             slide: self.slide.map(of),
             arm: of(self.arm),
-            pressure_place: self.pressure_place.map(of),
-            friction_place: self.friction_place.map(of),
-            band: self.band.map(of),
+            place: self.place.map(of),
+            band: self.band.map(|parabola| parabola.map(of)),
             status: self.status,
         }
     }
@@ -96,21 +92,17 @@ pub struct Scaled<T = f32, const POSED: bool = false> {
     softness: T,
     /// One over `per_length`.
     depth: T,
-    /// Depth at which the contact begins, and beyond which the parabolas stay as they are, mm.
-    touch: T,
+    /// Depth beyond which the parabolas stay as they are, mm.
     depth_max: T,
-    /// Stiffness along y over that along x, strength likewise, and the first over the second.
+    /// Stiffness along y over that along x.
     stiffness_ratio: T,
-    strength_ratio: T,
-    anisotropy: T,
     tilt: [T; 2],
     press: [T; 2],
     slide: [T; 2],
     /// Factor on the springs' arms in a pose.
     arm: T,
-    pressure_place: [T; 2],
-    friction_place: [T; 2],
-    band: [T; 2],
+    place: [T; 2],
+    band: [[T; 3]; 2],
     status: Status,
 }
 
@@ -129,18 +121,14 @@ impl<T: Arithmetic, const POSED: bool> Scaled<T, POSED> {
             per_newton: one,
             softness: one,
             depth: one,
-            touch: zero,
             depth_max: one,
             stiffness_ratio: one,
-            strength_ratio: one,
-            anisotropy: one,
             tilt: [zero; 2],
             press: [zero; 2],
             slide: [zero; 2],
             arm: one,
-            pressure_place: [zero; 2],
-            friction_place: [zero; 2],
-            band: [zero; 2],
+            place: [zero; 2],
+            band: [[zero; 3]; 2],
             status: Status::OK,
         }
     }
@@ -217,7 +205,7 @@ impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         if POSED { self.status } else { Status::OK }
     }
     #[inline(always)]
-    fn band(&self) -> [T; 2] {
+    fn band(&self) -> [[T; 3]; 2] {
         self.band
     }
     #[inline(always)]
@@ -233,16 +221,8 @@ impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         self.slide
     }
     #[inline(always)]
-    fn touch(&self) -> T {
-        self.touch
-    }
-    #[inline(always)]
-    fn pressure_place(&self) -> [T; 2] {
-        self.pressure_place
-    }
-    #[inline(always)]
-    fn friction_place(&self) -> [T; 2] {
-        self.friction_place
+    fn place(&self) -> [T; 2] {
+        self.place
     }
     #[inline(always)]
     fn area(&self, mm2: T, depth: T) -> T {
@@ -263,11 +243,7 @@ impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
     }
     #[inline(always)]
     fn anisotropy(&self, fitted: T) -> T {
-        if POSED { fitted * self.anisotropy } else { fitted }
-    }
-    #[inline(always)]
-    fn strength_ratio(&self, fitted: T) -> T {
-        if POSED { fitted * self.strength_ratio } else { fitted }
+        if POSED { fitted * self.stiffness_ratio } else { fitted }
     }
     #[inline(always)]
     fn limit(&self, n: T, area_mm2: T, depth: T) -> T {
@@ -323,11 +299,8 @@ impl<T: Scalar> Unposed<T> for Scaled<T> {
             normal: scaled(self.normal[0], pose.normal),
             stiffness: self.stiffness * pose.stiffness,
             limit: scaled(self.limit[0], pose.limit),
-            touch: pose.touch_mm * self.depth,
             depth_max: pose.depth_max_mm * self.depth,
             stiffness_ratio: pose.stiffness_ratio,
-            strength_ratio: pose.strength_ratio,
-            anisotropy: pose.stiffness_ratio / pose.strength_ratio,
             tau0: self.tau0,
             length: self.length,
             band: pose.band,
@@ -338,8 +311,7 @@ impl<T: Scalar> Unposed<T> for Scaled<T> {
             press: pose.press,
             slide: pose.slide.map(|mm| mm * self.depth),
             arm: pose.arm * self.length,
-            pressure_place: pose.pressure_place.map(|mm| mm * self.length),
-            friction_place: pose.friction_place.map(|mm| mm * self.length),
+            place: pose.place.map(|mm| mm * self.length),
         }
     }
 }

@@ -34,19 +34,16 @@ pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
     fn tilt(&self, fitted: T) -> [T; 2];
     /// What is to be remarked about the pose.
     fn status(&self) -> Status;
-    /// What the pose adds to the bands: shares of the normal force and of the limit.
-    fn band(&self) -> [T; 2];
+    /// What the pose adds to the bands: shares of the normal force and of the limit, as parabolas in the stick ratio.
+    fn band(&self) -> [[T; 3]; 2];
     /// Slides along x and y, mm/mm, that a depth increment amounts to in the pose, beyond that of the fitted one.
     fn press(&self) -> [T; 2];
     /// From a pair's middle to one of its springs, mm.
     fn arm(&self, mm: T) -> T;
     /// Slides along x and y that the pose amounts to, mm.
     fn slide(&self) -> [T; 2];
-    /// Depth at which the contact begins, mm.
-    fn touch(&self) -> T;
-    /// Where the normal force and where friction acts in the pose, mm along x and y from where each does in the fitted one.
-    fn pressure_place(&self) -> [T; 2];
-    fn friction_place(&self) -> [T; 2];
+    /// Where the contact lies in the pose, mm along x and y from where it does in the fitted one.
+    fn place(&self) -> [T; 2];
     /// An area at a depth, mm², mm.
     fn area(&self, mm2: T, depth: T) -> T;
     /// A force along the normal at a depth, N, mm.
@@ -57,8 +54,6 @@ pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
     fn stiffnesses(&self, n_mm: [T; 2]) -> [T; 2];
     /// Stiffness along y over that along x, over the ratio of the strengths.
     fn anisotropy(&self, fitted: T) -> T;
-    /// Strength along y over that along x.
-    fn strength_ratio(&self, fitted: T) -> T;
     /// The strength at a depth, N, mm, from that of the fitted finger and the scaled area.
     fn limit(&self, n: T, area_mm2: T, depth: T) -> T;
     /// What the pose adds to the change with depth, N/mm: of the normal force, and of the strength on `area_mm2`, both of the
@@ -137,8 +132,8 @@ impl<T: Arithmetic> Scaling<T> for Fitted {
         Status::OK
     }
     #[inline(always)]
-    fn band(&self) -> [T; 2] {
-        [T::of(0.0); 2]
+    fn band(&self) -> [[T; 3]; 2] {
+        [[T::of(0.0); 3]; 2]
     }
     #[inline(always)]
     fn press(&self) -> [T; 2] {
@@ -153,15 +148,7 @@ impl<T: Arithmetic> Scaling<T> for Fitted {
         [T::of(-0.0); 2]
     }
     #[inline(always)]
-    fn touch(&self) -> T {
-        T::of(0.0)
-    }
-    #[inline(always)]
-    fn pressure_place(&self) -> [T; 2] {
-        [T::of(0.0); 2]
-    }
-    #[inline(always)]
-    fn friction_place(&self) -> [T; 2] {
+    fn place(&self) -> [T; 2] {
         [T::of(0.0); 2]
     }
     #[inline(always)]
@@ -182,10 +169,6 @@ impl<T: Arithmetic> Scaling<T> for Fitted {
     }
     #[inline(always)]
     fn anisotropy(&self, fitted: T) -> T {
-        fitted
-    }
-    #[inline(always)]
-    fn strength_ratio(&self, fitted: T) -> T {
         fitted
     }
     #[inline(always)]

@@ -6,8 +6,8 @@ use crate::math::Arithmetic;
 
 /// Largest |q u| of a spring on its limit: its force grows with the displacement throughout.
 pub(crate) const ODD_MAX: f32 = 0.4;
-/// Share by which the square of a displacement may exceed its limit's before the spring slips. It is returned to the limit up
-/// to rounding; the gap is wider than that, so that a spring on its limit stays where it is when nothing moves.
+/// Share of its limit's square by which the square of a displacement that was returned stays within the limit, so that rounding
+/// does not make it slip again when nothing moves.
 const SLACK: f32 = 1.0 / (1 << 20) as f32;
 /// Twice the length by which a displacement may exceed a small limit, mm: what rounding of positions within some ten mm makes.
 /// A spring whose limit is 0 has none and carries nothing.
@@ -47,9 +47,9 @@ impl<T: Arithmetic> Sums<T> {
         Self { x: [T::of(-0.0); 3], y: [T::of(-0.0); 2] }
     }
 
-    /// Adds a spring; returns its stiffness times displacement.
+    /// Adds a spring; returns its stiffness times displacement, and along x also times the square.
     #[inline(always)]
-    pub(crate) fn add(&mut self, stiffness: T, [x, y]: [T; 2]) -> [T; 2] {
+    pub(crate) fn add(&mut self, stiffness: T, [x, y]: [T; 2]) -> [T; 3] {
         let (first, across) = (stiffness * x, stiffness * y);
         let second = first * x;
         self.x[0] += first;
@@ -57,7 +57,13 @@ impl<T: Arithmetic> Sums<T> {
         self.x[2] += second * x;
         self.y[0] += across;
         self.y[1] += across * y;
-        [first, across]
+        [first, second, across]
+    }
+
+    /// The same sums over springs of a stiffness that is `share` of theirs.
+    #[inline(always)]
+    pub(crate) fn times(&self, share: T) -> Self {
+        Self { x: self.x.map(|sum| sum * share), y: self.y.map(|sum| sum * share) }
     }
 
     /// Force along x and y over the stiffness, mm.
@@ -82,71 +88,77 @@ impl<T: Arithmetic> Sums<T> {
 
 /// The limit of a spring with displacement u and radius R: (u_x − alpha R)² + (b u_y)² = R² (1 + alpha²).
 pub(crate) struct Limit<T> {
-    /// alpha along x and y.
+    /// alpha along x and y, and twice that.
     shift: [T; 2],
+    twice: [T; 2],
     /// b: stiffness along y over that along x, over the ratio of the strengths.
     pub(crate) anisotropy: T,
     /// Stiffness along y over that along x.
     ratio: T,
-    /// 1 + alpha², and the slack with it.
+    /// 1 + alpha², less the slack.
     wide: T,
 }
 
 /// A displacement seen from its limit.
 pub(crate) struct Seen<T> {
-    /// Displacement from the middle of its limit, along y times the anisotropy.
-    pub(crate) v: [T; 2],
-    /// By how much its square exceeds the limit's; negative within.
+    /// Displacement along y times the anisotropy.
+    pub(crate) w: T,
+    /// By how much the square of the distance from the limit's middle exceeds the limit's; negative within.
     pub(crate) over: T,
-    /// The limit's square, with the slack that is a share of it.
-    square: T,
-    middle: [T; 2],
 }
 
 impl<T: Arithmetic> Limit<T> {
     #[inline(always)]
-    pub(crate) fn new([shift_x, shift_y]: [T; 2], anisotropy: T, ratio: T) -> Self {
-        let slack = T::of(1.0 + SLACK);
-        let square = shift_x * shift_x + shift_y * shift_y;
-        Self { shift: [shift_x, shift_y], anisotropy, ratio, wide: slack + square * slack }
+    pub(crate) fn new(shift: [T; 2], anisotropy: T, ratio: T) -> Self {
+        let [x, y] = shift;
+        let wide = (T::of(1.0) + (x * x + y * y)) * T::of(1.0 - SLACK);
+        Self { shift, twice: [x + x, y + y], anisotropy, ratio, wide }
     }
 
-    /// Whether and by how much a displacement is beyond the limit. `ALONG_Y`: the limit may be tilted along y.
+    /// Whether and by how much a displacement is beyond the limit: u_x² + w² − R (R + 2 alpha u_x), with a slack for rounding.
+    /// `ALONG_Y`: the limit may be tilted along y.
     #[inline(always)]
     pub(crate) fn see<const ALONG_Y: bool>(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
-        let middle_x = self.shift[0] * radius;
-        let middle_y = if ALONG_Y { self.shift[1] * radius } else { T::of(0.0) };
-        let slack = radius * T::of(SLACK_MM);
-        let square = radius * radius * self.wide + slack;
-        let vy = uy * self.anisotropy;
-        let v = [ux - middle_x, if ALONG_Y { vy - middle_y } else { vy }];
-        let over = v[0] * v[0] + v[1] * v[1] - square;
-        Seen { v, over, square: square - slack, middle: [middle_x, middle_y] }
+        let w = uy * self.anisotropy;
+        let mut most = (radius + T::of(SLACK_MM)) + self.twice[0] * ux;
+        if ALONG_Y {
+            most += self.twice[1] * w;
+        }
+        Seen { w, over: ux * ux + w * w - radius * most }
     }
 
-    /// A displacement from the middle of its limit, along y times the anisotropy.
+    /// Middle of the limit of a spring, in the direction of a way, over its radius.
     #[inline(always)]
-    pub(crate) fn place_in(&self, [ux, uy]: [T; 2], seen: &Seen<T>) -> [T; 2] {
-        [ux - seen.middle[0], uy * self.anisotropy - seen.middle[1]]
+    pub(crate) fn middle_along<const ALONG_Y: bool>(&self, [x, y]: [T; 2]) -> T {
+        if ALONG_Y { self.shift[0] * x + self.shift[1] * y } else { self.shift[0] * x }
     }
 
-    /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy.
+    /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy; and what it is along y
+    /// times the anisotropy.
     ///
-    /// The overshoot o = v² − R² (1 + alpha²) goes back along (u_x, r u_y) by lambda = o/(o + 2 (u_x v_x + r b u_y v_y)): Newton's
-    /// step for a small overshoot, the whole way to the middle for a large one. Then `v` is scaled to the radius.
+    /// The overshoot o = v² − R² (1 + alpha²), v counted from the middle of the limit, goes back along (u_x, r u_y) by
+    /// lambda = o/(o + 2 (u_x v_x + r b u_y v_y)): Newton's step for a small overshoot, the whole way to the middle for a large
+    /// one. Then `v` is scaled to the radius.
     #[inline(always)]
-    pub(crate) fn return_map<const ALONG_Y: bool>(&self, [ux, uy]: [T; 2], seen: &Seen<T>) -> [T; 2] {
-        let [vx, vy] = seen.v;
-        let wy = if ALONG_Y { vy + seen.middle[1] } else { vy };
-        let along = ux * vx + self.ratio * (wy * vy);
-        let share = seen.over / (seen.over + (along + along).magnitude());
+    pub(crate) fn return_map<const ALONG_Y: bool>(&self, [ux, uy]: [T; 2], seen: &Seen<T>, radius: T) -> ([T; 2], T) {
+        let &Seen { w, over } = seen;
+        let middle = self.shift.map(|shift| shift * radius);
+        let vx = ux - middle[0];
+        let vy = if ALONG_Y { w - middle[1] } else { w };
+        let along = ux * vx + self.ratio * (w * vy);
+        let share = over / (over + (along + along).magnitude());
         let back_y = T::of(1.0) - self.ratio * share;
         let nx = vx - share * ux;
-        let ny = if ALONG_Y { vy - self.ratio * share * wy } else { vy * back_y };
-        let square = seen.square * T::of(1.0 - SLACK);
+        let ny = if ALONG_Y { vy - self.ratio * share * w } else { w * back_y };
+        let square = radius * radius * self.wide;
         let scale = (square / (nx * nx + ny * ny + T::of(NOTHING))).magnitude().sqrt();
-        let to_y = if ALONG_Y { (ny * scale + seen.middle[1]) / self.anisotropy } else { uy * (back_y * scale) };
-        [nx * scale + seen.middle[0], to_y]
+        let to_x = middle[0] + nx * scale;
+        if ALONG_Y {
+            let to_w = middle[1] + ny * scale;
+            return ([to_x, to_w / self.anisotropy], to_w);
+        }
+        let back_y = back_y * scale;
+        ([to_x, uy * back_y], w * back_y)
     }
 }
 
@@ -173,9 +185,10 @@ mod tests {
                                         radius * (1.0 + tilt * tilt + tilt_y * tilt_y).sqrt() * (1.0 + overshoot);
                                     let u = [tilt * radius + c * length, (tilt_y * radius + s * length) / anisotropy];
                                     let seen = limit.see::<true>(u, radius);
-                                    let to = limit.return_map::<true>(u, &seen);
+                                    let to = limit.return_map::<true>(u, &seen, radius).0;
                                     if tilt_y == 0.0 {
-                                        let plain = limit.return_map::<false>(u, &limit.see::<false>(u, radius));
+                                        let plain =
+                                            limit.return_map::<false>(u, &limit.see::<false>(u, radius), radius).0;
                                         assert!((plain[0] - to[0]).abs() + (plain[1] - to[1]).abs() < 1e-12);
                                     }
                                     assert!(

@@ -104,7 +104,7 @@ fn tuned(bencher: Bencher) {
 #[divan::bench]
 fn posed(bencher: Bencher) {
     let mut params = Params::example();
-    params.pose.rows[0] = [0.1, 0.0, 0.1, 0.0, 0.0, 0.0];
+    params.pose.coefficients[..3].copy_from_slice(&[0.1, 0.0, 0.1]);
     (params.pose.pitch_range_deg, params.pose.roll_max_deg) = ([20.0, 50.0], 15.0);
     let data = params.try_build().expect("the example is valid");
     let model = data.model().expect("the example is valid");

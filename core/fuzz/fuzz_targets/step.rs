@@ -28,8 +28,8 @@ fn ask(model: &Posed<'_>, state: &State, f: [f32; 5]) {
 
 fuzz_target!(|input: &[u8]| {
     let mut params = Params::example();
-    for (i, row) in params.pose.rows.iter_mut().enumerate() {
-        *row = [0.1, -0.05 * i as f32, 0.1, 0.05];
+    for (i, x) in params.pose.coefficients.iter_mut().enumerate() {
+        *x = if i % 2 == 0 { 0.1 } else { -0.01 * i as f32 };
     }
     let Ok(data) = params.try_build() else { return };
     let Ok(fitted) = data.model() else { return };

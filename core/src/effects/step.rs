@@ -7,9 +7,9 @@ use core::marker::PhantomData;
 use super::{
     Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline, tables,
 };
+use crate::EffectSlot;
 use crate::error::Field;
 use crate::math::{Arithmetic, sqrt};
-use crate::model_file::EffectSlot;
 use crate::rescaling::{STIFFNESS_FACTOR, Scaling};
 use crate::{Error, FileOf, ModelOf, Motion, Response, Status, step};
 

@@ -5,10 +5,10 @@
 //! held at the end, which the step flags; a driver that is no number leaves the table out. Uses conditions, change, error.
 
 use super::{Change, Conditions, VALUES};
+use crate::EffectSlot;
 use crate::Error;
 use crate::error::Field;
 use crate::math::Real;
-use crate::model_file::EffectSlot;
 
 /// Number of the slots that have a table; floats: what it changes (see [`Target`]), where its first number lies in the
 /// section of tables, 0, 0, 0, 0.

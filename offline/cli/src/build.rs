@@ -38,7 +38,7 @@ pub struct Args {
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(super) out: PathBuf,
-    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (325
+    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (407
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
     #[arg(long)]
     pub(super) full: bool,

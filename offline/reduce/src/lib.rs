@@ -34,7 +34,7 @@ pub use error::ReduceError;
 pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
 pub use model::{KindScores, Meta, Ranges, Reduced, reduce};
-pub use poses::{PoseScores, fit_poses, is_posed, pose_band, pose_scores, replay_with_pose};
+pub use poses::{PoseScores, crossed_coverage, fit_poses, is_posed, pose_band, pose_scores, replay_with_pose};
 pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};
 pub use runs::{Run, Sample, Turned, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};

@@ -8,7 +8,7 @@ use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
-use super::poses::{PoseScores, fit_poses, is_posed, pose_band, pose_scores};
+use super::poses::{PoseScores, crossed_coverage, fit_poses, is_posed, pose_band, pose_scores};
 use super::{Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
 /// Contents of a model file's META section.
@@ -163,7 +163,10 @@ fn add_poses<const M: usize>(
     let mut data = params.try_build()?.cast::<f64>();
     let Some(table) = fit_poses(&data, &fitted)? else { return Ok(None) };
     data.pose = table;
-    let scores = [Kind::is_in_pose, Kind::changes_pose].map(|is| pose_scores(&data, &of(is)));
+    let scores = [Kind::is_in_pose, Kind::changes_pose].map(|is| PoseScores {
+        coverage: crossed_coverage(&data, &held_out, |run| is(run.kind)),
+        ..pose_scores(&data, &of(is))
+    });
     data.pose.band = pose_band(&data, &held_out);
     params.pose = data.pose.map(|x| x as f32);
     Ok(Some(scores))

@@ -37,7 +37,7 @@ pub use model::{DepthValues, ELEMENTS, MIDDLE_MM, SmoothModel, U_RANGE};
 pub use parameter::{Parameter, ParameterInfo, Parameters};
 pub use reference::{ReferenceCurves, fit_cubic};
 pub use simulation::{ElementHistory, SimulationInputs};
-pub use trajectory::{BatchedTrajectory, LANES, Sample, Stroke};
+pub use trajectory::{LANES, Sample, Stroke, Trajectories};
 
 /// What effects, random effects and perturbations do to the model at one sample; `default` changes nothing.
 pub type ModelChange = fingerpad::effects::Change<f64>;
@@ -45,6 +45,5 @@ pub type ModelChange = fingerpad::effects::Change<f64>;
 /// Readings of the model alone along strokes, three a sample, N: normal, x, y.
 pub fn simulate(model: &SmoothModel, strokes: &[Stroke]) -> Vec<f64> {
     let samples = strokes.iter().map(|s| s.samples.len()).sum();
-    SimulationInputs::new(&BatchedTrajectory::new(strokes), strokes, vec![ModelChange::default(); samples])
-        .predict_n(model)
+    SimulationInputs::new(&Trajectories::new(strokes.to_vec()), vec![ModelChange::default(); samples]).predict_n(model)
 }

@@ -1,15 +1,18 @@
 //! Motions of the plane, and eight of them side by side for the vector unit.
 //!
-//! Main types: [`Stroke`] (one run's motion), [`BatchedTrajectory`] (all runs, eight at once), [`BatchedSample`] (one
+//! Main types: [`Stroke`] (one run's motion), [`Trajectories`] (all runs), [`BatchedTrajectory`] (eight at once), [`BatchedSample`] (one
 //! sample of eight runs), [`Substep`] (one step of depth on the way to it).
 //!
 //! A lane of the vector unit is a run. Runs with equally many substeps share a batch; a lane that has arrived while
 //! another is on its way takes substeps without motion, one in the air or beyond its last sample takes any substeps at
 //! all, which are forgotten at touch. No lane reads another one: a run's readings do not depend on those beside it.
 
+use std::sync::{Arc, Mutex};
+
 use fingerpad::Surroundings;
 use wide::f64x8;
 
+use crate::ModelChange;
 use crate::model::{MIDDLE_MM, U_RANGE};
 
 /// Runs that are simulated at once.
@@ -101,7 +104,7 @@ pub(crate) struct BatchedSample {
 
 /// The motions of all runs, eight at once.
 #[derive(Clone, Debug, Default)]
-pub struct BatchedTrajectory {
+pub(crate) struct BatchedTrajectory {
     /// Samples of all batches.
     pub(crate) samples: Vec<BatchedSample>,
     /// First sample of each batch, then the number of all.
@@ -140,15 +143,46 @@ impl Lane<'_> {
     }
 }
 
-impl BatchedTrajectory {
-    /// The trajectory of strokes at their own depths.
-    pub fn new(strokes: &[Stroke]) -> Self {
+/// The motions of all runs, at their own depths and at those to which changes moved them last: predictions that follow
+/// each other mostly share their depths.
+pub struct Trajectories {
+    strokes: Vec<Stroke>,
+    own: Arc<BatchedTrajectory>,
+    /// Depths of all samples, mm, and the trajectory there.
+    moved: Mutex<Option<(Vec<f64>, Arc<BatchedTrajectory>)>>,
+}
+
+impl Trajectories {
+    /// The motions of strokes.
+    pub fn new(strokes: Vec<Stroke>) -> Self {
         let depth_mm: Vec<f64> = strokes.iter().flat_map(|s| &s.samples).map(|s| s.depth_mm).collect();
-        Self::at_depths(strokes, &depth_mm)
+        let own = Arc::new(BatchedTrajectory::at_depths(&strokes, &depth_mm));
+        Self { strokes, own, moved: Mutex::new(None) }
     }
 
+    /// The trajectory at the depths that changes leave, one a sample, stroke by stroke.
+    pub(crate) fn under(&self, changes: &[ModelChange]) -> Arc<BatchedTrajectory> {
+        if changes.iter().all(|c| c.depth_mm == 0.0) {
+            return self.own.clone();
+        }
+        let samples = self.strokes.iter().flat_map(|s| &s.samples).zip(changes);
+        let depth_mm: Vec<f64> =
+            samples.map(|(s, c)| if s.depth_mm > 0.0 { s.depth_mm + c.depth_mm } else { s.depth_mm }).collect();
+        let mut moved = self.moved.lock().expect("no thread panics with it");
+        match &*moved {
+            Some((known_mm, trajectory)) if *known_mm == depth_mm => trajectory.clone(),
+            _ => {
+                let trajectory = Arc::new(BatchedTrajectory::at_depths(&self.strokes, &depth_mm));
+                *moved = Some((depth_mm, trajectory.clone()));
+                trajectory
+            }
+        }
+    }
+}
+
+impl BatchedTrajectory {
     /// The trajectory of strokes whose samples lie at these depths, mm, stroke by stroke.
-    pub fn at_depths(strokes: &[Stroke], depth_mm: &[f64]) -> Self {
+    fn at_depths(strokes: &[Stroke], depth_mm: &[f64]) -> Self {
         let mut first = 0;
         let mut lanes: Vec<Lane<'_>> = strokes
             .iter()

@@ -8,7 +8,7 @@ mod elements;
 #[cfg(test)]
 mod tests;
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use wide::f64x8;
 
@@ -17,12 +17,12 @@ use fingerpad::effects::REFERENCE_AREA_MM2;
 use crate::ModelChange;
 use crate::model::{ODD_SHAPE, SmoothModel};
 use crate::parameter::Parameter;
-use crate::trajectory::{BatchedSample, BatchedTrajectory, LANES, Stroke, Substep};
+use crate::trajectory::{BatchedSample, BatchedTrajectory, LANES, Substep, Trajectories};
 use elements::ElementState;
 
 /// What of a prediction the model's parameters do not change: the trajectory, and what acts on the model at each sample.
-pub struct SimulationInputs<'a> {
-    trajectory: Cow<'a, BatchedTrajectory>,
+pub struct SimulationInputs {
+    trajectory: Arc<BatchedTrajectory>,
     changes: Vec<ModelChange>,
     /// Factors on strength and stiffness at each batched sample.
     factors: Vec<[f64x8; 2]>,
@@ -33,19 +33,10 @@ pub struct SimulationInputs<'a> {
 /// State of the elements at each batched sample: their mean force along x and y over the strength, and the strength, N.
 pub struct ElementHistory(Vec<[f64x8; 3]>);
 
-impl<'a> SimulationInputs<'a> {
-    /// Inputs for strokes on which these changes act, one a sample, stroke by stroke.
-    ///
-    /// `trajectory`: that of the strokes at their own depths; it is computed anew where a change moves the depth.
-    pub fn new(trajectory: &'a BatchedTrajectory, strokes: &[Stroke], changes: Vec<ModelChange>) -> Self {
-        let trajectory = if changes.iter().all(|c| c.depth_mm == 0.0) {
-            Cow::Borrowed(trajectory)
-        } else {
-            let samples = strokes.iter().flat_map(|s| &s.samples).zip(&changes);
-            let depth_mm: Vec<f64> =
-                samples.map(|(s, c)| if s.depth_mm > 0.0 { s.depth_mm + c.depth_mm } else { s.depth_mm }).collect();
-            Cow::Owned(BatchedTrajectory::at_depths(strokes, &depth_mm))
-        };
+impl SimulationInputs {
+    /// Inputs for motions on which these changes act, one a sample, stroke by stroke.
+    pub fn new(trajectories: &Trajectories, changes: Vec<ModelChange>) -> Self {
+        let trajectory = trajectories.under(&changes);
         let at = |place: Option<u32>| {
             place.map_or((1.0, 1.0), |place| {
                 let change = &changes[place as usize];

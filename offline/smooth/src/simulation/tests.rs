@@ -6,7 +6,7 @@ use super::elements::inverse_square_root;
 use super::*;
 use crate::model::{DepthValues, ELEMENTS};
 use crate::reference::ReferenceCurves;
-use crate::trajectory::Sample;
+use crate::trajectory::{Sample, Stroke};
 
 /// One run, sample by sample and element by element.
 fn alone(model: &SmoothModel, changes: &[ModelChange], stroke: &Stroke, out: &mut Vec<f64>) {
@@ -158,15 +158,18 @@ fn eight_runs_at_once_give_what_each_gives_alone() {
         }
         let model = reference.model(&values);
         let changes = changes(&mut next, &strokes, seed % 3);
-        let trajectory = BatchedTrajectory::new(&strokes);
-        let found = SimulationInputs::new(&trajectory, &strokes, changes.clone()).predict_n(&model);
+        let trajectories = Trajectories::new(strokes.clone());
+        // Others before it leave a trajectory at other depths behind.
+        let other = ModelChange { depth_mm: 0.07, ..ModelChange::default() };
+        let _ = SimulationInputs::new(&trajectories, vec![other; changes.len()]).predict_n(&model);
+        let found = SimulationInputs::new(&trajectories, changes.clone()).predict_n(&model);
         let (mut expected, mut first) = (Vec::new(), 0);
         for stroke in &strokes {
             let own = &changes[first..first + stroke.samples.len()];
             alone(&model, own, stroke, &mut expected);
             // Beside which others a run is simulated does not matter at all.
             let one = std::slice::from_ref(stroke);
-            let single = SimulationInputs::new(&BatchedTrajectory::new(one), one, own.to_vec()).predict_n(&model);
+            let single = SimulationInputs::new(&Trajectories::new(one.to_vec()), own.to_vec()).predict_n(&model);
             assert_eq!(single, found[3 * first..3 * (first + own.len())], "seed {seed}");
             first += own.len();
         }
@@ -184,9 +187,8 @@ fn parameters_of_the_readings_leave_the_elements_as_they_are() {
     let reference = reference();
     let mut next = uniform(99);
     let strokes = strokes(&mut next, 11);
-    let trajectory = BatchedTrajectory::new(&strokes);
     let plain = changes(&mut next, &strokes, 0);
-    let inputs = SimulationInputs::new(&trajectory, &strokes, plain);
+    let inputs = SimulationInputs::new(&Trajectories::new(strokes), plain);
     let history = inputs.element_history(&reference.model(&reference.mean));
     for p in Parameter::all() {
         let mut values = reference.mean;

@@ -1,0 +1,203 @@
+//! The plane under a contact: how it carries the springs, and where the state counts from.
+//!
+//! Main functions: [`carried`], [`move_plane`]. Uses data, state, rolling and math.
+
+use core::array::from_fn;
+
+use crate::at_depth::AtDepth;
+use crate::data::Spring;
+use crate::math::{Arithmetic, Scalar, add};
+use crate::rescaling::Scaling;
+use crate::step::rare;
+use crate::{DataOf, ModelOf, Motion, StateOf, Status};
+
+/// Longest slide in one step, mm, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
+const SLIDE_MAX_MM: f32 = 64.0;
+const SPIN_MAX_RAD: f32 = 8.0;
+
+/// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
+///
+/// An increment that is no number or too large leads far away as well, so that one look at where the plane is finds all of them.
+#[inline(always)]
+pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    model: &ModelOf<'_, M, N, S, T>,
+    state: &mut StateOf<M, P, T>,
+    motion: Motion<T>,
+    press_slide: [T; 2],
+    status: &mut Status,
+) {
+    let is_far = |place: &Place<T>| {
+        place.position[0][0].either_is_far(place.position[0][1]) | (P > 1 && place.angle[0].either_is_far(T::of(0.0)))
+    };
+    let ([x, y], spin) = (motion.slide_increment_mm, motion.spin_increment_rad);
+    let mut place = Place::moved::<M, P>(state, [x, y], spin);
+    let mut far = is_far(&place);
+    if far | (P == 1 && spin != T::of(0.0)) {
+        rare();
+        let turns = if P == 1 { spin == T::of(0.0) } else { spin.magnitude() <= T::of(SPIN_MAX_RAD) };
+        if !((x * x + y * y <= T::of(SLIDE_MAX_MM * SLIDE_MAX_MM)) & turns) {
+            let ([x, y], spin) = bounded::<P, T>([x, y], spin, status);
+            place = Place::moved::<M, P>(state, [x, y], spin);
+            far = is_far(&place);
+        }
+    }
+    (state.position, state.angle) = (place.position, place.angle);
+    if far {
+        move_origin(state, press_slide, model.data, &model.scale);
+    }
+}
+
+/// Where the plane is: slide and angle as a state has them.
+struct Place<T> {
+    position: [[T; 2]; 2],
+    angle: [T; 2],
+}
+
+impl<T: Scalar> Place<T> {
+    #[inline(always)]
+    fn moved<const M: usize, const P: usize>(state: &StateOf<M, P, T>, [x, y]: [T; 2], spin: T) -> Self {
+        let [at, low] = state.position;
+        let (to_x, low_x) = add(at[0], low[0], x);
+        let (to_y, low_y) = add(at[1], low[1], y);
+        let angle = if P == 1 { state.angle } else { add(state.angle[0], state.angle[1], spin).into() };
+        Self { position: [[to_x, to_y], [low_x, low_y]], angle }
+    }
+}
+
+/// A motion's slide and spin without what is no number, cut to what a step may be; both are flagged.
+#[inline(never)]
+fn bounded<const P: usize, T: Scalar>([mut x, mut y]: [T; 2], mut spin: T, status: &mut Status) -> ([T; 2], T) {
+    let bounded = |s: T, most: f32, status: &mut Status| {
+        if !s.is_number() {
+            *status = status.with(Status::BAD_INPUT);
+            return T::of(0.0);
+        }
+        let most = T::of(most);
+        if s < -most { -most } else { s.at_most(most) }
+    };
+    let longest = T::of(SLIDE_MAX_MM * SLIDE_MAX_MM);
+    if !(x * x + y * y <= longest) {
+        if x.is_number() && y.is_number() {
+            *status = status.with(Status::LARGE_INCREMENT);
+        }
+        [x, y] = [x, y].map(|s| bounded(s, 1e6, status));
+        let length = x.magnitude() + y.magnitude();
+        if length > T::of(SLIDE_MAX_MM) {
+            let cut = T::of(SLIDE_MAX_MM) / length;
+            [x, y] = [x * cut, y * cut];
+        }
+    }
+    if P == 1 && spin != T::of(0.0) {
+        *status = status.with(Status::SPIN_IGNORED);
+    } else if P > 1 && !(spin.magnitude() <= T::of(SPIN_MAX_RAD)) {
+        if spin.is_number() {
+            *status = status.with(Status::LARGE_INCREMENT);
+        }
+        spin = bounded(spin, SPIN_MAX_RAD, status);
+    }
+    ([x, y], spin)
+}
+
+/// Moves the state's origin to where the plane is, and its angle to 0. Displacements keep their bits: those that a step
+/// computes from the anchors are what the anchors become.
+#[inline(always)]
+fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    [press_x, press_y]: [T; 2],
+    data: &DataOf<M, N, T>,
+    scale: &S,
+) {
+    let [x, y] = state.position[0];
+    let here = [x + press_x, y + press_y, state.angle[0]];
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
+            *anchor = [anchor[0] - to[0], anchor[1] - to[1]];
+        }
+    }
+    for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
+        *place = [place[0] - here[0], place[1] - here[1], place[2] - here[2]];
+    }
+    let [rolled_x, rolled_y] = state.rolled.slide;
+    state.rolled.slide = [rolled_x - here[0], rolled_y - here[1]];
+    state.position[0] = [-press_x, -press_y];
+    state.angle[0] = T::of(0.0);
+}
+
+/// A contact begins: all springs are held where they are.
+#[inline(always)]
+pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    here: [T; 3],
+    data: &DataOf<M, N, T>,
+    scale: &S,
+) {
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        *pair = carried::<P, T, S>(here, spring, scale);
+    }
+}
+
+/// Turns the stretch of the springs with the plane: what holds them there goes round with it.
+#[inline(always)]
+pub(crate) fn carry_round<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    here: [T; 3],
+    spin: T,
+    data: &DataOf<M, N, T>,
+    scale: &S,
+) {
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
+            let u = [to[0] - anchor[0], to[1] - anchor[1]];
+            *anchor = [anchor[0] + spin * u[1], anchor[1] - spin * u[0]];
+        }
+    }
+}
+
+/// Where the plane has carried a spring, or the two of its pair.
+#[inline(always)]
+pub(crate) fn carried<const P: usize, T: Arithmetic, S: Scaling<T>>(
+    [x, y, angle]: [T; 3],
+    spring: &Spring<T>,
+    scale: &S,
+) -> [[T; 2]; P] {
+    if P == 1 {
+        return [[x, y]; P];
+    }
+    let [ahead, aside] = spring.centre(scale);
+    let middle = [if S::POSED { x - aside * angle } else { x }, y + ahead * angle];
+    let [arm_x, arm_y] = spring.arm(scale);
+    let turned = [arm_y * angle, arm_x * angle];
+    from_fn(|k| {
+        if k == 0 {
+            [middle[0] - turned[0], middle[1] + turned[1]]
+        } else {
+            [middle[0] + turned[0], middle[1] - turned[1]]
+        }
+    })
+}
+
+/// Rolls the finger to where the contact lies in the pose: springs lose the stretch of what has left.
+#[inline(never)]
+pub(crate) fn roll<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+    state: &mut StateOf<M, P, T>,
+    model: &ModelOf<'_, M, N, S, T>,
+    at: &AtDepth<'_, M, T>,
+    here: [T; 3],
+) {
+    let (data, scale) = (model.data, &model.scale);
+    if !(data.pose.rolling_length > T::of(0.0)) {
+        return;
+    }
+    let length = data.pose.rolling_length * (at.area(scale) * T::of(core::f32::consts::FRAC_1_PI)).magnitude().sqrt();
+    let full = at.limit / at.stiffness[0];
+    let [x, y] = state.position[0];
+    let lost = T::of(1.0) - state.rolled.roll_to(scale.place(), [x, y], full, length);
+    if !(lost > T::of(0.0)) {
+        return;
+    }
+    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+        for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
+            *anchor = [anchor[0] + lost * (to[0] - anchor[0]), anchor[1] + lost * (to[1] - anchor[1])];
+        }
+    }
+}
