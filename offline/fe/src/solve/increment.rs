@@ -123,6 +123,12 @@ pub enum SolveError {
         /// What was asked for.
         tolerance: f64,
     },
+    /// An equilibrium was found, but beyond a limit point.
+    #[error("the equilibrium found lies beyond a limit point: {lost_mj:.3e} mJ of the plane's work are nowhere")]
+    LimitPoint {
+        /// Work that neither the finger nor friction has.
+        lost_mj: f64,
+    },
     /// The body failed.
     #[error(transparent)]
     Body(#[from] BodyError),

@@ -124,6 +124,11 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// The soft body.
+    pub fn body(&self) -> &'a Body {
+        self.body
+    }
+
     /// The surface with its faces.
     pub fn surface(&self) -> &Surface {
         &self.surface

@@ -3,14 +3,14 @@
 use super::Run;
 use crate::contact::{Friction, plane};
 use crate::load_path::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
-use crate::load_path::limit_point::{LimitPointRule, pass_limit_point, plane_work_mj_between};
+use crate::load_path::limit_point::{LimitPointRule, check_no_jump, pass_limit_point, plane_work_mj_between};
 use crate::load_path::settings::{LoadPathError, Progress};
 use crate::load_path::stepping::{FailedStep, LoadSteps, Standing};
 use crate::solve::{SolveError, State, Stats};
 use fingerpad::Status;
 
 /// How a limit point is passed.
-const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 60, release: 0.5, hold: 8.0, largest: 1e3 };
+const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 300, release: 0.5, hold: 4.0, largest: 1e3 };
 
 impl LoadSteps for Run<'_, '_> {
     type Error = LoadPathError;
@@ -24,6 +24,7 @@ impl LoadSteps for Run<'_, '_> {
         let mut stats = Stats::default();
         let next =
             self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
+        check_no_jump(&self.solver, &self.run.state, &next, &target)?;
         let largest_size = self.largest_size_after(&next);
         let run = &mut self.run;
         run.largest_size = largest_size;
@@ -68,16 +69,12 @@ impl LoadSteps for Run<'_, '_> {
         });
         let Ok(passage) = passage else { return Err(self.interrupted()) };
         let Some(passage) = passage else { return Ok(false) };
-        let (body, copies, run) = (self.model.body, self.model.copies(), &mut self.run);
-        let energy = |state: &State| body.energy(&state.configuration).0 + state.totals.elastic_energy;
-        // What neither the body nor friction has: the viscous forces' work, the time integration's own included.
-        let stored = energy(&passage.state) - energy(&run.state);
+        let (copies, run) = (self.model.copies(), &mut self.run);
         let work = &mut run.trajectory.work;
         work.plane_mj += copies * passage.plane_work_mj;
         work.friction_mj += copies * passage.friction_work_mj;
         work.pressure_mj += copies * passage.pressure_work_mj;
-        let put_in = passage.plane_work_mj + passage.pressure_work_mj;
-        work.stabilisation_mj += copies * (put_in - passage.friction_work_mj - stored).max(0.0);
+        work.stabilisation_mj += copies * passage.viscous_work_mj.max(0.0);
         run.trajectory.cost.increments += 1;
         run.status = run.status.with(Status::STABILISED);
         run.state = passage.state;
