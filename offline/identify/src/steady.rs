@@ -27,7 +27,8 @@ const SATURATED_MM: f64 = 1e9;
 const STEPS: StepRule =
     StepRule { easy_iterations: 7, after_hard: 0.7, cut: 0.5, limit_point_below: 1.0 / 20.0, after_limit_point: 0.1 };
 /// How a limit point is passed.
-const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 12, release: 0.4, hold: 10.0, largest: 1e2 };
+const LIMIT_POINT: LimitPointRule =
+    LimitPointRule { max_steps: 12, release: 0.4, hold: 10.0, largest: 1e2, gained_share: f64::INFINITY };
 /// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
 const PATIENCE: u32 = 200;
 /// The same of a move to a place that may be left out.

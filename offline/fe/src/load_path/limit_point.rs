@@ -13,16 +13,18 @@ pub struct LimitPointRule {
     pub hold: f64,
     /// Viscosity (share of the undeformed stiffness) above which the passage is given up.
     pub largest: f64,
+    /// Share of the plane's work on a passage that one of its steps may add from nowhere; infinite where `as_last` of
+    /// [`pass_limit_point`] makes another state, whose energy is not that of the step before.
+    ///
+    /// Viscous forces only take; a step that gives is too long for them, and would end at the unstable equilibrium that the
+    /// body has to leave.
+    pub gained_share: f64,
 }
 
 /// Viscosity of the first step, share of the undeformed stiffness.
 const FIRST_VISCOSITY: f64 = 1e-3;
 /// Viscosity below which equilibrium is tried without it.
 const FREE_BELOW: f64 = 1e-2;
-
-/// Share of the plane's work on a passage that one of its steps may add from nowhere. Viscous forces only take; a step that
-/// gives is too long for them, and would end at the unstable equilibrium that the body has to leave.
-const GAINED_SHARE: f64 = 0.01;
 
 /// Share of the plane's work in an increment that may be nowhere, beyond which the increment has jumped over a limit point.
 ///
@@ -91,7 +93,7 @@ pub fn pass_limit_point(
     let mut viscosity = FIRST_VISCOSITY;
     for _ in 0..rule.max_steps {
         let further = match solver.damped_step(&as_last(&passage.state), target, viscosity, stats, watch) {
-            Ok(next) => passage.on(solver, next, before_mj),
+            Ok(next) => passage.on(solver, next, before_mj, rule),
             Err(SolveError::Interrupted) => return Err(SolveError::Interrupted),
             Err(_) => None,
         };
@@ -108,7 +110,7 @@ pub fn pass_limit_point(
             let guess = Guess { follows_plane: true, ..Guess::at(&passage.state) };
             match solver.step(&as_last(&passage.state), target, guess, stats, watch) {
                 Ok(next) => {
-                    if let Some(end) = passage.on(solver, next, before_mj) {
+                    if let Some(end) = passage.on(solver, next, before_mj, rule) {
                         return Ok(Some(end));
                     }
                 }
@@ -122,13 +124,13 @@ pub fn pass_limit_point(
 
 impl Passage {
     /// The passage with one more step; `before_mj` was stored at its start. None if the step adds energy from nowhere.
-    fn on(&self, solver: &Solver, next: State, before_mj: f64) -> Option<Self> {
+    fn on(&self, solver: &Solver, next: State, before_mj: f64, rule: &LimitPointRule) -> Option<Self> {
         let plane_work_mj = self.plane_work_mj + plane_work_mj_between(solver, &self.state, &next);
         let friction_work_mj = self.friction_work_mj + next.totals.dissipation;
         let pressure_work_mj = self.pressure_work_mj + next.totals.elastic_energy_by_pressure;
         let stored_mj = stored_mj(solver, &next) - before_mj;
         let viscous_work_mj = plane_work_mj + pressure_work_mj - friction_work_mj - stored_mj;
-        let adds = self.viscous_work_mj - viscous_work_mj > GAINED_SHARE * plane_work_mj.abs();
+        let adds = self.viscous_work_mj - viscous_work_mj > rule.gained_share * plane_work_mj.abs();
         (!adds).then_some(Self { state: next, plane_work_mj, friction_work_mj, pressure_work_mj, viscous_work_mj })
     }
 }

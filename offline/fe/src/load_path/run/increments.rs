@@ -10,7 +10,8 @@ use crate::solve::{SolveError, State, Stats};
 use fingerpad::Status;
 
 /// How a limit point is passed.
-const LIMIT_POINT: LimitPointRule = LimitPointRule { max_steps: 300, release: 0.5, hold: 4.0, largest: 1e3 };
+const LIMIT_POINT: LimitPointRule =
+    LimitPointRule { max_steps: 300, release: 0.5, hold: 4.0, largest: 1e3, gained_share: 0.01 };
 
 impl LoadSteps for Run<'_, '_> {
     type Error = LoadPathError;
