@@ -71,6 +71,57 @@ pub fn convergence(effort: Effort) -> Result<Vec<Check>, Failure> {
     Ok(checks)
 }
 
+/// Depths of [`finer`], mm, each slid at by 3 mm more.
+const DEPTHS_MM: [f64; 4] = [0.75, 1.0, 1.25, 1.5];
+
+/// F/N and contact area (mm²) in full slip at the depths of [`DEPTHS_MM`].
+fn in_full_slip(shape: &str, bone: BoneKind, divisions: &Divisions) -> Result<Vec<[f64; 2]>, Failure> {
+    let tip = fingertip(&FingertipShape::named(shape)?, divisions)?;
+    let bone = Bone { kind: bone, ..Default::default() };
+    let finger = Finger::new(tip, &Tissue { bone, ..Default::default() })?;
+    let mut corners = vec![[0.0; 3]];
+    for (k, depth_mm) in DEPTHS_MM.into_iter().enumerate() {
+        corners.extend([[depth_mm, 3.0 * k as f64, 0.0], [depth_mm, 3.0 * (k + 1) as f64, 0.0]]);
+    }
+    let problem = Problem { half: finger.half.as_ref(), ..problem(&finger.body, &finger.mesh.pad_faces) };
+    let run = follow(&problem, &placed(&corners))?;
+    let at = |k: usize| at_corner(&run, 2 * k + 2);
+    Ok((0..DEPTHS_MM.len()).map(|k| [at(k).friction_x_n / at(k).normal_force_n, at(k).contact_area_mm2]).collect())
+}
+
+/// The shipped mesh against the mean of evenly finer ones, whose areas scatter by where their nodes lie at the rim.
+pub fn finer(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let (preset, factors): (_, &[f64]) =
+        if effort == Effort::Quick { (MeshPreset::Coarse, &[1.5]) } else { (MeshPreset::Default, &[1.6, 1.8, 2.0]) };
+    let even = if effort == Effort::Quick { preset } else { MeshPreset::Medium };
+    let mut checks = Vec::new();
+    for (shape, bone) in [("e", BoneKind::Floating), ("a", BoneKind::Fixed)] {
+        let ours = in_full_slip(shape, bone, &preset.divisions())?;
+        let mut references = Vec::new();
+        for &factor in factors {
+            references.push(in_full_slip(shape, bone, &even.divisions().scaled(factor))?);
+        }
+        for (k, depth_mm) in DEPTHS_MM.into_iter().enumerate() {
+            for (i, (what, bound)) in [("F/N", 0.02), ("area (mm²)", 0.015)].into_iter().enumerate() {
+                let all = references.iter().map(|reference| reference[k][i]);
+                let mean = all.clone().sum::<f64>() / references.len() as f64;
+                let (least, most) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
+                let name = |what: &str| format!("{shape} {bone:?}, {preset:?}, {depth_mm} mm: {what}");
+                if effort == Effort::Quick {
+                    checks.push(Check::told(name(what), ours[k][i] / mean));
+                } else {
+                    checks.push(Check::relative(name(what), ours[k][i], mean, bound));
+                    checks.push(Check::told(
+                        name(&format!("{what}: scatter of the finer meshes")),
+                        (most - least) / mean,
+                    ));
+                }
+            }
+        }
+    }
+    Ok(checks)
+}
+
 /// Rows at even steps of a slide of 3 mm at 1 mm of depth and of the way back to 1.5 mm: friction (N) and stick ratio.
 fn there_and_back(finger: &Finger) -> Result<Vec<[f64; 2]>, Failure> {
     let slides: Vec<f64> = (1..=30).chain((15..30).rev()).map(|k| 0.1 * f64::from(k)).collect();

@@ -104,6 +104,11 @@ pub const CASES: &[Case] = &[
         run: meshes::convergence,
     },
     Case {
+        name: "finer",
+        about: "default mesh of E and A against the mean of three finer ones, 0.75 to 1.5 mm: F/N and area in full slip",
+        run: meshes::finer,
+    },
+    Case {
         name: "slides",
         about: "default mesh against faces halved, 1 mm: stick ratio and F(s) over 3 mm and back",
         run: meshes::slides,
