@@ -17,10 +17,13 @@ use crate::Check;
 
 /// Arm by which a spin counts as travel, mm: about the moment's limit over friction's.
 pub const ARM_MM: f64 = 3.0;
-/// Travel along a direction, mm, and the share of it after which nothing may change any more. The pulp gives way by some
-/// millimetres, and goes on turning into the plane's direction over several times as many.
-const TRAVEL_MM: f64 = 20.0;
+/// Travel along a direction over the depth, and the share of it after which nothing may change any more. The pulp gives way by
+/// some millimetres, and goes on turning into the plane's direction over several times as many.
+const TRAVEL_OVER_DEPTH: f64 = 40.0;
 const STEADY_FROM: f64 = 0.9;
+
+/// What is travelled last in increments of a fifth of it, mm: friction lags behind by half of the spin of an increment.
+const LAST_MM: f64 = 0.05;
 
 /// Where a slide in one direction ends.
 #[derive(Clone, Copy, Debug)]
@@ -79,12 +82,21 @@ pub fn limit_points(
         ..config.problem(&finger)
     };
     let law = problem.friction.ok_or("friction is on")?;
+    let mut slowly = problem.clone();
+    slowly.load_steps.max_slide_step_mm = 0.2 * LAST_MM;
+    slowly.load_steps.max_steady_slide_step_mm = 0.2 * LAST_MM;
     let mut points = Vec::new();
     for &depth_mm in depths_mm {
         let pressed = follow(&problem, &press_to(depth_mm), None)?;
         for direction in directions {
-            let earlier = follow(&problem, &slide_at(depth_mm, direction, &[STEADY_FROM]), Some(&pressed))?;
-            let end = follow(&problem, &slide_at(depth_mm, direction, &[STEADY_FROM, 1.0]), Some(&earlier))?;
+            let travel_mm = TRAVEL_OVER_DEPTH * depth_mm;
+            // A first and a second end, and the last way to either.
+            let ways_mm = [STEADY_FROM, 1.0].map(|share| [share * travel_mm, share * travel_mm + LAST_MM]).concat();
+            let to = |ends: usize| slide_at(depth_mm, direction, &ways_mm[..ends]);
+            let near = follow(&problem, &to(1), Some(&pressed))?;
+            let earlier = follow(&slowly, &to(2), Some(&near))?;
+            let near = follow(&problem, &to(3), Some(&earlier))?;
+            let end = follow(&slowly, &to(4), Some(&near))?;
             let last = end.responses().last().ok_or("no response")?;
             points.push(LimitPoint {
                 depth_mm,
@@ -107,13 +119,13 @@ fn press_to(depth_mm: f64) -> Path {
     Path { turns, ..Path::new([Drive::Displacement; 3], vec![corner(0.0, 0.0), corner(1.0, depth_mm)]) }
 }
 
-/// The press, and the way along `direction` to these shares of it.
-fn slide_at(depth_mm: f64, direction: &Vector3<f64>, shares: &[f64]) -> Path {
+/// The press, and these ways along `direction`, mm from its start.
+fn slide_at(depth_mm: f64, direction: &Vector3<f64>, ways_mm: &[f64]) -> Path {
     let mut path = press_to(depth_mm);
     let spin = path.turns.spin.as_mut().expect("spin is driven");
-    for share in shares {
-        let way = TRAVEL_MM * share * direction;
-        path.waypoints.push(Waypoint { t_s: 1.0 + share, normal: depth_mm, x: way.x, y: way.y });
+    for way_mm in ways_mm {
+        let way = *way_mm * direction;
+        path.waypoints.push(Waypoint { t_s: 1.0 + way_mm, normal: depth_mm, x: way.x, y: way.y });
         spin.values.push((way.z / ARM_MM).to_degrees());
     }
     path
@@ -192,6 +204,9 @@ const HELD_BY_INDEX: [[f64; 2]; 6] =
 /// Largest torque that two fingers held in precision grip [Kinoshita et al., J. Neurophysiol. 78, 1997], N mm.
 const LARGEST_TORQUE_N_MM: f64 = 50.0;
 
+/// Travel under a held force, mm.
+const HELD_TRAVEL_MM: f64 = 20.0;
+
 /// Deeper than the finger is pressed by the forces below, mm.
 const DEEPEST_MM: f64 = 2.4;
 
@@ -244,7 +259,7 @@ pub fn twist(effort: Effort) -> Result<Vec<Check>, Failure> {
 /// Largest component of the load in its own direction while a plane that presses with `force_n` moves along `motion`.
 fn held_limit(preset: MeshPreset, force_n: f64, motion: &Vector3<f64>) -> Result<Vector3<f64>, Failure> {
     let config = Config { mesh_preset: preset, ..Config::default() };
-    let way = TRAVEL_MM * motion;
+    let way = HELD_TRAVEL_MM * motion;
     let rows = [[0.0, 0.0], [force_n, 0.0], [force_n, 1.0]];
     let corner = |(t, [normal, share]): (usize, [f64; 2])| Waypoint { t_s: t as f64, normal, x: share * way.x, y: 0.0 };
     let spin = rows.map(|[_, share]| (share * way.z / ARM_MM).to_degrees()).to_vec();
