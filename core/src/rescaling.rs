@@ -69,7 +69,7 @@ impl<const POSED: bool> Wide for Scaled<f32, POSED> {
             slide: self.slide.map(of),
             arm: of(self.arm),
             place: self.place.map(of),
-            band: self.band.map(|parabola| parabola.map(of)),
+            elsewhere: of(self.elsewhere),
             status: self.status,
         }
     }
@@ -102,7 +102,8 @@ pub struct Scaled<T = f32, const POSED: bool = false> {
     /// Factor on the springs' arms in a pose.
     arm: T,
     place: [T; 2],
-    band: [[T; 3]; 2],
+    /// 1 in another pose than the fitted one, else 0.
+    elsewhere: T,
     status: Status,
 }
 
@@ -128,7 +129,7 @@ impl<T: Arithmetic, const POSED: bool> Scaled<T, POSED> {
             slide: [zero; 2],
             arm: one,
             place: [zero; 2],
-            band: [[zero; 3]; 2],
+            elsewhere: zero,
             status: Status::OK,
         }
     }
@@ -205,8 +206,8 @@ impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         if POSED { self.status } else { Status::OK }
     }
     #[inline(always)]
-    fn band(&self) -> [[T; 3]; 2] {
-        self.band
+    fn elsewhere(&self) -> T {
+        self.elsewhere
     }
     #[inline(always)]
     fn press(&self) -> [T; 2] {
@@ -303,7 +304,7 @@ impl<T: Scalar> Unposed<T> for Scaled<T> {
             stiffness_ratio: pose.stiffness_ratio,
             tau0: self.tau0,
             length: self.length,
-            band: pose.band,
+            elsewhere: pose.elsewhere,
             status: pose.status,
             per_newton: self.per_newton,
             softness: self.softness / pose.stiffness,
@@ -351,8 +352,18 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Unposed<T>> ModelOf<'a, M
     /// carried over.
     ///
     /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
+    #[inline(never)]
     pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T, true>, T>, Error> {
-        let factors = self.data.pose.factors(pose, self.data.pressure_exponent)?;
-        Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
+        match self.data.pose.factors(pose, self.data.pressure_exponent) {
+            Ok(factors) => Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) }),
+            Err(error) => refused(error),
+        }
     }
+}
+
+/// An error, written apart from what is returned without one, which spares that registers.
+#[cold]
+#[inline(never)]
+fn refused<R>(error: Error) -> Result<R, Error> {
+    Err(error)
 }
