@@ -38,6 +38,9 @@ const FACTOR_MAX: f32 = 3.0;
 /// Largest x of the factor on the ratio of the stiffnesses.
 const RATIO_MAX: f32 = 0.7;
 
+/// Largest tilt of a limit along x or y.
+pub(crate) const TILT_MAX: f32 = 0.25;
+
 /// How the contact depends on the pose. All coefficients 0 is a model of one pose.
 ///
 /// With p the pitch less that of the fitted pose and r the roll, both in rad and held within what the model was fitted in, each
@@ -204,7 +207,9 @@ impl<T: Scalar> PoseTable<T> {
         let squares = x[1..7].iter().fold(x[0] * x[0], |sum, x| sum + *x * *x);
         if !(squares <= T::of(FACTOR_MAX * FACTOR_MAX / 256.0)) {
             rare();
-            x = x.map(|x| held(x, T::of(FACTOR_MAX / 16.0)));
+            let [a, b, c, d, e, f, g, h] = x;
+            let held = |x| held(x, T::of(FACTOR_MAX / 16.0));
+            x = [held(a), held(b), held(c), held(d), held(e), held(f), held(g), held(h)];
         }
         let ratio = held(c[28] * p16 + c[29] * s16, T::of(RATIO_MAX / 16.0));
         let [normal_touch, normal_deep, area_touch, area_deep, limit_touch, limit_deep, stiffness, arm] = x.map(factor);
@@ -223,7 +228,7 @@ impl<T: Scalar> PoseTable<T> {
             arm,
             stiffness,
             stiffness_ratio: factor(ratio),
-            tilt: [c[31] * p, r * (c[41] + c[42] * p)],
+            tilt: [c[31] * p, held(r * (c[41] + c[42] * p), T::of(TILT_MAX))],
             press: [c[30] * p, r * (c[38] + c[39] * s + c[40] * p)],
             slide: [p * (c[36] + c[37] * p), r * (c[47] + c[48] * p)],
             place: [p * (c[32] + c[33] * p + c[35] * s) + c[34] * s, r * (c[43] + c[44] * s + p * (c[45] + c[46] * p))],
@@ -282,6 +287,7 @@ pub struct PoseFactors<T> {
     pub(crate) arm: T,
     pub(crate) stiffness: T,
     pub(crate) stiffness_ratio: T,
+    /// What the pose adds to the tilt along x, and the tilt along y.
     pub(crate) tilt: [T; 2],
     pub(crate) press: [T; 2],
     /// Slide that the pose amounts to, mm.

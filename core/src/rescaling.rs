@@ -4,7 +4,7 @@
 
 use crate::error::Field;
 use crate::math::{Arithmetic, Scalar};
-use crate::pose::{Pose, PoseFactors};
+use crate::pose::{Pose, PoseFactors, TILT_MAX};
 pub use crate::scaling::{Fitted, Scaling, Unposed, Wide};
 use crate::{Error, ModelOf, Status};
 
@@ -41,9 +41,6 @@ impl Default for Tuning {
 
 /// Range of the factor on the tissue's stiffness.
 pub(crate) const STIFFNESS_FACTOR: core::ops::RangeInclusive<f32> = 0.2..=5.0;
-
-/// Largest tilt of a limit along x or y.
-const TILT_MAX: f32 = 0.25;
 
 impl<const POSED: bool> Wide for Scaled<f32, POSED> {
     #[cfg(all(feature = "lanes", target_feature = "avx"))]
@@ -96,6 +93,7 @@ pub struct Scaled<T = f32, const POSED: bool = false> {
     depth_max: T,
     /// Stiffness along y over that along x.
     stiffness_ratio: T,
+    /// What a pose adds to the tilt along x, and the tilt along y.
     tilt: [T; 2],
     press: [T; 2],
     slide: [T; 2],
@@ -197,9 +195,11 @@ impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
     }
     #[inline(always)]
     fn tilt(&self, fitted: T) -> [T; 2] {
+        if !POSED {
+            return [fitted, T::of(0.0)];
+        }
         let most = T::of(TILT_MAX);
-        let held = |tilt: T| -(-tilt.at_most(most)).at_most(most);
-        if POSED { [held(fitted + self.tilt[0]), held(self.tilt[1])] } else { [fitted, T::of(0.0)] }
+        [-(-(fitted + self.tilt[0]).at_most(most)).at_most(most), self.tilt[1]]
     }
     #[inline(always)]
     fn status(&self) -> Status {
