@@ -85,8 +85,11 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             return Grip::default();
         }
         let need = load / (1.0 - margin.clamp(0.0, 0.95));
-        let [_, [pose_band, ..]] = self.scale.band();
-        let band = self.data.band_friction[0] + pose_band;
+        let mut band = self.data.band_friction[0];
+        if S::POSED {
+            let [_, [pose_band, ..]] = self.data.pose.band;
+            band += self.scale.elsewhere() * pose_band;
+        }
         let factor = strength_factor.clamp(0.1, 5.0);
         let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);

@@ -38,6 +38,9 @@ const FACTOR_MAX: f32 = 3.0;
 /// Largest x of the factor on the ratio of the stiffnesses.
 const RATIO_MAX: f32 = 0.7;
 
+/// Largest tilt of a limit along x or y.
+pub(crate) const TILT_MAX: f32 = 0.25;
+
 /// How the contact depends on the pose. All coefficients 0 is a model of one pose.
 ///
 /// With p the pitch less that of the fitted pose and r the roll, both in rad and held within what the model was fitted in, each
@@ -103,6 +106,7 @@ impl<T: Scalar> PoseTable<T> {
     }
 
     /// Whether the model knows other poses than the fitted one.
+    #[inline(never)]
     pub fn knows_poses(&self) -> bool {
         self.coefficients.iter().any(|x| *x != T::of(0.0))
     }
@@ -166,6 +170,77 @@ impl<T: Scalar> PoseTable<T> {
     /// The quantities in a pose.
     pub(crate) fn factors(&self, pose: Pose, beta: T) -> Result<PoseFactors<T>, Error> {
         let Pose { pitch_deg, roll_deg } = pose;
+        let (mut pitch, mut roll) = (T::of(pitch_deg), T::of(roll_deg));
+        let [least, most] = self.pitch_range_deg;
+        let mut status = Status::OK;
+        let is_within = pitch >= least && pitch <= most && roll.magnitude() <= self.roll_max_deg;
+        if !is_within || self.coefficients[0] == T::of(0.0) {
+            rare();
+            (pitch, roll) = self.nearest(pose)?;
+            if pitch != T::of(pitch_deg) || roll != T::of(roll_deg) {
+                status = Status::POSE_OUT_OF_RANGE;
+            }
+        }
+        let is_another = ((pitch_deg - self.pitch_deg.to_f32()).to_bits() | roll_deg.to_bits()) << 1 != 0;
+        let rad = T::of(core::f32::consts::PI / 180.0);
+        let (p, r) = ((pitch - self.pitch_deg) * rad, roll * rad);
+        let edge = T::of(EDGE_RAD);
+        let root = (r * r + edge * edge).sqrt();
+        let (e, s) = (root - edge, T::of(1.0) - edge / root);
+        let c = &self.coefficients;
+        // What goes into factors is a 16th throughout, which is exact.
+        let [p16, e16, s16] = [p, e, s].map(|x| x * T::of(1.0 / 16.0));
+        let quartic = |[a, b, c, d]: [T; 4]| p16 * (a + p * (b + p * (c + p * d)));
+        let normal = [
+            quartic([c[0], c[1], c[2], c[3]]) + s16 * (c[4] + c[5] * p),
+            quartic([c[6], c[7], c[8], c[9]]) + s16 * (c[10] + c[11] * p),
+        ];
+        let area = [
+            quartic([c[12], c[13], c[14], c[15]]) + s16 * (c[16] + c[17] * p),
+            quartic([c[18], c[19], c[20], c[21]]) + e16 * (c[22] + c[23] * p) + s16 * c[24],
+        ];
+        let limit = [0, 1].map(|i| area[i] + beta * (normal[i] - area[i]));
+        let size = T::of(0.25) * (area[0] + area[1]);
+        let stiffness = p16 * (c[25] + c[26] * p) + c[27] * s16 + size;
+        let mut x = [normal[0], normal[1], area[0], area[1], limit[0], limit[1], stiffness, size];
+        // None is beyond the most where the root of all squares is not, nor is the size, which is at most half of an area's.
+        let squares = x[1..7].iter().fold(x[0] * x[0], |sum, x| sum + *x * *x);
+        if !(squares <= T::of(FACTOR_MAX * FACTOR_MAX / 256.0)) {
+            rare();
+            let [a, b, c, d, e, f, g, h] = x;
+            let held = |x| held(x, T::of(FACTOR_MAX / 16.0));
+            x = [held(a), held(b), held(c), held(d), held(e), held(f), held(g), held(h)];
+        }
+        let ratio = held(c[28] * p16 + c[29] * s16, T::of(RATIO_MAX / 16.0));
+        let [normal_touch, normal_deep, area_touch, area_deep, limit_touch, limit_deep, stiffness, arm] = x.map(factor);
+        // As d (2 − d) of the share of the deepest press.
+        let slope = T::of(2.0) / self.depth_max_mm;
+        let bend = T::of(-0.25) * slope;
+        let over_depth = |touch: T, deep: T| {
+            let twice = (deep - touch) * slope;
+            [touch, twice, twice * bend]
+        };
+        Ok(PoseFactors {
+            normal: over_depth(normal_touch, normal_deep),
+            area: over_depth(area_touch, area_deep),
+            limit: over_depth(limit_touch, limit_deep),
+            depth_max_mm: self.depth_max_mm,
+            arm,
+            stiffness,
+            stiffness_ratio: factor(ratio),
+            tilt: [c[31] * p, held(r * (c[41] + c[42] * p), T::of(TILT_MAX))],
+            press: [c[30] * p, r * (c[38] + c[39] * s + c[40] * p)],
+            slide: [p * (c[36] + c[37] * p), r * (c[47] + c[48] * p)],
+            place: [p * (c[32] + c[33] * p + c[35] * s) + c[34] * s, r * (c[43] + c[44] * s + p * (c[45] + c[46] * p))],
+            elsewhere: T::of(if is_another { 1.0 } else { 0.0 }),
+            status,
+        })
+    }
+
+    /// Pitch and roll, degrees, nearest to a pose among those that the model was fitted in.
+    #[cold]
+    #[inline(never)]
+    fn nearest(&self, Pose { pitch_deg, roll_deg }: Pose) -> Result<(T, T), Error> {
         let refuse = |index, value| Err(Error::Range { what: Field::Pose, index, value });
         let is_another = pitch_deg != self.pitch_deg.to_f32() || roll_deg != 0.0;
         if !(10.0..=70.0).contains(&pitch_deg) || (is_another && !self.knows_poses()) {
@@ -174,58 +249,10 @@ impl<T: Scalar> PoseTable<T> {
         if !(-30.0..=30.0).contains(&roll_deg) {
             return refuse(1, roll_deg);
         }
-        let rad = T::of(core::f32::consts::PI / 180.0);
         let within = |x: T, [least, most]: [T; 2]| if x < least { least } else { x.at_most(most) };
         let pitch = within(T::of(pitch_deg), self.pitch_range_deg);
-        let roll = within(T::of(roll_deg), [-self.roll_max_deg, self.roll_max_deg]);
-        let is_fitted = pitch == T::of(pitch_deg) && roll == T::of(roll_deg);
-        let (p, r) = ((pitch - self.pitch_deg) * rad, roll * rad);
-        let edge = T::of(EDGE_RAD);
-        let root = (r * r + edge * edge).sqrt();
-        let (e, s) = (root - edge, T::of(1.0) - edge / root);
-        let c = &self.coefficients;
-        let normal = [
-            quartic(p, [c[0], c[1], c[2], c[3]]) + s * (c[4] + c[5] * p),
-            quartic(p, [c[6], c[7], c[8], c[9]]) + s * (c[10] + c[11] * p),
-        ];
-        let area = [
-            quartic(p, [c[12], c[13], c[14], c[15]]) + s * (c[16] + c[17] * p),
-            quartic(p, [c[18], c[19], c[20], c[21]]) + e * (c[22] + c[23] * p) + s * c[24],
-        ];
-        let limit = [0, 1].map(|i| area[i] + beta * (normal[i] - area[i]));
-        let size = T::of(0.25) * (area[0] + area[1]);
-        let over_depth = |x: [T; 2]| self.over_depth(x.map(factor));
-        let place =
-            [p * (c[32] + c[33] * p + c[35] * s) + c[34] * s, r * (c[43] + c[44] * s + p * (c[45] + c[46] * p))];
-        Ok(PoseFactors {
-            normal: over_depth(normal),
-            area: over_depth(area),
-            limit: over_depth(limit),
-            depth_max_mm: self.depth_max_mm,
-            arm: factor(size),
-            stiffness: factor(p * (c[25] + c[26] * p) + c[27] * s + size),
-            stiffness_ratio: factor(held(c[28] * p + c[29] * s, T::of(RATIO_MAX))),
-            tilt: [c[31] * p, r * (c[41] + c[42] * p)],
-            press: [c[30] * p, r * (c[38] + c[39] * s + c[40] * p)],
-            slide: [p * (c[36] + c[37] * p), r * (c[47] + c[48] * p)],
-            place,
-            band: if is_another { self.band } else { [[T::of(0.0); 3]; 2] },
-            status: if is_fitted { Status::OK } else { Status::POSE_OUT_OF_RANGE },
-        })
+        Ok((pitch, within(T::of(roll_deg), [-self.roll_max_deg, self.roll_max_deg])))
     }
-
-    /// A factor over depth: its value at touch, and the factors of depth and of its square.
-    fn over_depth(&self, [touch, deep]: [T; 2]) -> [T; 3] {
-        let per = T::of(1.0) / self.depth_max_mm;
-        let rise = (deep - touch) * per;
-        let bend = -(rise * per);
-        [touch, rise + rise, bend]
-    }
-}
-
-/// A polynomial of the pitch without a constant.
-fn quartic<T: Scalar>(p: T, [a, b, c, d]: [T; 4]) -> T {
-    p * (a + p * (b + p * (c + p * d)))
 }
 
 /// A number held within ±most.
@@ -237,9 +264,10 @@ fn held<T: Scalar>(x: T, most: T) -> T {
     x
 }
 
-/// (1 + x/16)^16, near e^x, positive and rising.
+/// (1 + x)^16, near e^(16 x), positive and rising for x held within a 16th of [`FACTOR_MAX`].
+#[inline(always)]
 fn factor<T: Scalar>(x: T) -> T {
-    let root = T::of(1.0) + held(x, T::of(FACTOR_MAX)) * T::of(1.0 / 16.0);
+    let root = T::of(1.0) + x;
     let square = root * root;
     let fourth = square * square;
     let eighth = fourth * fourth;
@@ -259,12 +287,14 @@ pub struct PoseFactors<T> {
     pub(crate) arm: T,
     pub(crate) stiffness: T,
     pub(crate) stiffness_ratio: T,
+    /// What the pose adds to the tilt along x, and the tilt along y.
     pub(crate) tilt: [T; 2],
     pub(crate) press: [T; 2],
     /// Slide that the pose amounts to, mm.
     pub(crate) slide: [T; 2],
     /// Where the contact lies, mm along x and y from where it does in the fitted pose.
     pub(crate) place: [T; 2],
-    pub(crate) band: [[T; 3]; 2],
+    /// 1, or 0 in the fitted pose.
+    pub(crate) elsewhere: T,
     pub(crate) status: Status,
 }

@@ -4,7 +4,7 @@
 
 use crate::error::Field;
 use crate::math::{Arithmetic, Scalar};
-use crate::pose::{Pose, PoseFactors};
+use crate::pose::{Pose, PoseFactors, TILT_MAX};
 pub use crate::scaling::{Fitted, Scaling, Unposed, Wide};
 use crate::{Error, ModelOf, Status};
 
@@ -42,9 +42,6 @@ impl Default for Tuning {
 /// Range of the factor on the tissue's stiffness.
 pub(crate) const STIFFNESS_FACTOR: core::ops::RangeInclusive<f32> = 0.2..=5.0;
 
-/// Largest tilt of a limit along x or y.
-const TILT_MAX: f32 = 0.25;
-
 impl<const POSED: bool> Wide for Scaled<f32, POSED> {
     #[cfg(all(feature = "lanes", target_feature = "avx"))]
     type InLanes = Scaled<crate::lanes::Lanes, POSED>;
@@ -69,7 +66,7 @@ impl<const POSED: bool> Wide for Scaled<f32, POSED> {
             slide: self.slide.map(of),
             arm: of(self.arm),
             place: self.place.map(of),
-            band: self.band.map(|parabola| parabola.map(of)),
+            elsewhere: of(self.elsewhere),
             status: self.status,
         }
     }
@@ -96,13 +93,15 @@ pub struct Scaled<T = f32, const POSED: bool = false> {
     depth_max: T,
     /// Stiffness along y over that along x.
     stiffness_ratio: T,
+    /// What a pose adds to the tilt along x, and the tilt along y.
     tilt: [T; 2],
     press: [T; 2],
     slide: [T; 2],
     /// Factor on the springs' arms in a pose.
     arm: T,
     place: [T; 2],
-    band: [[T; 3]; 2],
+    /// 1 in another pose than the fitted one, else 0.
+    elsewhere: T,
     status: Status,
 }
 
@@ -128,7 +127,7 @@ impl<T: Arithmetic, const POSED: bool> Scaled<T, POSED> {
             slide: [zero; 2],
             arm: one,
             place: [zero; 2],
-            band: [[zero; 3]; 2],
+            elsewhere: zero,
             status: Status::OK,
         }
     }
@@ -196,17 +195,19 @@ impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
     }
     #[inline(always)]
     fn tilt(&self, fitted: T) -> [T; 2] {
+        if !POSED {
+            return [fitted, T::of(0.0)];
+        }
         let most = T::of(TILT_MAX);
-        let held = |tilt: T| -(-tilt.at_most(most)).at_most(most);
-        if POSED { [held(fitted + self.tilt[0]), held(self.tilt[1])] } else { [fitted, T::of(0.0)] }
+        [-(-(fitted + self.tilt[0]).at_most(most)).at_most(most), self.tilt[1]]
     }
     #[inline(always)]
     fn status(&self) -> Status {
         if POSED { self.status } else { Status::OK }
     }
     #[inline(always)]
-    fn band(&self) -> [[T; 3]; 2] {
-        self.band
+    fn elsewhere(&self) -> T {
+        self.elsewhere
     }
     #[inline(always)]
     fn press(&self) -> [T; 2] {
@@ -303,7 +304,7 @@ impl<T: Scalar> Unposed<T> for Scaled<T> {
             stiffness_ratio: pose.stiffness_ratio,
             tau0: self.tau0,
             length: self.length,
-            band: pose.band,
+            elsewhere: pose.elsewhere,
             status: pose.status,
             per_newton: self.per_newton,
             softness: self.softness / pose.stiffness,
@@ -351,8 +352,18 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Unposed<T>> ModelOf<'a, M
     /// carried over.
     ///
     /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
+    #[inline(never)]
     pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T, true>, T>, Error> {
-        let factors = self.data.pose.factors(pose, self.data.pressure_exponent)?;
-        Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) })
+        match self.data.pose.factors(pose, self.data.pressure_exponent) {
+            Ok(factors) => Ok(ModelOf { data: self.data, scale: self.scale.posed(&factors) }),
+            Err(error) => refused(error),
+        }
     }
+}
+
+/// An error, written apart from what is returned without one, which spares that registers.
+#[cold]
+#[inline(never)]
+fn refused<R>(error: Error) -> Result<R, Error> {
+    Err(error)
 }

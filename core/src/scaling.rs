@@ -34,8 +34,8 @@ pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
     fn tilt(&self, fitted: T) -> [T; 2];
     /// What is to be remarked about the pose.
     fn status(&self) -> Status;
-    /// What the pose adds to the bands: shares of the normal force and of the limit, as parabolas in the stick ratio.
-    fn band(&self) -> [[T; 3]; 2];
+    /// 1 where the model's bands of other poses count, else 0.
+    fn elsewhere(&self) -> T;
     /// Slides along x and y, mm/mm, that a depth increment amounts to in the pose, beyond that of the fitted one.
     fn press(&self) -> [T; 2];
     /// From a pair's middle to one of its springs, mm.
@@ -132,8 +132,8 @@ impl<T: Arithmetic> Scaling<T> for Fitted {
         Status::OK
     }
     #[inline(always)]
-    fn band(&self) -> [[T; 3]; 2] {
-        [[T::of(0.0); 3]; 2]
+    fn elsewhere(&self) -> T {
+        T::of(0.0)
     }
     #[inline(always)]
     fn press(&self) -> [T; 2] {

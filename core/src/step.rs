@@ -177,8 +177,9 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     let (mut band_normal, mut band_friction) = (T::of(-0.0), T::of(-0.0));
     if S::POSED {
-        let [of_normal, of_limit] = scale.band();
-        (band_normal, band_friction) = (band(&of_normal) * normal.not_negative(), band(&of_limit));
+        let ([of_normal, of_limit], elsewhere) = (&data.pose.band, scale.elsewhere());
+        (band_normal, band_friction) =
+            (elsewhere * band(of_normal) * normal.not_negative(), elsewhere * band(of_limit));
     }
     let area = at.area(scale);
     Response {

@@ -232,8 +232,9 @@ extern "C" fn worked(b: &mut CalibrationBench<'_>, _: &[f32; 4]) {
     b.calibration.work();
 }
 
+/// Poses all over those of the shipped model.
 extern "C" fn posed(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
-    let pose = Pose { pitch_deg: 30.0 + 5.0 * s[0], roll_deg: 10.0 * s[1] };
+    let pose = Pose { pitch_deg: 12.0 + 23.5 * s[0], roll_deg: 49.0 * s[1] };
     let _ = black_box(b.model.posed(pose));
 }
 
