@@ -91,6 +91,12 @@ pub struct Text {
 impl Text {
     /// Ink at 12 px, starting at the point, centred on its height.
     pub const BODY: Self = Self { em: 12.0, bold: false, colour: INK, h: HPos::Left, v: VPos::Center };
+
+    /// The same so small that a text is at most `most` pixels wide.
+    pub fn within(self, text: &str, most: f64) -> Self {
+        let width = font::width(text, self.em, self.bold);
+        Self { em: self.em * (most / width.max(1e-9)).min(1.0), ..self }
+    }
 }
 
 /// Shapes of data points, told apart without colour.

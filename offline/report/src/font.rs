@@ -1,7 +1,10 @@
 //! The typeface of the figures: embedded, so that no machine has to have it.
 
+use std::sync::OnceLock;
+
 use plotters_backend::BackendCoord;
 use tiny_skia::{Path, PathBuilder};
+pub use ttf_parser::GlyphId;
 use ttf_parser::{Face, OutlineBuilder};
 
 /// Family name, as the style sheet of the page declares it.
@@ -15,8 +18,9 @@ pub const SIZE_PER_EM: f64 = 1.24;
 /// Height of the letter x, em.
 pub const EX_PER_EM: f64 = 0.536;
 
-fn face(bold: bool) -> Option<Face<'static>> {
-    Face::parse(if bold { BOLD } else { REGULAR }, 0).ok()
+fn face(bold: bool) -> Option<&'static Face<'static>> {
+    static FACES: [OnceLock<Option<Face<'static>>>; 2] = [OnceLock::new(), OnceLock::new()];
+    FACES[usize::from(bold)].get_or_init(|| Face::parse(if bold { BOLD } else { REGULAR }, 0).ok()).as_ref()
 }
 
 /// Width of a line of text, in the unit of `em`. No kerning.
@@ -26,13 +30,26 @@ pub fn width(text: &str, em: f64, bold: bool) -> f64 {
     text.chars().map(advance).sum::<f64>() * em / f64::from(face.units_per_em())
 }
 
-/// Outline of a line of text whose baseline starts at (`x`, `y`), y downwards; none if nothing is visible.
-pub fn outline(text: &str, em: f32, bold: bool, x: f32, y: f32) -> Option<Path> {
+/// Glyphs of a line of text and how far behind its beginning each stands, in the unit of `em`. No kerning.
+pub fn glyphs(text: &str, em: f32, bold: bool) -> Vec<(GlyphId, f32)> {
+    let Some(face) = face(bold) else { return Vec::new() };
+    let scale = em / f32::from(face.units_per_em());
+    let mut at = 0.0;
+    let place = |glyph| {
+        let here = at;
+        at += f32::from(face.glyph_hor_advance(glyph).unwrap_or(0)) * scale;
+        (glyph, here)
+    };
+    text.chars().filter_map(|c| face.glyph_index(c)).map(place).collect()
+}
+
+/// Outline of glyphs behind each other whose baseline starts at (`x`, `y`), y downwards; none if nothing is visible.
+pub fn outline(glyphs: &[(GlyphId, f32)], em: f32, bold: bool, x: f32, y: f32) -> Option<Path> {
     let face = face(bold)?;
     let mut pen = Pen { path: PathBuilder::new(), x, y, scale: em / f32::from(face.units_per_em()) };
-    for glyph in text.chars().filter_map(|c| face.glyph_index(c)) {
-        face.outline_glyph(glyph, &mut pen);
-        pen.x += f32::from(face.glyph_hor_advance(glyph).unwrap_or(0)) * pen.scale;
+    for (glyph, behind) in glyphs {
+        pen.x = x + behind;
+        face.outline_glyph(*glyph, &mut pen);
     }
     pen.path.finish()
 }
@@ -40,9 +57,10 @@ pub fn outline(text: &str, em: f32, bold: bool, x: f32, y: f32) -> Option<Path> 
 /// Coverage of a line of text as pixels from its top left corner, for backends without text of their own.
 pub fn pixels(text: &str, em: f64, bold: bool) -> Vec<(BackendCoord, f64)> {
     let size = (width(text, em, bold).ceil().max(1.0) as u32, (em * SIZE_PER_EM).ceil().max(1.0) as u32);
-    let (Some(mut mask), Some(path)) =
-        (tiny_skia::Mask::new(size.0, size.1), outline(text, em as f32, bold, 0.0, em as f32))
-    else {
+    let (Some(mut mask), Some(path)) = (
+        tiny_skia::Mask::new(size.0, size.1),
+        outline(&glyphs(text, em as f32, bold), em as f32, bold, 0.0, em as f32),
+    ) else {
         return Vec::new();
     };
     mask.fill_path(&path, tiny_skia::FillRule::Winding, true, tiny_skia::Transform::identity());

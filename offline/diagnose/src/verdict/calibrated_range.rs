@@ -109,9 +109,10 @@ impl CalibratedRange {
                 "outside_calibration",
                 name,
                 format!(
-                    "{runs} of {} measured runs lie outside the calibration in {name}, which {has}: what depends on {name} \
+                    "{runs} of {} measured runs {} outside the calibration in {name}, which {has}: what depends on {name} \
                      there rests on the measured runs and the form of the model alone.",
-                    measured.runs.len()
+                    measured.runs.len(),
+                    if runs == 1 { "lies" } else { "lie" }
                 ),
             )
         }).collect();

@@ -82,12 +82,23 @@ fn spikes_of(set: &RunSet, parameters: &Parameters, noise: &[RowNoise; 3], refer
     spikes(set, &residual, &sigma_of(noise, &prediction))
 }
 
+/// A number of things in words, the thing in the singular where there is one.
+fn counted(number: usize, thing: &str) -> String {
+    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
+}
+
 fn spike_caution(role: &str, readings: usize, rows: usize) -> Option<Caution> {
     (readings > 0).then(|| Caution {
         kind: "spikes".into(),
         role: role.into(),
         column: String::new(),
-        text: format!("{readings} readings in {rows} rows of the {role} set lie far off the rows on both sides; they are left out."),
+        text: format!(
+            "{} in {} of the {role} set {} far off the rows on both sides; {} left out.",
+            counted(readings, "reading"),
+            counted(rows, "row"),
+            if readings == 1 { "lies" } else { "lie" },
+            if readings == 1 { "it is" } else { "they are" }
+        ),
     })
 }
 
@@ -139,9 +150,12 @@ fn off_rails(set: &RunSet, role: &str, cautions: &mut Vec<Caution>) -> Result<Ru
         role: role.into(),
         column: FORCES[rail.channel].into(),
         text: format!(
-            "The sensor, not the finger: {} of the {role} set ends at {} N in {} rows of {} runs, the sensor's rail. These \
+            "The sensor, not the finger: {} of the {role} set ends at {} N in {} of {}, the sensor's rail. These \
              readings are left out; a sensor with a larger range is needed for what lies there.",
-            FORCES[rail.channel], rail.force_n, rail.rows, rail.runs
+            FORCES[rail.channel],
+            rail.force_n,
+            counted(rail.rows, "row"),
+            counted(rail.runs, "run")
         ),
     }));
     let left = without(set, &at_rail(set, &rails));

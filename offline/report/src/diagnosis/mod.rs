@@ -4,12 +4,25 @@
 //! Computes nothing but sums of what it is given. May use: diagnose.
 
 mod figures;
+mod force_plots;
 mod page;
+mod residual_map;
 mod words;
 
-use super::{Rendered, ReportError, canvas, html::Picture};
+use super::{Rendered, ReportError, canvas, canvas::Figure, html::Picture};
 use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis};
 pub use words::{summary, word};
+
+/// A figure as a PNG file and as it stands in the page: once for wide windows, once for narrow ones.
+fn drawn<F: Figure>(figure: impl Fn(bool) -> F) -> Result<(Vec<u8>, String), ReportError> {
+    let (wide, narrow) = (figure(false), figure(true));
+    let in_page = format!(
+        "<div class=\"wide\">{}</div>\n<div class=\"narrow\">{}</div>\n",
+        canvas::svg(&wide)?,
+        canvas::svg(&narrow)?
+    );
+    Ok((canvas::png(&wide)?, in_page))
+}
 
 /// Makes page, numbers and figures.
 ///
@@ -17,58 +30,52 @@ pub use words::{summary, word};
 pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, ReportError> {
     let mut pictures = Vec::new();
     let mut files = Vec::new();
-    let mut add = |name: &str, title: String, caption: String, png: Vec<u8>, svg: String| {
-        files.push((format!("{name}.png"), png.clone()));
-        pictures.push(Picture { name: name.to_owned(), title, caption, png, svg: Some(svg) });
+    let mut add = |name: &str, title: String, caption: String, (png, svg): (Vec<u8>, String)| {
+        files.push((format!("{name}.png"), png));
+        pictures.push(Picture { name: name.to_owned(), title, caption, png: Vec::new(), svg: Some(svg) });
     };
     let claimed = !report.effects.is_empty();
-    let figure = figures::GapBars::held_out(&report.holdout, claimed, report.fe_confirmation.as_ref());
+    let fe = report.fe_confirmation.as_ref();
+    let figure = |narrow| figures::GapBars { narrow, ..figures::GapBars::held_out(&report.holdout, claimed, fe) };
     add(
         "heldout",
         "The gap on runs that no fit saw: as calibrated, refitted, with the effect".into(),
         words::gap_caption(report),
-        canvas::png(&figure)?,
-        canvas::svg(&figure)?,
+        drawn(figure)?,
     );
-    let figure = figures::Traces { traces: &evidence.traces, claimed };
-    add(
-        "traces",
-        "Forces of the three worst runs".into(),
-        words::traces_caption().into(),
-        canvas::png(&figure)?,
-        canvas::svg(&figure)?,
-    );
+    let figure = |narrow| force_plots::Traces { traces: &evidence.traces, claimed, narrow };
+    add("traces", "Forces of the three worst runs".into(), words::traces_caption().into(), drawn(figure)?);
     for (name, title, map, shown) in [
         ("map_before", "Where simulation and measurement disagree, before any effect", &evidence.map_before, true),
         ("map_after", "The same with the effect in the model", &evidence.map_after, claimed),
     ] {
         if shown {
-            let figure = figures::ResidualMap { map, scale: figures::scale(&evidence.map_before) };
-            add(name, title.into(), words::map_caption().into(), canvas::png(&figure)?, canvas::svg(&figure)?);
+            let scale = residual_map::scale(&evidence.map_before);
+            let figure = |narrow| residual_map::ResidualMap { map, scale, narrow };
+            add(name, title.into(), words::map_caption().into(), drawn(figure)?);
         }
     }
     for (i, plot) in evidence.drivers.iter().enumerate() {
-        let figure = figures::Driver { plot, unit: words::unit(&plot.column, &evidence.own) };
+        let unit = words::unit(&plot.column, &evidence.own);
+        let figure = |narrow| figures::Driver { plot, unit, narrow };
         let name = format!("driver_{}", i + 1);
         let title = format!("What {} asks for, and the law through it", words::column(&plot.column));
-        add(&name, title, words::driver_caption(plot), canvas::png(&figure)?, canvas::svg(&figure)?);
+        add(&name, title, words::driver_caption(plot), drawn(figure)?);
     }
-    let figure = figures::Bars { report };
+    let figure = |narrow| figures::Bars { report, narrow };
     add(
         "evidence",
         "Evidence for every law against the baseline alone".into(),
         words::bars_caption(report),
-        canvas::png(&figure)?,
-        canvas::svg(&figure)?,
+        drawn(figure)?,
     );
     if let Some(fe) = &report.fe_confirmation {
-        let figure = figures::GapBars::confirmation(fe);
+        let figure = |narrow| figures::GapBars { narrow, ..figures::GapBars::confirmation(fe) };
         add(
             "confirmation",
             "The finite elements with the effect inside their law".into(),
             words::confirmation_caption(fe),
-            canvas::png(&figure)?,
-            canvas::svg(&figure)?,
+            drawn(figure)?,
         );
     }
     let json = serde_json::to_string_pretty(report)? + "\n";
@@ -83,11 +90,10 @@ pub fn render_reduced(reduced: &ReducedDiagnosis) -> Result<Rendered, ReportErro
     let mut files = Vec::new();
     let mut picture = None;
     if let Some(plot) = &reduced.plot {
-        let figure = figures::Scatter { plot };
-        let (png, svg) = (canvas::png(&figure)?, canvas::svg(&figure)?);
-        files.push(("forces.png".to_owned(), png.clone()));
+        let (png, svg) = drawn(|narrow| force_plots::Scatter { plot, narrow })?;
+        files.push(("forces.png".to_owned(), png));
         let (title, caption) = (plot.title.clone(), plot.caption.clone());
-        picture = Some(Picture { name: "forces".into(), title, caption, png, svg: Some(svg) });
+        picture = Some(Picture { name: "forces".into(), title, caption, png: Vec::new(), svg: Some(svg) });
     }
     Ok(Rendered { html: page::reduced(&reduced.report, &reduced.sentences, picture.as_ref()), json, figures: files })
 }
@@ -124,4 +130,119 @@ pub fn plan_csv(plan: &NextExperiment) -> String {
         out += &(cells.join(",") + "\n");
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use fingerpad_diagnose::{DriverPlot, ForceTrace, Plot, Region};
+    use plotters_backend::text_anchor::HPos;
+    use plotters_backend::{BackendColor, BackendCoord, BackendTextStyle, DrawingBackend, DrawingErrorKind};
+
+    use super::canvas::Canvas;
+    use super::*;
+
+    /// A backend that looks only how far texts and areas reach.
+    struct Reach {
+        size: (u32, u32),
+        x: [f64; 2],
+        bottom: f64,
+    }
+
+    impl Reach {
+        fn add(&mut self, left: f64, right: f64, bottom: f64) {
+            self.x = [self.x[0].min(left), self.x[1].max(right)];
+            self.bottom = self.bottom.max(bottom);
+        }
+
+        /// Whether all that a figure draws lies within it.
+        fn holds(figure: &impl Figure) -> bool {
+            let size = figure.size();
+            let mut reach = Self { size: (10 * size.0, 10 * size.1), x: [0.0; 2], bottom: 0.0 };
+            figure.draw(&mut Canvas::new(&mut reach, size)).unwrap();
+            reach.x[0] >= 0.0 && reach.x[1] <= f64::from(reach.size.0) && reach.bottom <= f64::from(reach.size.1)
+        }
+    }
+
+    type Drawn = Result<(), DrawingErrorKind<Infallible>>;
+
+    impl DrawingBackend for Reach {
+        type ErrorType = Infallible;
+        fn get_size(&self) -> (u32, u32) {
+            self.size
+        }
+        fn ensure_prepared(&mut self) -> Drawn {
+            Ok(())
+        }
+        fn present(&mut self) -> Drawn {
+            Ok(())
+        }
+        fn draw_pixel(&mut self, (x, y): BackendCoord, _: BackendColor) -> Drawn {
+            self.add(f64::from(x), f64::from(x), f64::from(y));
+            Ok(())
+        }
+        fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): BackendCoord) -> Drawn {
+            let width = f64::from(style.layout_box(text).unwrap().1.0);
+            let left = f64::from(x)
+                - match style.anchor().h_pos {
+                    HPos::Left => 0.0,
+                    HPos::Center => 0.5 * width,
+                    HPos::Right => width,
+                };
+            self.add(left, left + width, f64::from(y));
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn nothing_is_cut_at_the_edge_of_a_wide_or_a_narrow_figure() {
+        let region = |column: &str, channel: &str, k: usize| Region {
+            column: column.into(),
+            from: k as f64,
+            to: k as f64 + 1.0,
+            unit: "°C".into(),
+            channel: channel.into(),
+            mean_relative: -0.123,
+            z: 4.0,
+            runs: 10,
+            outside_calibration: false,
+        };
+        let mut map = Vec::new();
+        for column in ["depth_mm", "occlusion_time_s", "temperature_of_the_inner_frame_at_its_far_end"] {
+            for channel in ["normal", "friction", "across"] {
+                map.extend((0..6).map(|k| region(column, channel, k)));
+            }
+        }
+        let plot = Plot {
+            title: String::new(),
+            caption: String::new(),
+            x: "normal force, N".into(),
+            y: "tangential force, N".into(),
+            points: vec![("readings before the first touch, both directions".into(), vec![[0.0, -0.2], [1.5, 0.8]])],
+            curves: vec![("the friction law that fits the readings best of all".into(), vec![[0.0, 0.0], [1.5, 0.7]])],
+            square: true,
+        };
+        let driver = DriverPlot {
+            law: "temperature".into(),
+            column: "temperature_c".into(),
+            channel: "friction".into(),
+            points: (0..60).map(|k| [30.0 + 0.1 * f64::from(k), 0.01 * f64::from(k), 0.008 * f64::from(k)]).collect(),
+        };
+        let trace = ForceTrace {
+            run: "measured13".into(),
+            readings_n: vec![[0.5, -0.4]; 30],
+            models_n: [vec![[0.5, -0.3]; 30], vec![[0.5, -0.3]; 30], vec![[0.5, -0.3]; 30]],
+        };
+        let names = ["as calibrated", "refitted", "with the effect", "finite elements with it", "noise floor"];
+        for narrow in [false, true] {
+            assert!(Reach::holds(&residual_map::ResidualMap { map: &map, scale: 0.2, narrow }), "map, {narrow}");
+            assert!(Reach::holds(&force_plots::Scatter { plot: &plot, narrow }), "scatter, {narrow}");
+            assert!(Reach::holds(&figures::Driver { plot: &driver, unit: "°C", narrow }), "driver, {narrow}");
+            let traces = &[trace.clone(), trace.clone(), trace.clone()];
+            assert!(Reach::holds(&force_plots::Traces { traces, claimed: true, narrow }), "traces, {narrow}");
+            let series = names.iter().map(|name| (*name, [0.0137, 0.0911, 0.3214], crate::colour::INK)).collect();
+            assert!(Reach::holds(&figures::GapBars { series, narrow }), "bars, {narrow}");
+        }
+    }
 }

@@ -58,7 +58,8 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
 /// The page of a diagnosis that has sentences instead of figures.
 pub fn reduced(report: &Diagnosis, sentences: &[String], picture: Option<&Picture>) -> String {
     let mut out = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>fingerpad diagnose</title>\n<style>\n{STYLE}{}</style>\n\
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width, initial-scale=1\">\n<title>fingerpad diagnose</title>\n<style>\n{STYLE}{}</style>\n\
          </head>\n<body>\n<main>\n<h1>Verdict: {}</h1>\n",
         fonts(),
         words::word(report)
