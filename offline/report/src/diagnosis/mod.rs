@@ -229,7 +229,7 @@ mod tests {
             channel: "friction".into(),
             points: (0..60).map(|k| [30.0 + 0.1 * f64::from(k), 0.01 * f64::from(k), 0.008 * f64::from(k)]).collect(),
         };
-        let trace = ForceTrace {
+        let trace = || ForceTrace {
             run: "measured13".into(),
             readings_n: vec![[0.5, -0.4]; 30],
             models_n: [vec![[0.5, -0.3]; 30], vec![[0.5, -0.3]; 30], vec![[0.5, -0.3]; 30]],
@@ -239,7 +239,7 @@ mod tests {
             assert!(Reach::holds(&residual_map::ResidualMap { map: &map, scale: 0.2, narrow }), "map, {narrow}");
             assert!(Reach::holds(&force_plots::Scatter { plot: &plot, narrow }), "scatter, {narrow}");
             assert!(Reach::holds(&figures::Driver { plot: &driver, unit: "°C", narrow }), "driver, {narrow}");
-            let traces = &[trace.clone(), trace.clone(), trace.clone()];
+            let traces = &[trace(), trace(), trace()];
             assert!(Reach::holds(&force_plots::Traces { traces, claimed: true, narrow }), "traces, {narrow}");
             let series = names.iter().map(|name| (*name, [0.0137, 0.0911, 0.3214], crate::colour::INK)).collect();
             assert!(Reach::holds(&figures::GapBars { series, narrow }), "bars, {narrow}");
