@@ -94,7 +94,8 @@ struct Correction {
 
 impl Solver<'_> {
     /// The equilibrium of `increment`, sought from `guess`: with parts of the contact area that follow the nodes and, where
-    /// none is found so, with parts that are held.
+    /// none is found so, with parts that are held. A search that went astray with a factor of an earlier increment is begun
+    /// again with a new one.
     pub(super) fn equilibrium(
         &mut self,
         increment: &Increment,
@@ -104,7 +105,13 @@ impl Solver<'_> {
     ) -> Result<State, SolveError> {
         self.contact_factor = KeptFactor::default();
         self.plane_gives_way = [DEPTH, PITCH, ROLL].iter().any(|&k| increment.force_target[k].is_some());
-        match self.search(increment, guess.clone(), true, stats, watch) {
+        let had_factor = self.factor_is_set;
+        let mut found = self.search(increment, guess.clone(), true, stats, watch);
+        if had_factor && matches!(found, Err(SolveError::Stiffness(_) | SolveError::Body(_))) {
+            self.factor_is_set = false;
+            found = self.search(increment, guess.clone(), true, stats, watch);
+        }
+        match found {
             Err(SolveError::Stalled { .. }) => self.search(increment, guess, false, stats, watch),
             found => found,
         }
