@@ -244,7 +244,7 @@ fn passive(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed) -> Resu
 
 /// Values of a curve over depth at the nodes, `cell_mm` apart, none below the one before.
 ///
-/// A chord lies above a convex curve by up to h² f''/8; half of that is taken off at the nodes.
+/// A chord lies above a convex curve by h² f''/12 on average, which is taken off at the nodes.
 fn rising_nodes(cell_mm: f64, of: &dyn Fn(f64) -> f64) -> Vec<f64> {
     let node = |i: usize| -> f64 {
         let d = cell_mm * i as f64;
@@ -254,7 +254,7 @@ fn rising_nodes(cell_mm: f64, of: &dyn Fn(f64) -> f64) -> Vec<f64> {
         if i == 1 || i + 1 == NODES {
             return of(d);
         }
-        of(d) - (of(d + cell_mm) - 2.0 * of(d) + of(d - cell_mm)) / 16.0
+        of(d) - (of(d + cell_mm) - 2.0 * of(d) + of(d - cell_mm)) / 12.0
     };
     let mut last = 0.0f64;
     (0..NODES)

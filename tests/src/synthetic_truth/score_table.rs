@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use super::score::Class;
-use super::score_sets::{Kind, Outcome, Practice};
+use super::score_sets::{Kind, Outcome, Practice, ScoreSet};
 use super::sets::Hide;
 use super::simulator::SimulatorKind;
 
@@ -171,16 +171,10 @@ pub fn settling(all: &[Outcome]) -> String {
     let mut out = format!("{} sets judged\n\n{HEADING}", all.len());
     settled(&mut out, all);
     for o in all.iter().filter(|o| o.plan_kept.is_some()) {
-        let s = &o.set;
         let _ = writeln!(
             out,
-            "\n{} {:?} {:?} {:.0} % level {} runs {}: {:?}, plan {:?} kept {:?}, oracle {:.0?}\n  hidden {}\n  {}\n  with the plan: {}",
-            s.seed,
-            s.simulator,
-            s.practice,
-            100.0 * s.size,
-            s.level,
-            s.runs,
+            "\n{}: {:?}, plan {:?} kept {:?}, oracle {:.0?}\n  hidden {}\n  {}\n  with the plan: {}",
+            named(&o.set),
             o.settled,
             o.plan,
             o.plan_kept,
@@ -219,6 +213,12 @@ fn parts(all: &[Outcome]) -> String {
     out
 }
 
+/// What a set is told by: its seed, and what was hidden how and in how many runs.
+fn named(set: &ScoreSet) -> String {
+    let ScoreSet { seed, simulator, practice, size, level, runs, .. } = set;
+    format!("{seed} {simulator:?} {practice:?} {:.0} % level {level} runs {runs}", 100.0 * size)
+}
+
 /// Each set that is not as wanted.
 fn misses(all: &[Outcome]) -> String {
     let mut out = "\nNot as wanted:\n".to_owned();
@@ -230,16 +230,10 @@ fn misses(all: &[Outcome]) -> String {
             Kind::Outside => o.class == Class::Unexplained || !o.required(),
         };
         if !wanted || (o.plan_kept.is_some() && !is_settled(o)) {
-            let s = &o.set;
             let _ = writeln!(
                 out,
-                "{} {:?} {:?} {:.0} % level {} runs {} {:?} settled {:?} | {} | {} | oracle {:.0?}",
-                s.seed,
-                s.simulator,
-                s.practice,
-                100.0 * s.size,
-                s.level,
-                s.runs,
+                "{} {:?} settled {:?} | {} | {} | oracle {:.0?}",
+                named(&o.set),
                 o.class,
                 o.settled,
                 o.hidden.join(", "),

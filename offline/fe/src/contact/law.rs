@@ -32,6 +32,8 @@ pub struct Sliding {
     pub by_slip: [[f64; 2]; 2],
     /// Derivative of the traction over the pressure.
     pub by_pressure: [f64; 2],
+    /// Derivative of the traction over the turn of [`Self::turned`], MPa/rad.
+    pub by_turn: [f64; 2],
 }
 
 impl Sliding {
@@ -43,7 +45,37 @@ impl Sliding {
         at_rest: true,
         by_slip: [[0.0; 2]; 2],
         by_pressure: [0.0; 2],
+        by_turn: [0.0; 2],
     };
+
+    /// The answer to a slip whose direction turned evenly over the increment, by `turn_rad` in all (counter-clockwise).
+    ///
+    /// The return map takes the slip along its chord, which is its direction half way. Of the elastic slip the part that
+    /// is new since then, `1 - |elastic slip|/|trial|`, is brought to the direction at the end by half of the turn; one
+    /// that sticks turns with the plane and is left. In steady slip on a plane that spins the friction then lags by
+    /// the angle `gamma_crit/r` alone that the law gives at `r` from the pole, at any length of the increment.
+    ///
+    /// * `trial_mm`: what the return map was asked.
+    /// * `self`: its answer, its elastic slip along the trial slip, at a bound that does not depend on it.
+    pub fn turned(mut self, trial_mm: [f64; 2], turn_rad: f64) -> Self {
+        let length = trial_mm[0].hypot(trial_mm[1]);
+        if self.stuck || !(length > 0.0) {
+            return self;
+        }
+        let old = self.elastic_slip[0].hypot(self.elastic_slip[1]) / length;
+        let (sin, cos) = (0.5 * turn_rad * (1.0 - old)).sin_cos();
+        let turn = |v: [f64; 2]| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]];
+        self.elastic_slip = turn(self.elastic_slip);
+        self.traction = turn(self.traction);
+        self.by_pressure = turn(self.by_pressure);
+        let across = [-self.traction[1], self.traction[0]];
+        self.by_turn = across.map(|t| 0.5 * (1.0 - old) * t);
+        // The part that is new grows with the trial slip.
+        let per_slip = trial_mm.map(|g| 0.5 * turn_rad * old * g / (length * length));
+        let columns = [0, 1].map(|k| turn([self.by_slip[0][k], self.by_slip[1][k]]));
+        self.by_slip = [0, 1].map(|i| [0, 1].map(|k| columns[k][i] + across[i] * per_slip[k]));
+        self
+    }
 }
 
 /// Local friction law `tau_crit = tau_0 + lambda sigma^beta` with elastic slip.
@@ -214,6 +246,7 @@ impl FrictionLaw for RubberFriction {
             at_rest: elastic_slip[0].hypot(elastic_slip[1]) < self.gamma_crit_mm * (1.0 - AT_LIMIT),
             by_slip: self.slip_stiffness(trial_mm, tau_crit, stuck),
             by_pressure: elastic_slip.map(|g| g / self.gamma_crit_mm * slope),
+            by_turn: [0.0; 2],
         }
     }
 }
@@ -307,9 +340,10 @@ mod tests {
         assert!(!at.stuck && !at.at_rest && (at.traction[0] - 0.6 * tau).abs() < 1e-15);
         assert!((at.elastic_slip[1] - 0.0048).abs() < 1e-15);
         assert_eq!(law.return_map([0.3, 0.4], pressure, true).elastic_slip, [0.3, 0.4]);
-        for trial in [[0.002, -0.001], [0.02, 0.07]] {
-            let exact = law.return_map(trial, pressure, false);
-            let traction = |trial, pressure| law.return_map(trial, pressure, false).traction;
+        for (trial, turn) in [([0.002, -0.001], 0.0), ([0.02, 0.07], 0.0), ([0.002, -0.001], 0.3), ([0.006, 0.002], -0.3)] {
+            let turned = |trial, pressure, turn| law.return_map(trial, pressure, false).turned(trial, turn);
+            let exact = turned(trial, pressure, turn);
+            let traction = |trial, pressure| turned(trial, pressure, turn).traction;
             for i in 0..2 {
                 for k in 0..2 {
                     let (mut up, mut down) = (trial, trial);
@@ -320,7 +354,33 @@ mod tests {
                 }
                 let numeric = (traction(trial, pressure + 1e-8)[i] - traction(trial, pressure - 1e-8)[i]) / 2e-8;
                 assert!((numeric - exact.by_pressure[i]).abs() < 1e-6);
+                let by_turn = |h: f64| turned(trial, pressure, turn + h).traction[i];
+                assert!(((by_turn(1e-6) - by_turn(-1e-6)) / 2e-6 - exact.by_turn[i]).abs() < 1e-8);
             }
+        }
+    }
+
+    #[test]
+    fn friction_of_a_steady_spin_lags_by_the_law_s_own_angle_in_increments_of_any_length() {
+        let law = RubberFriction::default();
+        let pressure = 0.004;
+        for (radius, turn) in [(1.0, 0.2), (1.0, -0.01), (0.05, 0.02), (0.2, -0.3)] {
+            let mut elastic = [0.0; 2];
+            // In the plane's frame the slip at a place turns back; its direction after the last increment is `angle`.
+            let mut angle: f64 = 0.3;
+            let mut lag = 0.0;
+            for _ in 0..4000 {
+                let chord = 2.0 * radius * f64::sin(0.5 * f64::abs(turn));
+                let (sin, cos) = (angle - 0.5 * turn).sin_cos();
+                let trial = [elastic[0] + chord * cos, elastic[1] + chord * sin];
+                let at = law.return_map(trial, pressure, false).turned(trial, -turn);
+                assert!((at.elastic_slip[0].hypot(at.elastic_slip[1]) - law.gamma_crit_mm).abs() < 1e-15 || at.stuck);
+                (elastic, angle) = (at.elastic_slip, angle - turn);
+                lag = (elastic[1].atan2(elastic[0]) - angle).rem_euclid(std::f64::consts::TAU);
+            }
+            let lag = if lag > std::f64::consts::PI { lag - std::f64::consts::TAU } else { lag };
+            let own = (law.gamma_crit_mm / radius).asin().copysign(turn);
+            assert!((lag - own).abs() < 0.02 * turn.abs(), "{radius} mm, {turn} rad: {lag}, the law's {own}");
         }
     }
 }

@@ -90,8 +90,8 @@ impl Plane {
         let tilt = self.tilt();
         let axis = |k: usize| tilt * Vector3::ith(k, 1.0);
         match coordinate {
-            X | Y | DEPTH => Twist { turn: Vector3::zeros(), motion: axis(coordinate) },
-            SPIN => Twist { turn: axis(2), motion: Vector3::zeros() },
+            X | Y | DEPTH => Twist { turn: Vector3::zeros(), motion: axis(coordinate), spin: 0.0 },
+            SPIN => Twist { turn: axis(2), motion: Vector3::zeros(), spin: 1.0 },
             _ => {
                 // The plane turns against the finger: tilt = Rx(-roll) Ry(-pitch).
                 let turn = if coordinate == ROLL {
@@ -106,7 +106,7 @@ impl Plane {
                     reach.height_mm(&crate::contact::plane::tilt(at[PITCH], at[ROLL]))
                 };
                 let rise = (shifted(1.0) - shifted(-1.0)) / (2.0 * DIFFERENCE_RAD);
-                Twist { turn, motion: turn.cross(&(axis(2) * height)) + axis(2) * rise }
+                Twist { turn, motion: turn.cross(&(axis(2) * height)) + axis(2) * rise, spin: 0.0 }
             }
         }
     }
@@ -128,6 +128,8 @@ pub struct Twist {
     pub turn: Vector3<f64>,
     /// Motion at the foot, finger's frame.
     pub motion: Vector3<f64>,
+    /// Part of the turn that is spin, against the axes along which the plane slides.
+    pub spin: f64,
 }
 
 impl Twist {

@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::area::{Parts, reference_shares};
 use super::contour::Facet;
-use super::plane::{Frame, Reach, Twist};
+use super::plane::{Frame, Reach, SPIN, Twist};
 use super::{ContactState, FrictionLaw, NodeState, PenaltySettings, Plane, Sliding, Totals};
 
 /// Tangential over normal constant of the edge: slip opens behind a stick front with 4 G in mode II and 2 G in mode III,
@@ -44,6 +44,9 @@ pub struct Evaluation {
     pub residual: Vec<Vector3<f64>>,
     /// Tangents of the nodes in contact, if asked for; several may be of the same two nodes.
     pub tangents: Vec<NodeTangent>,
+    /// Derivative of the residual of nodes in contact over the spin of the increment beside what turns with the plane,
+    /// N/rad, if asked for.
+    pub by_spin: Vec<(usize, Vector3<f64>)>,
     /// Force that the plane exerts along its unspun axes, N, and its moment about the foot, N mm.
     pub wrench: [f64; 6],
 }
@@ -75,6 +78,22 @@ pub struct Surface {
     /// Negative pressure that a gap stands for, MPa/mm.
     pub(super) per_gap: Vec<f64>,
     pub(super) penalty: f64,
+}
+
+/// What an increment starts from.
+struct Increment<'a> {
+    law: &'a dyn FrictionLaw,
+    last: &'a ContactState,
+    /// Turn of the slip's direction at a place as the plane's material sees it, rad.
+    turn_rad: f64,
+}
+
+impl<'a> Increment<'a> {
+    /// The increment from the end of the `last` to `plane`: a plane that slides and spins at even rates passes a place in one
+    /// direction, against which its material turns.
+    fn new(law: &'a dyn FrictionLaw, last: &'a ContactState, plane: &Plane) -> Self {
+        Self { law, last, turn_rad: last.plane.at[SPIN] - plane.at[SPIN] }
+    }
 }
 
 /// A node in contact.
@@ -203,8 +222,9 @@ impl Surface {
         let mut per_area = vec![[0.0; 2]; if tangent { followed.len() } else { 0 }];
         let mut out = Evaluation { residual: vec![Vector3::zeros(); self.nodes.len()], ..Default::default() };
         let (mut sum, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        let increment = Increment::new(law, last, plane);
         for (node, x) in position.iter().enumerate() {
-            let Some(touch) = self.touch(law, last, node, &place[node], areas[node], predict_stick) else { continue };
+            let Some(touch) = self.touch(&increment, node, &place[node], areas[node], predict_stick) else { continue };
             let force = frame.to_finger(&touch.force());
             out.residual[node] = -force;
             sum += force;
@@ -212,6 +232,8 @@ impl Surface {
             if tangent {
                 let block = -frame.map_to_finger(&self.force_change(node, &touch));
                 out.tangents.push(NodeTangent { node, by: node, block });
+                let [x, y] = touch.sliding.by_turn.map(|t| t * touch.area);
+                out.by_spin.push((node, frame.to_finger(&Vector3::new(x, y, 0.0))));
                 if let Some(per_area) = per_area.get_mut(node) {
                     *per_area = touch.force_per_area();
                 }
@@ -245,6 +267,9 @@ impl Surface {
         for NodeTangent { node, by, block } in &evaluation.tangents {
             out[*node] -= block * twist.velocity(&(position[*by] - foot));
         }
+        for (node, by_spin) in &evaluation.by_spin {
+            out[*node] += by_spin * twist.spin;
+        }
         out
     }
 
@@ -262,13 +287,14 @@ impl Surface {
         let mut nodes = vec![NodeState::default(); self.nodes.len()];
         let mut totals = Totals { min_dissipation_mj: f64::INFINITY, ..Default::default() };
         let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
+        let increment = Increment::new(law, last, &plane);
         for (node, y) in place.iter().enumerate() {
             let before = &last.nodes[node];
             let moved = frame.to_plane(&(frame_before.from_plane(y)));
             let passed = [y.x - moved.x, y.y - moved.y];
             let way = passed[0].hypot(passed[1]);
             let direction = if way > LEAST_MOTION_MM { passed.map(|p| p / way) } else { before.direction };
-            let Some(touch) = self.touch(law, last, node, y, areas[node], false) else {
+            let Some(touch) = self.touch(&increment, node, y, areas[node], false) else {
                 totals.leave(before, &last.position[node], y);
                 nodes[node].direction = direction;
                 continue;
@@ -364,13 +390,13 @@ impl Surface {
     /// The node `node` at `place` in the plane's frame; None if it does not touch.
     fn touch(
         &self,
-        law: &dyn FrictionLaw,
-        last: &ContactState,
+        increment: &Increment,
         node: usize,
         place: &Vector3<f64>,
         area: f64,
         predict_stick: bool,
     ) -> Option<Touch> {
+        let Increment { law, last, turn_rad } = *increment;
         let normal_force = self.normal_force(node, place.z, last);
         if !(normal_force > 0.0) {
             return None;
@@ -381,6 +407,7 @@ impl Surface {
         let trial = [before.elastic_slip[0] + from.x - place.x, before.elastic_slip[1] + from.y - place.y];
         let pressure = if area > 0.0 { normal_force / area } else { 0.0 };
         let sliding = law.return_map(trial, pressure, predict_stick && before.stuck);
+        let sliding = sliding.turned(trial, turn_rad);
         Some(Touch { normal_force, trial, sliding, area })
     }
 

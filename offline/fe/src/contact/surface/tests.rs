@@ -89,8 +89,7 @@ fn a_plane_that_spins_turns_the_finger_along() {
         let areas = surface.areas(&start, &pressed, &plane);
         let (held, _) = surface.commit(&law, &start, &areas, &pressed, plane);
         let mut to = pose;
-        // The slip of an increment is a chord, whose direction at its end is off by half the turn.
-        to[3] += sign * 4e-3;
+        to[3] += sign * 0.3;
         let (_, totals) = surface.commit(&law, &held, &areas, &pressed, plane.moved_to(to));
         // Sum of arm times mu N over the nodes; corners and edges of the patch bear a quarter and a half.
         let arm = |n: usize| ((n / 5) as f64 - 2.0).hypot((n % 5) as f64 - 2.0);
