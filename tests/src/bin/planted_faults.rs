@@ -58,6 +58,13 @@ const FAULTS: &[Fault] = &[
         test: CONTACT,
     },
     Fault {
+        name: "friction half of an increment's spin behind",
+        file: SURFACE,
+        sound: "let sliding = sliding.turned(trial, turn_rad);",
+        faulty: "let _ = turn_rad;",
+        test: CONTACT,
+    },
+    Fault {
         name: "contact weights +3 %",
         file: "offline/fe/src/contact/contour.rs",
         sound: "0.5 * (c - a).perp(&(b - a))",

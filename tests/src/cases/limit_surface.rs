@@ -22,9 +22,6 @@ pub const ARM_MM: f64 = 3.0;
 const TRAVEL_OVER_DEPTH: f64 = 40.0;
 const STEADY_FROM: f64 = 0.9;
 
-/// What is travelled last in increments of a fifth of it, mm: friction lags behind by half of the spin of an increment.
-const LAST_MM: f64 = 0.05;
-
 /// Where a slide in one direction ends.
 #[derive(Clone, Copy, Debug)]
 pub struct LimitPoint {
@@ -82,21 +79,14 @@ pub fn limit_points(
         ..config.problem(&finger)
     };
     let law = problem.friction.ok_or("friction is on")?;
-    let mut slowly = problem.clone();
-    slowly.load_steps.max_slide_step_mm = 0.2 * LAST_MM;
-    slowly.load_steps.max_steady_slide_step_mm = 0.2 * LAST_MM;
     let mut points = Vec::new();
     for &depth_mm in depths_mm {
         let pressed = follow(&problem, &press_to(depth_mm), None)?;
         for direction in directions {
             let travel_mm = TRAVEL_OVER_DEPTH * depth_mm;
-            // A first and a second end, and the last way to either.
-            let ways_mm = [STEADY_FROM, 1.0].map(|share| [share * travel_mm, share * travel_mm + LAST_MM]).concat();
-            let to = |ends: usize| slide_at(depth_mm, direction, &ways_mm[..ends]);
-            let near = follow(&problem, &to(1), Some(&pressed))?;
-            let earlier = follow(&slowly, &to(2), Some(&near))?;
-            let near = follow(&problem, &to(3), Some(&earlier))?;
-            let end = follow(&slowly, &to(4), Some(&near))?;
+            let ends_mm = [STEADY_FROM * travel_mm, travel_mm];
+            let earlier = follow(&problem, &slide_at(depth_mm, direction, &ends_mm[..1]), Some(&pressed))?;
+            let end = follow(&problem, &slide_at(depth_mm, direction, &ends_mm), Some(&earlier))?;
             let last = end.responses().last().ok_or("no response")?;
             points.push(LimitPoint {
                 depth_mm,

@@ -16,9 +16,8 @@ const FIRST_PENETRATION_MM: f64 = 0.02;
 /// Distance from the foot at which turns count as travel, mm: about the radius of a contact.
 const TURN_ARM_MM: f64 = 4.0;
 
-/// Largest spin of an increment in steady slip, rad, as that of a spin before it: friction is in the direction of the
-/// increment's chord on the plane, which lags behind that of its end by half of the spin.
-const STEADY_SPIN_RAD: f64 = 0.05;
+/// Largest spin of an increment in steady slip, rad, as that of a spin before it.
+const STEADY_SPIN_RAD: f64 = 0.15;
 
 /// A place on the way to a row.
 pub(super) struct Point {
