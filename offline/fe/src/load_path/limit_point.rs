@@ -146,3 +146,57 @@ fn plane_works_mj_between(solver: &Solver, a: &State, b: &State) -> [f64; 6] {
     let (at_a, at_b) = (forces(a), forces(b));
     std::array::from_fn(|k| 0.5 * (at_a[k] + at_b[k]) * (b.contact.plane.at[k] - a.contact.plane.at[k]))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::assembly::{Body, Joint, Material, Supports};
+    use crate::contact::plane::DEPTH;
+    use crate::contact::{Friction, PenaltySettings};
+    use crate::material::Ogden;
+    use crate::mesh::block::{block, coordinates};
+    use crate::solve::{SolverSettings, unwatched};
+
+    #[test]
+    fn an_increment_under_a_force_whose_work_is_nowhere_is_refused_with_the_work() {
+        let line = coordinates(-1.0, 1.0, 2, 1.0);
+        let mesh = block(&line, &line, &coordinates(0.0, 1.0, 2, 1.0));
+        let supports = Supports {
+            fixed: mesh.node_set("z1").to_vec(),
+            contact: mesh.node_set("z0").to_vec(),
+            ..Default::default()
+        };
+        let soft = Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 });
+        let body = Body::new(&mesh, |_| Some(soft), &supports, Vector3::zeros(), Joint::default()).unwrap();
+        let penalty = PenaltySettings::default();
+        let mut solver = Solver::new(&body, &mesh.pad_faces, Friction::Off, penalty, SolverSettings::default());
+        let mut state = solver.initial_state([0.0; 3]);
+        let mut before = state.clone();
+        for step in 1..=6 {
+            let target = Target::place([0.0, 0.0, 0.02 * f64::from(step), 0.0, 0.0, 0.0]);
+            let guess = Guess { follows_plane: true, ..Guess::at(&state) };
+            before = state;
+            state = solver.step(&before, target, guess, &mut Stats::default(), &mut unwatched).unwrap();
+        }
+        let force_n = state.totals.force.z;
+        assert!(force_n > 0.01, "{force_n} N");
+        let mut under_force = Target::place(state.contact.plane.at);
+        under_force.0[DEPTH] = Axis::Force(force_n);
+        assert_eq!(check_no_jump(&solver, &before, &state, &under_force), Ok(()));
+
+        // The plane falls on by 1 mm under the same force, and the body takes nothing of it.
+        let mut fallen = state.clone();
+        fallen.contact.plane.at[DEPTH] += 1.0;
+        match check_no_jump(&solver, &state, &fallen, &under_force) {
+            Err(SolveError::LimitPoint { lost_mj }) => {
+                assert!((lost_mj - force_n).abs() < 1e-9 * force_n, "{lost_mj} mJ of {force_n} N times 1 mm");
+            }
+            other => panic!("{other:?}"),
+        }
+        // On the way back nothing is lost, and a plane that is led has no energy of its own to lose.
+        assert_eq!(check_no_jump(&solver, &fallen, &state, &under_force), Ok(()));
+        assert_eq!(check_no_jump(&solver, &state, &fallen, &Target::place(fallen.contact.plane.at)), Ok(()));
+    }
+}
