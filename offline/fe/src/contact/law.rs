@@ -340,7 +340,9 @@ mod tests {
         assert!(!at.stuck && !at.at_rest && (at.traction[0] - 0.6 * tau).abs() < 1e-15);
         assert!((at.elastic_slip[1] - 0.0048).abs() < 1e-15);
         assert_eq!(law.return_map([0.3, 0.4], pressure, true).elastic_slip, [0.3, 0.4]);
-        for (trial, turn) in [([0.002, -0.001], 0.0), ([0.02, 0.07], 0.0), ([0.002, -0.001], 0.3), ([0.006, 0.002], -0.3)] {
+        for (trial, turn) in
+            [([0.002, -0.001], 0.0), ([0.02, 0.07], 0.0), ([0.002, -0.001], 0.3), ([0.006, 0.002], -0.3)]
+        {
             let turned = |trial, pressure, turn| law.return_map(trial, pressure, false).turned(trial, turn);
             let exact = turned(trial, pressure, turn);
             let traction = |trial, pressure| turned(trial, pressure, turn).traction;
