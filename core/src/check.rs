@@ -68,7 +68,7 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
             }
         }
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        self.pose.check(self.pressure_exponent)?;
+        self.pose.check()?;
         let mut stiffness = T::of(0.0);
         for (j, spring) in self.springs.iter().enumerate() {
             in_range(Field::StiffnessShare, j, spring.stiffness, 0.0, 1.0)?;

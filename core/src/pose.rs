@@ -132,9 +132,7 @@ impl<T: Scalar> PoseTable<T> {
     }
 
     /// Refuses what is not finite or too large.
-    ///
-    /// * `beta`: exponent of the friction law, by which factors on normal force and area imply one on the strength
-    pub(crate) fn check(&self, beta: T) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         let bad =
             |index: usize, value: T| Error::Range { what: Field::Pose, index: index as u16, value: value.to_f32() };
         if !(self.pitch_deg >= T::of(10.0) && self.pitch_deg <= T::of(70.0)) {
@@ -152,7 +150,7 @@ impl<T: Scalar> PoseTable<T> {
         }
         // What knows one pose alone must not answer as if it knew others.
         let is_of_one = least == self.pitch_deg && most == self.pitch_deg && self.roll_max_deg == T::of(0.0);
-        if !(is_of_one || self.knows_poses() && beta >= T::of(0.0) && beta <= T::of(1.0)) {
+        if !(is_of_one || self.knows_poses()) {
             return Err(bad(0, most));
         }
         for [slip, rate, bend] in self.band {
@@ -182,6 +180,8 @@ impl<T: Scalar> PoseTable<T> {
     }
 
     /// The quantities at a pitch and a roll, degrees, that the model was fitted in.
+    ///
+    /// * `beta`: exponent of the friction law, −1 to 2, for which the root of the factor on the strength stays above 0
     #[inline(always)]
     pub(crate) fn factors(&self, [pitch, roll]: [T; 2], beta: T) -> PoseFactors<T> {
         let turned = pitch - self.pitch_deg;
