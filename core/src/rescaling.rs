@@ -348,7 +348,7 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Unposed<T>> ModelOf<'a, M
     ///
     /// Errors: [`Error::Range`] for a pose out of range, or if the model was fitted in one pose alone.
     ///
-    /// Costs 247 instructions on a Cortex-M4F, in every pose of the fit. The factor on the springs' arms is left to steps with spin,
+    /// Costs 246 instructions on a Cortex-M4F, in every pose of the fit. The factor on the springs' arms is left to steps with spin,
     /// what the pose adds to the bands to who asks for those.
     #[inline]
     pub fn posed(&self, pose: Pose) -> Result<ModelOf<'a, M, N, Scaled<T, true>, T>, Error> {
