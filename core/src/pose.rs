@@ -7,10 +7,10 @@
 //! of pose in contact rolls the finger: skin that leaves the contact takes its stretch along, and what takes its place touches
 //! without any.
 
+use crate::Error;
 use crate::error::Field;
-use crate::math::Scalar;
+use crate::math::{Arithmetic, Scalar};
 use crate::step::rare;
-use crate::{Error, Status};
 
 /// Pitch and roll of the finger against the plane, degrees.
 ///
@@ -33,7 +33,7 @@ pub const POSE_COEFFICIENTS: usize = 49;
 const EDGE_RAD: f32 = 0.12;
 
 /// Largest x of a factor (1 + x/16)^16.
-const FACTOR_MAX: f32 = 3.0;
+const FACTOR_MAX: f32 = 5.0;
 
 /// Largest x of the factor on the ratio of the stiffnesses.
 const RATIO_MAX: f32 = 0.7;
@@ -148,6 +148,11 @@ impl<T: Scalar> PoseTable<T> {
         if !(self.depth_max_mm >= T::of(0.1) && self.depth_max_mm <= T::of(20.0)) {
             return Err(bad(0, self.depth_max_mm));
         }
+        // What knows one pose alone must not answer as if it knew others.
+        let is_of_one = least == self.pitch_deg && most == self.pitch_deg && self.roll_max_deg == T::of(0.0);
+        if !(is_of_one || self.knows_poses()) {
+            return Err(bad(0, most));
+        }
         for [slip, rate, bend] in self.band {
             for stick in [0.0, 0.25, 0.5, 0.75, 1.0].map(T::of) {
                 let share = slip + stick * (rate + stick * bend);
@@ -167,91 +172,81 @@ impl<T: Scalar> PoseTable<T> {
             .map_or(Ok(()), Err)
     }
 
-    /// The quantities in a pose.
-    pub(crate) fn factors(&self, pose: Pose, beta: T) -> Result<PoseFactors<T>, Error> {
-        let Pose { pitch_deg, roll_deg } = pose;
-        let (mut pitch, mut roll) = (T::of(pitch_deg), T::of(roll_deg));
+    /// Whether the model was fitted in a pose.
+    #[inline(always)]
+    pub(crate) fn holds(&self, [pitch, roll]: [T; 2]) -> bool {
         let [least, most] = self.pitch_range_deg;
-        let mut status = Status::OK;
-        let is_within = pitch >= least && pitch <= most && roll.magnitude() <= self.roll_max_deg;
-        if !is_within || self.coefficients[0] == T::of(0.0) {
-            rare();
-            (pitch, roll) = self.nearest(pose)?;
-            if pitch != T::of(pitch_deg) || roll != T::of(roll_deg) {
-                status = Status::POSE_OUT_OF_RANGE;
-            }
-        }
-        let is_another = ((pitch_deg - self.pitch_deg.to_f32()).to_bits() | roll_deg.to_bits()) << 1 != 0;
+        pitch >= least && pitch <= most && roll.magnitude() <= self.roll_max_deg
+    }
+
+    /// The quantities at a pitch and a roll, degrees, that the model was fitted in.
+    ///
+    /// * `beta`: exponent of the friction law, −1 to 2, for which the root of the factor on the strength stays above 0
+    #[inline(always)]
+    pub(crate) fn factors(&self, [pitch, roll]: [T; 2], beta: T) -> PoseFactors<T> {
+        let turned = pitch - self.pitch_deg;
+        let away_bits = turned.to_f32().to_bits() | roll.to_f32().to_bits();
         let rad = T::of(core::f32::consts::PI / 180.0);
-        let (p, r) = ((pitch - self.pitch_deg) * rad, roll * rad);
-        let edge = T::of(EDGE_RAD);
+        let (p, r) = (turned * rad, roll * rad);
+        let (one, edge) = (T::of(1.0), T::of(EDGE_RAD));
         let root = (r * r + edge * edge).sqrt();
-        let (e, s) = (root - edge, T::of(1.0) - edge / root);
+        let (e, s) = (root - edge, one - edge / root);
         let c = &self.coefficients;
         // What goes into factors is a 16th throughout, which is exact.
         let [p16, e16, s16] = [p, e, s].map(|x| x * T::of(1.0 / 16.0));
         let quartic = |[a, b, c, d]: [T; 4]| p16 * (a + p * (b + p * (c + p * d)));
-        let normal = [
+        let mut x = [
             quartic([c[0], c[1], c[2], c[3]]) + s16 * (c[4] + c[5] * p),
             quartic([c[6], c[7], c[8], c[9]]) + s16 * (c[10] + c[11] * p),
-        ];
-        let area = [
             quartic([c[12], c[13], c[14], c[15]]) + s16 * (c[16] + c[17] * p),
             quartic([c[18], c[19], c[20], c[21]]) + e16 * (c[22] + c[23] * p) + s16 * c[24],
+            p16 * (c[25] + c[26] * p) + c[27] * s16,
+            c[28] * p16 + c[29] * s16,
         ];
-        let limit = [0, 1].map(|i| area[i] + beta * (normal[i] - area[i]));
-        let size = T::of(0.25) * (area[0] + area[1]);
-        let stiffness = p16 * (c[25] + c[26] * p) + c[27] * s16 + size;
-        let mut x = [normal[0], normal[1], area[0], area[1], limit[0], limit[1], stiffness, size];
-        // None is beyond the most where the root of all squares is not, nor is the size, which is at most half of an area's.
-        let squares = x[1..7].iter().fold(x[0] * x[0], |sum, x| sum + *x * *x);
+        // None is beyond the most where the root of all squares is not.
+        let scaled_ratio = x[5] * T::of(FACTOR_MAX / RATIO_MAX);
+        let squares = x[1..5].iter().fold(x[0] * x[0], |sum, x| sum + *x * *x) + scaled_ratio * scaled_ratio;
         if !(squares <= T::of(FACTOR_MAX * FACTOR_MAX / 256.0)) {
-            rare();
-            let [a, b, c, d, e, f, g, h] = x;
-            let held = |x| held(x, T::of(FACTOR_MAX / 16.0));
-            x = [held(a), held(b), held(c), held(d), held(e), held(f), held(g), held(h)];
+            x = all_held(x);
         }
-        let ratio = held(c[28] * p16 + c[29] * s16, T::of(RATIO_MAX / 16.0));
-        let [normal_touch, normal_deep, area_touch, area_deep, limit_touch, limit_deep, stiffness, arm] = x.map(factor);
-        // As d (2 − d) of the share of the deepest press.
-        let slope = T::of(2.0) / self.depth_max_mm;
-        let bend = T::of(-0.25) * slope;
-        let over_depth = |touch: T, deep: T| {
-            let twice = (deep - touch) * slope;
-            [touch, twice, twice * bend]
+        let [normal, area] = [[one + x[0], one + x[1]], [one + x[2], one + x[3]]];
+        let limit = [0, 1].map(|i| area[i] + beta * (normal[i] - area[i]));
+        let size = T::of(0.25) * (x[2] + x[3]);
+        let over_depth = |roots: [T; 2]| {
+            let [touch, deep] = roots.map(sixteenth_power);
+            [touch, deep - touch]
         };
-        Ok(PoseFactors {
-            normal: over_depth(normal_touch, normal_deep),
-            area: over_depth(area_touch, area_deep),
-            limit: over_depth(limit_touch, limit_deep),
-            depth_max_mm: self.depth_max_mm,
-            arm,
-            stiffness,
-            stiffness_ratio: factor(ratio),
+        PoseFactors {
+            normal: over_depth(normal),
+            area: over_depth(area),
+            limit: over_depth(limit),
+            per_depth_max: one / self.depth_max_mm,
+            arm_root: one + size,
+            stiffness: sixteenth_power(one + (x[4] + size)),
+            stiffness_ratio: sixteenth_power(one + x[5]),
             tilt: [c[31] * p, held(r * (c[41] + c[42] * p), T::of(TILT_MAX))],
             press: [c[30] * p, r * (c[38] + c[39] * s + c[40] * p)],
             slide: [p * (c[36] + c[37] * p), r * (c[47] + c[48] * p)],
             place: [p * (c[32] + c[33] * p + c[35] * s) + c[34] * s, r * (c[43] + c[44] * s + p * (c[45] + c[46] * p))],
-            elsewhere: T::of(if is_another { 1.0 } else { 0.0 }),
-            status,
-        })
+            away_bits,
+        }
     }
 
     /// Pitch and roll, degrees, nearest to a pose among those that the model was fitted in.
     #[cold]
     #[inline(never)]
-    fn nearest(&self, Pose { pitch_deg, roll_deg }: Pose) -> Result<(T, T), Error> {
-        let refuse = |index, value| Err(Error::Range { what: Field::Pose, index, value });
-        let is_another = pitch_deg != self.pitch_deg.to_f32() || roll_deg != 0.0;
-        if !(10.0..=70.0).contains(&pitch_deg) || (is_another && !self.knows_poses()) {
-            return refuse(0, pitch_deg);
-        }
-        if !(-30.0..=30.0).contains(&roll_deg) {
-            return refuse(1, roll_deg);
+    pub(crate) fn nearest(&self, [pitch, roll]: [T; 2]) -> Result<[T; 2], Error> {
+        let refuse = |index, value: T| Err(Error::Range { what: Field::Pose, index, value: value.to_f32() });
+        if !(pitch >= T::of(10.0) && pitch <= T::of(70.0) && self.knows_poses()) {
+            return refuse(0, pitch);
         }
         let within = |x: T, [least, most]: [T; 2]| if x < least { least } else { x.at_most(most) };
-        let pitch = within(T::of(pitch_deg), self.pitch_range_deg);
-        Ok((pitch, within(T::of(roll_deg), [-self.roll_max_deg, self.roll_max_deg])))
+        let nearest = [within(pitch, self.pitch_range_deg), within(roll, [-self.roll_max_deg, self.roll_max_deg])];
+        // A table whose ranges are no numbers holds no pose at all.
+        if !(roll.magnitude() <= T::of(30.0) && self.holds(nearest)) {
+            return refuse(1, roll);
+        }
+        Ok(nearest)
     }
 }
 
@@ -264,10 +259,19 @@ fn held<T: Scalar>(x: T, most: T) -> T {
     x
 }
 
-/// (1 + x)^16, near e^(16 x), positive and rising for x held within a 16th of [`FACTOR_MAX`].
+/// Numbers that go into factors, the last into that on the ratio of the stiffnesses, each held within its most.
+#[cold]
+#[inline(never)]
+fn all_held<T: Scalar>(mut x: [T; 6]) -> [T; 6] {
+    for (k, x) in x.iter_mut().enumerate() {
+        *x = held(*x, T::of(if k < 5 { FACTOR_MAX } else { RATIO_MAX } / 16.0));
+    }
+    x
+}
+
+/// (1 + x)^16 of 1 + x, near e^(16 x), positive and rising for x held within a 16th of [`FACTOR_MAX`].
 #[inline(always)]
-fn factor<T: Scalar>(x: T) -> T {
-    let root = T::of(1.0) + x;
+pub(crate) fn sixteenth_power<T: Arithmetic>(root: T) -> T {
     let square = root * root;
     let fourth = square * square;
     let eighth = fourth * fourth;
@@ -277,14 +281,14 @@ fn factor<T: Scalar>(x: T) -> T {
 /// What a pose makes of the fitted contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseFactors<T> {
-    /// Factors at touch, and the factors of depth, 1/mm, and of its square.
-    pub(crate) normal: [T; 3],
-    pub(crate) area: [T; 3],
-    pub(crate) limit: [T; 3],
-    /// Depth beyond which the factors stay as they are, mm.
-    pub(crate) depth_max_mm: T,
-    /// Factor on the springs' arms.
-    pub(crate) arm: T,
+    /// Factors at touch, and what they change by to the deepest press.
+    pub(crate) normal: [T; 2],
+    pub(crate) area: [T; 2],
+    pub(crate) limit: [T; 2],
+    /// One over the depth beyond which the factors stay as they are, 1/mm.
+    pub(crate) per_depth_max: T,
+    /// 16th root of the factor on the springs' arms.
+    pub(crate) arm_root: T,
     pub(crate) stiffness: T,
     pub(crate) stiffness_ratio: T,
     /// What the pose adds to the tilt along x, and the tilt along y.
@@ -294,7 +298,6 @@ pub struct PoseFactors<T> {
     pub(crate) slide: [T; 2],
     /// Where the contact lies, mm along x and y from where it does in the fitted pose.
     pub(crate) place: [T; 2],
-    /// 1, or 0 in the fitted pose.
-    pub(crate) elsewhere: T,
-    pub(crate) status: Status,
+    /// All bits but the first are 0 in the fitted pose alone.
+    pub(crate) away_bits: u32,
 }

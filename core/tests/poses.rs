@@ -58,6 +58,81 @@ fn poses(data: &Data) -> Vec<Pose> {
     pitches.flat_map(|pitch_deg| (-3..=3).map(move |k| Pose { pitch_deg, roll_deg: roll * k as f32 / 3.0 })).collect()
 }
 
+/// Poses that come one after the other in a hand that is disturbed: noise of 0.01 degrees, jumps, poses out of the range of the fit and
+/// what is no number.
+fn disturbed_poses(data: &Data) -> Vec<Pose> {
+    let mut noise = Noise(23);
+    let mut at = fitted(data);
+    let mut next = |i: usize| {
+        let jumps = i.is_multiple_of(50);
+        if jumps {
+            at = Pose { pitch_deg: 40.0 + 33.0 * noise.next(), roll_deg: 33.0 * noise.next() };
+        }
+        let [pitch, roll] = [0.01 * noise.next(), 0.01 * noise.next()];
+        match i % 397 {
+            0 => Pose { pitch_deg: f32::NAN, ..at },
+            1 => Pose { roll_deg: f32::NEG_INFINITY, ..at },
+            _ => Pose { pitch_deg: at.pitch_deg + pitch, roll_deg: at.roll_deg + roll },
+        }
+    };
+    (0..20_000).map(&mut next).collect()
+}
+
+/// A contact that is pressed, slid and spun in one pose after the other: single precision tells what double does, and refuses what
+/// that refuses. Clean poses all over the range of the fit, then disturbed ones.
+#[test]
+fn a_pose_is_the_same_in_single_and_double_precision() {
+    let data = shipped();
+    let twin = data.cast::<f64>();
+    let (model, twin) = (data.model().unwrap(), twin.model_unchecked());
+    let mut refused = 0;
+    let mut most = 0.0f64;
+    for pose in poses(&data).into_iter().chain(disturbed_poses(&data)) {
+        let (posed, twin) = match (model.posed(pose), twin.posed(pose)) {
+            (Ok(posed), Ok(twin)) => (posed, twin),
+            (a, b) => {
+                assert!(a.is_err() && b.is_err(), "{pose:?}");
+                refused += 1;
+                continue;
+            }
+        };
+        let (mut a, mut b) = (SpinState::default(), fingerpad::StateOf::<4, 2, f64>::default());
+        for (depth, slide, spin) in
+            [(0.3f32, [0.0f32, 0.0], 0.0f32), (1.0, [0.25, -0.125], 0.0), (1.5, [0.5, 0.5], 0.03125)]
+        {
+            let motion = Motion { spin_increment_rad: spin, slide_increment_mm: slide, ..motion(depth, 0.0, 0.0) };
+            let wide = Motion {
+                depth_mm: f64::from(depth),
+                slide_increment_mm: slide.map(f64::from),
+                spin_increment_rad: f64::from(spin),
+                dt_s: f64::from(motion.dt_s),
+            };
+            let [a, b] = [step(&posed, &mut a, motion).into_double(), step(&twin, &mut b, wide).into_double()];
+            let limit = b[1];
+            let scales = [b[0], limit, limit, limit, 3.0 * limit, b[5]];
+            for ((a, b), scale) in a.into_iter().zip(b).zip(scales) {
+                most = most.max((a - b).abs() / scale);
+            }
+        }
+    }
+    println!("largest difference: {most:e} of force, limit, limit times 3 mm or area; {refused} poses refused");
+    assert!(most < 1e-5 && refused > 100);
+}
+
+/// Numbers of a response in double precision.
+trait IntoDouble {
+    /// Normal force, limit, friction along x and y, moment, area.
+    fn into_double(self) -> [f64; 6];
+}
+
+impl<T: Into<f64>> IntoDouble for Response<T> {
+    fn into_double(self) -> [f64; 6] {
+        let [x, y] = self.friction_n;
+        let moment = self.spin_moment_n_mm;
+        [self.normal_force_n, self.friction_limit_n, x, y, moment, self.contact_area_mm2].map(Into::into)
+    }
+}
+
 /// Force, area and limit rise with depth from the depth of touch on, in every pose, with 1 um of noise on the depth or without.
 #[test]
 fn a_contact_grows_with_depth_in_every_pose() {

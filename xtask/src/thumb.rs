@@ -371,7 +371,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 14] = [
     ("least_grip", 1189),
     ("step_driven by normal force", 6641),
     ("tuned", 119),
-    ("posed, a change of pose", 345),
+    ("posed, a change of pose", 250),
     ("step, in a pose", 982),
     ("calibration, work on a block", 4986),
     ("effects, none in the file", 1057),
