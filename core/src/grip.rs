@@ -87,8 +87,8 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         let need = load / (1.0 - margin.clamp(0.0, 0.95));
         let mut band = self.data.band_friction[0];
         if S::POSED {
-            let [_, [pose_band, ..]] = self.data.pose.band;
-            band += self.scale.elsewhere() * pose_band;
+            let ([_, [stays, ..]], [_, [rolled, ..]]) = (self.data.pose.band, self.data.pose.band_rolled);
+            band += self.scale.elsewhere() * (stays + rolled.max(0.0));
         }
         let factor = strength_factor.clamp(0.1, 5.0);
         let strength = |depth: f32| {

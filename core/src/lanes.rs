@@ -186,7 +186,8 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
         if !(load.normal + load.friction[1]).are_numbers() {
             return false;
         }
-        let answer = answer::<M, 0, P, Lanes, _>(&model, &begun.at, &load);
+        // A batch tells no bands.
+        let answer = answer::<M, 0, P, Lanes, _>(&model, &begun.at, &load, Lanes::of(0.0));
         let [friction_x, friction_y] = answer.friction_n;
         let numbers = [answer.normal_force_n, friction_x, friction_y, answer.spin_moment_n_mm, answer.slip_margin];
         let [normal, friction_x, friction_y, moment, margin] = numbers.map(|number| number.0.to_array());

@@ -29,6 +29,9 @@ pub struct Pose {
 /// Number of coefficients by which a model depends on the pose.
 pub const POSE_COEFFICIENTS: usize = 49;
 
+/// Range over which a contact has rolled from which on a change of pose counts in full in the bands, mm.
+pub(crate) const ROLLED_MM: f32 = 1.0;
+
 /// Roll at which the contact is about to leave the flat of the pad for its edge, rad.
 const EDGE_RAD: f32 = 0.12;
 
@@ -89,6 +92,9 @@ pub struct PoseTable<T = f32> {
     /// What another pose than the fitted one adds to the half-widths of the bands: shares of the normal force and of the
     /// friction limit, each a parabola in the stick ratio: in full slip, and the factors of the ratio and of its square.
     pub band: [[T; 3]; 2],
+    /// What a change of pose in contact adds to these parabolas, in full once the contact has rolled over a range of
+    /// 1 mm, in its share below.
+    pub band_rolled: [[T; 3]; 2],
 }
 
 impl<T: Scalar> PoseTable<T> {
@@ -102,6 +108,7 @@ impl<T: Scalar> PoseTable<T> {
             coefficients: [T::of(0.0); POSE_COEFFICIENTS],
             rolling_length: T::of(0.0),
             band: [[T::of(0.0); 3]; 2],
+            band_rolled: [[T::of(0.0); 3]; 2],
         }
     }
 
@@ -121,6 +128,7 @@ impl<T: Scalar> PoseTable<T> {
             coefficients: self.coefficients.map(of),
             rolling_length: of(self.rolling_length),
             band: self.band.map(|parabola| parabola.map(of)),
+            band_rolled: self.band_rolled.map(|parabola| parabola.map(of)),
         }
     }
 
@@ -128,7 +136,11 @@ impl<T: Scalar> PoseTable<T> {
     pub(crate) fn numbers(self) -> impl Iterator<Item = T> {
         let [least, most] = self.pitch_range_deg;
         let range = [self.pitch_deg, least, most, self.roll_max_deg, self.depth_max_mm];
-        range.into_iter().chain(self.coefficients).chain([self.rolling_length]).chain(self.band.into_iter().flatten())
+        range
+            .into_iter()
+            .chain(self.coefficients)
+            .chain([self.rolling_length])
+            .chain(self.band.into_iter().chain(self.band_rolled).flatten())
     }
 
     /// Refuses what is not finite or too large.
@@ -153,7 +165,8 @@ impl<T: Scalar> PoseTable<T> {
         if !(is_of_one || self.knows_poses()) {
             return Err(bad(0, most));
         }
-        for [slip, rate, bend] in self.band {
+        let both = |i: usize| core::array::from_fn(|k| self.band[i][k] + self.band_rolled[i][k]);
+        for [slip, rate, bend] in self.band.into_iter().chain([both(0), both(1)]) {
             for stick in [0.0, 0.25, 0.5, 0.75, 1.0].map(T::of) {
                 let share = slip + stick * (rate + stick * bend);
                 if !(share >= T::of(0.0) && share <= T::of(10.0)) {

@@ -9,6 +9,7 @@
 //! the range therefore shrinks with the slide, to nothing where that slips fully.
 
 use crate::math::Scalar;
+use crate::pose::ROLLED_MM;
 
 /// Slide below which the range stays as it is, mm: that of vibration and noise.
 const NOTICED_MM: f32 = 0.025;
@@ -37,6 +38,14 @@ impl<T: Scalar> Rolled<T> {
     #[inline(always)]
     pub(crate) fn is_at(&self, [x, y]: [T; 2]) -> bool {
         (x == self.place[0]) & (y == self.place[1])
+    }
+
+    /// The range over which the contact has rolled over [`ROLLED_MM`], at most 1.
+    #[inline(always)]
+    pub(crate) fn share(&self) -> T {
+        let [x, y] = self.range.map(|[least, most]| (most - least) * T::of(1.0 / ROLLED_MM));
+        let range = (x * x + y * y).magnitude().sqrt();
+        if range < T::of(1.0) { range } else { T::of(1.0) }
     }
 
     /// Rolls to a place and returns the share of the stretch that is left: 1 within the range.

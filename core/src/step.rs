@@ -134,18 +134,22 @@ pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: 
         load = Load { normal: none, friction: [none; 2], moment: [none; 2], stick_ratio: none };
         begin_anew(state);
     }
-    let mut response = answer::<M, N, P, T, S>(model, at, &load);
+    let rolled = if S::POSED { state.rolled.share() } else { T::of(0.0) };
+    let mut response = answer::<M, N, P, T, S>(model, at, &load, rolled);
     response.regime = regime_of(load.stick_ratio);
     response.status = status.with(model.scale.status());
     response
 }
 
 /// The answer of a contact with this load, without regime and status.
+///
+/// * `rolled`: share in which a change of pose counts in the bands
 #[inline(always)]
 pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
     model: &ModelOf<'_, M, N, S, T>,
     at: &AtDepth<'_, M, T>,
     load: &Load<T>,
+    rolled: T,
 ) -> Response<T> {
     let (data, scale) = (model.data, &model.scale);
     let Load { normal, friction, moment, stick_ratio } = *load;
@@ -177,9 +181,9 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     let (mut band_normal, mut band_friction) = (T::of(-0.0), T::of(-0.0));
     if S::POSED {
-        let ([of_normal, of_limit], elsewhere) = (&data.pose.band, scale.elsewhere());
-        (band_normal, band_friction) =
-            (elsewhere * band(of_normal) * normal.not_negative(), elsewhere * band(of_limit));
+        let [of_normal, of_limit] = [0, 1].map(|i| band(&data.pose.band[i]) + rolled * band(&data.pose.band_rolled[i]));
+        let elsewhere = scale.elsewhere();
+        (band_normal, band_friction) = (elsewhere * of_normal * normal.not_negative(), elsewhere * of_limit);
     }
     let area = at.area(scale);
     Response {

@@ -167,7 +167,7 @@ fn add_poses<const M: usize>(
         coverage: crossed_coverage(&data, &held_out, |run| is(run.kind)),
         ..pose_scores(&data, &of(is))
     });
-    data.pose.band = pose_band(&data, &held_out);
+    [data.pose.band, data.pose.band_rolled] = pose_band(&data, &held_out);
     params.pose = data.pose.map(|x| x as f32);
     Ok(Some(scores))
 }

@@ -35,21 +35,35 @@ fn row_errors(sample: &Sample, r: &Response<f64>) -> [f64; 3] {
 /// Stick ratio and error beyond the fitted pose's band, over the normal force or the friction limit, of a row.
 type Excess = [f64; 2];
 
-/// What a pose has to add to the bands so that they hold the errors of 95.5 % of the rows in stick, in partial slip and in slip: shares
-/// of the normal force and of the friction limit, as parabolas in the stick ratio.
-pub fn pose_band<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> [[f64; 3]; 2] {
+/// What a pose has to add to the bands so that they hold the errors of 95.5 % of the rows in stick, in partial slip and in slip, and what
+/// a change of pose in contact adds to that: shares of the normal force and of the friction limit, as parabolas in the stick ratio.
+///
+/// The first is made from rows of contacts that have rolled over less than half of the range that counts in full, the second from the
+/// others; without such rows it is 0.
+pub fn pose_band<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> [[[f64; 3]; 2]; 2] {
     let mut without = *data;
-    without.pose.band = [[0.0; 3]; 2];
-    let mut excesses: [Vec<Excess>; 2] = [vec![], vec![]];
+    (without.pose.band, without.pose.band_rolled) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
+    // A band that tells the share in which a change of pose counts.
+    let mut telling = without;
+    telling.pose.band_rolled = [[1.0, 0.0, 0.0]; 2];
+    let mut excesses: [[Vec<Excess>; 2]; 2] = Default::default();
     for run in runs {
-        for (sample, r) in rows(&without, run) {
+        for ((sample, r), (_, told)) in rows(&without, run).zip(rows(&telling, run)) {
             let [normal, x, y] = row_errors(sample, &r);
-            excesses[0].push([r.stick_ratio, (normal - r.band_normal_n) / r.normal_force_n]);
+            let share = (told.band_normal_n - r.band_normal_n) / r.normal_force_n;
+            let [of_normal, of_friction] = &mut excesses[usize::from(share >= 0.5)];
+            of_normal.push([r.stick_ratio, (normal - r.band_normal_n) / r.normal_force_n]);
             let limit = (r.band_friction_n / friction_share(&without, r.stick_ratio)).max(1e-6);
-            excesses[1].extend([x, y].map(|error| [r.stick_ratio, (error - r.band_friction_n) / limit]));
+            of_friction.extend([x, y].map(|error| [r.stick_ratio, (error - r.band_friction_n) / limit]));
         }
     }
-    excesses.map(|excesses| parabola(&excesses))
+    let [stays, rolled] =
+        excesses.map(|of_class| of_class.map(|excesses| (!excesses.is_empty()).then(|| parabola(&excesses))));
+    let more = |i: usize| match (stays[i], rolled[i]) {
+        (Some(stays), Some(rolled)) => std::array::from_fn(|k| rolled[k] - stays[k]),
+        _ => [0.0; 3],
+    };
+    [[0, 1].map(|i| stays[i].or(rolled[i]).unwrap_or_default()), [more(0), more(1)]]
 }
 
 /// Half-width of the fitted pose's band of friction over the limit that it counts from.
@@ -115,7 +129,7 @@ pub fn crossed_coverage<const M: usize, const N: usize>(
         [0, 1].map(|half| runs.iter().enumerate().filter(|(i, _)| i % 2 == half).map(|(_, run)| *run).collect());
     let [a, b] = [(0, 1), (1, 0)].map(|(from, on)| {
         let mut banded = *data;
-        banded.pose.band = pose_band(data, &halves[from]);
+        [banded.pose.band, banded.pose.band_rolled] = pose_band(data, &halves[from]);
         coverage(&banded, &halves[on].iter().copied().filter(|run| which(run)).collect::<Vec<_>>())
     });
     std::array::from_fn(|k| a[k].together(b[k]))
