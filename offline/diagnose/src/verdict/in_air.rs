@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn a_bias_gains_by_what_the_air_shows_of_it_and_by_nothing_else() {
         // Means of runs that scatter by ±2 mN about a bias of 1.5 mN: n ln((2² + 1.5²) / 2²).
-        let scatter = |r: usize| if r % 2 == 0 { 2e-3 } else { -2e-3 };
+        let scatter = |r: usize| if r.is_multiple_of(2) { 2e-3 } else { -2e-3 };
         let gain = |set: &RunSet, bias_n: f64| {
             let with: Vec<f64> = (0..3 * set.rows()).map(|i| if i % 3 == 1 { bias_n } else { 0.0 }).collect();
             gain_in_air(set, &vec![0.0; with.len()], &with)
