@@ -40,7 +40,7 @@ pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
         let share = clear as f64 / (3 * set.rows()) as f64;
         let [scaled, _] = series;
         let least = scale.map(|s| HIDDEN_SPIKE * s);
-        for distance in [off_both_sides, off_both_middles, off_air] {
+        for distance in [off_both_sides, off_both_middles, off_end, off_air] {
             let mut more = flags.clone();
             let mut left = scaled.clone();
             leave_out(&mut left, &flags);
@@ -263,6 +263,19 @@ fn off_both_middles(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
     }
 }
 
+/// How far the last two readings of a run lie off the middle one of the three before them, the nearer one, where both lie
+/// off the same way: beside each other they hide, and no reading comes after them.
+fn off_end(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
+    let read: Vec<usize> = (0..run.rows.len()).rev().filter(|i| of(*i).is_finite()).take(2 + MIDDLE_OF).collect();
+    if read.len() < 2 + MIDDLE_OF || !read[..2].contains(&row) {
+        return 0.0;
+    }
+    let mut before: Vec<f64> = read[2..].iter().map(|i| of(*i)).collect();
+    before.sort_by(f64::total_cmp);
+    let [a, b] = [0, 1].map(|k| of(read[k]) - before[MIDDLE_OF / 2]);
+    if a * b > 0.0 { a.abs().min(b.abs()) } else { 0.0 }
+}
+
 /// How far a row in the air lies off the reading 0 that a tared sensor has there; 0 in contact.
 fn off_air(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
     if run.rows[row].depth_mm > 0.0 { 0.0 } else { of(row).abs() }
@@ -437,6 +450,24 @@ mod tests {
         assert_eq!(found(&clear, 0.5), ([true, false, true, true, true], 8));
         // A logger without clear spikes makes no hidden ones.
         assert_eq!(found(&[], 0.5), ([false; 5], 0));
+    }
+
+    #[test]
+    fn two_spikes_at_the_end_of_a_run_are_found_where_the_logger_makes_spikes() {
+        let clear = [(1, 14), (2, 20), (3, 25), (6, 22)];
+        let found = |clear: &[(usize, usize)], first: f64, last: f64| {
+            let spiked = set(|r, i, row| {
+                row.force_n[0] += if clear.contains(&(r, i)) { 0.3 } else { 0.0 };
+                row.force_n[2] += if (r, i) == (4, 28) { first } else { 0.0 };
+                row.force_n[2] += if (r, i) == (4, 29) { last } else { 0.0 };
+            });
+            let flags = spikes(&spiked, &residual(&spiked), &vec![0.004; 3 * spiked.rows()]);
+            ([flags[4][28][2], flags[4][29][2]], count(&flags))
+        };
+        assert_eq!(found(&clear, -0.551, -0.534), ([true; 2], 6));
+        // A logger without clear spikes makes no hidden ones, and what both rows do not share is the last one's alone.
+        assert_eq!(found(&[], -0.551, -0.534), ([false; 2], 0));
+        assert_eq!(found(&clear, 0.0, -0.534), ([false, true], 5));
     }
 
     #[test]

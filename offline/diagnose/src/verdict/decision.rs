@@ -20,8 +20,10 @@ use crate::selection::lack_of_fit::{Expectations, LackOfFit, lack_of_fit_test};
 use crate::selection::scan::why_untestable;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
+use crate::statistics::tails::minus_ln_p;
 use crate::statistics::task::Task;
 use crate::verdict::effects_found::{share_of_forces, without_amplitude};
+use crate::verdict::in_air::gain_in_air;
 
 /// Everything that a verdict rests on.
 pub struct Decision<'a> {
@@ -116,9 +118,11 @@ pub const LEAST_SIZE: f64 = 0.005;
 /// a test knows chance, not how the baseline's error of form and the runs' scatter happen to lie along a driver.
 pub const LEAST_GAIN: f64 = 36.0;
 
-/// The least gain of a law: laws of depth are judged against the calibration, those of the sensor have no driver.
-fn least_gain(law: &Law) -> f64 {
-    if law.drivers.iter().any(|driver| *driver != Column::Depth) { LEAST_GAIN } else { 0.0 }
+/// The least gain of a law. The calibration's runs have all depths, and where it knows the strength over direction better
+/// than the measured runs do, a law of the direction is judged against it as well; laws of the sensor have no driver.
+fn least_gain(law: &Law, by_calibration: bool) -> f64 {
+    let known = |driver: &Column| *driver == Column::Depth || (by_calibration && *driver == Column::Direction);
+    if law.drivers.iter().all(known) { 0.0 } else { LEAST_GAIN }
 }
 
 /// A law that stands out from chance and is not named.
@@ -127,6 +131,8 @@ pub struct TooSmall {
     pub law: &'static Law,
     /// What it would change, as a share of the forces.
     pub share: f64,
+    /// Whether the rows in the air show it by themselves: then it is no error of the finger's form.
+    of_sensor: bool,
     /// Its gain in 2 log likelihood.
     pub gain_2ll: f64,
 }
@@ -244,11 +250,17 @@ impl<'a> Settling<'a> {
             let told = |i: usize| {
                 let mut others = fit.laws.clone();
                 let law = others.remove(i).law;
-                let share = share_of_forces(self.set, &self.task.predict(&fit.parameters, &others), &with);
-                TooSmall { law, share, gain_2ll: self.hypotheses[i].gain_2ll }
+                let without = self.task.predict(&fit.parameters, &others);
+                let share = share_of_forces(self.set, &without, &with);
+                let in_air = minus_ln_p(gain_in_air(self.set, &without, &with), law.parameters.len());
+                let of_sensor = in_air > -against_calibration(&self.settings).ln();
+                TooSmall { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
             };
             let small = (0..fit.laws.len()).map(|i| (i, told(i)));
-            let small = small.filter(|(_, s)| s.share < LEAST_SIZE || s.gain_2ll < least_gain(s.law));
+            let by_calibration = |i: usize| self.selection.evidence[i].p_runs.by_calibration;
+            let small = small.filter(|(i, s)| {
+                (s.share < LEAST_SIZE && !s.of_sensor) || s.gain_2ll < least_gain(s.law, by_calibration(*i))
+            });
             let small = small.filter(|(_, s)| !needed.contains(&s.law));
             let Some((i, least)) = small.min_by(|a, b| a.1.gain_2ll.total_cmp(&b.1.gain_2ll)) else { break };
             if least.share >= LEAST_SIZE && self.is_needed(i, known) {
@@ -357,4 +369,24 @@ fn reading_variances(task: &Task<'_>, laws: &[ActiveLaw], corrections: &[Correct
         }
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::laws::find;
+
+    #[test]
+    fn six_standard_deviations_are_asked_of_what_the_calibration_does_not_know() {
+        let least = |law: &str, by_calibration| least_gain(find(law).expect("a law of the library"), by_calibration);
+        for (law, by_runs, by_calibration) in [
+            ("anisotropy", LEAST_GAIN, 0.0),
+            ("strain_stiffening", 0.0, 0.0),
+            ("tare_bias", 0.0, 0.0),
+            ("speed_log", LEAST_GAIN, LEAST_GAIN),
+            ("viscous_drag", LEAST_GAIN, LEAST_GAIN),
+        ] {
+            assert_eq!([least(law, false), least(law, true)], [by_runs, by_calibration], "{law}");
+        }
+    }
 }

@@ -138,7 +138,7 @@ pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
 
 /// Laws that stand out from chance and are smaller than the model is exact.
 pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Caution> {
-    decision.too_small.iter().map(|TooSmall { law, share, gain_2ll }| {
+    decision.too_small.iter().map(|TooSmall { law, share, gain_2ll, .. }| {
         let why = if *share < LEAST_SIZE {
             format!(
                 "would change the forces by {:.2} % only, less than the {:.1} % to which the model's form can be trusted",
