@@ -30,7 +30,7 @@ enum Step {
     Doc,
     /// The published crates: their files, all of them compiled from what is packed, and the core's own tests from there
     Package,
-    /// Unit tests of the workspace
+    /// Unit tests of the workspace, some against CalculiX
     Unit,
     /// Examples in the documentation
     Doctest,
@@ -75,7 +75,10 @@ impl Step {
             }
             Self::Package => package::test(),
             // All packages at once in each of these four, so that their dependencies are built once.
-            Self::Unit => cargo(&["test", "--release", "--workspace", "--lib", "--bins", "--examples"], &[]),
+            Self::Unit => {
+                install::calculix()?;
+                cargo(&["test", "--release", "--workspace", "--lib", "--bins", "--examples"], &[])
+            }
             Self::Doctest => cargo(&["test", "--release", "--workspace", "--doc"], &[]),
             Self::Layout => cargo(&["test", "--release", "--workspace", "--test", "layout"], &[]),
             Self::Integration => {
