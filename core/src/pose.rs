@@ -165,8 +165,9 @@ impl<T: Scalar> PoseTable<T> {
         if !(is_of_one || self.knows_poses()) {
             return Err(bad(0, most));
         }
-        let both = |i: usize| core::array::from_fn(|k| self.band[i][k] + self.band_rolled[i][k]);
-        for [slip, rate, bend] in self.band.into_iter().chain([both(0), both(1)]) {
+        let sum = |[a, b, c]: [T; 3], [d, e, f]: [T; 3]| [a + d, b + e, c + f];
+        let ([normal, friction], [normal_rolled, friction_rolled]) = (self.band, self.band_rolled);
+        for [slip, rate, bend] in [normal, friction, sum(normal, normal_rolled), sum(friction, friction_rolled)] {
             for stick in [0.0, 0.25, 0.5, 0.75, 1.0].map(T::of) {
                 let share = slip + stick * (rate + stick * bend);
                 if !(share >= T::of(0.0) && share <= T::of(10.0)) {

@@ -181,7 +181,9 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     let (mut band_normal, mut band_friction) = (T::of(-0.0), T::of(-0.0));
     if S::POSED {
-        let [of_normal, of_limit] = [0, 1].map(|i| band(&data.pose.band[i]) + rolled * band(&data.pose.band_rolled[i]));
+        let ([normal_stays, limit_stays], [normal_rolled, limit_rolled]) = (&data.pose.band, &data.pose.band_rolled);
+        let of_normal = band(normal_stays) + rolled * band(normal_rolled);
+        let of_limit = band(limit_stays) + rolled * band(limit_rolled);
         let elsewhere = scale.elsewhere();
         (band_normal, band_friction) = (elsewhere * of_normal * normal.not_negative(), elsewhere * of_limit);
     }
