@@ -246,6 +246,7 @@ def test_the_interpreter_is_free_during_a_run(model: Model) -> None:
 def test_ctrl_c_leaves_the_fingers_as_they_were() -> None:
     script = """
 import numpy as np, fingerpad, signal, threading, os
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 fingers = fingerpad.Fingers(fingerpad.Model.shipped(), 4096)
 fingers.step(0.5, 0.1)
 before = fingers.save()
