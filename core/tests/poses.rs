@@ -133,6 +133,35 @@ impl<T: Into<f64>> IntoDouble for Response<T> {
     }
 }
 
+/// A band tells a contact that has rolled from one that stays: rolled by 20 degrees and back it is that of a pose that changed,
+/// under noise of 0.01 degrees that of one that stays.
+#[test]
+fn a_band_knows_whether_the_contact_has_rolled() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    let Pose { pitch_deg, .. } = fitted(&data);
+    let at = |roll_deg: f32| model.posed(Pose { pitch_deg: pitch_deg + 5.0, roll_deg }).unwrap();
+    let mut state = State::default();
+    let still = step(&at(5.0), &mut state, motion(1.0, 0.0, 0.0));
+    let [[stays, rate, bend], [rolled, rolled_rate, rolled_bend]] = [data.pose.band[0], data.pose.band_rolled[0]];
+    let share = |stick: f32, full: f32| {
+        stays + stick * (rate + stick * bend) + full * (rolled + stick * (rolled_rate + stick * rolled_bend))
+    };
+    // What the pose adds is this share of the normal force.
+    let own = |r: &Response, full: f32| r.band_normal_n - share(r.stick_ratio, full) * r.normal_force_n;
+    let plain = own(&still, 0.0) / still.normal_force_n;
+    let mut noise = Noise(5);
+    for _ in 0..10_000 {
+        let r = step(&at(5.0 + 0.01 * noise.next()), &mut state, motion(1.0, 0.0, 0.0));
+        assert!((r.band_normal_n - still.band_normal_n).abs() < 0.02 * still.band_normal_n, "{r:?} {still:?}");
+    }
+    let mut r = still;
+    for k in (0..=100).chain((0..100).rev()) {
+        r = step(&at(5.0 + 0.2 * k as f32), &mut state, motion(1.0, 0.0, 0.0));
+    }
+    assert!((own(&r, 1.0) / r.normal_force_n - plain).abs() < 0.05 * share(r.stick_ratio, 1.0), "{r:?} {still:?}");
+}
+
 /// Force, area and limit rise with depth from the depth of touch on, in every pose, with 1 um of noise on the depth or without.
 #[test]
 fn a_contact_grows_with_depth_in_every_pose() {

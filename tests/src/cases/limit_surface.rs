@@ -36,10 +36,10 @@ pub struct LimitPoint {
     /// Friction along x and y (N) and moment about the plane's normal under first touch (N mm) in full slip, nodes at the
     /// pole left out.
     pub load: Vector3<f64>,
-    /// That of the nodes at the pole.
-    pub at_pole: Vector3<f64>,
     /// The same a tenth of the way earlier.
     pub earlier: Vector3<f64>,
+    /// Load of the nodes at the pole, which the plane carries round.
+    pub at_pole: Vector3<f64>,
     /// Integral of the law over the pressure of the slide, each point slipping as the rigid plane passes it.
     pub over_pressure: Vector3<f64>,
     /// Integral of the law over the pressure of the press without friction.
@@ -163,6 +163,7 @@ fn passed<'a>(state: &'a State, direction: &Vector3<f64>) -> impl Iterator<Item 
     )
 }
 
+/// Friction along x and y (N) and its moment about the normal (N mm) of a force at `arm` (mm).
 fn of_force(arm: &Vector2<f64>, force: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(force.x, force.y, arm.perp(force))
 }
@@ -193,7 +194,6 @@ fn axes(points: &[LimitPoint]) -> Vector3<f64> {
 
 /// Loads in full slip against the law over the pressure, and how far an ellipsoid lies from them.
 pub fn limit_surface(effort: Effort) -> Result<Vec<Check>, Failure> {
-    // A contact of some ten nodes of the coarse mesh sees little of the slip near the point about which the plane turns.
     let (preset, depths, per_circle, bound): (_, &[f64], _, _) = match effort {
         Effort::Quick => (MeshPreset::Coarse, &[0.5], 3, 0.01),
         Effort::Full => (MeshPreset::Medium, &[0.5, 1.0, 1.5, 2.0], 6, 0.02),

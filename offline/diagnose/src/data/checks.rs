@@ -265,22 +265,13 @@ mod tests {
                 let slide = 0.3 * f64::from(i.max(8) - 8);
                 let depth_mm = depth * f64::from(i.min(8)) / 8.0;
                 let friction = if slide > 0.0 { 0.25 * depth_mm } else { 0.0 };
-                let mut row = RawRow {
-                    line: 2,
-                    t_s: f64::from(i),
+                let mut row = RawRow::bare(
+                    2,
+                    f64::from(i),
                     depth_mm,
-                    slide_mm: [slide * angle.cos(), slide * angle.sin()],
-                    force_n: [0.5 * depth_mm, friction * angle.cos(), friction * angle.sin()],
-                    contact_time_s: f64::NAN,
-                    speed_mm_s: f64::NAN,
-                    direction_deg: f64::NAN,
-                    dwell_s: f64::NAN,
-                    occlusion_time_s: f64::NAN,
-                    hydration_au: f64::NAN,
-                    temperature_c: f64::NAN,
-                    finger_width_mm: f64::NAN,
-                    own: [f64::NAN; 4],
-                };
+                    [slide * angle.cos(), slide * angle.sin()],
+                    [0.5 * depth_mm, friction * angle.cos(), friction * angle.sin()],
+                );
                 change(&mut row);
                 row
             });

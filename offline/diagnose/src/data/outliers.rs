@@ -351,22 +351,13 @@ mod tests {
             let rows = (0..30).map(|i| {
                 let depth_mm = (0.6 + 0.1 * r as f64) * (i.min(10) as f64) / 10.0;
                 let noise = 0.001 * (((r * 31 + i * 17) % 13) as f64 - 6.0);
-                let mut row = RawRow {
-                    line: 2,
-                    t_s: i as f64,
+                let mut row = RawRow::bare(
+                    2,
+                    i as f64,
                     depth_mm,
-                    slide_mm: [0.2 * (i.max(10) - 10) as f64, 0.0],
-                    force_n: [depth_mm + noise, noise, -noise],
-                    contact_time_s: f64::NAN,
-                    speed_mm_s: f64::NAN,
-                    direction_deg: f64::NAN,
-                    dwell_s: f64::NAN,
-                    occlusion_time_s: f64::NAN,
-                    hydration_au: f64::NAN,
-                    temperature_c: f64::NAN,
-                    finger_width_mm: f64::NAN,
-                    own: [f64::NAN; 4],
-                };
+                    [0.2 * (i.max(10) - 10) as f64, 0.0],
+                    [depth_mm + noise, noise, -noise],
+                );
                 change(r, i, &mut row);
                 row
             });

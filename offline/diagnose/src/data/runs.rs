@@ -42,6 +42,28 @@ pub struct RawRow {
     pub own: [f64; OWN],
 }
 
+impl RawRow {
+    /// A row of the motion and the readings alone: what else a file may tell is missing.
+    pub fn bare(line: usize, t_s: f64, depth_mm: f64, slide_mm: [f64; 2], force_n: [f64; 3]) -> Self {
+        Self {
+            line,
+            t_s,
+            depth_mm,
+            slide_mm,
+            force_n,
+            contact_time_s: f64::NAN,
+            speed_mm_s: f64::NAN,
+            direction_deg: f64::NAN,
+            dwell_s: f64::NAN,
+            occlusion_time_s: f64::NAN,
+            hydration_au: f64::NAN,
+            temperature_c: f64::NAN,
+            finger_width_mm: f64::NAN,
+            own: [f64::NAN; OWN],
+        }
+    }
+}
+
 /// Names that group runs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Labels {

@@ -100,22 +100,7 @@ mod tests {
     fn rows(lost: usize, again: usize) -> Vec<RawRow> {
         let row = |i: usize| {
             let way = 0.2 * i as f64;
-            RawRow {
-                line: i,
-                t_s: 0.1 * i as f64,
-                depth_mm: 1.0,
-                slide_mm: [if way > 3.0 { 6.0 - way } else { way }, 0.0],
-                force_n: [1.0, 0.5, 0.0],
-                contact_time_s: f64::NAN,
-                speed_mm_s: f64::NAN,
-                direction_deg: f64::NAN,
-                dwell_s: f64::NAN,
-                occlusion_time_s: f64::NAN,
-                hydration_au: f64::NAN,
-                temperature_c: f64::NAN,
-                finger_width_mm: f64::NAN,
-                own: [f64::NAN; 4],
-            }
+            RawRow::bare(i, 0.1 * i as f64, 1.0, [if way > 3.0 { 6.0 - way } else { way }, 0.0], [1.0, 0.5, 0.0])
         };
         (0..40).filter(|i| *i < lost || *i >= again).map(row).collect()
     }

@@ -44,21 +44,14 @@ mod tests {
     /// Runs with three rows in the air and three in contact, whose readings of x are those of `x_n` in either.
     fn set(runs: usize, x_n: impl Fn(usize, bool) -> f64) -> RunSet {
         let run = |r: usize| {
-            let row = |i: usize| RawRow {
-                line: 2 + i,
-                t_s: 0.1 * i as f64,
-                depth_mm: if i < 3 { -0.1 } else { 0.2 * i as f64 },
-                slide_mm: [0.0; 2],
-                force_n: [f64::NAN, x_n(r, i < 3), if i == 0 { f64::NAN } else { 0.0 }],
-                contact_time_s: f64::NAN,
-                speed_mm_s: f64::NAN,
-                direction_deg: f64::NAN,
-                dwell_s: f64::NAN,
-                occlusion_time_s: f64::NAN,
-                hydration_au: f64::NAN,
-                temperature_c: f64::NAN,
-                finger_width_mm: f64::NAN,
-                own: [f64::NAN; 4],
+            let row = |i: usize| {
+                RawRow::bare(
+                    2 + i,
+                    0.1 * i as f64,
+                    if i < 3 { -0.1 } else { 0.2 * i as f64 },
+                    [0.0; 2],
+                    [f64::NAN, x_n(r, i < 3), if i == 0 { f64::NAN } else { 0.0 }],
+                )
             };
             (Labels { run: format!("r{r}"), ..Labels::default() }, (0..6).map(row).collect())
         };
