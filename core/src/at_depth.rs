@@ -20,6 +20,8 @@ pub(crate) struct AtDepth<'a, const M: usize, T> {
     pub(crate) growth: T,
     pub(crate) limit: T,
     pub(crate) stiffness: [T; 2],
+    /// Share of the stiffness that bears in a pose.
+    pub(crate) bearing: T,
 }
 
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
@@ -53,8 +55,8 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         let limit = scale.limit(plain, scale.area(row.area.at(t), depth), depth);
         let mut press_slide = [scale.depth(row.press_slide.at(t)), T::of(-0.0)];
         if S::POSED {
-            let ([press_x, press_y], [slide_x, slide_y]) = (scale.press(), scale.slide());
-            press_slide = [press_slide[0] + press_x * depth + slide_x, press_y * depth + slide_y];
+            let [press_x, press_y] = scale.press();
+            press_slide = [press_slide[0] + press_x * depth, press_y * depth];
         }
         let at = Self {
             row,
@@ -65,8 +67,17 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             growth: if S::RESCALED { growth(row, t, depth, per_mm, scale) } else { T::of(0.0) },
             limit: limit * state.strength_factor,
             stiffness: scale.stiffnesses([row.stiffness_x.at(t), row.stiffness_y.at(t)]),
+            bearing: T::of(1.0),
         };
         (at, press_slide)
+    }
+
+    /// Lets a share of the stiffness bear: limits stay, so that springs slip after a longer displacement.
+    #[inline(always)]
+    pub(crate) fn bears(&mut self, share: T) {
+        self.bearing = share;
+        self.stiffness = self.stiffness.map(|k| k * share);
+        self.radius = self.radius / share;
     }
 }
 
@@ -81,7 +92,9 @@ impl<const M: usize, T: Arithmetic> AtDepth<'_, M, T> {
     #[inline(always)]
     pub(crate) fn stiffness_slope<S: Scaling<T>>(&self, cells_per_mm: T, scale: &S) -> [T; 2] {
         let per_mm = scale.per_mm(cells_per_mm);
-        scale.stiffnesses([&self.row.stiffness_x, &self.row.stiffness_y].map(|k| k.slope_at(self.t) * per_mm))
+        let slopes =
+            scale.stiffnesses([&self.row.stiffness_x, &self.row.stiffness_y].map(|k| k.slope_at(self.t) * per_mm));
+        if S::POSED { slopes.map(|k| k * self.bearing) } else { slopes }
     }
 
     /// Slides that a depth increment amounts to, mm/mm.

@@ -38,17 +38,18 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let direction = direction.map(|d| if d.is_number() { d } else { zero });
         let (row, t, per_mm) = self.cell(state.depth);
         let stiffness = [&row.stiffness_x, &row.stiffness_y];
-        let [kx, ky] = scale.stiffnesses(stiffness.map(|k| k.at(t)));
-        let [dkx, dky] = scale.stiffnesses(stiffness.map(|k| k.slope_at(t) * per_mm));
-        let [ddkx, ddky] = scale.stiffnesses(stiffness.map(|k| two * k.bend * per_mm * per_mm));
+        let bearing = if S::POSED { state.rolled.bearing_share() } else { one };
+        let stiffnesses = |of: [T; 2]| scale.stiffnesses(of).map(|k| k * bearing);
+        let [kx, ky] = stiffnesses(stiffness.map(|k| k.at(t)));
+        let [dkx, dky] = stiffnesses(stiffness.map(|k| k.slope_at(t) * per_mm));
+        let [ddkx, ddky] = stiffnesses(stiffness.map(|k| two * k.bend * per_mm * per_mm));
         let [pose_x, press_y] = scale.press();
-        let [slide_x, slide_y] = scale.slide();
         let press = row.press_slide.slope_at(t) * data.cells_per_mm + pose_x;
         let dpress = two * row.press_slide.bend * data.cells_per_mm * per_mm;
-        let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth + slide_x;
+        let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth;
         let plain = row.limit.at(t);
         let strength = scale.limit(plain, scale.area(row.area.at(t), state.depth), state.depth);
-        let radius_factor = scale.radius(plain, strength) * state.strength_factor;
+        let radius_factor = scale.radius(plain, strength) * state.strength_factor / bearing;
         let growth = if S::RESCALED { growth(row, t, state.depth, per_mm, scale) } else { zero };
         let dradius_factor = radius_factor * growth;
         let ([shift, shift_y], dshift) = (scale.tilt(row.yield_shift.at(t)), row.yield_shift.change * per_mm);
@@ -58,11 +59,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let wide = one + shift * shift + shift_y * shift_y;
         let odd = Odd(data.odd / radius_factor);
         let share = T::of(1.0 / P as f32);
-        let here = [
-            state.position[0][0] + press_slide,
-            state.position[0][1] + press_y * state.depth + slide_y,
-            state.angle[0],
-        ];
+        let here = [state.position[0][0] + press_slide, state.position[0][1] + press_y * state.depth, state.angle[0]];
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
         let mut sums = Sums::new();

@@ -110,7 +110,7 @@ impl Arithmetic for Lanes {
 }
 
 /// Numbers of a begun step that [`Together`] keeps side by side.
-const NUMBERS: usize = 14;
+const NUMBERS: usize = 15;
 
 /// Steps of up to eight contacts, begun and waiting for their springs to move together.
 pub(crate) struct Together<'a, const M: usize, const N: usize, S: Wide> {
@@ -216,14 +216,14 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
 fn numbers_of<const M: usize>(begun: &Begun<'_, M, f32>) -> [f32; NUMBERS] {
     let Begun { at, here, way, .. } = begun;
     let ([kx, ky], [x, y, z], Way([a, b, c])) = (at.stiffness, *here, way);
-    [at.t, at.cells, at.depth, at.radius, at.growth, at.limit, kx, ky, x, y, z, *a, *b, *c]
+    [at.t, at.cells, at.depth, at.radius, at.growth, at.limit, kx, ky, at.bearing, x, y, z, *a, *b, *c]
 }
 
 /// The step of these numbers.
 #[inline(always)]
 fn begun_of<T: Arithmetic, const M: usize>(row: &Row<M, T>, status: Status, of: [T; NUMBERS]) -> Begun<'_, M, T> {
-    let [t, cells, depth, radius, growth, limit, kx, ky, x, y, z, a, b, c] = of;
-    let at = AtDepth { row, t, cells, depth, radius, growth, limit, stiffness: [kx, ky] };
+    let [t, cells, depth, radius, growth, limit, kx, ky, bearing, x, y, z, a, b, c] = of;
+    let at = AtDepth { row, t, cells, depth, radius, growth, limit, stiffness: [kx, ky], bearing };
     Begun { at, here: [x, y, z], way: Way([a, b, c]), status }
 }
 

@@ -9,7 +9,7 @@ use crate::{DataOf, Error, ModelOf};
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 8;
+pub const VERSION: u32 = 9;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;

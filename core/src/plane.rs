@@ -1,6 +1,6 @@
 //! The plane under a contact: how it carries the springs, and where the state counts from.
 //!
-//! Main functions: [`carried`], [`move_plane`]. Uses data, state, rolling and math.
+//! Main functions: [`carried`], [`move_plane`], [`roll`]. Uses data, state, rolling and math.
 
 use core::array::from_fn;
 
@@ -11,6 +11,8 @@ use crate::rescaling::Scaling;
 use crate::step::rare;
 use crate::{DataOf, ModelOf, Motion, StateOf, Status};
 
+/// Rolling length of a finger that keeps its stretch, over the radius of the contact.
+const ENDLESS: f32 = 1e12;
 /// Longest slide in one step, mm, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
 const SLIDE_MAX_MM: f32 = 64.0;
 const SPIN_MAX_RAD: f32 = 8.0;
@@ -176,7 +178,8 @@ pub(crate) fn carried<const P: usize, T: Arithmetic, S: Scaling<T>>(
     })
 }
 
-/// Rolls the finger to where the contact lies in the pose: springs lose the stretch of what has left.
+/// Rolls the finger to where the contact lies in the pose: springs lose the stretch of what has left, and are carried by the slide
+/// that turning to there amounts to.
 #[inline(never)]
 pub(crate) fn roll<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     state: &mut StateOf<M, P, T>,
@@ -185,19 +188,19 @@ pub(crate) fn roll<const M: usize, const N: usize, const P: usize, T: Scalar, S:
     here: [T; 3],
 ) {
     let (data, scale) = (model.data, &model.scale);
-    if !(data.pose.rolling_length > T::of(0.0)) {
-        return;
-    }
-    let length = data.pose.rolling_length * (at.area(scale) * T::of(core::f32::consts::FRAC_1_PI)).magnitude().sqrt();
+    let posture = scale.posture();
+    let radii = data.pose.rolling_length;
+    // A finger of length 0 keeps its stretch.
+    let radii = if radii > T::of(0.0) { radii } else { T::of(ENDLESS) };
+    let length = radii * (at.area(scale) * T::of(core::f32::consts::FRAC_1_PI)).magnitude().sqrt();
     let full = at.limit / at.stiffness[0];
     let [x, y] = state.position[0];
-    let lost = T::of(1.0) - state.rolled.roll_to(scale.place(), [x, y], full, length);
-    if !(lost > T::of(0.0)) {
-        return;
-    }
+    let [turned_x, turned_y] = data.pose.slide(state.rolled.angles, posture.angles).map(|mm| scale.length(mm));
+    let lost = T::of(1.0) - state.rolled.roll_to(posture, [x, y], full, length);
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
         for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
-            *anchor = [anchor[0] + lost * (to[0] - anchor[0]), anchor[1] + lost * (to[1] - anchor[1])];
+            let [x, y] = *anchor;
+            *anchor = [x + lost * (to[0] - x) - turned_x, y + lost * (to[1] - y) - turned_y];
         }
     }
 }

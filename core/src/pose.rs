@@ -4,8 +4,8 @@
 //!
 //! The contact in another pose is that of the fitted one with other factors, smooth in the pose: normal force, area, strength,
 //! stiffness and the arms of the springs are multiplied, the limit is tilted, and pressing slides the pad another way. A change
-//! of pose in contact rolls the finger: skin that leaves the contact takes its stretch along, and what takes its place touches
-//! without any.
+//! of pose in contact rolls the finger: it amounts to a slide, skin that leaves the contact takes its stretch along, and what touches
+//! anew has none (`rolling.rs`).
 
 use crate::Error;
 use crate::error::Field;
@@ -27,7 +27,7 @@ pub struct Pose {
 }
 
 /// Number of coefficients by which a model depends on the pose.
-pub const POSE_COEFFICIENTS: usize = 49;
+pub const POSE_COEFFICIENTS: usize = 57;
 
 /// Range over which a contact has rolled from which on a change of pose counts in full in the bands, mm.
 pub(crate) const ROLLED_MM: f32 = 1.0;
@@ -58,14 +58,17 @@ pub(crate) const TILT_MAX: f32 = 0.25;
 /// | 25 to 27 | stiffness: x of the factor beyond a fourth of the area's two, by which the springs' arms change as well | p, p², s |
 /// | 28, 29 | stiffness along y over that along x: x of the factor | p, s |
 /// | 30; 31 | along x, slide per depth; tilt of the limit | p; p |
-/// | 32 to 35; 36, 37 | place of the contact along x, mm; slide that the pose amounts to, mm | p, p², s, s p; p, p² |
-/// | 38 to 40 | along y, slide per depth | r, r s, r p |
-/// | 41, 42 | tilt of the limit | r, r p |
-/// | 43 to 46; 47, 48 | place of the contact, mm; slide that the pose amounts to, mm | r, r s, r p, r p²; r, r p |
+/// | 32 to 35 | place of the contact along x, mm | p, p², s, s p |
+/// | 36 to 38 | along y, slide per depth | r, r s, r p |
+/// | 39, 40 | tilt of the limit | r, r p |
+/// | 41 to 44 | place of the contact along y, mm | r, r s, r p, r p² |
+/// | 45 to 48; 49, 50 | slide along x, mm, that pitching amounts to, per rad; that rolling does | 1, p, p², s; r, r p |
+/// | 51 to 54; 55, 56 | slide along y, mm, that rolling amounts to, per rad; that pitching does | 1, p, p², s; r, r p |
 ///
 /// Over the share d of the deepest press a factor goes from its value at touch to that at the deepest as d (2 − d). The factor on the
-/// strength is the one that those on normal force and area imply, N^beta A^(1 − beta). A pose amounts to a slide as the plane turns
-/// about a point beside the contact.
+/// strength is the one that those on normal force and area imply, N^beta A^(1 − beta). Turning amounts to a slide as the plane turns
+/// about a point beside the contact; as a ball that rolls, a finger that is pitched and rolled around a closed way need not end where it
+/// began. There and back the same way it does.
 ///
 /// Places are those against the fitted pose: spins go about the point under first touch in the fitted pose, from which springs
 /// and centre of pressure then lie away.
@@ -86,8 +89,8 @@ pub struct PoseTable<T = f32> {
     #[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
     #[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
     pub coefficients: [T; POSE_COEFFICIENTS],
-    /// Length by which the contact rolls on until nothing of it is left of what touched before, over the radius of a circle
-    /// of its area; 0 for a finger that keeps its stretch.
+    /// Length by which the contact rolls on until 1/e of its stretch is left, over the radius of a circle of its area; 0 for a
+    /// finger that keeps its stretch.
     pub rolling_length: T,
     /// What another pose than the fitted one adds to the half-widths of the bands: shares of the normal force and of the
     /// friction limit, each a parabola in the stick ratio: in full slip, and the factors of the ratio and of its square.
@@ -238,12 +241,29 @@ impl<T: Scalar> PoseTable<T> {
             arm_root: one + size,
             stiffness: sixteenth_power(one + (x[4] + size)),
             stiffness_ratio: sixteenth_power(one + x[5]),
-            tilt: [c[31] * p, held(r * (c[41] + c[42] * p), T::of(TILT_MAX))],
-            press: [c[30] * p, r * (c[38] + c[39] * s + c[40] * p)],
-            slide: [p * (c[36] + c[37] * p), r * (c[47] + c[48] * p)],
-            place: [p * (c[32] + c[33] * p + c[35] * s) + c[34] * s, r * (c[43] + c[44] * s + p * (c[45] + c[46] * p))],
+            tilt: [c[31] * p, held(r * (c[39] + c[40] * p), T::of(TILT_MAX))],
+            press: [c[30] * p, r * (c[36] + c[37] * s + c[38] * p)],
+            angles: [p, r],
+            place: [p * (c[32] + c[33] * p + c[35] * s) + c[34] * s, r * (c[41] + c[42] * s + p * (c[43] + c[44] * p))],
             away_bits,
         }
+    }
+
+    /// Slide along x and y, mm, that turning from a pitch against the fitted pose and a roll to others amounts to, rad: by the rates
+    /// half way.
+    #[inline(always)]
+    pub(crate) fn slide(&self, from: [T; 2], to: [T; 2]) -> [T; 2] {
+        let [pitched, rolled] = [to[0] - from[0], to[1] - from[1]];
+        let [p, r] = [0, 1].map(|k| T::of(0.5) * (from[k] + to[k]));
+        let edge = T::of(EDGE_RAD);
+        let s = T::of(1.0) - edge / (r * r + edge * edge).sqrt();
+        let c = &self.coefficients;
+        let even = |c: [T; 4]| c[0] + p * (c[1] + c[2] * p) + c[3] * s;
+        let odd = |c: [T; 2]| r * (c[0] + c[1] * p);
+        [
+            pitched * even([c[45], c[46], c[47], c[48]]) + rolled * odd([c[49], c[50]]),
+            rolled * even([c[51], c[52], c[53], c[54]]) + pitched * odd([c[55], c[56]]),
+        ]
     }
 
     /// Pitch and roll, degrees, nearest to a pose among those that the model was fitted in.
@@ -308,8 +328,8 @@ pub struct PoseFactors<T> {
     /// What the pose adds to the tilt along x, and the tilt along y.
     pub(crate) tilt: [T; 2],
     pub(crate) press: [T; 2],
-    /// Slide that the pose amounts to, mm.
-    pub(crate) slide: [T; 2],
+    /// Pitch against the fitted pose and roll, rad.
+    pub(crate) angles: [T; 2],
     /// Where the contact lies, mm along x and y from where it does in the fitted pose.
     pub(crate) place: [T; 2],
     /// All bits but the first are 0 in the fitted pose alone.

@@ -5,6 +5,7 @@
 use crate::error::Field;
 use crate::math::{Arithmetic, Scalar};
 use crate::pose::{Pose, PoseFactors, TILT_MAX, sixteenth_power};
+use crate::rolling::Posture;
 pub use crate::scaling::{Fitted, Scaling, Unposed, Wide};
 use crate::{Error, ModelOf, Status};
 
@@ -62,7 +63,8 @@ impl<const POSED: bool> Wide for Scaled<f32, POSED> {
             stiffness_ratio: of(self.stiffness_ratio),
             tilt: self.tilt.map(of),
             press: self.press.map(of),
-            slide: self.slide.map(of),
+            angles: self.angles.map(of),
+            pose_stiffness: of(self.pose_stiffness),
             arm_root: of(self.arm_root),
             place: self.place.map(of),
             away_bits: self.away_bits,
@@ -93,7 +95,10 @@ pub struct Scaled<T = f32, const POSED: bool = false> {
     /// What a pose adds to the tilt along x, and the tilt along y.
     tilt: [T; 2],
     press: [T; 2],
-    slide: [T; 2],
+    /// Pitch against the fitted pose and roll, rad.
+    angles: [T; 2],
+    /// Factor of the pose on the stiffness.
+    pose_stiffness: T,
     /// 16th root of the factor on the springs' arms in a pose.
     arm_root: T,
     place: [T; 2],
@@ -120,7 +125,8 @@ impl<T: Arithmetic, const POSED: bool> Scaled<T, POSED> {
             stiffness_ratio: one,
             tilt: [zero; 2],
             press: [zero; 2],
-            slide: [zero; 2],
+            angles: [zero; 2],
+            pose_stiffness: one,
             arm_root: one,
             place: [zero; 2],
             away_bits: 0,
@@ -215,8 +221,8 @@ impl<T: Arithmetic, const POSED: bool> Scaling<T> for Scaled<T, POSED> {
         mm * if POSED { sixteenth_power(self.arm_root) * self.length } else { self.length }
     }
     #[inline(always)]
-    fn slide(&self) -> [T; 2] {
-        self.slide
+    fn posture(&self) -> Posture<T> {
+        Posture { place: self.place, angles: self.angles, stiffness: self.pose_stiffness }
     }
     #[inline(always)]
     fn place(&self) -> [T; 2] {
@@ -303,7 +309,8 @@ impl<T: Scalar> Unposed<T> for Scaled<T> {
             stiffness_ratio: pose.stiffness_ratio,
             tilt: pose.tilt,
             press: pose.press,
-            slide: pose.slide.map(|mm| mm * self.length),
+            angles: pose.angles,
+            pose_stiffness: pose.stiffness,
             arm_root: pose.arm_root,
             place: pose.place.map(|mm| mm * self.length),
             away_bits: pose.away_bits,

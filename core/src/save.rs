@@ -5,14 +5,15 @@
 use crate::data::SPRINGS;
 use crate::error::Field;
 use crate::model_file::crc32;
+use crate::rolling::Rolled;
 use crate::step::TOUCH_MM;
 use crate::{DataOf, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Words beside the anchors: version, model, position, angle, three places of the way, where the contact has rolled, two limits,
 /// depth, strength factor, checksum.
-const BESIDE: usize = 2 + 4 + 2 + 9 + 8 + 4 + 1;
+const BESIDE: usize = 2 + 4 + 2 + 9 + 12 + 4 + 1;
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = state_bytes(SPRINGS, 1);
@@ -28,9 +29,11 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let anchors = self.anchor.as_flattened().as_flattened().iter();
         let places = self.position.as_flattened().iter().chain(&self.angle);
         let way = self.turn.iter().chain(&self.reached).chain(&self.turn_before);
-        let rolled = self.rolled.range.as_flattened().iter().chain(&self.rolled.place).chain(&self.rolled.slide);
+        let Rolled { range, place, slide, angles, .. } = &self.rolled;
+        let rolled = range.as_flattened().iter().chain(place).chain(slide).chain(angles);
+        let stiffness = [self.rolled.stiffness, self.rolled.bearing];
         let numbers = [self.limit_reached, self.limit_before, self.depth, self.strength_factor];
-        anchors.chain(places).chain(way).chain(rolled).copied().chain(numbers)
+        anchors.chain(places).chain(way).chain(rolled).copied().chain(stiffness).chain(numbers)
     }
 
     /// Writes the state into `out`, little-endian with version, checksum of the model's numbers ([`DataOf::checksum`]) and
@@ -76,8 +79,9 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let anchors = state.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
         let places = state.position.as_flattened_mut().iter_mut().chain(&mut state.angle);
         let way = state.turn.iter_mut().chain(&mut state.reached).chain(&mut state.turn_before);
-        let rolled = &mut state.rolled;
-        let rolled = rolled.range.as_flattened_mut().iter_mut().chain(&mut rolled.place).chain(&mut rolled.slide);
+        let Rolled { range, place, slide, angles, stiffness, bearing } = &mut state.rolled;
+        let rolled = range.as_flattened_mut().iter_mut().chain(place).chain(slide).chain(angles);
+        let rolled = rolled.chain([stiffness, bearing]);
         for slot in anchors.chain(places).chain(way).chain(rolled) {
             *slot = next();
         }
@@ -103,7 +107,11 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
             return Err(bad(last - 5, self.depth));
         }
         if let Some([least, _]) = self.rolled.range.iter().find(|[least, most]| !(least <= most)) {
-            return Err(bad(last - 15, *least));
+            return Err(bad(last - 19, *least));
+        }
+        let Rolled { stiffness, bearing, .. } = self.rolled;
+        if !(bearing > 0.0 && bearing <= stiffness) {
+            return Err(bad(last - 8, bearing));
         }
         if !(self.limit_reached >= 0.0) {
             return Err(bad(last - 7, self.limit_reached));
@@ -137,8 +145,7 @@ impl State {
 mod with_serde {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    use super::StateOf;
-    use crate::rolling::Rolled;
+    use super::{Rolled, StateOf};
 
     #[derive(Serialize, Deserialize)]
     struct Plain<const M: usize, const P: usize> {

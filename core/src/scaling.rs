@@ -7,6 +7,7 @@ use crate::Status;
 use crate::math::{Arithmetic, Scalar};
 use crate::pose::PoseFactors;
 use crate::rescaling::Scaled;
+use crate::rolling::Posture;
 
 mod sealed {
     pub trait Sealed {}
@@ -40,8 +41,8 @@ pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
     fn press(&self) -> [T; 2];
     /// From a pair's middle to one of its springs, mm.
     fn arm(&self, mm: T) -> T;
-    /// Slides along x and y that the pose amounts to, mm.
-    fn slide(&self) -> [T; 2];
+    /// The pose as rolling sees it.
+    fn posture(&self) -> Posture<T>;
     /// Where the contact lies in the pose, mm along x and y from where it does in the fitted one.
     fn place(&self) -> [T; 2];
     /// An area at a depth, mm², mm.
@@ -144,8 +145,8 @@ impl<T: Arithmetic> Scaling<T> for Fitted {
         mm
     }
     #[inline(always)]
-    fn slide(&self) -> [T; 2] {
-        [T::of(-0.0); 2]
+    fn posture(&self) -> Posture<T> {
+        Posture { place: [T::of(0.0); 2], angles: [T::of(0.0); 2], stiffness: T::of(1.0) }
     }
     #[inline(always)]
     fn place(&self) -> [T; 2] {

@@ -4,7 +4,7 @@
 
 use crate::data::SPRINGS;
 use crate::math::Scalar;
-use crate::rolling::Rolled;
+use crate::rolling::{Posture, Rolled};
 
 /// The memory of the default model; see [`StateOf`].
 pub type State = StateOf<SPRINGS>;
@@ -52,7 +52,7 @@ impl<const M: usize, const P: usize, T: Scalar> Default for StateOf<M, P, T> {
             limit_reached: zero,
             turn_before: [zero; 3],
             limit_before: zero,
-            rolled: Rolled::at([zero; 2], [zero; 2]),
+            rolled: Rolled::at(Posture { place: [zero; 2], angles: [zero; 2], stiffness: T::of(1.0) }, [zero; 2]),
             depth: zero,
             strength_factor: T::of(1.0),
         }
@@ -105,6 +105,9 @@ impl<const M: usize, const P: usize> StateOf<M, P, f64> {
                 range: self.rolled.range.map(|ends| ends.map(of)),
                 place: self.rolled.place.map(of),
                 slide: self.rolled.slide.map(of),
+                angles: self.rolled.angles.map(of),
+                stiffness: of(self.rolled.stiffness),
+                bearing: of(self.rolled.bearing),
             },
             depth: of(self.depth),
             strength_factor: of(self.strength_factor),

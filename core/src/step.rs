@@ -87,7 +87,7 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
             return Err(in_the_air(state, motion, status));
         }
     }
-    let (at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
+    let (mut at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
     let fresh = !state.in_contact();
     move_plane(model, state, motion, press_slide, &mut status);
     state.depth = at.depth;
@@ -98,10 +98,11 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
         touch(state, here, data, scale);
         state.turn = slid;
         state.reached = slid;
-        state.rolled = Rolled::at(scale.place(), [slid[0], slid[1]]);
+        state.rolled = Rolled::at(scale.posture(), [slid[0], slid[1]]);
     }
-    if S::POSED && !state.rolled.is_at(scale.place()) {
+    if S::POSED && !state.rolled.rests_at(scale.posture().angles) {
         roll(state, model, &at, here);
+        at.bears(state.rolled.bearing_share());
     }
     if S::POSED && P > 1 && motion.spin_increment_rad.is_number() {
         carry_round(state, here, motion.spin_increment_rad, data, scale);

@@ -77,7 +77,7 @@ def test_bad_models(tmp_path: Path) -> None:
     whole = MODEL.read_bytes()
     cases: dict[str, bytes] = {
         "not a model file": b"PNG!" + whole[4:],
-        "format version 9": whole[:4] + b"\x09\0\0\0" + whole[8:],
+        "format version 10": whole[:4] + b"\x0a\0\0\0" + whole[8:],
         "bytes where": whole[: len(whole) // 2],
         "checksum wrong": whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:],
     }

@@ -27,16 +27,16 @@ const LARGE: f64 = 2.0;
 /// range of poses. Twice and half of it predict runs that are left out no better.
 const PRIORS: [f64; POSE_COEFFICIENTS] = [
     1.4, 2.7, 4.6, 7.4, 0.89, 6.0, 1.7, 3.2, 5.5, 8.8, 1.1, 6.0, 2.8, 5.4, 9.2, 15.0, 1.8, 6.0, 2.0, 3.8, 6.4, 10.0,
-    3.1, 15.0, 1.5, 0.85, 1.6, 0.54, 0.85, 0.54, 0.28, 0.42, 14.0, 27.0, 9.0, 20.0, 2.8, 5.4, 0.33, 0.47, 0.92, 0.33,
-    0.92, 13.0, 19.0, 26.0, 40.0, 3.3, 9.2,
+    3.1, 15.0, 1.5, 0.85, 1.6, 0.54, 0.85, 0.54, 0.28, 0.42, 14.0, 27.0, 9.0, 20.0, 0.33, 0.47, 0.92, 0.33, 0.92, 13.0,
+    19.0, 26.0, 40.0, 0.6, 1.6, 4.0, 1.5, 2.0, 6.0, 0.6, 1.6, 4.0, 1.5, 2.0, 6.0,
 ];
 /// Rolling length behind the coefficients, and where its fit begins: the contact's diameter.
 const ROLLING: usize = POSE_COEFFICIENTS;
 const ROLLING_LENGTH: f64 = 2.0;
 /// Coefficients that presses without friction tell: normal force, area, places.
-const PRESSED: [Range<usize>; 3] = [0..25, 32..36, 43..47];
-/// Those that a change of pose alone tells: slides that the pose amounts to, and the rolling length.
-const ROLLED: [Range<usize>; 3] = [36..38, 47..49, ROLLING..ROLLING + 1];
+const PRESSED: [Range<usize>; 3] = [0..25, 32..36, 41..45];
+/// Those that a change of pose alone tells: slides that turning amounts to, and the rolling length.
+const ROLLED: Range<usize> = 45..ROLLING + 1;
 /// Bound of the first step of a fit, over the scale of its coefficients.
 const STEP_BOUND: f64 = 1.0;
 /// Step of the finite differences of the Jacobian.
@@ -60,9 +60,9 @@ pub fn fit_poses<const M: usize, const N: usize>(
     let (staying, changing): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| !run.kind.changes_pose());
     let mut found = vec![0.0; ROLLING + 1];
     found[ROLLING] = ROLLING_LENGTH;
-    let is_of = |ranges: &'static [Range<usize>]| move |k: &usize| ranges.iter().any(|range| range.contains(k));
-    let (rolled, others): (Vec<usize>, Vec<usize>) = (0..=ROLLING).partition(is_of(&ROLLED));
-    let (pressed, sheared): (Vec<usize>, Vec<usize>) = others.iter().partition(|k| is_of(&PRESSED)(k));
+    let (rolled, others): (Vec<usize>, Vec<usize>) = (0..=ROLLING).partition(|k| ROLLED.contains(k));
+    let (pressed, sheared): (Vec<usize>, Vec<usize>) =
+        others.iter().partition(|k| PRESSED.iter().any(|range| range.contains(k)));
     let none: fn(Kind) -> bool = |_| false;
     let stays: fn(Kind) -> bool = |kind| !kind.changes_pose();
     let stages: [(Vec<usize>, &[&Run], fn(Kind) -> bool); 4] = [
