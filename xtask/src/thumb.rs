@@ -380,8 +380,8 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 14] = [
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 4100;
 const STACK_BOUND: u64 = 208;
-/// Four anchors of two words, 27 words for the plane, its turns and limits, where it rolled, depth and strength factor.
-const STATE_BYTES: u32 = 140;
+/// Four anchors of two words, 31 words for the plane, its turns and limits, where and how it rolled, depth and strength factor.
+const STATE_BYTES: u32 = 156;
 
 type Gate = fn(&str) -> bool;
 
