@@ -49,7 +49,9 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
         in_range(Field::DepthMax, 1, self.cells_per_mm * cell, 1.0 - 1e-6, 1.0 + 1e-6)?;
         in_range(Field::OddStiffness, 0, self.odd, -2.0, 2.0)?;
         in_range(Field::AreaTilt, 0, self.area_tilt, -0.5, 0.5)?;
-        in_range(Field::PressureCentre, N, self.pressure_centre_per_n, -100.0, 100.0)?;
+        for (i, per_n) in self.pressure_centre_per_n.into_iter().enumerate() {
+            in_range(Field::PressureCentre, N + i, per_n, -100.0, 100.0)?;
+        }
         in_range(Field::SpinCross, 0, self.spin_cross, 0.0, 1.0)?;
         let [touch, change] = self.slip_lead;
         in_range(Field::SlipLead, 0, touch, -1.0, 1.0)?;

@@ -59,7 +59,7 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     /// Growth of the area at full shear along +x, share; the same is lost along −x.
     pub area_tilt: T,
     /// [`crate::ParamsOf::pressure_centre_per_n`].
-    pub pressure_centre_per_n: T,
+    pub pressure_centre_per_n: [T; 2],
     /// [`crate::ParamsOf::spin_cross`].
     pub spin_cross: T,
     /// [`crate::ParamsOf::slip_lead`] at touch, and its change over a cell.
@@ -165,7 +165,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             cells_per_mm: of(self.cells_per_mm),
             odd: of(self.odd),
             area_tilt: of(self.area_tilt),
-            pressure_centre_per_n: of(self.pressure_centre_per_n),
+            pressure_centre_per_n: self.pressure_centre_per_n.map(of),
             spin_cross: of(self.spin_cross),
             slip_lead: self.slip_lead.map(of),
             gyration: of(self.gyration),

@@ -51,7 +51,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             nodes,
             odd_per_mm: 0.02,
             area_tilt: 0.1,
-            pressure_centre_per_n: 1.0,
+            pressure_centre_per_n: [1.0, 1.5],
             spin_cross: 0.24,
             slip_lead: [-0.2, 0.6],
             band_normal_middle: 1.25,

@@ -103,8 +103,8 @@ pub struct ParamsOf<const M: usize, const N: usize, T = f32> {
     pub odd_per_mm: T,
     /// Growth of the contact area at full shear along +x, loss along −x, share, −0.5 to 0.5.
     pub area_tilt: T,
-    /// Shift of the centre of pressure along x per friction along x, mm/N.
-    pub pressure_centre_per_n: T,
+    /// Shift of the centre of pressure along x per friction along x, and along y per friction along y, mm/N.
+    pub pressure_centre_per_n: [T; 2],
     /// c of the limit of friction f and moment m together, f² + m² + c |f| |m| = 1, both over their own limit, 0 to 1.
     pub spin_cross: T,
     /// c at touch and at the largest depth, −1 to 1: where the plane moves at an angle theta to x, the share S of the contact that

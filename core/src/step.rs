@@ -160,15 +160,15 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
     let alone = share_of_limit(at.row, at.t, scale, [along, across]).at_most(T::of(1.0));
     let magnitude = (along * along + T::of(NOTHING) + across * across).sqrt();
     let mut centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
-    let mut pressure_centre = [
-        scale.length(at.row.pressure_centre.at(at.t))
-            + scale.per_newton(scale.length(data.pressure_centre_per_n)) * friction[0],
-        T::of(0.0),
-    ];
+    let leaning = friction.map(|f| scale.per_newton(scale.length(f)));
+    // A contact that is softer in a pose leans the more.
+    let leaning = if S::POSED { leaning.map(|f| f / scale.posture().stiffness) } else { leaning };
+    let [lean_x, lean_y] = [0, 1].map(|k| data.pressure_centre_per_n[k] * leaning[k]);
+    let mut pressure_centre = [scale.length(at.row.pressure_centre.at(at.t)) + lean_x, lean_y];
     if S::POSED {
         let [offset_x, offset_y] = scale.place();
         centre += offset_x * friction[1] - offset_y * friction[0];
-        pressure_centre = [pressure_centre[0] + offset_x, offset_y];
+        pressure_centre = [pressure_centre[0] + offset_x, pressure_centre[1] + offset_y];
     }
     let spin_moment = if P == 1 { centre } else { at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0] };
     let margin = if P == 1 {

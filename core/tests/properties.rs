@@ -183,6 +183,7 @@ proptest! {
             let mut turned = *r;
             turned.friction_n[1] = -turned.friction_n[1];
             turned.spin_moment_n_mm = -turned.spin_moment_n_mm;
+            turned.pressure_centre_mm[1] = -turned.pressure_centre_mm[1];
             assert_eq!(Some(&turned), straight.next());
         });
     }
@@ -288,7 +289,7 @@ fn twin_of(params: &Params) -> fingerpad::ParamsOf<SPRINGS, { fingerpad::NODES }
         }),
         odd_per_mm: params.odd_per_mm.into(),
         area_tilt: params.area_tilt.into(),
-        pressure_centre_per_n: params.pressure_centre_per_n.into(),
+        pressure_centre_per_n: params.pressure_centre_per_n.map(f64::from),
         spin_cross: params.spin_cross.into(),
         slip_lead: params.slip_lead.map(f64::from),
         band_normal_middle: params.band_normal_middle.into(),

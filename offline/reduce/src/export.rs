@@ -90,7 +90,7 @@ fn head(data: &Data) -> [(&'static str, &[f32]); 11] {
         ("cells_per_mm", one(&data.cells_per_mm)),
         ("odd", one(&data.odd)),
         ("area_tilt", one(&data.area_tilt)),
-        ("pressure_centre_per_n", one(&data.pressure_centre_per_n)),
+        ("pressure_centre_per_n", &data.pressure_centre_per_n),
         ("spin_cross", one(&data.spin_cross)),
         ("slip_lead", &data.slip_lead),
         ("gyration", one(&data.gyration)),

@@ -130,7 +130,7 @@ impl Parameterisation {
     /// Where those stand that only a spin, its moment and the centre of pressure depend on.
     pub fn of_spin(&self, springs: usize) -> Range<usize> {
         let start = self.of_contact(springs).end;
-        start..start + 2 * springs + self.gentle.0.len() + 1
+        start..start + 2 * springs + self.gentle.0.len() + 2
     }
 
     /// The vector of an initial guess; springs touch at these depths, mm (the first one at 0 whatever it says).
@@ -172,7 +172,7 @@ impl Parameterisation {
         theta.extend([0.0; 2]);
         // What touches later lies farther out.
         theta.extend((0..springs).flat_map(|j| [0.0, (1.0 + 2.0 * j as f64 / springs as f64).ln()]));
-        theta.extend(vec![0.0; gentle + 1]);
+        theta.extend(vec![0.0; gentle + 2]);
         theta
     }
 
@@ -215,7 +215,7 @@ impl Parameterisation {
         let slip_lead = [0, 1].map(|_| ALLOWED * cursor.one().tanh());
         let places: Vec<&[f64]> = (0..M).map(|_| cursor.take(2)).collect();
         let centre: Vec<f64> = cursor.take(gentle).to_vec();
-        let centre_per_n = cursor.one();
+        let centre_per_n = [cursor.one(), cursor.one()];
 
         let mut nodes: [Node<M, f64>; N] = [Node::default(); N];
         let cell = self.depth_max_mm / (N - 1) as f64;
@@ -299,7 +299,7 @@ pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> Param
         nodes: std::array::from_fn(|i| node(&p.nodes[i])),
         odd_per_mm: p.odd_per_mm as f32,
         area_tilt: p.area_tilt as f32,
-        pressure_centre_per_n: p.pressure_centre_per_n as f32,
+        pressure_centre_per_n: p.pressure_centre_per_n.map(|v| v as f32),
         spin_cross: p.spin_cross as f32,
         slip_lead: p.slip_lead.map(|v| v as f32),
         band_normal_middle: p.band_normal_middle as f32,

@@ -86,8 +86,9 @@ pub fn spin_moment(sample: &Sample) -> Option<f64> {
     sample.turned.map(|t| t.moment_n_mm[2].into())
 }
 
-/// Place of the centre of pressure along x from the point under first touch, mm. None without contact or moments.
-pub fn pressure_centre(sample: &Sample) -> Option<f64> {
+/// Place of the centre of pressure along x and y from the point under first touch, mm. None without contact or moments.
+pub fn pressure_centre(sample: &Sample) -> Option<[f64; 2]> {
     let (normal, turned) = (f64::from(sample.normal_force_n), sample.turned?);
-    (normal > 1e-3).then(|| -f64::from(turned.moment_n_mm[1]) / normal)
+    let [mx, my, _] = turned.moment_n_mm.map(f64::from);
+    (normal > 1e-3).then(|| [-my / normal, mx / normal])
 }

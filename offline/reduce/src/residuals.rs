@@ -39,7 +39,7 @@ impl Compared {
         match self {
             Self::Forces => 3,
             Self::Contact => 2,
-            Self::Spin => 5,
+            Self::Spin => 6,
         }
     }
 }
@@ -94,9 +94,9 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
                 out.extend(of_friction);
                 let moment = spin_moment(sample).unwrap_or(r.spin_moment_n_mm);
                 out.push((r.spin_moment_n_mm - moment) / (friction * ARM_MM));
-                let centre = pressure_centre(sample).unwrap_or(r.pressure_centre_mm[0]);
+                let centre = pressure_centre(sample).unwrap_or(r.pressure_centre_mm);
                 let weight = f64::from(sample.normal_force_n) / (most[0] * s.centre_mm);
-                out.push((r.pressure_centre_mm[0] - centre) * weight);
+                out.extend([0, 1].map(|k| (r.pressure_centre_mm[k] - centre[k]) * weight));
             }
         }
     }

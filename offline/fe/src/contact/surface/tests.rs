@@ -78,6 +78,38 @@ fn a_flat_patch_bears_pressure_times_area_and_friction_at_its_strength() {
     }
 }
 
+/// After a turn of the slide friction points along the new slide as soon as gamma_crit is gone several times over, wherever the plane
+/// came from; on the way back it first goes through zero.
+#[test]
+fn friction_forgets_the_slide_of_before() {
+    let surface = patch();
+    let law = rubber();
+    for at in POSES {
+        let pressed = over(&surface, &Plane::new(at), -0.01, |_, _| 0.0);
+        let start = surface.initial_state(&pressed, Plane::new(at));
+        let areas = surface.areas(&start, &pressed, &Plane::new(at));
+        let strength = 16.0 * law.strength(0.02).0;
+        let (mut state, mut to) = (surface.commit(&law, &start, &areas, &pressed, Plane::new(at)).0, at);
+        let mut slide = |x: f64, y: f64, steps: usize| {
+            let mut force = [0.0; 2];
+            for _ in 0..steps {
+                to[0] += x;
+                to[1] += y;
+                let (next, totals) = surface.commit(&law, &state, &areas, &pressed, state.plane.moved_to(to));
+                state = next;
+                force = [totals.force.x / strength, totals.force.y / strength];
+            }
+            force
+        };
+        let along = slide(0.02, 0.0, 100);
+        let across = slide(0.0, 0.02, 40);
+        let back = slide(0.0, -0.02, 5);
+        for ([x, y], wanted) in [(along, [1.0, 0.0]), (across, [0.0, 1.0]), (back, [0.0, -1.0])] {
+            assert!((x - wanted[0]).hypot(y - wanted[1]) < 1e-4, "{x} {y}: {wanted:?}");
+        }
+    }
+}
+
 #[test]
 fn a_plane_that_spins_turns_the_finger_along() {
     let surface = patch();
