@@ -317,6 +317,35 @@ fn a_held_load_stays_under_noise_on_the_pose() {
     assert!(share[2] > 0.95, "{share:?}");
 }
 
+/// With half a degree of noise on the pose while the slide vibrates by 50 um to either side: a cycle costs once.
+#[test]
+fn a_held_load_stays_while_slide_and_pose_vibrate() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    for (pitch, roll) in [(0.0, 0.0), (15.0, 0.0), (0.0, 15.0)] {
+        let rest = Pose { pitch_deg: data.pose.pitch_deg + pitch, roll_deg: roll };
+        let at_rest = model.posed(rest).unwrap();
+        let mut state = State::default();
+        let mut noise = Noise(9);
+        for _ in 0..200 {
+            step(&at_rest, &mut state, motion(1.0, 1e-3, 0.0));
+        }
+        let mut kept = vec![];
+        for cycle in 0..=2000 {
+            if [0, 10, 100, 2000].contains(&cycle) {
+                kept.push(step(&at_rest, &mut state, motion(1.0, 0.0, 0.0)).friction_n[0]);
+            }
+            for slide_mm in [0.05, -0.1, 0.05] {
+                let pitch_deg = rest.pitch_deg + 0.5 * noise.next();
+                let pose = Pose { pitch_deg, roll_deg: rest.roll_deg + 0.5 * noise.next() };
+                step(&model.posed(pose).unwrap(), &mut state, motion(1.0, slide_mm, 0.0));
+            }
+        }
+        println!("{rest:?}: friction before and after 10, 100, 2000 cycles {kept:?}");
+        assert!(kept[3] > 0.9 * kept[0] && (kept[3] - kept[2]).abs() < 0.02 * kept[0], "{rest:?}: {kept:?}");
+    }
+}
+
 /// The gradient of a posed and retuned model against small steps both ways: the mean of what it says at both ends.
 #[test]
 fn the_gradient_knows_the_pose() {
