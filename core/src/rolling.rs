@@ -20,7 +20,7 @@ use crate::pose::{ROLLED_MM, sixteenth_power};
 /// the finite elements are within 0.1 % of the limit of the same.
 const NOTICED_MM: f32 = 0.1;
 
-/// Share of the slide of full slip after which all that touches bears again, inverted.
+/// What touched without stretch comes to bear this many times sooner than in a slide of full slip.
 const SOON: f32 = 8.0;
 
 /// Share of the stiffness below which nothing is missing.
@@ -40,7 +40,7 @@ pub(crate) struct Rolled<T> {
     pub(crate) range: [[T; 2]; 2],
     /// Its last place.
     pub(crate) place: [T; 2],
-    /// Slide from which on a further one counts beyond [`NOTICED_MM`], which it follows at that distance, mm.
+    /// Follows the plane's slide at a distance of up to [`NOTICED_MM`], mm: what moves it counts as slide.
     pub(crate) slide: [T; 2],
     /// Pitch against the fitted pose and roll, rad.
     pub(crate) angles: [T; 2],
