@@ -71,10 +71,10 @@
 #define FINGERPAD_NOT_SET_UP 15
 
 // Bytes of a saved state.
-#define FINGERPAD_STATE_BYTES 168
+#define FINGERPAD_STATE_BYTES 172
 
 // Bytes of a saved state of a contact that spins.
-#define FINGERPAD_SPIN_STATE_BYTES 200
+#define FINGERPAD_SPIN_STATE_BYTES 204
 
 // No contact: the value of `regime` in a response.
 #define FINGERPAD_NO_CONTACT 0
@@ -142,7 +142,7 @@ typedef struct {
 // All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same
 // program (a step that is tried and rejected); `fingerpad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint32_t opaque[39];
+  uint32_t opaque[40];
 } fingerpad_state;
 
 // Motions of many contacts, `count` numbers in each array; see `fingerpad_motion`.
@@ -195,7 +195,7 @@ typedef struct {
 
 // The same of a contact that also spins. Set it up with `fingerpad_spin_state_init`.
 typedef struct {
-  uint32_t opaque[47];
+  uint32_t opaque[48];
 } fingerpad_spin_state;
 
 // What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.
@@ -222,7 +222,7 @@ typedef struct {
 // All that a contact with effects remembers: a state, and the clocks and paths that effects read. Set it up with
 // `fingerpad_contact_init`. Plain memory: copy it to go back to it.
 typedef struct {
-  uint32_t opaque[51];
+  uint32_t opaque[52];
 } fingerpad_contact;
 
 // What the plane does in one step.

@@ -10,10 +10,10 @@ use crate::step::TOUCH_MM;
 use crate::{DataOf, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// Words beside the anchors: version, model, position, angle, three places of the way, where the contact has rolled, two limits,
 /// depth, strength factor, checksum.
-const BESIDE: usize = 2 + 4 + 2 + 9 + 12 + 4 + 1;
+const BESIDE: usize = 2 + 4 + 2 + 9 + 13 + 4 + 1;
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = state_bytes(SPRINGS, 1);
@@ -29,8 +29,8 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let anchors = self.anchor.as_flattened().as_flattened().iter();
         let places = self.position.as_flattened().iter().chain(&self.angle);
         let way = self.turn.iter().chain(&self.reached).chain(&self.turn_before);
-        let Rolled { range, place, slide, angles, .. } = &self.rolled;
-        let rolled = range.as_flattened().iter().chain(place).chain(slide).chain(angles);
+        let Rolled { range, place, slide, angles, play, .. } = &self.rolled;
+        let rolled = range.as_flattened().iter().chain(place).chain(slide).chain(angles).chain([play]);
         let stiffness = [self.rolled.stiffness, self.rolled.bearing];
         let numbers = [self.limit_reached, self.limit_before, self.depth, self.strength_factor];
         anchors.chain(places).chain(way).chain(rolled).copied().chain(stiffness).chain(numbers)
@@ -79,9 +79,9 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let anchors = state.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
         let places = state.position.as_flattened_mut().iter_mut().chain(&mut state.angle);
         let way = state.turn.iter_mut().chain(&mut state.reached).chain(&mut state.turn_before);
-        let Rolled { range, place, slide, angles, stiffness, bearing } = &mut state.rolled;
+        let Rolled { range, place, slide, play, angles, stiffness, bearing } = &mut state.rolled;
         let rolled = range.as_flattened_mut().iter_mut().chain(place).chain(slide).chain(angles);
-        let rolled = rolled.chain([stiffness, bearing]);
+        let rolled = rolled.chain([play, stiffness, bearing]);
         for slot in anchors.chain(places).chain(way).chain(rolled) {
             *slot = next();
         }
@@ -107,9 +107,12 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
             return Err(bad(last - 5, self.depth));
         }
         if let Some([least, _]) = self.rolled.range.iter().find(|[least, most]| !(least <= most)) {
-            return Err(bad(last - 19, *least));
+            return Err(bad(last - 20, *least));
         }
-        let Rolled { stiffness, bearing, .. } = self.rolled;
+        let Rolled { play, stiffness, bearing, .. } = self.rolled;
+        if !(play >= 0.0) {
+            return Err(bad(last - 10, play));
+        }
         if !(bearing > 0.0 && bearing <= stiffness) {
             return Err(bad(last - 8, bearing));
         }

@@ -105,6 +105,7 @@ impl<const M: usize, const P: usize> StateOf<M, P, f64> {
                 range: self.rolled.range.map(|ends| ends.map(of)),
                 place: self.rolled.place.map(of),
                 slide: self.rolled.slide.map(of),
+                play: of(self.rolled.play),
                 angles: self.rolled.angles.map(of),
                 stiffness: of(self.rolled.stiffness),
                 bearing: of(self.rolled.bearing),

@@ -317,12 +317,13 @@ fn a_held_load_stays_under_noise_on_the_pose() {
     assert!(share[2] > 0.95, "{share:?}");
 }
 
-/// With half a degree of noise on the pose while the slide vibrates by 50 um to either side: a cycle costs once.
+/// With half a degree of noise on the pose while the slide vibrates by 50 to 400 um to either side: a cycle costs once.
 #[test]
 fn a_held_load_stays_while_slide_and_pose_vibrate() {
     let data = shipped();
     let model = data.model().unwrap();
-    for (pitch, roll) in [(0.0, 0.0), (15.0, 0.0), (0.0, 15.0)] {
+    let poses = [(0.0, 0.0), (15.0, 0.0), (0.0, 15.0)];
+    for ((pitch, roll), far_mm) in poses.into_iter().flat_map(|pose| [0.05, 0.15, 0.4].map(|far| (pose, far))) {
         let rest = Pose { pitch_deg: data.pose.pitch_deg + pitch, roll_deg: roll };
         let at_rest = model.posed(rest).unwrap();
         let mut state = State::default();
@@ -335,14 +336,14 @@ fn a_held_load_stays_while_slide_and_pose_vibrate() {
             if [0, 10, 100, 2000].contains(&cycle) {
                 kept.push(step(&at_rest, &mut state, motion(1.0, 0.0, 0.0)).friction_n[0]);
             }
-            for slide_mm in [0.05, -0.1, 0.05] {
+            for share in [0.5, 0.5, -0.5, -0.5, -0.5, -0.5, 0.5, 0.5] {
                 let pitch_deg = rest.pitch_deg + 0.5 * noise.next();
                 let pose = Pose { pitch_deg, roll_deg: rest.roll_deg + 0.5 * noise.next() };
-                step(&model.posed(pose).unwrap(), &mut state, motion(1.0, slide_mm, 0.0));
+                step(&model.posed(pose).unwrap(), &mut state, motion(1.0, share * far_mm, 0.0));
             }
         }
-        println!("{rest:?}: friction before and after 10, 100, 2000 cycles {kept:?}");
-        assert!(kept[3] > 0.9 * kept[0] && (kept[3] - kept[2]).abs() < 0.02 * kept[0], "{rest:?}: {kept:?}");
+        println!("{rest:?}, {far_mm} mm: friction before and after 10, 100, 2000 cycles {kept:?}");
+        assert!(kept[3] > 0.85 * kept[0] && (kept[3] - kept[2]).abs() < 0.02 * kept[0], "{rest:?} {far_mm}: {kept:?}");
     }
 }
 

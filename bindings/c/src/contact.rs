@@ -12,7 +12,7 @@ use crate::types::{fingerpad_motion, fingerpad_response, read_back};
 /// `fingerpad_contact_init`. Plain memory: copy it to go back to it.
 #[repr(C)]
 pub struct fingerpad_contact {
-    opaque: [u32; 51],
+    opaque: [u32; 52],
 }
 
 /// What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.

@@ -53,7 +53,7 @@ impl Default for Settings {
             normal_share: 0.005,
             friction_share: 0.01,
             stick: 0.03,
-            stick_end: 0.02,
+            stick_end: 0.01,
             area_share: 0.03,
             centre_mm: 0.1,
             prior: 2.0,
@@ -118,25 +118,38 @@ pub fn fit<const M: usize, const N: usize>(
     Ok(Fitted { params, theta: stages.theta, cost: stages.cost, evaluations: stages.evaluations, ended })
 }
 
-/// Share of what couples depth and slide that may be given up for a model that is passive.
+/// Share of what couples depth and slide that may be given up at a depth for a model that is passive, and the part of it that is
+/// given up at a time.
 const GIVEN_UP: f64 = 0.4;
+const PART: f64 = 0.01;
+/// Depths to either side of one where it is not passive that give up less and less: a sudden change would bend the curves.
+const NEIGHBOURS: usize = 6;
 
-/// The parameters in the numbers of the target, and the share of what couples depth and slide that was given up. A fit that
-/// ends beyond the bound of what is passive is brought to it: the stiffness changes with depth by as much less, and pressing
-/// amounts to as much less slide, as it takes.
+/// The parameters in the numbers of the target, and the share of what couples depth and slide that was given up, the mean over
+/// depth. A fit that ends beyond the bound of what is passive is brought to it: about the depths where it is beyond, the stiffness
+/// changes with depth by as much less, and pressing amounts to as much less slide, as it takes.
 fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
-    let less = |share: f64| {
-        let mut params = *params;
-        for node in &mut params.nodes {
+    let mut kept = [1.0; N];
+    loop {
+        let mut less = *params;
+        for (node, kept) in less.nodes.iter_mut().zip(&kept) {
             let [x, y] = &mut node.stiffness_slope_n_mm2;
-            [x, y, &mut node.press_coupling].into_iter().for_each(|number| *number *= 1.0 - share);
+            [x, y, &mut node.press_coupling].into_iter().for_each(|number| *number *= *kept);
         }
-        rounded(&params)
-    };
-    let shares = [0.0].into_iter().chain((0..=40).map(|k| GIVEN_UP * 0.75f64.powi(40 - k)));
-    let found = shares.map(|share| (less(share), share)).find(|(params, _)| params.validate().is_ok());
-    let (params, share) = found.unwrap_or_else(|| (less(0.0), 0.0));
-    params.validate().map(|()| (params, share))
+        let less = rounded(&less);
+        let beyond = match less.validate() {
+            Ok(()) => return Ok((less, 1.0 - kept.iter().sum::<f64>() / N as f64)),
+            Err(Error::NotPassive { index, .. }) => usize::from(index),
+            Err(error) => return Err(error),
+        };
+        for (node, kept) in kept.iter_mut().enumerate() {
+            let away = node.abs_diff(beyond) as f64 / NEIGHBOURS as f64;
+            *kept *= 1.0 - PART * (1.0 - away * away).max(0.0);
+        }
+        if kept.iter().any(|kept| *kept < 1.0 - GIVEN_UP) {
+            return rounded(params).validate().map(|()| (rounded(params), 0.0));
+        }
+    }
 }
 
 /// The fit's stages and what they have found so far.
@@ -250,5 +263,39 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
         }
         self.layout.along_y = chosen;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that couple too much near the deepest press are brought to what is passive there; shallow ones stay as they are.
+    #[test]
+    fn what_is_not_passive_is_given_up_about_its_depth() {
+        let layout = Parameterisation::new(9, 4, 2.5, 0.4);
+        let guess = InitialGuess {
+            normal: [0.33, 1.6],
+            area: [65.0, 1.0],
+            limit: [0.5, 1.3],
+            stiffness: [0.3, 0.2],
+            ratio: 0.65,
+        };
+        let passive = layout.params::<3, 37>(&layout.start(&[0.0, 0.1, 0.8], &guess));
+        assert_eq!(accepted(&passive).unwrap(), (rounded(&passive), 0.0));
+        let mut coupled = passive;
+        while rounded(&coupled).validate().is_ok() {
+            for (k, node) in coupled.nodes.iter_mut().enumerate().skip(25) {
+                node.press_coupling += 0.002 * (k - 25) as f64;
+            }
+        }
+        assert!(matches!(rounded(&coupled).validate(), Err(Error::NotPassive { .. })));
+        let (found, share) = accepted(&coupled).unwrap();
+        assert!(share > 0.0 && share < 0.1, "{share}");
+        assert_eq!(found.nodes[..15], rounded(&coupled).nodes[..15]);
+        assert!(found.nodes[30].press_coupling.abs() > 0.5 * coupled.nodes[30].press_coupling.abs() as f32);
+        // What would take more than is allowed is refused.
+        coupled.nodes.iter_mut().for_each(|node| node.press_coupling = 5.0);
+        assert!(matches!(accepted(&coupled), Err(Error::NotPassive { .. })));
     }
 }

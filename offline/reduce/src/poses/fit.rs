@@ -9,7 +9,7 @@ use fingerpad::{DataOf, POSE_COEFFICIENTS, PoseTable};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, TerminationReason, minimise};
 use rayon::prelude::*;
 
-use super::{Largest, errors, replay_with_pose};
+use super::{LIGHT_IN_FIT, Largest, errors, replay_with_pose};
 use crate::{Kind, ReduceError, Run};
 
 /// Least number of runs in other poses from which poses are fitted.
@@ -18,7 +18,7 @@ const LEAST_RUNS: usize = 6;
 /// the centre of pressure, mm, and of the moment about the normal over the limit times the radius of a circle of the area.
 const NORMAL_SHARE: f64 = 0.02;
 const AREA_SHARE: f64 = 0.03;
-const FRICTION_SHARE: f64 = 0.03;
+const FRICTION_SHARE: f64 = 0.015;
 const CENTRE_MM: f64 = 0.3;
 const MOMENT_SHARE: f64 = 0.1;
 /// Errors from which on their root counts: where few nodes touch, friction errs by much that no function of the pose can tell.
@@ -138,7 +138,7 @@ impl<const M: usize, const N: usize> Poses<'_, M, N> {
         data.pose = table(&self.data.pose, vector);
         let mut out = Vec::new();
         for run in self.runs {
-            let largest = Largest::of(&self.data, run);
+            let largest = Largest::of(&self.data, run, LIGHT_IN_FIT);
             let has_friction = (self.with_friction)(run.kind);
             for (sample, r) in run.samples.iter().zip(replay_with_pose(&data, run)) {
                 let [normal, area, x, y, centre_x, centre_y, moment] = errors(sample, &r, &largest).unwrap_or_default();

@@ -18,8 +18,10 @@ const STEP_MM: f32 = 0.1;
 const STEP_DEG: f32 = 2.0;
 /// Depth below which rows are not compared, mm: limits are too small to be held against.
 const LEAST_DEPTH_MM: f32 = 0.05;
-/// Least limit that friction is held against, share of the largest of a run.
+/// Least limit that friction is held against, share of the largest of a run: in scores, and in the fit, where what a light touch
+/// tells is as much the mesh as the finger.
 const LIGHT: f64 = 0.05;
+const LIGHT_IN_FIT: f64 = 0.3;
 
 /// Errors in other poses than the fitted one, RMS over rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -53,7 +55,7 @@ pub fn is_posed(run: &Run) -> bool {
 pub fn pose_scores<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> PoseScores {
     let (mut sums, mut rows, mut centres) = ([0.0; 5], 0.0, 0.0);
     for run in runs {
-        let largest = Largest::of(data, run);
+        let largest = Largest::of(data, run, LIGHT);
         for (sample, r) in run.samples.iter().zip(replay_with_pose(data, run)) {
             let Some([normal, area, x, y, centre_x, centre_y, _]) = errors(sample, &r, &largest) else { continue };
             rows += 1.0;
@@ -87,10 +89,12 @@ struct Largest {
     limit_n: f64,
     /// Friction in full slip over N^beta A^(1 − beta), and beta.
     law: [f64; 2],
+    /// Least limit that friction is held against, over `limit_n`.
+    light: f64,
 }
 
 impl Largest {
-    fn of<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run: &Run) -> Self {
+    fn of<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run: &Run, light: f64) -> Self {
         let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(1e-3f32, f32::max));
         let middle = &data.rows[N / 2];
         let beta = data.pressure_exponent;
@@ -100,6 +104,7 @@ impl Largest {
             area_mm2: most(|s| s.contact_area_mm2),
             limit_n: 0.0,
             law: [law, beta],
+            light,
         };
         let limit_n = run.samples.iter().map(|s| largest.limit_n(s)).fold(1e-3, f64::max);
         Self { limit_n, ..largest }
@@ -109,7 +114,7 @@ impl Largest {
     fn limit_n(&self, sample: &Sample) -> f64 {
         let [law, beta] = self.law;
         let [normal, area] = [sample.normal_force_n, sample.contact_area_mm2].map(|x| f64::from(x.max(0.0)));
-        (law * normal.powf(beta) * area.powf(1.0 - beta)).max(LIGHT * self.limit_n)
+        (law * normal.powf(beta) * area.powf(1.0 - beta)).max(self.light * self.limit_n)
     }
 }
 
