@@ -380,7 +380,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 14] = [
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 4100;
 const STACK_BOUND: u64 = 208;
-/// Four anchors of two words, 31 words for the plane, its turns and limits, where and how it rolled, depth and strength factor.
+/// Four anchors of two words, 32 words for the plane, its turns and limits, where and how it rolled, depth and strength factor.
 const STATE_BYTES: u32 = 160;
 
 type Gate = fn(&str) -> bool;
