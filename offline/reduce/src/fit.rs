@@ -274,14 +274,7 @@ mod tests {
     #[test]
     fn what_is_not_passive_is_given_up_about_its_depth() {
         let layout = Parameterisation::new(9, 4, 2.5, 0.4);
-        let guess = InitialGuess {
-            normal: [0.33, 1.6],
-            area: [65.0, 1.0],
-            limit: [0.5, 1.3],
-            stiffness: [0.3, 0.2],
-            ratio: 0.65,
-        };
-        let passive = layout.params::<3, 37>(&layout.start(&[0.0, 0.1, 0.8], &guess));
+        let passive = layout.params::<3, 37>(&layout.start(&[0.0, 0.1, 0.8], &InitialGuess::of_a_finger()));
         assert_eq!(accepted(&passive).unwrap(), (rounded(&passive), 0.0));
         let mut coupled = passive;
         while rounded(&coupled).validate().is_ok() {

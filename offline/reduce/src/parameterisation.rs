@@ -313,6 +313,14 @@ pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> Param
 }
 
 #[cfg(test)]
+impl InitialGuess {
+    /// Numbers of about the default finger, to begin tests from.
+    pub(crate) fn of_a_finger() -> Self {
+        Self { normal: [0.33, 1.6], area: [65.0, 1.0], limit: [0.5, 1.3], stiffness: [0.3, 0.2], ratio: 0.65 }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -321,14 +329,7 @@ mod tests {
     #[test]
     fn vectors_are_models() {
         let layout = Parameterisation::new(12, 4, 2.5, 0.46);
-        let guess = InitialGuess {
-            normal: [0.33, 1.6],
-            area: [65.0, 1.0],
-            limit: [0.5, 1.3],
-            stiffness: [0.3, 0.2],
-            ratio: 0.65,
-        };
-        let start = layout.start(&[0.0, 0.1, 0.8], &guess);
+        let start = layout.start(&[0.0, 0.1, 0.8], &InitialGuess::of_a_finger());
         assert_eq!(start.len(), layout.of_spin(3).end);
         assert!(layout.params::<3, 37>(&start).try_build().is_ok());
         let mut seed = 7u64;
