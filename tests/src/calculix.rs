@@ -12,15 +12,13 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
-use fingerpad_fe::assembly::{Body, Supports};
-use fingerpad_fe::compare_ccx::{Contact, Deck, Error as CalculixError, Friction, Point, Run, Runner, Step};
-use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
-use fingerpad_fe::element::Hex8;
-use fingerpad_fe::load_path::{
-    Bone, BoneKind, Drive, Finger, LoadSettings, Path, Problem, Tissue, Trajectory, Waypoint, follow_path,
+pub use fingerpad_fe::compare_ccx::like_for_like::Element;
+use fingerpad_fe::compare_ccx::{
+    Contact, Deck, Error as CalculixError, Friction, Point, Run, Runner, Step, like_for_like,
 };
-use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Nail, Region, fingertip, set};
-use fingerpad_fe::solve::SolverSettings;
+use fingerpad_fe::contact::RubberFriction;
+use fingerpad_fe::load_path::{Drive, Finger, Path, Problem, Tissue, Trajectory, Waypoint, follow_path};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Nail, fingertip, set};
 use nalgebra::Vector3;
 
 /// Penalty of both programs, MPa/mm.
@@ -35,15 +33,6 @@ pub const SLIDE_DEPTH_MM: f64 = 0.75;
 pub const SLIDES_MM: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 /// Largest relative difference of friction and of the mean displacement.
 pub const SLIDE_PASS: f64 = 0.03;
-
-/// Our hexahedra.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Element {
-    /// Mean dilatation, as everywhere else.
-    MeanDilatation,
-    /// CalculiX's own C3D8R, written after Flanagan & Belytschko (1981).
-    LikeCalculix,
-}
 
 /// A fingertip with fixed bones: which shape and mesh.
 #[derive(Clone, Debug)]
@@ -69,7 +58,7 @@ impl fmt::Display for MeshLine<'_> {
         let mesh = &self.finger.mesh;
         let element = match self.case.element {
             Element::MeanDilatation => "mean dilatation",
-            Element::LikeCalculix => "CalculiX's element",
+            Element::C3d8r => "CalculiX's element",
         };
         let nail = match self.case.nail {
             Nail::Tets => "nail of tied tets",
@@ -117,30 +106,11 @@ impl Case {
         Self { element, ..self }
     }
 
-    fn tissue() -> Tissue {
-        Tissue { bone: Bone { kind: BoneKind::Fixed, ..Bone::default() }, ..Tissue::default() }
-    }
-
     /// Mesh and body.
     pub fn finger(&self) -> Finger {
         let shape = FingertipShape { nail: self.nail, ..FingertipShape::named(self.shape).expect("a shipped shape") };
         let tip = fingertip(&shape, &self.preset.divisions()).expect("a mesh");
-        let tissue = Self::tissue();
-        let finger = Finger::new(tip, &tissue).expect("a body");
-        if self.element == Element::MeanDilatation {
-            return finger;
-        }
-        let mesh = finger.mesh.clone();
-        let fixed = [set::PROXIMAL_FIX, set::NAIL_FIX, set::PROXIMAL_BONE, set::DISTAL_BONE];
-        let supports = Supports {
-            fixed: fixed.iter().flat_map(|name| mesh.node_set(name)).copied().collect(),
-            contact: mesh.node_set(set::PAD).to_vec(),
-            ..Supports::default()
-        };
-        let material = |region: Region| tissue.material(&mesh, region);
-        let joint = tissue.bone.joint;
-        let body = Body::with_hexes(Hex8::uniform_strain, &mesh, material, &supports, Vector3::zeros(), joint);
-        Finger { body: body.expect("a body"), mesh, half: None, ..finger }
+        like_for_like::finger(tip, &Tissue::default(), self.element).expect("a body")
     }
 
     /// What the mesh is.
@@ -150,7 +120,7 @@ impl Case {
 
     /// The same problem for CalculiX.
     pub fn deck<'a>(&self, finger: &'a Finger, friction: Option<Friction>, steps: Vec<Step>) -> Deck<'a> {
-        let tissue = Self::tissue();
+        let tissue = like_for_like::tissue(&Tissue::default());
         let contact = Contact { penalty_mpa_mm: PENALTY_MPA_PER_MM, friction };
         Deck::finger(&finger.mesh, |region| tissue.material(&finger.mesh, region), contact, steps)
     }
@@ -172,19 +142,7 @@ pub fn problem(finger: &Finger, law: Law) -> Problem<'_> {
         Law::Coulomb { gamma_crit_mm } => Some(RubberFriction::coulomb(MU, gamma_crit_mm)),
         Law::Rubber => Some(RubberFriction::default()),
     };
-    Problem {
-        body: &finger.body,
-        pad_faces: (&finger.mesh).into(),
-        half: None,
-        friction,
-        penalty: PenaltySettings { penalty_mpa_per_mm: PENALTY_MPA_PER_MM, augment: false, ..Default::default() },
-        settings: SolverSettings::default(),
-        load_steps: LoadSettings::default(),
-        neutral_pitch_deg: 30.0,
-        obstacles: &[],
-        beside_pad: &[],
-        clearance_mm: f64::INFINITY,
-    }
+    like_for_like::problem(finger, friction, PENALTY_MPA_PER_MM)
 }
 
 /// Follows the path to its end with a snapshot at every row.
@@ -358,7 +316,7 @@ mod tests {
             let case = Case::new(shape, MeshPreset::Coarse);
             let finger = case.finger();
             let calculix = press_calculix(&case, &finger, Duration::from_secs(300));
-            for (element, most) in [(Element::LikeCalculix, 0.002), (Element::MeanDilatation, 0.04)] {
+            for (element, most) in [(Element::C3d8r, 0.002), (Element::MeanDilatation, 0.04)] {
                 let case = case.clone().with(element);
                 for row in press_rows(&case.finger(), &calculix) {
                     assert!(row.difference().abs() < most, "{}: {row}", case.line(&finger));

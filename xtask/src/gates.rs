@@ -1,22 +1,37 @@
-//! What a change must pass: named steps, the cheap ones first, and the time that each took.
+//! What a change must pass: named steps in three tiers, and the time that each took.
 //!
-//! Main type: [`Step`]. Uses `package` for the published crates, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `c_test` and
-//! `fmu_test` for the bindings and `install` for what is missing.
+//! | tier | command | for |
+//! |---|---|---|
+//! | quick | `cargo xtask check` | while working: what changed and what depends on it |
+//! | test | `cargo xtask test` | before a commit: everything that minutes allow |
+//! | slow | `cargo xtask test --slow` | before a release and in CI: the rest |
+//!
+//! Main type: [`Step`]. The steps of a tier run in two lanes side by side (see [`Lane`]). Uses `package` for the published crates,
+//! `thumb` for the firmware, `web`, `wheel`, `mujoco`, `c_test` and `fmu_test` for the bindings, `times` for the table of times
+//! and `install` for what is missing.
 
-use std::process::Command;
-use std::time::{Duration, Instant};
+use std::fs::{self, File};
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 
+use crate::times::Times;
 use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, web, wheel};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Only these steps, in the order given (comma-separated or repeated); all, in the order of this list, without it
-    #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
+    /// The steps of the slow tier, in place of those of the test tier
+    #[arg(long)]
+    slow: bool,
+    /// Only these steps of either tier, one after the other (comma-separated or repeated)
+    #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',', conflicts_with = "slow")]
     only: Vec<Step>,
+    /// List the steps with their tiers
+    #[arg(long)]
+    list: bool,
 }
 
 /// A step of `cargo xtask test`.
@@ -26,71 +41,126 @@ enum Step {
     Format,
     /// Clippy without warnings: the workspace with all targets, the core with all features
     Clippy,
-    /// rustdoc without warnings
-    Doc,
-    /// The published crates: their files, all of them compiled from what is packed, and the core's own tests from there
-    Package,
-    /// Unit tests of the workspace, some against CalculiX
-    Unit,
-    /// Examples in the documentation
-    Doctest,
-    /// No package uses one that it must not use
-    Layout,
+    /// Unit and integration tests of the workspace that are not marked as slow, some against CalculiX, some with Gmsh; 2 000 cases
+    /// for each property of the core
+    Tests,
     /// Clippy without warnings: the firmware and the C library
     ThumbClippy,
-    /// Host and target give the documented digest of a million steps
-    ThumbGolden,
-    /// Neither panics nor doubles in the firmware, bounds on code size and stack; other processors
-    ThumbCheck,
     /// Instructions per call within their bounds
     ThumbCount,
+    /// Neither panics nor doubles in the firmware, bounds on code size and stack
+    ThumbCheck,
+    /// The firmware's example programs under QEMU
+    ThumbRun,
+    /// Host and target give the documented digest of a million steps. Last of its lane: it builds for the host as well
+    ThumbGolden,
+    /// rustdoc without warnings
+    Doc,
+    /// Examples in the documentation
+    Doctest,
+    /// The published crates: their files, all of them compiled from what is packed, and the core's own tests from there
+    Package,
+    /// Tests marked as slow: every command of the documents and of `--help` is executed, long verification cases
+    SlowTests,
+    /// 20 000 cases for each property of the core
+    Properties,
+    /// The core and the C library for other processors: Cortex-M0+, M3, M33, RISC-V
+    ThumbOther,
+    /// The C library on the target gives the documented vectors
+    ThumbC,
     /// The C library's release folder: a CMake project outside the repository builds on it as C99 and C++17, gives the bits of
     /// the core and answers misuse by codes
     C,
     /// The co-simulation unit (FMI 3.0): valid and bit for bit the core's by FMPy, also when built from the sources inside
     Fmu,
-    /// The C library on the target gives the documented vectors
-    ThumbC,
-    /// The firmware's example programs under QEMU
-    ThumbRun,
     /// The page: built, below its size, and tested in headless Chromium against the core on the host
     Web,
     /// The MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
     Mujoco,
     /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
     Python,
-    /// Integration tests and quick verification cases, some against CalculiX, some with Gmsh
-    Integration,
+}
+
+/// Ignored tests that `cargo xtask verify` runs.
+const VERIFIED_ELSEWHERE: [&str; 6] = [
+    "--skip",
+    "what_is_planted_is_named_or_among_what_cannot_be_told_apart",
+    "--skip",
+    "no_effect_is_ever_named_wrongly",
+    "--skip",
+    "snakemake_does_a_population_study",
+];
+
+/// How often a step runs.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Tier {
+    Test,
+    Slow,
+}
+
+/// The two sequences of steps that run side by side. Two steps that build in the same folder are in one lane, where they would
+/// wait for each other anyway; what one lane downloads, links or emulates leaves a core to the other.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lane {
+    /// What builds in the workspace's own target folder.
+    Workspace,
+    /// What builds elsewhere: firmware and bindings.
+    Others,
 }
 
 impl Step {
+    /// Its tier, and the lane that it runs in.
+    fn place(self) -> (Tier, Lane) {
+        match self {
+            Self::Format | Self::Clippy | Self::Tests => (Tier::Test, Lane::Workspace),
+            Self::ThumbClippy | Self::ThumbCount | Self::ThumbCheck | Self::ThumbRun | Self::ThumbGolden => {
+                (Tier::Test, Lane::Others)
+            }
+            Self::Doc | Self::Doctest | Self::Package | Self::SlowTests | Self::Properties => {
+                (Tier::Slow, Lane::Workspace)
+            }
+            Self::ThumbOther | Self::ThumbC | Self::C | Self::Fmu | Self::Web | Self::Mujoco | Self::Python => {
+                (Tier::Slow, Lane::Others)
+            }
+        }
+    }
+
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
     fn run(self) -> Result<()> {
         match self {
             Self::Format => format(),
             Self::Clippy => clippy(),
+            Self::Tests => {
+                install::calculix()?;
+                install::gmsh()?;
+                // All packages at once, so that their dependencies are built once.
+                let targets = ["test", "--release", "--workspace", "--lib", "--bins", "--examples", "--test", "*"];
+                cases(2000, &targets)
+            }
+            Self::SlowTests => {
+                install::calculix()?;
+                let ignored = ["test", "--release", "--workspace", "--test", "*", "--", "--ignored"];
+                cases(2000, &[&ignored[..], &VERIFIED_ELSEWHERE[..]].concat())
+            }
+            Self::Properties => {
+                cases(20_000, &["test", "--release", "--package", "fingerpad", "--test", "all", "properties::"])
+            }
             Self::Doc => {
                 let mut doc = Command::new(env!("CARGO"));
                 doc.current_dir(root()).env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps"]);
                 run(&mut doc)
             }
             Self::Package => package::test(),
-            // All packages at once in each of these four, so that their dependencies are built once.
-            Self::Unit => {
-                install::calculix()?;
-                cargo(&["test", "--release", "--workspace", "--lib", "--bins", "--examples"], &[])
-            }
             Self::Doctest => cargo(&["test", "--release", "--workspace", "--doc"], &[]),
-            Self::Layout => cargo(&["test", "--release", "--workspace", "--test", "layout"], &[]),
-            Self::Integration => {
-                install::calculix()?;
-                install::gmsh()?;
-                cargo(&["test", "--release", "--workspace", "--test", "*"], &[])
-            }
             Self::Mujoco => mujoco::test(),
             Self::Python => wheel::test(wheel::Part::Fingers),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
+            Self::ThumbOther => thumb::step(&thumb::Action::Other),
             Self::ThumbCount => thumb::step(&thumb::COUNT),
             Self::C => c_test::test(),
             Self::Fmu => fmu_test::test(),
@@ -101,36 +171,93 @@ impl Step {
     }
 }
 
-/// Runs the steps until one fails; prints what each took in any case.
+/// Runs the steps of a tier in two lanes, or the chosen ones one after the other; prints the table of times in any case.
 pub fn main(args: &Args) -> Result<()> {
-    let steps = if args.only.is_empty() { Step::value_variants() } else { &args.only };
-    let mut table = Vec::new();
-    let mut outcome = Ok(());
-    for &step in steps {
-        let name = step.to_possible_value().context("a step without name")?.get_name().to_owned();
-        println!("== {name}");
-        let start = Instant::now();
-        outcome = step.run().with_context(|| format!("the step {name} failed: cargo xtask test --only {name}"));
-        table.push((name, start.elapsed()));
-        if outcome.is_err() {
-            break;
+    if args.list {
+        for step in Step::value_variants() {
+            let tier = if step.place().0 == Tier::Test { "test" } else { "slow" };
+            println!("{:<14} {tier}", step.name());
         }
+        return Ok(());
     }
-    print_times(&table, outcome.is_ok());
+    if !args.only.is_empty() {
+        return one_after_the_other(&args.only);
+    }
+    let tier = if args.slow { Tier::Slow } else { Tier::Test };
+    let of_lane = |lane| Step::value_variants().iter().copied().filter(|step| step.place() == (tier, lane)).collect();
+    let (workspace, others): (Vec<Step>, Vec<Step>) = (of_lane(Lane::Workspace), of_lane(Lane::Others));
+    let start = Instant::now();
+    let beside = Beside::start(&others)?;
+    let outcome = in_turn(&workspace);
+    println!("== the other lane: {}", names(&others).join(", "));
+    let of_others = beside.finish();
+    let all: Vec<Step> = workspace.iter().chain(&others).copied().collect();
+    Times::read(&root())?.print(&names(&all), start.elapsed());
+    outcome.and(of_others)
+}
+
+fn names(steps: &[Step]) -> Vec<String> {
+    steps.iter().map(|step| step.name()).collect()
+}
+
+fn one_after_the_other(steps: &[Step]) -> Result<()> {
+    let start = Instant::now();
+    let outcome = in_turn(steps);
+    Times::read(&root())?.print(&names(steps), start.elapsed());
     outcome
 }
 
-fn print_times(table: &[(String, Duration)], passed: bool) {
-    println!("\n{:<14} {:>8}", "step", "seconds");
-    for (i, (name, time)) in table.iter().enumerate() {
-        let mark = if i + 1 == table.len() && !passed { "  failed" } else { "" };
-        println!("{name:<14} {:>8.1}{mark}", time.as_secs_f64());
+/// Runs the steps until one fails, and stores the time of each.
+fn in_turn(steps: &[Step]) -> Result<()> {
+    for &step in steps {
+        let name = step.name();
+        println!("== {name}");
+        let start = Instant::now();
+        let outcome = step.run().with_context(|| format!("the step {name} failed: cargo xtask test --only {name}"));
+        Times::store(&root(), &name, start.elapsed(), outcome.is_ok())?;
+        outcome?;
     }
-    let all: Duration = table.iter().map(|row| row.1).sum();
-    println!("{:<14} {:>8.1}", "all", all.as_secs_f64());
+    Ok(())
 }
 
-fn format() -> Result<()> {
+/// Steps in a process of their own, whose output is kept in a file until they have ended.
+struct Beside {
+    child: Child,
+    log: std::path::PathBuf,
+}
+
+impl Beside {
+    fn start(steps: &[Step]) -> Result<Self> {
+        let log = root().join("target/gates.log");
+        fs::create_dir_all(root().join("target"))?;
+        let file = File::create(&log).with_context(|| log.display().to_string())?;
+        let child = Command::new(std::env::current_exe()?)
+            .args(["test", "--only", &names(steps).join(",")])
+            .stdin(Stdio::null())
+            .stdout(file.try_clone()?)
+            .stderr(file)
+            .spawn()?;
+        println!("beside: {} (output in {})", names(steps).join(", "), log.display());
+        Ok(Self { child, log })
+    }
+
+    /// Waits for the steps and prints their output.
+    fn finish(mut self) -> Result<()> {
+        let status = self.child.wait()?;
+        print!("{}", String::from_utf8_lossy(&fs::read(&self.log)?));
+        ensure!(status.success(), "the other lane failed: see above, or {}", self.log.display());
+        Ok(())
+    }
+}
+
+/// Runs cargo with that many cases for each property.
+fn cases(count: u32, words: &[&str]) -> Result<()> {
+    let mut cargo = Command::new(env!("CARGO"));
+    run(cargo.current_dir(root()).env("PROPTEST_CASES", count.to_string()).args(words))
+}
+
+/// Formatting in all workspaces.
+pub fn format() -> Result<()> {
     install::component("rustfmt", "fmt")?;
     for folder in [".", "firmware-example", "bindings/c", "bindings/web", "bindings/python"] {
         run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;

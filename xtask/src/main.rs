@@ -9,8 +9,10 @@ mod install;
 mod mujoco;
 mod package;
 mod python;
+mod quick;
 mod ros;
 mod thumb;
+mod times;
 mod web;
 mod wheel;
 
@@ -23,7 +25,10 @@ use clap::Parser;
 #[derive(Parser)]
 #[command(about = "Chores: test, verify, bench", name = "cargo xtask")]
 enum Chore {
-    /// Everything that a change must pass, step by step; installs what is missing
+    /// While you work: format, Clippy and unit tests of what changed and of what depends on it, one Hertz, one Mindlin and one
+    /// diagnosis case, the directions of the packages
+    Check(quick::Args),
+    /// What a change must pass before it is committed; with --slow what CI adds to that. Installs what is missing
     Test(gates::Args),
     /// The long verification cases, planted tables (`tables`), the tests of the published packages from what is packed
     /// (`package`), the whole Python package with its commands and notebooks (`python`), the ROS 2 packages (`ros`); names
@@ -64,6 +69,7 @@ enum Chore {
 
 fn main() -> anyhow::Result<()> {
     match Chore::parse() {
+        Chore::Check(args) => quick::main(&args),
         Chore::Test(args) => gates::main(&args),
         Chore::Verify { args } => verify(args),
         Chore::Bench { name, args } => match name.as_str() {
@@ -124,8 +130,8 @@ fn verify(args: Vec<String>) -> anyhow::Result<()> {
 
 /// Tables with planted errors, which take long.
 fn tables() -> anyhow::Result<()> {
-    let both = ["--package", "fingerpad-table", "--package", "fingerpad-tests", "--test", "planted", "--test", "table"];
-    cargo(&[&["test", "--release"], &both[..], &["--", "--ignored"]].concat(), &[])
+    cargo(&["test", "--release", "--package", "fingerpad-table", "--test", "planted", "--", "--ignored"], &[])?;
+    cargo(&["test", "--release", "--package", "fingerpad-tests", "--test", "all", "table::", "--", "--ignored"], &[])
 }
 
 /// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.

@@ -2,6 +2,9 @@
 #![allow(dead_code)]
 
 pub mod books;
+pub mod golden;
+pub mod law_vectors;
+pub mod vectors;
 
 use fingerpad::{Data, ModelFile, Motion, Params, ParamsOf, Pose, Response, State, Tuning, step};
 use proptest::prelude::*;

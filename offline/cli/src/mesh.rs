@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use fingerpad_fe::experiment::{ConfigError, Origin};
+use fingerpad_fe::experiment::{Config, ConfigError, Origin};
 use fingerpad_fe::load_path::Finger;
 use fingerpad_fe::mesh;
-use fingerpad_fe::mesh::{Region, imported::ImportReport, volume::VolumeReport};
+use fingerpad_fe::mesh::{Fingertip, Region, imported::ImportReport, volume::VolumeReport};
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 
-use super::{Failure, Model, Outputs, progress};
+use super::{Failure, Model, Outputs, bar, go_on, progress, run_failure, show};
 
 /// Write the fingertip's mesh, or the whole problem for another program.
 #[derive(clap::Args)]
@@ -19,9 +19,12 @@ Examples:
   fingerpad mesh --shape a --out finger.msh             Gmsh 4.1
   fingerpad mesh --mesh-preset coarse --out finger.inp  Abaqus, CalculiX: mesh and sets
   fingerpad mesh --out press.inp --deck                 CalculiX: the whole frictionless press
+  fingerpad mesh --out press.inp --deck --mesh-preset coarse --deck-element c3d8r    and its forces by this program
   fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume
   fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh
-  fingerpad mesh --out finger.vtu --picture finger.png  and a picture")]
+  fingerpad mesh --out finger.vtu --picture finger.png  and a picture
+
+`ccx press` (without the ending) runs a deck; the line \"total force\" of PLANE_NODES in press.dat has the normal force at each depth. CalculiX's hexahedra are C3D8R, which are some per cent stiffer on coarse meshes than the mean dilatation of `build` and `simulate`: 6 to 8 % on the coarse mesh. --deck-element prints the forces of the deck's problem as this program computes them, with C3D8R (like for like: within 0.1 %) or with mean dilatation.")]
 pub struct Args {
     #[command(flatten)]
     model: Model,
@@ -31,12 +34,24 @@ pub struct Args {
     /// With .inp: materials, supports, contact and steps as well
     #[arg(long)]
     deck: bool,
+    /// With --deck: solve the same problem here with these hexahedra and print the normal forces
+    #[arg(long, value_enum, value_name = "ELEMENT", requires = "deck")]
+    deck_element: Option<DeckElement>,
     /// Picture to write as well (PNG): cut open at y = 0, and from below
     #[arg(long, value_name = "F.png")]
     picture: Option<PathBuf>,
     /// Print the quality report as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// Hexahedra of this program for the problem of a deck.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum DeckElement {
+    /// CalculiX's: one point with hourglass control
+    C3d8r,
+    /// This program's own
+    MeanDilatation,
 }
 
 /// Runs the command.
@@ -56,6 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .prepare()?;
     let (fingertip, origin) = progress::during("mesh", |_| config.fingertip())?;
     let touch = fingertip.touch;
+    let pressed = args.deck_element.map(|element| press_of_deck(&config, fingertip.clone(), element)).transpose()?;
     let finger = Finger::new(fingertip, &config.tissue).map_err(ConfigError::from)?;
     match ending.as_str() {
         "vtu" => fingerpad_fe::load_path::vtu::write_mesh(&args.out, &finger.mesh)?,
@@ -101,6 +117,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "min_edge_mm": quality.min_edge_mm, "max_edge_mm": quality.max_edge_mm,
             "curvature_radius_mm": touch.curvature_radius_mm,
             "regions": regions,
+            "deck_depth_mm_and_normal_force_n": pressed,
         });
         println!("{value:#}");
         return Ok(());
@@ -132,6 +149,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Region::Soft(_) => finger.mesh.region_name(*region),
         };
         println!("{name:>14}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
+    }
+    if let Some(pressed) = pressed {
+        println!("normal force of the deck's problem by this program, bones fixed:");
+        pressed.iter().for_each(|[depth_mm, force_n]| println!("{depth_mm:>8.2} mm {force_n:>10.5} N"));
+    }
+    if args.deck {
+        println!("to compare: ccx {}", args.out.with_extension("").display());
     }
     match &origin {
         Origin::Shape(_) => {}
@@ -176,8 +200,40 @@ fn print_import(report: &ImportReport) {
     }
 }
 
+/// Depth (mm) and normal force (N) at every depth of the deck.
 #[cfg(unix)]
-fn deck(config: &fingerpad_fe::experiment::Config, mesh: &mesh::Mesh) -> Result<String, Failure> {
+fn press_of_deck(config: &Config, tip: Fingertip, element: DeckElement) -> Result<Vec<[f64; 2]>, Failure> {
+    use fingerpad_fe::compare_ccx::like_for_like::{self, Element};
+    use fingerpad_fe::load_path::{Drive, Path, Waypoint, follow_path};
+
+    let element = match element {
+        DeckElement::C3d8r => Element::C3d8r,
+        DeckElement::MeanDilatation => Element::MeanDilatation,
+    };
+    let finger = like_for_like::finger(tip, &config.tissue, element).map_err(ConfigError::from)?;
+    let problem = like_for_like::problem(&finger, None, config.numerics.contact.penalty_mpa_per_mm);
+    let depths = [0.0].into_iter().chain(config.experiment.depths_mm.iter().copied());
+    let waypoints = depths.map(|depth| Waypoint { t_s: depth, normal: depth, x: 0.0, y: 0.0 }).collect();
+    let path = Path::new([Drive::Displacement; 3], waypoints);
+    let rows: Vec<usize> = (0..path.waypoints.len()).collect();
+    let bar = bar("press".into());
+    let pressed = follow_path(&problem, &path, &rows, &mut |progress| {
+        show(&bar, &progress);
+        go_on()
+    });
+    bar.finish_and_clear();
+    let pressed = pressed.map_err(|e| run_failure(e, "the press of the deck", "nothing was written".into()))?;
+    let reached = pressed.snapshots.iter().skip(1).map(|s| [s.response.depth_mm, s.response.normal_force_n]);
+    Ok(reached.collect())
+}
+
+#[cfg(not(unix))]
+fn press_of_deck(_: &Config, _: Fingertip, _: DeckElement) -> Result<Vec<[f64; 2]>, Failure> {
+    Err(Failure::Input(anyhow::anyhow!("--deck-element needs a Unix system")))
+}
+
+#[cfg(unix)]
+fn deck(config: &Config, mesh: &mesh::Mesh) -> Result<String, Failure> {
     use fingerpad_fe::compare_ccx::{Contact, Deck, Step};
     let contact = Contact { penalty_mpa_mm: config.numerics.contact.penalty_mpa_per_mm, friction: None };
     let steps = vec![Step::press(&config.experiment.depths_mm)];
@@ -186,6 +242,6 @@ fn deck(config: &fingerpad_fe::experiment::Config, mesh: &mesh::Mesh) -> Result<
 }
 
 #[cfg(not(unix))]
-fn deck(_: &fingerpad_fe::experiment::Config, _: &mesh::Mesh) -> Result<String, Failure> {
+fn deck(_: &Config, _: &mesh::Mesh) -> Result<String, Failure> {
     Err(Failure::Input(anyhow::anyhow!("--deck needs a Unix system")))
 }

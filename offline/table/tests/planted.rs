@@ -2,7 +2,7 @@
 //!
 //! The pad is a plane cut of a soft body, area proportional to depth and load to its square (as Table 1 of Yoshida et
 //! al. 2011), with a parabola of pressure. It stands in for the finite elements, so that hundreds of tables are judged;
-//! tables made by the finite elements are judged in `tests/tests/table.rs`.
+//! tables made by the finite elements are judged in `tests/tests/all/table.rs`.
 
 use fingerpad_diagnose::Verdict;
 use fingerpad_fe::contact::{FrictionLaw, RubberFriction};

@@ -20,11 +20,11 @@ struct Fault {
 }
 
 const CONTACT: &[&str] = &["-p", "fingerpad-fe", "--lib", "contact::"];
-const MINDLIN: &[&str] = &["-p", "fingerpad-tests", "--test", "cases", "mindlin"];
-const HERTZ: &[&str] = &["-p", "fingerpad-tests", "--test", "cases", "hertz"];
-const HYPERELASTIC: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "hyperelastic::"];
-const FIRST_TOUCH: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "depth_counts"];
-const BALANCE: &[&str] = &["-p", "fingerpad-tests", "--test", "verification", "balance"];
+const MINDLIN: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "cases::mindlin"];
+const HERTZ: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "cases::hertz"];
+const HYPERELASTIC: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "verification::hyperelastic::"];
+const FIRST_TOUCH: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "depth_counts"];
+const BALANCE: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "balance"];
 
 const SURFACE: &str = "offline/fe/src/contact/surface.rs";
 const RETURN_MAP: &str = "let sliding = law.return_map(trial, pressure, predict_stick && before.stuck);";

@@ -50,13 +50,13 @@ fn main() -> ExitCode {
 fn press(case: &Case, limit: Duration) -> usize {
     let calculix = press_calculix(case, &case.finger(), limit);
     let mut failed = 0;
-    for element in [Element::LikeCalculix, Element::MeanDilatation] {
+    for element in [Element::C3d8r, Element::MeanDilatation] {
         let case = case.clone().with(element);
         let finger = case.finger();
         println!("\nfrictionless press, {}", case.line(&finger));
         println!("depth mm       ours N   CalculiX N  difference   limit");
         for row in press_rows(&finger, &calculix) {
-            if element == Element::LikeCalculix {
+            if element == Element::C3d8r {
                 println!("{row}");
                 failed += usize::from(!row.passes());
             } else {
@@ -74,11 +74,11 @@ fn press(case: &Case, limit: Duration) -> usize {
 fn slide(case: &Case, limit: Duration) -> usize {
     println!("\nCoulomb slide, mu {MU}, depth {SLIDE_DEPTH_MM} mm, friction from first touch on in both");
     println!("ours: gamma_crit {GAMMA_CRIT_MM} mm; CalculiX: stick slope {STICK_SLOPE} MPa/mm");
-    let same = case.clone().with(Element::LikeCalculix).finger();
+    let same = case.clone().with(Element::C3d8r).finger();
     let calculix = slide_calculix(case, &same, STICK_SLOPE, limit);
     let ours = slide_ours(&same, GAMMA_CRIT_MM);
     let mut failed = 0;
-    for element in [Element::LikeCalculix, Element::MeanDilatation] {
+    for element in [Element::C3d8r, Element::MeanDilatation] {
         let case = case.clone().with(element);
         let finger = case.finger();
         println!("\n{}", case.line(&finger));
@@ -90,7 +90,7 @@ fn slide(case: &Case, limit: Duration) -> usize {
         );
         println!("slide mm         ours     CalculiX  difference   limit   |");
         for [friction, displacement] in slide_rows(&slide_ours(&finger, GAMMA_CRIT_MM), &calculix) {
-            if element == Element::LikeCalculix {
+            if element == Element::C3d8r {
                 println!("{friction} | {displacement}");
                 failed += [friction, displacement].iter().filter(|row| !row.passes()).count();
             } else {

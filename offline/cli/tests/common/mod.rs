@@ -1,5 +1,7 @@
 //! The program under test, as every test of the command line runs it.
 
+pub mod charged;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

@@ -1,12 +1,13 @@
 //! CalculiX as a second opinion: the same mesh, materials and contact as a deck, run by `ccx`, read back.
 //!
-//! Main types: [`Deck`], [`Step`], [`Runner`], [`Run`].
+//! Main types: [`Deck`], [`Step`], [`Runner`], [`Run`]; [`like_for_like`] has the same problem for this program.
 //! What it is like and unlike ours: hexahedra are C3D8R (full integration locks), contact is penalty at face points
 //! without augmentation, friction is Coulomb with a constant stick slope. Reads CalculiX's files; solves nothing.
-//! May use: mesh, material, `fingerpad-formats` (for the mesh part of a deck and atomic writing). Unix only.
+//! May use: mesh, material, load_path (for the problem), `fingerpad-formats` (for the mesh part of a deck and atomic writing). Unix only.
 
 mod dat;
 mod deck;
+pub mod like_for_like;
 mod run;
 
 pub use deck::{Contact, Deck, Friction, Settings, Step};

@@ -1,0 +1,13 @@
+//! The integration tests of the core in one binary: `cargo test -p fingerpad --test all poses::` runs those of one file.
+
+mod batch;
+mod calibration;
+#[path = "../common/mod.rs"]
+mod common;
+mod control_loop;
+mod effects;
+mod file;
+mod poses;
+mod properties;
+mod recipe;
+mod requests;

@@ -1,0 +1,186 @@
+//! Every example of every `--help` is parsed; the slow tier runs them too. One that takes long is stopped once it computes.
+
+#![cfg(unix)]
+
+use std::{
+    env, fs,
+    path::Path,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
+
+/// How long an example may compute before it is taken to be right.
+const LONG_ENOUGH: Duration = Duration::from_secs(3);
+
+const PACKAGE: &str = env!("CARGO_MANIFEST_DIR");
+
+fn help(command: &str) -> String {
+    let mut fingerpad = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
+    fingerpad.args(command.split_whitespace().chain(["--help"]));
+    let output = fingerpad.output().unwrap();
+    assert!(output.status.success());
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The examples of a command, without the remarks behind them.
+fn examples(command: &str) -> Vec<String> {
+    let help = help(command);
+    let (_, section) = help.split_once("Examples:\n").unwrap_or_else(|| panic!("{command} has no examples"));
+    let lines: Vec<&str> = section.lines().take_while(|line| !line.is_empty()).collect();
+    // A line that is too long for 100 columns is broken, and its rest would stand where a command does.
+    let whole = ["  fingerpad ", "  printf ", "          "];
+    assert!(lines.iter().all(|line| whole.iter().any(|start| line.starts_with(start))), "{command}: {lines:#?}");
+    let lines = lines.into_iter().map(str::trim);
+    let of_shell = lines.filter(|line| line.starts_with("fingerpad ") || line.starts_with("printf "));
+    of_shell.map(|line| line.split("  ").next().unwrap().to_owned()).collect()
+}
+
+/// Puts the files that the examples name into a folder.
+fn prepare(at: &Path) {
+    let data = Path::new(PACKAGE).join("data");
+    let copy = |from: &Path, to: &str| {
+        fs::create_dir_all(at.join(to).parent().unwrap()).unwrap();
+        fs::copy(from, at.join(to)).unwrap();
+    };
+    for model in ["model.fpm", "corrected.fpm"] {
+        copy(&data.join("models/fingertip.fpm"), model);
+    }
+    crate::common::charged::charged(&at.join("charged.fpm"));
+    for table in ["data/yoshida2011.csv", "my.csv", "subjects/anna.csv", "subjects/bert.csv"] {
+        copy(&data.join("yoshida2011.csv"), table);
+    }
+    copy(&data.join("human_texture_exploration/July3_1_force_data_1.csv"), "t.csv");
+    for entry in fs::read_dir(data.join("runs")).unwrap() {
+        let file = entry.unwrap().path();
+        copy(&file, &format!("runs/{}", file.file_name().unwrap().to_string_lossy()));
+    }
+    for (name, files) in [
+        ("calibration_d", &["calibration.csv", "c.csv"][..]),
+        ("set_17", &["measured.csv", "m.csv", "h.csv", "holdout.csv"]),
+    ] {
+        let packed = Path::new(PACKAGE).join(format!("tests/fe_sets/{name}.csv.gz"));
+        for file in files {
+            let mut unpacked = fs::File::create(at.join(file)).unwrap();
+            let mut text = flate2::read::GzDecoder::new(fs::File::open(&packed).unwrap());
+            std::io::copy(&mut text, &mut unpacked).unwrap();
+        }
+    }
+    // The same with a column of another name.
+    for (file, renamed) in [("c.csv", "c0.csv"), ("m.csv", "m0.csv")] {
+        let text = fs::read_to_string(at.join(file)).unwrap();
+        fs::write(at.join(renamed), text.replacen("run_id", "Trial", 1)).unwrap();
+    }
+    let wear = "[[law]]\nname = \"wear\"\nacts_on = \"strength\"\nformula = \"-loss * path_mm / 50\"\n\
+                parameter = [{ name = \"loss\", unit = \"\", range = [0, 0.5], typical = 0.05 }]\n";
+    fs::write(at.join("laws.toml"), wear).unwrap();
+    for name in ["fixed.toml", "mine.toml"] {
+        fs::write(at.join(name), "[tissue.bone]\nkind = \"fixed\"\n").unwrap();
+    }
+    for line in [
+        "mesh --mesh-preset coarse --out theirs.msh",
+        "phantom --voxels 256 64 64 --out scan.nii.gz",
+        "phantom --voxels 256 64 64 --out finger.nrrd",
+    ] {
+        let arguments = line.split_whitespace();
+        let made = Command::new(env!("CARGO_BIN_EXE_fingerpad")).args(arguments).current_dir(at).output().unwrap();
+        assert!(made.status.success());
+    }
+}
+
+/// Runs a line as a shell does; what it said if it fails.
+fn runs(line: &str, at: &Path) -> Result<(), String> {
+    let program = Path::new(env!("CARGO_BIN_EXE_fingerpad")).parent().unwrap();
+    let path = format!("{}:{}", program.display(), env::var("PATH").unwrap());
+    let said = at.join(".said");
+    let mut child = Command::new("sh")
+        .args(["-c", &format!("exec {line}").replace("exec printf", "printf")])
+        .env("PATH", path)
+        .current_dir(at)
+        .stdout(Stdio::null())
+        .stderr(fs::File::create(&said).unwrap())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait().unwrap() {
+            Some(status) => break status,
+            None if start.elapsed() > LONG_ENOUGH => {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                return Ok(());
+            }
+            None => std::thread::park_timeout(Duration::from_millis(5)),
+        }
+    };
+    let said = fs::read_to_string(said).unwrap();
+    // Shares that nobody has run cannot be collected: the rest of the line is understood.
+    if status.success() || line.ends_with("--collect") && said.contains("no finished subject") {
+        Ok(())
+    } else {
+        Err(said)
+    }
+}
+
+/// All commands of the program.
+const COMMANDS: [&str; 10] =
+    ["simulate", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "finger", "identify", "build"];
+
+/// Clap refuses unknown options and values before it reaches `--help`.
+#[test]
+fn every_example_of_every_help_is_parsed() {
+    let parsed = |words: &[&str]| {
+        let mut fingerpad = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
+        fingerpad.args(words).arg("--help").output().unwrap().status.success()
+    };
+    for command in COMMANDS {
+        for line in examples(command).iter().filter_map(|line| line.strip_prefix("fingerpad ")) {
+            let words: Vec<&str> = line.split(" > ").next().unwrap().split_whitespace().collect();
+            assert!(parsed(&words), "{line}");
+            assert!(!parsed(&[&words[..], &["--no-such-option"]].concat()), "{line} with an unknown option");
+        }
+    }
+}
+
+#[test]
+#[ignore = "slow: minutes; `cargo xtask test --slow` runs it"]
+fn every_example_of_every_help_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    prepare(folder.path());
+    let design = tempfile::tempdir().unwrap();
+    let mut count = 0;
+    for command in COMMANDS {
+        for line in examples(command) {
+            // A design that is stopped leaves few runs, of other settings than those that are there for the fit.
+            let place = if command == "reduce" && line.contains("--design") { design.path() } else { folder.path() };
+            if let Err(said) = runs(&line, place) {
+                panic!("`{line}`: {said}");
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 30, "{count} examples");
+}
+
+#[test]
+fn every_command_has_tested_examples() {
+    let all = help("");
+    COMMANDS.iter().for_each(|command| assert!(all.contains(&format!("  {command} ")), "{command}"));
+    let listed = all.split_once("Commands:\n").unwrap().1.lines().take_while(|l| !l.is_empty());
+    // A description that goes on in a second line stands further in.
+    let listed = listed.filter(|l| !l.starts_with("   ")).count();
+    assert_eq!(listed, COMMANDS.len() + 1, "a command without a test of its examples, `help` aside: {all}");
+}
+
+#[test]
+fn the_program_says_its_version_and_its_commands() {
+    let said = |argument: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_fingerpad")).arg(argument).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(said("--version"), format!("fingerpad {}\n", env!("CARGO_PKG_VERSION")));
+    assert_eq!(said("help"), help(""));
+    for command in ["build", "diagnose", "simulate", "eval"] {
+        assert!(said("help").contains(command));
+    }
+}

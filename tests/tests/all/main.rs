@@ -1,0 +1,16 @@
+//! The integration tests of the workspace in one binary: `cargo test --release -p fingerpad-tests --test all shipped::` runs
+//! those of one file.
+
+mod add_an_effect;
+mod cad;
+mod cases;
+mod diagnose;
+mod fe_sets;
+mod laws_files;
+mod laws_of_your_own;
+mod layout;
+mod protocols;
+mod second_simulator;
+mod shipped;
+mod table;
+mod verification;

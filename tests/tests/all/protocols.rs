@@ -1,0 +1,317 @@
+//! What laboratories really bring: one axis, coarse clocks, spikes, lost rows, clipped sensors, two effects on one axis.
+
+use fingerpad_diagnose::{CORNEOMETER_SD_AU, Diagnosis, RunSet, Verdict};
+use fingerpad_report::diagnosis::{render, summary};
+use fingerpad_tests::synthetic_truth::effects::{LIBRARY, OUTSIDE};
+use fingerpad_tests::synthetic_truth::loggers::Protocol;
+use fingerpad_tests::synthetic_truth::score::{Class, run, run_with_evidence, score, settle};
+use fingerpad_tests::synthetic_truth::score_sets::{Broken, Kind, Practice, judge, sets, wanted};
+use fingerpad_tests::synthetic_truth::score_table::wilson;
+use fingerpad_tests::synthetic_truth::sets::{Case, Hide, Wanted, case, case_of, make};
+use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
+
+fn place(name: &str) -> usize {
+    LIBRARY.iter().position(|l| l.0 == name).unwrap()
+}
+
+fn kinds(report: &Diagnosis) -> Vec<&str> {
+    report.cautions.iter().map(|c| c.kind.as_str()).collect()
+}
+
+fn diagnosed(case: &Case, measured: &RunSet) -> Diagnosis {
+    run(&case.calibration, measured, Some(&case.holdout), CORNEOMETER_SD_AU)
+}
+
+/// A calibration along x, as in Yoshida et al. 2011: its noise is a sensor's, its limits are told, effects are named.
+#[test]
+fn a_calibration_along_one_axis_keeps_its_evidence() {
+    for (seed, name) in [(70, "depth_zero_offset"), (72, "temperature"), (74, "normal_relaxation")] {
+        for protocol in [Protocol::OneAxis, Protocol::AxisThenPlane] {
+            let scored = score(&case_of(protocol, seed, Hide::Law(place(name)), 0.3, 0, 60, true));
+            println!("seed {seed} {name} {protocol:?}: {:?}", scored.class);
+            assert_eq!(scored.class, Class::Exact, "seed {seed} {name} {protocol:?}");
+            assert!(kinds(&scored.report).contains(&"one_axis"), "{:?}", scored.report.cautions);
+            assert!(scored.report.noise.multiplicative < 0.2, "{:?}", scored.report.noise);
+            let told = kinds(&scored.report).contains(&"outside_calibration");
+            assert!(told, "speeds and directions beyond the calibration's: {:?}", scored.report.cautions);
+        }
+    }
+}
+
+/// Two effects on one axis of the protocol, one of them the sensor's: each by its own evidence, and no silent scatter.
+#[test]
+fn cross_talk_does_not_hide_an_anisotropy() {
+    let pair = Hide::Pair(place("cross_talk"), place("anisotropy"));
+    for seed in [80, 82, 84, 86] {
+        let scored = score(&case_of(Protocol::Plane, seed, pair, 0.3, 1, 60, true));
+        let names: Vec<&str> = scored.report.effects.iter().map(|e| e.law.as_str()).collect();
+        println!("seed {seed}: {:?} {names:?} {:?}", scored.class, scored.report.unexplained.scatter_ratio);
+        let whole = scored.class == Class::Exact || scored.report.verdict == Verdict::UnexplainedStructure;
+        assert!(whole, "seed {seed}: {names:?} {:?}", scored.report.unexplained);
+    }
+}
+
+/// A coarse clock, spikes, lost rows and two rates add no structure.
+#[test]
+fn an_operators_logger_adds_no_structure() {
+    let seeds = 90..98;
+    let none = seeds
+        .clone()
+        .filter(|seed| {
+            let scored = score(&case_of(Protocol::Operator, *seed, Hide::Nothing, 0.0, 0, 60, true));
+            println!("seed {seed}: {:?} {:?}", scored.class, scored.report.unexplained);
+            assert!(kinds(&scored.report).contains(&"spikes"), "{:?}", scored.report.cautions);
+            scored.class == Class::Nothing
+        })
+        .count();
+    assert!(none + 1 >= seeds.count(), "{none}");
+}
+
+/// A normal force that ends at its rail is the sensor's, and what lies below it is diagnosed as ever.
+#[test]
+fn a_clipped_sensor_is_named_as_the_sensors() {
+    for (seed, hide, wanted) in
+        [(100, Hide::Nothing, Class::Nothing), (102, Hide::Law(place("temperature")), Class::Exact)]
+    {
+        let scored = score(&case_of(Protocol::Clipped, seed, hide, 0.3, 0, 60, true));
+        let rail = scored.report.cautions.iter().find(|c| c.kind == "sensor_rail" && c.role == "measured");
+        let rail = rail.unwrap_or_else(|| panic!("{:?}", scored.report.cautions));
+        assert_eq!(rail.column, "normal_force_n");
+        assert!(rail.text.starts_with("The sensor, not the finger"), "{}", rail.text);
+        assert_eq!(scored.class, wanted, "seed {seed}");
+    }
+}
+
+/// No claimed amplitude may be zero by its own interval, and nothing significant may end as `none`.
+#[test]
+fn a_name_has_an_amplitude_and_none_has_no_evidence() {
+    for seed in 110..126 {
+        let hide = [Hide::Nothing, Hide::Law(place("tare_bias")), Hide::Law(place("cross_talk")), Hide::Outside(3)];
+        let made = case(seed, hide[seed as usize % 4], 0.03, (seed % 3) as usize, 40, seed % 2 == 0);
+        let report = diagnosed(&made, &made.measured);
+        let broken = Broken::of(&report);
+        assert!(!broken.name_without_amplitude, "seed {seed}: {:?}", report.effects);
+        assert!(!broken.none_with_evidence, "seed {seed}: {:?}", report.tests);
+    }
+}
+
+/// A finger that is not symmetric along y either: pressing pushes it aside in every run, which is no cross-talk.
+#[test]
+fn a_crooked_finger_is_no_cross_talk() {
+    let pair = |a: &str, b: &str| Hide::Pair(place(a), place(b));
+    for (seed, hide, size, wanted) in [
+        (90_240_160, Hide::Nothing, 0.0, Class::Nothing),
+        (90_240_208, pair("temperature", "adhesion"), 0.1, Class::Exact),
+        (90_240_209, pair("strain_stiffening", "anisotropy"), 0.1, Class::Exact),
+    ] {
+        let (simulator, protocol) = (SimulatorKind::Second, Protocol::FourDirections);
+        let (level, runs, exact_form) = (0, if size > 0.0 { 60 } else { 100 }, seed % 2 == 0);
+        let scored = score(&make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form }));
+        let names: Vec<&str> = scored.report.effects.iter().map(|e| e.law.as_str()).collect();
+        println!("seed {seed}: {:?} {names:?}", scored.class);
+        assert_eq!(scored.class, wanted, "seed {seed}: {names:?}");
+    }
+}
+
+/// Five runs are diagnosed: what they cannot support is told, and nothing wrong is named.
+#[test]
+fn five_runs_are_diagnosed_within_what_they_support() {
+    let laws =
+        ["normal_relaxation", "tare_bias", "cross_talk", "depth_zero_offset", "strain_stiffening", "static_peak"];
+    let mut named = 0;
+    for (seed, name) in (110..).zip(laws) {
+        let case = case_of(Protocol::FourDirections, seed, Hide::Law(place(name)), 0.3, 0, 5, true);
+        let scored = score(&case);
+        println!("seed {seed} {name}: {:?}", scored.class);
+        let told = scored.report.cautions.iter().find(|c| c.kind == "few_runs").expect("five runs are few");
+        assert!(told.role == "measured" && told.text.contains("0.062"), "{told:?}");
+        assert!(told.text.contains("static_peak"), "{told:?}");
+        assert!(!matches!(scored.class, Class::Wrong | Class::Extra), "seed {seed} {name}");
+        assert!(name != "static_peak" || scored.class != Class::Exact, "five runs cannot carry it");
+        named += usize::from(scored.class == Class::Exact);
+    }
+    assert!(named >= 3, "{named}");
+    let none = case_of(Protocol::FourDirections, 116, Hide::Nothing, 0.0, 0, 5, true);
+    assert_eq!(score(&none).class, Class::Nothing);
+    // Eight runs are enough for flips of whole runs.
+    let eight = case_of(Protocol::FourDirections, 117, Hide::Nothing, 0.0, 0, 8, true);
+    assert!(!kinds(&score(&eight).report).contains(&"few_runs"));
+}
+
+/// What stands out of chance and is smaller than the model's form is exact is told and not named: with 500 runs a cross-talk of
+/// 0.15 and of 0.24 % of the normal force, which row by row is any share of a friction still about zero; with 60 a drag of
+/// 0.0003 N s/mm that shows by less than six standard deviations. No set has an effect.
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn an_error_of_form_that_stands_out_is_told_and_not_named() {
+    for (seed, protocol, runs, exact_form) in [
+        (32_001_399, Protocol::Plane, 500, false),
+        (48_001_383, Protocol::Plane, 500, false),
+        (48_001_391, Protocol::Plane, 500, false),
+        (48_001_052, Protocol::OneAxis, 60, true),
+    ] {
+        let (simulator, hide) = (SimulatorKind::Second, Hide::Nothing);
+        let case = make(Wanted { simulator, protocol, seed, hide, size: 0.0, level: 1, runs, exact_form });
+        let scored = score(&case);
+        println!("seed {seed}: {:?} {:?}", scored.class, scored.report.cautions);
+        assert_eq!(scored.class, Class::Nothing, "seed {seed}");
+        let report = scored.report;
+        assert!(
+            report.effects.is_empty() && kinds(&report).contains(&"too_small"),
+            "seed {seed}: {:?}",
+            report.cautions
+        );
+    }
+}
+
+/// What else than the finger's form speaks for a small law: a bias of 0.4 % of the forces that the rows in the air show by
+/// themselves, an anisotropy of 3 % at 4.8 standard deviations whose evidence lies against the calibration. And two spikes in
+/// the last two rows of a run are no cross-talk beside a drag.
+#[test]
+fn small_laws_are_named_where_no_error_of_form_stands_in_their_place() {
+    for (seed, simulator, name, size) in [
+        (76_001_317, SimulatorKind::Second, "tare_bias", 0.03),
+        (60_001_310, SimulatorKind::Second, "anisotropy", 0.03),
+        (60_000_439, SimulatorKind::First, "viscous_drag", 0.1),
+    ] {
+        let (protocol, hide) = (Protocol::Operator, Hide::Law(place(name)));
+        let (level, runs, exact_form) = (1, 60, seed % 2 == 0);
+        let scored = score(&make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form }));
+        println!("seed {seed} {name}: {:?} {:?}", scored.class, scored.report.cautions);
+        assert_eq!(scored.class, Class::Exact, "seed {seed} {name}");
+    }
+}
+
+/// Scatter between runs above twice what the calibration explains is told whatever the verdict.
+#[test]
+fn scatter_above_twice_the_expected_is_told() {
+    let pair = Hide::Pair(place("depth_zero_offset"), place("contact_ageing"));
+    let mut scattered = 0;
+    for (seed, protocol, hide, size) in [
+        (48_000_173, Protocol::OneAxis, Hide::Law(place("hydration_bell")), 0.03),
+        (48_000_802, Protocol::FourDirections, pair, 0.3),
+        (48_000_821, Protocol::FourDirections, Hide::Pair(place("cross_talk"), place("anisotropy")), 0.3),
+    ] {
+        let simulator = SimulatorKind::First;
+        let (level, runs, exact_form) = (0, 60, seed % 2 == 0);
+        let scored = score(&make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form }));
+        let ratio = &scored.report.unexplained.scatter_ratio;
+        println!("seed {seed}: {:?} {ratio:?}", scored.class);
+        if ratio.normal.max(ratio.friction) > 2.0 {
+            scattered += 1;
+            assert!(kinds(&scored.report).contains(&"scatter"), "seed {seed}: {:?}", scored.report.cautions);
+        }
+        assert!(!Broken::of(&scored.report).silent_scatter);
+    }
+    assert!(scattered >= 2, "{scattered}");
+}
+
+/// Measured runs at speeds and directions that the calibration does not have: what rests on them is marked where it stands.
+#[test]
+fn evidence_outside_the_calibration_is_marked() {
+    let scored = score(&case_of(Protocol::FourDirections, 130, Hide::Law(place("speed_log")), 0.3, 0, 60, true));
+    let report = scored.report;
+    assert_eq!(scored.class, Class::Exact);
+    assert!(report.effects[0].outside_calibration, "{:?}", report.effects);
+    let by_speed = || report.disagreement.regions.iter().filter(|r| r.column == "speed_mm_s");
+    assert!(by_speed().count() > 0);
+    for region in by_speed() {
+        // All calibration runs slide at 2 mm/s.
+        let middle = 0.5 * (region.from + region.to);
+        assert_eq!(region.outside_calibration, !(2.0 / 1.5..=2.0 * 1.5).contains(&middle), "{region:?}");
+    }
+    let told = summary(&report);
+    assert!(told.contains("Part of the evidence"), "{told}");
+    // Structure along the direction, where the calibration slides along one axis.
+    let harmonic = OUTSIDE.iter().position(|o| *o == "direction_harmonic").unwrap();
+    let scored = score(&case_of(Protocol::AxisThenPlane, 132, Hide::Outside(harmonic), 0.3, 0, 60, true));
+    println!("{:?} {:?}", scored.class, scored.report.unexplained);
+    assert_eq!(scored.class, Class::Unexplained);
+    let unexplained = &scored.report.unexplained;
+    assert_eq!(unexplained.outside_calibration, unexplained.column.contains("direction_deg"), "{unexplained:?}");
+    // A law of the moisture does not rest on them.
+    let scored = score(&case_of(Protocol::Plane, 134, Hide::Law(place("temperature")), 0.3, 0, 60, true));
+    assert!(scored.class == Class::Exact && !scored.report.effects[0].outside_calibration);
+}
+
+/// A static peak of 3 % in 40 runs, which contact ageing imitates: fifteen strokes do not tell them apart, the strokes that
+/// are proposed are more, and do.
+#[test]
+fn a_plan_has_as_many_strokes_as_it_takes() {
+    const SEED: u64 = 48_001_436;
+    let set = sets(47, &SimulatorKind::ALL).into_iter().find(|set| set.seed == SEED).unwrap();
+    let case = make(wanted(&set));
+    let scored = score(&case);
+    assert_eq!(scored.class, Class::AmbiguousWithTruth, "seed {SEED}: {:?}", scored.report.effects);
+    let plan = scored.report.next_experiment.as_ref().unwrap();
+    println!("seed {SEED}: {} strokes varying {}, {:.0} min", plan.runs.len(), plan.factor, plan.minutes);
+    assert!(plan.runs.len() > 15, "{} strokes", plan.runs.len());
+    let again = settle(&case, &scored.report).unwrap();
+    assert_eq!(again.class, Class::Exact, "seed {SEED}: {:?}", again.report.effects);
+}
+
+/// Sets without an effect of both simulators in all five practices end in `none`: 95 % of all, and in no practice so few
+/// that 95 % is out of the question (20 sets a practice; the score counts hundreds).
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn sets_without_an_effect_end_in_none() {
+    const SEED: u64 = 67;
+    const OF_EACH: usize = 10;
+    let (mut none, mut all) = (0, 0);
+    for practice in Practice::ALL {
+        let (mut of_practice, mut judged) = (0, 0);
+        for simulator in SimulatorKind::ALL {
+            let of_kind = |s: &_| matches!(s, Kind::Nothing);
+            let list = sets(SEED, &[simulator]).into_iter().filter(|s| s.practice == practice && of_kind(&s.kind));
+            for set in list.take(OF_EACH) {
+                let outcome = judge(set);
+                if outcome.class != Class::Nothing {
+                    println!("{} {simulator:?} {practice:?}: {:?} {:?}", set.seed, outcome.class, outcome.found);
+                }
+                judged += 1;
+                of_practice += usize::from(outcome.class == Class::Nothing);
+            }
+        }
+        let [low, high] = wilson(of_practice, judged);
+        println!("{practice:?}: {of_practice} of {judged}, 95 % interval {low:.3} to {high:.3}");
+        assert!(high > 0.95, "{practice:?}: {of_practice} of {judged}");
+        (none, all) = (none + of_practice, all + judged);
+    }
+    println!("seed {SEED}: {none} of {all}, 95 % interval {:.3?}", wilson(none, all));
+    assert!(none as f64 >= 0.95 * all as f64, "{none} of {all}");
+}
+
+/// A texture of the plate under calibration and measured runs alike, which the baseline does not have: the page says how
+/// far the calibration's residual stands above the noise between neighbouring rows. Without it the page is silent.
+#[test]
+fn a_calibration_that_misfits_is_flagged_on_the_page() {
+    let waved = |set: &RunSet, share: f64| {
+        let mut set = set.clone();
+        for run in &mut set.runs {
+            for ((row, force), slide) in run.rows.iter().zip(&mut run.force_n).zip(&run.slide_mm) {
+                let wave = share * (std::f64::consts::TAU * slide[0].hypot(slide[1]) / 2.5).sin();
+                if row.path_mm > 0.0 {
+                    force[1..].iter_mut().for_each(|f| *f *= 1.0 + wave);
+                }
+            }
+        }
+        set
+    };
+    const NOTE: &str = "times the noise between neighbouring rows";
+    for (share, flagged) in [(0.0, false), (0.2, true)] {
+        let seed = 61;
+        let case = case_of(Protocol::FourDirections, seed, Hide::Nothing, 0.0, 0, 60, true);
+        let [calibration, measured, holdout] =
+            [&case.calibration, &case.measured, &case.holdout].map(|set| waved(set, share));
+        let (report, evidence) = run_with_evidence(&calibration, &measured, Some(&holdout), CORNEOMETER_SD_AU);
+        let misfit = report.baseline.calibration_misfit;
+        println!("seed {seed}, wave of {share}: {:?}, misfit {misfit:.2?}", report.verdict);
+        assert_eq!(misfit.iter().any(|m| *m > 1.5), flagged, "{misfit:?}");
+        let page = render(&report, &evidence).unwrap().html;
+        let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("misfit_{flagged}.html"));
+        std::fs::write(path, &page).unwrap();
+        assert_eq!(page.contains(NOTE), flagged);
+        let first_picture = page.find("<figure").expect("pictures");
+        assert!(page.find(NOTE).is_none_or(|at| at < first_picture), "the flag stands below the pictures");
+    }
+}

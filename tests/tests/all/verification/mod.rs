@@ -1,0 +1,19 @@
+//! The finite-element code against analysis: each case prints its number and the bound that it must keep.
+//!
+//! `cargo test --release -p fingerpad-tests --test all verification:: -- --nocapture` prints them all.
+
+mod balance;
+mod branches;
+mod cook;
+mod energy;
+mod fingertip_meshes;
+mod hanging_nodes;
+mod hyperelastic;
+mod long_runs;
+mod patch;
+mod rotation;
+mod soft_regions;
+mod stress;
+mod symmetry;
+mod tangents;
+mod tie;
