@@ -167,9 +167,9 @@ fn move_spring<T: Arithmetic, S: Scaling<T>>(
     let [held_x, held_y] = anchor;
     seen.over.where_positive([held_x, held_y, &mut ux, &mut uy, &mut w, &mut over], || {
         let (u, w) = if S::POSED {
-            limit.return_map::<true>(u, &seen, radius)
+            limit.return_map::<true>(u, seen.w, radius)
         } else {
-            limit.return_map::<false>(u, &seen, radius)
+            limit.return_map::<false>(u, seen.w, radius)
         };
         [to[0] - u[0], to[1] - u[1], u[0], u[1], w, T::of(0.0)]
     });
