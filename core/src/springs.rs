@@ -18,7 +18,16 @@ pub(crate) struct Load<T> {
     pub(crate) friction: [T; 2],
     /// What the forces along x and y add to the moment, over the stiffness, mm²; 0 without spin.
     pub(crate) moment: [T; 2],
+    /// Rounding may leave it a little below 0.
     pub(crate) stick_ratio: T,
+}
+
+impl<T: Arithmetic> Load<T> {
+    /// A number that is not finite if any of the load is not, but the moment.
+    #[inline(always)]
+    pub(crate) fn check_sum(&self) -> T {
+        self.normal + self.friction[1] + self.stick_ratio
+    }
 }
 
 /// Moves every spring and adds up what they bear.
@@ -148,7 +157,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         bed.moment = [share * (bed.moment[0] - odd.0 * levered), share * bed.moment[1]];
     }
     let slip_lead = data.slip_lead[0] + data.slip_lead[1] * at.cells;
-    bed.stick_ratio = led(bed.stick_ratio.not_negative(), slip_lead, way);
+    bed.stick_ratio = led(bed.stick_ratio, slip_lead, way);
     bed
 }
 
