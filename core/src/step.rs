@@ -247,7 +247,7 @@ fn in_the_air<const M: usize, const P: usize, T: Scalar>(
         status = status.with(Status::BAD_INPUT);
     }
     lift_off(state);
-    Response { slip_margin: T::of(1.0), status, ..Response::default() }
+    Response { status, ..Response::default() }
 }
 
 #[cold]
