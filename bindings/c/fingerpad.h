@@ -173,7 +173,7 @@ typedef struct {
   float stick_ratio;
   // Largest friction in the direction of the present one, N.
   float friction_limit_n;
-  // 1 less the share of its limit that the load uses; with spin the load is friction and moment together.
+  // 1 less the share of its limit that the load uses; with spin the load is friction and moment together. 0 without contact.
   float slip_margin;
   // Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
   float spin_moment_n_mm;

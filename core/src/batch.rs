@@ -35,7 +35,7 @@ pub struct Forces<'a> {
     pub friction_y_n: &'a mut [f32],
     /// Moments about the normal, N mm.
     pub spin_moment_n_mm: &'a mut [f32],
-    /// Slip margins.
+    /// Slip margins; 0 without contact.
     pub slip_margin: &'a mut [f32],
     /// Stick ratios.
     pub stick_ratio: &'a mut [f32],

@@ -90,7 +90,8 @@ bitflags::bitflags! {
         const LOAD_NOT_REACHED = 1 << 5;
         /// The motion spins and the contact's memory does not know spin; the step was taken without it.
         const SPIN_IGNORED = 1 << 6;
-        /// The contact's memory held what is no number and was begun anew; forces are those of a fresh contact.
+        /// The contact's memory was inconsistent (a number that is not finite or out of its range) and was reset; the response is that
+        /// of a finger in the air, and the next step begins a fresh contact.
         const MEMORY_LOST = 1 << 7;
         /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is no number.
         const EFFECT_HELD = 1 << 8;

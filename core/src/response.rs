@@ -38,8 +38,8 @@ pub struct Response<T = f32> {
     pub stick_ratio: T,
     /// Largest friction in the direction of the present one, N.
     pub friction_limit_n: T,
-    /// 1 less the share of its limit that the load uses, 0 to 1; 1 without contact. With spin the load is friction and
-    /// moment together.
+    /// 1 less the share of its limit that the load uses, 0 to 1. With spin the load is friction and moment together. 0 without
+    /// contact, which holds no load: a grip controller then closes.
     pub slip_margin: T,
     /// Moment about the plane's normal through the point under first touch, N mm, positive as the plane turns the finger
     /// counter-clockwise seen from above. Without spin that of friction along y alone.
@@ -66,7 +66,7 @@ impl Response {
         friction_n: [0.0; 2],
         stick_ratio: 0.0,
         friction_limit_n: 0.0,
-        slip_margin: 1.0,
+        slip_margin: 0.0,
         spin_moment_n_mm: 0.0,
         pressure_centre_mm: [0.0; 2],
         contact_area_mm2: 0.0,

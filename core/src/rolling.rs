@@ -33,6 +33,10 @@ const MISSING: f32 = 1e-6;
 /// finite elements are within 0.5 % of the limit of the same.
 const RANGE: f32 = 0.5;
 
+/// Bounds of the factor of a pose on the stiffness, beyond those of any pose.
+const BEARING_MIN: f32 = 1e-5;
+const STIFFNESS_MAX: f32 = 1e3;
+
 /// Where the contact has rolled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -85,6 +89,14 @@ impl<T: Scalar> Rolled<T> {
         (pitch == self.angles[0]) & (roll == self.angles[1]) & (self.bearing == self.stiffness)
     }
 
+    /// Whether the share of the stiffness that bears is within what poses can leave. A step checks this, as it divides by the share.
+    #[inline(always)]
+    pub(crate) fn bears(&self) -> bool {
+        (self.bearing >= T::of(BEARING_MIN))
+            & (self.bearing <= self.stiffness)
+            & (self.stiffness <= T::of(STIFFNESS_MAX))
+    }
+
     /// Share of the stiffness that bears.
     #[inline(always)]
     pub(crate) fn bearing_share(&self) -> T {
@@ -119,7 +131,9 @@ impl<T: Scalar> Rolled<T> {
             self.slide = [slide[0] - behind * dx, slide[1] - behind * dy];
             let shrunk = (noticed / full).at_most(one);
             for (range, place) in self.range.iter_mut().zip(self.place) {
-                *range = range.map(|end| end + shrunk * (place - end));
+                // Rounding must not carry an end past the place.
+                let [least, most] = range.map(|end| end + shrunk * (place - end));
+                *range = [least.at_most(place), if most < place { place } else { most }];
             }
             // The slide stretches what touched without stretch: more of it bears, the same force.
             let missing = self.stiffness - self.bearing;

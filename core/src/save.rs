@@ -52,6 +52,17 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         Ok(needed)
     }
 
+    /// The same numbers to be overwritten, in the same order.
+    fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f32> {
+        let anchors = self.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
+        let places = self.position.as_flattened_mut().iter_mut().chain(&mut self.angle);
+        let way = self.turn.iter_mut().chain(&mut self.reached).chain(&mut self.turn_before);
+        let Rolled { range, place, slide, play, angles, stiffness, bearing } = &mut self.rolled;
+        let rolled = range.as_flattened_mut().iter_mut().chain(place).chain(slide).chain(angles);
+        let last = [&mut self.limit_reached, &mut self.limit_before, &mut self.depth, &mut self.strength_factor];
+        anchors.chain(places).chain(way).chain(rolled).chain([play, stiffness, bearing]).chain(last)
+    }
+
     /// A state from what [`StateOf::write_bytes`] wrote with the same model. Refuses damage, another version, another
     /// model's state and values that no step leaves behind.
     pub fn read_bytes(model: u32, bytes: &[u8]) -> Result<Self, Error> {
@@ -76,19 +87,9 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         }
         let mut next = || words.next().map_or(f32::NAN, f32::from_bits);
         let mut state = Self::default();
-        let anchors = state.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
-        let places = state.position.as_flattened_mut().iter_mut().chain(&mut state.angle);
-        let way = state.turn.iter_mut().chain(&mut state.reached).chain(&mut state.turn_before);
-        let Rolled { range, place, slide, play, angles, stiffness, bearing } = &mut state.rolled;
-        let rolled = range.as_flattened_mut().iter_mut().chain(place).chain(slide).chain(angles);
-        let rolled = rolled.chain([play, stiffness, bearing]);
-        for slot in anchors.chain(places).chain(way).chain(rolled) {
+        for slot in state.numbers_mut() {
             *slot = next();
         }
-        state.limit_reached = next();
-        state.limit_before = next();
-        state.depth = next();
-        state.strength_factor = next();
         state.check()
     }
 
@@ -109,11 +110,11 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         if let Some([least, _]) = self.rolled.range.iter().find(|[least, most]| !(least <= most)) {
             return Err(bad(last - 20, *least));
         }
-        let Rolled { play, stiffness, bearing, .. } = self.rolled;
+        let Rolled { play, bearing, .. } = self.rolled;
         if !(play >= 0.0) {
             return Err(bad(last - 10, play));
         }
-        if !(bearing > 0.0 && bearing <= stiffness) {
+        if !self.rolled.bears() {
             return Err(bad(last - 8, bearing));
         }
         if !(self.limit_reached >= 0.0) {
@@ -122,7 +123,7 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         if !(self.limit_before >= 0.0) {
             return Err(bad(last - 6, self.limit_before));
         }
-        if !(self.strength_factor >= 0.1 && self.strength_factor <= 5.0) {
+        if !self.is_consistent(true) {
             return Err(bad(last - 4, self.strength_factor));
         }
         Ok(self)
@@ -212,6 +213,190 @@ mod with_serde {
                 strength_factor: plain.strength_factor,
             };
             state.check().map_err(serde::de::Error::custom)
+        }
+    }
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use super::*;
+    use crate::{Data, ModelFile, Motion, Pose, Response, Status, step};
+
+    /// Uniform in −1 to 1, the same every time.
+    struct Noise(u64);
+
+    impl Noise {
+        fn bits(&mut self) -> u32 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 32) as u32
+        }
+
+        fn next(&mut self) -> f32 {
+            (self.bits() >> 8) as f32 / (1 << 23) as f32 - 1.0
+        }
+
+        fn below(&mut self, count: usize) -> usize {
+            self.bits() as usize % count
+        }
+    }
+
+    fn shipped() -> Data {
+        *ModelFile::new(include_bytes!("../tests/data/fingertip.fpm")).unwrap().file().model.data()
+    }
+
+    /// Saves a state and restores it.
+    fn restored<const P: usize>(state: &StateOf<SPRINGS, P>) -> Result<StateOf<SPRINGS, P>, Error> {
+        let mut bytes = [0; state_bytes(SPRINGS, 2)];
+        let length = state.write_bytes(7, &mut bytes).unwrap();
+        StateOf::read_bytes(7, &bytes[..length])
+    }
+
+    fn moved(depth_mm: f32, x: f32, y: f32, spin_increment_rad: f32) -> Motion {
+        Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s: 1e-3 }
+    }
+
+    /// A range over which the contact has rolled shrinks with the slide; rounding must not turn its ends round.
+    #[test]
+    fn a_contact_that_rolled_to_and_fro_is_restored() {
+        let data = shipped();
+        let model = data.model().unwrap();
+        let mut state = State::default();
+        for (roll_deg, x) in [(0.0, 0.0), (-4.0, 0.0), (5.5, 0.0), (-1.0, 0.0), (-1.0, 4.0), (-1.0, 0.0)] {
+            let posed = model.posed(Pose { pitch_deg: 33.0, roll_deg }).unwrap();
+            step(&posed, &mut state, moved(0.5, x, 0.0, 0.0));
+            assert_eq!(restored(&state), Ok(state), "roll {roll_deg}, slide {x}");
+        }
+    }
+
+    /// Random paths of depth, slide, spin and pose, small and large, with reversals and lift-offs: every state is restored.
+    fn random_paths_are_restored<const P: usize>() {
+        let data = shipped();
+        let model = data.model().unwrap();
+        let mut noise = Noise(3);
+        for _ in 0..3000 {
+            let mut state = StateOf::<SPRINGS, P>::default();
+            let (mut pitch_deg, mut roll_deg) = (40.0, 0.0);
+            let (turn, slide) = ([0.01, 1.0, 8.0][noise.below(3)], [1e-3, 0.1, 4.0][noise.below(3)]);
+            for _ in 0..60 {
+                let turns = noise.below(3) > 0;
+                if turns {
+                    pitch_deg = (pitch_deg + turn * noise.next()).clamp(10.0, 70.0);
+                    roll_deg = (roll_deg + turn * noise.next()).clamp(-30.0, 30.0);
+                }
+                let depth_mm = if noise.below(40) == 0 { 0.0 } else { 1.0 + 0.9 * noise.next() };
+                let spin = if P == 1 { 0.0 } else { 0.3 * noise.next() };
+                let slide = if turns { 0.0 } else { slide };
+                let motion = moved(depth_mm, slide * noise.next(), slide * noise.next(), spin);
+                let before = state;
+                step(&model.posed(Pose { pitch_deg, roll_deg }).unwrap(), &mut state, motion);
+                assert_eq!(restored(&state), Ok(state), "{pitch_deg} {roll_deg} {motion:?} {before:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_state_that_a_step_leaves_is_restored() {
+        random_paths_are_restored::<1>();
+        random_paths_are_restored::<2>();
+    }
+
+    /// A slide and a spin of any length.
+    #[test]
+    fn a_state_after_a_long_slide_is_restored() {
+        let data = shipped();
+        let model = data.model().unwrap();
+        let (mut slid, mut spun) = (State::default(), StateOf::<SPRINGS, 2>::default());
+        for i in 0..20_000 {
+            step(&model, &mut slid, moved(1.0, 0.2, 0.1, 0.0));
+            step(&model, &mut spun, moved(1.0, 0.2, 0.1, 0.2));
+            assert_eq!(restored(&slid), Ok(slid), "{i}");
+            assert_eq!(restored(&spun), Ok(spun), "{i}");
+        }
+    }
+
+    /// A number that memory may hold after it was overwritten.
+    fn overwritten(noise: &mut Noise) -> f32 {
+        match noise.below(6) {
+            0 => f32::from_bits(noise.bits()),
+            1 => [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -f32::NAN][noise.below(4)],
+            2 => [1e-45, -1e-45, 0.0, -0.0, 1e-20][noise.below(5)],
+            3 => [f32::MAX, f32::MIN, 1e19, -1e19, 1e25][noise.below(5)],
+            4 => 10.0 * noise.next(),
+            _ => 1e3 * noise.next(),
+        }
+    }
+
+    fn is_sound<const P: usize>(state: &StateOf<SPRINGS, P>, r: &Response) -> bool {
+        let [x, y] = r.friction_n;
+        let others = [r.spin_moment_n_mm, r.pressure_centre_mm[0], r.pressure_centre_mm[1], r.normal_force_n];
+        let positive = [r.normal_force_n, r.friction_limit_n, r.contact_area_mm2, r.band_normal_n, r.band_friction_n];
+        x.hypot(y) <= r.friction_limit_n * (1.0 + 1e-6)
+            && (0.0..=1.0).contains(&r.slip_margin)
+            && (0.0..=1.0).contains(&r.stick_ratio)
+            && others.iter().all(|number| number.is_finite())
+            && positive.iter().all(|number| *number >= 0.0 && *number < 1e3)
+            && (0.1..=5.0).contains(&state.strength_factor())
+    }
+
+    /// A state of which some numbers are overwritten at random, in contact or in the air, plain, with spin and in a pose: the next
+    /// steps reset and flag it, or give sound answers.
+    fn overwritten_memory_is_answered<const P: usize>() {
+        let data = shipped();
+        let model = data.model().unwrap();
+        let mut noise = Noise(11);
+        let (mut lost, mut kept) = (0, 0);
+        for _ in 0..100_000 {
+            let mut state = StateOf::<SPRINGS, P>::default();
+            let pose = (noise.below(2) == 0).then(|| Pose { pitch_deg: 40.0 + 25.0 * noise.next(), roll_deg: 0.0 });
+            let go = |state: &mut StateOf<SPRINGS, P>, motion: Motion, roll_deg: f32| match pose {
+                Some(pose) => step(&model.posed(Pose { roll_deg, ..pose }).unwrap(), state, motion),
+                None => step(&model, state, motion),
+            };
+            let spin = if P == 1 { 0.0 } else { 0.1 };
+            for k in 0..4 {
+                go(&mut state, moved(0.9, 0.2 * noise.next(), 0.1, spin * noise.next()), 3.0 * k as f32);
+            }
+            let count = state.numbers_mut().count();
+            for _ in 0..=noise.below(3) {
+                let (place, number) = (noise.below(count), overwritten(&mut noise));
+                *state.numbers_mut().nth(place).unwrap() = number;
+            }
+            let before = state;
+            for k in 0..4 {
+                let depth = [1.0 + 0.3 * noise.next(), 0.0, f32::NAN][[0, 0, 0, 0, 0, 0, 1, 2][noise.below(8)]];
+                let motion = moved(depth, 0.3 * noise.next(), 0.3 * noise.next(), spin * noise.next());
+                let r = go(&mut state, motion, 10.0 + 3.0 * noise.next());
+                let flagged = r.status.contains(Status::MEMORY_LOST);
+                (lost, kept) = (lost + u32::from(flagged), kept + u32::from(!flagged));
+                assert!(is_sound(&state, &r), "{k}: {r:?} of {before:?} now {state:?}");
+                assert!(!flagged || r.regime == crate::Regime::NoContact, "{r:?}");
+            }
+        }
+        assert!(lost > 1000 && kept > 1000, "{lost} {kept}");
+    }
+
+    #[test]
+    fn overwritten_memory_is_reset_or_sound() {
+        overwritten_memory_is_answered::<1>();
+        overwritten_memory_is_answered::<2>();
+    }
+
+    /// What a step would not survive is refused: numbers of which a part of the stiffness or none is left.
+    #[test]
+    fn an_inconsistent_state_is_refused() {
+        let data = shipped();
+        let mut state = State::default();
+        step(&data.model().unwrap(), &mut state, moved(1.0, 0.3, 0.0, 0.0));
+        assert!(restored(&state).is_ok());
+        for bearing in [1e-45, 0.0, -1.0, 1e-9, 2.0, f32::NAN] {
+            let mut bad = state;
+            bad.rolled.bearing = bearing;
+            assert!(restored(&bad).is_err(), "{bearing}");
+        }
+        for factor in [-1.2, 0.0, 0.09, 5.1, f32::NAN] {
+            let mut bad = state;
+            bad.strength_factor = factor;
+            assert!(restored(&bad).is_err(), "{factor}");
         }
     }
 }

@@ -18,7 +18,16 @@ pub(crate) struct Load<T> {
     pub(crate) friction: [T; 2],
     /// What the forces along x and y add to the moment, over the stiffness, mm²; 0 without spin.
     pub(crate) moment: [T; 2],
+    /// Rounding may leave it a little below 0.
     pub(crate) stick_ratio: T,
+}
+
+impl<T: Arithmetic> Load<T> {
+    /// A number that is not finite if any of the load is not, but the moment.
+    #[inline(always)]
+    pub(crate) fn check_sum(&self) -> T {
+        self.normal + self.friction[1] + self.stick_ratio
+    }
 }
 
 /// Moves every spring and adds up what they bear.
@@ -148,7 +157,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         bed.moment = [share * (bed.moment[0] - odd.0 * levered), share * bed.moment[1]];
     }
     let slip_lead = data.slip_lead[0] + data.slip_lead[1] * at.cells;
-    bed.stick_ratio = led(bed.stick_ratio.not_negative(), slip_lead, way);
+    bed.stick_ratio = led(bed.stick_ratio, slip_lead, way);
     bed
 }
 
@@ -167,9 +176,9 @@ fn move_spring<T: Arithmetic, S: Scaling<T>>(
     let [held_x, held_y] = anchor;
     seen.over.where_positive([held_x, held_y, &mut ux, &mut uy, &mut w, &mut over], || {
         let (u, w) = if S::POSED {
-            limit.return_map::<true>(u, &seen, radius)
+            limit.return_map::<true>(u, seen.w, radius)
         } else {
-            limit.return_map::<false>(u, &seen, radius)
+            limit.return_map::<false>(u, seen.w, radius)
         };
         [to[0] - u[0], to[1] - u[1], u[0], u[1], w, T::of(0.0)]
     });

@@ -11,6 +11,9 @@ pub type State = StateOf<SPRINGS>;
 /// The memory of the default model with spin.
 pub type SpinState = StateOf<SPRINGS, 2>;
 
+/// Least and largest strength factor.
+const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
+
 /// All that a contact remembers. `Default` is a finger in the air.
 ///
 /// `P` is 1 for a contact that slides, 2 for one that also spins: a spring is then a pair. Plain data: copy it to save it,
@@ -75,13 +78,23 @@ impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
         self.strength_factor
     }
 
+    /// Whether the numbers by which a step multiplies or divides are within their range. A step and a restored state are both checked
+    /// with it. No other finite number makes a response leave its bounds.
+    ///
+    /// * `posed`: whether the step reads where the contact has rolled
+    #[inline(always)]
+    pub(crate) fn is_consistent(&self, posed: bool) -> bool {
+        let [least, most] = STRENGTH_FACTOR;
+        self.strength_factor.is_between(least, most) & (!posed || !self.in_contact() || self.rolled.bears())
+    }
+
     /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,
     /// speed, dwell or another finger make of the friction. Springs keep their force while it fits.
     ///
     /// Range 0.1 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
     pub fn set_strength_factor(&mut self, factor: T) -> T {
         if factor.partial_cmp(&factor).is_some() {
-            let [least, most] = [0.1, 5.0].map(T::of);
+            let [least, most] = STRENGTH_FACTOR.map(T::of);
             self.strength_factor = if factor < least { least } else { factor.at_most(most) };
         }
         self.strength_factor

@@ -77,6 +77,9 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
     let (data, scale) = (model.data, &model.scale);
     let mut status = Status::OK;
     let mut depth = motion.depth_mm;
+    if !state.is_consistent(S::POSED) {
+        return Err(memory_lost(state, status));
+    }
     if !(depth.is_between(TOUCH_MM, LARGEST) & motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST)) {
         rare();
         status = doubt(depth, motion.dt_s);
@@ -117,8 +120,8 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
     Ok(Begun { at, here, way, status })
 }
 
-/// Moves the springs and answers. The last guard: a memory that holds what is no number, which no step leaves behind, is
-/// forgotten, and the answer is a contact of which nothing is known.
+/// Moves the springs and answers. The last guard: a memory that holds a number that is not finite, which no step leaves behind, is
+/// reset.
 #[inline(always)]
 pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     model: &ModelOf<'_, M, N, S, T>,
@@ -126,19 +129,14 @@ pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: 
     begun: &Begun<'_, M, T>,
 ) -> Response<T> {
     let at = &begun.at;
-    let mut load = carry(model, &mut state.anchor, at, begun.here, &begun.way);
-    let mut status = begun.status;
-    if !(load.normal + load.friction[1]).is_number() {
-        rare();
-        status = status.with(Status::MEMORY_LOST);
-        let none = T::of(0.0);
-        load = Load { normal: none, friction: [none; 2], moment: [none; 2], stick_ratio: none };
-        begin_anew(state);
+    let load = carry(model, &mut state.anchor, at, begun.here, &begun.way);
+    if !load.check_sum().is_number() {
+        return memory_lost(state, begun.status);
     }
     let rolled = if S::POSED { state.rolled.share() } else { T::of(0.0) };
     let mut response = answer::<M, N, P, T, S>(model, at, &load, rolled);
     response.regime = regime_of(load.stick_ratio);
-    response.status = status.with(model.scale.status());
+    response.status = begun.status.with(model.scale.status());
     response
 }
 
@@ -154,6 +152,7 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
 ) -> Response<T> {
     let (data, scale) = (model.data, &model.scale);
     let Load { normal, friction, moment, stick_ratio } = *load;
+    let stick_ratio = stick_ratio.not_negative();
     // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
     let per_limit = T::of(1.0) / at.limit;
     let [along, across] = friction.map(|f| f * per_limit);
@@ -248,7 +247,7 @@ fn in_the_air<const M: usize, const P: usize, T: Scalar>(
         status = status.with(Status::BAD_INPUT);
     }
     lift_off(state);
-    Response { slip_margin: T::of(1.0), status, ..Response::default() }
+    Response { status, ..Response::default() }
 }
 
 #[cold]
@@ -257,11 +256,12 @@ fn lift_off<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P,
     *state = StateOf { strength_factor: state.strength_factor, ..StateOf::default() };
 }
 
-/// Forgets a contact and a strength factor that is out of range.
+/// Resets an inconsistent memory, a strength factor that is out of range included; answers as in the air.
 #[cold]
 #[inline(never)]
-fn begin_anew<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>) {
+fn memory_lost<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, status: Status) -> Response<T> {
     let factor = state.strength_factor;
     *state = StateOf::default();
     state.set_strength_factor(factor);
+    Response { status: status.with(Status::MEMORY_LOST), ..Response::default() }
 }

@@ -15,7 +15,7 @@ const PRESS_MM_S: f32 = 60.0;
 const BACK_MM_S: f32 = 0.5;
 
 impl GripControl {
-    /// The depth to add in the next step.
+    /// The depth to add in the next step. Without contact the margin is 0, and the grip closes.
     pub fn update(&mut self, slip_margin: f32, dt_s: f32) -> f32 {
         let lack = MARGIN - slip_margin;
         let speed = if lack > 0.0 { PRESS_MM_S * lack } else { -BACK_MM_S };

@@ -73,7 +73,7 @@ pub struct fingerpad_response {
     pub stick_ratio: f32,
     /// Largest friction in the direction of the present one, N.
     pub friction_limit_n: f32,
-    /// 1 less the share of its limit that the load uses; with spin the load is friction and moment together.
+    /// 1 less the share of its limit that the load uses; with spin the load is friction and moment together. 0 without contact.
     pub slip_margin: f32,
     /// Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
     pub spin_moment_n_mm: f32,

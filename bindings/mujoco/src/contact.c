@@ -109,7 +109,6 @@ outcome contact_step(memory* past, const settings* s, const placement* here, int
   mju_copy(past->foot, here->foot, 2);
   past->angle = here->angle;
   if (here->face == NO_FACE) {
-    now.model.slip_margin = 1;
     past->status = now.status;
     return now;
   }

@@ -25,7 +25,7 @@ typedef struct {
 } instance_data;
 
 /* No contact. */
-static const outcome NOTHING = {.model.slip_margin = 1};
+static const outcome NOTHING = {0};
 
 static instance_data* data_of(const mjData* d, int instance) { return (instance_data*)d->plugin_data[instance]; }
 

@@ -140,6 +140,17 @@ def test_bad_runs(model: Model) -> None:
     assert Fingers(model, 0).step(1.0).shape == (0,)
 
 
+@pytest.mark.parametrize("spin", [False, True])
+def test_the_margin_is_zero_without_contact(model: Model, spin: bool) -> None:
+    """In the air nothing is held: a controller that reads the margin must close. Depths with noise, slides that turn back."""
+    random = np.random.default_rng(SEED)
+    fingers = Fingers(model, 64, spin=spin)
+    for _ in range(200):
+        r = fingers.step(random.normal(0, 0.2, 64), random.normal(0, 0.02, 64))
+        lifted = r["regime"] == Regime.NO_CONTACT
+        assert lifted.any() and (r["slip_margin"][lifted] == 0).all()
+
+
 def test_nonsense_is_flagged_and_forgotten(model: Model) -> None:
     """Bits at random in every input: nothing is no number, and nothing leaves its range."""
     random = np.random.default_rng(SEED)

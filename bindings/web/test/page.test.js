@@ -162,6 +162,7 @@ test("keys move the plate, and the words follow", async () => {
   assert.equal(await page.evaluate(() => globalThis.fingerpad.hand.walk), null, "nothing moves by itself");
   await page.click("#reset");
   await page.waitForFunction(() => document.getElementById("regime").textContent === "In the air");
+  assert.equal(await page.locator("#n-margin").textContent(), "no contact");
   await page.focus("#side");
   for (let i = 0; i < 5; i++) await page.keyboard.press("Shift+ArrowUp");
   await page.waitForFunction(() => document.getElementById("regime").textContent === "It sticks");

@@ -11,3 +11,4 @@ mod poses;
 mod properties;
 mod recipe;
 mod requests;
+mod step_length;

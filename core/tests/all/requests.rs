@@ -1,9 +1,10 @@
 //! What a controller asks for besides a step: gradients, driven steps, the least grip, events.
 
-use crate::common::{closed_path, example, motion};
+use crate::common::{Noise, closed_path, example, motion, shipped};
 use fingerpad::events::{Change, Queue, Watch};
 use fingerpad::{
-    Data, Drive, Model, Motion, Normal, Params, Regime, Response, SPRINGS, State, Status, Tangential, step,
+    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Params, Pose, Regime, Response, SPRINGS,
+    SpinState, State, Status, Surroundings, Tangential, step,
 };
 use proptest::prelude::*;
 
@@ -230,5 +231,54 @@ fn serde_round_trips() {
     let text = serde_json::to_string(&state).unwrap();
     assert!(
         serde_json::from_str::<State>(&text.replace("\"strength_factor\":1.0", "\"strength_factor\":100.0")).is_err()
+    );
+}
+
+/// Without contact nothing is held: the slip margin is 0, never that of a safe grip. Fingers that bounce, by noise on the depth, with
+/// slides that turn back: plain, with spin, in a pose, tuned by effects, driven by force, and in a batch.
+#[test]
+fn the_margin_is_zero_without_contact() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    let posed = model.posed(Pose { pitch_deg: 45.0, roll_deg: 10.0 }).unwrap();
+    let effects = Effects::new(&[]).unwrap();
+    let (mut plain, mut spun, mut turned, mut driven) =
+        (State::default(), SpinState::default(), State::default(), State::default());
+    let mut contact: Contact<SPRINGS> = Contact::default();
+    let mut many = [State::default(); 16];
+    let (mut noise, mut lifted) = (Noise(5), 0);
+    for i in 0..2000 {
+        let depth = 0.3 * noise.next();
+        let x = if i % 100 < 50 { 0.02 } else { -0.02 } + 0.005 * noise.next();
+        let mut drive = Drive {
+            normal: Normal::ForceN(0.1 * noise.next()),
+            tangential: Tangential::SlideIncrementMm([x, 0.0]),
+            spin_increment_rad: 0.0,
+            dt_s: 1e-3,
+        };
+        let (mut numbers, mut regime, mut status) = ([[0.5f32; 16]; 6], [Regime::Slip; 16], [Status::OK; 16]);
+        let mut forces = Forces::of(numbers.each_mut().map(|of_kind| &mut of_kind[..]), &mut regime, &mut status);
+        let depths = [depth; 16];
+        let motions =
+            Motions { depth_mm: &depths, slide_x_mm: &[x; 16], slide_y_mm: &[0.0; 16], spin_rad: &[], dt_s: 1e-3 };
+        model.step_batch(&mut many, motions, &mut forces).unwrap();
+        let batch = (regime[3], numbers[4][3]);
+        let by_force = model.step_driven(&mut driven, drive).response;
+        drive.normal = Normal::DepthMm(depth);
+        let responses = [
+            step(&model, &mut plain, motion(depth, x, 0.0)),
+            step(&model, &mut spun, motion(depth, x, 0.0)),
+            step(&posed, &mut turned, motion(depth, x, 0.0)),
+            effects.step(&model, &mut contact, Surroundings::default(), motion(depth, x, 0.0)),
+            model.step_driven(&mut State::default(), drive).response,
+            by_force,
+        ];
+        for (regime, margin) in responses.map(|r| (r.regime, r.slip_margin)).into_iter().chain([batch]) {
+            lifted += u32::from(regime == Regime::NoContact);
+            assert!(regime != Regime::NoContact || margin == 0.0, "{i}: {margin}");
+        }
+    }
+    assert!(
+        lifted > 5000 && Response::IN_THE_AIR.slip_margin == 0.0 && Response::<f32>::default() == Response::IN_THE_AIR
     );
 }

@@ -6,7 +6,9 @@ pub mod golden;
 pub mod law_vectors;
 pub mod vectors;
 
-use fingerpad::{Data, ModelFile, Motion, Params, ParamsOf, Pose, Response, State, Tuning, step};
+use fingerpad::{
+    Data, DataOf, FileOf, ModelFile, Motion, NODES, Params, ParamsOf, Pose, Response, State, Tuning, step,
+};
 use proptest::prelude::*;
 
 pub fn example() -> Data {
@@ -18,6 +20,19 @@ pub fn models() -> Vec<(&'static str, Data)> {
     let shipped = ModelFile::new(include_bytes!("../data/fingertip.fpm")).ok();
     let shipped = shipped.map(|file| ("shipped", *file.file().model.data()));
     [("example", example())].into_iter().chain(shipped).collect()
+}
+
+/// The shipped model, which has poses.
+pub fn shipped() -> Data {
+    *ModelFile::new(include_bytes!("../data/fingertip.fpm")).unwrap().file().model.data()
+}
+
+/// The shipped model with six springs.
+pub fn accurate() -> DataOf<6, NODES> {
+    let bytes = include_bytes!("../data/fingertip-accurate.fpm");
+    let words: Vec<u64> =
+        bytes.chunks(8).map(|c| u64::from_ne_bytes(core::array::from_fn(|i| c.get(i).copied().unwrap_or(0)))).collect();
+    *FileOf::from_bytes(&bytemuck::cast_slice(&words)[..bytes.len()]).unwrap().model.data()
 }
 
 pub fn motion(depth: f32, x: f32, y: f32) -> Motion {

@@ -82,14 +82,16 @@ fn SysTick() {
             *response = step(&finger.model, &mut finger.state, motion);
             if index == 1 {
                 let alone = step(&finger.model, &mut finger.left_alone, Motion { depth_mm: position[0], ..motion });
-                telemetry.least_margin_alone = telemetry.least_margin_alone.min(alone.slip_margin);
+                if alone.regime != Regime::NoContact {
+                    telemetry.least_margin_alone = telemetry.least_margin_alone.min(alone.slip_margin);
+                }
             }
-            finger.depth_extra = if response.regime == Regime::NoContact || position[0] <= 0.0 {
-                0.0
-            } else {
+            if response.regime != Regime::NoContact {
                 telemetry.least_margin = telemetry.least_margin.min(response.slip_margin);
-                finger.control.update(response.slip_margin, dt_s)
-            };
+            }
+            // A finger that is told to press and has no contact closes; one that is told to leave does not press.
+            finger.depth_extra =
+                if position[0] <= 0.0 { 0.0 } else { finger.control.update(response.slip_margin, dt_s) };
             finger.watch.look(response, &mut control.events);
         }
         control.last = position;

@@ -242,7 +242,7 @@ const FLAGS: [(Status, &str); 9] = [
     (Status::LARGE_INCREMENT, "a slide of one step beyond 64 mm, cut to that"),
     (Status::LOAD_NOT_REACHED, "a force out of reach: the nearest state stands there"),
     (Status::SPIN_IGNORED, "a turn of the plane, which was left out"),
-    (Status::MEMORY_LOST, "a contact that held what is no number and was begun anew"),
+    (Status::MEMORY_LOST, "an inconsistent memory of the contact, which was reset"),
     (
         Status::EFFECT_HELD,
         "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number, a driver beyond \

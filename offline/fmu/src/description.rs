@@ -34,7 +34,7 @@ const OUTPUTS: [Variable; 12] = [
     (44, "spin_moment_n_mm", "N.mm", 0.0, "Moment about the normal through the point under first touch"),
     (45, "stick_ratio", "", 0.0, "Stuck area over contact area"),
     (46, "friction_limit_n", "N", 0.0, "Largest friction in the direction of the present one"),
-    (47, "slip_margin", "", 1.0, "1 less the share of its limit that the load uses"),
+    (47, "slip_margin", "", 0.0, "1 less the share of its limit that the load uses; 0 without contact"),
     (48, "pressure_centre_x_mm", "mm", 0.0, "Centre of pressure along x from the point under first touch"),
     (49, "pressure_centre_y_mm", "mm", 0.0, "Centre of pressure along y from the point under first touch"),
     (50, "contact_area_mm2", "mm2", 0.0, "Contact area"),

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from fingerpad._errors import InputError
 from fingerpad._native import Contacts, Model
 
-#: What a contact answers with outputs="forces": forces that the plane exerts on the finger, N, and moment, N mm.
+#: What a contact answers with outputs="forces": forces that the plane exerts on the finger, N, and moment, N mm. The slip margin is
+#: 1 less the share of its limit that the load uses; 0 without contact.
 FORCES = np.dtype(
     [
         ("normal_force_n", np.float32),
