@@ -20,6 +20,7 @@ macro_rules! eprintln {
 
 mod build;
 mod build_model;
+mod conditions;
 mod config;
 mod confirm;
 mod design;
@@ -34,6 +35,7 @@ mod mesh;
 mod model;
 mod outputs;
 mod phantom;
+mod plausibility;
 mod progress;
 mod provenance;
 mod reduce;
@@ -53,7 +55,7 @@ use fingerpad_fe::experiment::{Config, ConfigError};
 use fingerpad_fe::load_path::{self, Finger, LoadPathError};
 use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
 use interrupt::{go_on, keeping};
-use outputs::Outputs;
+use outputs::{Mark, Outputs};
 use progress::{Bar, Bars, bar, show};
 
 /// Fingertip friction: finite-element contact of a soft finger on a rigid plane, with the rubber friction law

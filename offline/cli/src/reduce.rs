@@ -20,12 +20,12 @@ use super::{Failure, Model, Outputs, design, results};
 #[command(after_help = "\
 Examples:
   fingerpad reduce --design --mesh-preset coarse --runs paths  run what the design lacks
-  fingerpad reduce --runs runs --out model.fpm                 fit and write the model
-  fingerpad reduce --out model.fpm                             the same from the shipped runs
-  fingerpad reduce --design --runs runs --out model.fpm        both
+  fingerpad reduce --runs runs --out mine.fpm                  fit and write the model
+  fingerpad reduce --out mine.fpm                              the same from the shipped runs
+  fingerpad reduce --design --runs runs --out mine.fpm         both
   fingerpad reduce --design --mesh-preset coarse --runs paths --task 2/8
                                                                the second of eight shares
-  fingerpad reduce --runs runs --out model.fpm --report report --curve
+  fingerpad reduce --runs runs --out mine.fpm --report report --curve
                                                                with pictures, and what accuracy costs
 
 The design has 407 paths in seventeen kinds, 182 of them held out: the fit never sees them; the section [design] of
@@ -39,6 +39,9 @@ pub struct Args {
     /// Model file to write
     #[arg(long, value_name = "MODEL.fpm", required_unless_present = "design")]
     out: Option<PathBuf>,
+    /// Replace a file at --out, also a model
+    #[arg(long)]
+    force: bool,
     /// Run what the folder lacks of the design of experiments first
     #[arg(long)]
     design: bool,
@@ -102,7 +105,9 @@ impl From<ReduceError> for Failure {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (config, _, design_settings) = args.model.settings()?;
-    let mut outputs = Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref());
+    // A model costs hours of finite elements: none is replaced without being asked for.
+    let mut outputs =
+        Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref(), Vec::new()).force(args.force);
     if let Some(folder) = &args.report {
         outputs = outputs.shared_folder("--report", folder, NAMES);
     }

@@ -39,4 +39,6 @@ pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_
 pub use runs::{Run, Sample, Turned, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};
 pub use spin_limit::{FullSlip, SpinLimit, in_full_slip};
-pub use trajectory::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};
+pub use trajectory::{
+    PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
+};

@@ -224,7 +224,7 @@ mod tests {
             .into_iter()
             .filter(|e| crate::is_representable(&e.path))
             .map(|e| {
-                let rows = simulate_path(&model, &e.path);
+                let rows = simulate_path(&model, &e.path).unwrap();
                 Run {
                     name: e.name,
                     kind: e.kind,
