@@ -169,6 +169,17 @@ impl Model {
     }
 }
 
+/// Most threads that `--jobs` takes: more than any machine has that this program was made for.
+const MOST_JOBS: usize = 1024;
+
+/// A number of threads.
+fn jobs(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(jobs @ 1..=MOST_JOBS) => Ok(jobs),
+        _ => Err(format!("must be a whole number from 1 to {MOST_JOBS}")),
+    }
+}
+
 /// Why a command ended, as an exit code.
 #[derive(Debug)]
 enum Failure {

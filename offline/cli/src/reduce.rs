@@ -9,10 +9,12 @@ use anyhow::Context;
 use fingerpad::SPRINGS;
 use fingerpad_formats::atomic_write;
 use fingerpad_identify::population::Share;
-use fingerpad_reduce::{self as reduce, CurvePoint, Kind, ReduceError, Reduced, Run, Scores, Settings};
+use fingerpad_reduce::{
+    self as reduce, CurvePoint, FitProgress, FitStage, Kind, ReduceError, Reduced, Run, Scores, Settings,
+};
 use fingerpad_report as report;
 
-use super::progress::during;
+use super::progress::{counter, during};
 use super::{Failure, Model, Outputs, design, results};
 
 /// Fit the reduced model to finite-element runs, or make these runs
@@ -66,7 +68,7 @@ pub struct Args {
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::jobs)]
     jobs: Option<usize>,
 }
 
@@ -170,7 +172,17 @@ pub(super) fn fit<const M: usize>(
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     let hash = runs.first().map_or("", |r| &r.settings_hash);
     println!("{} runs of settings {hash}, {early} ended early", runs.len());
-    let reduced = during("fitting, every step through the core", |_| reduce::reduce::<M>(runs, exponent, settings))?;
+    let bar = counter("fit", 1, "minimisations");
+    let reduced = reduce::reduce::<M>(
+        runs,
+        exponent,
+        settings,
+        &FitProgress::new(&|at: FitStage| {
+            bar.set(at.done, at.all, format!("iteration {}", at.iteration));
+        }),
+    );
+    bar.finish_and_clear();
+    let reduced = reduced?;
     let bytes = reduced.file(&[])?;
     atomic_write(out, |w| w.write_all(&bytes))?;
     print_summary(&reduced);

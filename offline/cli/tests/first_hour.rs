@@ -100,7 +100,7 @@ fn places_that_cannot_be_written_are_refused_before_computing() {
     }
     for arguments in [
         &["build", "--out", "t.csv/out"][..],
-        &["build", "--runs", "none", "--out", "out"],
+        &["build", "--fit", "--runs", "none", "--out", "out"],
         &["identify", "--out", "t.csv/out"],
         &["diagnose", "--table", "t.csv", "--out", "t.csv/out"],
         &["diagnose", "--table", "t.csv", "--out", "d", "--report", "t.csv/r.json"],
