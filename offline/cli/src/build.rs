@@ -15,10 +15,11 @@ use fingerpad_formats::atomic_write;
 use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::build_model::reduction;
+use super::build_model::{compare_shipped, print_reduced, reduction};
 use super::config::ConfigFile;
 use super::{
-    Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, provenance, results, run_failure, show,
+    Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, progress, provenance, results, run_failure,
+    show,
 };
 
 /// The main job: mesh, press and slide at the measured depths, report.
@@ -28,26 +29,31 @@ Examples:
   fingerpad build                                   everything with its defaults, into out/
   fingerpad build --mesh-preset coarse --out quick  seconds instead of minutes
   fingerpad build --shape a --config fixed.toml --out a_fixed
+  fingerpad build --fit                             and a reduced model, fitted anew
   fingerpad build --print-config > my.toml          all settings with their defaults
 
-A build that was killed goes on where it was: finished depths are not run again, an unfinished one loses some seconds. A folder that holds another run's
-settings is refused.")]
+The forces at the four depths are compared with the measured table and, where shape, tissue and friction law are those of the \
+reduced model that ships, with that model. A build that was killed goes on where it was: finished depths are not run again, an \
+unfinished one loses some seconds. A folder that holds another run's settings is refused.")]
 pub struct Args {
     #[command(flatten)]
     model: Model,
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(super) out: PathBuf,
+    /// Fit a reduced model anew, DIR/model.fpm, from stored runs of these settings (minutes)
+    #[arg(long)]
+    pub(super) fit: bool,
     /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (407
-    /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was)
+    /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was), and fit the model to it
     #[arg(long)]
     pub(super) full: bool,
-    /// Folder of the stored runs behind the reduced model; used where the settings are theirs [default: those that ship
-    /// with the program, of the default settings]
-    #[arg(long, value_name = "DIR")]
+    /// Folder of the stored runs of --fit; used where the settings are theirs [default: those that ship with the program, of
+    /// the default settings]
+    #[arg(long, value_name = "DIR", requires = "fit")]
     pub(super) runs: Option<PathBuf>,
     /// Threads; each depth runs on one [default: the machine's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::jobs)]
     pub(super) jobs: Option<usize>,
     /// Measured table to compare with (CSV) [default: Table 1 of Yoshida et al. 2011]
     #[arg(long, value_name = "TABLE.csv")]
@@ -101,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let table = read_table(args.table.as_deref())?;
-    if !args.full {
+    if args.fit && !args.full {
         // A folder that cannot be read is refused now, not after minutes.
         super::reduce::read_runs(args.runs.as_deref())?;
     }
@@ -124,10 +130,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let runs = all_runs(args, &config, &finger, &hash, &folder)?;
 
-    let report = assemble(&config, &finger, &quality, touch.curvature_radius_mm, &hash, &table, &runs, mesh_s);
-    write_results(&args.out, &finger, &report)?;
-    print_summary(&args.out, &report, start.elapsed().as_secs_f64());
-    reduction(args, &config, &design)?;
+    let mut report = assemble(&config, &finger, &quality, touch.curvature_radius_mm, &hash, &table, &runs, mesh_s);
+    report.reduced = compare_shipped(&config, &report.depths)?;
+    progress::during("report", |_| write_results(&args.out, &finger, &report))?;
+    print_summary(&report);
+    match &report.reduced {
+        Some(reduced) => print_reduced(&report.depths, reduced),
+        None => println!(
+            "the reduced model that ships is of another finger; `fingerpad finger` with these settings makes one of this finger"
+        ),
+    }
+    println!("{:.1} s; see {}", start.elapsed().as_secs_f64(), args.out.join("report.html").display());
+    if args.fit || args.full {
+        reduction(args, &config, &design)?;
+    }
     Ok(())
 }
 
@@ -443,6 +459,7 @@ fn assemble(
         depths,
         continuous: Vec::new(),
         left_out: Vec::new(),
+        reduced: None,
     }
 }
 
@@ -513,7 +530,7 @@ fn beside((measured, model): (Option<f64>, f64), width: [usize; 2], digits: [usi
     }
 }
 
-fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {
+fn print_summary(report: &BuildReport) {
     println!("\n          normal force, N        contact area, mm²       friction coefficient F/N");
     println!(
         "depth   measured  model  diff    measured  model  diff    measured  model  diff   law over frictionless p"
@@ -541,5 +558,4 @@ fn print_summary(out: &Path, report: &BuildReport, wall_s: f64) {
             check.name, check.value, check.unit, check.bound, check.unit
         );
     }
-    println!("{wall_s:.1} s; see {}", out.join("report.html").display());
 }

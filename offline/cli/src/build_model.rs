@@ -1,16 +1,58 @@
-//! The reduced model that `fingerpad build` adds to its results.
+//! The reduced model in the results of `fingerpad build`: the one that ships, compared, and one that is fitted anew.
 
+use std::path::Path;
+
+use fingerpad::ModelFile;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::follow_path;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_identify::population::Share;
-use fingerpad_reduce::{self as reduce, DesignSettings, Run};
+use fingerpad_reduce::{self as reduce, Agreement, DesignSettings, Difference, Meta, Run};
+use fingerpad_report::{DepthResult, ReducedModel};
 
 use super::build::Args;
-use super::{Failure, bar, go_on, make_finger_for, run_failure, show};
+use super::{Failure, bar, go_on, make_finger_for, model, run_failure, show};
 
 /// The path of the design that is run again and compared with what is stored.
 const AGAIN: &str = "straight-00";
+
+/// Presets of the mesh, the nearest to the default first.
+const PRESETS: [MeshPreset; 4] = [MeshPreset::Default, MeshPreset::Medium, MeshPreset::Fine, MeshPreset::Coarse];
+
+/// Provenance of a model file that a fit has written; None for any other.
+fn meta_of(file: &ModelFile) -> Option<Meta> {
+    serde_json::from_str(file.file().meta).ok()
+}
+
+/// The model that ships against the runs; None if it was fitted to another finger: shape, tissue or friction law. Mesh and
+/// numerics may differ.
+pub(super) fn compare_shipped(config: &Config, depths: &[DepthResult]) -> Result<Option<ReducedModel>, Failure> {
+    let (file, name) = model::load(None)?;
+    let Some(meta) = meta_of(&file) else { return Ok(None) };
+    for mesh_preset in PRESETS {
+        let same = Config { mesh_preset, numerics: Default::default(), ..config.clone() };
+        if reduce::settings_hash(&same)? == meta.settings_hash {
+            let model = file.file().model;
+            let agreement = |depth: &DepthResult| reduce::agreement(&model, &depth.trajectory.responses);
+            return Ok(Some(ReducedModel { name, depths: depths.iter().map(agreement).collect() }));
+        }
+    }
+    Ok(None)
+}
+
+/// Prints how far a model is from the runs.
+pub(super) fn print_reduced(depths: &[DepthResult], reduced: &ReducedModel) {
+    println!("\nreduced model {} less finite elements, over all rows of a depth", reduced.name);
+    println!("          normal force                         friction");
+    println!("depth     RMS, N   (%)   largest, N   (%)      RMS, N   (%)   largest, N   (%)");
+    for (depth, Agreement { normal, friction }) in depths.iter().zip(&reduced.depths) {
+        let of = |d: &Difference| {
+            let [rms, largest] = d.percent();
+            format!("{:8.4} {rms:5.2} {:12.4} {largest:5.2}", d.rms_n, d.largest_n)
+        };
+        println!("{:4.2} mm {}    {}", depth.depth_mm, of(normal), of(friction));
+    }
+}
 
 /// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
 pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<(), Failure> {
@@ -23,8 +65,7 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
     let all = super::reduce::read_runs(folder)?;
     // Runs of the same finger on another mesh serve where there are none on this one; the comparison below tells by how much
     // they differ.
-    let other_meshes = [MeshPreset::Default, MeshPreset::Medium, MeshPreset::Fine, MeshPreset::Coarse]
-        .map(|mesh_preset| reduce::settings_hash(&Config { mesh_preset, ..config.clone() }));
+    let other_meshes = PRESETS.map(|mesh_preset| reduce::settings_hash(&Config { mesh_preset, ..config.clone() }));
     let mut hashes = vec![hash.clone()];
     hashes.extend(other_meshes.into_iter().collect::<Result<Vec<_>, _>>()?);
     let found = hashes.iter().find(|hash| all.iter().any(|run| run.settings_hash == **hash));
@@ -32,6 +73,12 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
     if runs.is_empty() {
         let place = folder.map_or("the program".into(), |f| f.display().to_string());
         println!("no reduced model: {place} has no runs of settings {hash}; --full makes them");
+        return Ok(());
+    }
+    let runs = super::reduce::representable(runs);
+    let model_file = args.out.join("model.fpm");
+    if !args.full && is_fitted(&model_file, &runs) {
+        println!("{} was fitted to these runs before", model_file.display());
         return Ok(());
     }
     if found.is_some_and(|found| *found != hash) {
@@ -56,10 +103,21 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
         );
     }
     super::reduce::fit::<{ fingerpad::SPRINGS }>(
-        &super::reduce::representable(runs),
+        &runs,
         config.friction.beta,
         &fingerpad_reduce::Settings::default(),
-        &args.out.join("model.fpm"),
+        &model_file,
     )?;
     Ok(())
+}
+
+/// Whether a file is the model that this program fits to these runs.
+fn is_fitted(file: &Path, runs: &[Run]) -> bool {
+    let model = std::fs::read(file).ok().and_then(|bytes| ModelFile::new(&bytes).ok());
+    let Some(meta) = model.as_ref().and_then(meta_of) else { return false };
+    let plain = || runs.iter().filter(|run| run.is_representable());
+    let held_out = plain().filter(|run| run.held_out).count();
+    let of_same_runs = meta.paths == [plain().count() - held_out, held_out]
+        && runs.first().is_some_and(|run| run.settings_hash == meta.settings_hash);
+    of_same_runs && meta.program_version == env!("CARGO_PKG_VERSION")
 }

@@ -15,7 +15,7 @@ use fingerpad_formats as formats;
 use fingerpad_report as report;
 use fingerpad_smooth::ReferenceCurves;
 
-use super::{Failure, Model, Outputs, bar, diagnose_table, go_on, progress::during, results};
+use super::{Failure, Mark, Model, Outputs, bar, diagnose_table, go_on, progress::during, results};
 
 /// Find where simulation and measurement disagree, name the missing effect, add it.
 #[derive(clap::Args)]
@@ -270,8 +270,11 @@ fn prepare(args: &Args, folders: &[&Path]) -> Result<(), Failure> {
     ];
     let inputs = given.map(|(flag, path)| (flag, path.as_deref()));
     let measured = args.measured.iter().map(|path| ("--measured", Some(path.as_path())));
-    let mut outputs = Outputs::beside(inputs.into_iter().chain(measured).chain(args.finger.inputs(&config)))
-        .file("--report", elsewhere(args));
+    let mut outputs = Outputs::beside(inputs.into_iter().chain(measured).chain(args.finger.inputs(&config))).file(
+        "--report",
+        elsewhere(args),
+        vec![Mark::holding("{", "\"fingerpad-diagnosis/")],
+    );
     for folder in folders {
         outputs = outputs.shared_folder("--out", folder, NAMES);
     }

@@ -3,66 +3,66 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use fingerpad::effects::Column;
 use fingerpad::effects::OWN;
-use fingerpad::{Effects, File, ModelFile, Status, Surroundings};
+use fingerpad::{Effects, File, ModelFile, Status};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
-use fingerpad_fe::load_path::{Drive, Path as PlanePath, path_csv, response_csv};
-use fingerpad_formats as formats;
-use fingerpad_reduce::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};
+use fingerpad_fe::load_path::{Path as PlanePath, path_csv, response_csv};
+use fingerpad_reduce::{
+    PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
+};
 
-use super::{Failure, Outputs, model, progress::during};
+use super::conditions::{Conditions, read_by};
+use super::plausibility::{warn_of_depths, warn_of_force_unit, warn_of_no_contact};
+use super::{Failure, Mark, Outputs, model, outputs, progress::during};
 
 /// Follow a path of the plane with the reduced model
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
-  fingerpad eval --path path.csv --out response.csv                            the shipped fingertip
-  fingerpad eval --model model.fpm --path path.csv --out response.csv          your own model
+  fingerpad eval --path path.csv --out reduced.csv                             the shipped fingertip
+  fingerpad eval --model model.fpm --path path.csv --out reduced.csv           your own model
   fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
-  fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out response.csv
+  fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out reduced.csv
+  fingerpad eval --path - --out - < path.csv                                   from and to a pipe
 
-Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n. The response has the
-columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
-95 % of the finite-element runs lie that the fit did not see. Steps are at most 0.02 mm; all arithmetic is that of the
-package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached. Flags
-of the column status are counted on standard error.
+Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg, pitch_deg \
+and roll_deg, which change evenly between rows as the others do. Moments in place of angles are refused. The response has \
+the columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which \
+95 % of the finite-element runs lie that the fit did not see. Steps are at most 0.02 mm and 0.4 degrees; all arithmetic is \
+that of the package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached, a \
+pose out of the range of the fit the nearest pose and pose_out_of_range. Flags of the column status are counted on standard \
+error.
 
---runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
-prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law
-of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they
-change evenly; --column voltage_v=120 holds one at a value along the whole path.")]
+--runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and \
+prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law \
+of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they \
+change evenly; --column voltage_v=120 holds one at a value along the whole path.
+
+An earlier response of eval at --out is replaced, any other file only with --force. With --out - the response goes to \
+standard output and messages to standard error; --path - and --runs - read standard input.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
     model: Option<PathBuf>,
-    /// Path of the plane (CSV)
+    /// Path of the plane (CSV); - for standard input
     #[arg(long, value_name = "PATH.csv", required_unless_present = "runs")]
     path: Option<PathBuf>,
-    /// Measured runs (CSV) in place of a path
+    /// Measured runs (CSV) in place of a path; - for standard input
     #[arg(long, value_name = "RUNS.csv", conflicts_with = "path")]
     runs: Option<PathBuf>,
-    /// Moisture of the skin along the path, corneometer units, where the model has that effect
-    #[arg(long, default_value_t = 35.0)]
-    hydration_au: f32,
-    /// Temperature of the skin along the path, °C, where the model has that effect
-    #[arg(long, default_value_t = 32.0)]
-    temperature_c: f32,
-    /// Width of the finger, mm, where the model has that effect
-    #[arg(long, default_value_t = 16.0)]
-    finger_width_mm: f32,
-    /// Clock of the series at the start of the path, s, where the model has a drift
-    #[arg(long, default_value_t = 0.0)]
-    series_s: f32,
-    /// Contact time since the last rest along the path, s, where the model has that effect; counted from the path unless said
-    #[arg(long)]
-    occlusion_s: Option<f32>,
+    #[command(flatten)]
+    conditions: Conditions,
     /// Value along the path of a column of your own that the model reads and the path lacks, as column=value; may be repeated
     #[arg(long, value_name = "COLUMN=VALUE", value_parser = column_value, conflicts_with = "runs")]
     column: Vec<(String, f64)>,
-    /// Response to write (CSV)
+    /// Response to write (CSV); - for standard output
     #[arg(long, value_name = "RESPONSE.csv")]
     out: PathBuf,
+    /// Replace a file at --out that this command did not write
+    #[arg(long)]
+    force: bool,
 }
 
 fn column_value(text: &str) -> Result<(String, f64), String> {
@@ -130,11 +130,14 @@ impl AlongPath {
     }
 }
 
-/// Measured runs with the columns of the user's own that a model reads.
-fn read_runs(path: &Path, columns: &[OwnColumn], model_name: &str) -> Result<RunSet, Failure> {
-    let map = ColumnMap::parse_with(columns.to_vec(), None, None).map_err(|e| Failure::Input(anyhow!(e)))?;
-    let set = super::diagnose::read_mapped(path, &map)?;
-    let missing = map.own_columns().into_iter().find(|column| !set.recorded.contains(column));
+/// Measured runs with the columns that a model reads.
+fn read_runs(path: &Path, file: &File<'_>, model_name: &str) -> Result<RunSet, Failure> {
+    let map = ColumnMap::parse_with(own_columns(file), None, None).map_err(|e| Failure::Input(anyhow!(e)))?;
+    let set = super::diagnose::read_mapped(outputs::input(path), &map)?;
+    // The others are counted from the motion where the file does not have them.
+    let of_skin = [Column::Hydration, Column::Temperature, Column::Width];
+    let of_skin = of_skin.into_iter().filter(|column| read_by(file).contains(column));
+    let missing = map.own_columns().into_iter().chain(of_skin).find(|column| !set.recorded.contains(column));
     match missing {
         None => Ok(set),
         Some(column) => Err(Failure::Input(anyhow!(
@@ -145,14 +148,20 @@ fn read_runs(path: &Path, columns: &[OwnColumn], model_name: &str) -> Result<Run
     }
 }
 
-/// Longest path, steps of the reduced model: about a second of computing.
+/// Most steps of a path between its rows: about a second of computing. Rows are as many as the file has.
 const MOST_STEPS: f64 = 1e6;
+/// First line of the prediction of measured runs.
+const PREDICTION: &str = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,\
+                          residual_normal_n,residual_x_n,residual_y_n";
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (file, model_name) = model::load(args.model.as_deref())?;
     let inputs = [("--model", &args.model), ("--path", &args.path), ("--runs", &args.runs)];
-    let outputs = Outputs::beside(inputs.map(|(flag, path)| (flag, path.as_deref()))).file("--out", Some(&args.out));
+    let marks = [response_csv::header(true) + "\n", format!("{PREDICTION}\n")].map(Mark::beginning);
+    let outputs = Outputs::beside(inputs.map(|(flag, path)| (flag, path.as_deref())))
+        .stream("--out", &args.out, marks.into())
+        .force(args.force);
     match (&args.runs, &args.path) {
         (Some(runs), _) => {
             outputs.prepare()?;
@@ -160,16 +169,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         (None, Some(path)) => {
             let columns = own_columns(&file.file());
-            let (plane, varying) = read_path(path, &columns)?;
+            args.conditions.check(&file.file(), &model_name)?;
+            let (plane, varying) = during("reading", |_| read_path(path, &columns, &file, &model_name))?;
             let own = AlongPath::of(args, &columns, varying, &model_name, path)?;
             outputs.prepare()?;
+            warn_of_depths(&plane);
             let rows = during("path", |_| along_path(args, &file, &model_name, path, &plane, &own))?;
             let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
             let extra: Vec<_> =
                 rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
-            during("writing", |_| response_csv::write_with_extra(&args.out, &responses, &extra))?;
-            println!("{}: {} rows", args.out.display(), rows.len());
-            warn(&plane, &rows, file.file().model.depth_max_mm());
+            response_csv::check(&args.out, &responses)?;
+            during("writing", |_| outputs::write(&args.out, |w| response_csv::write_to(w, &responses, Some(&extra))))?;
+            outputs::say(&args.out, &format!("{}: {} rows", args.out.display(), rows.len()));
+            warn_of_flags(&rows, &file.file());
+            warn_of_no_contact(&plane, &responses);
             Ok(())
         }
         (None, None) => Err(Failure::Input(anyhow!("--path is missing"))),
@@ -177,27 +190,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// A path that the reduced model can follow, with the columns of the user's own that its file has.
-fn read_path(file: &Path, columns: &[OwnColumn]) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
+fn read_path(
+    path_file: &Path,
+    columns: &[OwnColumn],
+    model_file: &ModelFile,
+    model_name: &str,
+) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
     let more: Vec<path_csv::More<'_>> =
         columns.iter().map(|c| path_csv::More { name: &c.name, unit: &c.unit, range: c.range }).collect();
-    let (path, varying) = path_csv::read_with(file, &more)?;
-    if path.drives[1] != path.drives[2] {
-        return Err(Failure::Input(anyhow!(
-            "{}: one slide is driven by displacement and the other by force; the reduced model drives both alike",
-            file.display()
-        )));
-    }
-    let needed = steps(&path);
+    let (path, varying) = path_csv::read_with(outputs::input(path_file), &more)?;
+    let file = model_file.file();
+    check_path(&file.model, !file.effects.is_empty(), &path).map_err(|e| match e {
+        PathError::OnePose { .. } | PathError::ForceWithEffects { .. } => {
+            Failure::Input(anyhow!("{} with {model_name}: {e}", path_file.display()))
+        }
+        _ => Failure::Input(anyhow!("{}: {e}", path_file.display())),
+    })?;
+    let needed = steps_between_rows(&path);
     if needed > MOST_STEPS {
-        let corner = |k: usize| [path.waypoints[k].normal, path.waypoints[k].x, path.waypoints[k].y];
-        let length = |k: usize| (0..3).map(|i| (corner(k)[i] - corner(k - 1)[i]).abs()).fold(0.0, f64::max);
-        let longest = (1..path.waypoints.len()).max_by(|a, b| length(*a).total_cmp(&length(*b))).unwrap_or(1);
         return Err(Failure::Input(anyhow!(
-            "{}: the path takes {needed:.1e} steps of 0.02 mm or 5 mN, at most {MOST_STEPS:.0e} (20 m) are followed; \
-             most of them lead to data row {}, {:?}",
-            file.display(),
-            longest + 1,
-            corner(longest)
+            "{}: the path takes {needed:.1e} steps of 0.02 mm, 0.4° or 5 mN between its rows, at most {MOST_STEPS:.0e} are \
+             followed (20 m of motion): shorten it or divide it",
+            path_file.display()
         )));
     }
     Ok((path, varying))
@@ -212,26 +226,15 @@ fn along_path(
     own: &AlongPath,
 ) -> Result<Vec<TrajectoryRow>, Failure> {
     let file = file.file();
-    if file.effects.is_empty() {
-        return Ok(simulate_path(&file.model, path));
-    }
-    let effects = Effects::of_file(&file)
-        .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
-    let surroundings = Surroundings {
-        hydration_au: args.hydration_au,
-        temperature_c: args.temperature_c,
-        finger_width_mm: args.finger_width_mm,
-        series_s: args.series_s,
-        occlusion_s: args.occlusion_s,
-        own: own.constant,
-        ..Surroundings::default()
+    let rows = if file.effects.is_empty() {
+        simulate_path(&file.model, path)
+    } else {
+        let effects = Effects::of_file(&file)
+            .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
+        let surroundings = args.conditions.surroundings(own.constant);
+        simulate_path_with_effects(&file.model, &effects, surroundings, &own.varying, path)
     };
-    simulate_path_with_effects(&file.model, &effects, surroundings, &own.varying, path).ok_or_else(|| {
-        Failure::Input(anyhow!(
-            "{}: driven by force; {model_name} has effects, which know motions alone",
-            path_file.display()
-        ))
-    })
+    rows.map_err(|e| Failure::Input(anyhow!("{}: {e}", path_file.display())))
 }
 
 /// What each flag of the status means.
@@ -251,54 +254,46 @@ const FLAGS: [(Status, &str); 9] = [
     (Status::POSE_OUT_OF_RANGE, "a pose beyond those that the model was fitted in: the answer is that of the nearest"),
 ];
 
-/// Says on standard error what the response's flags say, and what looks like a wrong unit or sign.
-///
-/// * `range_mm`: the depth up to which the model was fitted
-fn warn(path: &PlanePath, rows: &[TrajectoryRow], range_mm: f32) {
+/// Counts the response's flags on standard error.
+fn warn_of_flags(rows: &[TrajectoryRow], file: &File<'_>) {
+    let pose = &file.model.data().pose;
+    let [least, most] = pose.pitch_range_deg;
+    let poses = format!(
+        "was fitted in (pitch {least} to {most}°, roll {0:+} to {1:+}°)",
+        -pose.roll_max_deg, pose.roll_max_deg
+    );
     for (flag, meaning) in FLAGS {
         let of_flag = |r: &&TrajectoryRow| r.response.status.contains(flag);
         let Some(first) = rows.iter().position(|r| of_flag(&r)) else { continue };
         let count = rows.iter().filter(of_flag).count();
-        let meaning = meaning.replace("was fitted", &format!("was fitted ({range_mm} mm)"));
+        let meaning = meaning
+            .replace("was fitted:", &format!("was fitted ({:.4} mm):", file.model.depth_max_mm()))
+            .replace("was fitted in", &poses);
+        let at = &rows[first].response;
         eprintln!(
-            "warning: {flag} in {count} of {} rows, first in data row {} (t_s {:.4}, depth_mm {}): {meaning}",
+            "warning: {flag} in {count} of {} rows, first in row {} of the response (t_s {:.4}, depth_mm {:.4}): {meaning}",
             rows.len(),
             first + 1,
-            rows[first].response.t_s,
-            rows[first].response.depth_mm
+            at.t_s,
+            at.depth_mm
         );
-    }
-    if path.drives[0] != Drive::Displacement {
-        return;
-    }
-    let deepest = path.waypoints.iter().map(|w| w.normal).fold(f64::NEG_INFINITY, f64::max);
-    if deepest <= 0.0 {
-        eprintln!(
-            "warning: no row touches: depth_mm is {deepest} at most and counts from first touch into the finger; is its \
-             sign turned round?"
-        );
-    } else if deepest < 0.02 {
-        eprintln!("warning: depth_mm is {deepest} at most; is the column in metres?");
-    } else if deepest > 10.0 {
-        eprintln!("warning: depth_mm goes up to {deepest} mm into a fingertip; is the column in micrometres?");
     }
 }
 
 /// Prediction and residual of measured runs, in the conditions that were recorded.
 fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> Result<(), Failure> {
     let file = file.file();
-    let mut set = read_runs(path, &own_columns(&file), model_name)?;
+    let mut set = read_runs(path, &file, model_name)?;
     // A diagnosis that corrected columns with reading errors left the way in the file.
     let corrections: Vec<Correction> = told(file.meta, "column_corrections").unwrap_or_default();
     corrections.iter().for_each(|c| c.apply(&mut set));
     let effects = Effects::of_file(&file)
         .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
     let (rms_n, predicted) = during("runs", |_| replay_all(&file.model, &effects, &set));
-    formats::atomic_write(&args.out, |out| {
-        writeln!(
-            out,
-            "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,residual_normal_n,residual_x_n,residual_y_n"
-        )?;
+    let readings = set.runs.iter().flat_map(|run| &run.force_n).map(|reading| reading[0]);
+    warn_of_force_unit(readings.zip(predicted.iter().step_by(3).copied()));
+    outputs::write(&args.out, |out| {
+        writeln!(out, "{PREDICTION}")?;
         let mut at = predicted.chunks_exact(3);
         for run in &set.runs {
             for ((row, [x, y]), reading) in run.rows.iter().zip(&run.slide_mm).zip(&run.force_n) {
@@ -324,14 +319,13 @@ fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> R
         }
         Ok(())
     })?;
-    println!(
-        "{}: {} runs, {} rows; root mean square residual normal {:.5}, x {:.5}, y {:.5} N",
+    let [normal, x, y] = rms_n;
+    let line = format!(
+        "{}: {} runs, {} rows; root mean square residual normal {normal:.5}, x {x:.5}, y {y:.5} N",
         args.out.display(),
         set.runs.len(),
-        set.rows(),
-        rms_n[0],
-        rms_n[1],
-        rms_n[2]
+        set.rows()
     );
+    outputs::say(&args.out, &line);
     Ok(())
 }

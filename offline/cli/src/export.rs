@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use fingerpad_fmu as fmu;
-use fingerpad_formats::atomic_write;
 use fingerpad_reduce as reduce;
 
-use super::{Failure, Outputs, model};
+use super::{Failure, Mark, Outputs, model, outputs};
 
 /// Write a model as a Rust constant, a C array, JSON or an FMI 3.0 co-simulation unit (FMU)
 #[derive(clap::Args)]
@@ -24,9 +23,12 @@ pub struct Args {
     /// What to write
     #[arg(long, value_name = "FORMAT")]
     format: Format,
-    /// File to write
+    /// File to write; - for standard output
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Replace a file at --out that this command did not write
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -44,7 +46,14 @@ enum Format {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (file, name) = model::load(args.model.as_deref())?;
-    Outputs::beside([("--model", args.model.as_deref())]).file("--out", Some(&args.out)).prepare()?;
+    let marks = vec![match args.format {
+        Format::Rust => Mark::beginning("// A fingerpad model; made by `fingerpad export`."),
+        Format::C => Mark::beginning("/* A fingerpad model; made by `fingerpad export`."),
+        Format::Json => Mark::beginning("{\n  \"depth_mm\": ["),
+        Format::Fmu => Mark::holding("PK", "resources/model.fpm"),
+    }];
+    let inputs = [("--model", args.model.as_deref())];
+    Outputs::beside(inputs).stream("--out", &args.out, marks).force(args.force).prepare()?;
     let text = |format| Ok(reduce::export(&file, format).into_bytes());
     let bytes = match args.format {
         Format::Rust => text(reduce::Format::Rust),
@@ -52,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Format::Json => text(reduce::Format::Json),
         Format::Fmu => fmu::pack(&file, &name).map_err(|e| Failure::Input(e.into())),
     }?;
-    atomic_write(&args.out, |w| w.write_all(&bytes))?;
-    println!("{}: {} bytes", args.out.display(), bytes.len());
+    outputs::write(&args.out, |w| w.write_all(&bytes))?;
+    outputs::say(&args.out, &format!("{}: {} bytes", args.out.display(), bytes.len()));
     Ok(())
 }

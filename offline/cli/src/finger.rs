@@ -36,7 +36,7 @@ pub struct Args {
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::jobs)]
     jobs: Option<usize>,
 }
 
@@ -65,15 +65,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Outputs::beside(args.model.inputs(&config)).folder("--out", &args.out, &[]).prepare()?;
     let experiments = reduce::design(&settings)?;
     let (finger, _) = make_finger(&config)?;
-    let cost: f64 = reduce::batches(&experiments).iter().map(reduce::Batch::cost).sum();
-    let threads = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).max(1);
-    let cpu_s = cost * INCREMENT_S * (finger.mesh.nodes.len() as f64).powf(NODES_EXPONENT);
+    let costs: Vec<f64> = reduce::batches(&experiments).iter().map(reduce::Batch::cost).collect();
+    // More threads than cores or batches of paths make nothing faster, and no thread ends before the longest batch.
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = args.jobs.unwrap_or(cores).min(cores).min(costs.len()).max(1);
+    let unit_s = INCREMENT_S * (finger.mesh.nodes.len() as f64).powf(NODES_EXPONENT);
+    let cpu_s = unit_s * costs.iter().sum::<f64>();
+    let longest_s = unit_s * costs.iter().copied().fold(0.0, f64::max);
     println!(
-        "{} paths on {} nodes: about {} of CPU, {} on {threads} threads",
+        "{} paths on {} nodes: about {} of CPU, {} on {threads} of {cores} cores",
         experiments.len(),
         finger.mesh.nodes.len(),
         duration(cpu_s),
-        duration(cpu_s / threads as f64),
+        duration((cpu_s / threads as f64).max(longest_s)),
     );
     if args.estimate {
         return Ok(());
@@ -88,9 +92,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     write_report(&args.out, &runs, &fitted, config.friction.beta, None)
 }
 
-/// A time in words, to one digit or two.
+/// A time with its unit, to two digits.
 fn duration(seconds: f64) -> String {
     match seconds {
+        s if s < 9.5 => format!("{s:.1} s"),
         s if s < 90.0 => format!("{s:.0} s"),
         s if s < 5400.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),

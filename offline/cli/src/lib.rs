@@ -20,6 +20,7 @@ macro_rules! eprintln {
 
 mod build;
 mod build_model;
+mod conditions;
 mod config;
 mod confirm;
 mod design;
@@ -34,6 +35,7 @@ mod mesh;
 mod model;
 mod outputs;
 mod phantom;
+mod plausibility;
 mod progress;
 mod provenance;
 mod reduce;
@@ -53,7 +55,7 @@ use fingerpad_fe::experiment::{Config, ConfigError};
 use fingerpad_fe::load_path::{self, Finger, LoadPathError};
 use fingerpad_fe::mesh::{FirstTouch, MeshPreset};
 use interrupt::{go_on, keeping};
-use outputs::Outputs;
+use outputs::{Mark, Outputs};
 use progress::{Bar, Bars, bar, show};
 
 /// Fingertip friction: finite-element contact of a soft finger on a rigid plane, with the rubber friction law
@@ -164,6 +166,17 @@ impl Model {
             None => {}
         }
         Ok((config, identify, design))
+    }
+}
+
+/// Most threads that `--jobs` takes: more than any machine has that this program was made for.
+const MOST_JOBS: usize = 1024;
+
+/// A number of threads.
+fn jobs(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(jobs @ 1..=MOST_JOBS) => Ok(jobs),
+        _ => Err(format!("must be a whole number from 1 to {MOST_JOBS}")),
     }
 }
 

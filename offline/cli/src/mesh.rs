@@ -9,7 +9,7 @@ use fingerpad_fe::mesh::{Fingertip, Region, imported::ImportReport, volume::Volu
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 
-use super::{Failure, Model, Outputs, bar, go_on, progress, run_failure, show};
+use super::{Failure, Mark, Model, Outputs, bar, go_on, progress, run_failure, show};
 
 /// Write the fingertip's mesh, or the whole problem for another program.
 #[derive(clap::Args)]
@@ -40,6 +40,9 @@ pub struct Args {
     /// Picture to write as well (PNG): cut open at y = 0, and from below
     #[arg(long, value_name = "F.png")]
     picture: Option<PathBuf>,
+    /// Replace files at --out and --picture that this command did not write
+    #[arg(long)]
+    force: bool,
     /// Print the quality report as JSON
     #[arg(long)]
     json: bool,
@@ -65,9 +68,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.deck && ending != "inp" {
         return Err(Failure::Input(anyhow::anyhow!("--deck: needs an --out that ends in .inp")));
     }
+    let marks = vec![
+        Mark::holding("<VTKFile", "Name=\"region_skin\""),
+        Mark::holding("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames", "\"pad\""),
+        Mark::beginning("*HEADING\nmm, N, s, MPa"),
+    ];
     Outputs::beside(args.model.inputs(&config))
-        .file("--out", Some(&args.out))
-        .file("--picture", args.picture.as_deref())
+        .file("--out", Some(&args.out), marks)
+        .file("--picture", args.picture.as_deref(), Vec::new())
+        .force(args.force)
         .prepare()?;
     let (fingertip, origin) = progress::during("mesh", |_| config.fingertip())?;
     let touch = fingertip.touch;

@@ -1,14 +1,17 @@
 //! What a command will write, checked before it computes anything.
 //!
-//! Main type: [`Outputs`]. Missing folders are made, places that cannot be written are refused, and no output may be a
-//! file that the command reads.
+//! Main types: [`Outputs`], [`Mark`]. Missing folders are made, places that cannot be written are refused, no output may be
+//! a file that the command reads, and a file that the command did not write stays unless `--force` is given. The name `-`
+//! stands for standard input and standard output.
 
 use std::{
     fs,
+    io::{self, BufWriter, Read as _, Write},
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, anyhow};
+use fingerpad_formats::atomic_write;
 
 use super::Failure;
 use super::results::{self, listed};
@@ -18,8 +21,41 @@ use super::results::{self, listed};
 pub struct Outputs {
     inputs: Vec<(&'static str, PathBuf)>,
     files: Vec<(&'static str, PathBuf)>,
+    /// By which an earlier file of the same command is recognised, of each of `files`.
+    marks: Vec<Vec<Mark>>,
+    /// Whether files that the command did not write are replaced; None for a command without that flag.
+    force: Option<bool>,
     folders: Vec<Folder>,
 }
+
+/// The text by which a file is recognised as one that a command wrote.
+pub struct Mark {
+    /// First bytes.
+    pub begins: String,
+    /// What stands within the first [`HEAD_BYTES`].
+    pub holds: &'static str,
+}
+
+impl Mark {
+    /// Of files that begin so.
+    pub fn beginning(begins: impl Into<String>) -> Self {
+        Self { begins: begins.into(), holds: "" }
+    }
+
+    /// Of files that begin so and then hold a text.
+    pub fn holding(begins: impl Into<String>, holds: &'static str) -> Self {
+        Self { begins: begins.into(), holds }
+    }
+
+    fn is_on(&self, head: &[u8]) -> bool {
+        let holds = self.holds.as_bytes();
+        head.starts_with(self.begins.as_bytes())
+            && (holds.is_empty() || head.windows(holds.len()).any(|window| window == holds))
+    }
+}
+
+/// Bytes of a file in which marks are looked for.
+const HEAD_BYTES: u64 = 16 << 10;
 
 /// A folder that will be written into.
 struct Folder {
@@ -39,9 +75,24 @@ impl Outputs {
     }
 
     /// A file will be written.
-    pub fn file(mut self, flag: &'static str, path: Option<&Path>) -> Self {
-        self.files.extend(path.map(|p| (flag, p.to_path_buf())));
+    ///
+    /// * `marks`: an existing file that has one of them is an earlier output and is replaced
+    pub fn file(mut self, flag: &'static str, path: Option<&Path>, marks: Vec<Mark>) -> Self {
+        if let Some(path) = path {
+            self.files.push((flag, path.to_path_buf()));
+            self.marks.push(marks);
+        }
         self
+    }
+
+    /// A file will be written, or standard output where it is called `-`.
+    pub fn stream(self, flag: &'static str, path: &Path, marks: Vec<Mark>) -> Self {
+        self.file(flag, Some(path).filter(|path| !is_standard(path)), marks)
+    }
+
+    /// Whether files that the command did not write are replaced.
+    pub fn force(self, force: bool) -> Self {
+        Self { force: Some(force), ..self }
     }
 
     /// Files will be written into a folder that belongs to the command alone.
@@ -66,9 +117,12 @@ impl Outputs {
     }
 
     fn check(&self) -> anyhow::Result<()> {
-        for (i, (flag, path)) in self.files.iter().enumerate() {
+        for (i, ((flag, path), marks)) in self.files.iter().zip(&self.marks).enumerate() {
             if path.is_dir() {
                 return Err(anyhow!("{flag} {}: is a folder; a file is to be written there", path.display()));
+            }
+            if is_standard(path) {
+                return Err(anyhow!("{flag} -: this command does not write to standard output"));
             }
             // A pipe or a device is written as it is and destroys nothing.
             if is_stream(path) {
@@ -80,6 +134,13 @@ impl Outputs {
             }
             if let Some((other, _)) = self.files[..i].iter().find(|(_, other)| self::place(other) == place) {
                 return Err(anyhow!("{flag} {}: is the file of {other} as well: give another", path.display()));
+            }
+            if self.force != Some(true) && path.exists() && !is_earlier(path, marks) {
+                let force = if self.force.is_some() { ", or --force to replace it" } else { "" };
+                return Err(anyhow!(
+                    "{flag} {}: exists and was not written by this command: give another {flag}{force}",
+                    path.display()
+                ));
             }
         }
         for folder in &self.folders {
@@ -120,6 +181,51 @@ impl Outputs {
 
 fn overwrites(flag: &str, path: &Path, input: &str, read: &Path) -> anyhow::Error {
     anyhow!("{flag} {}: would overwrite {}, which {input} reads: give another {flag}", path.display(), read.display())
+}
+
+/// Whether a path stands for standard input or output.
+pub fn is_standard(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Where an input is read: standard input for `-`.
+pub fn input(path: &Path) -> &Path {
+    if is_standard(path) { Path::new("/dev/stdin") } else { path }
+}
+
+/// Writes an output: to standard output for `-`, else to a file that is complete or not there.
+///
+/// # Errors
+/// [`Failure::Input`] with the place.
+pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+    if !is_standard(path) {
+        return Ok(atomic_write(path, fill)?);
+    }
+    let mut out = BufWriter::new(io::stdout().lock());
+    match fill(&mut out).and_then(|()| out.flush()) {
+        // Nobody reads the rest.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        done => done.context("standard output").map_err(Failure::Input),
+    }
+}
+
+/// Prints a line about an output: on standard error where the output itself is on standard output.
+pub fn say(out: &Path, line: &str) {
+    if is_standard(out) { eprintln!("{line}") } else { println!("{line}") }
+}
+
+/// Whether a file is empty or has one of the marks.
+fn is_earlier(path: &Path, marks: &[Mark]) -> bool {
+    let mut head = Vec::new();
+    let Ok(()) = fs::File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head).map(|_| ())) else {
+        return false;
+    };
+    let mut unpacked = Vec::new();
+    if head.starts_with(&[0x1f, 0x8b]) {
+        // What is cut off ends in an error behind the bytes that matter.
+        let _ = flate2::read::GzDecoder::new(&head[..]).take(HEAD_BYTES).read_to_end(&mut unpacked);
+    }
+    head.is_empty() || marks.iter().any(|mark| mark.is_on(&head) || mark.is_on(&unpacked))
 }
 
 fn is_stream(path: &Path) -> bool {

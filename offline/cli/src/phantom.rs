@@ -6,7 +6,7 @@ use fingerpad_fe::experiment::ConfigError;
 use fingerpad_fe::mesh::volume::{PhantomSettings, label, phantom};
 use fingerpad_formats as formats;
 
-use super::{Failure, Model, Outputs, progress};
+use super::{Failure, Mark, Model, Outputs, progress};
 
 /// Write the parametric fingertip as a labelled volume (outside 0, soft tissue 1, bone 2, nail 3).
 #[derive(clap::Args)]
@@ -34,10 +34,16 @@ pub struct Args {
     /// Leave the nail out of the labels
     #[arg(long)]
     no_nail: bool,
+    /// Replace a file at --out that this command did not write
+    #[arg(long)]
+    force: bool,
 }
 
 /// Most voxels of a volume, a byte each.
 const MOST_VOXELS: u128 = 500_000_000;
+
+/// What the headers of these volumes say.
+const LABELS: &str = "labels: 0 outside, 1 soft tissue, 2 bone, 3 nail";
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -67,7 +73,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             MOST_VOXELS = MOST_VOXELS as f64
         )));
     }
-    Outputs::beside(args.model.inputs(&config)).file("--out", Some(&args.out)).prepare()?;
+    // NIfTI begins with the length of its header, 348.
+    let marks = vec![Mark::holding("NRRD", LABELS), Mark::holding("\u{5c}\u{1}\0\0", LABELS)];
+    let outputs = Outputs::beside(args.model.inputs(&config)).file("--out", Some(&args.out), marks);
+    outputs.force(args.force).prepare()?;
     let volume = progress::during("voxels", |_| phantom(&shape, &settings)).map_err(ConfigError::from)?;
     progress::during("writing", |_| formats::volume::write(&args.out, &volume))?;
     let [hx, hy, hz] = settings.spacing_mm();

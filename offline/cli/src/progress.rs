@@ -90,6 +90,13 @@ impl Bar {
         self.line();
     }
 
+    /// Sets the pieces that are done and their number, and says what is being done.
+    pub fn set(&self, done: usize, all: usize, message: String) {
+        self.bar.set_length(all as u64);
+        self.bar.set_position(done as u64);
+        self.say(message);
+    }
+
     /// Expects `more` pieces from here on, if that is more than was thought.
     pub fn expect(&self, more: usize) {
         let ahead = self.bar.position() + more as u64;

@@ -9,10 +9,12 @@ use anyhow::Context;
 use fingerpad::SPRINGS;
 use fingerpad_formats::atomic_write;
 use fingerpad_identify::population::Share;
-use fingerpad_reduce::{self as reduce, CurvePoint, Kind, ReduceError, Reduced, Run, Scores, Settings};
+use fingerpad_reduce::{
+    self as reduce, CurvePoint, FitProgress, FitStage, Kind, ReduceError, Reduced, Run, Scores, Settings,
+};
 use fingerpad_report as report;
 
-use super::progress::during;
+use super::progress::{counter, during};
 use super::{Failure, Model, Outputs, design, results};
 
 /// Fit the reduced model to finite-element runs, or make these runs
@@ -20,12 +22,12 @@ use super::{Failure, Model, Outputs, design, results};
 #[command(after_help = "\
 Examples:
   fingerpad reduce --design --mesh-preset coarse --runs paths  run what the design lacks
-  fingerpad reduce --runs runs --out model.fpm                 fit and write the model
-  fingerpad reduce --out model.fpm                             the same from the shipped runs
-  fingerpad reduce --design --runs runs --out model.fpm        both
+  fingerpad reduce --runs runs --out mine.fpm                  fit and write the model
+  fingerpad reduce --out mine.fpm                              the same from the shipped runs
+  fingerpad reduce --design --runs runs --out mine.fpm         both
   fingerpad reduce --design --mesh-preset coarse --runs paths --task 2/8
                                                                the second of eight shares
-  fingerpad reduce --runs runs --out model.fpm --report report --curve
+  fingerpad reduce --runs runs --out mine.fpm --report report --curve
                                                                with pictures, and what accuracy costs
 
 The design has 407 paths in seventeen kinds, 182 of them held out: the fit never sees them; the section [design] of
@@ -39,6 +41,9 @@ pub struct Args {
     /// Model file to write
     #[arg(long, value_name = "MODEL.fpm", required_unless_present = "design")]
     out: Option<PathBuf>,
+    /// Replace a file at --out, also a model
+    #[arg(long)]
+    force: bool,
     /// Run what the folder lacks of the design of experiments first
     #[arg(long)]
     design: bool,
@@ -63,7 +68,7 @@ pub struct Args {
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::jobs)]
     jobs: Option<usize>,
 }
 
@@ -102,7 +107,9 @@ impl From<ReduceError> for Failure {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (config, _, design_settings) = args.model.settings()?;
-    let mut outputs = Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref());
+    // A model costs hours of finite elements: none is replaced without being asked for.
+    let mut outputs =
+        Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref(), Vec::new()).force(args.force);
     if let Some(folder) = &args.report {
         outputs = outputs.shared_folder("--report", folder, NAMES);
     }
@@ -165,7 +172,17 @@ pub(super) fn fit<const M: usize>(
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     let hash = runs.first().map_or("", |r| &r.settings_hash);
     println!("{} runs of settings {hash}, {early} ended early", runs.len());
-    let reduced = during("fitting, every step through the core", |_| reduce::reduce::<M>(runs, exponent, settings))?;
+    let bar = counter("fit", 1, "minimisations");
+    let reduced = reduce::reduce::<M>(
+        runs,
+        exponent,
+        settings,
+        &FitProgress::new(&|at: FitStage| {
+            bar.set(at.done, at.all, format!("iteration {}", at.iteration));
+        }),
+    );
+    bar.finish_and_clear();
+    let reduced = reduced?;
     let bytes = reduced.file(&[])?;
     atomic_write(out, |w| w.write_all(&bytes))?;
     print_summary(&reduced);

@@ -9,13 +9,16 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
-    Checkpoint, Finger, LoadPathError, Path as PlanePath, Trajectory, follow_path_from, path_csv, response_csv, vtu,
+    Checkpoint, Finger, LoadPathError, Path as PlanePath, Trajectory, follow_path, follow_path_from, path_csv,
+    response_csv, vtu,
 };
 use fingerpad_report::simulation::{self, SimulationReport};
 
 use super::config::ConfigFile;
+use super::plausibility::{warn_of_depths, warn_of_no_contact};
 use super::{
-    Failure, Model, Outputs, bar, go_on, keeping, make_finger_reaching, provenance, results, run_failure, show,
+    Failure, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance, results,
+    run_failure, show,
 };
 
 /// Follow a path of the plane with the finite-element model.
@@ -43,15 +46,22 @@ The files of --vtu carry displacement, Cauchy stress (MPa, tension positive; XX 
 pressure, Green-Lagrange strain, strain energy density and region of every element, and pressure, traction, slip and
 stick of the faces of the pad.
 
-The folders of --out, --vtu and --report are made if they are missing. Files of an earlier series of the same name in the folder
-of --vtu are removed. A run that is stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv.")]
+The folders of --out, --vtu and --report are made if they are missing. Files of an earlier series of the same name in the folder \
+of --vtu are removed. An earlier response of simulate at --out is replaced, any other file only with --force. A run that is \
+stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv, which the next run that reaches its end removes; \
+one that was stopped goes on from RESPONSE.checkpoint. With --out - the response, or as much of it as was reached, goes to \
+standard output and messages to standard error, and a run that was stopped starts again from the beginning; --path - reads \
+standard input.")]
 pub struct Args {
-    /// Path of the plane (CSV)
+    /// Path of the plane (CSV); - for standard input
     #[arg(long, value_name = "PATH.csv")]
     path: PathBuf,
-    /// Response to write (CSV)
+    /// Response to write (CSV); - for standard output
     #[arg(long, value_name = "RESPONSE.csv")]
     out: PathBuf,
+    /// Replace a file at --out that this command did not write
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     model: Model,
     /// Factor of the friction law, MPa^(1-beta)
@@ -90,10 +100,13 @@ const LARGER_PADS: [f64; 2] = [1.5, 2.5];
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = configuration(args)?;
-    let path = path_csv::read(&args.path)?;
+    let path = path_csv::read(outputs::input(&args.path))?;
     let map_rows = map_rows(args, &path).map_err(Failure::Input)?;
-    let partial = args.out.with_extension("partial.csv");
+    // What was reached goes beside the output, under a name that nobody takes for the whole.
+    let partial =
+        if outputs::is_standard(&args.out) { args.out.clone() } else { args.out.with_extension("partial.csv") };
     prepare_outputs(args, &config, &partial)?;
+    warn_of_depths(&path);
     let mut finger = make_finger_reaching(&config, &path, 1.0)?;
     config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
     let hash = config.hash()?;
@@ -119,12 +132,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match result {
         Ok(trajectory) => {
             run.save(&trajectory, &args.out)?;
+            if partial != args.out && partial.exists() {
+                // Rows of an earlier run that did not reach its end; `prepare_outputs` has checked that they are.
+                fs::remove_file(&partial).with_context(|| partial.display().to_string()).map_err(Failure::Input)?;
+            }
             run.report(&trajectory, &args.out, None)?;
-            tell(&args.out, &trajectory);
+            print_costs(&args.out, &trajectory);
+            warn_of_no_contact(&path, &trajectory.responses);
             Ok(())
         }
         Err(mut error) => {
-            // What was reached goes beside the output, under a name that nobody takes for the whole.
             let mut kept = "nothing was kept".to_owned();
             let reached = error.take_reached();
             if !reached.responses.is_empty() {
@@ -182,7 +199,13 @@ fn map_rows(args: &Args, path: &PlanePath) -> anyhow::Result<Vec<usize>> {
 
 fn prepare_outputs(args: &Args, config: &Config, partial: &Path) -> Result<(), Failure> {
     let inputs = args.model.inputs(config).into_iter().chain([("--path", Some(args.path.as_path()))]);
-    let mut outputs = Outputs::beside(inputs).file("--out", Some(&args.out)).file("--out", Some(partial));
+    let marks = || vec![Mark::beginning(response_csv::header(false) + "\n")];
+    let mut outputs = Outputs::beside(inputs).stream("--out", &args.out, marks()).force(args.force);
+    if let Some(checkpoint) = checkpoint_file(&args.out) {
+        outputs = outputs.file("--out", Some(partial), marks());
+        // What follows the key is known to the run alone.
+        outputs = outputs.file("--out", Some(&checkpoint), vec![Mark::beginning("@")]);
+    }
     if let Some(folder) = &args.vtu {
         outputs = outputs.folder("--vtu", folder, &[]);
     }
@@ -212,22 +235,30 @@ impl Run<'_> {
     fn follow(&self) -> Result<Trajectory, LoadPathError> {
         let bar = bar("simulate".into());
         let _keeping = keeping();
-        let file = self.args.out.with_extension("checkpoint");
-        let checkpoint = Checkpoint { file: &file, period: CHECKPOINT_PERIOD, key: &self.hash };
         let problem = self.config.problem(self.finger);
-        let result = follow_path_from(&problem, self.path, &self.snapshot_rows(), checkpoint, &mut |progress| {
+        let rows = self.snapshot_rows();
+        let mut progress = |progress| {
             show(&bar, &progress);
             go_on()
-        });
+        };
+        let result = match checkpoint_file(&self.args.out) {
+            Some(file) => {
+                let checkpoint = Checkpoint { file: &file, period: CHECKPOINT_PERIOD, key: &self.hash };
+                follow_path_from(&problem, self.path, &rows, checkpoint, &mut progress)
+            }
+            None => follow_path(&problem, self.path, &rows, &mut progress),
+        };
         bar.finish_and_clear();
         result
     }
 
     /// Writes the response, and the fields where they are wanted.
     fn save(&self, trajectory: &Trajectory, out: &Path) -> Result<(), Failure> {
-        response_csv::write(out, &trajectory.responses)?;
+        response_csv::check(out, &trajectory.responses)?;
+        outputs::write(out, |w| response_csv::write_to(w, &trajectory.responses, None))?;
         if let Some(folder) = &self.args.vtu {
-            let name = out.file_stem().map_or("fields".into(), |s| s.to_string_lossy());
+            let name = out.file_stem().filter(|_| !outputs::is_standard(out));
+            let name = name.map_or("response".into(), |s| s.to_string_lossy());
             remove_series(folder, &name).map_err(Failure::Input)?;
             vtu::write_series(folder, &name, &self.finger.mesh, &trajectory.snapshots)?;
         }
@@ -251,7 +282,10 @@ impl Run<'_> {
         let report = SimulationReport {
             path_name: self.args.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             row_times_s: self.path.waypoints.iter().map(|w| w.t_s).collect(),
-            response_link: link(folder, response).map_err(Failure::Input)?,
+            response_link: match outputs::is_standard(response) {
+                true => None,
+                false => Some(link(folder, response).map_err(Failure::Input)?),
+            },
             provenance: provenance::provenance(self.config, self.finger, &self.hash),
             settings: toml::to_string(&settings).map_err(|e| Failure::Input(e.into()))?,
             checks: provenance::checks(self.config, &[&trajectory]),
@@ -265,15 +299,20 @@ impl Run<'_> {
         files.push(("report.json".to_owned(), rendered.json.into_bytes()));
         files.push(("report.html".to_owned(), rendered.html.into_bytes()));
         results::write(folder, &files)?;
-        println!("{}", folder.join("report.html").display());
+        outputs::say(&self.args.out, &folder.join("report.html").display().to_string());
         Ok(())
     }
 }
 
+/// Where the state of an unfinished run is kept; None where the response goes to standard output.
+fn checkpoint_file(out: &Path) -> Option<PathBuf> {
+    (!outputs::is_standard(out)).then(|| out.with_extension("checkpoint"))
+}
+
 /// One line about a run that reached its end.
-fn tell(out: &Path, trajectory: &Trajectory) {
+fn print_costs(out: &Path, trajectory: &Trajectory) {
     let cost = &trajectory.cost;
-    println!(
+    let line = format!(
         "{}: {} rows; {} increments, {} iterations, {} cut back, {:.1} s CPU",
         out.display(),
         trajectory.responses.len(),
@@ -282,6 +321,7 @@ fn tell(out: &Path, trajectory: &Trajectory) {
         cost.cutbacks,
         cost.cpu_s
     );
+    outputs::say(out, &line);
 }
 
 /// The way from a folder to a file, both there.

@@ -13,7 +13,7 @@ use super::initial_guess::initial_guess;
 use super::parameterisation::{InitialGuess, Parameterisation, rounded};
 use super::residuals::{Compared, Replay};
 use super::spin_limit::SpinLimit;
-use super::{ReduceError, Run};
+use super::{FitProgress, ReduceError, Run};
 
 /// Settings of the fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,6 +86,13 @@ const SECOND_TOUCHES_MM: [f64; 4] = [0.12, 0.03, 0.3, 0.01];
 /// Depth between whose half and which the others do, share of the largest.
 const LAST_TOUCHES: f64 = 0.5;
 
+/// Minimisations of [`fit`].
+pub(super) fn minimisations(springs: usize, settings: &Settings) -> usize {
+    let of_forces = SECOND_TOUCHES_MM.len().min(1 + settings.restarts) + 1;
+    // Contact; springs in turn, two ways, and each spring turned.
+    of_forces + 1 + 2 + springs
+}
+
 /// Fits the form with `M` springs and `N` table nodes to those `runs` that are not held out.
 ///
 /// * `pressure_exponent`: beta of the runs' friction law
@@ -97,14 +104,24 @@ pub fn fit<const M: usize, const N: usize>(
     runs: &[Run],
     pressure_exponent: f64,
     settings: &Settings,
+    progress: &FitProgress<'_>,
 ) -> Result<Fitted<M, N>, ReduceError> {
     let deepest = BEYOND * runs.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let seen: Vec<&Run> = runs.iter().filter(|r| !r.held_out).collect();
     let guess = initial_guess(&seen)?;
     let (spinning, planar): (Vec<&Run>, Vec<&Run>) = seen.into_iter().partition(|r| r.spins());
     let layout = Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
-    let mut stages =
-        Stages::<M, N> { planar, spinning, guess, layout, settings, theta: vec![], evaluations: 0, cost: [0.0; 2] };
+    let mut stages = Stages::<M, N> {
+        planar,
+        spinning,
+        guess,
+        layout,
+        settings,
+        progress,
+        theta: vec![],
+        evaluations: 0,
+        cost: [0.0; 2],
+    };
     let ended = stages.fit_forces()?;
     stages.fit_contact()?;
     stages.fit_spin()?;
@@ -159,6 +176,7 @@ struct Stages<'a, const M: usize, const N: usize> {
     guess: InitialGuess,
     layout: Parameterisation,
     settings: &'a Settings,
+    progress: &'a FitProgress<'a>,
     theta: Vec<f64>,
     evaluations: usize,
     cost: [f64; 2],
@@ -180,6 +198,7 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
             settings: self.settings,
             compared,
             theta: theta.to_vec(),
+            progress: self.progress,
         };
         let origin = theta[range.clone()].to_vec();
         let before = problem.residuals(&origin).ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
@@ -195,6 +214,7 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
             return Err(ReduceError::Fit(format!("{:?}", report.termination)));
         }
         self.evaluations += report.number_of_evaluations;
+        self.progress.finish_one();
         let mut theta = theta.to_vec();
         theta[range].copy_from_slice(&found);
         Ok((theta, objective(&before), report))

@@ -6,6 +6,7 @@
 //! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text.
 //! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
+mod agreement;
 mod band;
 mod curve;
 mod design;
@@ -16,6 +17,7 @@ mod initial_guess;
 mod model;
 mod parameterisation;
 mod poses;
+mod progress;
 mod replay;
 mod residuals;
 mod runs;
@@ -25,6 +27,7 @@ mod stored_run;
 mod tables;
 mod trajectory;
 
+pub use agreement::{Agreement, Difference, agreement};
 pub use band::{Band, Coverage};
 pub use curve::{CurvePoint, curve};
 pub use design::{
@@ -35,8 +38,11 @@ pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
 pub use model::{KindScores, Meta, Ranges, Reduced, reduce};
 pub use poses::{PoseScores, crossed_coverage, fit_poses, is_posed, pose_band, pose_scores, replay_with_pose};
+pub use progress::{FitProgress, FitStage};
 pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};
 pub use runs::{Run, Sample, Turned, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};
 pub use spin_limit::{FullSlip, SpinLimit, in_full_slip};
-pub use trajectory::{TrajectoryRow, simulate_path, simulate_path_with_effects, steps};
+pub use trajectory::{
+    PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
+};

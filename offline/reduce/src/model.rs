@@ -8,8 +8,9 @@ use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
-use super::poses::{PoseScores, crossed_coverage, fit_poses, is_posed, pose_band, pose_scores};
-use super::{Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
+use super::fit::minimisations;
+use super::poses::{MINIMISATIONS, PoseScores, crossed_coverage, fit_poses, is_posed, pose_band, pose_scores};
+use super::{FitProgress, Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
 /// Contents of a model file's META section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,6 +93,7 @@ pub fn reduce<const M: usize>(
     runs: &[Run],
     pressure_exponent: f64,
     settings: &Settings,
+    progress: &FitProgress<'_>,
 ) -> Result<Reduced<M>, ReduceError> {
     let first = runs.first().ok_or_else(|| ReduceError::Runs("no runs: make them with --design".into()))?;
     if let Some(other) = runs.iter().find(|r| r.settings_hash != first.settings_hash) {
@@ -109,7 +111,9 @@ pub fn reduce<const M: usize>(
             other.name
         )));
     }
-    let fitted = fit::<M, NODES>(runs, pressure_exponent, settings)?;
+    // The last stage replays all runs for bands and scores.
+    progress.expect(minimisations(M, settings) + if posed.is_empty() { 0 } else { MINIMISATIONS } + 1);
+    let fitted = fit::<M, NODES>(runs, pressure_exponent, settings, progress)?;
     let mut params = fitted.params;
     let plain = params.try_build()?;
     let model = plain.model()?;
@@ -127,7 +131,7 @@ pub fn reduce<const M: usize>(
     let (a, b) = (crossed(0, 1)?, crossed(1, 0)?);
     Band::of(&model, &held_out).put(&mut params);
     params.pose = PoseTable::of_one_pose(fitted_pitch_deg(runs));
-    let poses = add_poses(&mut params, &posed)?;
+    let poses = add_poses(&mut params, &posed, progress)?;
     let data = params.try_build()?;
     let meta = Meta {
         name: "fingertip".into(),
@@ -156,12 +160,13 @@ fn fitted_pitch_deg(runs: &[Run]) -> f32 {
 fn add_poses<const M: usize>(
     params: &mut ParamsOf<M, NODES>,
     posed: &[&Run],
+    progress: &FitProgress<'_>,
 ) -> Result<Option<[PoseScores; 2]>, ReduceError> {
     let [held_out, fitted]: [Vec<&Run>; 2] =
         [true, false].map(|held_out| posed.iter().copied().filter(|run| run.held_out == held_out).collect());
     let of = |is: fn(Kind) -> bool| -> Vec<&Run> { held_out.iter().copied().filter(|run| is(run.kind)).collect() };
     let mut data = params.try_build()?.cast::<f64>();
-    let Some(table) = fit_poses(&data, &fitted)? else { return Ok(None) };
+    let Some(table) = fit_poses(&data, &fitted, progress)? else { return Ok(None) };
     data.pose = table;
     let scores = [Kind::is_in_pose, Kind::changes_pose].map(|is| PoseScores {
         coverage: crossed_coverage(&data, &held_out, |run| is(run.kind)),
@@ -224,7 +229,7 @@ mod tests {
             .into_iter()
             .filter(|e| crate::is_representable(&e.path))
             .map(|e| {
-                let rows = simulate_path(&model, &e.path);
+                let rows = simulate_path(&model, &e.path).unwrap();
                 Run {
                     name: e.name,
                     kind: e.kind,
@@ -252,7 +257,7 @@ mod tests {
         }
         runs[0].samples.iter_mut().for_each(|s| s.turned = None);
         let settings = Settings { iterations: 7, ..Settings::default() };
-        let reduced: Reduced = reduce(&runs, 0.46, &settings).unwrap();
+        let reduced: Reduced = reduce(&runs, 0.46, &settings, &FitProgress::default()).unwrap();
         let held_out = &reduced.meta.held_out;
         assert!(held_out.paths >= 60);
         assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
@@ -269,12 +274,12 @@ mod tests {
         assert_eq!(*file.file().model.data(), reduced.data);
         assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
         runs[3].settings_hash = "other".into();
-        let message = reduce::<SPRINGS>(&runs, 0.46, &settings).unwrap_err().to_string();
+        let message = reduce::<SPRINGS>(&runs, 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
         assert!(message.contains("has other"), "{message}");
         runs[3].settings_hash = "twin".into();
         let moment = Turn { drive: Drive::Force, values: vec![1.0; runs[3].path.waypoints.len()] };
         runs[3].path.turns.spin = Some(moment);
-        let message = reduce::<SPRINGS>(&runs, 0.46, &settings).unwrap_err().to_string();
+        let message = reduce::<SPRINGS>(&runs, 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
         assert!(message.starts_with(&runs[3].name) && message.contains("by a moment"), "{message}");
     }
 }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::parameterisation::Parameterisation;
 use super::replay::{pressure_centre, replay_coarsely, spin_moment};
-use super::{Run, Sample, Settings};
+use super::{FitProgress, Run, Sample, Settings};
 
 /// What is compared between model and runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +58,8 @@ pub struct Replay<'a, const M: usize, const N: usize> {
     pub compared: Compared,
     /// The whole vector at the start; a prior near it holds what the runs do not determine.
     pub theta: Vec<f64>,
+    /// Where iterations are counted.
+    pub progress: &'a FitProgress<'a>,
 }
 
 /// Steps of a fit's replays over those of others.
@@ -150,6 +152,7 @@ impl<const M: usize, const N: usize> Problem for Replay<'_, M, N> {
     }
 
     fn jacobian(&mut self, theta: &[f64]) -> Option<Vec<Vec<f64>>> {
+        self.progress.iterate();
         let here = self.residuals_at(theta);
         let column = |k: usize| {
             let mut to = theta.to_vec();

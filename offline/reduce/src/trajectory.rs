@@ -1,12 +1,13 @@
-//! The reduced model along a path of waypoints, driven by displacements or forces.
+//! The reduced model along a path of waypoints, driven by displacements or forces, in every pose.
 //!
-//! Main types: [`follow`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
+//! Main types: [`check_path`], [`simulate_path`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
 
 use fingerpad::{
-    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Response, StateOf, Surroundings, Tangential,
+    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Pose, PoseTable, Regime, Response, Scaled, Scaling,
+    StateOf, Surroundings, Tangential,
 };
 
-use fingerpad_fe::load_path::{self, Drive, Path};
+use fingerpad_fe::load_path::{self, Drive, Path, Turn};
 
 /// Longest motion of one step, mm, as in replays.
 const STEP_MM: f64 = super::STEP_MM as f64;
@@ -14,11 +15,58 @@ const STEP_MM: f64 = super::STEP_MM as f64;
 const STEP_N: f64 = 0.005;
 /// Distance between rows within a segment, steps.
 const STEPS_PER_ROW: usize = 5;
+/// Angles of a path, with the columns that drive them by angle and by moment.
+const TURNS: [(&str, &str); 3] =
+    [("spin_deg", "spin_moment_n_mm"), ("pitch_deg", "moment_y_n_mm"), ("roll_deg", "moment_x_n_mm")];
+
+/// Why the reduced model cannot follow a path.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum PathError {
+    /// A row that no finger can follow.
+    #[error("data row {row}: {problem}")]
+    Row {
+        /// Row, from 1.
+        row: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// One slide is driven by displacement and the other by force.
+    #[error("one slide is driven by displacement and the other by force; the reduced model needs the same for both")]
+    MixedSlides,
+    /// A turn that is driven by a moment.
+    #[error("column `{moment}`: the reduced model cannot be driven by a moment; prescribe the angle `{angle}`")]
+    Moment {
+        /// The column.
+        moment: &'static str,
+        /// The column of the angle.
+        angle: &'static str,
+    },
+    /// A pose for a model that has one pose.
+    #[error(
+        "data row {row}: column `{column}` is {value}, but the model was fitted in one pose (pitch {pitch_deg}°, roll 0°)"
+    )]
+    OnePose {
+        /// Row, from 1.
+        row: usize,
+        /// The column.
+        column: &'static str,
+        /// Its value, degrees.
+        value: f64,
+        /// Pitch of the model's pose, degrees.
+        pitch_deg: f32,
+    },
+    /// A driven force for a model with effects.
+    #[error("column `{column}`: a model with effects cannot be driven by force; prescribe depth and slides")]
+    ForceWithEffects {
+        /// The column.
+        column: &'static str,
+    },
+}
 
 /// One row: the quantities of a finite-element response, and those that only the reduced model gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryRow {
-    /// Position, forces and moments; the centre of pressure along y is NaN and the moment about x 0: the model knows neither.
+    /// Position, pose, forces and moments. Moments about x and y are those of the normal force at the centre of pressure.
     pub response: load_path::Response,
     /// Largest friction in the direction of the present one, N.
     pub friction_limit_n: f64,
@@ -30,28 +78,31 @@ pub struct TrajectoryRow {
     pub band_friction_n: f64,
 }
 
-fn row(t_s: f64, at: [f64; 4], r: &Response) -> TrajectoryRow {
+/// Depth or normal force, slides or frictions, then spin, pitch and roll.
+type Position = [f64; 6];
+
+fn row(t_s: f64, at: Position, r: &Response) -> TrajectoryRow {
+    let [depth_mm, slide_x_mm, slide_y_mm, spin_deg, pitch_deg, roll_deg] = at;
+    let normal_force_n = f64::from(r.normal_force_n);
+    let centre = r.pressure_centre_mm.map(f64::from);
     TrajectoryRow {
         response: load_path::Response {
             t_s,
-            depth_mm: at[0],
-            slide_x_mm: at[1],
-            slide_y_mm: at[2],
-            normal_force_n: r.normal_force_n.into(),
+            depth_mm,
+            slide_x_mm,
+            slide_y_mm,
+            normal_force_n,
             friction_x_n: r.friction_n[0].into(),
             friction_y_n: r.friction_n[1].into(),
             contact_area_mm2: r.contact_area_mm2.into(),
             stick_ratio: r.stick_ratio.into(),
             regime: r.regime,
             status: r.status,
-            centre_of_pressure_mm: r.pressure_centre_mm.map(f64::from),
-            spin_deg: at[3],
-            moment_n_mm: [
-                f64::from(r.pressure_centre_mm[1] * r.normal_force_n),
-                -f64::from(r.pressure_centre_mm[0] * r.normal_force_n),
-                r.spin_moment_n_mm.into(),
-            ],
-            ..Default::default()
+            centre_of_pressure_mm: if r.regime == Regime::NoContact { [f64::NAN; 2] } else { centre },
+            spin_deg,
+            pitch_deg,
+            roll_deg,
+            moment_n_mm: [centre[1] * normal_force_n, -centre[0] * normal_force_n, r.spin_moment_n_mm.into()],
         },
         friction_limit_n: r.friction_limit_n.into(),
         slip_margin: r.slip_margin.into(),
@@ -60,12 +111,96 @@ fn row(t_s: f64, at: [f64; 4], r: &Response) -> TrajectoryRow {
     }
 }
 
+/// Refuses a path that a model cannot follow.
+///
+/// * `has_effects`: whether the model's effects act along it
+///
+/// # Errors
+/// [`PathError`] for the first problem.
+pub fn check_path<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
+    has_effects: bool,
+    path: &Path,
+) -> Result<(), PathError> {
+    if path.drives[1] != path.drives[2] {
+        return Err(PathError::MixedSlides);
+    }
+    for (turn, (angle, moment)) in turns(path).into_iter().zip(TURNS) {
+        if turn.is_some_and(|turn| turn.drive == Drive::Force) {
+            return Err(PathError::Moment { moment, angle });
+        }
+    }
+    if has_effects && let Some(axis) = path.drives.iter().position(|drive| *drive == Drive::Force) {
+        return Err(PathError::ForceWithEffects { column: ["normal_force_n", "friction_x_n", "friction_y_n"][axis] });
+    }
+    let pose = &model.data().pose;
+    for k in 0..path.waypoints.len() {
+        if let Some(problem) = path.refused(k) {
+            return Err(PathError::Row { row: k + 1, problem });
+        }
+        if pose.knows_poses() {
+            continue;
+        }
+        let fitted = [0.0, f64::from(pose.pitch_deg), 0.0];
+        for ((turn, (column, _)), fitted) in turns(path).into_iter().zip(TURNS).zip(fitted).skip(1) {
+            let value = turn.map_or(fitted, |turn| turn.values[k]);
+            if (value - fitted).abs() > 1e-3 {
+                return Err(PathError::OnePose { row: k + 1, column, value, pitch_deg: pose.pitch_deg });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Spin, pitch and roll of a path.
+fn turns(path: &Path) -> [Option<&Turn>; 3] {
+    let load_path::Turns { spin, pitch, roll } = &path.turns;
+    [spin.as_ref(), pitch.as_ref(), roll.as_ref()]
+}
+
+/// A model in the pose of each step.
+struct InPose<'a, 'm, const M: usize, const N: usize> {
+    model: &'a ModelOf<'m, M, N>,
+    /// The last pose and the model in it.
+    last: Option<(Pose, ModelOf<'m, M, N, Scaled<f32, true>>)>,
+    /// Whether the path has a pitch or a roll, and the model answers for them.
+    is_posed: bool,
+}
+
+impl<'a, 'm, const M: usize, const N: usize> InPose<'a, 'm, M, N> {
+    fn new(model: &'a ModelOf<'m, M, N>, path: &Path) -> Self {
+        let is_posed = model.data().pose.knows_poses() && turns(path)[1..].iter().any(Option::is_some);
+        Self { model, last: None, is_posed }
+    }
+
+    /// The model in the pose of a place, None for the pose of the fit.
+    fn at(&mut self, [.., pitch, roll]: Position) -> Option<&ModelOf<'m, M, N, Scaled<f32, true>>> {
+        if !self.is_posed {
+            return None;
+        }
+        let pose = Pose { pitch_deg: pitch as f32, roll_deg: roll as f32 };
+        if self.last.as_ref().is_none_or(|(before, _)| *before != pose) {
+            // No pose that `check_path` passes is refused.
+            self.last = self.model.posed(pose).ok().map(|posed| (pose, posed));
+        }
+        self.last.as_ref().map(|(_, posed)| posed)
+    }
+}
+
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
-/// Slides driven by force start from 0; a force out of reach leaves the nearest state and its flag. Pitch and roll and a spin
-/// driven by its moment are not known to the model ([`crate::is_representable`]) and left out.
-pub fn simulate_path<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, path: &Path) -> Vec<TrajectoryRow> {
-    if path.turns.spin.is_some() { driven::<M, N, 2>(model, path) } else { driven::<M, N, 1>(model, path) }
+/// Pitch, roll and spin change evenly between waypoints, as depth and slides do. Slides driven by force start from 0; a force
+/// out of reach leaves the nearest state and its flag, a pose out of the range of the fit the state in the nearest pose.
+///
+/// # Errors
+/// Those of [`check_path`].
+pub fn simulate_path<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
+    path: &Path,
+) -> Result<Vec<TrajectoryRow>, PathError> {
+    check_path(model, false, path)?;
+    // Pairs of springs give the moment of a contact that turns in any way.
+    Ok(if path.turns.is_none() { driven::<M, N, 1>(model, path) } else { driven::<M, N, 2>(model, path) })
 }
 
 fn driven<const M: usize, const N: usize, const P: usize>(
@@ -73,30 +208,39 @@ fn driven<const M: usize, const N: usize, const P: usize>(
     path: &Path,
 ) -> Vec<TrajectoryRow> {
     let mut state = StateOf::<M, P>::default();
-    let by_force = path.drives.map(|d| d == Drive::Force);
-    along(path, &mut |Place { target, dt, .. }: Place, at: &mut [f64; 4]| -> Response {
-        let normal = if by_force[0] { Normal::ForceN(target[0] as f32) } else { Normal::DepthMm(target[0] as f32) };
-        // Both tangential axes are driven alike by the core; a mixed drive holds the other at its present force.
-        let slide = [target[1] - at[1], target[2] - at[2]];
-        let tangential = if by_force[1] || by_force[2] {
-            Tangential::FrictionN([target[1] as f32, target[2] as f32])
-        } else {
-            Tangential::SlideIncrementMm(slide.map(|s| s as f32))
-        };
-        let spin_increment_rad = (target[3] - at[3]).to_radians() as f32;
-        let drive = CoreDrive { normal, tangential, spin_increment_rad, dt_s: dt.max(1e-6) as f32 };
-        let driven = model.step_driven(&mut state, drive);
-        at[0] = driven.motion.depth_mm.into();
-        for k in 0..2 {
-            at[k + 1] = if by_force[1] || by_force[2] {
-                at[k + 1] + f64::from(driven.motion.slide_increment_mm[k])
-            } else {
-                target[k + 1]
-            };
-        }
-        at[3] = target[3];
-        driven.response
+    let mut in_pose = InPose::new(model, path);
+    along(path, &model.data().pose, &mut |place: Place, at: &mut Position| match in_pose.at(place.target) {
+        None => driven_step(model, &mut state, path.drives, &place, at),
+        Some(posed) => driven_step(posed, &mut state, path.drives, &place, at),
     })
+}
+
+fn driven_step<const M: usize, const N: usize, const P: usize, S: Scaling<f32>>(
+    model: &ModelOf<'_, M, N, S>,
+    state: &mut StateOf<M, P>,
+    drives: [Drive; 3],
+    &Place { target, dt, .. }: &Place,
+    at: &mut Position,
+) -> Response {
+    let by_depth = drives[0] == Drive::Displacement;
+    // Both slides are driven alike.
+    let by_slide = drives[1] == Drive::Displacement;
+    let slide = [1, 2].map(|k| (target[k] - at[k]) as f32);
+    let drive = CoreDrive {
+        normal: if by_depth { Normal::DepthMm(target[0] as f32) } else { Normal::ForceN(target[0] as f32) },
+        tangential: if by_slide {
+            Tangential::SlideIncrementMm(slide)
+        } else {
+            Tangential::FrictionN([target[1] as f32, target[2] as f32])
+        },
+        spin_increment_rad: (target[3] - at[3]).to_radians() as f32,
+        dt_s: dt.max(1e-6) as f32,
+    };
+    let driven = model.step_driven(state, drive);
+    let slid = driven.motion.slide_increment_mm.map(f64::from);
+    let [x, y] = if by_slide { [target[1], target[2]] } else { [at[1] + slid[0], at[2] + slid[1]] };
+    *at = [driven.motion.depth_mm.into(), x, y, target[3], target[4], target[5]];
+    driven.response
 }
 
 /// Simulates `path` with the effects of a model file, in surroundings that are constant but for the clock of the
@@ -106,20 +250,31 @@ fn driven<const M: usize, const N: usize, const P: usize>(
 /// * `own`: for each of these columns its value at every waypoint, between which it changes evenly over the steps; where there
 ///   is none, that of the surroundings holds throughout
 ///
-/// `None` for a path that is driven by force or spins: effects know depth and slide alone.
+/// # Errors
+/// Those of [`check_path`].
 pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     surroundings: Surroundings,
     own: &[Option<Vec<f64>>],
     path: &Path,
-) -> Option<Vec<TrajectoryRow>> {
-    if path.drives.contains(&Drive::Force) || path.turns.spin.is_some() {
-        return None;
-    }
-    let mut contact = Contact::<M>::default();
+) -> Result<Vec<TrajectoryRow>, PathError> {
+    check_path(model, true, path)?;
+    let follow = if path.turns.is_none() { with_effects::<M, N, 1> } else { with_effects::<M, N, 2> };
+    Ok(follow(model, effects, surroundings, own, path))
+}
+
+fn with_effects<const M: usize, const N: usize, const P: usize>(
+    model: &ModelOf<'_, M, N>,
+    effects: &Effects<'_>,
+    surroundings: Surroundings,
+    own: &[Option<Vec<f64>>],
+    path: &Path,
+) -> Vec<TrajectoryRow> {
+    let mut contact = Contact::<M, P>::default();
+    let mut in_pose = InPose::new(model, path);
     let mut now = surroundings;
-    Some(along(path, &mut |Place { target, dt, before, share }: Place, at: &mut [f64; 4]| -> Response {
+    along(path, &model.data().pose, &mut |Place { target, dt, before, share }: Place, at: &mut Position| {
         now.series_s += dt as f32;
         for (to, values) in now.own.iter_mut().zip(own) {
             let at = |k: usize| values.as_ref().and_then(|v| v.get(k)).copied();
@@ -128,46 +283,49 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
                 *to = if share < 1.0 { from + share * (next - from) } else { next } as f32;
             }
         }
-        let slide = [target[1] - at[1], target[2] - at[2]].map(|s| s as f32);
         let motion = Motion {
             depth_mm: target[0] as f32,
-            slide_increment_mm: slide,
-            spin_increment_rad: 0.0,
+            slide_increment_mm: [1, 2].map(|k| (target[k] - at[k]) as f32),
+            spin_increment_rad: (target[3] - at[3]).to_radians() as f32,
             dt_s: dt.max(1e-6) as f32,
         };
         *at = target;
-        let mut response = effects.step(model, &mut contact, now, motion);
+        let mut response = match in_pose.at(target) {
+            None => effects.step(model, &mut contact, now, motion),
+            Some(posed) => effects.step(posed, &mut contact, now, motion),
+        };
         let [normal, x, y] = effects.reading_under(&response, &contact, &now);
         (response.normal_force_n, response.friction_n) = (normal, [x, y]);
         response
-    }))
+    })
 }
 
-/// Steps that a path takes, as a float since a path may be absurdly long.
-pub fn steps(path: &Path) -> f64 {
-    (1..path.waypoints.len()).map(|i| steps_between(path, corner(path, i - 1), corner(path, i))).sum()
+/// Steps that a path takes beyond one from each row to the next, as a float since a path may be absurdly long.
+pub fn steps_between_rows(path: &Path) -> f64 {
+    let pose = PoseTable::of_one_pose(0.0);
+    let corner = |k| corner(path, k, &pose);
+    (1..path.waypoints.len()).map(|k| steps_between(path, corner(k - 1), corner(k)) - 1.0).sum()
 }
 
-/// Depth or normal force, slides or frictions, and spin (degrees) at a waypoint.
-fn corner(path: &Path, index: usize) -> [f64; 4] {
+/// Where a waypoint lies. Angles that the path does not have are those of the fitted pose.
+fn corner(path: &Path, index: usize, pose: &PoseTable) -> Position {
     let w = &path.waypoints[index];
-    let spin = path.turns.spin.as_ref().and_then(|turn| turn.values.get(index)).copied().unwrap_or(0.0);
-    [w.normal, w.x, w.y, spin]
+    let [spin, pitch, roll] = turns(path).map(|turn| turn.and_then(|turn| turn.values.get(index)).copied());
+    [w.normal, w.x, w.y, spin.unwrap_or(0.0), pitch.unwrap_or(pose.pitch_deg.into()), roll.unwrap_or(0.0)]
 }
 
-fn steps_between(path: &Path, from: [f64; 4], to: [f64; 4]) -> f64 {
+fn steps_between(path: &Path, from: Position, to: Position) -> f64 {
     let longest = |k: usize| match path.drives.get(k) {
         Some(Drive::Force) => STEP_N,
         Some(_) => STEP_MM,
         None => f64::from(super::STEP_RAD).to_degrees(),
     };
-    (0..4).map(|k| (to[k] - from[k]).abs() / longest(k)).fold(0.0, f64::max).ceil().max(1.0)
+    (0..from.len()).map(|k| (to[k] - from[k]).abs() / longest(k)).fold(0.0, f64::max).ceil().max(1.0)
 }
 
 /// Where one step leads.
 struct Place {
-    /// Depth or normal force, slides or frictions, spin.
-    target: [f64; 4],
+    target: Position,
     /// Duration, s.
     dt: f64,
     /// The last waypoint before it.
@@ -177,18 +335,18 @@ struct Place {
 }
 
 /// One step: from where it leads and the position, which it moves, to the response there.
-type Step<'a> = dyn FnMut(Place, &mut [f64; 4]) -> Response + 'a;
+type Step<'a> = dyn FnMut(Place, &mut Position) -> Response + 'a;
 
 /// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
-fn along(path: &Path, go: &mut Step) -> Vec<TrajectoryRow> {
+fn along(path: &Path, pose: &PoseTable, go: &mut Step) -> Vec<TrajectoryRow> {
     let by_force = |k: usize| path.drives.get(k) == Some(&Drive::Force);
-    let start = corner(path, 0);
-    let mut at: [f64; 4] = std::array::from_fn(|k| if by_force(k) { 0.0 } else { start[k] });
+    let start = corner(path, 0, pose);
+    let mut at: Position = std::array::from_fn(|k| if by_force(k) { 0.0 } else { start[k] });
     let mut rows = Vec::new();
     let response = go(Place { target: start, dt: 1e-3, before: 0, share: 0.0 }, &mut at);
     rows.push(row(path.waypoints[0].t_s, at, &response));
     for (i, pair) in path.waypoints.windows(2).enumerate() {
-        let (from, to) = (corner(path, i), corner(path, i + 1));
+        let (from, to) = (corner(path, i, pose), corner(path, i + 1, pose));
         let steps = steps_between(path, from, to) as usize;
         let dt = (pair[1].t_s - pair[0].t_s) / steps as f64;
         for k in 1..=steps {
@@ -224,7 +382,7 @@ mod tests {
             let effects = Effects::new(slots).unwrap();
             simulate_path_with_effects(&model, &effects, surroundings, &[], &path).unwrap().pop().unwrap().response
         };
-        let plain = simulate_path(&model, &path).pop().unwrap().response;
+        let plain = simulate_path(&model, &path).unwrap().pop().unwrap().response;
         assert_eq!(last(&[], Surroundings::default()).friction_x_n, plain.friction_x_n);
         let slot = |kind, a, b| EffectSlot { kind, reserved: 0, values: [a, b, 0.0, 0.0, 0.0, 0.0] };
         // Temperature, 3 % per degree, 3 degrees below; speed, 5 % per e-fold, at 10 mm/s instead of 2.
@@ -237,6 +395,7 @@ mod tests {
         let found = last(&[slot(6, 0.2, 1.4)], Surroundings::default()).normal_force_n / plain.normal_force_n;
         assert!((found - (1.0 - 0.2 * (1.0 - (-2.5f64 / 1.4).exp()))).abs() < 2e-2, "{found}");
         let forced = Path { drives: [Drive::Force, Drive::Displacement, Drive::Displacement], ..path.clone() };
-        assert!(simulate_path_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &[], &forced).is_none());
+        let refused = simulate_path_with_effects(&model, &Effects::new(&[]).unwrap(), cold, &[], &forced).unwrap_err();
+        assert_eq!(refused, PathError::ForceWithEffects { column: "normal_force_n" });
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
-use super::numbers::{Comparison, Numbers, fixed, signed, significant};
+use super::numbers::{Comparison, Numbers, ReducedNumbers, fixed, signed, significant};
 use super::{captions, font};
 
 /// A figure with its words.
@@ -155,6 +155,29 @@ fn verdict_table(numbers: &Numbers) -> String {
     out + "</tbody>\n</table>\n"
 }
 
+fn reduced_table(reduced: &ReducedNumbers) -> String {
+    let mut out = format!(
+        "<h2>Reduced model {} along the same motions</h2>\n<table>\n<caption>Difference from the finite elements over all rows of \
+         a run; percent of the largest value of the run.</caption>\n<thead><tr><th rowspan=\"2\">depth, mm</th>\
+         <th colspan=\"4\">normal force</th><th colspan=\"4\">friction</th></tr>\n<tr>",
+        escape(&reduced.model)
+    );
+    out += &"<th>RMS, N</th><th>RMS, %</th><th>largest, N</th><th>largest, %</th>".repeat(2);
+    out += "</tr></thead>\n<tbody>\n";
+    for d in &reduced.depths {
+        out += "<tr>";
+        out += &cell(&fixed(d.depth_mm, 2));
+        for (n, percent) in [(d.normal_n, d.normal_percent), (d.friction_n, d.friction_percent)] {
+            for (n, percent) in n.into_iter().zip(percent) {
+                out += &number(n, 4);
+                out += &number(percent, 2);
+            }
+        }
+        out += "</tr>\n";
+    }
+    out + "</tbody>\n</table>\n"
+}
+
 fn tables(numbers: &Numbers) -> String {
     let p = &numbers.provenance;
     let mut out = "<section class=\"tables\">\n<h2>Per depth</h2>\n<table>\n<thead><tr><th>depth, mm</th>\
@@ -198,6 +221,9 @@ fn tables(numbers: &Numbers) -> String {
         out += "</tr>\n";
     }
     out += "</tbody>\n</table>\n";
+    if let Some(reduced) = &numbers.reduced {
+        out += &reduced_table(reduced);
+    }
     if !numbers.checks.is_empty() {
         out += "<h2>Checks of this run</h2>\n<table>\n<thead><tr><th class=\"name\">check</th><th>value</th><th>bound</th>\
                 <th>unit</th><th></th></tr></thead>\n<tbody>\n";

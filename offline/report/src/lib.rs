@@ -31,6 +31,7 @@ use serde::{Deserialize, Serialize};
 
 use fingerpad_fe::load_path::{Snapshot, Trajectory};
 use fingerpad_fe::mesh::Mesh;
+use fingerpad_reduce::Agreement;
 pub use numbers::{
     Comparison, DepthNumbers, Differences, MapNumbers, Numbers, PaperFit, PressPoint, Range, Secant, SlidePoint,
 };
@@ -82,6 +83,17 @@ pub struct BuildReport {
     pub continuous: Vec<FrictionPoint>,
     /// What the model leaves out beyond what every report says of it; full sentences.
     pub left_out: Vec<String>,
+    /// A reduced model along the same motions; None where there is none of this finger.
+    pub reduced: Option<ReducedModel>,
+}
+
+/// A reduced model that was replayed along the motions of the runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReducedModel {
+    /// Name of its file.
+    pub name: String,
+    /// How far it is from the run of each depth, in the order of the depths.
+    pub depths: Vec<Agreement>,
 }
 
 /// What was run, with what, and how long it took.

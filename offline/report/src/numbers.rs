@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::{BuildReport, Check, DepthResult, FrictionPoint, Provenance};
 use fingerpad_fe::load_path::{Cost, Response, Snapshot, Work};
+use fingerpad_reduce::Agreement;
 
 /// Slides whose maps are shown, mm.
 pub const MAP_SLIDES_MM: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 6.0];
@@ -33,6 +34,47 @@ pub struct Numbers {
     pub checks: Vec<Check>,
     /// What the model leaves out beyond what every report says of it.
     pub left_out: Vec<String>,
+    /// A reduced model along the same motions.
+    pub reduced: Option<ReducedNumbers>,
+}
+
+/// A reduced model against the runs.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReducedNumbers {
+    /// Name of its file.
+    pub model: String,
+    /// One entry per depth.
+    pub depths: Vec<ReducedDepth>,
+}
+
+/// A reduced model against the run at one depth: root mean square and largest difference over all rows.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ReducedDepth {
+    /// Depth, mm.
+    pub depth_mm: f64,
+    /// Of the normal force, N.
+    pub normal_n: [Option<f64>; 2],
+    /// Of the normal force, percent of its largest value.
+    pub normal_percent: [Option<f64>; 2],
+    /// Of friction, N.
+    pub friction_n: [Option<f64>; 2],
+    /// Of friction, percent of its largest value.
+    pub friction_percent: [Option<f64>; 2],
+}
+
+impl ReducedNumbers {
+    fn of(report: &BuildReport) -> Option<Self> {
+        let reduced = report.reduced.as_ref()?;
+        let depths =
+            report.depths.iter().zip(&reduced.depths).map(|(depth, Agreement { normal, friction })| ReducedDepth {
+                depth_mm: depth.depth_mm,
+                normal_n: [normal.rms_n, normal.largest_n].map(finite),
+                normal_percent: normal.percent().map(finite),
+                friction_n: [friction.rms_n, friction.largest_n].map(finite),
+                friction_percent: friction.percent().map(finite),
+            });
+        Some(Self { model: reduced.name.clone(), depths: depths.collect() })
+    }
 }
 
 /// F/N = coefficient * N^exponent, N in newtons.
@@ -215,6 +257,7 @@ impl Numbers {
             continuous: report.continuous.clone(),
             checks: report.checks.clone(),
             left_out: report.left_out.clone(),
+            reduced: ReducedNumbers::of(report),
         }
     }
 }

@@ -105,6 +105,7 @@ pub fn report(mesh: &Mesh, all_slip: bool) -> BuildReport {
     let stage = |name: &str, wall_s, cpu_s| Stage { name: name.to_owned(), wall_s, cpu_s };
     let quantity = |name: &str, value, unit: &str| Quantity { name: name.to_owned(), value, unit: unit.to_owned() };
     BuildReport {
+        reduced: None,
         provenance: Provenance {
             shape: "E".to_owned(),
             bones: "floating".to_owned(),

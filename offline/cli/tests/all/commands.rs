@@ -234,3 +234,58 @@ fn a_reader_that_goes_away_ends_nothing() {
         assert!(output.status.code() == Some(2) && said.contains("standard output"), "{said}");
     }
 }
+
+#[test]
+fn a_build_compares_the_shipped_model_with_its_runs_and_fits_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at, "quick.toml", QUICK);
+    let build = |config| {
+        let (code, stdout, stderr) = run(&["build", "--config", config, "--out", config.trim_end_matches(".toml")], at);
+        assert_eq!(code, Some(0), "{stderr}");
+        stdout
+    };
+    let said = build("quick.toml");
+    assert!(said.contains("reduced model fingertip.fpm (shipped)") && !said.contains("another mesh"), "{said}");
+    assert!(!at.join("quick/model.fpm").exists() && !said.contains("fit"), "{said}");
+    let report = |folder: &str| -> serde_json::Value {
+        serde_json::from_str(&fs::read_to_string(at.join(folder).join("report.json")).unwrap()).unwrap()
+    };
+    let depths = &report("quick")["reduced"]["depths"];
+    assert_eq!(depths.as_array().unwrap().len(), 3);
+    for (depth, depth_mm) in depths.as_array().unwrap().iter().zip([0.4, 0.6, 0.8]) {
+        assert_eq!(depth["depth_mm"], depth_mm);
+        for quantity in ["normal_percent", "friction_percent"] {
+            let [rms, largest] = [0, 1].map(|k| depth[quantity][k].as_f64().unwrap());
+            // The model is of a finer mesh.
+            assert!(rms > 0.0 && rms < 10.0 && largest >= rms && largest < 25.0, "{depth}");
+        }
+    }
+    assert!(fs::read_to_string(at.join("quick/report.html")).unwrap().contains("Reduced model fingertip.fpm"));
+    assert!(build("quick.toml").contains("4 of 4 pieces were finished before"));
+
+    // Another friction law is another finger; other numerics are not.
+    write(at, "law.toml", &format!("{QUICK}[friction]\nlambda = 0.3\n"));
+    let said = build("law.toml");
+    assert!(said.contains("the reduced model that ships is of another finger"), "{said}");
+    assert!(report("law")["reduced"].is_null());
+    write(at, "numerics.toml", &format!("{QUICK}[numerics.solver]\nmax_iterations = 60\n"));
+    assert!(build("numerics.toml").contains("reduced model fingertip.fpm (shipped)"));
+}
+
+#[test]
+fn numbers_of_threads_are_checked_and_estimates_count_cores() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for jobs in ["0", "1000000", "-1", "many"] {
+        for command in [&["build"][..], &["reduce", "--design", "--runs", "r"], &["finger", "--out", "f"]] {
+            let jobs = format!("--jobs={jobs}");
+            refused(&[command, &["--mesh-preset", "coarse", &jobs]].concat(), at, &["--jobs", "from 1 to 1024"]);
+        }
+    }
+    let finger = ["finger", "--mesh-preset", "coarse", "--out", "f", "--estimate", "--jobs", "1000"];
+    let (code, stdout, stderr) = run(&finger, at);
+    assert_eq!(code, Some(0), "{stderr}");
+    let cores = std::thread::available_parallelism().unwrap().get();
+    assert!(!stdout.contains(" 0 s") && stdout.contains(&format!("of {cores} cores")), "{stdout}");
+}

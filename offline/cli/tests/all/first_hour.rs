@@ -98,7 +98,7 @@ fn places_that_cannot_be_written_are_refused_before_computing() {
     }
     for arguments in [
         &["build", "--out", "t.csv/out"][..],
-        &["build", "--runs", "none", "--out", "out"],
+        &["build", "--fit", "--runs", "none", "--out", "out"],
         &["identify", "--out", "t.csv/out"],
         &["diagnose", "--table", "t.csv", "--out", "t.csv/out"],
         &["diagnose", "--table", "t.csv", "--out", "d", "--report", "t.csv/r.json"],
@@ -249,7 +249,10 @@ fn eval_says_what_it_flagged_and_asks_for_units() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     for (text, said) in [
-        (path("50", "4"), &["depth_above_range in 516 of 543 rows", "data row 28", "(2.630085 mm)", "micrometres"][..]),
+        (
+            path("50", "4"),
+            &["depth_above_range in 516 of 543 rows", "row 28 of the response", "(2.6301 mm)", "micrometres"][..],
+        ),
         (path("0.001", "0.004"), &["0.001", "in metres"]),
         (path("-1", "4"), &["no row touches", "0 at most", "sign"]),
         (
@@ -273,12 +276,13 @@ fn absurd_sizes_are_answered_in_a_second() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let start = Instant::now();
+    let eval = ["eval", "--path", "p.csv", "--out", "r.csv"];
     write(at, "p.csv", &path("1", "1e6"));
-    refused(
-        &["eval", "--path", "p.csv", "--out", "r.csv"],
-        at,
-        &["p.csv", "5.0e7 steps", "1e6", "data row 3", "1000000"],
-    );
+    refused(&eval, at, &["p.csv", "data row 3", "slide_x_mm 1000000 mm: at most 1000 mm"]);
+    let there_and_back: String =
+        (1..60).map(|t| format!("{t},1,{},0\n", if t % 2 == 0 { -900 } else { 900 })).collect();
+    write(at, "p.csv", &format!("{HEAD}0,1,0,0\n{there_and_back}"));
+    refused(&eval, at, &["p.csv", "5.3e6 steps", "at most 1e6", "divide it"]);
     let voxels = ["phantom", "--voxels", "100000", "100000", "100000", "--out", "p.nrrd"];
     refused(&voxels, at, &["--voxels 100000 100000 100000", "1.00e15 voxels", "5e8"]);
     assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());

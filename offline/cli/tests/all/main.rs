@@ -6,6 +6,7 @@ mod commands;
 mod common;
 mod confirm_fe;
 mod design;
+mod eval_and_simulate;
 mod first_hour;
 mod geometry_commands;
 mod help_examples;

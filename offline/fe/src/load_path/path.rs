@@ -4,6 +4,11 @@ use crate::contact::{Coordinates, plane};
 
 /// Largest moment that may be driven, N mm: a fingertip's weight at many times its width.
 const LARGEST_MOMENT_N_MM: f64 = 1000.0;
+/// Largest force that may be driven, N. The hardest press of a fingertip is some 50 N, and long before it the pulp is
+/// flat on the bone.
+const LARGEST_FORCE_N: f64 = 100.0;
+/// Longest slide that may be driven, mm.
+const LONGEST_SLIDE_MM: f64 = 1000.0;
 
 /// How one coordinate of the plane is driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -103,8 +108,8 @@ impl Path {
         values
     }
 
-    /// Why a row asks for a pose or a moment that no run can have; None if it does not.
-    pub fn refused_pose(&self, row: usize) -> Option<String> {
+    /// Why no fingertip can follow a row: its pose, or a force, a moment or a slide beyond all fingers. None if it can.
+    pub fn refused(&self, row: usize) -> Option<String> {
         let bounds = [("spin", f64::NEG_INFINITY, f64::INFINITY), ("pitch", 10.0, 70.0), ("roll", -30.0, 30.0)];
         for (turn, (name, least, most)) in self.turns.each().into_iter().zip(bounds) {
             let Some(turn) = turn else { continue };
@@ -117,6 +122,22 @@ impl Path {
                     return Some(format!("moment of the {name} {value} N mm: at most {LARGEST_MOMENT_N_MM} N mm"));
                 }
                 _ => {}
+            }
+        }
+        let Waypoint { normal, x, y, .. } = self.waypoints[row];
+        let forces = [("normal_force_n", normal), ("friction_x_n", x), ("friction_y_n", y)];
+        for ((key, value), drive) in forces.into_iter().zip(self.drives) {
+            if drive == Drive::Force && !(value.abs() <= LARGEST_FORCE_N) {
+                return Some(format!(
+                    "{key} {value} N: at most {LARGEST_FORCE_N} N, beyond which the pulp is pressed to the bone"
+                ));
+            }
+        }
+        for ((key, value), drive) in [("slide_x_mm", x), ("slide_y_mm", y)].into_iter().zip(&self.drives[1..]) {
+            if *drive == Drive::Displacement && !(value.abs() <= LONGEST_SLIDE_MM) {
+                return Some(format!(
+                    "{key} {value} mm: at most {LONGEST_SLIDE_MM} mm; a slide is steady after some millimetres"
+                ));
             }
         }
         None

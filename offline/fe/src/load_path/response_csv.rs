@@ -1,5 +1,6 @@
 //! Responses along a path as CSV, one row per increment.
 
+use std::io::{self, Write};
 use std::path::Path;
 
 use fingerpad::Status;
@@ -55,57 +56,58 @@ fn pose_numbers(r: &Response) -> [f64; 8] {
 ///
 /// Errors: a value that is not finite is refused before anything is written; disk errors carry the path.
 pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
-    let turned = |r: &Response| pose_numbers(r)[..6].iter().position(|x| !x.is_finite());
-    if let Some((row, c)) = responses.iter().enumerate().find_map(|(row, r)| Some((row, turned(r)?))) {
-        let value = pose_numbers(&responses[row])[c];
-        return Err(not_finite(file, row, POSE_COLUMNS[c], value));
-    }
-    let cell = |x: f64| if x.is_nan() { String::new() } else { number(x).to_string() };
-    write_columns(file, responses, &POSE_COLUMNS, &|i| pose_numbers(&responses[i]).map(cell).to_vec())
+    check(file, responses)?;
+    atomic_write(file, |w| write_to(w, responses, None))
 }
 
-/// Writes responses with the columns of [`EXTRA_COLUMNS`] after the others; `extra` has a row for every response.
-pub fn write_with_extra(file: &Path, responses: &[Response], extra: &[[f64; 4]]) -> Result<(), Error> {
-    let names: &[&str] = if extra.is_empty() { &[] } else { &EXTRA_COLUMNS };
-    let cells = |i: usize| extra.get(i).into_iter().flatten().map(|x| number(*x).to_string()).collect();
-    write_columns(file, responses, names, &cells)
-}
-
-fn not_finite(file: &Path, row: usize, column: &str, value: f64) -> Error {
-    Error::Value {
-        path: file.to_path_buf(),
-        line: row + 2,
-        column: column.to_owned(),
-        value: value.to_string(),
-        problem: "is not finite and was not written".to_owned(),
-    }
-}
-
-fn write_columns(
-    file: &Path,
-    responses: &[Response],
-    more: &[&str],
-    cells: &dyn Fn(usize) -> Vec<String>,
-) -> Result<(), Error> {
+/// Refuses responses with a value that is not finite.
+///
+/// * `file`: for the message
+///
+/// Errors: [`Error::Value`] with line and column.
+pub fn check(file: &Path, responses: &[Response]) -> Result<(), Error> {
+    let names = || COLUMNS[..9].iter().chain(&POSE_COLUMNS[..6]);
     for (i, response) in responses.iter().enumerate() {
-        if let Some(c) = numbers(response).iter().position(|x| !x.is_finite()) {
-            return Err(not_finite(file, i, COLUMNS[c], numbers(response)[c]));
+        let values = || numbers(response).into_iter().chain(pose_numbers(response).into_iter().take(6));
+        if let Some((column, value)) = names().zip(values()).find(|(_, value)| !value.is_finite()) {
+            return Err(Error::Value {
+                path: file.to_path_buf(),
+                line: i + 2,
+                column: (*column).to_owned(),
+                value: value.to_string(),
+                problem: "is not finite and was not written".to_owned(),
+            });
         }
     }
-    atomic_write(file, |w| {
-        writeln!(w, "{}", [&COLUMNS, more].concat().join(","))?;
-        for (i, response) in responses.iter().enumerate() {
-            for x in numbers(response) {
-                write!(w, "{},", number(x))?;
-            }
-            write!(w, "{},{}", response.regime, response.status)?;
-            for cell in cells(i) {
-                write!(w, ",{cell}")?;
-            }
-            writeln!(w)?;
+    Ok(())
+}
+
+/// First line of a response file.
+pub fn header(has_extra: bool) -> String {
+    let extra: &[&str] = if has_extra { &EXTRA_COLUMNS } else { &[] };
+    [&COLUMNS, &POSE_COLUMNS[..], extra].concat().join(",")
+}
+
+/// Writes the text of a response file.
+///
+/// * `extra`: values of [`EXTRA_COLUMNS`] for every response
+///
+/// # Errors
+/// Those of `w`.
+pub fn write_to(w: &mut dyn Write, responses: &[Response], extra: Option<&[[f64; 4]]>) -> io::Result<()> {
+    writeln!(w, "{}", header(extra.is_some()))?;
+    let cell = |x: f64| if x.is_nan() { String::new() } else { number(x).to_string() };
+    for (i, response) in responses.iter().enumerate() {
+        for x in numbers(response) {
+            write!(w, "{},", number(x))?;
         }
-        Ok(())
-    })
+        write!(w, "{},{}", response.regime, response.status)?;
+        for x in pose_numbers(response).into_iter().chain(extra.and_then(|e| e.get(i)).copied().into_iter().flatten()) {
+            write!(w, ",{}", cell(x))?;
+        }
+        writeln!(w)?;
+    }
+    Ok(())
 }
 
 /// Reads a response file of `simulate` or `eval`; the centre of pressure is NaN where it has no cell, moments and turns are
@@ -214,11 +216,12 @@ mod tests {
     fn reads_the_columns_of_eval_and_refuses_unknown_words() {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("r.csv");
-        let head = format!("{},{}\n", COLUMNS.join(","), EXTRA_COLUMNS.join(","));
-        std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,slip,ok,1,2,3,4\n")).unwrap();
+        let head = header(true) + "\n";
+        let pose = "0,30,0,0.1,0,0,,,1,2,3,4";
+        std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,slip,ok,{pose}\n")).unwrap();
         assert_eq!(read(&file).unwrap()[0].regime, Regime::Slip);
         for (regime, status) in [("sliding", "ok"), ("slip", "bad"), ("slip", ""), ("slip", "stabilised+")] {
-            std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,{regime},{status},1,2,3,4\n")).unwrap();
+            std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,{regime},{status},{pose}\n")).unwrap();
             assert!(read(&file).unwrap_err().to_string().contains("r.csv:2: column `"));
         }
     }

@@ -10,7 +10,7 @@ use fingerpad_least_squares::{LevenbergMarquardt, Problem, TerminationReason, mi
 use rayon::prelude::*;
 
 use super::{LIGHT_IN_FIT, Largest, errors, replay_with_pose};
-use crate::{Kind, ReduceError, Run};
+use crate::{FitProgress, Kind, ReduceError, Run};
 
 /// Least number of runs in other poses from which poses are fitted.
 const LEAST_RUNS: usize = 6;
@@ -42,6 +42,9 @@ const STEP_BOUND: f64 = 1.0;
 /// Step of the finite differences of the Jacobian.
 const DIFFERENCE: f64 = 1e-4;
 
+/// Minimisations of [`fit_poses`].
+pub const MINIMISATIONS: usize = 4;
+
 /// The table of poses that makes a model's replay of runs in other poses least wrong; None if there are too few runs.
 ///
 /// # Errors
@@ -49,6 +52,7 @@ const DIFFERENCE: f64 = 1e-4;
 pub fn fit_poses<const M: usize, const N: usize>(
     data: &DataOf<M, N, f64>,
     runs: &[&Run],
+    progress: &FitProgress<'_>,
 ) -> Result<Option<PoseTable<f64>>, ReduceError> {
     if runs.len() < LEAST_RUNS {
         return Ok(None);
@@ -65,7 +69,7 @@ pub fn fit_poses<const M: usize, const N: usize>(
         others.iter().partition(|k| PRESSED.iter().any(|range| range.contains(k)));
     let none: fn(Kind) -> bool = |_| false;
     let stays: fn(Kind) -> bool = |kind| !kind.changes_pose();
-    let stages: [(Vec<usize>, &[&Run], fn(Kind) -> bool); 4] = [
+    let stages: [(Vec<usize>, &[&Run], fn(Kind) -> bool); MINIMISATIONS] = [
         (pressed, runs, none),
         (sheared, &staying, stays),
         (others, runs, stays),
@@ -76,12 +80,13 @@ pub fn fit_poses<const M: usize, const N: usize>(
             continue;
         }
         let start: Vec<f64> = free.iter().map(|&k| found[k]).collect();
-        let mut problem = Poses { data: ranged, runs, base: found.clone(), free, with_friction };
+        let mut problem = Poses { data: ranged, runs, base: found.clone(), free, with_friction, progress };
         let (moved, report) = minimise(&mut problem, &start, &minimiser());
         if !(report.termination.was_successful() || matches!(report.termination, TerminationReason::LostPatience)) {
             return Err(ReduceError::Fit(format!("poses: {:?}", report.termination)));
         }
         found = problem.whole(&moved);
+        progress.finish_one();
     }
     Ok(Some(table(&ranged.pose, &found)))
 }
@@ -120,6 +125,7 @@ struct Poses<'a, const M: usize, const N: usize> {
     free: Vec<usize>,
     /// In which kinds of runs errors of friction count.
     with_friction: fn(Kind) -> bool,
+    progress: &'a FitProgress<'a>,
 }
 
 impl<const M: usize, const N: usize> Poses<'_, M, N> {
@@ -177,6 +183,7 @@ impl<const M: usize, const N: usize> Problem for Poses<'_, M, N> {
     }
 
     fn jacobian(&mut self, vector: &[f64]) -> Option<Vec<Vec<f64>>> {
+        self.progress.iterate();
         let here = self.residuals_at(vector);
         let column = |k: usize| column(&here, &self.residuals_at(&moved(vector, k)));
         Some((0..vector.len()).into_par_iter().map(column).collect())

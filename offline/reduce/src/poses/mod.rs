@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Coverage, Run, Sample};
 pub use band::{crossed_coverage, pose_band};
-pub use fit::fit_poses;
+pub use fit::{MINIMISATIONS, fit_poses};
 
 /// Longest motion and largest turn of a step of the replay, mm and degrees.
 const STEP_MM: f32 = 0.1;

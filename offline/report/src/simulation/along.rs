@@ -45,6 +45,22 @@ fn shade(regime: Regime) -> BackendColor {
     }
 }
 
+/// Regimes with the times, s, from and to which they are shaded: from the first row of a regime to the first of the next, so
+/// that a shade begins at the time that the page's text gives.
+pub(super) fn regimes(responses: &[Response]) -> Vec<(Regime, [f64; 2])> {
+    let mut shades: Vec<(Regime, [f64; 2])> = Vec::new();
+    for r in responses {
+        match shades.last_mut() {
+            Some((regime, times)) if *regime == r.regime => times[1] = r.t_s,
+            last => {
+                last.into_iter().for_each(|(_, times)| times[1] = r.t_s);
+                shades.push((r.regime, [r.t_s; 2]));
+            }
+        }
+    }
+    shades
+}
+
 /// Series of a panel that have any value.
 fn present(panel: &PanelOf, responses: &[Response]) -> Vec<Series> {
     panel.series.iter().filter(|s| responses.iter().any(|r| (s.of)(r).is_finite())).copied().collect()
@@ -75,13 +91,9 @@ impl Along<'_> {
     }
 
     fn regimes<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, panel: &Panel) -> Drawn<DB> {
-        // An increment has the regime of its end; increments of one regime make one area.
-        let mut start = self.responses.first().map_or(0.0, |r| r.t_s);
-        for run in self.responses.chunk_by(|a, b| a.regime == b.regime) {
-            let end = run[run.len() - 1].t_s;
+        for (regime, [start, end]) in regimes(self.responses) {
             let [left, right] = [start, end].map(|t_s| panel.at(t_s, panel.y.max()).0);
-            canvas.rect(left, panel.top, right - left, panel.height, shade(run[0].regime))?;
-            start = end;
+            canvas.rect(left, panel.top, right - left, panel.height, shade(regime))?;
         }
         Ok(())
     }

@@ -30,8 +30,8 @@ pub struct SimulationReport {
     pub path_name: String,
     /// Times of the path's rows, s.
     pub row_times_s: Vec<f64>,
-    /// Address of the response's file, as seen from the page.
-    pub response_link: String,
+    /// Address of the response's file, as seen from the page; None where there is no file.
+    pub response_link: Option<String>,
     /// What was run; its stages are not shown.
     pub provenance: Provenance,
     /// All settings as a configuration file (TOML).

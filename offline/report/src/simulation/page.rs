@@ -37,13 +37,11 @@ pub fn page(report: &SimulationReport, warnings: &[String], pictures: &[Picture]
     for warning in warnings {
         let _ = writeln!(out, "<p class=\"warning\">{}</p>", prose(warning));
     }
-    let _ = writeln!(
-        out,
-        "<p>All {} rows: <a href=\"{}\">{}</a>.</p>\n<section>",
-        report.trajectory.responses.len(),
-        escape(&address(&report.response_link)),
-        escape(&report.response_link)
-    );
+    if let Some(link) = &report.response_link {
+        let rows = report.trajectory.responses.len();
+        let _ = writeln!(out, "<p>All {rows} rows: <a href=\"{}\">{}</a>.</p>", escape(&address(link)), escape(link));
+    }
+    out += "<section>\n";
     for (i, picture) in pictures.iter().enumerate() {
         figure(&mut out, i + 1, picture);
     }

@@ -11,7 +11,7 @@ fn run(mesh: &Mesh) -> SimulationReport {
     SimulationReport {
         path_name: "turn & lift.csv".to_owned(),
         row_times_s: [&[0.0], &times[..]].concat(),
-        response_link: "../my runs/response.csv".to_owned(),
+        response_link: Some("../my runs/response.csv".to_owned()),
         provenance: built.provenance,
         settings: "mesh_preset = \"coarse\"\n".to_owned(),
         trajectory,
@@ -52,6 +52,23 @@ fn the_page_holds_figures_maps_rows_link_and_settings() {
     let json: serde_json::Value = serde_json::from_str(&rendered.json).unwrap();
     assert_eq!(json["responses"].as_array().unwrap().len(), 61);
     assert_eq!(json["maps"][4]["letter"], "E");
+}
+
+/// The picture shades full slip from the time that the text gives.
+#[test]
+fn a_regime_is_shaded_from_its_first_row() {
+    let row = |t_s: f64, regime, stick_ratio| Response { t_s, regime, stick_ratio, ..Response::default() };
+    let rows = [
+        row(0.0, Regime::NoContact, 0.0),
+        row(1.6, Regime::PartialSlip, 0.4),
+        row(1.7, Regime::PartialSlip, 0.13),
+        row(1.8, Regime::Slip, 0.0),
+        row(2.0, Regime::Slip, 0.0),
+    ];
+    let shades = along::regimes(&rows);
+    let expected = [(Regime::NoContact, [0.0, 1.6]), (Regime::PartialSlip, [1.6, 1.8]), (Regime::Slip, [1.8, 2.0])];
+    assert_eq!(shades, expected);
+    assert!(words::verdict(&rows).contains("slips first at 1.80 s"));
 }
 
 #[test]
