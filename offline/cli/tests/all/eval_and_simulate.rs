@@ -296,7 +296,7 @@ fn conditions_that_a_model_does_not_read_and_values_out_of_range_are_refused() {
     }
     assert!(!at.join("r.csv").exists());
     assert_eq!(run(&[&warm[..], &["--temperature-c", "30"]].concat(), at).0, Some(0));
-    charged::charged(&at.join("charged.fpm"));
+    crate::common::charged::charged(&at.join("charged.fpm"));
     let charged = ["--model", "charged.fpm", "--column", "voltage_v=20", "--temperature-c", "30", "--force"];
     refused(&[&eval[..], &charged].concat(), at, &["--temperature-c 30", "reads none"]);
 }
