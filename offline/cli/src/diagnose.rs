@@ -33,8 +33,10 @@ Examples:
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --laws laws.toml --out d
 
---check says what was understood of the files and which laws they can test. Files may be compressed by gzip. With
---can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.
+--check says what was understood of the files and which laws they can test. Files may be compressed by gzip; commas,
+semicolons or tabs separate cells, with the latter two decimals may have commas, and the row below the header may name the
+units. Values of another unit are reported with the --unit that converts them. No run of a file may stand in another one.
+With --can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.
 
 --laws adds laws of your own, formulas over drivers and further columns of the runs; a law that is named stands in
 corrected.fpm as a table, so that firmware runs it as it is. docs/laws-of-your-own.md has ten of them.
@@ -99,7 +101,8 @@ pub struct Args {
     /// What the columns are called in the files; a minus sign turns one round
     #[arg(long, value_name = "normal=-Fz,x=Fx,y=Fy,t=Timestamp", allow_hyphen_values = true)]
     map: Option<String>,
-    /// Units of columns that are not ours: mm, N, s, mm/s, C, deg
+    /// Units of columns that are not in mm, N, s, mm/s, C, deg, au: um, cm, m, in, mN, gf, kgf, ms, us, min, um/s, K, F, rad,
+    /// fraction and others
     #[arg(long, value_name = "depth=um,normal=mN")]
     unit: Option<String>,
     /// Say what was understood and what can be tested, and diagnose nothing
@@ -336,7 +339,7 @@ fn forces(args: &Args) -> Result<(), Failure> {
     for (path, out) in args.measured.iter().zip(&folders) {
         let trace = fingerpad_diagnose::trace_csv::read(path, &map)?;
         let found = during("forces", |_| diagnose_forces(&trace, args.alpha));
-        write_reduced(args, path, out, found, trace.len())?;
+        write_reduced(args, path, out, found, trace.rows.len())?;
     }
     Ok(())
 }
@@ -460,6 +463,9 @@ fn write_reduced(
     found.report.seed = args.seed;
     let rendered = report::diagnosis::render_reduced(&found).map_err(|e| Failure::Numerics(e.into()))?;
     write_files(args, out, rendered, found.report.next_experiment.as_ref(), Vec::new())?;
+    for (kind, text) in report::diagnosis::cautions(&found.report) {
+        println!("{kind}: {}: {text}", path.display());
+    }
     println!("{}: verdict: {}", path.display(), report::diagnosis::word(&found.report));
     found.sentences.iter().for_each(|s| println!("{s}"));
     Ok(())

@@ -70,6 +70,7 @@ pub fn diagnose(
         config.mesh_preset = MeshPreset::Medium;
     }
     let rows = table_csv::read_partial(path, names)?;
+    table_csv::notes(path, names).iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
     let count = rows.len();
     let table = MeasuredTable::new(rows).map_err(|e| Failure::Input(anyhow!("{}: {e}", path.display())))?;
     let jobs = std::thread::available_parallelism().map_or(1, usize::from);

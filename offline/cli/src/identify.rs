@@ -142,7 +142,12 @@ fn prepare(args: &Args, config: &Config, table: Option<&Path>, folders: &[&Path]
 /// Rows of a table and its name.
 fn table(path: Option<&Path>) -> Result<(String, Vec<Point>), Failure> {
     let rows = match path {
-        Some(path) => fingerpad_identify::table_csv::read(path)?,
+        Some(path) => {
+            let rows = fingerpad_identify::table_csv::read(path)?;
+            let notes = fingerpad_identify::table_csv::notes(path, &fingerpad_formats::ColumnNames::default());
+            notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
+            rows
+        }
         None => fingerpad_identify::table_csv::parse(Path::new("Table 1 of Yoshida et al. 2011"), TABLE_1)?,
     };
     let point = |row: &fingerpad_identify::table_csv::Row| Point {

@@ -4,21 +4,15 @@
 
 use std::collections::BTreeMap;
 
-/// Units of force, length and area with their value in N, mm and mm².
-const UNITS: [(&str, &[(&str, f64)]); 4] = [
-    ("n", &[("N", 1.0), ("mN", 1e-3), ("kN", 1e3), ("gf", 9.806_65e-3), ("kgf", 9.806_65), ("lbf", 4.448_221_615)]),
-    ("mm", &[("mm", 1.0), ("um", 1e-3), ("cm", 10.0), ("m", 1e3), ("in", 25.4)]),
-    ("mm2", &[("mm2", 1.0), ("um2", 1e-6), ("cm2", 100.0), ("m2", 1e6), ("in2", 645.16)]),
-    ("coefficient", &[("1", 1.0), ("%", 0.01)]),
-];
+use crate::unit::{self, Unit};
 
 /// What a file calls the columns of a format, and the factors that bring its numbers to the format's units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColumnNames {
     /// The file's name of a column, and -1 where its sign is turned round.
     given: BTreeMap<String, (String, f64)>,
-    /// Factor of a column's values.
-    factors: BTreeMap<String, f64>,
+    /// Unit of a column's values.
+    units: BTreeMap<String, Unit>,
 }
 
 impl ColumnNames {
@@ -42,16 +36,14 @@ impl ColumnNames {
             }
         }
         for (column, unit) in pairs("--unit", unit, known)? {
-            let own = column.strip_suffix("_sd").unwrap_or(column);
-            let kind = own.rsplit_once('_').map_or("", |(_, kind)| kind);
-            let Some((_, units)) = UNITS.iter().find(|(k, _)| *k == kind) else {
-                return Err(format!("--unit {column}={unit}: this column has no other unit"));
-            };
-            let Some((_, factor)) = units.iter().find(|(u, _)| *u == unit) else {
-                let list: Vec<&str> = units.iter().map(|(u, _)| *u).collect();
-                return Err(format!("--unit {column}={unit}: units are {}", list.join(", ")));
-            };
-            if names.factors.insert(column.to_owned(), *factor).is_some() {
+            let found = unit::find(column, unit).map_err(|units| {
+                if units.is_empty() {
+                    format!("--unit {column}={unit}: this column has no other unit")
+                } else {
+                    format!("--unit {column}={unit}: units are {}", units.join(", "))
+                }
+            })?;
+            if names.units.insert(column.to_owned(), found).is_some() {
                 return Err(format!("--unit {column}={unit}: {column} stands there twice"));
             }
         }
@@ -80,8 +72,12 @@ impl ColumnNames {
     /// Factor of the values of a column of the format.
     pub fn factor(&self, column: &str) -> f64 {
         let sign = self.given.get(column).map_or(1.0, |(_, sign)| *sign);
-        let own = self.factors.get(column).or_else(|| self.factors.get(column.strip_suffix("_sd")?));
-        sign * own.copied().unwrap_or(1.0)
+        sign * self.unit(column).map_or(1.0, |unit| unit.factor)
+    }
+
+    /// Unit that the user gave a column.
+    pub(crate) fn unit(&self, column: &str) -> Option<&Unit> {
+        self.units.get(column).or_else(|| self.units.get(column.strip_suffix("_sd")?))
     }
 }
 

@@ -1,10 +1,14 @@
 //! A CSV file of numbers as named columns, with errors that say where.
 //!
-//! Takes what spreadsheets write: byte order mark, CRLF, blank lines, spaces and quotes around cells (a comma inside
-//! quotes separates nothing), any column order. Does not take semicolons, decimal commas, thousands separators,
-//! comments or missing cells.
+//! Takes what spreadsheets write: byte order mark, CRLF, blank lines, spaces and quotes around cells (a separator inside
+//! quotes separates nothing), any column order; commas, semicolons or tabs between the cells, with the latter two decimal
+//! commas too; a row of units below the header. Does not take thousands separators, comments or missing cells.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+use crate::dialect::{Decimals, separator, split};
+use crate::unit::{UnitCell, check_units_row, is_units_row, units_of};
 
 use super::{ColumnNames, Error};
 
@@ -23,39 +27,46 @@ pub struct Columns {
     names: Vec<String>,
     /// Factor of each column's values.
     factors: Vec<f64>,
-    /// Rows of values, blank lines left out.
+    decimals: Decimals,
+    /// Rows of values, blank lines and a row of units left out; numbers have decimal points.
     pub rows: Vec<Row>,
+    /// How the file was read, where that is not as this program writes files.
+    pub notes: Vec<String>,
 }
 
 impl Columns {
     /// Reads the file and checks that its columns are among `known` and unique, and that each row has as many cells.
     pub fn read(path: &Path, known: &[&str]) -> Result<Self, Error> {
-        Self::read_as(path, known, &ColumnNames::default())
+        Self::parse_as(path, &text(path)?, known, &ColumnNames::default(), false)
     }
 
     /// Reads a file whose columns have names and units of their own. Where any has, other columns are left aside.
     pub fn read_as(path: &Path, known: &[&str], as_named: &ColumnNames) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
-        let text = std::str::from_utf8(&bytes).map_err(|e| Error::NotText {
-            path: path.to_path_buf(),
-            line: 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count(),
-        })?;
-        Self::parse_as(path, text, known, as_named)
+        Self::parse_as(path, &text(path)?, known, as_named, true)
     }
 
     /// The same from text; `path` is for the messages.
     pub fn parse(path: &Path, text: &str, known: &[&str]) -> Result<Self, Error> {
-        Self::parse_as(path, text, known, &ColumnNames::default())
+        Self::parse_as(path, text, known, &ColumnNames::default(), false)
     }
 
-    fn parse_as(path: &Path, text: &str, known: &[&str], as_named: &ColumnNames) -> Result<Self, Error> {
+    /// * `has_options`: whether the user can name columns and units in another way than in the file
+    fn parse_as(
+        path: &Path,
+        text: &str,
+        known: &[&str],
+        as_named: &ColumnNames,
+        has_options: bool,
+    ) -> Result<Self, Error> {
         let path = path.to_path_buf();
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let first = 1 + text.lines().take_while(|line| line.trim().is_empty()).count();
+        let separator = separator(text).map_err(|problem| Error::Line { path: path.clone(), line: first, problem })?;
         let mut lines = text
             .lines()
             .enumerate()
             .filter(|(_, line)| !line.trim().is_empty())
-            .map(|(i, line)| (i + 1, split(line).into_iter().map(cell).collect::<Vec<_>>()));
+            .map(|(i, line)| (i + 1, split(line, separator).into_iter().map(cell).collect::<Vec<_>>()));
         let Some((header_line, names)) = lines.next() else {
             return Err(Error::Empty { path, expected: known.join(",") });
         };
@@ -78,20 +89,66 @@ impl Columns {
                 let hint = hint(name, known);
                 return Err(Error::UnknownColumn { path, line: header_line, column: name.clone(), hint });
             }
-            if names[..i].contains(name) {
-                let (column, other) = (name.clone(), name.clone());
-                return Err(Error::Conflict { path, line: header_line, column, other });
+            if let Some(before) = names[..i].iter().position(|other| other == name) {
+                let places = [before + 1, i + 1];
+                return Err(Error::Duplicate { path, line: header_line, column: name.clone(), places });
             }
         }
         let mut rows = Vec::new();
         for (line, cells) in lines {
             if cells.len() != names.len() {
-                return Err(Error::CellCount { path, line, found: cells.len(), expected: names.len() });
+                let (found, expected) = (cells.len(), names.len());
+                return Err(Error::CellCount { path, line, found, expected, separator });
             }
             rows.push(Row { line, cells });
         }
         let factors = names.iter().map(|name| as_named.factor(name)).collect();
-        Ok(Self { path, header_line, names, factors, rows })
+        let decimals = Decimals::new(separator);
+        let mut columns = Self { path, header_line, names, factors, decimals, rows, notes: Vec::new() };
+        columns.take_units_row(known, as_named, has_options)?;
+        columns.point_decimals(known)?;
+        columns.notes.extend(columns.decimals.note());
+        Ok(columns)
+    }
+
+    /// Takes off the first row where it names the columns' units.
+    fn take_units_row(&mut self, known: &[&str], as_named: &ColumnNames, has_options: bool) -> Result<(), Error> {
+        let Some(row) = self.rows.first() else { return Ok(()) };
+        let places: Vec<usize> = (0..self.names.len()).filter(|i| known.contains(&self.names[*i].as_str())).collect();
+        let cell = |&i: &usize| {
+            let column = self.names[i].as_str();
+            let ours = units_of(column).next();
+            UnitCell {
+                column,
+                key: if has_options { column } else { "" },
+                unit: as_named.unit(column).or(ours).map_or("", |unit| unit.name),
+                text: &row.cells[i],
+            }
+        };
+        let cells: Vec<UnitCell<'_>> = places.iter().map(cell).collect();
+        if !is_units_row(&cells) {
+            return Ok(());
+        }
+        check_units_row(&cells).map_err(|(k, problem)| self.refuse(row, places[k], problem))?;
+        self.notes.push(format!("line {}: a row of units, which are those of the columns' names", row.line));
+        self.rows.remove(0);
+        Ok(())
+    }
+
+    /// Writes the decimals of all known columns with points.
+    fn point_decimals(&mut self, known: &[&str]) -> Result<(), Error> {
+        for k in 0..self.rows.len() {
+            for column in 0..self.names.len() {
+                if !known.contains(&self.names[column].as_str()) {
+                    continue;
+                }
+                let row = &self.rows[k];
+                let plain = self.decimals.plain(row.line, &row.cells[column]).map(Cow::into_owned);
+                self.rows[k].cells[column] = plain.map_err(|problem| self.refuse(&self.rows[k], column, problem))?;
+            }
+        }
+        let path = &self.path;
+        self.decimals.finish().map_err(|(line, problem)| Error::Line { path: path.clone(), line, problem })
     }
 
     /// Index of the column, if the file has it.
@@ -130,7 +187,7 @@ impl Columns {
             Ok(value) if value.is_finite() => Ok(value * self.factors[column]),
             Ok(_) => Err(self.refuse(row, column, "is not finite")),
             Err(_) if text.is_empty() => Err(self.refuse(row, column, "is missing: the cell is empty")),
-            Err(_) => Err(self.refuse(row, column, not_a_number(text))),
+            Err(_) => Err(self.refuse(row, column, self.decimals.not_a_number(text))),
         }
     }
 
@@ -155,40 +212,13 @@ impl Columns {
     }
 }
 
-/// Cells of a line: commas outside quotes separate.
-fn split(line: &str) -> Vec<&str> {
-    let (mut cells, mut start, mut quoted) = (Vec::new(), 0, false);
-    for (i, c) in line.char_indices() {
-        match c {
-            '"' => quoted = !quoted,
-            ',' if !quoted => {
-                cells.push(&line[start..i]);
-                start = i + 1;
-            }
-            _ => {}
-        }
-    }
-    cells.push(&line[start..]);
-    cells
-}
-
-/// Why a cell is not a number.
-fn not_a_number(text: &str) -> String {
-    let plain = |separators: &[char]| -> Option<String> {
-        let joined = text.replace(separators, "");
-        (joined.len() < text.len() && joined.parse::<f64>().is_ok_and(f64::is_finite)).then_some(joined)
-    };
-    let groups = |separator: char| {
-        let whole = text.split('.').next().unwrap_or(text);
-        whole.split(separator).skip(1).all(|group| group.len() == 3)
-    };
-    if text.contains(',') && !groups(',') {
-        return "is not a number: the decimal point is `.`".into();
-    }
-    match plain(&[',', ' ', '\'', '_', '\u{a0}', '\u{202f}', '\u{2009}']) {
-        Some(joined) => format!("has a thousands separator: write {joined}"),
-        None => "is not a number".into(),
-    }
+/// The text of a file.
+fn text(path: &Path) -> Result<String, Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
+    String::from_utf8(bytes).map_err(|e| Error::NotText {
+        path: path.to_path_buf(),
+        line: 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count(),
+    })
 }
 
 fn cell(text: &str) -> String {
@@ -199,9 +229,6 @@ fn cell(text: &str) -> String {
 /// What an unknown column probably was meant to be.
 fn hint(name: &str, known: &[&str]) -> String {
     let all = || format!("columns are {}", known.join(", "));
-    if name.contains([';', '\t']) {
-        return format!("columns are separated by commas; {}", all());
-    }
     if name.parse::<f64>().is_ok() {
         return format!("the first line must name the columns; {}", all());
     }
@@ -247,4 +274,68 @@ fn hint(name: &str, known: &[&str]) -> String {
         }
     }
     all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KNOWN: [&str; 3] = ["t_s", "depth_mm", "normal_force_n"];
+
+    fn parse(text: &str) -> Result<Columns, String> {
+        Columns::parse(Path::new("runs.csv"), text, &KNOWN).map_err(|e| e.to_string())
+    }
+
+    fn numbers(columns: &Columns) -> Result<Vec<f64>, Error> {
+        columns.rows.iter().flat_map(|row| (0..3).map(|k| columns.number(row, k))).collect()
+    }
+
+    #[test]
+    fn every_unambiguous_dialect_gives_the_same_numbers() {
+        let plain = "t_s,depth_mm,normal_force_n\n0,0.25,-0.5\n1,0.5,1e-3\n";
+        let wanted = parse(plain).unwrap();
+        assert!(wanted.notes.is_empty());
+        for (text, note) in [
+            (plain.replace(',', ";").replace('.', ","), "read as semicolon-separated with decimal commas"),
+            (plain.replace(',', ";"), "read as semicolon-separated"),
+            (plain.replace(',', "\t").replace('.', ","), "read as tab-separated with decimal commas"),
+            (
+                plain.replace("_n\n", "_n\n[s],[mm],N\n"),
+                "line 2: a row of units, which are those of the columns' names",
+            ),
+        ] {
+            let read = parse(&text).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(numbers(&read).unwrap(), numbers(&wanted).unwrap(), "{text}");
+            assert_eq!(read.notes, [note]);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_file_is_said_with_its_line() {
+        for (text, said) in [
+            ("t_s,depth_mm,normal_force_n\n0,0,25,0\n", &["runs.csv:2", "4 cells", "decimal comma"][..]),
+            ("t_s,depth_mm,normal_force_n\n0,\"-0,2\",0\n", &["runs.csv:2", "depth_mm", "`-0,2`", "write -0.2"]),
+            ("t_s;depth_mm;normal_force_n\n0;0,5;0\n1;0.5;0\n", &["runs.csv:3", "decimal point", "line 2", "`0,5`"]),
+            ("t_s;depth_mm;normal_force_n\n0;1,500;0\n", &["runs.csv:2", "1.500 or 1500"]),
+            ("t_s,depth_mm;normal_force_n\n0,0.5;0\n", &["runs.csv:1", "commas and semicolons"]),
+            ("t_s,depth_mm,t_s\n0,0,0\n", &["runs.csv:1", "`t_s`", "twice", "cells 1 and 3"]),
+            (
+                "t_s,depth_mm,normal_force_n\ns,um,N\n0,0,0\n",
+                &["runs.csv:2", "depth_mm", "`um`", "convert the column to mm"],
+            ),
+            (
+                "t_s,depth_mm,normal_force_n\ns,furlong,N\n",
+                &["runs.csv:2", "depth_mm", "`furlong`", "neither a number"],
+            ),
+            ("T_S,depth_mm,normal_force_n\n0,0,0\n", &["runs.csv:1", "`T_S`", "did you mean `t_s`"]),
+        ] {
+            let message = parse(text).and_then(|read| numbers(&read).map_err(|e| e.to_string())).unwrap_err();
+            assert!(said.iter().all(|part| message.contains(part)), "{message}");
+        }
+        let names = ColumnNames::parse(None, Some("depth_mm=cm"), &KNOWN).unwrap();
+        let text = "t_s,depth_mm,normal_force_n\ns,um,mN\n0,0,0\n";
+        let read = Columns::parse_as(Path::new("runs.csv"), text, &KNOWN, &names, true);
+        let message = read.map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("read in cm: add --unit depth_mm=um,normal_force_n=mN"), "{message}");
+    }
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::dialect::{self, Decimals};
+
 /// A file that could not be read, understood or written.
 ///
 /// Lines count from 1, the header included.
@@ -65,8 +67,26 @@ pub enum Error {
         /// The earlier one.
         other: String,
     },
+    /// A column that the header has twice.
+    #[error(
+        "{}:{line}: column `{column}` stands twice in the header, as cells {} and {}: remove or rename one of them",
+        path.display(), places[0], places[1]
+    )]
+    Duplicate {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// The column as spelled in the file.
+        column: String,
+        /// Its cells, counted from 1.
+        places: [usize; 2],
+    },
     /// A row with more or fewer cells than the header.
-    #[error("{}:{line}: {found} cells where the header has {expected} (decimal point is `.`, separator `,`)", path.display())]
+    #[error(
+        "{}:{line}: {found} cells where the header has {expected} (separated by {}s{})",
+        path.display(), dialect::name(*separator), Decimals::cell_count_hint(*separator, *found, *expected)
+    )]
     CellCount {
         /// The file.
         path: PathBuf,
@@ -76,6 +96,8 @@ pub enum Error {
         found: usize,
         /// Columns of the header.
         expected: usize,
+        /// Character that separates the cells.
+        separator: char,
     },
     /// A cell with a value that cannot be.
     #[error("{}:{line}: column `{column}`: `{value}` {problem}", path.display())]
@@ -115,6 +137,16 @@ pub enum Error {
         /// What stands there.
         value: String,
         /// What is wrong with it, as the end of the sentence.
+        problem: String,
+    },
+    /// Something that is wrong with a line as a whole, or with the file from there on.
+    #[error("{}:{line}: {problem}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Line.
+        line: usize,
+        /// What is wrong.
         problem: String,
     },
     /// A mesh or field that this format cannot hold, or data that do not fit their header.

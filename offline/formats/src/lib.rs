@@ -2,7 +2,7 @@
 //! label volumes (NRRD, NIfTI).
 //!
 //! Main types: [`Error`] (names file, line and value), [`Columns`] (a CSV file of numbers;
-//! [`ColumnNames`]: with names and units of its own), [`mesh::Mesh`],
+//! [`ColumnNames`]: with names and units of its own; [`dialect`]: separators and decimals), [`mesh::Mesh`],
 //! [`raw_mesh::RawMesh`] and [`label_volume::LabelVolume`] (what the files hold). Everything is written through
 //! [`atomic_write`], so that nothing half-written is left looking finished. [`units`] checks numbers where they are read.
 //! Knows no physics. May use no other crate of this repository.
@@ -10,6 +10,7 @@
 mod atomic;
 mod column_names;
 mod columns;
+pub mod dialect;
 mod error;
 pub mod inp;
 pub mod inp_reader;
@@ -20,6 +21,7 @@ pub mod msh_reader;
 pub mod nifti;
 pub mod nrrd;
 pub mod raw_mesh;
+pub mod unit;
 pub mod units;
 pub mod volume;
 pub mod vtu;
@@ -58,6 +60,18 @@ pub fn number(value: f64) -> String {
     if value == 0.0 || (1e-5..1e15).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
 }
 
+/// A number for a message: some significant digits, without zeros at its end.
+pub fn significant(value: f64, digits: usize) -> String {
+    let exponent = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
+    if !(-5.0..12.0).contains(&exponent) {
+        return format!("{value:.*e}", digits.saturating_sub(1));
+    }
+    let decimals = (digits as f64 - 1.0 - exponent).max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    let trimmed = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    trimmed.to_owned()
+}
+
 #[cfg(test)]
 mod test_mesh {
     use crate::mesh::{Hex, Mesh, Region, Tet, Tie};
@@ -92,6 +106,22 @@ mod tests {
             assert_eq!(number(x).parse::<f64>().unwrap(), x);
             assert!(number(x).len() < 26, "{}", number(x));
         }
+    }
+
+    #[test]
+    fn numbers_of_messages_have_the_digits_that_matter() {
+        for (value, digits, wanted) in [
+            (1_518.399_999_999_999_9, 4, "1518"),
+            (0.1 + 0.2, 4, "0.3"),
+            (-0.012_345_6, 4, "-0.01235"),
+            (123_456.7, 4, "123457"),
+            (0.0, 4, "0"),
+            (1.5e-9, 4, "1.500e-9"),
+            (80.1, 12, "80.1"),
+        ] {
+            assert_eq!(significant(value, digits), wanted);
+        }
+        assert_eq!(significant(f64::NAN, 4), "NaN");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Error, nifti, nrrd};
 use crate::label_volume::LabelVolume;
+use crate::significant;
 
 /// What is understood, for messages.
 const ENDINGS: &str = ".nrrd, .nhdr, .nii or .nii.gz";
@@ -86,7 +87,10 @@ pub(super) fn check_steps(steps_mm: &[Vector3<f64>; 3]) -> Result<(), String> {
     for (axis, step) in steps_mm.iter().enumerate() {
         let length = step.norm();
         if !(length.is_finite() && length > 0.0) {
-            return Err(format!("the voxels' step along axis {axis} is {length} mm; it must be a positive number"));
+            return Err(format!(
+                "the voxels' step along axis {axis} is {} mm; it must be a positive number",
+                significant(length, 6)
+            ));
         }
     }
     for [a, b] in [[0, 1], [0, 2], [1, 2]] {

@@ -87,6 +87,11 @@ pub fn read_partial(file: &Path, names: &ColumnNames) -> Result<Vec<PartialRow>,
     partial_rows(&Columns::read_as(file, &KNOWN, names)?)
 }
 
+/// How a table is read, where that is not as this program writes files: separators, decimals, a row of units.
+pub fn notes(file: &Path, names: &ColumnNames) -> Vec<String> {
+    Columns::read_as(file, &KNOWN, names).map_or_else(|_| Vec::new(), |table| table.notes)
+}
+
 fn rows(table: &Columns) -> Result<Vec<Row>, Error> {
     let [depth, force, friction] = [table.need(KNOWN[DEPTH])?, table.need(KNOWN[FORCE])?, table.need(KNOWN[FRICTION])?];
     let area = table.find(KNOWN[AREA]);

@@ -1,6 +1,5 @@
 //! One case judged: what the diagnosis said against what was hidden.
 
-use std::convert::Infallible;
 use std::sync::OnceLock;
 
 use cpu_time::ThreadTime;
@@ -70,18 +69,6 @@ pub fn shipped() -> ModelFile {
     ModelFile::new(include_bytes!("../../../data/models/fingertip.fpm")).expect("it ships")
 }
 
-enum Never {}
-impl From<DiagnoseError> for Never {
-    fn from(error: DiagnoseError) -> Self {
-        panic!("{error}")
-    }
-}
-impl From<Infallible> for Never {
-    fn from(error: Infallible) -> Self {
-        match error {}
-    }
-}
-
 /// Diagnoses sets in memory.
 pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hydration_sd: f64) -> Diagnosis {
     run_with_evidence(calibration, measured, holdout, hydration_sd).0
@@ -105,6 +92,20 @@ pub fn run_within(
     hydration_sd: f64,
     plan: PlanConstraints,
 ) -> (Diagnosis, Evidence) {
+    try_run(calibration, measured, holdout, hydration_sd, plan).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The same with the error of files that carry no diagnosis.
+///
+/// # Errors
+/// What [`diagnose`] refuses.
+pub fn try_run(
+    calibration: &RunSet,
+    measured: &RunSet,
+    holdout: Option<&RunSet>,
+    hydration_sd: f64,
+    plan: PlanConstraints,
+) -> Result<(Diagnosis, Evidence), DiagnoseError> {
     let options = Options {
         settings: SelectionSettings::default(),
         errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
@@ -112,11 +113,8 @@ pub fn run_within(
         plan,
         own: LawsFile::default(),
     };
-    let open = || Ok::<_, Never>(holdout.cloned());
-    match diagnose(calibration, measured, &reference(), &options, open, &mut |_| ()) {
-        Ok(done) => done,
-        Err(never) => match never {},
-    }
+    let open = || Ok(holdout.cloned());
+    diagnose(calibration, measured, &reference(), &options, open, &mut |_| ())
 }
 
 fn family(name: &str) -> &str {

@@ -143,7 +143,7 @@ fn unusable_files_name_line_and_column() {
     refuse(&|_| cell(9, 2, ""), &["bad.csv:9", "depth_mm", "blank"]);
     refuse(&|_| cell(40, 0, "measured0"), &["bad.csv:40", "run_id", "contiguous"]);
     refuse(&|t| t.replacen("depth_mm", "depth_um", 1), &["bad.csv:1", "depth_mm", "depth_um", "convert"]);
-    refuse(&|t| t.replace(',', ";"), &["bad.csv:1", "comma"]);
+    refuse(&|t| t.replacen(',', ";", 1), &["bad.csv:1", "commas and semicolons"]);
     refuse(&|t| t.lines().take(31).collect::<Vec<_>>().join("\n"), &["bad.csv", "run_id", "1 run "]);
     refuse(&|_| String::new(), &["bad.csv"]);
     refuse(

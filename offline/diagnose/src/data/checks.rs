@@ -1,6 +1,9 @@
 //! Checks whether sets can carry a diagnosis at all: enough runs, possible units, signs and axes. A message names file, line
 //! and column.
 
+use fingerpad_formats::significant;
+
+use crate::data::content::repeated;
 use crate::data::runs::{Run, RunSet};
 use crate::error::DiagnoseError;
 
@@ -36,6 +39,16 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
             ),
         ));
     }
+    if depth_is_turned(set) {
+        return Err(unusable(
+            set,
+            format!(
+                "line {}, column depth_mm: the normal force grows as depth falls, and depth_mm is to be positive into the \
+                 finger: turn the column round with --map depth=-depth_mm (a minus sign before its name in the file)",
+                set.runs[0].line
+            ),
+        ));
+    }
     for run in &set.runs {
         if run.rows.iter().all(|r| !(r.depth_mm > 0.0)) {
             return Err(unusable(
@@ -56,8 +69,9 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
         return Err(unusable(
             set,
             format!(
-                "line {}, column depth_mm: {least} in every contact row; a constant depth cannot calibrate how force depends on it",
-                set.runs[0].line
+                "line {}, column depth_mm: {} in every contact row; a constant depth cannot calibrate how force depends on it",
+                set.runs[0].line,
+                significant(least, 4)
             ),
         ));
     }
@@ -65,21 +79,63 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
         return Err(unusable(
             set,
             format!(
-                "line {}, column depth_mm: up to {most} mm into a fingertip; is the column in micrometres?",
-                line_of(set, |r| deepest(r).0 == most)
+                "line {}, column depth_mm: up to {} mm into a fingertip; is the column in micrometres (--unit depth=um)?",
+                line_of(set, |r| deepest(r).0 == most),
+                significant(most, 4)
             ),
         ));
     }
     if most < 0.02 {
         return Err(unusable(
             set,
-            format!("line {}, column depth_mm: at most {most} mm; is the column in metres?", set.runs[0].line),
+            format!(
+                "line {}, column depth_mm: at most {} mm; is the column in metres (--unit depth=m)?",
+                set.runs[0].line,
+                significant(most, 4)
+            ),
         ));
     }
     units_within(set)?;
     possible_forces(set)?;
     columns(set)?;
     friction_follows_motion(set)
+}
+
+/// Refuses a set with runs of another one.
+///
+/// * `part_of`: what these runs are to the other set, as the middle of a sentence
+pub fn check_distinct(set: &RunSet, other: &RunSet, part_of: &str) -> Result<(), DiagnoseError> {
+    const NAMED: usize = 8;
+    let found = repeated(set, other);
+    let Some(first) = found.first() else { return Ok(()) };
+    let names: Vec<String> = found
+        .iter()
+        .take(NAMED)
+        .map(|r| if r.run == r.of { r.run.clone() } else { format!("{} (there {})", r.run, r.of) })
+        .collect();
+    let more = found.len() - names.len();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    Err(unusable(
+        set,
+        format!(
+            "line {}: these runs {part_of} ({}): run_id {}{more}",
+            first.line,
+            other.path.display(),
+            names.join(", ")
+        ),
+    ))
+}
+
+/// Whether depth is positive away from the finger: in most runs the row of the least depth is in the air by its depth, and
+/// has more normal force than the deepest row.
+fn depth_is_turned(set: &RunSet) -> bool {
+    let is_turned = |run: &Run| {
+        let by_depth = |a: &usize, b: &usize| run.rows[*a].depth_mm.total_cmp(&run.rows[*b].depth_mm);
+        let read = || (0..run.rows.len()).filter(|i| run.force_n[*i][0].is_finite());
+        let (Some(lowest), Some(highest)) = (read().min_by(by_depth), read().max_by(by_depth)) else { return false };
+        run.rows[lowest].depth_mm < 0.0 && run.force_n[lowest][0] > run.force_n[highest][0]
+    };
+    2 * set.runs.iter().filter(|run| is_turned(run)).count() > set.runs.len()
 }
 
 fn line_of(set: &RunSet, pick: impl Fn(&Run) -> bool) -> usize {
@@ -139,17 +195,26 @@ fn possible_forces(set: &RunSet) -> Result<(), DiagnoseError> {
     ))
 }
 
+/// Least share of the friction on an axis by which its sign is judged.
+const LEAST_OF_AXIS: f64 = 0.15;
+
 /// Friction on the finger points along the plane's motion, so that its sign and its axes can be checked.
 ///
 /// Shares are sums over sliding rows of the friction along the motion, over those of its size.
 fn friction_follows_motion(set: &RunSet) -> Result<(), DiagnoseError> {
     let (mut size, mut along, mut exchanged) = (0.0, 0.0, 0.0);
+    // Size and share along the motion of each axis alone.
+    let mut axes = [[0.0; 2]; 2];
     for run in &set.runs {
         for (row, [_, x, y]) in run.rows.iter().zip(&run.force_n) {
             if row.depth_mm > 0.0 && row.speed_mm_s > 0.0 && row.turn_mm > 1.0 && !x.is_nan() {
                 size += x.hypot(*y);
                 along += x * row.along[0] + y * row.along[1];
                 exchanged += y * row.along[0] + x * row.along[1];
+                for (axis, force) in axes.iter_mut().zip([(x, row.along[0]), (y, row.along[1])]) {
+                    axis[0] += (force.0 * force.1).abs();
+                    axis[1] += force.0 * force.1;
+                }
             }
         }
     }
@@ -163,6 +228,20 @@ fn friction_follows_motion(set: &RunSet) -> Result<(), DiagnoseError> {
                  {along:.2}, {exchanged:.2} with x and y exchanged): are the axes of force or slide exchanged?"
             ),
         ));
+    }
+    for (axis, [size_of, along_of]) in axes.into_iter().enumerate() {
+        if along >= -0.5 && size_of > LEAST_OF_AXIS * size && along_of < -0.5 * size_of {
+            let (name, other) = (["x", "y"][axis], ["y", "x"][axis]);
+            return Err(unusable(
+                set,
+                format!(
+                    "line {line}, column friction_{name}_n: friction along {name} points against the motion of the plate (share \
+                     {:.2}), along {other} with it: turn the sign of friction_{name}_n or slide_{name}_mm, with a minus sign as in \
+                     --map {name}=-friction_{name}_n",
+                    along_of / size_of
+                ),
+            ));
+        }
     }
     if along < -0.5 {
         return Err(unusable(
@@ -253,12 +332,12 @@ pub fn check_pair(calibration: &RunSet, measured: &RunSet) -> Result<(), Diagnos
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::data::runs::{Labels, RawRow};
 
     /// Eight presses to 0.5 to 1.2 mm with slides in eight directions; normal force 0.5 N/mm, friction half of it.
-    fn set(change: impl Fn(&mut RawRow)) -> RunSet {
+    pub fn set(change: impl Fn(&mut RawRow)) -> RunSet {
         let stroke = |run: usize| {
             let (depth, angle) = (0.5 + 0.1 * run as f64, 0.7 * run as f64);
             let rows = (0..20).map(|i| {
@@ -318,5 +397,20 @@ mod tests {
         assert!(message.contains("axes") && message.contains("exchanged"), "{message}");
         let message = refusal(|row| row.force_n = [row.force_n[0], -row.force_n[1], -row.force_n[2]]);
         assert!(message.contains("against the motion"), "{message}");
+        for (axis, said) in [(1, "--map x=-friction_x_n"), (2, "--map y=-friction_y_n")] {
+            let message = refusal(|row| row.force_n[axis] = -row.force_n[axis]);
+            assert!(message.contains(said), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_depth_of_the_wrong_sign_gets_a_hint() {
+        let message = refusal(|row| row.depth_mm = -row.depth_mm);
+        assert!(message.contains("--map depth=-depth_mm"), "{message}");
+        // Some rows that hover above the finger do not hide it.
+        let message = refusal(|row| row.depth_mm = if row.depth_mm > 0.0 { -row.depth_mm } else { 0.2 });
+        assert!(message.contains("--map depth=-depth_mm"), "{message}");
+        let message = refusal(|row| row.depth_mm = 0.9 + 1e-9 * row.depth_mm);
+        assert!(message.contains("depth_mm: 0.9 in every contact row"), "{message}");
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! Main type: [`ColumnMap`].
 
+use fingerpad_formats::unit::{Unit, find, units_of};
+
 use crate::laws::run_columns::RUN_COLUMNS;
 use crate::laws::{Column, OwnColumn};
 
@@ -18,70 +20,6 @@ struct Entry {
     name: Option<String>,
     turned: bool,
     unit: Option<Unit>,
-}
-
-/// A unit: value in ours = factor × value + offset.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Unit {
-    name: &'static str,
-    of: Quantity,
-    factor: f64,
-    offset: f64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Quantity {
-    Length,
-    Force,
-    Time,
-    Speed,
-    Temperature,
-    Angle,
-}
-
-const fn unit(name: &'static str, of: Quantity, factor: f64, offset: f64) -> Unit {
-    Unit { name, of, factor, offset }
-}
-
-/// Units that are known; the first of a quantity is ours.
-const UNITS: [Unit; 24] = [
-    unit("mm", Quantity::Length, 1.0, 0.0),
-    unit("m", Quantity::Length, 1e3, 0.0),
-    unit("cm", Quantity::Length, 10.0, 0.0),
-    unit("um", Quantity::Length, 1e-3, 0.0),
-    unit("nm", Quantity::Length, 1e-6, 0.0),
-    unit("in", Quantity::Length, 25.4, 0.0),
-    unit("N", Quantity::Force, 1.0, 0.0),
-    unit("mN", Quantity::Force, 1e-3, 0.0),
-    unit("kN", Quantity::Force, 1e3, 0.0),
-    unit("gf", Quantity::Force, 9.806_65e-3, 0.0),
-    unit("kgf", Quantity::Force, 9.806_65, 0.0),
-    unit("s", Quantity::Time, 1.0, 0.0),
-    unit("ms", Quantity::Time, 1e-3, 0.0),
-    unit("us", Quantity::Time, 1e-6, 0.0),
-    unit("min", Quantity::Time, 60.0, 0.0),
-    unit("mm/s", Quantity::Speed, 1.0, 0.0),
-    unit("m/s", Quantity::Speed, 1e3, 0.0),
-    unit("cm/s", Quantity::Speed, 10.0, 0.0),
-    unit("um/s", Quantity::Speed, 1e-3, 0.0),
-    unit("C", Quantity::Temperature, 1.0, 0.0),
-    unit("K", Quantity::Temperature, 1.0, -273.15),
-    unit("F", Quantity::Temperature, 5.0 / 9.0, -160.0 / 9.0),
-    unit("deg", Quantity::Angle, 1.0, 0.0),
-    unit("rad", Quantity::Angle, 180.0 / std::f64::consts::PI, 0.0),
-];
-
-/// The quantity of one of our columns, by its ending.
-fn quantity(column: &str) -> Option<Quantity> {
-    let endings = [
-        ("_mm_s", Quantity::Speed),
-        ("_mm", Quantity::Length),
-        ("_n", Quantity::Force),
-        ("_s", Quantity::Time),
-        ("_c", Quantity::Temperature),
-        ("_deg", Quantity::Angle),
-    ];
-    endings.iter().find(|(ending, _)| column.ends_with(ending)).map(|(_, quantity)| *quantity)
 }
 
 fn column_of(key: &str) -> Result<&'static str, String> {
@@ -171,6 +109,16 @@ impl ColumnMap {
         if entry.turned { -value } else { value }
     }
 
+    /// The unit in which a column is read; empty where it has none.
+    pub fn unit<'a>(&'a self, column: &str) -> &'a str {
+        let own = self.own.iter().find(|c| c.name == column).map(|c| c.unit.as_str());
+        match (self.find(column).and_then(|e| e.unit), own) {
+            (Some(unit), _) => unit.name,
+            (None, Some(own)) => find(column, own).map_or(own, |unit| unit.name),
+            (None, None) => units_of(column).next().map_or("", |unit| unit.name),
+        }
+    }
+
     /// What was understood, one line a column.
     pub fn told(&self) -> Vec<String> {
         let of = |e: &Entry| {
@@ -183,15 +131,11 @@ impl ColumnMap {
 }
 
 fn unit_of(column: &str, name: &str) -> Result<Unit, String> {
-    let name = if name == "µm" { "um" } else { name };
-    let quantity = quantity(column);
-    let known = || UNITS.iter().filter(|u| Some(u.of) == quantity);
-    known().find(|u| u.name == name).copied().ok_or_else(|| {
-        let list: Vec<&str> = known().map(|u| u.name).collect();
-        if list.is_empty() {
+    find(column, name).map_err(|units| {
+        if units.is_empty() {
             format!("--unit: {column} has no unit that could be another one")
         } else {
-            format!("--unit: `{name}` is not a unit of {column}; known are {}", list.join(", "))
+            format!("--unit: `{name}` is not a unit of {column}; known are {}", units.join(", "))
         }
     })
 }
@@ -211,6 +155,7 @@ mod tests {
             (Some("weight=W"), None, "weight"),
             (Some("normal"), None, "KEY=VALUE"),
             (None, Some("normal=mm"), "normal_force_n"),
+            (None, Some("hydration=ppm"), "au, fraction, %"),
             (None, Some("depth=um,depth_mm=mm"), "twice"),
             (None, Some("run=mm"), "run_id"),
         ] {

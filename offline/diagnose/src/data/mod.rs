@@ -1,15 +1,19 @@
 //! Measured runs: readers, checks, and state columns that are read with an error.
 //!
 //! Main types: [`RunSet`](runs::RunSet) (the runs of a file), [`Run`](runs::Run), [`Correction`](covariates::Correction).
-//! May use: laws (the columns and rows that they read), `fingerpad-formats`.
+//! May use: schema (cautions), laws (the columns and rows that they read), `fingerpad-formats`.
 
 pub mod checks;
 pub mod clock;
 pub mod column_map;
+pub mod content;
 pub mod covariates;
+pub mod csv_text;
 pub mod outliers;
 pub mod own_columns;
 pub mod runs;
 pub mod runs_csv;
+pub mod suspicions;
+pub mod thinning;
 pub mod trace_csv;
 pub mod turns;

@@ -2,6 +2,8 @@
 //!
 //! Main functions: [`require`], [`at_reference`].
 
+use fingerpad_formats::significant;
+
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, LawsFile};
@@ -38,7 +40,11 @@ pub fn at_reference(set: &RunSet, laws: &LawsFile) -> RunSet {
             continue;
         }
         out.runs.iter_mut().flat_map(|r| &mut r.rows).for_each(|row| row.own[place] = column.reference);
-        out.notes.push(format!("column `{}` is not there; its reference {} is taken", column.name, column.reference));
+        out.notes.push(format!(
+            "column `{}` is not there; its reference {} is taken",
+            column.name,
+            significant(column.reference, 6)
+        ));
     }
     out.recognise(&own);
     out

@@ -4,10 +4,15 @@
 
 use std::path::{Path, PathBuf};
 
+use fingerpad_formats::significant;
+
 use crate::data::clock::{clock_step_s, equal_stamps, note, spread_equal_stamps};
+use crate::data::content::Content;
+use crate::data::thinning::{Sample, rows_to_keep};
 use crate::data::turns::with_lost_turns;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, OWN, Row};
+use crate::schema::Caution;
 
 /// One row of a file; a missing value is NaN.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +95,8 @@ pub struct Run {
     pub slide_mm: Vec<[f64; 2]>,
     /// Readings: normal, x, y, N; NaN where one is left out.
     pub force_n: Vec<[f64; 3]>,
+    /// Hashes of the file's rows.
+    pub content: Content,
 }
 
 impl Run {
@@ -102,13 +109,20 @@ impl Run {
         [b[0] - a[0], b[1] - a[1]]
     }
 
-    /// Keeps every `stride`th row and the last one.
-    pub fn thin(&mut self, stride: usize) {
-        let last = self.rows.len() - 1;
-        let keep: Vec<usize> = (0..=last).filter(|i| i.is_multiple_of(stride) || *i == last).collect();
+    /// Keeps at most so many rows; returns the number of turns that had to go.
+    pub fn thin(&mut self, most: usize) -> usize {
+        let sample = |i: usize| Sample {
+            t_s: self.rows[i].t_s,
+            depth_mm: self.rows[i].depth_mm,
+            slide_mm: self.slide_mm[i],
+            force_n: self.force_n[i],
+        };
+        let samples: Vec<Sample> = (0..self.rows.len()).map(sample).collect();
+        let (keep, lost) = rows_to_keep(&samples, most, self.content.whole);
         self.rows = keep.iter().map(|i| self.rows[*i]).collect();
         self.slide_mm = keep.iter().map(|i| self.slide_mm[*i]).collect();
         self.force_n = keep.iter().map(|i| self.force_n[*i]).collect();
+        lost
     }
 
     /// Largest depth, mm.
@@ -143,10 +157,14 @@ pub struct RunSet {
     pub path: PathBuf,
     /// The runs.
     pub runs: Vec<Run>,
+    /// Runs that the reader left out: name, line and content.
+    pub left_out: Vec<(String, usize, Content)>,
     /// State columns that every row has.
     pub recorded: Vec<Column>,
     /// Remarks of the reader.
     pub notes: Vec<String>,
+    /// What the reader did that is told before the verdict; without a role.
+    pub cautions: Vec<Caution>,
     /// Rows in the file.
     pub rows_read: usize,
     /// Runs in the file.
@@ -170,11 +188,15 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
                 path: path.to_path_buf(),
                 problem: format!(
                     "line {}, column t_s: {} after {}: time must not fall within run `{}`",
-                    pair[1].line, pair[1].t_s, pair[0].t_s, labels.run
+                    pair[1].line,
+                    significant(pair[1].t_s, 12),
+                    significant(pair[0].t_s, 12),
+                    labels.run
                 ),
             });
         }
     }
+    let content = Content::of(raw);
     let clock_s = clock_step_s(raw);
     let raw = spread_equal_stamps(raw);
     let raw = &with_lost_turns(&raw, nominal_speed(&raw), clock_s)[..];
@@ -238,6 +260,7 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
         rows,
         slide_mm: raw.iter().map(|r| r.slide_mm).collect(),
         force_n: raw.iter().map(|r| r.force_n).collect(),
+        content,
     })
 }
 
@@ -292,6 +315,12 @@ impl RunSet {
         self.runs.iter().map(|r| r.rows.len()).sum()
     }
 
+    /// Name, line and content of every run of the file.
+    pub fn contents(&self) -> impl Iterator<Item = (&str, usize, &Content)> {
+        let kept = self.runs.iter().map(|r| (r.labels.run.as_str(), r.line, &r.content));
+        kept.chain(self.left_out.iter().map(|(run, line, content)| (run.as_str(), *line, content)))
+    }
+
     /// Whether a law may read the column.
     pub fn has(&self, column: Column) -> bool {
         match column {
@@ -340,7 +369,17 @@ impl RunSet {
         let recorded = recorded(rows.iter().flat_map(|r| &r.1));
         let notes = note(rows.iter().map(|r| equal_stamps(&r.1)).sum()).into_iter().collect();
         let runs = rows.into_iter().map(|(labels, rows)| run_of(&path, labels, &rows)).collect::<Result<_, _>>()?;
-        Ok(Self { path, runs, recorded, notes, rows_read, runs_read, sha256: String::new() })
+        Ok(Self {
+            path,
+            runs,
+            left_out: Vec::new(),
+            recorded,
+            notes,
+            cautions: Vec::new(),
+            rows_read,
+            runs_read,
+            sha256: String::new(),
+        })
     }
 }
 

@@ -1,36 +1,38 @@
 //! Measured runs from CSV, streamed: one run in memory at a time, long runs and long files thinned.
 //!
-//! Takes files compressed by gzip, a byte-order mark, CRLF, any column order and unknown columns (noted). Rows of a run are contiguous and in
-//! time order.
+//! Takes files compressed by gzip, a byte-order mark, CRLF, semicolons, tabs and decimal commas, a row of units, any column
+//! order and unknown columns (noted). Rows of a run are contiguous and in time order.
 
 use std::cell::Cell;
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufReader, Read};
 use std::path::Path;
 use std::rc::Rc;
 
-use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
-use fingerpad_formats::Error;
+use fingerpad_formats::{Error, significant};
 
 use crate::data::clock::{equal_stamps, note};
 use crate::data::column_map::ColumnMap;
+use crate::data::content::{Content, ContentOf};
+use crate::data::csv_text::{CsvRows, like, missing_column, short};
 use crate::data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
+use crate::data::thinning::{RunSample, Sample, rows_to_keep};
 use crate::error::DiagnoseError;
 use crate::laws::run_columns::{OPTIONAL, REQUIRED};
 use crate::laws::{Column, OWN};
+use crate::schema::Caution;
 
 /// Most rows of a run that are held; a longer one is thinned while it is read.
 const HELD_ROWS: usize = 4096;
 /// Most rows of a run that are kept.
 const KEPT_ROWS: usize = 240;
-/// Most rows of a file that are kept; beyond it every second run is left out, again and again.
+/// Most rows of a file that are kept; beyond it runs are left out at random, in the proportions of their kinds.
 const FILE_ROWS: usize = 40_000;
-
-/// First bytes of a file compressed by gzip (RFC 1952).
-pub(super) const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+/// Fewest runs of a file that are kept, whatever their rows.
+const FEWEST_RUNS: usize = 64;
 
 /// Why measured runs could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -61,63 +63,57 @@ pub fn read_mapped(path: &Path, map: &ColumnMap, progress: &mut dyn FnMut(f64) -
     let failed = |source| Error::File { path: path.to_path_buf(), source };
     let file = File::open(path).map_err(failed)?;
     let length = file.metadata().map_or(0, |m| m.len()).max(1);
-    let mut file = BufReader::new(file);
-    let compressed = file.fill_buf().map_err(failed)?.starts_with(&GZIP_MAGIC);
     let bytes = Rc::new(Cell::new(0));
-    let mut source = HashingReader { inner: file, hash: Sha256::new(), bytes: Rc::clone(&bytes) };
-    let mut share_read = || progress(bytes.get() as f64 / length as f64);
-    let mut set = if compressed {
-        read_text(path, map, MultiGzDecoder::new(&mut source), &mut share_read)?
-    } else {
-        read_text(path, map, &mut source, &mut share_read)?
-    };
+    let mut source = HashingReader { inner: BufReader::new(file), hash: Sha256::new(), bytes: Rc::clone(&bytes) };
+    let mut set = read_text(path, map, &mut source, &mut || progress(bytes.get() as f64 / length as f64))?;
     std::io::copy(&mut source, &mut std::io::sink()).map_err(failed)?;
     set.sha256 = source.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
     Ok(set)
 }
 
-/// Reads the runs of a text; `go_on` is asked now and then.
+/// Reads the runs of a file's bytes; `go_on` is asked now and then.
 fn read_text(
     path: &Path,
     map: &ColumnMap,
-    text: impl Read,
+    source: impl Read,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<RunSet, ReadError> {
-    let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
-    let columns = ColumnPlaces::of(path, map, reader.headers().map_err(|e| csv_error(path, &e))?)?;
+    let mut rows = CsvRows::open(path, source)?;
+    let mut columns = ColumnPlaces::of(path, map, &rows)?;
+    let numbers = columns.numbers();
+    let numbers: Vec<(&str, usize)> = numbers.iter().map(|(name, place)| (name.as_str(), *place)).collect();
     let mut assembler = RunAssembler::new(path);
-    let mut record = csv::StringRecord::new();
     let mut rows_read = 0usize;
-    while reader.read_record(&mut record).map_err(|e| csv_error(path, &e))? {
-        let line = record.position().map_or(0, |p| p.line() as usize);
-        if record.iter().all(str::is_empty) {
-            continue;
-        }
+    while let Some(line) = rows.next(map, &numbers)? {
         rows_read += 1;
         if rows_read.is_multiple_of(8192) && !go_on() {
             return Err(ReadError::Interrupted);
         }
-        let (labels, row) = columns.row(path, line, &record)?;
+        let (labels, row) = columns.row(line, &mut rows)?;
         assembler.push(labels, row)?;
     }
     assembler.finish()?;
     if assembler.runs.is_empty() {
         return Err(Error::TooFewRows { path: path.to_path_buf(), line: 1, found: 0, needed: 1 }.into());
     }
+    let told = |kind: &str| {
+        let kind = kind.to_owned();
+        move |text| Caution { kind: kind.clone(), role: String::new(), column: String::new(), text }
+    };
+    let mut cautions: Vec<Caution> =
+        rows.notes().into_iter().map(|n| format!("{}: {n}.", path.display())).map(told("reading")).collect();
+    cautions.append(&mut columns.cautions);
+    cautions.extend(assembler.told().into_iter().map(told("thinned")));
     let mut notes = columns.notes;
     notes.extend(map.told());
     notes.extend(note(assembler.equal_stamps));
-    if assembler.thinned > 0 {
-        notes.push(format!("{} runs are longer than {KEPT_ROWS} rows and were thinned to that", assembler.thinned));
-    }
-    if assembler.stride > 1 {
-        notes.push(format!("every {}th of {} runs is used", assembler.stride, assembler.index));
-    }
     let mut set = RunSet {
         path: path.to_path_buf(),
         runs: assembler.runs.into_iter().map(|r| r.1).collect(),
+        left_out: assembler.left_out,
         recorded: assembler.recorded.unwrap_or_default(),
         notes,
+        cautions,
         rows_read,
         runs_read: assembler.index,
         sha256: String::new(),
@@ -142,132 +138,108 @@ impl<R: Read> Read for HashingReader<R> {
     }
 }
 
-fn csv_error(path: &Path, error: &csv::Error) -> Error {
-    let line = error.position().map_or(1, |p| p.line() as usize);
-    match error.kind() {
-        csv::ErrorKind::Utf8 { .. } => Error::NotText { path: path.to_path_buf(), line },
-        _ => Error::File { path: path.to_path_buf(), source: std::io::Error::other(error.to_string()) },
-    }
-}
-
 /// Where each known column stands.
 struct ColumnPlaces {
     required: [usize; REQUIRED.len()],
     optional: [Option<usize>; OPTIONAL.len()],
     /// Columns of the user's own.
     own: Vec<Option<usize>>,
-    count: usize,
     notes: Vec<String>,
+    cautions: Vec<Caution>,
     map: ColumnMap,
 }
 
 impl ColumnPlaces {
-    fn of(path: &Path, map: &ColumnMap, header: &csv::StringRecord) -> Result<Self, Error> {
+    fn of(path: &Path, map: &ColumnMap, rows: &CsvRows<'_>) -> Result<Self, Error> {
         let own = || map.own().iter().map(|c| c.name.as_str());
         let ours =
-            |name: &&str| REQUIRED.into_iter().chain(OPTIONAL).chain(own()).any(|column| map.name(column) == *name);
-        let names: Vec<&str> =
-            header.iter().map(|n| n.trim_start_matches('\u{feff}').trim().trim_matches('"')).collect();
-        let problem =
-            |column: &str| Error::MissingColumn { path: path.to_path_buf(), line: 1, column: column.to_owned() };
-        if names.len() == 1 && names[0].contains([';', '\t']) {
-            return Err(problem("`run_id`: cells are to be separated by commas, with a decimal point"));
-        }
-        for (i, name) in names.iter().enumerate() {
-            if names[..i].contains(name) && ours(name) {
-                return Err(Error::Conflict {
-                    path: path.to_path_buf(),
-                    line: 1,
-                    column: (*name).to_owned(),
-                    other: (*name).to_owned(),
-                });
-            }
-        }
-        let find = |name: &str| names.iter().position(|n| *n == map.name(name));
+            |name: &str| REQUIRED.into_iter().chain(OPTIONAL).chain(own()).any(|column| map.name(column) == name);
+        rows.refuse_duplicates(ours)?;
+        let names = rows.header();
+        let find = |name: &str| names.iter().position(|n| n == map.name(name));
         let mut required = [0; REQUIRED.len()];
         for (slot, name) in required.iter_mut().zip(REQUIRED) {
-            *slot = find(name).ok_or_else(|| match stem_match(name, &names) {
-                Some(other) => problem(&format!(
-                    "`{name}`; there is `{other}`, another unit: convert it, or --map {name}={other} --unit {name}=UNIT"
-                )),
-                None => problem(&format!("`{}` (--map {name}=COLUMN says where it is)", map.name(name))),
-            })?;
+            *slot = find(name).ok_or_else(|| missing_column(path, map, name, names, ours))?;
         }
-        let mut notes = Vec::new();
-        for name in &names {
-            if !ours(name) {
-                notes.push(format!("column `{name}` is unknown and ignored"));
-            }
+        let mut cautions = Vec::new();
+        for name in OPTIONAL.iter().filter(|name| find(name).is_none()) {
+            let Some((other, by_case)) = like(name, names, ours) else { continue };
+            let key = short(name);
+            let (difference, unit) = match by_case {
+                true => ("differs in upper and lower case", String::new()),
+                false => ("has another unit", format!(" --unit {key}=UNIT")),
+            };
+            cautions.push(Caution {
+                kind: "ignored_column".into(),
+                role: String::new(),
+                column: (*name).to_owned(),
+                text: format!(
+                    "{}: column `{other}` is not read: it looks like `{name}` and {difference} (--map {key}={other}{unit} reads it).",
+                    path.display()
+                ),
+            });
         }
-        for name in OPTIONAL {
-            if find(name).is_none()
-                && let Some(other) = stem_match(name, &names)
-            {
-                notes.push(format!("column `{other}` looks like `{name}` in another unit and is ignored"));
-            }
-        }
+        let is_told = |name: &str| cautions.iter().any(|c: &Caution| c.text.contains(&format!("`{name}` is not read")));
+        let unknown = names.iter().filter(|name| !ours(name) && !is_told(name));
+        let mut notes: Vec<String> = unknown.map(|name| format!("column `{name}` is unknown and ignored")).collect();
         notes.sort();
         let own = own().map(find).collect();
-        Ok(Self { required, optional: OPTIONAL.map(find), own, count: names.len(), notes, map: map.clone() })
+        Ok(Self { required, optional: OPTIONAL.map(find), own, notes, cautions, map: map.clone() })
     }
 
-    fn row(&self, path: &Path, line: usize, record: &csv::StringRecord) -> Result<(Labels, RawRow), Error> {
-        if record.len() != self.count {
-            return Err(Error::CellCount { path: path.to_path_buf(), line, found: record.len(), expected: self.count });
+    /// Columns of numbers and their places.
+    fn numbers(&self) -> Vec<(String, usize)> {
+        let required = REQUIRED.into_iter().zip(self.required).skip(1);
+        let optional = OPTIONAL.into_iter().zip(self.optional).take(LABELS).filter_map(|(name, at)| Some((name, at?)));
+        let own = self.map.own().iter().zip(&self.own).filter_map(|(column, at)| Some((column.name.as_str(), (*at)?)));
+        required.chain(optional).chain(own).map(|(name, at)| (name.to_owned(), at)).collect()
+    }
+
+    /// Labels and numbers of the present row.
+    fn row(&self, line: usize, cells: &mut CsvRows<'_>) -> Result<(Labels, RawRow), Error> {
+        let text = |k: usize| self.optional[k].map_or_else(String::new, |i| cells.text(i).to_owned());
+        let run = cells.text(self.required[0]).to_owned();
+        if run.is_empty() {
+            return Err(cells.refuse("run_id", self.required[0], "is blank"));
         }
-        let refuse = |column: &str, value: &str, problem: &str| Error::Value {
-            path: path.to_path_buf(),
-            line,
-            column: column.to_owned(),
-            value: value.to_owned(),
-            problem: problem.to_owned(),
-        };
-        let number = |column: &str, cell: &str| -> Result<f64, Error> {
-            let value: f64 = cell.parse().map_err(|_| refuse(column, cell, "is not a number"))?;
-            let value = self.map.value(column, value);
-            if value.is_finite() { Ok(value) } else { Err(refuse(column, cell, "is not a finite number")) }
-        };
-        let need = |k: usize| -> Result<f64, Error> {
-            let cell = &record[self.required[k]];
-            if cell.is_empty() {
-                Err(refuse(REQUIRED[k], cell, "is blank; this column needs a value in every row"))
-            } else {
-                number(REQUIRED[k], cell)
-            }
-        };
-        let may = |k: usize| -> Result<f64, Error> {
-            match self.optional[k].map(|i| &record[i]) {
-                None | Some("") => Ok(f64::NAN),
-                Some(cell) => number(OPTIONAL[k], cell),
-            }
-        };
+        let labels = Labels { run, condition: text(LABELS), block: text(LABELS + 1), subject: text(LABELS + 2) };
         let mut own = [f64::NAN; OWN];
         for ((to, column), place) in own.iter_mut().zip(self.map.own()).zip(&self.own) {
-            let Some(cell) = place.map(|i| &record[i]) else { continue };
-            if cell.is_empty() {
-                return Err(refuse(&column.name, cell, "is blank; a law reads this column in every row"));
+            let Some(place) = *place else { continue };
+            if cells.text(place).is_empty() {
+                return Err(cells.refuse(&column.name, place, "is blank; a law reads this column in every row"));
             }
-            let value = number(&column.name, cell)?;
+            let value = cells.number(&self.map, &column.name, place)?;
             let [low, high] = column.range;
             if !(value >= low && value <= high) {
                 let problem =
                     format!("is outside {low} to {high} {}, the range in the file of laws: another unit?", column.unit);
-                return Err(refuse(&column.name, cell, &problem));
+                return Err(cells.refuse(&column.name, place, problem));
             }
             *to = value;
         }
-        let text = |k: usize| self.optional[k].map_or_else(String::new, |i| record[i].to_owned());
-        let run = record[self.required[0]].to_owned();
-        if run.is_empty() {
-            return Err(refuse("run_id", "", "is blank"));
-        }
-        let labels = Labels { run, condition: text(8), block: text(9), subject: text(10) };
+        let mut need = |k: usize| -> Result<f64, Error> {
+            let (column, place) = (REQUIRED[k], self.required[k]);
+            if cells.text(place).is_empty() {
+                return Err(cells.refuse(column, place, "is blank; this column needs a value in every row"));
+            }
+            cells.number(&self.map, column, place)
+        };
+        let [t_s, depth_mm] = [need(1)?, need(2)?];
+        let slide_mm = [need(3)?, need(4)?];
+        let force_n = [need(5)?, need(6)?, need(7)?];
+        let mut may = |k: usize| -> Result<f64, Error> {
+            match self.optional[k] {
+                Some(place) if !cells.text(place).is_empty() => cells.number(&self.map, OPTIONAL[k], place),
+                _ => Ok(f64::NAN),
+            }
+        };
         let row = RawRow {
             line,
-            t_s: need(1)?,
-            depth_mm: need(2)?,
-            slide_mm: [need(3)?, need(4)?],
-            force_n: [need(5)?, need(6)?, need(7)?],
+            t_s,
+            depth_mm,
+            slide_mm,
+            force_n,
             contact_time_s: may(0)?,
             speed_mm_s: may(1)?,
             direction_deg: may(2)?,
@@ -282,28 +254,30 @@ impl ColumnPlaces {
     }
 }
 
-/// A column of the header that is `name` with another ending after the last underscore.
-fn stem_match<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
-    let stem = |n: &str| n.rsplit_once('_').map_or(n.to_lowercase(), |(s, _)| s.to_lowercase());
-    names
-        .iter()
-        .copied()
-        .find(|n| *n != name && !REQUIRED.contains(n) && !OPTIONAL.contains(n) && stem(n) == stem(name))
-}
+/// Place among the optional columns of the first one that holds text.
+const LABELS: usize = 8;
 
 /// Turns rows into runs.
 struct RunAssembler<'a> {
     path: &'a Path,
     labels: Labels,
     rows: Vec<RawRow>,
-    row_stride: usize,
-    row_index: usize,
+    content: ContentOf,
+    /// Rows of the present run, and turns of it that were left out.
+    count: usize,
+    lost_turns: usize,
     seen: HashSet<String>,
-    runs: Vec<(usize, Run)>,
+    contents: HashSet<u64>,
+    /// Runs that are kept, each with its number of the sample.
+    runs: Vec<(f64, Run)>,
+    left_out: Vec<(String, usize, Content)>,
     index: usize,
-    stride: usize,
+    sample: RunSample,
+    share: f64,
     kept_rows: usize,
     thinned: usize,
+    runs_without_turns: usize,
+    copies: usize,
     equal_stamps: usize,
     recorded: Option<Vec<Column>>,
 }
@@ -314,14 +288,20 @@ impl<'a> RunAssembler<'a> {
             path,
             labels: Labels::default(),
             rows: Vec::new(),
-            row_stride: 1,
-            row_index: 0,
+            content: ContentOf::default(),
+            count: 0,
+            lost_turns: 0,
             seen: HashSet::new(),
+            contents: HashSet::new(),
             runs: Vec::new(),
+            left_out: Vec::new(),
             index: 0,
-            stride: 1,
+            sample: RunSample::default(),
+            share: 1.0,
             kept_rows: 0,
             thinned: 0,
+            runs_without_turns: 0,
+            copies: 0,
             equal_stamps: 0,
             recorded: None,
         }
@@ -350,29 +330,32 @@ impl<'a> RunAssembler<'a> {
                 path: self.path.to_path_buf(),
                 line: row.line,
                 column: "t_s".into(),
-                value: row.t_s.to_string(),
-                problem: format!("is before {}: time must not fall within run `{}`", last.t_s, self.labels.run),
+                value: significant(row.t_s, CLOCK_DIGITS),
+                problem: format!(
+                    "is before {}: time must not fall within run `{}`",
+                    significant(last.t_s, CLOCK_DIGITS),
+                    self.labels.run
+                ),
             }
             .into());
         }
-        if self.row_index.is_multiple_of(self.row_stride) {
-            self.rows.push(row);
-        }
-        self.row_index += 1;
+        self.content.push(&row);
+        self.rows.push(row);
+        self.count += 1;
         if self.rows.len() > HELD_ROWS {
-            let mut i = 0;
-            self.rows.retain(|_| {
-                i += 1;
-                i % 2 == 1
-            });
-            self.row_stride *= 2;
+            let samples: Vec<Sample> = self.rows.iter().map(sample_of).collect();
+            let (keep, lost) = rows_to_keep(&samples, HELD_ROWS / 2, self.count as u64);
+            self.lost_turns += lost;
+            // The latest row stays the last one, so that the clock is still checked against it.
+            self.rows = keep.iter().map(|i| self.rows[*i]).collect();
         }
         Ok(())
     }
 
     fn finish(&mut self) -> Result<(), ReadError> {
         let rows = std::mem::take(&mut self.rows);
-        (self.row_index, self.row_stride) = (0, 1);
+        let content = std::mem::take(&mut self.content).finish();
+        let (count, mut lost) = (std::mem::take(&mut self.count), std::mem::take(&mut self.lost_turns));
         if rows.is_empty() {
             return Ok(());
         }
@@ -382,25 +365,76 @@ impl<'a> RunAssembler<'a> {
             None => here,
             Some(all) => all.into_iter().filter(|c| here.contains(c)).collect(),
         });
-        let mut run = run_of(self.path, std::mem::take(&mut self.labels), &rows)?;
-        let stride = run.rows.len().div_ceil(KEPT_ROWS);
-        if stride > 1 {
-            self.thinned += 1;
-            run.thin(stride);
-        }
-        if self.index.is_multiple_of(self.stride) {
-            self.kept_rows += run.rows.len();
-            self.runs.push((self.index, run));
-        }
         self.index += 1;
-        while self.kept_rows > FILE_ROWS && self.runs.len() > 64 {
-            self.stride *= 2;
-            let stride = self.stride;
-            self.runs.retain(|(i, _)| i.is_multiple_of(stride));
-            self.kept_rows = self.runs.iter().map(|(_, r)| r.rows.len()).sum();
+        let mut run = run_of(self.path, std::mem::take(&mut self.labels), &rows)?;
+        run.content = content;
+        if !self.contents.insert(run.content.whole) {
+            self.copies += 1;
+            return Ok(());
+        }
+        if run.rows.len() > KEPT_ROWS {
+            lost += run.thin(KEPT_ROWS);
+        }
+        self.thinned += usize::from(count > run.rows.len());
+        self.runs_without_turns += usize::from(lost > 0);
+        let number = self.sample.number(&run);
+        if number < self.share {
+            self.kept_rows += run.rows.len();
+            self.runs.push((number, run));
+        } else {
+            self.left_out.push((run.labels.run, run.line, run.content));
+        }
+        while self.kept_rows > FILE_ROWS && self.runs.len() > FEWEST_RUNS {
+            self.share *= 0.5;
+            let (kept, out): (Vec<_>, Vec<_>) =
+                std::mem::take(&mut self.runs).into_iter().partition(|(number, _)| *number < self.share);
+            self.runs = kept;
+            self.left_out.extend(out.into_iter().map(|(_, run)| (run.labels.run, run.line, run.content)));
+            self.kept_rows = self.runs.iter().map(|(_, run)| run.rows.len()).sum();
         }
         Ok(())
     }
+
+    /// What was left out of the file, one sentence each.
+    fn told(&self) -> Vec<String> {
+        let file = self.path.display();
+        let mut out = Vec::new();
+        if self.copies > 0 {
+            out.push(format!(
+                "{file}: {} of {} runs repeat another run of the file row by row; each of these is used once.",
+                self.copies, self.index
+            ));
+        }
+        if self.share < 1.0 {
+            out.push(format!(
+                "{file}: {} of {} runs are used, a random sample in the proportions of their conditions: at most {FILE_ROWS} \
+                 rows of a file are held.",
+                self.runs.len(),
+                self.index - self.copies
+            ));
+        }
+        if self.thinned > 0 {
+            out.push(format!(
+                "{file}: {} of {} runs are longer than {KEPT_ROWS} rows; {KEPT_ROWS} of each are used: touches, turns, and \
+                 rows at random in equal parts of time, motion and change of force.",
+                self.thinned, self.index
+            ));
+        }
+        if self.runs_without_turns > 0 {
+            out.push(format!(
+                "{file}: {} runs have more turns than half of {KEPT_ROWS}, and not all of them are kept: split these runs.",
+                self.runs_without_turns
+            ));
+        }
+        out
+    }
+}
+
+/// Digits of a clock in a message.
+const CLOCK_DIGITS: usize = 12;
+
+fn sample_of(row: &RawRow) -> Sample {
+    Sample { t_s: row.t_s, depth_mm: row.depth_mm, slide_mm: row.slide_mm, force_n: row.force_n }
 }
 
 #[cfg(test)]
@@ -421,6 +455,58 @@ mod tests {
         for column in REQUIRED.iter().chain(&OPTIONAL) {
             assert!(template.lines().next().unwrap().split(',').any(|c| c == *column), "{column}");
         }
+    }
+
+    const HEADER: &str = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n\n";
+
+    fn read_as_file(name: &str, text: &str) -> RunSet {
+        let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
+        std::fs::write(&path, text).unwrap();
+        let set = read(&path, &mut |_| true);
+        std::fs::remove_file(&path).unwrap();
+        set.unwrap()
+    }
+
+    /// 6400 runs of 20 rows, four times what is held, of a protocol that repeats 16 depths: a stride of 4 would use four.
+    #[test]
+    fn runs_of_a_periodic_protocol_are_thinned_in_their_proportions() {
+        let mut text = HEADER.to_owned();
+        for run in 0..6_400 {
+            let depth = 0.4 + 0.1 * f64::from(run % 16);
+            for row in 0..20 {
+                let force = depth + 1e-6 * f64::from(7 * run + row);
+                text += &format!("r{run},{row},{depth},{},0,{force},0.1,0\n", 0.1 * f64::from(row));
+            }
+        }
+        let set = read_as_file("periodic", &text);
+        assert!(set.rows() <= FILE_ROWS && set.runs_read == 6_400 && set.contents().count() == 6_400);
+        let mut kept = [0; 16];
+        set.runs.iter().for_each(|run| kept[((run.depth_mm() - 0.4) / 0.1).round() as usize] += 1);
+        assert!(kept.iter().all(|k| (92..=108).contains(k)), "{kept:?}");
+        let told = format!("{} of 6400 runs are used, a random sample", set.runs.len());
+        assert!(set.cautions.iter().any(|c| c.kind == "thinned" && c.text.contains(&told)), "{:?}", set.cautions);
+    }
+
+    /// A plate that goes to and fro 20 times in 30 000 rows: all turns stay, and the way between them.
+    #[test]
+    fn a_long_run_keeps_its_turns_and_touches() {
+        let mut text = HEADER.to_owned();
+        for i in 0..30_000 {
+            let share = f64::from(i) / 29_999.0;
+            let depth = (20.0 * share - 0.5).min(19.5 - 20.0 * share).min(1.0);
+            let phase = 20.0 * ((share - 0.1) / 0.8).clamp(0.0, 1.0);
+            let slide = 1.0 - (phase.rem_euclid(2.0) - 1.0).abs();
+            text += &format!("a,{},{depth},{},0,{},{slide},0\n", 60.0 * share, 3.0 * slide, depth.max(0.0));
+        }
+        let set = read_as_file("long", &text);
+        let run = &set.runs[0];
+        assert!(run.rows.len() <= KEPT_ROWS && run.rows.len() > 150, "{}", run.rows.len());
+        let way: f64 = run.slide_mm.windows(2).map(|w| (w[1][0] - w[0][0]).abs()).sum();
+        assert!((way / 60.0 - 1.0).abs() < 1e-3, "{way}");
+        let touch = run.rows.iter().position(|r| r.depth_mm > 0.0).unwrap();
+        assert!(run.rows[touch].depth_mm < 1e-3 && run.rows[touch - 1].depth_mm > -1e-3);
+        let told = format!("1 of 1 runs are longer than {KEPT_ROWS} rows");
+        assert!(set.cautions.iter().any(|c| c.text.contains(&told)), "{:?}", set.cautions);
     }
 
     #[test]

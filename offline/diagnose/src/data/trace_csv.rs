@@ -1,15 +1,15 @@
 //! Reader of traces of forces alone: a finger moved freely on a force plate.
 //!
-//! Main type: [`TraceRow`].
+//! Main types: [`Trace`], [`TraceRow`].
 
-use std::io::Read;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
-use fingerpad_formats::Error;
-use flate2::read::MultiGzDecoder;
+use fingerpad_formats::{Error, significant};
 
 use crate::data::column_map::ColumnMap;
-use crate::data::runs_csv::GZIP_MAGIC;
+use crate::data::csv_text::{CsvRows, missing_column};
 
 /// One row of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,58 +23,44 @@ pub struct TraceRow {
 /// Columns of a trace.
 const WANTED: [&str; 4] = ["t_s", "normal_force_n", "friction_x_n", "friction_y_n"];
 
+/// A trace of forces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// Its rows.
+    pub rows: Vec<TraceRow>,
+    /// How the file was read, where that is not as this program writes files.
+    pub notes: Vec<String>,
+}
+
 /// Reads a trace, plain or compressed by gzip.
 ///
 /// Errors: [`Error`] with file, line and column.
-pub fn read(path: &Path, map: &ColumnMap) -> Result<Vec<TraceRow>, Error> {
-    let problem = |line: usize, column: &str, value: &str, problem: &str| Error::Value {
+pub fn read(path: &Path, map: &ColumnMap) -> Result<Trace, Error> {
+    let problem = |line: usize, column: &str, value: f64, problem: &str| Error::Value {
         path: path.to_path_buf(),
         line,
         column: column.to_owned(),
-        value: value.to_owned(),
+        value: significant(value, DIGITS),
         problem: problem.to_owned(),
     };
     let names = WANTED.map(|column| map.name(column).to_owned());
-    let bytes = std::fs::read(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
-    let bytes = if bytes.starts_with(&GZIP_MAGIC) {
-        let mut text = Vec::new();
-        MultiGzDecoder::new(&bytes[..])
-            .read_to_end(&mut text)
-            .map_err(|source| Error::File { path: path.to_path_buf(), source })?;
-        text
-    } else {
-        bytes
-    };
-    let text = String::from_utf8(bytes).map_err(|_| Error::NotText { path: path.to_path_buf(), line: 1 })?;
-    let mut reader = csv::ReaderBuilder::new()
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
-    let fail = |e: csv::Error| Error::File { path: path.to_path_buf(), source: std::io::Error::other(e.to_string()) };
-    let header = reader.headers().map_err(fail)?.clone();
-    let mut at = [0; 4];
-    for (slot, name) in at.iter_mut().zip(&names) {
-        *slot = header.iter().position(|h| h == name).ok_or_else(|| Error::MissingColumn {
-            path: path.to_path_buf(),
-            line: 1,
-            column: format!("`{name}` (use --map to say where it is)"),
-        })?;
+    let file = File::open(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
+    let mut cells = CsvRows::open(path, BufReader::new(file))?;
+    let ours = |name: &str| names.iter().any(|n| n == name);
+    cells.refuse_duplicates(ours)?;
+    let mut at = [("", 0); 4];
+    for (slot, column) in at.iter_mut().zip(WANTED) {
+        let place = cells.header().iter().position(|h| h == map.name(column));
+        *slot = (column, place.ok_or_else(|| missing_column(path, map, column, cells.header(), ours))?);
     }
     let (mut rows, mut lines): (Vec<TraceRow>, Vec<usize>) = (Vec::new(), Vec::new());
-    for record in reader.records() {
-        let record = record.map_err(fail)?;
-        let line = record.position().map_or(0, |p| p.line() as usize);
+    while let Some(line) = cells.next(map, &at)? {
         let mut v = [0.0; 4];
-        for k in 0..4 {
-            let cell = record.get(at[k]).unwrap_or("");
-            let value: f64 = cell.parse().map_err(|_| problem(line, &names[k], cell, "is not a number"))?;
-            if !value.is_finite() {
-                return Err(problem(line, &names[k], cell, "is not a finite number"));
-            }
-            v[k] = map.value(WANTED[k], value);
+        for (value, (column, place)) in v.iter_mut().zip(at) {
+            *value = cells.number(map, column, place)?;
         }
         if rows.last().is_some_and(|last| !(v[0] >= last.t_s)) {
-            return Err(problem(line, &names[0], &v[0].to_string(), "is before the row above: time must not fall"));
+            return Err(problem(line, &names[0], v[0], "is before the row above: time must not fall"));
         }
         lines.push(line);
         rows.push(TraceRow { t_s: v[0], force_n: [v[1], v[2], v[3]] });
@@ -85,15 +71,18 @@ pub fn read(path: &Path, map: &ColumnMap) -> Result<Vec<TraceRow>, Error> {
     if let Some((line, value)) = falls(&rows, &lines) {
         let hint = "is below the rows with which the trace begins, and friction grows as the normal force falls: it is to be \
                     positive where the finger presses; turn it round with --map normal=-COLUMN";
-        return Err(problem(line, &names[1], &value.to_string(), hint));
+        return Err(problem(line, &names[1], value, hint));
     }
     if let Some((line, value)) = pulls(&rows, &lines) {
         let hint = "is the largest normal force in size, and negative: it is to be positive where the finger presses; turn it \
                     round with --map normal=-COLUMN";
-        return Err(problem(line, &names[1], &value.to_string(), hint));
+        return Err(problem(line, &names[1], value, hint));
     }
-    Ok(rows)
+    Ok(Trace { rows, notes: cells.notes() })
 }
+
+/// Digits of values in a message.
+const DIGITS: usize = 12;
 
 /// Line and value of the largest fall below the rows with which a trace begins, where these are the highest readings of
 /// all and friction grows as the reading falls: then the finger presses downwards, whatever the tare.

@@ -5,6 +5,7 @@
 
 use std::sync::LazyLock;
 
+use fingerpad_formats::significant;
 use pest::Parser;
 use pest::iterators::{Pair, Pairs};
 use pest::pratt_parser::{Assoc, Op, PrattParser};
@@ -21,6 +22,8 @@ use grammar::{FormulaParser, Rule};
 
 /// Longest formula, characters: brackets within brackets are read one inside the other.
 const LONGEST: usize = 1000;
+/// Digits of numbers in a message.
+pub const DIGITS: usize = 6;
 
 static PRECEDENCE: LazyLock<PrattParser<Rule>> = LazyLock::new(|| {
     PrattParser::new()
@@ -276,16 +279,17 @@ impl Part {
             Self::Negative(x) => return Ok(-x.value(variables)?),
             Self::Two(operation, at, parts) => {
                 let (a, b) = (parts[0].value(variables)?, parts[1].value(variables)?);
+                let [left, right] = [a, b].map(|v| significant(v, DIGITS));
                 let what = match operation {
-                    Operation::Divide if b == 0.0 => format!("{a} is divided by zero"),
-                    Operation::Power => format!("{a} to the power of {b}"),
-                    _ => format!("an operation on {a} and {b}"),
+                    Operation::Divide if b == 0.0 => format!("{left} is divided by zero"),
+                    Operation::Power => format!("{left} to the power of {right}"),
+                    _ => format!("an operation on {left} and {right}"),
                 };
                 (operation.of(a, b), *at, what)
             }
             Self::One(function, at, x) => {
                 let x = x.value(variables)?;
-                (function.of(x), *at, format!("{}({x})", function.name()))
+                (function.of(x), *at, format!("{}({})", function.name(), significant(x, DIGITS)))
             }
         };
         if value.is_finite() {

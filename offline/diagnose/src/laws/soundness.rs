@@ -4,9 +4,10 @@
 //! Main function: [`check_law`].
 
 use fingerpad::effects::tables;
+use fingerpad_formats::significant;
 
 use super::drivers::{is_contact_clock, is_motion};
-use super::formula::Problem;
+use super::formula::{DIGITS, Problem};
 use super::own_law::OwnLaw;
 
 /// Values of a driver or a shape at which a law is tried.
@@ -80,8 +81,9 @@ impl<'a> Trials<'a> {
 
     /// Where a driver stands, in words.
     fn place(&self, drivers: &[f64]) -> String {
-        let one =
-            |(d, v): (&super::own_law::LawDriver, &f64)| format!("{} = {v} {}", d.name, d.unit).trim_end().to_owned();
+        let one = |(d, v): (&super::own_law::LawDriver, &f64)| {
+            format!("{} = {} {}", d.name, significant(*v, DIGITS), d.unit).trim_end().to_owned()
+        };
         self.law.drivers.iter().zip(drivers).map(one).collect::<Vec<_>>().join(", ")
     }
 
@@ -90,8 +92,13 @@ impl<'a> Trials<'a> {
         for parameters in &self.parameters {
             for drivers in &self.drivers {
                 self.law.checked_value(parameters, drivers).map_err(|problem| {
-                    let with: Vec<String> =
-                        self.law.parameters.iter().zip(parameters).map(|(p, v)| format!("{} = {v}", p.name)).collect();
+                    let with: Vec<String> = self
+                        .law
+                        .parameters
+                        .iter()
+                        .zip(parameters)
+                        .map(|(p, v)| format!("{} = {}", p.name, significant(*v, DIGITS)))
+                        .collect();
                     let at = format!("{} with {}", self.place(drivers), with.join(", "));
                     let text = format!(
                         "{} at {at}; keep it finite over the ranges of its parameters and columns, as with max(x, 0.1)",

@@ -1,13 +1,24 @@
 //! Diagnosis of a trace of forces: the tare of the sensor.
 
-use crate::data::trace_csv::TraceRow;
+use crate::data::suspicions::of_trace;
+use crate::data::trace_csv::{Trace, TraceRow};
 use crate::laws::LAWS;
 use crate::reduced_input::tare::{TareFit, fit_tare};
 use crate::reduced_input::{Plot, ReducedDiagnosis, reduced_report};
-use crate::schema::{BaselineParameter, CandidateLaw, EffectFound, FittedParameter, LawTest, Verdict};
+use crate::schema::{BaselineParameter, CandidateLaw, Caution, EffectFound, FittedParameter, LawTest, Verdict};
 
-/// Diagnosis of a trace of forces.
-pub fn diagnose_forces(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
+/// Diagnosis of a trace of forces; what its readings call into doubt comes first.
+pub fn diagnose_forces(trace: &Trace, alpha: f64) -> ReducedDiagnosis {
+    let mut found = diagnose_rows(&trace.rows, alpha);
+    let caution =
+        |kind: &str, text: String| Caution { kind: kind.into(), role: "measured".into(), column: String::new(), text };
+    let doubts = of_trace(&trace.rows).into_iter().map(|text| caution("unit", text));
+    found.report.cautions =
+        doubts.chain(trace.notes.iter().map(|note| caution("reading", format!("{note}.")))).collect();
+    found
+}
+
+fn diagnose_rows(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
     let Some(fit) = fit_tare(trace) else {
         let report = reduced_report(Verdict::None, "ring", [[0.0; 3]; 2], [0.0; 3], "none", 1);
         let sentences = vec!["Too few rows in firm contact to say anything about the tare.".into()];
@@ -204,14 +215,14 @@ mod tests {
     fn trace(name: &str) -> Vec<TraceRow> {
         let path = format!("{}/data/human_texture_exploration/{name}.csv", env!("CARGO_MANIFEST_DIR"));
         let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
-        trace_csv::read(Path::new(&path), &map).unwrap()
+        trace_csv::read(Path::new(&path), &map).unwrap().rows
     }
 
     #[test]
     fn a_component_whose_interval_holds_zero_is_not_claimed() {
         let whole = trace("July3_2_force_data_2");
         let pressed = &whole[fit_tare(&whole).unwrap().air.unwrap().rows..];
-        let found = diagnose_forces(pressed, 0.01);
+        let found = diagnose_rows(pressed, 0.01);
         for effect in &found.report.effects {
             let held = |k: usize| effect.parameters[k].ci95[0] <= 0.0 && effect.parameters[k].ci95[1] >= 0.0;
             let claimed = found.sentences[0].split("Not claimed").next().unwrap();
@@ -235,7 +246,7 @@ mod tests {
             for k in 0..3 {
                 assert!((air.mean_n[k] - truth[k]).abs() < 0.12, "{name}: {air:?}, first rows {truth:?}");
             }
-            let found = diagnose_forces(&whole, 0.01);
+            let found = diagnose_rows(&whole, 0.01);
             assert!(found.sentences[0].contains("rows before touch"), "{:?}", found.sentences);
             let slides = |tare: [f64; 3]| {
                 let of = |i: &usize| {

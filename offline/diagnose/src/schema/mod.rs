@@ -261,7 +261,8 @@ pub struct InputFile {
 /// Something about the files that is told before the verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Caution {
-    /// `sensor_rail`, `spikes`, `outside_calibration`, `one_axis` or `scatter`.
+    /// `exchanged`, `unit`, `ignored_column`, `thinned`, `reading`, `sensor_rail`, `spikes`, `outside_calibration`, `one_axis`,
+    /// `few_runs`, `too_small` or `scatter`.
     pub kind: String,
     /// `calibration`, `measured` or `holdout`.
     pub role: String,

@@ -4,13 +4,14 @@
 
 use fingerpad_smooth::ReferenceCurves;
 
-use crate::data::checks::{check, check_pair};
+use crate::data::checks::{check, check_distinct, check_pair};
 use crate::data::covariates::CovariateError;
 use crate::data::own_columns::{at_reference, require, with_ranges_of};
 use crate::data::runs::RunSet;
+use crate::data::suspicions::suspicions;
 use crate::error::DiagnoseError;
 use crate::laws::LawsFile;
-use crate::schema::{Diagnosis, Verdict};
+use crate::schema::{Caution, Diagnosis, Verdict};
 use crate::selection::acceptance::SelectionSettings;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
@@ -20,6 +21,7 @@ use crate::verdict::cross_validation::{by_folds, noise_floor_n, on_file};
 use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
+use crate::verdict::exchanged;
 use crate::verdict::preparation::{Prepared, clean, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
@@ -54,11 +56,23 @@ pub fn diagnose<E: From<DiagnoseError>>(
     check(calibration_set)?;
     check(measured)?;
     check_pair(calibration_set, measured)?;
+    check_distinct(measured, calibration_set, IN_CALIBRATION)?;
     require(measured, &options.own)?;
+    let mut cautions = told_of_file(calibration_set, "calibration")?;
+    cautions.extend(told_of_file(measured, "measured")?);
     let calibration_set = &at_reference(calibration_set, &options.own);
     stage("calibrating");
-    let Prepared { calibration_set, measured, calibration, mut cautions } =
-        prepare(calibration_set, measured, reference)?;
+    cautions.extend(exchanged::look(
+        calibration_set,
+        measured,
+        reference,
+        &options.settings,
+        &options.errors,
+        &options.own,
+    )?);
+    let prepared = prepare(calibration_set, measured, reference)?;
+    cautions.extend(prepared.cautions);
+    let Prepared { calibration_set, measured, calibration, .. } = prepared;
     let calibration = finite(calibration, &calibration_set)?;
     let corrections = learn_corrections(&measured, &options.errors);
     let mut corrected = measured.clone();
@@ -76,6 +90,10 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let holdout = match &mut held_out {
         Some(set) => {
             check_pair(&calibration_set, set)?;
+            for fitted in [&measured, &calibration_set] {
+                check_distinct(set, fitted, IN_FIT)?;
+            }
+            cautions.extend(told_of_file(set, "holdout")?);
             require(set, &options.own)?;
             *set = clean(set, "holdout", &calibration, reference, &mut cautions)?;
             corrections.iter().for_each(|c| c.apply(set));
@@ -141,6 +159,18 @@ pub fn diagnose<E: From<DiagnoseError>>(
         corrections,
     };
     Ok((report, evidence))
+}
+
+/// What the runs of one file are that stand in another too.
+pub const IN_CALIBRATION: &str = "are calibration runs too, and a run is used once";
+const IN_FIT: &str = "were part of the fit, so that they are not held out";
+
+/// What the reader did to a file, and what its readings call into doubt.
+///
+/// Errors: [`DiagnoseError`] for a file that contradicts itself.
+pub fn told_of_file(set: &RunSet, role: &str) -> Result<Vec<Caution>, DiagnoseError> {
+    let told = set.cautions.iter().cloned().chain(suspicions(set)?);
+    Ok(told.map(|caution| Caution { role: role.into(), ..caution }).collect())
 }
 
 /// Whether effects are claimed.

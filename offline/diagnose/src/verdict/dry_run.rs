@@ -2,7 +2,9 @@
 //!
 //! Main function: [`understand`].
 
-use crate::data::checks::{check, check_pair};
+use fingerpad_formats::significant;
+
+use crate::data::checks::{check, check_distinct, check_pair};
 use crate::data::outliers::rails;
 use crate::data::own_columns::require;
 use crate::data::runs::RunSet;
@@ -10,6 +12,9 @@ use crate::error::DiagnoseError;
 use crate::laws::LawsFile;
 use crate::selection::scan::why_untestable;
 use crate::verdict::calibrated_range::CalibratedRange;
+use crate::verdict::diagnosis::{IN_CALIBRATION, told_of_file};
+use crate::verdict::exchanged::varied_in_calibration;
+use crate::verdict::preparation::FORCES;
 use crate::verdict::regions::COLUMNS;
 
 /// Lines on the ranges of both sets, on what the calibration does not cover, and on the laws that can be tested.
@@ -19,8 +24,20 @@ pub fn understand(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Re
     check(calibration)?;
     check(measured)?;
     check_pair(calibration, measured)?;
+    check_distinct(measured, calibration, IN_CALIBRATION)?;
     require(measured, own)?;
     let mut out = Vec::new();
+    for (set, role) in [(calibration, "calibration"), (measured, "measured")] {
+        out.extend(told_of_file(set, role)?.into_iter().map(|c| c.text));
+    }
+    let exchanged = varied_in_calibration(calibration, measured, own);
+    if !exchanged.is_empty() {
+        let names: Vec<&str> = exchanged.iter().map(|c| c.name()).collect();
+        out.push(format!(
+            "The calibration runs vary {}, and the measured runs do not: are --calibration and --measured exchanged?",
+            names.join(", ")
+        ));
+    }
     let of_own = own.own_columns().into_iter().zip(own.columns.iter().map(|c| c.unit.as_str()));
     for (column, unit) in COLUMNS.into_iter().chain(of_own) {
         let range = |set: &RunSet| {
@@ -36,7 +53,14 @@ pub fn understand(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Re
     }
     for set in [calibration, measured] {
         for rail in rails(set) {
-            out.push(format!("{}: {rail:?}: readings at a sensor's rail", set.path.display()));
+            out.push(format!(
+                "{}: {} ends at {} N in {} rows of {} runs: readings at a sensor's rail",
+                set.path.display(),
+                FORCES[rail.channel],
+                significant(rail.force_n, 4),
+                rail.rows,
+                rail.runs
+            ));
         }
     }
     out.extend(CalibratedRange::of(calibration).cautions(measured).into_iter().map(|c| c.text));

@@ -13,6 +13,7 @@ pub mod diagnosis;
 pub mod dry_run;
 mod effects_found;
 pub mod evidence;
+pub mod exchanged;
 mod in_air;
 mod next_experiment;
 mod preparation;

@@ -2,6 +2,7 @@
 //!
 //! Main types: [`Prepared`], [`Cautions`].
 
+use fingerpad_formats::significant;
 use fingerpad_smooth::{Parameters, ReferenceCurves};
 
 use crate::data::outliers::{Flags, at_rail, count, rails, spikes, without};
@@ -14,7 +15,7 @@ use crate::selection::acceptance::LARGEST_P_ALONG_STROKE;
 use crate::statistics::calibration::{Calibration, calibrate};
 
 /// Names of the channels' columns.
-const FORCES: [&str; 3] = ["normal_force_n", "friction_x_n", "friction_y_n"];
+pub const FORCES: [&str; 3] = ["normal_force_n", "friction_x_n", "friction_y_n"];
 /// Rounds in which the spikes of a calibration are looked for: spikes make the noise look larger than it is.
 const ROUNDS: usize = 4;
 
@@ -153,7 +154,7 @@ fn off_rails(set: &RunSet, role: &str, cautions: &mut Vec<Caution>) -> Result<Ru
             "The sensor, not the finger: {} of the {role} set ends at {} N in {} of {}, the sensor's rail. These \
              readings are left out; a sensor with a larger range is needed for what lies there.",
             FORCES[rail.channel],
-            rail.force_n,
+            significant(rail.force_n, 4),
             counted(rail.rows, "row"),
             counted(rail.runs, "run")
         ),
@@ -168,7 +169,7 @@ fn off_rails(set: &RunSet, role: &str, cautions: &mut Vec<Caution>) -> Result<Ru
                 "line {}, column {}: {} N, the sensor's rail, in {} of {} rows in contact: what is left carries no diagnosis",
                 set.runs[0].line,
                 FORCES[rail.channel],
-                rail.force_n,
+                significant(rail.force_n, 4),
                 rail.rows,
                 in_contact()
             ),

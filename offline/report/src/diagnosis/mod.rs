@@ -11,7 +11,7 @@ mod words;
 
 use super::{Rendered, ReportError, canvas, canvas::Figure, html::Picture};
 use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis};
-pub use words::{summary, word};
+pub use words::{cautions, summary, word};
 
 /// A figure as a PNG file and as it stands in the page: once for wide windows, once for narrow ones.
 fn drawn<F: Figure>(figure: impl Fn(bool) -> F) -> Result<(Vec<u8>, String), ReportError> {

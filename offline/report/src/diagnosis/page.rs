@@ -10,6 +10,7 @@ use fingerpad_diagnose::{Diagnosis, Verdict};
 /// The page as one file.
 pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
     let title = match report.verdict {
+        Verdict::None if words::look_exchanged(report) => "No answer: the files look exchanged",
         Verdict::None => "Nothing is missing",
         Verdict::Named => "The missing effect has a name",
         Verdict::Ambiguous => "More than one effect would explain it",
@@ -30,7 +31,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
         prose(&words::verdict(report)),
     );
     let (first, rest) = pictures.split_at(pictures.len().min(1));
-    for caution in words::cautions(report) {
+    for (_, caution) in words::cautions(report) {
         let _ = writeln!(out, "<p class=\"warning\">{}</p>", prose(&caution));
     }
     first.iter().for_each(|picture| figure(&mut out, 1, picture));
@@ -64,6 +65,9 @@ pub fn reduced(report: &Diagnosis, sentences: &[String], picture: Option<&Pictur
         fonts(),
         words::word(report)
     );
+    for (_, caution) in words::cautions(report) {
+        let _ = writeln!(out, "<p class=\"warning\">{}</p>", prose(&caution));
+    }
     for sentence in sentences {
         let _ = writeln!(out, "<p>{}</p>", prose(sentence));
     }

@@ -151,6 +151,10 @@ fn answer(report: &Diagnosis) -> String {
         )
     };
     match report.verdict {
+        Verdict::None if look_exchanged(report) => {
+            "These files give no answer: the measured runs vary none of the conditions that the calibration runs vary."
+                .into()
+        }
         Verdict::None => format!(
             "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times \
              the noise floor in the worst channel of the held-out runs.",
@@ -211,7 +215,7 @@ pub fn word(report: &Diagnosis) -> &'static str {
 /// The lines that the command prints.
 pub fn summary(report: &Diagnosis) -> String {
     let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
-    let first: String = cautions(report).iter().map(|c| format!("note: {c}\n")).collect();
+    let first: String = cautions(report).iter().map(|(kind, text)| format!("{kind}: {text}\n")).collect();
     format!("{first}verdict: {}\n{}{fe}", word(report), verdict(report))
 }
 
@@ -272,15 +276,36 @@ pub fn traces_caption() -> &'static str {
 }
 
 /// Kinds of cautions, those that come first first.
-const FIRST: [&str; 5] = ["sensor_rail", "outside_calibration", "one_axis", "scatter", "spikes"];
+const FIRST: [&str; 10] = [
+    "exchanged",
+    "unit",
+    "ignored_column",
+    "thinned",
+    "reading",
+    "sensor_rail",
+    "outside_calibration",
+    "one_axis",
+    "scatter",
+    "spikes",
+];
+/// Kinds of cautions, from the first on, after which the verdict may rest on a mistake in the files.
+const WARNINGS: usize = 3;
 
-/// What is told before the verdict: cautions in the order of their weight, then a calibration that misses its noise.
-pub fn cautions(report: &Diagnosis) -> Vec<String> {
+/// What is told before the verdict, each with the word `warning` or `note`: cautions in the order of their weight, then a
+/// calibration that misses its noise.
+pub fn cautions(report: &Diagnosis) -> Vec<(&'static str, String)> {
     let place = |kind: &str| FIRST.iter().position(|k| *k == kind).unwrap_or(FIRST.len());
     let mut list: Vec<_> = report.cautions.iter().collect();
     list.sort_by_key(|c| place(&c.kind));
     let misfit = calibration_note(report.baseline.calibration_misfit);
-    list.into_iter().map(|c| c.text.clone()).chain((!misfit.is_empty()).then(|| misfit.trim().to_owned())).collect()
+    let word = |kind: &str| if place(kind) < WARNINGS { "warning" } else { "note" };
+    let told = list.into_iter().map(|c| (word(&c.kind), c.text.clone()));
+    told.chain((!misfit.is_empty()).then(|| ("note", misfit.trim().to_owned()))).collect()
+}
+
+/// Whether calibration and measured runs look exchanged, so that the absence of an effect means nothing.
+pub fn look_exchanged(report: &Diagnosis) -> bool {
+    report.cautions.iter().any(|c| c.kind == "exchanged")
 }
 
 /// The first number of the page: what is left on runs that no fit saw, over the noise floor.

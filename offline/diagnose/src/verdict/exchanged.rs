@@ -1,0 +1,129 @@
+//! Calibration and measured runs in each other's place.
+//!
+//! Calibration runs are taken under reference conditions, so that what drives an effect varies less in them than in the
+//! measured runs. Where it is the other way round for some columns and for none as it ought to be, the files are diagnosed in
+//! exchanged roles: a law along such a column is evidence that the calibration has an effect, and the files are refused.
+//! Files that differ in no condition give no evidence either way.
+//!
+//! Main functions: [`varied_in_calibration`], [`look`].
+
+use fingerpad_smooth::ReferenceCurves;
+
+use crate::data::covariates::CovariateError;
+use crate::data::runs::RunSet;
+use crate::error::DiagnoseError;
+use crate::laws::{Column, LawsFile};
+use crate::schema::{Caution, Verdict};
+use crate::selection::acceptance::SelectionSettings;
+use crate::verdict::decision::{Decision, LEAST_GAIN, decide, learn_corrections};
+use crate::verdict::preparation::{Prepared, prepare};
+
+/// Factor between two standard deviations over runs from which one set varies a column and the other does not.
+const MUCH_MORE: f64 = 4.0;
+/// Factor from which on the measured set varies a column more.
+const MORE: f64 = 1.5;
+
+/// A condition: its column, whether it is compared by its logarithm, and the least standard deviation over runs that is more
+/// than scatter of one setting.
+const CONDITIONS: [(Column, bool, f64); 5] = [
+    (Column::Speed, true, 0.3),
+    (Column::Dwell, true, 0.3),
+    (Column::Hydration, false, 5.0),
+    (Column::Temperature, false, 1.0),
+    (Column::Width, false, 0.6),
+];
+/// The same of a column of a user's own, as a share of its range.
+const LEAST_OF_RANGE: f64 = 0.05;
+
+fn spread(set: &RunSet, column: Column, by_logarithm: bool) -> Option<f64> {
+    if !set.has(column) {
+        return None;
+    }
+    let values = set.runs.iter().map(|r| r.value(column));
+    let values: Vec<f64> =
+        if by_logarithm { values.filter(|v| *v > 0.0).map(f64::ln).collect() } else { values.collect() };
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (n > 2.0).then(|| (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
+}
+
+/// Columns that the calibration varies and the measured runs do not; none where the measured runs vary another one more.
+pub fn varied_in_calibration(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Vec<Column> {
+    let of_own = own.own_columns().into_iter().zip(&own.columns);
+    let of_own = of_own.map(|(column, c)| (column, false, LEAST_OF_RANGE * (c.range[1] - c.range[0])));
+    let mut out = Vec::new();
+    for (column, by_logarithm, least) in CONDITIONS.into_iter().chain(of_own) {
+        let [a, b] = [calibration, measured].map(|set| spread(set, column, by_logarithm));
+        let (Some(a), Some(b)) = (a, b) else { continue };
+        if b > least && b > MORE * a {
+            return Vec::new();
+        }
+        if a > least && a > MUCH_MORE * b {
+            out.push(column);
+        }
+    }
+    out
+}
+
+/// Looks at the files in exchanged roles where their conditions suggest it; returns what is told before the verdict.
+///
+/// Errors: [`DiagnoseError::Unusable`] where the calibration runs show a law along a column that only they vary.
+pub fn look(
+    calibration: &RunSet,
+    measured: &RunSet,
+    reference: &ReferenceCurves,
+    settings: &SelectionSettings,
+    errors: &[CovariateError],
+    own: &LawsFile,
+) -> Result<Option<Caution>, DiagnoseError> {
+    let columns = varied_in_calibration(calibration, measured, own);
+    if columns.is_empty() {
+        return Ok(None);
+    }
+    let names = columns.iter().map(|c| c.name()).collect::<Vec<_>>().join(", ");
+    let [c, m] = [calibration, measured].map(|set| set.path.display());
+    let found = in_exchanged_roles(calibration, measured, reference, settings, errors, &columns);
+    if let Some((law, gain)) = found {
+        return Err(DiagnoseError::Unusable {
+            path: calibration.path.clone(),
+            problem: format!(
+                "line {}: --calibration and --measured are exchanged, or these calibration runs have an effect: they vary \
+                 {names}, which {m} does not, and taken as the measured runs they show {law} (gain {gain:.0}); runs under \
+                 reference conditions belong to --calibration",
+                calibration.runs[0].line
+            ),
+        });
+    }
+    Ok(Some(Caution {
+        kind: "exchanged".into(),
+        role: "calibration".into(),
+        column: columns[0].name().into(),
+        text: format!(
+            "The calibration runs ({c}) vary {names}, and the measured runs ({m}) do not; it ought to be the other way \
+             round: are --calibration and --measured exchanged? Calibration runs are taken under reference conditions."
+        ),
+    }))
+}
+
+/// The strongest law along one of the columns that the diagnosis in exchanged roles claims, with its gain.
+fn in_exchanged_roles(
+    calibration: &RunSet,
+    measured: &RunSet,
+    reference: &ReferenceCurves,
+    settings: &SelectionSettings,
+    errors: &[CovariateError],
+    columns: &[Column],
+) -> Option<(&'static str, f64)> {
+    let Prepared { calibration_set, measured: mut set, calibration: fit, .. } =
+        prepare(measured, calibration, reference).ok()?;
+    let corrections = learn_corrections(&set, errors);
+    corrections.iter().for_each(|c| c.apply(&mut set));
+    let Decision { verdict, selection, hypotheses, .. } =
+        decide(&set, &calibration_set, reference, &fit, &corrections, settings);
+    if !matches!(verdict, Verdict::Named | Verdict::Ambiguous) {
+        return None;
+    }
+    let laws = selection.fit.laws.iter().zip(&hypotheses).map(|(active, h)| (active.law, h.gain_2ll));
+    let along = laws.filter(|(law, gain)| *gain >= LEAST_GAIN && law.drivers.iter().any(|d| columns.contains(d)));
+    along.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(law, gain)| (law.name, gain))
+}

@@ -1,0 +1,124 @@
+//! What a diagnosis says against its files is not said of correct ones: units, signs, exchanged roles, repeated runs. And
+//! exchanged files of several effects and both simulators are found.
+
+use std::path::{Path, PathBuf};
+
+use fingerpad_diagnose::{
+    CORNEOMETER_SD_AU, ColumnMap, LawsFile, PlanConstraints, RunSet, diagnose_forces, runs_csv, suspicions, trace_csv,
+    varied_in_calibration,
+};
+use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::fe_sets;
+use fingerpad_tests::synthetic_truth::loggers::Protocol;
+use fingerpad_tests::synthetic_truth::score::try_run;
+use fingerpad_tests::synthetic_truth::sets::{Case, Hide, Wanted, make};
+use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
+
+const PROTOCOLS: [Protocol; 6] = [
+    Protocol::Plane,
+    Protocol::FourDirections,
+    Protocol::OneAxis,
+    Protocol::AxisThenPlane,
+    Protocol::Operator,
+    Protocol::Clipped,
+];
+
+fn case(simulator: SimulatorKind, protocol: Protocol, seed: u64, hide: Hide, level: usize) -> Case {
+    make(Wanted { simulator, protocol, seed, hide, size: 0.3, level, runs: 16, exact_form: true })
+}
+
+fn told(set: &RunSet) -> Vec<String> {
+    match suspicions(set) {
+        Ok(found) => found.into_iter().map(|c| c.text).collect(),
+        Err(error) => vec![error.to_string()],
+    }
+}
+
+/// Files of both simulators, all protocols, levels and laws: no suspicion, no sign of exchanged roles; all the other way
+/// round give one.
+#[test]
+fn correct_synthetic_files_raise_no_suspicion() {
+    let (mut sets, mut pairs, mut alarms, mut found) = (0, 0, Vec::new(), 0);
+    let own = LawsFile::default();
+    for simulator in SimulatorKind::ALL {
+        for (p, protocol) in PROTOCOLS.into_iter().enumerate() {
+            for index in 0..=LIBRARY.len() {
+                let hide = if index < LIBRARY.len() { Hide::Law(index) } else { Hide::Nothing };
+                let seed = 1_000 * (p as u64 + 1) + index as u64;
+                let case = case(simulator, protocol, seed, hide, index % 3);
+                for set in [&case.calibration, &case.measured, &case.holdout] {
+                    sets += 1;
+                    alarms
+                        .extend(told(set).into_iter().map(|text| format!("{simulator:?} {protocol:?} {seed}: {text}")));
+                }
+                pairs += 1;
+                if !varied_in_calibration(&case.calibration, &case.measured, &own).is_empty() {
+                    alarms.push(format!("{simulator:?} {protocol:?} {seed}: exchanged"));
+                }
+                found += usize::from(!varied_in_calibration(&case.measured, &case.calibration, &own).is_empty());
+            }
+        }
+    }
+    println!("{sets} sets, {pairs} pairs, {} alarms, {found} exchanged pairs found", alarms.len());
+    assert!(alarms.is_empty(), "{alarms:#?}");
+    assert_eq!(found, pairs);
+}
+
+#[test]
+fn stored_files_raise_no_suspicion() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |path: PathBuf| runs_csv::read(&path, &mut |_| true).unwrap();
+    let own = LawsFile::default();
+    let [calibration, measured, holdout] =
+        ["calibration", "measured", "holdout"].map(|name| read(root.join(format!("data/examples/{name}.csv"))));
+    let mut alarms: Vec<String> = [&calibration, &measured, &holdout].into_iter().flat_map(told).collect();
+    assert!(varied_in_calibration(&calibration, &measured, &own).is_empty());
+    for set in fe_sets::sets() {
+        let (calibration, measured) = (set.calibration(), set.measured());
+        alarms.extend([&calibration, &measured].into_iter().flat_map(told));
+        assert!(varied_in_calibration(&calibration, &measured, &own).is_empty(), "{}", set.file);
+    }
+    let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
+    for name in ["July3_1_force_data_1", "July3_2_force_data_1", "July3_2_force_data_2", "July5_1_force_data_2"] {
+        let trace = trace_csv::read(&root.join(format!("data/human_texture_exploration/{name}.csv")), &map).unwrap();
+        alarms.extend(diagnose_forces(&trace, 0.01).report.cautions.into_iter().map(|c| format!("{name}: {}", c.text)));
+    }
+    assert!(alarms.is_empty(), "{alarms:#?}");
+}
+
+/// Laws along a recorded condition: the files are refused in exchanged roles, or at least nothing is said to be missing
+/// without the warning; in their own roles they are diagnosed without one.
+#[test]
+fn exchanged_files_are_found_and_correct_ones_are_not() {
+    let index = |name: &str| LIBRARY.iter().position(|l| l.0 == name).unwrap();
+    let mut refused = 0;
+    let mut hidden: Vec<(u64, Hide)> = ["hydration_bell", "temperature", "speed_log", "subject_size", "viscous_drag"]
+        .iter()
+        .zip(1..)
+        .map(|(name, seed)| (seed, Hide::Law(index(name))))
+        .collect();
+    hidden.push((6, Hide::Law(index("tare_bias"))));
+    hidden.push((7, Hide::Nothing));
+    for simulator in SimulatorKind::ALL {
+        for &(seed, hide) in &hidden {
+            let case = case(simulator, Protocol::Plane, seed, hide, 0);
+            let run = |c: &RunSet, m: &RunSet| try_run(c, m, None, CORNEOMETER_SD_AU, PlanConstraints::default());
+            let warned = |report: &fingerpad_diagnose::Diagnosis| report.cautions.iter().any(|c| c.kind == "exchanged");
+            let (report, _) = run(&case.calibration, &case.measured).unwrap();
+            assert!(!warned(&report), "{simulator:?} {seed}: {:?}", report.cautions);
+            match run(&case.measured, &case.calibration) {
+                Ok((report, _)) => {
+                    println!("{simulator:?} {hide:?}: warned, {:?}", report.verdict);
+                    assert!(warned(&report), "{simulator:?} {seed}");
+                }
+                Err(error) => {
+                    println!("{simulator:?} {hide:?}: {error}");
+                    assert!(error.to_string().contains("exchanged"), "{error}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    println!("{refused} of {} refused", 2 * hidden.len());
+    assert!(refused >= 8, "{refused}");
+}
