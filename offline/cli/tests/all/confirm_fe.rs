@@ -59,6 +59,7 @@ fn ended(child: Child) -> (Option<i32>, String) {
 }
 
 #[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
 fn a_stopped_confirmation_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -12,3 +12,4 @@ mod geometry_commands;
 mod help_examples;
 mod identify;
 mod own_columns;
+mod wrong_files;

@@ -1,16 +1,14 @@
 //! Files of measured runs that a person may hand over by mistake: what is read, what is refused, what is warned of.
 
-mod common;
-
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 
-use common::{refused, run, write};
+use crate::common::{refused, run, write};
 
-const MEASURED: &str = include_str!("../data/examples/measured.csv");
-const CALIBRATION: &str = include_str!("../data/examples/calibration.csv");
+const MEASURED: &str = include_str!("../../data/examples/measured.csv");
+const CALIBRATION: &str = include_str!("../../data/examples/calibration.csv");
 
 /// The text with another value in each cell of some columns.
 fn changed(text: &str, columns: &[&str], of: impl Fn(f64) -> f64) -> String {
@@ -121,7 +119,7 @@ fn runs_of_the_fit_are_refused_as_held_out_ones_under_any_name() {
     let at = folder.path();
     let lines: Vec<&str> = MEASURED.lines().collect();
     // Two runs of the fit under other names beside fourteen that are not.
-    let mut part: Vec<String> = include_str!("../data/examples/holdout.csv").lines().map(str::to_owned).collect();
+    let mut part: Vec<String> = include_str!("../../data/examples/holdout.csv").lines().map(str::to_owned).collect();
     part.extend(lines[1..61].iter().map(|l| l.replacen("measured", "another", 1)));
     write(at, "part.csv", &(part.join("\n") + "\n"));
     write(at, "renamed.csv", &MEASURED.replace("\nmeasured", "\nx"));
