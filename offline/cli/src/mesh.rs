@@ -24,7 +24,7 @@ Examples:
   fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh
   fingerpad mesh --out finger.vtu --picture finger.png  and a picture
 
-`ccx press` (without the ending) runs a deck; the line \"total force\" of PLANE_NODES in press.dat has the normal force at each depth. CalculiX's hexahedra are C3D8R, which are some per cent stiffer on coarse meshes than the mean dilatation of `build` and `simulate`: 6 to 8 % on the coarse mesh. --deck-element prints the forces of the deck's problem as this program computes them, with C3D8R (like for like: within 0.1 %) or with mean dilatation.")]
+`ccx press` (without the ending) runs a deck; press.dat has the normal force at each depth: the totals of PLANE_NODES along z. CalculiX's hexahedra are C3D8R, which are some per cent stiffer on coarse meshes than the mean dilatation of `build` and `simulate`: 6 to 8 % on the coarse mesh. --deck-element prints the forces of the deck's problem as this program computes them, with C3D8R (like for like: within 0.1 %) or with mean dilatation.")]
 pub struct Args {
     #[command(flatten)]
     model: Model,
