@@ -567,8 +567,8 @@ int32_t fingerpad_step(const fingerpad_model *model,
                        fingerpad_motion motion,
                        fingerpad_response *response);
 
-// First slip below 0.99 for four looks or below 0.97 at once, full slip at 0.01, restick above 0.05 and above 0.995, each for
-// four looks; touch and lift-off after two looks.
+// First slip below 0.99 for eight looks or below 0.95 at once, full slip at 0.03, restick above 0.3 and above 0.995, each for
+// eight looks; touch and lift-off after two looks.
 int32_t fingerpad_watch_settings_default(fingerpad_watch_settings *settings);
 
 // A watch for one finger, which starts in the air. Returns FINGERPAD_OK, or FINGERPAD_RANGE for a threshold that is no number

@@ -88,6 +88,12 @@ impl<const M: usize, T: Arithmetic> AtDepth<'_, M, T> {
         scale.area(self.row.area.at(self.t), self.depth)
     }
 
+    /// About the change of the limit with depth, N/mm: that of the fitted finger, in proportion.
+    #[inline(always)]
+    pub(crate) fn limit_slope<S: Scaling<T>>(&self, cells_per_mm: T, scale: &S) -> T {
+        self.limit * (self.row.limit.change * scale.per_mm(cells_per_mm) / self.row.limit.at(self.t))
+    }
+
     /// Change of the stiffness along x and y with depth, N/mm².
     #[inline(always)]
     pub(crate) fn stiffness_slope<S: Scaling<T>>(&self, cells_per_mm: T, scale: &S) -> [T; 2] {

@@ -63,16 +63,17 @@ pub struct WatchSettings {
 }
 
 impl Default for WatchSettings {
-    /// First slip below 0.99 for four looks or below 0.97 at once, full slip at 0.01 and restick above 0.05 and above 0.995,
-    /// each for four looks; touch and lift-off after two looks.
+    /// First slip below 0.99 for eight looks or below 0.95 at once, full slip at 0.03, restick above 0.3 and above 0.995,
+    /// each for eight looks; touch and lift-off after two looks. Noise of ±5 µm on depth and slide passes these gaps in no direction
+    /// twice (`tests/watch.rs`).
     fn default() -> Self {
         Self {
             first_slip: 0.99,
-            sure_slip: 0.97,
-            full_slip: 0.01,
-            partial_restick: 0.05,
+            sure_slip: 0.95,
+            full_slip: 0.03,
+            partial_restick: 0.3,
             restick: 0.995,
-            looks: 4,
+            looks: 8,
             contact_looks: 2,
         }
     }
@@ -80,10 +81,14 @@ impl Default for WatchSettings {
 
 /// Sees changes from one response to the next, through noise.
 ///
-/// What it told last decides what it looks for: a contact that was told to stick slips first below
-/// [`WatchSettings::first_slip`], and one that was told to slip sticks only above [`WatchSettings::restick`]; between the two
-/// nothing is told. A change must also last for some looks, so that one noisy reading tells nothing. With the default settings
-/// an event comes up to three looks late; [`Event::tick`] is the look at which it was told.
+/// The last event decides which change is looked for: a contact in stick slips first below [`WatchSettings::first_slip`], and one in
+/// slip sticks only above [`WatchSettings::restick`]; between the two there is no event. A change must also last for some looks, so
+/// that one noisy reading causes no event. With the default settings an event comes up to seven looks late; [`Event::tick`] is the look
+/// at which it is reported. A watch takes 36 bytes.
+///
+/// Uniform noise of ±5 µm on depth and slide, in steps of 0.1 to 1 µm and at depths of 0.3 to 2.2 mm, causes no event at rest and one
+/// first slip in each slide: within 9 % of the noise-free slide with four springs, within 18 % with six. Where a spring has just touched,
+/// first slip comes within the noise itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -222,15 +227,21 @@ mod tests {
     }
 
     #[test]
+    fn a_watch_is_small() {
+        assert_eq!(size_of::<Watch>(), 36);
+    }
+
+    #[test]
     fn one_look_is_not_enough_and_a_sure_slip_is() {
         use Change::{FirstSlip, LiftOff, Touch};
         let settings = WatchSettings::default();
         // The finger bounces before it rests.
         assert_eq!(events(settings, [-1.0, 1.0, -1.0, 1.0, 1.0]), [(4, Touch)]);
-        // Three readings just below the threshold, one above, then four.
-        let close = [1.0, 1.0, 0.98, 0.98, 0.98, 1.0, 0.98, 0.98, 0.98, 0.98];
-        assert_eq!(events(settings, close), [(1, Touch), (9, FirstSlip)]);
-        assert_eq!(events(settings, [1.0, 1.0, 0.96]), [(1, Touch), (2, FirstSlip)]);
+        // Seven readings just below the threshold, one above, then eight.
+        let (above, below) = ([1.0, 1.0].into_iter(), core::iter::repeat(0.98));
+        let close = above.chain(below.clone().take(7)).chain([1.0]).chain(below.take(8));
+        assert_eq!(events(settings, close), [(1, Touch), (17, FirstSlip)]);
+        assert_eq!(events(settings, [1.0, 1.0, 0.94]), [(1, Touch), (2, FirstSlip)]);
         assert_eq!(events(settings, [1.0, 1.0, -1.0, 1.0, -1.0, -1.0]), [(1, Touch), (5, LiftOff)]);
     }
 
@@ -238,7 +249,7 @@ mod tests {
     fn noise_tells_each_change_once() {
         use Change::{FirstSlip, FullSlip, Restick, Touch};
         let plain = WatchSettings { looks: 1, contact_looks: 1, sure_slip: 0.0, ..WatchSettings::default() };
-        let naive = WatchSettings { partial_restick: 0.01, restick: 0.99, ..plain };
+        let naive = WatchSettings { partial_restick: plain.full_slip, restick: 0.99, ..plain };
         let told = |settings, noise| -> Vec<Change> {
             events(settings, there_and_back(noise)).into_iter().map(|(_, change)| change).collect()
         };

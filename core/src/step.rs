@@ -9,7 +9,7 @@ use crate::rescaling::Scaling;
 use crate::rolling::Rolled;
 use crate::spring::NOTHING;
 use crate::springs::{Load, carry};
-use crate::stick_ratio::{Course, Way, regime_of};
+use crate::stick_ratio::{Course, NOTICED_DEPTH_MM, Way, regime_of};
 use crate::table::Row;
 use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
 
@@ -110,8 +110,13 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
     if S::POSED && P > 1 && motion.spin_increment_rad.is_number() {
         carry_round(state, here, motion.spin_increment_rad, data, scale);
     }
-    let course =
-        Course { here: slid, limit: at.limit, stiffness: at.stiffness[0], gyration_mm: scale.length(data.gyration) };
+    let course = Course {
+        here: slid,
+        limit: at.limit,
+        noticed_growth: T::of(NOTICED_DEPTH_MM) * at.limit_slope(data.cells_per_mm, scale),
+        stiffness: at.stiffness[0],
+        gyration_mm: scale.length(data.gyration),
+    };
     let way = Way::follow(state, &course, |state| {
         let to = carried::<P, T, S>(here, &data.springs[0], scale)[0];
         let [x, y] = state.anchor[0][0];

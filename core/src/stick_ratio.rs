@@ -6,7 +6,9 @@
 //! gone since the motion last turned back over that from there to its limit (Masing's rule for springs side by side: Iwan
 //! 1966, J. Appl. Mech. 33:893): 0 right after a turn, 1 on the limit.
 //!
-//! A turn counts once the plane has moved by [`NOTICED_MM`]: less is noise, or elastic slip of the skin.
+//! A turn counts once the plane has moved by [`NOTICED_MM`]: less is noise, or elastic slip of the skin. A growth or fall of the limit
+//! counts once it is that of a depth of [`NOTICED_DEPTH_MM`]. A slide that is outweighed by a smaller growth waits until one of the two
+//! is clear. Noise of ±5 µm on depth and on each axis of the slide therefore causes neither turn nor growth.
 //!
 //! * **Turns.** A move at an acute angle to the way goes on with it. One at an obtuse angle theta unloads: of the way what
 //!   goes back is forgotten, and of the rest a share −cos theta: all of it where the motion turns round. What was slid beyond full
@@ -27,8 +29,10 @@ use crate::math::{Arithmetic, Scalar};
 use crate::spring::NOTHING;
 use crate::{Regime, StateOf};
 
-/// Slide of the plane, or slide that would be needed to make up for a growth of the limit, that is taken note of, mm.
-pub(crate) const NOTICED_MM: f32 = 0.01;
+/// Slide of the plane that is taken note of, mm: more than the diagonal of a square of ±5 µm.
+pub(crate) const NOTICED_MM: f32 = 0.0145;
+/// Change of the depth whose effect on the limit is taken note of, mm.
+pub(crate) const NOTICED_DEPTH_MM: f32 = 0.0125;
 /// k: growth of friction over that of the limit up to which a growing contact sticks.
 const GROWTH: f32 = 0.8;
 /// A limit up to this share of the one before the contact grew is that one again.
@@ -48,6 +52,8 @@ pub(crate) struct Course<T> {
     pub(crate) here: [T; 3],
     /// Friction in full slip, N.
     pub(crate) limit: T,
+    /// Growth of it that is taken note of, N.
+    pub(crate) noticed_growth: T,
     /// Of all springs together along x, N/mm.
     pub(crate) stiffness: T,
     /// Mean arm of the springs, which makes angles lengths.
@@ -93,42 +99,50 @@ impl<T: Scalar> Way<T> {
         course: &Course<T>,
         stretch: impl Fn(&StateOf<M, P, T>) -> [T; 2],
     ) -> Self {
-        let &Course { here, limit, stiffness, .. } = course;
+        let &Course { here, limit, .. } = course;
         let (noticed, nothing) = (T::of(NOTICED_MM), T::of(0.0));
         let moved = less::<P, T>(here, state.reached);
         let square = course.dot::<P>(moved, moved);
         let grown = limit - state.limit_reached;
         let weighed = T::of(GROWTH) * grown;
-        if square > noticed * noticed || grown > noticed * stiffness {
-            if course.outweighs(weighed, square) && grown > nothing {
-                grow(state, course);
-            } else {
-                if state.limit_before > nothing {
-                    recall(state, course);
-                }
-                let way = less::<P, T>(state.reached, state.turn);
-                let ahead = course.dot::<P>(moved, way);
-                if ahead < nothing {
-                    if course.outweighs(weighed, square) && points_along(stretch(state), way) {
-                        state.turn = less::<P, T>(here, way);
-                    } else {
-                        turn(state, course, moved, [square, ahead], way);
+        let (is_far, is_larger) = (square > noticed * noticed, grown > course.noticed_growth);
+        if is_far | is_larger {
+            let grows = grown > nothing && course.outweighs(weighed, square);
+            // As long as the larger of growth and slide is below its threshold, both are kept.
+            let is_clear = if grows { is_larger } else { is_far };
+            if is_clear {
+                if grows {
+                    grow(state, course);
+                } else {
+                    if state.limit_before > nothing {
+                        recall(state, course);
                     }
-                    state.limit_before = nothing;
+                    let way = less::<P, T>(state.reached, state.turn);
+                    let ahead = course.dot::<P>(moved, way);
+                    if ahead < nothing {
+                        if course.outweighs(weighed, square) && points_along(stretch(state), way) {
+                            state.turn = less::<P, T>(here, way);
+                        } else {
+                            turn(state, course, moved, [square, ahead], way);
+                        }
+                        state.limit_before = nothing;
+                    }
                 }
-            }
-            state.reached = here;
-            state.limit_reached = limit;
-        } else if grown < nothing {
-            let way = less::<P, T>(state.reached, state.turn);
-            if course.dot::<P>(moved, way) < nothing
-                && course.outweighs(weighed, square)
-                && points_along(stretch(state), way)
-            {
-                state.turn = less::<P, T>(here, way);
                 state.reached = here;
+                state.limit_reached = limit;
             }
-            state.limit_reached = limit;
+        } else if grown < nothing {
+            if grown < -course.noticed_growth {
+                let way = less::<P, T>(state.reached, state.turn);
+                if course.dot::<P>(moved, way) < nothing
+                    && course.outweighs(weighed, square)
+                    && points_along(stretch(state), way)
+                {
+                    state.turn = less::<P, T>(here, way);
+                    state.reached = here;
+                }
+                state.limit_reached = limit;
+            }
             if limit < state.limit_before {
                 state.turn = state.turn_before;
                 state.limit_before = nothing;

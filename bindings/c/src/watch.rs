@@ -82,8 +82,8 @@ unsafe fn marked<'a>(watch: *mut fingerpad_watch) -> Result<&'a mut Watch, i32> 
     Ok(&mut unsafe { exclusive(watch.cast::<Marked>()) }?.watch)
 }
 
-/// First slip below 0.99 for four looks or below 0.97 at once, full slip at 0.01, restick above 0.05 and above 0.995, each for
-/// four looks; touch and lift-off after two looks.
+/// First slip below 0.99 for eight looks or below 0.95 at once, full slip at 0.03, restick above 0.3 and above 0.995, each for
+/// eight looks; touch and lift-off after two looks.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_watch_settings_default(settings: *mut fingerpad_watch_settings) -> i32 {
     let WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks } =
