@@ -12,3 +12,4 @@ mod properties;
 mod recipe;
 mod requests;
 mod step_length;
+mod watch;

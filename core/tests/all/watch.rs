@@ -1,8 +1,6 @@
 //! Events through noise: one first slip for each slide, none at rest.
 
-mod common;
-
-use common::{Noise, accurate, shipped};
+use crate::common::{Noise, accurate, shipped};
 use fingerpad::events::{Change, Event, Watch};
 use fingerpad::{DataOf, Motion, NODES, StateOf, step};
 
