@@ -11,7 +11,7 @@ use wide::{f32x8, i32x8};
 use crate::at_depth::AtDepth;
 use crate::math::{Arithmetic, sealed::Sealed};
 use crate::rescaling::Wide;
-use crate::springs::carry;
+use crate::springs::{carry, check_sum};
 use crate::step::{Begun, answer, end};
 use crate::stick_ratio::{Way, regime_of};
 use crate::table::Row;
@@ -183,7 +183,7 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
         side_by_side(anchors, anchor.as_flattened_mut().as_flattened_mut());
 
         let load = carry(&model, &mut anchor, &begun.at, begun.here, &begun.way);
-        if !load.check_sum().are_numbers() {
+        if !check_sum(&load, &begun.way).are_numbers() {
             return false;
         }
         // A batch tells no bands.

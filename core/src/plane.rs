@@ -17,9 +17,6 @@ const ENDLESS: f32 = 1e12;
 const SLIDE_MAX_MM: f32 = 64.0;
 const SPIN_MAX_RAD: f32 = 8.0;
 
-/// Largest distance of remembered places from the state's origin, mm or rad.
-const REACH: f32 = 100.0;
-
 /// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
 ///
 /// An increment that is no number or too large leads far away as well, so that one look at where the plane is finds all of them.
@@ -120,26 +117,12 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sca
         }
     }
     for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
-        *place = within_reach([place[0] - here[0], place[1] - here[1], place[2] - here[2]]);
+        *place = [place[0] - here[0], place[1] - here[1], place[2] - here[2]];
     }
     let [rolled_x, rolled_y] = state.rolled.slide;
-    let [rolled_x, rolled_y, _] = within_reach([rolled_x - here[0], rolled_y - here[1], T::of(0.0)]);
-    state.rolled.slide = [rolled_x, rolled_y];
+    state.rolled.slide = [rolled_x - here[0], rolled_y - here[1]];
     state.position[0] = [-press_x, -press_y];
     state.angle[0] = T::of(0.0);
-}
-
-/// A place at the same bearing from the origin, at most [`REACH`] away: beyond full slip the length of a slide has no effect, and
-/// places that stay behind a slide of any length would leave the range of a saved state.
-#[inline(always)]
-fn within_reach<T: Scalar>(place: [T; 3]) -> [T; 3] {
-    let [x, y, angle] = place;
-    let square = x * x + y * y + angle * angle;
-    if square > T::of(REACH * REACH) {
-        let cut = T::of(REACH) / square.sqrt();
-        return place.map(|s| s * cut);
-    }
-    place
 }
 
 /// A contact begins: all springs are held where they are.

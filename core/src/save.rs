@@ -11,6 +11,9 @@ use crate::{DataOf, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
 const VERSION: u32 = 6;
+/// Largest number of a state: a place that stays behind a slide without end, mm. The origin moves on by some mm at a time, which is
+/// less than the rounding of a place that far away.
+const REACH: f32 = 1e9;
 /// Words beside the anchors: version, model, position, angle, three places of the way, where the contact has rolled, two limits,
 /// depth, strength factor, checksum.
 const BESIDE: usize = 2 + 4 + 2 + 9 + 13 + 4 + 1;
@@ -97,8 +100,7 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
     pub(crate) fn check(self) -> Result<Self, Error> {
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
         for (i, x) in self.numbers().enumerate() {
-            // Positions lie within a slide of the origin, and forces within their range.
-            if !(x.abs() <= 1e3) {
+            if !(x.abs() <= REACH) {
                 return Err(bad(i, x));
             }
         }

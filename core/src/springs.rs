@@ -10,6 +10,9 @@ use crate::rescaling::Scaling;
 use crate::spring::{Limit, Odd, Sums};
 use crate::stick_ratio::{Way, led, share_of_way};
 
+/// Makes the square of a way of more than 1e9 mm, of which a state cannot consist, larger than any number.
+const ENDLESS: f32 = 1e20;
+
 /// What a contact bears.
 #[derive(Clone, Copy)]
 pub(crate) struct Load<T> {
@@ -22,12 +25,11 @@ pub(crate) struct Load<T> {
     pub(crate) stick_ratio: T,
 }
 
-impl<T: Arithmetic> Load<T> {
-    /// A number that is not finite if any of the load is not, but the moment.
-    #[inline(always)]
-    pub(crate) fn check_sum(&self) -> T {
-        self.normal + self.friction[1] + self.stick_ratio
-    }
+/// A number that is not finite if any of the load is not, or if the way is so long that the square of a way is not: then the stick
+/// ratio is none. The stick ratio itself is not read, so that it costs nothing where it is not used.
+#[inline(always)]
+pub(crate) fn check_sum<T: Arithmetic>(load: &Load<T>, Way([x, y, angle]): &Way<T>) -> T {
+    load.normal + load.friction[1] + T::of(ENDLESS) * (*x * *x + *y * *y + *angle * *angle)
 }
 
 /// Moves every spring and adds up what they bear.

@@ -8,7 +8,7 @@ use crate::plane::{carried, carry_round, move_plane, roll, touch};
 use crate::rescaling::Scaling;
 use crate::rolling::Rolled;
 use crate::spring::NOTHING;
-use crate::springs::{Load, carry};
+use crate::springs::{Load, carry, check_sum};
 use crate::stick_ratio::{Course, NOTICED_DEPTH_MM, Way, regime_of};
 use crate::table::Row;
 use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
@@ -135,7 +135,7 @@ pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: 
 ) -> Response<T> {
     let at = &begun.at;
     let load = carry(model, &mut state.anchor, at, begun.here, &begun.way);
-    if !load.check_sum().is_number() {
+    if !check_sum(&load, &begun.way).is_number() {
         return memory_lost(state, begun.status);
     }
     let rolled = if S::POSED { state.rolled.share() } else { T::of(0.0) };

@@ -1,11 +1,13 @@
 //! Events through noise: one first slip for each slide, none at rest.
 
+use core::f64::consts::FRAC_1_SQRT_2;
+
 use crate::common::{Noise, accurate, shipped};
 use fingerpad::events::{Change, Event, Watch};
 use fingerpad::{DataOf, Motion, NODES, StateOf, step};
 
 const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.5, 2.2];
-const DIRECTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.7071, 0.7071]];
+const DIRECTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [FRAC_1_SQRT_2; 2]];
 /// Uniform noise on depth and position, mm.
 const NOISE_MM: f64 = 0.005;
 /// Steps at rest before the slide.
