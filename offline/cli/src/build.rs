@@ -32,8 +32,8 @@ Examples:
   fingerpad build --fit                             and a reduced model, fitted anew
   fingerpad build --print-config > my.toml          all settings with their defaults
 
-The forces at the four depths are compared with the measured table and, where shape, tissue and friction law are those of the \
-reduced model that ships, with that model. A build that was killed goes on where it was: finished depths are not run again, an \
+The forces at the four depths are compared with the measured table and, where shape, tissue and friction law are those of the
+reduced model that ships, with that model. A build that was killed goes on where it was: finished depths are not run again, an
 unfinished one loses some seconds. A folder that holds another run's settings is refused.")]
 pub struct Args {
     #[command(flatten)]

@@ -20,7 +20,7 @@ const AGAIN: &str = "straight-00";
 const PRESETS: [MeshPreset; 4] = [MeshPreset::Default, MeshPreset::Medium, MeshPreset::Fine, MeshPreset::Coarse];
 
 /// Provenance of a model file that a fit has written; None for any other.
-fn meta_of(file: &ModelFile) -> Option<Meta> {
+pub(super) fn meta_of(file: &ModelFile) -> Option<Meta> {
     serde_json::from_str(file.file().meta).ok()
 }
 

@@ -233,7 +233,7 @@ fn run_one(
         Ok(trajectory) => (trajectory, None),
         // A path that got stuck is kept as far as it came, and says so.
         Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
-            (*reached, Some(format!("t = {t_s} s: {cause}")))
+            (*reached, Some(format!("t = {t_s:.4} s: {cause}")))
         }
         Err(LoadPathError::Interrupted { .. }) => return Err(interrupted()),
         Err(error @ (LoadPathError::Path(_) | LoadPathError::Checkpoint(_))) => {

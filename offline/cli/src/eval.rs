@@ -27,20 +27,20 @@ Examples:
   fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out reduced.csv
   fingerpad eval --path - --out - < path.csv                                   from and to a pipe
 
-Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg, pitch_deg \
-and roll_deg, which change evenly between rows as the others do. Moments in place of angles are refused. The response has \
-the columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which \
-95 % of the finite-element runs lie that the fit did not see. Steps are at most 0.02 mm and 0.4 degrees; all arithmetic is \
-that of the package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached, a \
-pose out of the range of the fit the nearest pose and pose_out_of_range. Flags of the column status are counted on standard \
+Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg, pitch_deg
+and roll_deg, which change evenly between rows as the others do. Moments in place of angles are refused. The response has
+the columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
+95 % of the finite-element runs lie that the fit did not see. Steps are at most 0.02 mm and 0.4 degrees; all arithmetic is
+that of the package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached, a
+pose out of the range of the fit the nearest pose and pose_out_of_range. Flags of the column status are counted on standard
 error.
 
---runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and \
-prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law \
-of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they \
+--runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
+prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law
+of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they
 change evenly; --column voltage_v=120 holds one at a value along the whole path.
 
-An earlier response of eval at --out is replaced, any other file only with --force. With --out - the response goes to \
+An earlier response of eval at --out is replaced, any other file only with --force. With --out - the response goes to
 standard output and messages to standard error; --path - and --runs - read standard input.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program

@@ -1,11 +1,14 @@
 //! `fingerpad finger`: from a geometry to a model file for firmware, in one command.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::bail;
 use clap::ValueEnum;
+use fingerpad::ModelFile;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::{self as reduce, DesignSettings, Settings};
 
+use super::build_model::meta_of;
 use super::reduce::{fit, read_runs, representable, write_report};
 use super::{Failure, Model, Outputs, design, make_finger};
 
@@ -62,6 +65,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         settings = settings.quick();
     }
     let runs_folder = args.out.join("runs");
+    let (hash, model_file) = (reduce::settings_hash(&config)?, args.out.join("model.fpm"));
+    check_model(&model_file, &hash).map_err(Failure::Input)?;
     Outputs::beside(args.model.inputs(&config)).folder("--out", &args.out, &[]).prepare()?;
     let experiments = reduce::design(&settings)?;
     let (finger, _) = make_finger(&config)?;
@@ -83,13 +88,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     design::run(&config, &settings, &runs_folder, Share::ALL, args.jobs)?;
-    let hash = reduce::settings_hash(&config)?;
     let mut runs = read_runs(Some(&runs_folder))?;
     runs.retain(|run| run.settings_hash == hash);
     let runs = representable(runs);
-    let fitted =
-        fit::<{ fingerpad::SPRINGS }>(&runs, config.friction.beta, &Settings::default(), &args.out.join("model.fpm"))?;
+    let fitted = fit::<{ fingerpad::SPRINGS }>(&runs, config.friction.beta, &Settings::default(), &model_file)?;
     write_report(&args.out, &runs, &fitted, config.friction.beta, None)
+}
+
+/// Refuses to replace a file that is not an earlier model of the same finger.
+fn check_model(file: &Path, hash: &str) -> anyhow::Result<()> {
+    if !file.exists() {
+        return Ok(());
+    }
+    let model = std::fs::read(file).ok().and_then(|bytes| ModelFile::new(&bytes).ok());
+    match model.as_ref().and_then(meta_of) {
+        Some(meta) if meta.settings_hash == hash => Ok(()),
+        _ => bail!("{}: exists and is not a model of this finger: give another --out, or remove it", file.display()),
+    }
 }
 
 /// A time with its unit, to two digits.

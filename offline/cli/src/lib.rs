@@ -29,6 +29,7 @@ mod diagnose_table;
 mod eval;
 mod export;
 mod finger;
+mod help;
 mod identify;
 mod interrupt;
 mod mesh;
@@ -49,7 +50,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand, ValueEnum};
 use config::ConfigFile;
 use fingerpad_fe::experiment::{Config, ConfigError};
 use fingerpad_fe::load_path::{self, Finger, LoadPathError};
@@ -211,7 +212,8 @@ pub use progress::line_every;
 ///
 /// Help, bad usage and a second Ctrl-C end the process.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = Cli::parse_from(words);
+    let matches = help::laid_out(Cli::command()).get_matches_from(words);
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     interrupt::handle_signals();
     let result = match cli.command {
         Command::Build(args) => build::run(&args),

@@ -19,12 +19,15 @@ Examples:
   fingerpad mesh --shape a --out finger.msh             Gmsh 4.1
   fingerpad mesh --mesh-preset coarse --out finger.inp  Abaqus, CalculiX: mesh and sets
   fingerpad mesh --out press.inp --deck                 CalculiX: the whole frictionless press
-  fingerpad mesh --out press.inp --deck --mesh-preset coarse --deck-element c3d8r    and its forces by this program
+  fingerpad mesh --out press.inp --deck --mesh-preset coarse --deck-element c3d8r  and its forces by this program
   fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume
   fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh
   fingerpad mesh --out finger.vtu --picture finger.png  and a picture
 
-`ccx press` (without the ending) runs a deck; press.dat has the normal force at each depth: the totals of PLANE_NODES along z. CalculiX's hexahedra are C3D8R, which are some per cent stiffer on coarse meshes than the mean dilatation of `build` and `simulate`: 6 to 8 % on the coarse mesh. --deck-element prints the forces of the deck's problem as this program computes them, with C3D8R (like for like: within 0.1 %) or with mean dilatation.")]
+`ccx press` (without the ending) runs a deck; press.dat has the normal force at each depth: the totals of PLANE_NODES along z.
+CalculiX's hexahedra are C3D8R, which are stiffer on coarse meshes than the mean dilatation of `build` and `simulate`: 6 to 8 % on
+the coarse mesh. --deck-element prints the forces of the deck's problem as this program computes them, with C3D8R (like for like) or
+with mean dilatation.")]
 pub struct Args {
     #[command(flatten)]
     model: Model,

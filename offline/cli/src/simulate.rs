@@ -27,7 +27,8 @@ use super::{
 Examples:
   printf 't_s,depth_mm,slide_x_mm,slide_y_mm\\n0,0,0,0\\n1,1,0,0\\n3,1,4,0\\n' > path.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv
-  printf 't_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg\\n0,0,0,0,0\\n1,1,0,0,0\\n2,1,0,0,9\\n' > s.csv
+  printf 't_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg\\n' > s.csv
+  printf '0,0,0,0,0\\n1,1,0,0,0\\n2,1,0,0,9\\n' >> s.csv
   fingerpad simulate --path s.csv --mesh-preset coarse --out twist.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv --report drawn
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
@@ -46,11 +47,11 @@ The files of --vtu carry displacement, Cauchy stress (MPa, tension positive; XX 
 pressure, Green-Lagrange strain, strain energy density and region of every element, and pressure, traction, slip and
 stick of the faces of the pad.
 
-The folders of --out, --vtu and --report are made if they are missing. Files of an earlier series of the same name in the folder \
-of --vtu are removed. An earlier response of simulate at --out is replaced, any other file only with --force. A run that is \
-stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv, which the next run that reaches its end removes; \
-one that was stopped goes on from RESPONSE.checkpoint. With --out - the response, or as much of it as was reached, goes to \
-standard output and messages to standard error, and a run that was stopped starts again from the beginning; --path - reads \
+The folders of --out, --vtu and --report are made if they are missing. Files of an earlier series of the same name in the folder
+of --vtu are removed. An earlier response of simulate at --out is replaced, any other file only with --force. A run that is
+stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv, which the next run that reaches its end removes;
+one that was stopped goes on from RESPONSE.checkpoint. With --out - the response, or as much of it as was reached, goes to
+standard output and messages to standard error, and a run that was stopped starts again from the beginning; --path - reads
 standard input.")]
 pub struct Args {
     /// Path of the plane (CSV); - for standard input

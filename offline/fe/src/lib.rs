@@ -18,4 +18,7 @@ pub mod experiment;
 pub mod load_path;
 pub mod material;
 pub mod mesh;
+mod rounded;
 pub mod solve;
+
+pub use rounded::Rounded;

@@ -1,5 +1,7 @@
 //! The exponent against the zero of the normal force: what a sensor that does not read zero in the air does to beta.
 
+use fingerpad_fe::Rounded;
+
 use super::{
     Evaluator, FeModel, FingerPoint, IdentifyError, LawPoint, Point, Steady, Table,
     calibrate::calibrate,
@@ -22,8 +24,10 @@ pub fn without_zero(table: &Table, normal_force_offset_n: f64) -> Result<Table, 
     };
     match table.points.iter().find(|p| !(p.normal_force_n > normal_force_offset_n)) {
         Some(p) => Err(IdentifyError::Table(format!(
-            "a zero of {normal_force_offset_n} N leaves nothing of the normal force {} N at {} mm",
-            p.normal_force_n, p.depth_mm
+            "a zero of {} N leaves nothing of the normal force {} N at {} mm",
+            Rounded(normal_force_offset_n),
+            Rounded(p.normal_force_n),
+            Rounded(p.depth_mm)
         ))),
         None => Ok(Table { points: table.points.iter().map(take).collect(), ..table.clone() }),
     }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fingerpad_fe::Rounded;
 use fingerpad_formats::{ColumnNames, Columns, Error, Row as CsvRow};
 
 /// One depth of a measured table.
@@ -180,8 +181,9 @@ fn check(table: &Columns, row: &CsvRow, read: &PartialRow) -> Result<(), Error> 
     let most = STIFFEST_N_PER_MM2 * depth_mm * depth_mm;
     if force_n > most {
         let problem = format!(
-            "is more than a fingertip bears at {depth_mm} mm (at most {most:.2} N): is the force in grams \
-             (1 g = 0.00981 N), or are columns swapped?"
+            "is more than a fingertip bears at {} mm (at most {most:.2} N): is the force in grams \
+             (1 g = 0.00981 N), or are columns swapped?",
+            Rounded(depth_mm)
         );
         return Err(table.refuse(row, column(FORCE), problem));
     }
@@ -189,11 +191,12 @@ fn check(table: &Columns, row: &CsvRow, read: &PartialRow) -> Result<(), Error> 
     let pressure = force_n / area.value;
     if !(PRESSURES_MPA[0]..=PRESSURES_MPA[1]).contains(&pressure) {
         let problem = format!(
-            "mm² under {force_n} N is a mean pressure of {:.3} kPa, which no fingertip has ({} to {} kPa): are \
+            "mm² under {} N is a mean pressure of {:.3} kPa, which no fingertip has ({} to {} kPa): are \
              columns swapped, or units other than mm² and N?",
+            Rounded(force_n),
             1e3 * pressure,
-            1e3 * PRESSURES_MPA[0],
-            1e3 * PRESSURES_MPA[1]
+            Rounded(1e3 * PRESSURES_MPA[0]),
+            Rounded(1e3 * PRESSURES_MPA[1])
         );
         return Err(table.refuse(row, column(AREA), problem));
     }

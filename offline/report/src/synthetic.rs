@@ -9,6 +9,7 @@ use super::*;
 use fingerpad_fe::element::ElementStress;
 use fingerpad_fe::load_path::{Cost, FaceState, Response, Snapshot, Work};
 use fingerpad_fe::mesh::{Hex, Region, Tet};
+use fingerpad_reduce::Agreement;
 
 const N: [usize; 3] = [26, 12, 10];
 
@@ -105,7 +106,7 @@ pub fn report(mesh: &Mesh, all_slip: bool) -> BuildReport {
     let stage = |name: &str, wall_s, cpu_s| Stage { name: name.to_owned(), wall_s, cpu_s };
     let quantity = |name: &str, value, unit: &str| Quantity { name: name.to_owned(), value, unit: unit.to_owned() };
     BuildReport {
-        reduced: None,
+        reduced: Some(ReducedModel { name: "fingertip.fpm".to_owned(), depths: vec![Agreement::default(); 4] }),
         provenance: Provenance {
             shape: "E".to_owned(),
             bones: "floating".to_owned(),

@@ -400,6 +400,9 @@ fn an_output_replaces_only_what_the_same_command_wrote() {
             refused(&[command, &["--out", "p.csv", "--force"]].concat(), at, &["would overwrite p.csv"]);
         }
     }
+    let finger = ["finger", "--mesh-preset", "coarse", "--estimate", "--out", "."];
+    refused(&finger, at, &["model.fpm", "not a model of this finger"]);
+    assert_eq!(fs::read(at.join("model.fpm")).unwrap(), SHIPPED);
     // A response of the finite elements took longer than eval's.
     refused(&["eval", "--path", "p.csv", "--out", "s.csv"], at, &["--out s.csv", "--force"]);
     write(at, "kept.partial.csv", "mine\n");

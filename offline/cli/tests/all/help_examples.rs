@@ -26,10 +26,12 @@ fn help(command: &str) -> String {
 fn examples(command: &str) -> Vec<String> {
     let help = help(command);
     let (_, section) = help.split_once("Examples:\n").unwrap_or_else(|| panic!("{command} has no examples"));
-    let lines: Vec<&str> = section.lines().take_while(|line| !line.is_empty()).collect();
-    // A line that is too long for 100 columns is broken, and its rest would stand where a command does.
-    let whole = ["  fingerpad ", "  printf ", "          "];
-    assert!(lines.iter().all(|line| whole.iter().any(|start| line.starts_with(start))), "{command}: {lines:#?}");
+    let section = section.split("\n\n").next().unwrap();
+    // A command goes on behind a backslash; remarks stand further in.
+    let whole = section.replace(" \\\n      ", " ");
+    let lines: Vec<&str> = whole.lines().collect();
+    let starts = ["  fingerpad ", "  printf ", "      "];
+    assert!(lines.iter().all(|line| starts.iter().any(|start| line.starts_with(start))), "{command}: {lines:#?}");
     let lines = lines.into_iter().map(str::trim);
     let of_shell = lines.filter(|line| line.starts_with("fingerpad ") || line.starts_with("printf "));
     of_shell.map(|line| line.split("  ").next().unwrap().to_owned()).collect()
@@ -121,9 +123,33 @@ fn runs(line: &str, at: &Path) -> Result<(), String> {
     }
 }
 
-/// All commands of the program.
+/// Commands of the program.
 const COMMANDS: [&str; 10] =
     ["simulate", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "finger", "identify", "build"];
+
+/// A line ends where the next word would not fit, or with its paragraph: no text is broken twice.
+#[test]
+fn help_is_broken_once_at_the_width_of_the_terminal() {
+    for command in COMMANDS {
+        for columns in [80, 110] {
+            let mut fingerpad = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
+            let output = fingerpad.args([command, "--help"]).env("COLUMNS", columns.to_string()).output().unwrap();
+            let text = String::from_utf8(output.stdout).unwrap();
+            let (_, below) = text.split_once("Examples:\n").unwrap();
+            for line in below.lines() {
+                assert!(line.chars().count() <= columns, "{command}, {columns} columns: {line}");
+            }
+            for paragraph in below.split("\n\n").skip(1) {
+                let lines: Vec<&str> = paragraph.trim_end().lines().collect();
+                for pair in lines.windows(2) {
+                    let next = pair[1].split(' ').next().unwrap().chars().count();
+                    let fits = pair[0].chars().count() + 1 + next <= columns;
+                    assert!(!fits, "{command}, {columns} columns: broken after `{}`", pair[0]);
+                }
+            }
+        }
+    }
+}
 
 /// Clap refuses unknown options and values before it reaches `--help`.
 #[test]
@@ -147,8 +173,11 @@ fn every_example_of_every_help_runs() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
     let design = tempfile::tempdir().unwrap();
+    let all = help("");
     let mut count = 0;
     for command in COMMANDS {
+        assert!(all.contains(&format!("  {command} ")), "{command}");
+        /// Clap refuses unknown options and values before it reaches `--help`.
         for line in examples(command) {
             // A design that is stopped leaves few runs, of other settings than those that are there for the fit.
             let place = if command == "reduce" && line.contains("--design") { design.path() } else { folder.path() };

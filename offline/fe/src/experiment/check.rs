@@ -1,6 +1,7 @@
 //! Depths and paths that no finger can follow are refused before a run.
 
 use super::{Config, ConfigError};
+use crate::Rounded;
 use crate::load_path::{Clearance, Drive, Finger, Path};
 
 impl Config {
@@ -16,6 +17,7 @@ impl Config {
         let mut last = 0.0;
         for &depth in depths_mm {
             if !(depth.is_finite() && depth > last) {
+                let [depth, last] = [depth, last].map(Rounded);
                 return refuse(format!("{depth} mm after {last} mm: depths must be numbers that rise from 0"));
             }
             last = depth;

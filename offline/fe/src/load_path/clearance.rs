@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Finger, Path};
+use crate::Rounded;
 use crate::contact::{Plane, Reach, plane};
 use crate::mesh::set;
 
@@ -54,7 +55,7 @@ impl Clearance {
             format!(
                 "depth_mm {} at a pitch of {pitch:.1} and a roll of {roll:.1} degrees: the plane would reach {:.2} mm into \
                  the held section of the finger or its bone",
-                at[plane::DEPTH],
+                Rounded(at[plane::DEPTH]),
                 -reached
             )
         })
@@ -69,6 +70,6 @@ impl Clearance {
             Obstacle::Bone => "the bone, whose lowest point",
             Obstacle::HeldSection => "the held section of the finger (raise its inclination_deg), whose lowest point",
         };
-        Some(format!("{depth_mm} mm reaches {what} is {:.2} mm above first touch", self.depth_mm))
+        Some(format!("{} mm reaches {what} is {:.2} mm above first touch", Rounded(depth_mm), self.depth_mm))
     }
 }

@@ -1,5 +1,6 @@
 //! Paths of the plane: what drives it, and through which corners.
 
+use crate::Rounded;
 use crate::contact::{Coordinates, plane};
 
 /// Largest moment that may be driven, N mm: a fingertip's weight at many times its width.
@@ -116,9 +117,11 @@ impl Path {
             let value = turn.values[row];
             match turn.drive {
                 Drive::Displacement if !(least..=most).contains(&value) => {
+                    let value = Rounded(value);
                     return Some(format!("{name}_deg {value}: must be from {least} to {most}"));
                 }
                 Drive::Force if !(value.abs() <= LARGEST_MOMENT_N_MM) => {
+                    let value = Rounded(value);
                     return Some(format!("moment of the {name} {value} N mm: at most {LARGEST_MOMENT_N_MM} N mm"));
                 }
                 _ => {}
@@ -128,6 +131,7 @@ impl Path {
         let forces = [("normal_force_n", normal), ("friction_x_n", x), ("friction_y_n", y)];
         for ((key, value), drive) in forces.into_iter().zip(self.drives) {
             if drive == Drive::Force && !(value.abs() <= LARGEST_FORCE_N) {
+                let value = Rounded(value);
                 return Some(format!(
                     "{key} {value} N: at most {LARGEST_FORCE_N} N, beyond which the pulp is pressed to the bone"
                 ));
@@ -135,6 +139,7 @@ impl Path {
         }
         for ((key, value), drive) in [("slide_x_mm", x), ("slide_y_mm", y)].into_iter().zip(&self.drives[1..]) {
             if *drive == Drive::Displacement && !(value.abs() <= LONGEST_SLIDE_MM) {
+                let value = Rounded(value);
                 return Some(format!(
                     "{key} {value} mm: at most {LONGEST_SLIDE_MM} mm; a slide is steady after some millimetres"
                 ));

@@ -122,7 +122,7 @@ pub enum LoadPathError {
     Path(String),
     /// An increment failed however small.
     #[error(
-        "no equilibrium beyond t = {t_s} s (depth {depth_mm:.4} mm, slide {slide_x_mm:.4}, {slide_y_mm:.4} mm, row {row}): \
+        "no equilibrium beyond t = {t_s:.4} s (depth {depth_mm:.4} mm, slide {slide_x_mm:.4}, {slide_y_mm:.4} mm, row {row}): \
          increment {increment} of {step_share:.1e} of the largest step failed: {cause}"
     )]
     NoEquilibrium {
