@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, LawsFile, PlanConstraints, RunSet, diagnose_forces, runs_csv, suspicions, trace_csv,
-    varied_in_calibration,
+    CORNEOMETER_SD_AU, ColumnMap, LawsFile, PlanConstraints, RunSet, check, diagnose_forces, runs_csv, suspicions,
+    trace_csv, varied_in_calibration,
 };
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
 use fingerpad_tests::synthetic_truth::fe_sets;
@@ -28,7 +28,7 @@ fn case(simulator: SimulatorKind, protocol: Protocol, seed: u64, hide: Hide, lev
 }
 
 fn told(set: &RunSet) -> Vec<String> {
-    match suspicions(set) {
+    match check(set).and_then(|()| suspicions(set)) {
         Ok(found) => found.into_iter().map(|c| c.text).collect(),
         Err(error) => vec![error.to_string()],
     }
