@@ -138,7 +138,7 @@ fn tables() -> anyhow::Result<()> {
 fn model() -> anyhow::Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = "data/models/fingertip.fpm";
-    let fit = ["--package", "fingerpad-cli", "--", "reduce", "--runs", "data/runs", "--out", file];
+    let fit = ["--package", "fingerpad-cli", "--", "reduce", "--force", "--runs", "data/runs", "--out", file];
     run(Command::new(env!("CARGO")).current_dir(&root).args(["run", "--release"]).args(fit))?;
     let show = ["run", "--quiet", "--release", "--package", "fingerpad", "--example", "document", "--", file];
     let out = Command::new(env!("CARGO")).current_dir(&root).args(show).output()?;

@@ -441,6 +441,7 @@ def reduce(
     curve: bool = False,
     jobs: int | None = None,
     out: Place | None = None,
+    force: bool = False,
     progress: Progressing = None,
 ) -> Reduction:
     """Fits the reduced model to finite-element runs; `fingerpad reduce`.
@@ -448,6 +449,7 @@ def reduce(
     runs: folder of the runs, those that ship with the program without. design: run first what the folder lacks of the design
     of experiments, which takes hours; finished paths are kept there. restarts: fits from beside the best one so far.
     springs: 4 or 6. report: draw it into report/reduced.html; curve: with what accuracy costs. out: folder of model.fpm.
+    force: replace a model that is there.
 
     Raises InputError, NumericsError, Interrupted.
     """
@@ -466,6 +468,7 @@ def reduce(
         "report": folder.path / "report" if report else None,
         "curve": curve,
         "jobs": jobs,
+        "force": force,
     }
     text = folder.run("reduce", options, progress)
     numbers = _json(folder.path / "report/reduced.json") if report else None
