@@ -28,8 +28,12 @@ pub(crate) struct Load<T> {
 /// A number that is not finite if any of the load is not, or if the way is so long that the square of a way is not: then the stick
 /// ratio is none. The stick ratio itself is not read, so that it costs nothing where it is not used.
 #[inline(always)]
-pub(crate) fn check_sum<T: Arithmetic>(load: &Load<T>, Way([x, y, angle]): &Way<T>) -> T {
-    load.normal + load.friction[1] + T::of(ENDLESS) * (*x * *x + *y * *y + *angle * *angle)
+pub(crate) fn check_sum<const P: usize, T: Arithmetic>(load: &Load<T>, Way([x, y, angle]): &Way<T>) -> T {
+    let mut square = *x * *x + *y * *y;
+    if P > 1 {
+        square += *angle * *angle;
+    }
+    load.normal + load.friction[1] + T::of(ENDLESS) * square
 }
 
 /// Moves every spring and adds up what they bear.

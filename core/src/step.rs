@@ -135,7 +135,7 @@ pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: 
 ) -> Response<T> {
     let at = &begun.at;
     let load = carry(model, &mut state.anchor, at, begun.here, &begun.way);
-    if !check_sum(&load, &begun.way).is_number() {
+    if !check_sum::<P, T>(&load, &begun.way).is_number() {
         return memory_lost(state, begun.status);
     }
     let rolled = if S::POSED { state.rolled.share() } else { T::of(0.0) };
