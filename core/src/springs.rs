@@ -21,7 +21,6 @@ pub(crate) struct Load<T> {
     pub(crate) friction: [T; 2],
     /// What the forces along x and y add to the moment, over the stiffness, mm²; 0 without spin.
     pub(crate) moment: [T; 2],
-    /// Rounding may leave it a little below 0.
     pub(crate) stick_ratio: T,
 }
 
@@ -163,7 +162,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         bed.moment = [share * (bed.moment[0] - odd.0 * levered), share * bed.moment[1]];
     }
     let slip_lead = data.slip_lead[0] + data.slip_lead[1] * at.cells;
-    bed.stick_ratio = led(bed.stick_ratio, slip_lead, way);
+    bed.stick_ratio = led(bed.stick_ratio.not_negative(), slip_lead, way);
     bed
 }
 
