@@ -97,7 +97,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// limit) gives the nearest state that the rounds found and [`Status::LOAD_NOT_REACHED`]. A normal force of 0 or
     /// less lifts off; NaN stands still.
     ///
-    /// Mostly two or three rounds; 2300 to 6500 instructions when driven by normal force, more when driven by normal
+    /// Mostly two or three rounds; 2400 to 6600 instructions when driven by normal force, more when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
     pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
         let mut motion = Motion {

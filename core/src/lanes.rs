@@ -183,7 +183,7 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
         side_by_side(anchors, anchor.as_flattened_mut().as_flattened_mut());
 
         let load = carry(&model, &mut anchor, &begun.at, begun.here, &begun.way);
-        if !check_sum(&load, &begun.way).are_numbers() {
+        if !check_sum::<P, Lanes>(&load, &begun.way).are_numbers() {
             return false;
         }
         // A batch tells no bands.

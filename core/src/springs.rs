@@ -21,15 +21,18 @@ pub(crate) struct Load<T> {
     pub(crate) friction: [T; 2],
     /// What the forces along x and y add to the moment, over the stiffness, mm²; 0 without spin.
     pub(crate) moment: [T; 2],
-    /// Rounding may leave it a little below 0.
     pub(crate) stick_ratio: T,
 }
 
 /// A number that is not finite if any of the load is not, or if the way is so long that the square of a way is not: then the stick
 /// ratio is none. The stick ratio itself is not read, so that it costs nothing where it is not used.
 #[inline(always)]
-pub(crate) fn check_sum<T: Arithmetic>(load: &Load<T>, Way([x, y, angle]): &Way<T>) -> T {
-    load.normal + load.friction[1] + T::of(ENDLESS) * (*x * *x + *y * *y + *angle * *angle)
+pub(crate) fn check_sum<const P: usize, T: Arithmetic>(load: &Load<T>, Way([x, y, angle]): &Way<T>) -> T {
+    let mut square = *x * *x + *y * *y;
+    if P > 1 {
+        square += *angle * *angle;
+    }
+    load.normal + load.friction[1] + T::of(ENDLESS) * square
 }
 
 /// Moves every spring and adds up what they bear.
@@ -159,7 +162,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         bed.moment = [share * (bed.moment[0] - odd.0 * levered), share * bed.moment[1]];
     }
     let slip_lead = data.slip_lead[0] + data.slip_lead[1] * at.cells;
-    bed.stick_ratio = led(bed.stick_ratio, slip_lead, way);
+    bed.stick_ratio = led(bed.stick_ratio.not_negative(), slip_lead, way);
     bed
 }
 

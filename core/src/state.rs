@@ -85,7 +85,7 @@ impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
     #[inline(always)]
     pub(crate) fn is_consistent(&self, posed: bool) -> bool {
         let [least, most] = STRENGTH_FACTOR;
-        self.strength_factor.is_between(least, most) & (!posed || !self.in_contact() || self.rolled.bears())
+        self.strength_factor.is_between(least, most) & (!posed || self.rolled.bears())
     }
 
     /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,

@@ -135,7 +135,7 @@ pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: 
 ) -> Response<T> {
     let at = &begun.at;
     let load = carry(model, &mut state.anchor, at, begun.here, &begun.way);
-    if !check_sum(&load, &begun.way).is_number() {
+    if !check_sum::<P, T>(&load, &begun.way).is_number() {
         return memory_lost(state, begun.status);
     }
     let rolled = if S::POSED { state.rolled.share() } else { T::of(0.0) };
@@ -157,7 +157,6 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
 ) -> Response<T> {
     let (data, scale) = (model.data, &model.scale);
     let Load { normal, friction, moment, stick_ratio } = *load;
-    let stick_ratio = stick_ratio.not_negative();
     // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
     let per_limit = T::of(1.0) / at.limit;
     let [along, across] = friction.map(|f| f * per_limit);

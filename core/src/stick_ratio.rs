@@ -105,11 +105,11 @@ impl<T: Scalar> Way<T> {
         let square = course.dot::<P>(moved, moved);
         let grown = limit - state.limit_reached;
         let weighed = T::of(GROWTH) * grown;
-        let (is_far, is_larger) = (square > noticed * noticed, grown > course.noticed_growth);
-        if is_far | is_larger {
+        let is_far = square > noticed * noticed;
+        if is_far || grown > course.noticed_growth {
             let grows = grown > nothing && course.outweighs(weighed, square);
             // As long as the larger of growth and slide is below its threshold, both are kept.
-            let is_clear = if grows { is_larger } else { is_far };
+            let is_clear = if grows { grown > course.noticed_growth } else { is_far };
             if is_clear {
                 if grows {
                     grow(state, course);

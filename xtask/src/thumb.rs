@@ -367,17 +367,17 @@ impl Tools {
 /// Most instructions that a call may take, by a part of its row's name. The step's is what README promises; the others leave
 /// 5 % to the compiler.
 const INSTRUCTION_BOUNDS: [(&str, u32); 14] = [
-    ("step M=4 default", 713),
-    ("step M=4, N F limit margin", 511),
-    ("step M=6, N F limit margin", 668),
+    ("step M=4 default", 754),
+    ("step M=4, N F limit margin", 550),
+    ("step M=6, N F limit margin", 678),
     ("spin M=4, N F Mz limit margin", 1086),
-    ("step, retuned finger", 839),
+    ("step, retuned finger", 850),
     ("gradient", 1761),
     ("least_grip", 1189),
     ("step_driven by normal force", 6641),
     ("tuned", 119),
     ("posed, a change of pose", 250),
-    ("step, in a pose", 1035),
+    ("step, in a pose", 1154),
     ("calibration, work on a block", 4986),
     ("effects, none in the file", 1057),
     ("effects, all of them", 2466),
