@@ -58,7 +58,8 @@ fn prepare(at: &Path) {
     }
     for (name, files) in [
         ("calibration_d", &["calibration.csv", "c.csv"][..]),
-        ("set_17", &["measured.csv", "m.csv", "h.csv", "holdout.csv"]),
+        ("set_17", &["measured.csv", "m.csv"]),
+        ("set_15", &["h.csv", "holdout.csv"]),
     ] {
         let packed = Path::new(PACKAGE).join(format!("tests/fe_sets/{name}.csv.gz"));
         for file in files {
