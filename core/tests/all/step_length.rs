@@ -56,15 +56,20 @@ fn largest_turn<const M: usize, const P: usize>(name: &str, data: &DataOf<M, NOD
 /// Steady slip at 45 degrees: friction points the same way whatever the length of a step.
 #[test]
 fn slow_slip_points_the_way_of_fast_slip() {
-    let (data, accurate) = (shipped(), accurate());
-    let turns = [
-        largest_turn::<4, 1>("shipped", &data),
-        largest_turn::<4, 2>("shipped", &data),
-        largest_turn::<6, 1>("accurate", &accurate),
-        largest_turn::<6, 2>("accurate", &accurate),
-    ];
-    println!("largest differences of the direction: {turns:.3?} degrees");
-    assert!(turns.iter().all(|turn| *turn < 0.2), "{turns:?}");
+    assert!(largest_turn::<4, 1>("shipped", &shipped()) < 0.2);
+}
+
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn slow_slip_points_the_way_of_fast_slip_with_spin() {
+    assert!(largest_turn::<4, 2>("shipped", &shipped()) < 0.2);
+}
+
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn slow_slip_points_the_way_of_fast_slip_with_six_springs() {
+    assert!(largest_turn::<6, 1>("accurate", &accurate()) < 0.2);
+    assert!(largest_turn::<6, 2>("accurate", &accurate()) < 0.2);
 }
 
 /// Friction at 100 places of each leg of a random path that is walked in a number of steps per leg, over the limit.

@@ -293,7 +293,10 @@ mod tests {
                 "t.csv:2: column `contact_area_mm2`: `1,062.8` has a thousands separator: write 1062.8",
             ),
             ("1,0.2,2,1 062", "`1 062` has a thousands separator: write 1062"),
-            ("1,\"0,2\",2,62", "t.csv:2: column `normal_force_n`: `0,2` is not a number: the decimal point is `.`"),
+            (
+                "1,\"0,2\",2,62",
+                "t.csv:2: column `normal_force_n`: `0,2` has a decimal comma, while commas separate the cells",
+            ),
             ("1,0.2,2,1,062.8", "t.csv:2: 5 cells where the header has 4"),
             ("1,0.2,two,62", "`two` is not a number"),
         ] {

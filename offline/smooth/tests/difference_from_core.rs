@@ -65,7 +65,7 @@ fn the_smooth_model_stays_near_the_core() {
     let [normal, friction] =
         difference_percent(&model, &strokes, &through(&exported_model, &Effects::new(&exported.slots).unwrap()));
     println!("exported: normal {normal:.2?} %, friction {friction:.2?} % (root mean square, largest)");
-    assert!(normal[0] < 0.1 && normal[1] < 0.7 && friction[0] < 3.0 && friction[1] < 11.5);
+    assert!(normal[0] < 0.11 && normal[1] < 0.7 && friction[0] < 3.0 && friction[1] < 11.5);
 
     let [normal, friction] = difference_percent(&model, &strokes, &through(&file.model, &Effects::new(&[]).unwrap()));
     println!("file itself: normal {normal:.2?} %, friction {friction:.2?} % (root mean square, largest)");

@@ -438,7 +438,7 @@ fn meshes_and_volumes_replace_only_their_like() {
 
 /// Runs with a text on standard input.
 fn piped(arguments: &[&str], at: &Path, text: &str) -> (Option<i32>, String, String) {
-    let mut child = common::fingerpad(arguments, at).stdin(std::process::Stdio::piped()).spawn().unwrap();
+    let mut child = crate::common::fingerpad(arguments, at).stdin(std::process::Stdio::piped()).spawn().unwrap();
     std::io::Write::write_all(&mut child.stdin.take().unwrap(), text.as_bytes()).unwrap();
     let output = child.wait_with_output().unwrap();
     let [stdout, stderr] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());

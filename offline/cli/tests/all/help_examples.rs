@@ -161,7 +161,7 @@ fn every_example_of_every_help_is_parsed() {
     };
     for command in COMMANDS {
         for line in examples(command).iter().filter_map(|line| line.strip_prefix("fingerpad ")) {
-            let words: Vec<&str> = line.split(" > ").next().unwrap().split_whitespace().collect();
+            let words: Vec<&str> = line.split(['<', '>']).next().unwrap().split_whitespace().collect();
             assert!(parsed(&words), "{line}");
             assert!(!parsed(&[&words[..], &["--no-such-option"]].concat()), "{line} with an unknown option");
         }
@@ -174,11 +174,8 @@ fn every_example_of_every_help_runs() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
     let design = tempfile::tempdir().unwrap();
-    let all = help("");
     let mut count = 0;
     for command in COMMANDS {
-        assert!(all.contains(&format!("  {command} ")), "{command}");
-        /// Clap refuses unknown options and values before it reaches `--help`.
         for line in examples(command) {
             // A design that is stopped leaves few runs, of other settings than those that are there for the fit.
             let place = if command == "reduce" && line.contains("--design") { design.path() } else { folder.path() };

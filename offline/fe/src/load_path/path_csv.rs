@@ -158,7 +158,7 @@ mod tests {
             ),
             ("\ntime_ms,depth_mm\n", ":2: unknown column `time_ms`; did you mean `t_s`, in seconds?"),
             ("t_s,Depth (mm)\n", ":1: unknown column `Depth (mm)`; did you mean `depth_mm`?"),
-            ("t_s;depth_mm\n", ":1: unknown column `t_s;depth_mm`; columns are separated by commas"),
+            ("t_s;depth_mm\n", ":1: no column `slide_x_mm` or `friction_x_n`"),
             ("0,1,2,3\n", ":1: unknown column `0`; the first line must name the columns"),
             ("t_s,bogus\n", ":1: unknown column `bogus`; columns are t_s, depth_mm"),
             ("t_s,depth_mm,slide_x_mm\n", ":1: no column `slide_y_mm` or `friction_y_n`"),
