@@ -14,7 +14,7 @@ use std::fs::{self, File};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 
 use crate::times::Times;
@@ -193,7 +193,10 @@ pub fn main(args: &Args) -> Result<()> {
     let of_others = beside.finish();
     let all: Vec<Step> = workspace.iter().chain(&others).copied().collect();
     Times::read(&root())?.print(&names(&all), start.elapsed());
-    outcome.and(of_others)
+    match (outcome, of_others) {
+        (Err(here), Err(there)) => bail!("{here:#}; {there:#}"),
+        (here, there) => here.and(there),
+    }
 }
 
 fn names(steps: &[Step]) -> Vec<String> {
@@ -207,16 +210,21 @@ fn one_after_the_other(steps: &[Step]) -> Result<()> {
     outcome
 }
 
-/// Runs the steps until one fails, and stores the time of each.
+/// Runs the steps, those after a failure too, and stores the time of each; the error names all that failed.
 fn in_turn(steps: &[Step]) -> Result<()> {
+    let mut failed = Vec::new();
     for &step in steps {
         let name = step.name();
         println!("== {name}");
         let start = Instant::now();
-        let outcome = step.run().with_context(|| format!("the step {name} failed: cargo xtask test --only {name}"));
+        let outcome = step.run();
         Times::store(&root(), &name, start.elapsed(), outcome.is_ok())?;
-        outcome?;
+        if let Err(error) = outcome {
+            println!("== {name} failed: {error:#}");
+            failed.push(name);
+        }
     }
+    ensure!(failed.is_empty(), "failed: {0}; again: cargo xtask test --only {0}", failed.join(","));
     Ok(())
 }
 
