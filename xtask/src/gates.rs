@@ -39,8 +39,6 @@ pub struct Args {
 enum Step {
     /// rustfmt, in this workspace, the firmware's and those of the bindings
     Format,
-    /// Clippy without warnings: the workspace with all targets, the core with all features
-    Clippy,
     /// Unit and integration tests of the workspace that are not marked as slow, some against CalculiX, some with Gmsh; 2 000 cases
     /// for each property of the core
     Tests,
@@ -54,6 +52,8 @@ enum Step {
     ThumbRun,
     /// Host and target give the documented digest of a million steps. Last of its lane: it builds for the host as well
     ThumbGolden,
+    /// Clippy without warnings: the workspace with all targets, the core with all features (`check` does this for what changed)
+    Clippy,
     /// rustdoc without warnings
     Doc,
     /// Examples in the documentation
@@ -112,11 +112,11 @@ impl Step {
     /// Its tier, and the lane that it runs in.
     fn place(self) -> (Tier, Lane) {
         match self {
-            Self::Format | Self::Clippy | Self::Tests => (Tier::Test, Lane::Workspace),
+            Self::Format | Self::Tests => (Tier::Test, Lane::Workspace),
             Self::ThumbClippy | Self::ThumbCount | Self::ThumbCheck | Self::ThumbRun | Self::ThumbGolden => {
                 (Tier::Test, Lane::Others)
             }
-            Self::Doc | Self::Doctest | Self::Package | Self::SlowTests | Self::Properties => {
+            Self::Clippy | Self::Doc | Self::Doctest | Self::Package | Self::SlowTests | Self::Properties => {
                 (Tier::Slow, Lane::Workspace)
             }
             Self::ThumbOther | Self::ThumbC | Self::C | Self::Fmu | Self::Web | Self::Mujoco | Self::Python => {

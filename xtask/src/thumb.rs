@@ -383,8 +383,8 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 14] = [
     ("effects, all of them", 2466),
 ];
 /// Most bytes of code and literals of a step, and of stack below it.
-const CODE_BOUND: u64 = 4100;
-const STACK_BOUND: u64 = 208;
+const CODE_BOUND: u64 = 4400;
+const STACK_BOUND: u64 = 240;
 /// Four anchors of two words, 32 words for the plane, its turns and limits, where and how it rolled, depth and strength factor.
 const STATE_BYTES: u32 = 160;
 

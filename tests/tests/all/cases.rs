@@ -31,6 +31,7 @@ fn full_slip() {
 }
 
 #[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
 fn limit_surface() {
     holds("limit_surface");
 }
@@ -68,6 +69,7 @@ fn step_size() {
 }
 
 #[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
 fn loops() {
     holds("loops");
 }
@@ -84,6 +86,7 @@ fn arch() {
 }
 
 #[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
 fn turn_in_full_slip() {
     holds("turn_in_full_slip");
 }

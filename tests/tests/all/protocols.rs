@@ -97,6 +97,7 @@ fn a_name_has_an_amplitude_and_none_has_no_evidence() {
 
 /// A finger that is not symmetric along y either: pressing pushes it aside in every run, which is no cross-talk.
 #[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
 fn a_crooked_finger_is_no_cross_talk() {
     let pair = |a: &str, b: &str| Hide::Pair(place(a), place(b));
     for (seed, hide, size, wanted) in [
