@@ -163,7 +163,7 @@ mod tests {
             ("t_s,bogus\n", ":1: unknown column `bogus`; columns are t_s, depth_mm"),
             ("t_s,depth_mm,slide_x_mm\n", ":1: no column `slide_y_mm` or `friction_y_n`"),
             ("depth_mm,slide_x_mm,slide_y_mm\n", ":1: no column `t_s`"),
-            ("t_s,t_s,depth_mm\n", ":1: column `t_s` cannot stand beside `t_s`"),
+            ("t_s,t_s,depth_mm\n", ":1: column `t_s` stands twice in the header"),
             (
                 "t_s,normal_force_n,depth_mm,slide_x_mm,slide_y_mm\n",
                 ":1: column `depth_mm` cannot stand beside `normal_force_n`",
