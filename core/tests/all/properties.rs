@@ -76,6 +76,8 @@ proptest! {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { max_local_rejects: 10_000_000, ..ProptestConfig::default() })]
+
     /// The same while the finger is retuned, on the models in use. With a strength at zero pressure it is exact to 1e-4 only
     /// (see `DataOf::check`).
     #[test]
