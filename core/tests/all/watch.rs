@@ -66,7 +66,7 @@ fn of_leg(events: &[(usize, f64, Change)], leg: usize) -> (Vec<f64>, usize) {
 }
 
 /// Follows slides and their reversal with noise, and compares with the same without. Returns how far first slips are apart at most, share of
-/// the noise-free slide. A first slip within the noise itself, of a spring that has just touched, is told once in the first slide, within
+/// the noise-free slide. A first slip within the noise itself, of a spring that has just touched, is reported once in the first slide, within
 /// 10 um.
 fn largest_shift<const M: usize>(name: &str, data: &DataOf<M, NODES>) -> f64 {
     let mut largest = 0.0f64;

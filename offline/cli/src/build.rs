@@ -29,7 +29,7 @@ Examples:
   fingerpad build                                   everything with its defaults, into out/
   fingerpad build --mesh-preset coarse --out quick  seconds instead of minutes
   fingerpad build --shape a --config fixed.toml --out a_fixed
-  fingerpad build --fit                             and a reduced model, fitted anew
+  fingerpad build --fit                             and fits a reduced model
   fingerpad build --print-config > my.toml          all settings with their defaults
 
 The forces at the four depths are compared with the measured table and, where shape, tissue and friction law are those of the
@@ -41,7 +41,7 @@ pub struct Args {
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(super) out: PathBuf,
-    /// Fit a reduced model anew, DIR/model.fpm, from stored runs of these settings (minutes)
+    /// Fit a reduced model, DIR/model.fpm, to stored runs of these settings (minutes)
     #[arg(long)]
     pub(super) fit: bool,
     /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (407

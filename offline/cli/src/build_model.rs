@@ -1,4 +1,4 @@
-//! The reduced model in the results of `fingerpad build`: the one that ships, compared, and one that is fitted anew.
+//! The reduced model in the results of `fingerpad build`: comparison with the shipped model and, with `--fit`, a new fit.
 
 use std::path::Path;
 

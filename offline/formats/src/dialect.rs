@@ -81,7 +81,7 @@ impl Decimals {
         self.separator
     }
 
-    /// A cell with a decimal point; text that is no number with a decimal comma is returned as it is.
+    /// A cell with a decimal point; other text is returned unchanged.
     ///
     /// # Errors
     /// What is wrong with the number's decimals, as the end of a sentence.

@@ -386,7 +386,7 @@ fn an_output_replaces_only_what_the_same_command_wrote() {
         if command[0] == "reduce" {
             continue;
         }
-        // Its own file, an empty one, and another one that it is told to replace.
+        // Its own file, an empty one, and, with --force, a file of another command.
         for (content, more) in [(None, &[][..]), (None, &[]), (Some(""), &[]), (Some("mine\n"), &["--force"][..])] {
             if let Some(content) = content {
                 write(at, own, content);

@@ -163,7 +163,7 @@ pub struct RunSet {
     pub recorded: Vec<Column>,
     /// Remarks of the reader.
     pub notes: Vec<String>,
-    /// What the reader did that is told before the verdict; without a role.
+    /// What the reader did, reported before the verdict; without a role.
     pub cautions: Vec<Caution>,
     /// Rows in the file.
     pub rows_read: usize,

@@ -65,7 +65,7 @@ pub fn varied_in_calibration(calibration: &RunSet, measured: &RunSet, own: &Laws
     out
 }
 
-/// Looks at the files in exchanged roles where their conditions suggest it; returns what is told before the verdict.
+/// Diagnoses the files in exchanged roles where their conditions suggest an exchange; returns a caution, if any.
 ///
 /// Errors: [`DiagnoseError::Unusable`] where the calibration runs show a law along a column that only they vary.
 pub fn look(

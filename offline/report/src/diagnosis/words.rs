@@ -291,7 +291,7 @@ const FIRST: [&str; 10] = [
 /// Kinds of cautions, from the first on, after which the verdict may rest on a mistake in the files.
 const WARNINGS: usize = 3;
 
-/// What is told before the verdict, each with the word `warning` or `note`: cautions in the order of their weight, then a
+/// Lines printed before the verdict, each with the word `warning` or `note`: cautions in the order of their weight, then a
 /// calibration that misses its noise.
 pub fn cautions(report: &Diagnosis) -> Vec<(&'static str, String)> {
     let place = |kind: &str| FIRST.iter().position(|k| *k == kind).unwrap_or(FIRST.len());
