@@ -89,7 +89,7 @@ fn SysTick() {
             if response.regime != Regime::NoContact {
                 telemetry.least_margin = telemetry.least_margin.min(response.slip_margin);
             }
-            // A finger without contact closes if its target force is positive; otherwise it does not press.
+            // Without contact the margin is 0, so that the finger closes; a commanded depth of 0 or less keeps it off.
             finger.depth_extra =
                 if position[0] <= 0.0 { 0.0 } else { finger.control.update(response.slip_margin, dt_s) };
             finger.watch.look(response, &mut control.events);
