@@ -27,7 +27,7 @@ use super::{
 #[command(after_help = "\
 Examples:
   fingerpad build                                   everything with its defaults, into out/
-  fingerpad build --mesh-preset coarse --out quick  seconds instead of minutes
+  fingerpad build --mesh-preset coarse --out quick  in seconds
   fingerpad build --shape a --config fixed.toml --out a_fixed
   fingerpad build --fit                             and fits a reduced model
   fingerpad build --print-config > my.toml          all settings with their defaults
