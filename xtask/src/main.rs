@@ -57,7 +57,11 @@ enum Chore {
     },
     /// Fit the shipped model to the stored runs again, and bring the documented vectors and the firmware's corrected model
     /// up to it
-    Model,
+    Model {
+        /// Fit nothing: bring the scores in the shipped files and the documented vectors up to the present core
+        #[arg(long)]
+        scores: bool,
+    },
     /// The C library as a folder that needs no Rust: static libraries for this host, Cortex-M with and without FPU and RISC-V,
     /// header, model, example, CMake and pkg-config files
     ReleaseC(c_release::Args),
@@ -97,7 +101,7 @@ fn main() -> anyhow::Result<()> {
             }
         },
         Chore::Fuzz { seconds } => fuzz(seconds),
-        Chore::Model => model(),
+        Chore::Model { scores } => model(scores),
         Chore::ReleaseC(args) => c_release::main(&args),
         Chore::Thumb(args) => thumb::main(&args),
         Chore::Web(args) => web::main(&args),
@@ -134,14 +138,24 @@ fn tables() -> anyhow::Result<()> {
     cargo(&["test", "--release", "--package", "fingerpad-tests", "--test", "all", "table::", "--", "--ignored"], &[])
 }
 
-/// The shipped model from the stored runs, then what `core/docs/fpm-format.md` says of its bytes.
-fn model() -> anyhow::Result<()> {
+/// The shipped model from the stored runs, or its scores alone; then what `core/docs/fpm-format.md` says of its bytes.
+fn model(scores: bool) -> anyhow::Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = "data/models/fingertip.fpm";
+    if scores {
+        cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "rescore_models"], &[])?;
+        return document(&root, file);
+    }
     let fit = ["--package", "fingerpad-cli", "--", "reduce", "--force", "--runs", "data/runs", "--out", file];
     run(Command::new(env!("CARGO")).current_dir(&root).args(["run", "--release"]).args(fit))?;
+    document(&root, file)?;
+    corrected(&root)
+}
+
+/// Brings the documented vectors, size and digest up to a model file.
+fn document(root: &std::path::Path, file: &str) -> anyhow::Result<()> {
     let show = ["run", "--quiet", "--release", "--package", "fingerpad", "--example", "document", "--", file];
-    let out = Command::new(env!("CARGO")).current_dir(&root).args(show).output()?;
+    let out = Command::new(env!("CARGO")).current_dir(root).args(show).output()?;
     let says = String::from_utf8(out.stdout)?;
     let parts: Vec<&str> = says.trim().split("\n\n").collect();
     let [size, hex, vectors, golden] = parts[..] else { bail!("not understood: {says}") };
@@ -160,7 +174,7 @@ fn model() -> anyhow::Result<()> {
     }
     std::fs::write(&document, text)?;
     println!("{size}, digest {digest}: in {}", document.display());
-    corrected(&root)
+    Ok(())
 }
 
 /// The corrected model of the firmware: what a diagnosis of a stored set (relaxation inside the finite elements) makes

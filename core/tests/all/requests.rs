@@ -3,7 +3,7 @@
 use crate::common::{Noise, closed_path, example, motion, shipped};
 use fingerpad::events::{Change, Queue, Watch};
 use fingerpad::{
-    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Params, Pose, Regime, Response, SPRINGS,
+    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Pose, Regime, Response, SPRINGS,
     SpinState, State, Status, Surroundings, Tangential, step,
 };
 use proptest::prelude::*;
@@ -207,7 +207,7 @@ fn events_in_their_order() {
 #[cfg(feature = "serde")]
 #[test]
 fn serde_round_trips() {
-    use fingerpad::{Contact, EffectSlot, SpinState};
+    use fingerpad::{Contact, EffectSlot, Params, SpinState};
 
     fn again<T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + core::fmt::Debug>(value: &T) {
         assert_eq!(serde_json::from_str::<T>(&serde_json::to_string(value).unwrap()).unwrap(), *value);

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::{DataOf, EffectSlot, NODES, ParamsOf, PoseTable, SPRINGS};
+use fingerpad::{DataOf, EffectSlot, ModelOf, NODES, ParamsOf, PoseTable, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
@@ -37,6 +37,14 @@ pub struct Meta {
     /// Errors in other poses, held out: in a pose that stays, and in one that changes in contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<[PoseScores; 2]>,
+}
+
+impl Meta {
+    /// Replaces the errors in the fitted pose by those of the present core along the runs that are not in other poses.
+    pub fn rescore<const M: usize, const N: usize>(&mut self, model: &ModelOf<'_, M, N>, runs: &[Run]) {
+        let scores = score(model, runs);
+        (self.held_out, self.kinds) = (Scores::of(&scores, |s| s.held_out), kinds(&scores));
+    }
 }
 
 /// Errors along the held-out paths of one kind: the few numbers of [`Scores`] that a file has room for, rounded to three digits.
