@@ -1,5 +1,5 @@
 //! Files in and out, as plain arrays: atomic writes, columns of numbers, Abaqus/CalculiX `.inp`, Gmsh `.msh`, VTU,
-//! label volumes (NRRD, NIfTI).
+//! label volumes (NRRD, NIfTI), height fields (CSV, NRRD).
 //!
 //! Main types: [`Error`] (names file, line and value), [`Columns`] (a CSV file of numbers;
 //! [`ColumnNames`]: with names and units of its own; [`dialect`]: separators and decimals), [`mesh::Mesh`],
@@ -12,6 +12,7 @@ mod column_names;
 mod columns;
 pub mod dialect;
 mod error;
+pub mod heights;
 pub mod inp;
 pub mod inp_reader;
 pub mod label_volume;

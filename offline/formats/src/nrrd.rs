@@ -1,7 +1,7 @@
-//! NRRD label volumes (format of the Teem library, versions 1 to 5): raw, gzip and text encodings, both byte orders,
-//! attached or detached data.
+//! NRRD label volumes and height fields (format of the Teem library, versions 1 to 5): raw, gzip and text encodings, both byte
+//! orders, attached or detached data.
 //!
-//! Used of the header: type, dimension (3), sizes, encoding, endian, spacings or space directions, space units, data
+//! Used of the header: type, dimension (3, of height fields 2), sizes, encoding, endian, spacings or space directions, space units, data
 //! file. The place and the turn of the volume in the scanner are of no use to a mesh and are only checked.
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -47,6 +47,8 @@ fn scalar(name: &str) -> Option<Scalar> {
 /// What the header says.
 #[derive(Default)]
 struct Header {
+    /// Axes that are wanted: 3, or 2, to which a third of one node is added.
+    axes: usize,
     scalar: Option<Scalar>,
     size: Option<[usize; 3]>,
     steps_mm: Option<[Vector3<f64>; 3]>,
@@ -61,9 +63,20 @@ struct Header {
 /// # Errors
 /// [`Error::Field`] with line and value for the header; [`Error::Content`] for data that are too short or no labels.
 pub fn read(path: &Path) -> Result<LabelVolume, Error> {
+    let (size, steps_mm, values) = read_values(path, 3)?;
+    let labels = volume::labels(values.into_iter(), size);
+    let labels = labels.map_err(|problem| Error::Content { path: path.to_path_buf(), problem })?;
+    Ok(LabelVolume { size, steps_mm, labels })
+}
+
+/// Sizes, steps along the axes (mm) and values of a file with so many axes; of two the third has size 1.
+pub(crate) fn read_values(
+    path: &Path,
+    axes: usize,
+) -> Result<([usize; 3], [Vector3<f64>; 3], Vec<f64>), Error> {
     let file = |source| Error::File { path: path.to_path_buf(), source };
     let mut input = BufReader::new(std::fs::File::open(path).map_err(file)?);
-    let header = read_header(path, &mut input)?;
+    let header = read_header(path, axes, &mut input)?;
     let problem = |problem: String| Error::Content { path: path.to_path_buf(), problem };
     let missing = |field: &str| problem(format!("the header has no `{field}`"));
     let (bytes, convert) = header.scalar.ok_or_else(|| missing("type"))?;
@@ -114,12 +127,11 @@ pub fn read(path: &Path) -> Result<LabelVolume, Error> {
     if values.len() != count {
         return Err(problem(format!("the data end after {} of {count} voxels ({size:?})", values.len())));
     }
-    let labels = volume::labels(values.into_iter(), size).map_err(problem)?;
-    Ok(LabelVolume { size, steps_mm, labels })
+    Ok((size, steps_mm, values))
 }
 
-fn read_header(path: &Path, input: &mut impl BufRead) -> Result<Header, Error> {
-    let mut header = Header { unit_mm: 1.0, ..Header::default() };
+fn read_header(path: &Path, axes: usize, input: &mut impl BufRead) -> Result<Header, Error> {
+    let mut header = Header { axes, unit_mm: 1.0, ..Header::default() };
     let mut number = 0;
     loop {
         number += 1;
@@ -169,12 +181,20 @@ fn set_field(header: &mut Header, field: &str, value: &str) -> Result<(), String
             let found = scalar(&value.to_lowercase());
             header.scalar = Some(found.ok_or("is not a type of numbers (uint8, int16, float, ...)")?);
         }
-        "dimension" if value != "3" => {
-            return Err("is not 3: a label volume has three axes, one label per voxel".into());
+        "dimension" if value != header.axes.to_string() => {
+            let is_not = if header.axes == 3 {
+                "is not 3: a label volume has three axes, one label per voxel"
+            } else {
+                "is not 2: a height field has two axes, one height per node"
+            };
+            return Err(is_not.into());
         }
         "sizes" => {
-            let sizes: Vec<usize> = numbers(value)?;
-            let size: [usize; 3] = sizes.try_into().map_err(|_| "are not three sizes")?;
+            let mut sizes: Vec<usize> = numbers(value)?;
+            if header.axes == 2 && sizes.len() == 2 {
+                sizes.push(1);
+            }
+            let size: [usize; 3] = sizes.try_into().map_err(|_| "are not three sizes (of a height field two)")?;
             let count = size.iter().try_fold(1usize, |n, s| n.checked_mul(*s));
             if size.contains(&0) || count.is_none_or(|n| n > 4_000_000_000) {
                 return Err("are no sizes of a volume that fits in memory".into());
@@ -197,24 +217,30 @@ fn set_field(header: &mut Header, field: &str, value: &str) -> Result<(), String
             });
         }
         "spacings" => {
-            let spacings: [f64; 3] = numbers(value)?.try_into().map_err(|_| "are not three spacings")?;
+            let mut spacings: Vec<f64> = numbers(value)?;
+            if header.axes == 2 && spacings.len() == 2 {
+                spacings.push(1.0);
+            }
+            let spacings: [f64; 3] =
+                spacings.try_into().map_err(|_| "are not three spacings (of a height field two)")?;
             if !spacings.iter().all(|s| s.is_finite() && *s > 0.0) {
                 return Err("are not three positive numbers of mm".into());
             }
             header.steps_mm.get_or_insert([0, 1, 2].map(|axis| Vector3::ith(axis, spacings[axis])));
         }
+        "space directions" if header.axes == 2 => return Err("are not read of a height field; give spacings".into()),
         "space directions" => header.steps_mm = Some(directions(value)?),
         "space units" => {
             let units: Vec<&str> = value.split('"').map(str::trim).filter(|s| !s.is_empty()).collect();
             header.unit_mm = match units.as_slice() {
-                [a, b, c] if a == b && b == c => match *a {
+                [a, rest @ ..] if rest.len() + 1 == header.axes && rest.iter().all(|b| b == a) => match *a {
                     "mm" => 1.0,
                     "cm" => 10.0,
                     "m" => 1000.0,
                     "um" | "µm" => 1e-3,
                     _ => return Err("are not understood; mm, cm, m and um are".into()),
                 },
-                _ => return Err("are not the same unit three times".into()),
+                _ => return Err("are not the same unit for every axis".into()),
             };
         }
         "data file" | "datafile" => {

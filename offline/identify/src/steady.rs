@@ -13,7 +13,7 @@ use super::{
 };
 use fingerpad_fe::assembly::Configuration;
 use fingerpad_fe::contact::plane::DEPTH;
-use fingerpad_fe::contact::{Friction, FrictionLaw, PenaltySettings, RubberFriction};
+use fingerpad_fe::contact::{Friction, FrictionLaw, PenaltySettings, Plane, RubberFriction};
 use fingerpad_fe::load_path::{
     BESIDE_PAD_MM, FailedStep, LimitPointRule, LoadSteps, Model, Problem, Standing, StepRule, below_beside_pad_mm,
     load_along, pass_limit_point,
@@ -169,7 +169,8 @@ impl<'a> Slider<'a> {
             ..problem.settings
         };
         let model = problem.symmetric_model();
-        let solver = Solver::new(model.body, model.pad_faces, Friction::On(law), penalty, settings);
+        let mut solver = Solver::new(model.body, model.pad_faces, Friction::On(law), penalty, settings);
+        solver.set_rigid_body(problem.rigid_body.clone(), problem.outline.clone(), &Plane::default());
         let state = solver.initial_state([0.0; 3]);
         Self {
             model,
@@ -414,7 +415,7 @@ impl LoadSteps for Move<'_, '_> {
 fn saturated(state: &State) -> State {
     let mut state = state.clone();
     for node in &mut state.contact.nodes {
-        node.elastic_slip = [SATURATED_MM, 0.0];
+        node.elastic_slip = Vector3::new(SATURATED_MM, 0.0, 0.0);
         node.multiplier = 0.0;
     }
     state

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use crate::assembly::{Body, BodyError, Supports};
-use crate::contact::{PenaltySettings, RubberFriction};
+use crate::contact::{PenaltySettings, RigidBody, RubberFriction};
 use crate::element::Hex8;
 use crate::load_path::{Bone, BoneKind, Finger, LoadSettings, Problem, Tissue};
 use crate::mesh::{Fingertip, Region, set};
@@ -54,6 +54,8 @@ pub fn problem(finger: &Finger, friction: Option<RubberFriction>, penalty_mpa_pe
     Problem {
         body: &finger.body,
         pad_faces: (&finger.mesh).into(),
+        rigid_body: RigidBody::Plane,
+        outline: None,
         half: None,
         friction,
         penalty: PenaltySettings { penalty_mpa_per_mm, augment: false, ..Default::default() },

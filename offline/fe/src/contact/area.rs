@@ -3,7 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::contour::Facet;
-use super::{ContactState, Plane, Surface};
+use super::rigid::tangents;
+use super::{ContactState, Plane, Spot, Surface};
 
 /// Share of the largest nominal pressure at a face's corners from which on a corner takes its whole part of the face's
 /// contact area; below, its part goes over to the others, so that no part jumps when a node opens.
@@ -22,7 +23,7 @@ pub enum Parts<'a> {
     Followed,
 }
 
-/// Derivative of the part of the area of one node over the place of another, mm²/mm, plane's frame.
+/// Derivative of the part of the area of one node over the place of another, mm²/mm, rigid body's frame.
 pub(super) struct PartChange {
     /// Surface node whose part it is.
     pub node: usize,
@@ -32,15 +33,41 @@ pub(super) struct PartChange {
     pub gradient: Vector3<f64>,
 }
 
-/// A face with the places and levels of its corners.
+/// A face with the places of its corners on the rigid body, laid flat, and their levels.
 struct Corners {
     place: Vec<Vector2<f64>>,
     level: Vec<f64>,
+    /// The two axes along which the places are given, rigid body's frame.
+    axes: [Vector3<f64>; 2],
 }
 
 impl Corners {
-    fn of(facet: &Facet, place: &[Vector3<f64>], level: &[f64]) -> Self {
-        Self { place: corner_places(facet, place), level: corner_values(facet, level) }
+    /// On a plane the places are those on it. On a curved body they are on the tangent plane at the middle of the face, as far
+    /// from the middle as along an arc of the body.
+    fn of(facet: &Facet, spots: &[Spot], level: &[f64]) -> Self {
+        let corners = facet.corners();
+        let level = corners.iter().map(|&n| level[n]).collect();
+        let of_body = |n: usize| &spots[n];
+        if corners.iter().all(|&n| of_body(n).normal == Vector3::z()) {
+            let place = corners.iter().map(|&n| of_body(n).point.xy()).collect();
+            return Self { place, level, axes: [Vector3::x(), Vector3::y()] };
+        }
+        let share = 1.0 / corners.len() as f64;
+        let normal = corners.iter().map(|&n| of_body(n).normal).sum::<Vector3<f64>>().normalize();
+        let middle = corners.iter().map(|&n| of_body(n).point * share).sum::<Vector3<f64>>();
+        let axes = tangents(&normal);
+        let place = corners
+            .iter()
+            .map(|&n| {
+                let Spot { point, normal: there, .. } = of_body(n);
+                let arm = point - middle;
+                let cos = there.dot(&normal).clamp(-1.0, 1.0);
+                let sin = (1.0 - cos * cos).sqrt();
+                let longer = if sin > 1e-6 { sin.atan2(cos) / sin } else { 1.0 };
+                Vector2::new(axes[0].dot(&arm), axes[1].dot(&arm)) * longer
+            })
+            .collect();
+        Self { place, level, axes }
     }
 
     /// What the contour encloses of the face, shared among the corners that touch.
@@ -74,16 +101,16 @@ impl Surface {
     /// Part of the contact area of each node at these positions, mm²; `last` holds the multipliers.
     pub fn areas(&self, last: &ContactState, position: &[Vector3<f64>], plane: &Plane) -> Vec<f64> {
         let frame = self.frame(plane);
-        let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
-        self.areas_at(last, &place)
+        let spots: Vec<Spot> = position.iter().map(|x| self.body().spot(&frame.to_plane(x))).collect();
+        self.areas_at(last, &spots)
     }
 
-    /// The same at places in the plane's frame.
-    pub(super) fn areas_at(&self, last: &ContactState, place: &[Vector3<f64>]) -> Vec<f64> {
-        let level = self.level_at(last, place);
+    /// The same at spots of the rigid body.
+    pub(super) fn areas_at(&self, last: &ContactState, spots: &[Spot]) -> Vec<f64> {
+        let level = self.level_at(last, spots);
         let mut parts = vec![0.0; self.nodes.len()];
         for facet in self.touching_facets(&level) {
-            let of_face = Corners::of(facet, place, &level).parts(facet);
+            let of_face = Corners::of(facet, spots, &level).parts(facet);
             for (&n, part) in facet.corners().iter().zip(of_face) {
                 parts[n] += part;
             }
@@ -92,11 +119,14 @@ impl Surface {
     }
 
     /// Derivatives of [`Self::areas_at`] over the places, by differences.
-    pub(super) fn area_changes(&self, last: &ContactState, place: &[Vector3<f64>]) -> Vec<PartChange> {
-        let level = self.level_at(last, place);
+    ///
+    /// On a curved body the tangent plane on which a face is laid flat stays for this, so that they are not exact there; the
+    /// error is of the order of the size of a face over the radius.
+    pub(super) fn area_changes(&self, last: &ContactState, spots: &[Spot]) -> Vec<PartChange> {
+        let level = self.level_at(last, spots);
         let mut changes = Vec::new();
         for facet in self.touching_facets(&level) {
-            let mut face = Corners::of(facet, place, &level);
+            let mut face = Corners::of(facet, spots, &level);
             let corners = facet.corners();
             let size = (face.place[1] - face.place[0]).norm();
             let highest = face.level.iter().fold(0.0, |a: f64, l| a.max(l.abs()));
@@ -106,19 +136,20 @@ impl Surface {
                 let (by_x, by_y) = (along(&mut face, 0), along(&mut face, 1));
                 let by_level = face.change(facet, LEVEL_STEP * highest, |f| &mut f.level[c]);
                 let slope = self.level_slope(by, level[by]);
+                let (axes, normal) = (face.axes, spots[by].normal);
                 changes.extend(corners.iter().enumerate().map(|(k, &node)| PartChange {
                     node,
                     by,
-                    gradient: Vector3::new(by_x[k], by_y[k], by_level[k] * slope),
+                    gradient: axes[0] * by_x[k] + axes[1] * by_y[k] + normal * (by_level[k] * slope),
                 }));
             }
         }
         changes
     }
 
-    fn level_at(&self, last: &ContactState, place: &[Vector3<f64>]) -> Vec<f64> {
-        let force: Vec<f64> = place.iter().enumerate().map(|(n, y)| self.normal_force(n, y.z, last)).collect();
-        self.contact_level(place, &force)
+    fn level_at(&self, last: &ContactState, spots: &[Spot]) -> Vec<f64> {
+        let force: Vec<f64> = spots.iter().enumerate().map(|(n, at)| self.normal_force(n, at.gap_mm, last)).collect();
+        self.contact_level(spots, &force)
     }
 
     /// Faces of which a corner touches.
@@ -127,34 +158,34 @@ impl Surface {
     }
 
     /// The field whose zero contour is the edge of the contact, MPa.
-    pub(super) fn contact_level(&self, place: &[Vector3<f64>], force: &[f64]) -> Vec<f64> {
-        (0..place.len())
-            .map(|n| {
-                if force[n] > 0.0 { force[n] / self.reference_area[n] } else { -self.per_gap[n] * place[n].z.max(0.0) }
-            })
-            .collect()
+    pub(super) fn contact_level(&self, spots: &[Spot], force: &[f64]) -> Vec<f64> {
+        let level = |n: usize| {
+            if force[n] > 0.0 { force[n] / self.reference_area[n] } else { -self.per_gap[n] * spots[n].gap_mm.max(0.0) }
+        };
+        (0..spots.len()).map(level).collect()
     }
 
-    /// Derivative of a node's level over its height, MPa/mm.
+    /// Derivative of a node's level over its gap, MPa/mm.
     fn level_slope(&self, node: usize, level: f64) -> f64 {
         if level > 0.0 { -self.penalty } else { -self.per_gap[node] }
     }
 
     /// Area of each face in which a field at the nodes is positive, mm².
-    pub(super) fn face_areas(&self, place: &[Vector3<f64>], level: &[f64]) -> Vec<f64> {
+    pub(super) fn face_areas(&self, spots: &[Spot], level: &[f64]) -> Vec<f64> {
         let area = |facet: &Facet| {
-            let Corners { place, level } = Corners::of(facet, place, level);
+            let Corners { place, level, .. } = Corners::of(facet, spots, level);
             facet.shares(&place, &level).iter().sum()
         };
         self.facets.iter().map(area).collect()
     }
 
-    /// Contact area of each face and area of the whole face, on the plane, mm².
+    /// Contact area of each face and area of the whole face, on the rigid body, mm².
     pub fn contact_areas(&self, state: &ContactState) -> Vec<[f64; 2]> {
         let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
-        let level = self.contact_level(&state.position, &force);
+        let spots = self.spots(&state.position);
+        let level = self.contact_level(&spots, &force);
         let areas = |facet: &Facet| {
-            let Corners { place, level } = Corners::of(facet, &state.position, &level);
+            let Corners { place, level, .. } = Corners::of(facet, &spots, &level);
             let whole = facet.shares(&place, &[1.0; 4][..level.len()]).iter().sum();
             [facet.shares(&place, &level).iter().sum(), whole]
         };
@@ -182,12 +213,4 @@ pub(super) fn reference_shares(facet: &Facet, undeformed: &[Vector3<f64>]) -> [f
         }
     }
     shares
-}
-
-fn corner_places(facet: &Facet, place: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
-    facet.corners().iter().map(|&n| place[n].xy()).collect()
-}
-
-fn corner_values(facet: &Facet, values: &[f64]) -> Vec<f64> {
-    facet.corners().iter().map(|&n| values[n]).collect()
 }

@@ -1,6 +1,10 @@
-//! Where the plane is: six coordinates of its motion, and the rigid frame that they give.
+//! Where the rigid body is: six coordinates of its motion, and the rigid frame that they give.
+//!
+//! The plane stands for every body here: what is said of it holds for the tangent plane at the apex of a curved one.
 
 use nalgebra::{Matrix3, Rotation2, Rotation3, Vector2, Vector3};
+
+use super::Reach;
 
 /// Coordinates in which the plane is driven, in this order: slide along x and y (mm), depth (mm), spin, pitch and roll
 /// (rad).
@@ -78,10 +82,10 @@ impl Plane {
     /// The rigid frame of the plane whose normal meets first touch at the height that `reach` gives.
     pub fn frame(&self, reach: &Reach) -> Frame {
         let tilt = self.tilt();
-        let height = reach.height_mm(&tilt) + self.at[DEPTH];
+        let foot = reach.pivot_mm() + tilt * Vector3::z() * (reach.height_mm(&tilt) + self.at[DEPTH]);
         let rotation = tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), self.at[SPIN]);
-        let origin = tilt * Vector3::new(self.shift.x, self.shift.y, height);
-        Frame { rotation, origin, tilt, height_mm: height }
+        let origin = foot + tilt * Vector3::new(self.shift.x, self.shift.y, 0.0);
+        Frame { rotation, origin, tilt, foot }
     }
 
     /// Velocity of the plane per rate of a coordinate: what turns about the foot and what moves there, in the finger's
@@ -146,7 +150,7 @@ pub struct Frame {
     rotation: Rotation3<f64>,
     origin: Vector3<f64>,
     tilt: Rotation3<f64>,
-    height_mm: f64,
+    foot: Vector3<f64>,
 }
 
 impl Frame {
@@ -180,45 +184,14 @@ impl Frame {
         self.tilt.inverse_transform_vector(v)
     }
 
-    /// The foot: the point of the plane under first touch in the neutral pose, finger's frame.
+    /// The foot: the point of the plane under the pivot of [`Reach`], finger's frame.
     pub fn foot(&self) -> Vector3<f64> {
-        self.tilt * Vector3::new(0.0, 0.0, self.height_mm)
+        self.foot
     }
 
-    /// Turn about the normal that brings the plane's material axes to its unspun ones.
-    pub fn unspun(&self, v: [f64; 2]) -> [f64; 2] {
-        let along = self.along_axes(&self.to_finger(&Vector3::new(v[0], v[1], 0.0)));
+    /// A vector of the plane's material frame along its axes x and y, which spin does not turn.
+    pub fn unspun(&self, v: &Vector3<f64>) -> [f64; 2] {
+        let along = self.along_axes(&self.to_finger(v));
         [along.x, along.y]
     }
-}
-
-/// How far the undeformed surface reaches in each direction: the height of the plane at first touch in any pose.
-#[derive(Clone, Debug, Default)]
-pub struct Reach {
-    points: Vec<Vector3<f64>>,
-    neutral_mm: f64,
-}
-
-impl Reach {
-    /// Reach of these points of the undeformed surface, mm.
-    ///
-    /// * `points`: what may touch in the poses of a path
-    /// * `body`: every point of the undeformed body, whose lowest one in the neutral pose the plane touches first, at
-    ///   height 0; it need not be one of `points`
-    pub fn of(points: Vec<Vector3<f64>>, body: &[Vector3<f64>]) -> Self {
-        let neutral_mm = lowest(body, &Vector3::z());
-        Self { points, neutral_mm }
-    }
-
-    /// Height of the tilted plane at first touch over the origin, mm; 0 in the neutral pose.
-    pub fn height_mm(&self, tilt: &Rotation3<f64>) -> f64 {
-        if self.points.is_empty() || tilt.angle() == 0.0 {
-            return 0.0;
-        }
-        lowest(&self.points, &(tilt * Vector3::z())) - self.neutral_mm
-    }
-}
-
-fn lowest(points: &[Vector3<f64>], normal: &Vector3<f64>) -> f64 {
-    points.iter().map(|p| p.dot(normal)).fold(f64::INFINITY, f64::min)
 }

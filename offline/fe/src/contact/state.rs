@@ -54,23 +54,24 @@ impl FrictionLaw for Friction {
     }
 }
 
-/// What a contact node remembers from increment to increment. Tangential components are along the plane's material axes.
+/// What a contact node remembers from increment to increment. Vectors are along the surface of the rigid body, in its material
+/// frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct NodeState {
-    /// Elastic slip (plane minus skin), mm.
-    pub elastic_slip: [f64; 2],
+    /// Elastic slip (body minus skin), mm.
+    pub elastic_slip: Vector3<f64>,
     /// Slip since it came into contact, mm.
-    pub slip: [f64; 2],
+    pub slip: Vector3<f64>,
     /// Length of the plastic slip since it last stuck, mm.
     pub slip_since_stick_mm: f64,
-    /// Direction in which the plane last moved past it; zero before the first motion.
-    pub direction: [f64; 2],
+    /// Direction in which the body last moved past it; zero before the first motion.
+    pub direction: Vector3<f64>,
     /// Lagrange multiplier of the augmentation, MPa.
     pub multiplier: f64,
     /// Normal force, N, > 0 in contact.
     pub normal_force_n: f64,
     /// Tangential force on the finger, N.
-    pub tangential_force_n: [f64; 2],
+    pub tangential_force_n: Vector3<f64>,
     /// Part of the contact area that it stands for, mm².
     pub area: f64,
     /// In contact and below its strength.
@@ -89,8 +90,10 @@ impl NodeState {
 pub struct ContactState {
     /// Surface nodes.
     pub nodes: Vec<NodeState>,
-    /// Positions of the surface nodes in the plane's material frame, mm; z is the height over the plane.
+    /// Positions of the surface nodes in the rigid body's material frame, mm.
     pub position: Vec<Vector3<f64>>,
+    /// Closest points of the rigid body's surface, mm, same frame.
+    pub point: Vec<Vector3<f64>>,
     /// Place of the plane.
     pub plane: Plane,
 }

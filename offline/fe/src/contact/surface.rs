@@ -1,7 +1,7 @@
 //! Contact forces of all surface nodes and their tangent.
 //!
-//! The contact is nodal. A node bears the normal force `N = eps D max(-z, 0)`, `D` its part of the reference surface,
-//! z its height over the plane, and friction through one elastic slip of its own, so that as many tangential conditions
+//! The contact is nodal. A node bears the normal force `N = eps D max(-g, 0)`, `D` its part of the reference surface,
+//! g its gap to the rigid body, along the body's normal at the closest point, and friction through one elastic slip of its own, so that as many tangential conditions
 //! act as there are displacements to meet them: what sticks, sticks exactly.
 //!
 //! The edge of the contact runs inside faces. It is the zero contour of a field that is the nominal pressure `N/D` at
@@ -12,13 +12,19 @@
 //! faces' radius to 0.5 %. What the contour encloses of a face belongs to the corners that touch, in proportion to their
 //! shape functions there: the strip beyond the last node that touches bears friction too. A node's friction is bounded
 //! by `S = W tau_crit(N/W)`, W its part of the area.
+//!
+//! The elastic slip is a vector along the rigid body's surface in the body's material frame, so that turning body and finger
+//! together changes nothing. Where a node has moved on over a curved surface, what it had is projected on the new tangent plane:
+//! the angle between the two is that of one increment, and a node that sticks has none but that of its elastic slip.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::area::{Parts, reference_shares};
 use super::contour::Facet;
-use super::plane::{Frame, Reach, SPIN, Twist};
-use super::{ContactState, FrictionLaw, NodeState, PenaltySettings, Plane, Sliding, Totals};
+use super::plane::{Frame, SPIN, Twist};
+use super::{
+    ContactState, FrictionLaw, NodeState, Outline, PenaltySettings, Plane, Reach, RigidBody, Sliding, Spot, Totals,
+};
 
 /// Tangential over normal constant of the edge: slip opens behind a stick front with 4 G in mode II and 2 G in mode III,
 /// 3 G in the mean, where a gap opens with 4 G (of an incompressible body, on a rigid plane).
@@ -96,21 +102,36 @@ impl<'a> Increment<'a> {
     }
 }
 
-/// A node in contact.
+/// A node in contact. Pairs of numbers are along the two tangents.
 struct Touch {
     normal_force: f64,
+    spot: Spot,
+    tangents: [Vector3<f64>; 2],
+    /// Elastic slip of before with the way since, before it is projected on the tangents, along the normal, mm.
+    off_surface: f64,
     /// Elastic slip before the return map, mm.
     trial: [f64; 2],
     sliding: Sliding,
+    /// Turn of the slip's direction in the increment, rad, over that about the body's axis z.
+    turn_share: f64,
     /// Area on which the law acts, mm².
     area: f64,
 }
 
 impl Touch {
-    /// Force on the finger in the plane's frame, N.
+    /// A vector along the surface.
+    fn along(&self, v: [f64; 2]) -> Vector3<f64> {
+        self.tangents[0] * v[0] + self.tangents[1] * v[1]
+    }
+
+    /// Friction on the finger, N.
+    fn friction(&self) -> Vector3<f64> {
+        self.along(self.sliding.traction) * self.area
+    }
+
+    /// Force on the finger in the body's frame, N.
     fn force(&self) -> Vector3<f64> {
-        let [x, y] = self.sliding.traction.map(|t| t * self.area);
-        Vector3::new(x, y, self.normal_force)
+        self.friction() + self.spot.normal * self.normal_force
     }
 
     /// Derivative of the friction `area * traction(N / area)` over the area, MPa.
@@ -158,17 +179,32 @@ impl Surface {
         Self {
             nodes,
             facets,
-            reach: Reach::of(undeformed, pad.undeformed),
+            reach: Reach::of_plane(Outline::of_points(undeformed, pad.undeformed)),
             reference_area,
             per_gap,
             penalty: settings.penalty_mpa_per_mm,
         }
     }
 
-    /// Depth below the plane of the deepest node that cannot bear contact, mm; 0 if none is there.
+    /// Has it touch `body`, which starts at `start`; `outline` as of the present reach if there is none.
+    pub fn set_rigid_body(&mut self, body: RigidBody, outline: Option<Outline>, start: &Plane) {
+        self.reach = Reach::new(outline.unwrap_or_else(|| self.reach.outline().clone()), body, start);
+    }
+
+    /// The rigid body that it touches.
+    pub fn body(&self) -> &RigidBody {
+        self.reach.body()
+    }
+
+    /// Depth inside the body of the deepest node that cannot bear contact, mm; 0 if none is there.
     pub fn unborne_penetration_mm(&self, state: &ContactState) -> f64 {
         let unborne = state.position.iter().zip(&self.reference_area).filter(|(_, area)| **area == 0.0);
-        unborne.map(|(y, _)| -y.z).fold(0.0, f64::max)
+        unborne.map(|(y, _)| -self.body().spot(y).gap_mm).fold(0.0, f64::max)
+    }
+
+    /// What the body is at places of its frame.
+    pub(super) fn spots(&self, place: &[Vector3<f64>]) -> Vec<Spot> {
+        place.iter().map(|y| self.body().spot(y)).collect()
     }
 
     /// Half the side of a square of the surface's area, mm: a length for moments.
@@ -189,11 +225,9 @@ impl Surface {
     /// State before any contact; `position` in the finger's frame.
     pub fn initial_state(&self, position: &[Vector3<f64>], plane: Plane) -> ContactState {
         let frame = self.frame(&plane);
-        ContactState {
-            nodes: vec![NodeState::default(); self.nodes.len()],
-            position: position.iter().map(|x| frame.to_plane(x)).collect(),
-            plane,
-        }
+        let position: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
+        let point = self.spots(&position).iter().map(|spot| spot.point).collect();
+        ContactState { nodes: vec![NodeState::default(); self.nodes.len()], position, point, plane }
     }
 
     /// Residual forces and, if `tangent`, their derivatives at trial `position` and `plane`.
@@ -212,9 +246,9 @@ impl Surface {
     ) -> Evaluation {
         let frame = self.frame(plane);
         let foot = frame.foot();
-        let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
+        let spots: Vec<Spot> = position.iter().map(|x| self.body().spot(&frame.to_plane(x))).collect();
         let followed = match parts {
-            Parts::Followed => self.areas_at(last, &place),
+            Parts::Followed => self.areas_at(last, &spots),
             Parts::Held(_) => Vec::new(),
         };
         let areas = if let Parts::Held(held) = parts { held } else { &followed };
@@ -224,26 +258,27 @@ impl Surface {
         let (mut sum, mut moment) = (Vector3::zeros(), Vector3::zeros());
         let increment = Increment::new(law, last, plane);
         for (node, x) in position.iter().enumerate() {
-            let Some(touch) = self.touch(&increment, node, &place[node], areas[node], predict_stick) else { continue };
+            let Some(touch) = self.touch(&increment, node, &spots[node], areas[node], predict_stick) else { continue };
             let force = frame.to_finger(&touch.force());
             out.residual[node] = -force;
             sum += force;
             moment += (x - foot).cross(&force);
             if tangent {
-                let block = -frame.map_to_finger(&self.force_change(node, &touch));
+                let block = -frame.map_to_finger(&self.force_change(node, increment.turn_rad, &touch));
                 out.tangents.push(NodeTangent { node, by: node, block });
-                let [x, y] = touch.sliding.by_turn.map(|t| t * touch.area);
-                out.by_spin.push((node, frame.to_finger(&Vector3::new(x, y, 0.0))));
+                let by_spin = touch.along(touch.sliding.by_turn) * (touch.area * touch.turn_share);
+                out.by_spin.push((node, frame.to_finger(&by_spin)));
                 if let Some(per_area) = per_area.get_mut(node) {
                     *per_area = touch.force_per_area();
                 }
             }
         }
         if per_area.iter().any(|q| *q != [0.0; 2]) {
-            let changes = self.area_changes(last, &place).into_iter();
+            let changes = self.area_changes(last, &spots).into_iter();
             out.tangents.extend(changes.filter(|c| per_area[c.node] != [0.0; 2]).map(|change| {
                 let [x, y] = per_area[change.node];
-                let of_force = Vector3::new(x, y, 0.0) * change.gradient.transpose();
+                let [s, t] = spots[change.node].tangents();
+                let of_force = (s * x + t * y) * change.gradient.transpose();
                 NodeTangent { node: change.node, by: change.by, block: -frame.map_to_finger(&of_force) }
             }));
         }
@@ -288,46 +323,50 @@ impl Surface {
         let mut totals = Totals { min_dissipation_mj: f64::INFINITY, ..Default::default() };
         let place: Vec<Vector3<f64>> = position.iter().map(|x| frame.to_plane(x)).collect();
         let increment = Increment::new(law, last, &plane);
-        for (node, y) in place.iter().enumerate() {
+        let spots = self.spots(&place);
+        for (node, (y, spot)) in place.iter().zip(&spots).enumerate() {
             let before = &last.nodes[node];
-            let moved = frame.to_plane(&(frame_before.from_plane(y)));
-            let passed = [y.x - moved.x, y.y - moved.y];
-            let way = passed[0].hypot(passed[1]);
-            let direction = if way > LEAST_MOTION_MM { passed.map(|p| p / way) } else { before.direction };
-            let Some(touch) = self.touch(&increment, node, y, areas[node], false) else {
-                totals.leave(before, &last.position[node], y);
+            let passed = y - frame.to_plane(&(frame_before.from_plane(y)));
+            let passed = passed - spot.normal * spot.normal.dot(&passed);
+            let way = passed.norm();
+            let direction = if way > LEAST_MOTION_MM { passed / way } else { before.direction };
+            let Some(touch) = self.touch(&increment, node, spot, areas[node], false) else {
+                totals.leave(before, &last.point[node], &spot.point);
                 nodes[node].direction = direction;
                 continue;
             };
             let force = touch.force();
+            let trial = touch.along(touch.trial);
             let new = NodeState {
-                elastic_slip: touch.sliding.elastic_slip,
-                slip: [0, 1].map(|k| before.slip[k] + touch.trial[k] - before.elastic_slip[k]),
+                elastic_slip: touch.along(touch.sliding.elastic_slip),
+                slip: before.slip + trial - before.elastic_slip,
                 slip_since_stick_mm: 0.0,
                 direction,
                 multiplier: before.multiplier,
                 normal_force_n: touch.normal_force,
-                tangential_force_n: [force.x, force.y],
+                tangential_force_n: touch.friction(),
                 area: areas[node],
                 stuck: touch.sliding.at_rest,
             };
-            let plastic = [0, 1].map(|k| touch.trial[k] - new.elastic_slip[k]);
-            totals.add(before, &new, plastic);
-            totals.penetration = totals.penetration.max(-y.z);
+            let plastic = trial - new.elastic_slip;
+            totals.add(before, &new, &plastic);
+            totals.penetration = totals.penetration.max(-spot.gap_mm);
             let force = frame.to_finger(&force);
             totals.force += force;
             totals.moment += (position[node] - foot).cross(&force);
             nodes[node] = new;
             if !new.stuck {
-                // A node that turns from slip one way to slip the other way stuck in between.
-                let along: f64 = (0..2).map(|k| before.elastic_slip[k] * plastic[k]).sum();
-                let since = if along < 0.0 { 0.0 } else { before.slip_since_stick_mm };
-                nodes[node].slip_since_stick_mm = since + plastic[0].hypot(plastic[1]);
+                // A node that turns from slip one way to slip the other way stuck in between. So did one that the body passes the
+                // other way now and that slips on a little, since it lost pressure faster than shear.
+                let turned_back = before.elastic_slip.dot(&plastic) < 0.0 || before.direction.dot(&passed) < 0.0;
+                let since = if turned_back { 0.0 } else { before.slip_since_stick_mm };
+                nodes[node].slip_since_stick_mm = since + plastic.norm();
             }
         }
         totals.force = frame.along_axes(&totals.force);
         totals.moment = frame.along_axes(&totals.moment);
-        let state = ContactState { nodes, position: place, plane };
+        let point = spots.iter().map(|spot| spot.point).collect();
+        let state = ContactState { nodes, position: place, point, plane };
         totals.area = self.contact_areas(&state).iter().map(|a| a[0]).sum();
         totals.stuck_area = self.stuck_areas(law, &state).iter().sum();
         (state, totals)
@@ -357,9 +396,10 @@ impl Surface {
     /// slip since it last stuck as a negative traction, in the same way as a gap stands for a negative pressure.
     pub fn stuck_areas(&self, law: &dyn FrictionLaw, state: &ContactState) -> Vec<f64> {
         let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
-        let contact = self.contact_level(&state.position, &force);
+        let spots = self.spots(&state.position);
+        let contact = self.contact_level(&spots, &force);
         if state.nodes.iter().all(|n| n.stuck || !(n.normal_force_n > 0.0)) {
-            return self.face_areas(&state.position, &contact);
+            return self.face_areas(&spots, &contact);
         }
         let strengths: Vec<f64> = state.nodes.iter().map(|n| law.strength(n.pressure_mpa()).0 * n.area).collect();
         let (strength, normal): (f64, f64) = (strengths.iter().sum(), force.iter().sum());
@@ -379,56 +419,55 @@ impl Surface {
                 }
             })
             .collect();
-        self.face_areas(&state.position, &level)
+        self.face_areas(&spots, &level)
     }
 
-    /// Force with which the plane presses on a node, N.
-    pub(super) fn normal_force(&self, node: usize, height: f64, last: &ContactState) -> f64 {
-        (self.reference_area[node] * (last.nodes[node].multiplier - self.penalty * height)).max(0.0)
+    /// Force with which the body presses on a node, N.
+    pub(super) fn normal_force(&self, node: usize, gap_mm: f64, last: &ContactState) -> f64 {
+        (self.reference_area[node] * (last.nodes[node].multiplier - self.penalty * gap_mm)).max(0.0)
     }
 
-    /// The node `node` at `place` in the plane's frame; None if it does not touch.
+    /// The node `node` at `spot` of the body; None if it does not touch.
     fn touch(
         &self,
         increment: &Increment,
         node: usize,
-        place: &Vector3<f64>,
+        spot: &Spot,
         area: f64,
         predict_stick: bool,
     ) -> Option<Touch> {
         let Increment { law, last, turn_rad } = *increment;
-        let normal_force = self.normal_force(node, place.z, last);
+        let normal_force = self.normal_force(node, spot.gap_mm, last);
         if !(normal_force > 0.0) {
             return None;
         }
         let before = &last.nodes[node];
-        // The plane's material moves past the skin against what the skin moves in the plane's frame.
-        let from = &last.position[node];
-        let trial = [before.elastic_slip[0] + from.x - place.x, before.elastic_slip[1] + from.y - place.y];
+        // The body's material moves past the skin against what the skin moves in the body's frame.
+        let way = before.elastic_slip + last.point[node] - spot.point;
+        let tangents = spot.tangents();
+        let trial = tangents.map(|t| t.dot(&way));
         let pressure = if area > 0.0 { normal_force / area } else { 0.0 };
+        let turn_share = spot.normal.z;
         let sliding = law.return_map(trial, pressure, predict_stick && before.stuck);
-        let sliding = sliding.turned(trial, turn_rad);
-        Some(Touch { normal_force, trial, sliding, area })
+        let sliding = sliding.turned(trial, turn_rad * turn_share);
+        let off_surface = spot.normal.dot(&way);
+        Some(Touch { normal_force, spot: *spot, tangents, off_surface, trial, sliding, turn_share, area })
     }
 
-    /// Derivative of a node's force over its place in the plane's frame, N/mm.
-    fn force_change(&self, node: usize, touch: &Touch) -> Matrix3<f64> {
-        let Sliding { by_slip, by_pressure, .. } = &touch.sliding;
-        let normal = self.penalty * self.reference_area[node];
-        let area = touch.area;
+    /// Derivative of a node's force over its place in the body's frame, N/mm.
+    fn force_change(&self, node: usize, turn_rad: f64, touch: &Touch) -> Matrix3<f64> {
+        let Touch { spot: Spot { gap_mm, normal, bend, .. }, tangents: [s, t], area, .. } = touch;
+        let Sliding { by_slip, by_pressure, by_turn, .. } = &touch.sliding;
+        let per_gap = -self.penalty * self.reference_area[node];
         // The force is area times traction(N / area): per normal force the traction's own slope is left.
-        let by_force = if area > 0.0 { *by_pressure } else { [0.0; 2] };
-        Matrix3::new(
-            -by_slip[0][0] * area,
-            -by_slip[0][1] * area,
-            -by_force[0] * normal,
-            -by_slip[1][0] * area,
-            -by_slip[1][1] * area,
-            -by_force[1] * normal,
-            0.0,
-            0.0,
-            -normal,
-        )
+        let by_force = if *area > 0.0 { touch.along(*by_pressure) } else { Vector3::zeros() };
+        // How the slip before the return map changes, but for its part along the normal, which the tangents do not see.
+        let slip = bend * (gap_mm - touch.off_surface) - Matrix3::identity();
+        let (over_s, over_t) = (s.transpose() * slip, t.transpose() * slip);
+        let friction = (s * by_slip[0][0] + t * by_slip[1][0]) * over_s + (s * by_slip[0][1] + t * by_slip[1][1]) * over_t;
+        let turned = touch.along(*by_turn) * turn_rad * bend.row(2);
+        (normal + by_force) * normal.transpose() * per_gap + bend * touch.normal_force + (friction + turned) * *area
+            - normal * (touch.friction().transpose() * bend)
     }
 }
 
@@ -439,45 +478,37 @@ fn reserve(law: &dyn FrictionLaw, node: &NodeState) -> f64 {
     if !(strength > 0.0) {
         return 1.0;
     }
-    let used = node.tangential_force_n.map(|t| t / strength);
-    let [dx, dy] = node.direction;
-    if dx == 0.0 && dy == 0.0 {
-        return 1.0 - used[0].hypot(used[1]);
+    let used = node.tangential_force_n / strength;
+    if node.direction == Vector3::zeros() {
+        return 1.0 - used.norm();
     }
-    let along = used[0] * dx + used[1] * dy;
-    let across = used[1] * dx - used[0] * dy;
-    (1.0 - across * across).max(0.0).sqrt() - along
+    let along = used.dot(&node.direction);
+    let across = (used - node.direction * along).norm_squared();
+    (1.0 - across).max(0.0).sqrt() - along
 }
 
 /// Force per elastic slip of a node, N/mm.
 fn slip_stiffness(node: &NodeState) -> f64 {
-    let square = node.elastic_slip[0].powi(2) + node.elastic_slip[1].powi(2);
-    let product: f64 = (0..2).map(|k| node.tangential_force_n[k] * node.elastic_slip[k]).sum();
-    if square > 0.0 { product / square } else { 0.0 }
+    let square = node.elastic_slip.norm_squared();
+    if square > 0.0 { node.tangential_force_n.dot(&node.elastic_slip) / square } else { 0.0 }
 }
 
 impl Totals {
     /// Takes off the elastic slip energy of a node that lost contact, less what its force did on the way `from` `to`.
     fn leave(&mut self, before: &NodeState, from: &Vector3<f64>, to: &Vector3<f64>) {
-        let stiffness = slip_stiffness(before);
-        let slip = [from.x - to.x, from.y - to.y];
-        let end = [0, 1].map(|k| before.elastic_slip[k] + slip[k]);
-        self.elastic_energy_by_pressure -=
-            (0..2).map(|k| 0.5 * stiffness * before.elastic_slip[k] * end[k]).sum::<f64>();
+        let end = before.elastic_slip + from - to;
+        self.elastic_energy_by_pressure -= 0.5 * slip_stiffness(before) * before.elastic_slip.dot(&end);
     }
 
     /// Adds the energies of a node whose plastic slip in the increment was `plastic`, mm.
     ///
-    /// Forces act with their mean over the increment, as they do in the plane's work.
-    fn add(&mut self, before: &NodeState, new: &NodeState, plastic: [f64; 2]) {
-        for k in 0..2 {
-            self.dissipation += 0.5 * (before.tangential_force_n[k] + new.tangential_force_n[k]) * plastic[k];
-            self.elastic_energy += 0.5 * new.tangential_force_n[k] * new.elastic_slip[k];
-            self.elastic_energy_by_pressure +=
-                0.5 * (slip_stiffness(new) - slip_stiffness(before)) * before.elastic_slip[k] * new.elastic_slip[k];
-        }
-        let product = (0..2).map(|k| new.tangential_force_n[k] * plastic[k]).sum();
-        self.min_dissipation_mj = self.min_dissipation_mj.min(product);
+    /// Forces act with their mean over the increment, as they do in the body's work.
+    fn add(&mut self, before: &NodeState, new: &NodeState, plastic: &Vector3<f64>) {
+        self.dissipation += 0.5 * (before.tangential_force_n + new.tangential_force_n).dot(plastic);
+        self.elastic_energy += 0.5 * new.tangential_force_n.dot(&new.elastic_slip);
+        self.elastic_energy_by_pressure +=
+            0.5 * (slip_stiffness(new) - slip_stiffness(before)) * before.elastic_slip.dot(&new.elastic_slip);
+        self.min_dissipation_mj = self.min_dissipation_mj.min(new.tangential_force_n.dot(plastic));
     }
 }
 

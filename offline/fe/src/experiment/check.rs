@@ -39,12 +39,13 @@ impl Config {
             let by_depth = path.drives[0] == Drive::Displacement;
             if by_depth
                 && path.turns.is_none()
+                && finger.rigid_body.is_plane()
                 && let Some(problem) = clearance.refusal(point.normal)
             {
                 return refuse(format!("depth_mm {problem}"));
             }
             if by_depth
-                && !path.turns.is_none()
+                && !(path.turns.is_none() && finger.rigid_body.is_plane())
                 && let Some(problem) = Clearance::refusal_in_pose(finger, path, k)
             {
                 return refuse(problem);

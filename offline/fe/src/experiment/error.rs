@@ -31,6 +31,9 @@ pub enum ConfigError {
     /// A friction law that is none of skin.
     #[error("friction: {0}")]
     Friction(LawError),
+    /// A rigid body that cannot be.
+    #[error("rigid_body: {0}")]
+    RigidBody(String),
     /// A path that cannot be followed.
     #[error("data row {row}: {problem}")]
     Path {

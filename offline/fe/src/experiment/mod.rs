@@ -6,10 +6,12 @@
 mod check;
 mod error;
 mod pad;
+mod rigid_body;
 mod runs;
 
 pub use error::ConfigError;
 pub use pad::pad_height_mm;
+pub use rigid_body::{BodyKind, RigidBodySettings};
 pub use runs::{frictionless, press, press_and_slide};
 
 use std::path::{Path as FilePath, PathBuf};
@@ -40,6 +42,9 @@ pub struct Config {
     /// In place of a shape: a mesh of another program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imported: Option<ImportedGeometry>,
+    /// What the finger touches; left out of the settings' hash where it is the plane.
+    #[serde(skip_serializing_if = "RigidBodySettings::is_plane")]
+    pub rigid_body: RigidBodySettings,
     /// Materials and bones.
     pub tissue: Tissue,
     /// Friction law.
@@ -122,7 +127,11 @@ impl Config {
         if !FingertipShape::NAMES.contains(&self.shape.0.as_str()) {
             self.shape.0 = folder.join(&self.shape.0).display().to_string();
         }
-        let files = [self.volume.as_mut().map(|v| &mut v.file), self.imported.as_mut().map(|i| &mut i.file)];
+        let files = [
+            self.volume.as_mut().map(|v| &mut v.file),
+            self.imported.as_mut().map(|i| &mut i.file),
+            self.rigid_body.file.as_mut(),
+        ];
         files.into_iter().flatten().for_each(|file| *file = folder.join(&*file));
     }
 
@@ -191,7 +200,12 @@ impl Config {
         self.friction.check().map_err(ConfigError::Friction)?;
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
-        Ok((Finger::new(fingertip, &self.tissue)?, touch))
+        Ok((self.touching(Finger::new(fingertip, &self.tissue)?)?, touch))
+    }
+
+    /// The finger with the rigid body of the settings.
+    fn touching(&self, finger: Finger) -> Result<Finger, ConfigError> {
+        Ok(Finger { rigid_body: self.rigid_body.read()?, ..finger })
     }
 
     /// Hash of everything that the results depend on: the settings, the shape's numbers, the program's version.
@@ -211,6 +225,9 @@ impl Config {
             let settings_only = ImportedGeometry { file: PathBuf::new(), ..settings.clone() };
             text += &format!("{settings_only:?}{:?}", read_mesh(settings)?);
         }
+        if !self.rigid_body.is_plane() {
+            text += &format!("{:?}", self.rigid_body.read()?);
+        }
         Ok(Sha256::digest(text).iter().take(8).map(|b| format!("{b:02x}")).collect())
     }
 
@@ -219,6 +236,8 @@ impl Config {
         Problem {
             body: &finger.body,
             pad_faces: (&finger.mesh).into(),
+            rigid_body: finger.rigid_body.clone(),
+            outline: finger.outline.clone(),
             half: finger.half.as_ref().filter(|_| self.numerics.symmetry.is_auto()),
             friction: Some(self.friction),
             penalty: self.numerics.contact,

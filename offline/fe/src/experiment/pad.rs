@@ -1,9 +1,9 @@
 //! The finger with a pad of the faces that may touch on given paths.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Config, ConfigError};
-use crate::contact::{Plane, plane};
+use crate::contact::{Coordinates, Plane, Reach, plane};
 use crate::load_path::{Drive, Finger, Path, neutral_pitch_deg};
 use crate::mesh::FirstTouch;
 
@@ -34,12 +34,61 @@ impl Config {
         self.friction.check().map_err(ConfigError::Friction)?;
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
-        let rotations = rotations(paths, neutral_pitch_deg(&touch));
         // A driven force leaves the depth open: then the geometry's own pad says how high the skin may touch in any pose.
         let height_mm = deepest_mm(paths).map_or(fingertip.pad_height_mm(), pad_height_mm);
-        let fingertip = fingertip.with_pad_for(&rotations, factor * height_mm);
-        Ok((Finger::new(fingertip, &self.tissue)?, touch))
+        let body = self.rigid_body.read()?;
+        if body.is_plane() {
+            let rotations = rotations(paths, neutral_pitch_deg(&touch));
+            let fingertip = fingertip.with_pad_for(&rotations, factor * height_mm);
+            return Ok((Finger::new(fingertip, &self.tissue)?, touch));
+        }
+        let outline = fingertip.outline();
+        let places = places(paths, neutral_pitch_deg(&touch));
+        let frames = places.into_iter().map(|[start, at]| {
+            let reach = Reach::new(outline.clone(), body.clone(), &Plane::new(start));
+            Plane::new(at).frame(&reach)
+        });
+        let views: Vec<_> = frames
+            .map(|frame| {
+                let body = &body;
+                move |x: &Vector3<f64>| {
+                    let spot = body.spot(&frame.to_plane(x));
+                    (spot.gap_mm, frame.to_finger(&spot.normal))
+                }
+            })
+            .collect();
+        let fingertip = fingertip.with_pad_near(&views, factor * height_mm);
+        Ok((self.touching(Finger::new(fingertip, &self.tissue)?)?, touch))
     }
+}
+
+/// Slide between two places whose pads are united, mm.
+const SLIDE_STEP_MM: f64 = 0.5;
+
+/// Places of the rigid body along paths at first touch of their poses, each after the place where its path starts.
+fn places(paths: &[&Path], neutral_pitch_deg: f64) -> Vec<[Coordinates; 2]> {
+    let mut places = Vec::new();
+    for path in paths {
+        let drives = path.coordinate_drives();
+        let at_touch = |row: usize| {
+            let mut at = path.coordinates(row, neutral_pitch_deg);
+            at[plane::DEPTH] = 0.0;
+            std::array::from_fn(|k| if drives[k] == Drive::Displacement { at[k] } else { 0.0 })
+        };
+        let start = at_touch(0);
+        places.push([start, start]);
+        for row in 1..path.waypoints.len() {
+            let (from, to): (Coordinates, Coordinates) = (at_touch(row - 1), at_touch(row));
+            let way = |k: usize| to[k] - from[k];
+            let slide = way(plane::X).hypot(way(plane::Y)) / SLIDE_STEP_MM;
+            let turn = way(plane::PITCH).hypot(way(plane::ROLL)).max(way(plane::SPIN).abs()) / POSE_STEP_RAD;
+            let steps = slide.max(turn).ceil().max(1.0) as usize;
+            let between = |step: usize| std::array::from_fn(|k| from[k] + way(k) * step as f64 / steps as f64);
+            places.extend((1..=steps).map(|step| [start, between(step)]));
+        }
+    }
+    places.dedup();
+    places
 }
 
 /// Height over first touch up to which skin may touch in a press this deep, mm.

@@ -1,10 +1,10 @@
-//! How deep the plane may come before it meets what holds the finger.
+//! How deep the rigid body may come before it meets what holds the finger.
 
 use nalgebra::Vector3;
 
 use super::{Finger, Path};
 use crate::Rounded;
-use crate::contact::{Plane, Reach, plane};
+use crate::contact::{Outline, Plane, Reach, plane};
 use crate::mesh::set;
 
 /// What the plane would meet first.
@@ -43,17 +43,23 @@ impl Clearance {
         }
     }
 
-    /// Why the plane cannot come to the pose and depth of a row of `path`; None if it can.
+    /// Why the rigid body cannot come to the pose, slide and depth of a row of `path`; None if it can.
     pub fn refusal_in_pose(finger: &Finger, path: &Path, row: usize) -> Option<String> {
+        let body = &finger.rigid_body;
         let at = path.coordinates(row, finger.neutral_pitch_deg);
-        let pad: Vec<Vector3<f64>> =
-            finger.mesh.node_set(set::PAD).iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
-        let frame = Plane::new(at).frame(&Reach::of(pad, &finger.mesh.nodes));
-        let reached = finger.obstacles.iter().map(|x| frame.to_plane(x).z).fold(f64::INFINITY, f64::min);
+        let outline = finger.outline.clone().unwrap_or_else(|| {
+            let pad = finger.mesh.node_set(set::PAD).iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
+            Outline::of_points(pad, &finger.mesh.nodes)
+        });
+        let start = Plane::new(path.coordinates(0, finger.neutral_pitch_deg));
+        let frame = Plane::new(at).frame(&Reach::new(outline, body.clone(), &start));
+        let gap = |x: &Vector3<f64>| body.spot(&frame.to_plane(x)).gap_mm;
+        let reached = finger.obstacles.iter().map(gap).fold(f64::INFINITY, f64::min);
+        let what = if body.is_plane() { "plane" } else { "rigid body" };
         (reached <= 0.0).then(|| {
             let [pitch, roll] = [at[plane::PITCH].to_degrees() + finger.neutral_pitch_deg, at[plane::ROLL].to_degrees()];
             format!(
-                "depth_mm {} at a pitch of {pitch:.1} and a roll of {roll:.1} degrees: the plane would reach {:.2} mm into \
+                "depth_mm {} at a pitch of {pitch:.1} and a roll of {roll:.1} degrees: the {what} would reach {:.2} mm into \
                  the held section of the finger or its bone",
                 Rounded(at[plane::DEPTH]),
                 -reached

@@ -1,13 +1,14 @@
 //! A finger: mesh, materials and supports, from a configuration file.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde::Deserializer;
 
 use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
-use crate::contact::PenaltySettings;
+use crate::contact::{Outline, PenaltySettings, RigidBody};
 use crate::material::{Ogden, SaintVenantKirchhoff, partly};
 use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
 use crate::solve::{PadFaces, SolverSettings};
@@ -153,6 +154,10 @@ pub struct Finger {
     pub obstacles: Vec<Vector3<f64>>,
     /// Nodes of the skin's outside that are not of the pad: the plane must not reach them.
     pub beside_pad: Vec<u32>,
+    /// The rigid body that it touches; the plane unless something else is put here.
+    pub rigid_body: RigidBody,
+    /// The undeformed surface, from which depth counts; None for the nodes of the pad.
+    pub outline: Option<Outline>,
     /// Its half, if it is symmetric about y = 0.
     pub half: Option<HalfFinger>,
 }
@@ -165,6 +170,7 @@ impl Finger {
     /// without a law.
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
         let neutral_pitch_deg = neutral_pitch_deg(&fingertip.touch);
+        let outline = smooth_outline(&fingertip);
         let mut beside_pad: Vec<u32> = fingertip.outer_faces.iter().flatten().copied().collect();
         beside_pad.extend(fingertip.outer_triangles.iter().flatten());
         beside_pad.sort_unstable();
@@ -187,13 +193,30 @@ impl Finger {
         obstacles.sort_unstable();
         obstacles.dedup();
         let obstacles = obstacles.into_iter().map(|n| mesh.nodes[n as usize]).collect();
-        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, half })
+        let rigid_body = RigidBody::Plane;
+        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, rigid_body, outline, half })
     }
 }
 
 /// Angle between the finger's axis and the plane in the pose of its mesh, tip down, degrees.
 pub fn neutral_pitch_deg(touch: &FirstTouch) -> f64 {
     (-(touch.rotation * Vector3::x()).z).asin().to_degrees()
+}
+
+/// The analytic surface of a fingertip, if it has one.
+fn smooth_outline(fingertip: &Fingertip) -> Option<Outline> {
+    fingertip.skin.map(|skin| Outline::Smooth(Arc::new(move |normal| skin.lowest(normal))))
+}
+
+impl Fingertip {
+    /// Its undeformed surface: the analytic one, or the nodes of its outer faces.
+    pub fn outline(&self) -> Outline {
+        smooth_outline(self).unwrap_or_else(|| {
+            let quads = self.outer_faces.iter().flatten();
+            let nodes = quads.chain(self.outer_triangles.iter().flatten());
+            Outline::of_points(nodes.map(|&n| self.mesh.nodes[n as usize]).collect(), &self.mesh.nodes)
+        })
+    }
 }
 
 /// What holds a finger with such bones, and where it may touch.

@@ -1,6 +1,7 @@
 //! Responses and fields of a state.
 
 use fingerpad::{Regime, Status};
+use nalgebra::Vector3;
 
 use super::{FaceState, Model, Problem, Response, Snapshot};
 use crate::contact::{NodeState, plane};
@@ -73,12 +74,12 @@ fn faces(solver: &Solver, state: &State) -> Vec<FaceState> {
             corners.iter().map(of_corner).sum::<f64>() / corners.len() as f64
         };
         let touching: Vec<&NodeState> = corners.iter().map(|&n| &nodes[n]).filter(|n| n.normal_force_n > 0.0).collect();
-        let slip = |k: usize| touching.iter().map(|n| n.slip[k]).sum::<f64>() / touching.len().max(1) as f64;
-        let traction = [mean(&|n| n.tangential_force_n[0]), mean(&|n| n.tangential_force_n[1])];
+        let slip = touching.iter().map(|n| n.slip).sum::<Vector3<f64>>() / touching.len().max(1) as f64;
+        let traction = Vector3::from_fn(|k, _| mean(&|n| n.tangential_force_n[k]));
         FaceState {
             pressure_mpa: mean(&|n| n.normal_force_n),
-            traction_mpa: frame.unspun(traction),
-            slip_mm: frame.unspun([slip(0), slip(1)]),
+            traction_mpa: frame.unspun(&traction),
+            slip_mm: frame.unspun(&slip),
             contact_fraction: if whole > 0.0 { inside / whole } else { 0.0 },
             stick_fraction: if inside > 0.0 { (stuck / inside).min(1.0) } else { 0.0 },
         }

@@ -88,7 +88,8 @@ impl<'a, 'p> Run<'a, 'p> {
         let plane = Plane::new(std::array::from_fn(|k| if drives[k] == Drive::Displacement { start[k] } else { 0.0 }));
         let friction = problem.friction.map_or(Friction::Off, Friction::On);
         let model = problem.model(path);
-        let solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, problem.settings);
+        let mut solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, problem.settings);
+        solver.set_rigid_body(problem.rigid_body.clone(), problem.outline.clone(), &plane);
         let state = solver.initial_state(plane);
         let mut run = Self {
             problem,
@@ -300,15 +301,18 @@ impl<'a, 'p> Run<'a, 'p> {
     fn meets_obstacle(&self) -> bool {
         let place = &self.run.state.contact.plane;
         let frame = self.solver.surface().frame(place);
-        place.at[plane::DEPTH] >= self.problem.clearance_mm
-            || self.problem.obstacles.iter().any(|x| frame.to_plane(x).z <= 0.0)
+        let body = self.solver.surface().body();
+        (body.is_plane() && place.at[plane::DEPTH] >= self.problem.clearance_mm)
+            || self.problem.obstacles.iter().any(|x| body.spot(&frame.to_plane(x)).gap_mm <= 0.0)
     }
 
     /// Refuses a driven load along the plane that the contact, which slips nearly everywhere, cannot hold.
     fn check_friction(&mut self, share: f64) -> Result<(), LoadPathError> {
         let state = &self.run.state;
         let driven = friction_limit::driven(&self.path.coordinate_drives());
-        if !(driven.contains(&true) && state.totals.force.z > 0.0) {
+        // Of a curved body the strengths are not along one plane.
+        let flat = self.problem.rigid_body.is_plane();
+        if !(flat && driven.contains(&true) && state.totals.force.z > 0.0) {
             return Ok(());
         }
         let copies = self.model.copies();

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Cost, HalfFinger, Model, Path, Response, Trajectory};
 use crate::assembly::Body;
-use crate::contact::{PenaltySettings, RubberFriction};
+use crate::contact::{Outline, PenaltySettings, RigidBody, RubberFriction};
 use crate::solve::{PadFaces, SolveError, SolverSettings};
 
 /// Sizes of the increments.
@@ -59,8 +59,12 @@ fn is_default_steady_step(step_mm: &f64) -> bool {
 pub struct Problem<'a> {
     /// The body.
     pub body: &'a Body,
-    /// Faces that may touch the plane, as mesh node numbers.
+    /// Faces that may touch the rigid body, as mesh node numbers.
     pub pad_faces: PadFaces<'a>,
+    /// The rigid body that the finger touches.
+    pub rigid_body: RigidBody,
+    /// The undeformed surface, from which depth counts; None for the nodes of the faces.
+    pub outline: Option<Outline>,
     /// The half of the body that stands for the whole on symmetric paths; None to follow all paths with the whole.
     pub half: Option<&'a HalfFinger>,
     /// Friction law; None presses and slides without friction.
@@ -77,7 +81,8 @@ pub struct Problem<'a> {
     pub obstacles: &'a [Vector3<f64>],
     /// Nodes of the skin's outside that are not of the pad: a run in which the plane reaches one ends.
     pub beside_pad: &'a [u32],
-    /// Depth at which the plane reaches what holds the finger, mm; a run ends before. Infinite where there is no such depth.
+    /// Depth at which a plane reaches what holds the finger, mm; a run on a plane ends before. Infinite where there is no such
+    /// depth.
     pub clearance_mm: f64,
 }
 
@@ -87,9 +92,10 @@ impl<'a> Problem<'a> {
         if path.is_symmetric() { self.symmetric_model() } else { self.whole_model() }
     }
 
-    /// What computes states that are symmetric about y = 0: the half, if there is one.
+    /// What computes states that are symmetric about y = 0 as far as the path goes: the half, if there is one and the rigid body is
+    /// symmetric too.
     pub fn symmetric_model(&self) -> Model<'a> {
-        match self.half {
+        match self.half.filter(|_| self.rigid_body.is_symmetric()) {
             Some(half) => Model { body: &half.body, pad_faces: (&half.mesh.mesh).into(), half: Some(half) },
             None => self.whole_model(),
         }

@@ -9,7 +9,7 @@ use super::mapping::Mapping;
 use super::nail::{self, Plate};
 use super::refinement::Refinement;
 use super::shape::Nail;
-use super::{Divisions, FingertipShape, FirstTouch, Mesh, MeshError, Region, Tie, check, set};
+use super::{Divisions, FingertipShape, FirstTouch, Mesh, MeshError, Region, Skin, Tie, check, set};
 
 /// A fingertip's mesh and where its analytic surface first touches the plane.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct Fingertip {
     pub mesh: Mesh,
     /// First touch, and the rotation from the finger's frame.
     pub touch: FirstTouch,
+    /// The analytic surface of the skin, if it has one.
+    pub skin: Option<Skin>,
     /// Faces of the skin's outside, counter-clockwise seen from outside (the pad faces among them).
     pub outer_faces: Vec<[u32; 4]>,
     /// The same of 10-node tetrahedra, nodes in the order of [`super::TET10_FACES`].
@@ -48,7 +50,8 @@ pub fn fingertip(shape: &FingertipShape, divisions: &Divisions) -> Result<Finger
         }
     }
     let fine = Mapping::new(shape, &divisions.refined_everywhere(), &touch);
-    finish(shape, divisions, &grid, nodes, touch, |point| fine.line(point))
+    let tip = finish(shape, divisions, &grid, nodes, touch, |point| fine.line(point))?;
+    Ok(Fingertip { skin: Some(Skin::of(shape, touch)), ..tip })
 }
 
 /// Hexahedra, nail, pad and sets on the nodes of a capped box, given in the frame of the finger; checked.
@@ -96,7 +99,7 @@ pub(super) fn finish(
     mesh.node_sets.insert(set::PAD.into(), free_pad_nodes(&mesh, &ties));
     mesh.ties.extend(ties);
     check(&mesh)?;
-    Ok(Fingertip { mesh, touch, outer_faces, outer_triangles: Vec::new() })
+    Ok(Fingertip { mesh, touch, skin: None, outer_faces, outer_triangles: Vec::new() })
 }
 
 /// Whether an outer face looks down and its middle lies below this height over the plane.

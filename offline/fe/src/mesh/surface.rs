@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::FingertipShape;
 
 /// The shear z += k r(x): r is 0 up to `start_mm`, its slope grows smoothly to 1 over `blend_mm`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Taper {
     pub(super) slope: f64,
     pub(super) start_mm: f64,
@@ -29,7 +29,7 @@ impl Taper {
 }
 
 /// A shaft with a superquadric cap; the outer surface of the finger or of its bones.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Body {
     /// Half width a, mm.
     pub(super) a: f64,

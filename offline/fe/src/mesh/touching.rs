@@ -13,19 +13,35 @@ use super::{FACE_TRIANGLES, Fingertip, Mesh, set};
 /// * `rotations`: turns of the finger from the frame of the mesh about the point under first touch (its origin)
 /// * `reach_mm`: how far the plane moves beyond first touch of each pose, and some more
 pub fn touching_faces(mesh: &Mesh, outer_faces: &[&[u32]], rotations: &[Matrix3<f64>], reach_mm: f64) -> Vec<usize> {
+    let views: Vec<_> = rotations
+        .iter()
+        .map(|rotation| {
+            let height = move |x: &Vector3<f64>| (rotation * x).z;
+            let nodes = outer_faces.iter().flat_map(|face| face.iter()).map(|&n| height(&mesh.nodes[n as usize]));
+            let lowest = nodes.fold(f64::INFINITY, f64::min);
+            let normal: Vector3<f64> = rotation.transpose() * Vector3::z();
+            move |x: &Vector3<f64>| (height(x) - lowest, normal)
+        })
+        .collect();
+    near_faces(mesh, outer_faces, &views, reach_mm)
+}
+
+/// Outer faces that look at a rigid body and have a node nearer to it than `reach_mm` in one of several `views` of it: what gives
+/// the gap of a place and the body's normal there. Indices into `outer_faces`, ascending.
+fn near_faces(
+    mesh: &Mesh,
+    outer_faces: &[&[u32]],
+    views: &[impl Fn(&Vector3<f64>) -> (f64, Vector3<f64>)],
+    reach_mm: f64,
+) -> Vec<usize> {
     let mut touching = vec![false; outer_faces.len()];
-    for rotation in rotations {
-        let places = |face: &[u32]| -> Vec<Vector3<f64>> {
-            face.iter().map(|&node| rotation * mesh.nodes[node as usize]).collect()
-        };
-        let low = |p: &[Vector3<f64>]| p.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        let lowest = outer_faces.iter().map(|face| low(&places(face))).fold(f64::INFINITY, f64::min);
+    for view in views {
         for (touching, face) in touching.iter_mut().zip(outer_faces) {
-            let p = places(face);
+            let p: Vec<Vector3<f64>> = face.iter().map(|&node| mesh.nodes[node as usize]).collect();
             // The product of a quadrilateral's diagonals, or of a triangle's edges.
             let last = if p.len() == 4 { p[3] } else { p[2] };
-            let looks_down = (p[2] - p[0]).cross(&(last - p[1])).z < 0.0;
-            *touching |= looks_down && low(&p) < lowest + reach_mm;
+            let outward = (p[2] - p[0]).cross(&(last - p[1]));
+            *touching |= p.iter().map(view).any(|(gap, normal)| gap < reach_mm && outward.dot(&normal) < 0.0);
         }
     }
     (0..outer_faces.len()).filter(|&face| touching[face]).collect()
@@ -44,10 +60,31 @@ impl Fingertip {
 
     /// The fingertip with the faces that may touch in these poses as its pad; arguments as in [`touching_faces`].
     #[must_use]
-    pub fn with_pad_for(mut self, rotations: &[Matrix3<f64>], reach_mm: f64) -> Self {
+    pub fn with_pad_for(self, rotations: &[Matrix3<f64>], reach_mm: f64) -> Self {
+        let faces = touching_faces(&self.mesh, &self.outer(), rotations, reach_mm);
+        self.with_pad(&faces)
+    }
+
+    /// The fingertip with the faces as its pad that come nearer than `reach_mm` to a rigid body in one of several views: what
+    /// gives the gap of a place and the body's normal there.
+    #[must_use]
+    pub fn with_pad_near(
+        self,
+        views: &[impl Fn(&Vector3<f64>) -> (f64, Vector3<f64>)],
+        reach_mm: f64,
+    ) -> Self {
+        let faces = near_faces(&self.mesh, &self.outer(), views, reach_mm);
+        self.with_pad(&faces)
+    }
+
+    /// Outer faces: quadrilaterals, then triangles.
+    fn outer(&self) -> Vec<&[u32]> {
         let quads = self.outer_faces.iter().map(<[u32; 4]>::as_slice);
-        let outer: Vec<&[u32]> = quads.chain(self.outer_triangles.iter().map(<[u32; 6]>::as_slice)).collect();
-        let faces = touching_faces(&self.mesh, &outer, rotations, reach_mm);
+        quads.chain(self.outer_triangles.iter().map(<[u32; 6]>::as_slice)).collect()
+    }
+
+    /// The fingertip with these outer faces as its pad, ascending.
+    fn with_pad(mut self, faces: &[usize]) -> Self {
         let (quads, triangles) = faces.split_at(faces.partition_point(|&face| face < self.outer_faces.len()));
         self.mesh.pad_faces = quads.iter().map(|&face| self.outer_faces[face]).collect();
         let triangles = triangles.iter().map(|&face| self.outer_triangles[face - self.outer_faces.len()]);

@@ -353,10 +353,11 @@ impl Solver<'_> {
     fn areas_at_guess(&self, iterate: &Iterate, last: &ContactState) -> Vec<f64> {
         let mut positions = self.surface_positions(&iterate.at);
         let frame = self.surface.frame(&iterate.plane);
+        let body = self.surface.body();
         let touching = last.nodes.iter().zip(&last.position).zip(&mut positions);
         for ((_, before), x) in touching.filter(|((node, _), _)| node.normal_force_n > 0.0) {
-            let here = frame.to_plane(x);
-            *x = frame.from_plane(&Vector3::new(here.x, here.y, before.z));
+            let here = body.spot(&frame.to_plane(x));
+            *x = frame.from_plane(&here.at_gap(body.spot(before).gap_mm));
         }
         self.surface.areas(last, &positions, &iterate.plane)
     }
@@ -377,8 +378,8 @@ impl Solver<'_> {
             let &[(s, 1.0)] = slots.as_slice() else { continue };
             let mut place = last.position[node];
             if !before.stuck {
-                let here = frame.to_plane(&base[node]);
-                (place.x, place.y) = (here.x, here.y);
+                let body = self.surface.body();
+                place = body.spot(&frame.to_plane(&base[node])).at_gap(body.spot(&place).gap_mm);
             }
             let step = frame.from_plane(&place) - base[node];
             for k in 0..3 {

@@ -9,7 +9,9 @@ use super::{
     linear::{Factor, Precision},
 };
 use crate::assembly::{Body, BodyError, Configuration};
-use crate::contact::{ContactState, Friction, Pad, PenaltySettings, Plane, Surface, Totals};
+use crate::contact::{
+    ContactState, Friction, Outline, Pad, PenaltySettings, Plane, RigidBody, Surface, Totals,
+};
 
 /// From what the factor of the bulk stiffness was made.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -137,6 +139,13 @@ impl<'a> Solver<'a> {
     /// The law in force.
     pub fn friction(&self) -> &Friction {
         &self.friction
+    }
+
+    /// Has the finger touch `body`, which starts at `start`, in place of a plane.
+    ///
+    /// * `outline`: the undeformed surface, from which depth counts; None for the nodes that may touch
+    pub fn set_rigid_body(&mut self, body: RigidBody, outline: Option<Outline>, start: &Plane) {
+        self.surface.set_rigid_body(body, outline, start);
     }
 
     /// Changes the law from here on; the elastic slip of contact points is kept.

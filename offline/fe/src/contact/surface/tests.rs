@@ -1,4 +1,4 @@
-//! A flat patch of 4 x 4 faces on planes in all poses: its forces, their derivatives and their energies.
+//! A patch of 4 x 4 faces on planes and curved bodies in all poses: its forces, their derivatives and their energies.
 
 use super::*;
 use crate::contact::{Coordinates, Friction, Parts, RubberFriction};
@@ -168,6 +168,89 @@ fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure(
         state = next;
     }
     assert!(left > 10 && dissipated > 1e-5, "{left} nodes left, {dissipated:e} mJ");
+}
+
+/// Bodies whose curvature the patch feels.
+fn curved() -> Vec<RigidBody> {
+    let waves = |i: i32, j: i32| 0.05 * (0.3 * f64::from(i)).sin() * (0.2 * f64::from(j)).cos();
+    let heights = (0..41).flat_map(|j| (0..41).map(move |i| waves(i, j))).collect();
+    vec![
+        RigidBody::Sphere { radius_mm: 5.0 },
+        RigidBody::Sphere { radius_mm: -12.0 },
+        RigidBody::Cylinder { radius_mm: 4.0, axis_deg: 25.0 },
+        RigidBody::Edge { radius_mm: 1.5, axis_deg: -40.0, angle_deg: 120.0 },
+        RigidBody::Heights(crate::contact::HeightField::new([41; 2], [0.2; 2], [-4.0; 2], heights).unwrap()),
+    ]
+}
+
+/// The patch on `body`, laid around it: each node at a gap of -4 to 4 micrometres.
+fn around(surface: &Surface, plane: &Plane, noise: impl Fn(usize, usize) -> f64) -> Vec<Vector3<f64>> {
+    let frame = surface.frame(plane);
+    (0..25)
+        .map(|n| {
+            let flat = Vector3::new((n / 5) as f64 - 2.0 + noise(n, 0), (n % 5) as f64 - 2.0 + noise(n, 1), 0.0);
+            frame.from_plane(&surface.body().spot(&flat).at_gap(noise(n, 2) - 0.002))
+        })
+        .collect()
+}
+
+/// On curved bodies too, in all six coordinates; the parts of the area are held, whose change is not exact there.
+#[test]
+fn derivatives_on_curved_bodies_are_those_of_the_forces() {
+    let stick = Friction::On(RubberFriction { gamma_crit_mm: 10.0, ..RubberFriction::default() });
+    let slip = Friction::On(RubberFriction { gamma_crit_mm: 1e-4, ..RubberFriction::default() });
+    for body in curved() {
+        for (law, name) in [(stick, "stick"), (slip, "slip"), (rubber(), "both")] {
+            for pose in POSES {
+                let mut surface = patch();
+                let before = Plane::new(pose);
+                surface.set_rigid_body(body.clone(), None, &before);
+                let areas = vec![0.9; 25];
+                let start = around(&surface, &before, |n, k| 0.004 * scatter(n, k));
+                let state = surface.initial_state(&start, before);
+                let (last, _) = surface.commit(&law, &state, &areas, &start, before);
+                let way = [0.02, 0.01, 0.0, 0.03, 0.002, -0.003];
+                let plane = before.moved_to(std::array::from_fn(|k| pose[k] + way[k]));
+                let place = around(&surface, &plane, |n, k| 0.005 * scatter(n + 7, k));
+                let parts = Parts::Held(&areas);
+                let forces = |place: &[Vector3<f64>], plane: &Plane, tangent: bool| {
+                    surface.evaluate(&law, &last, parts, place, plane, false, tangent)
+                };
+                let exact = forces(&place, &plane, true);
+                let touching = exact.residual.iter().filter(|force| force.norm() > 0.0).count();
+                assert!(touching > 5, "{name}, {body:?}: {touching} nodes touch");
+                let foot = surface.frame(&plane).foot();
+                const H: f64 = 1e-6;
+                let compare = |what: &str, numeric: &dyn Fn(f64) -> Vec<Vector3<f64>>, exact: &[Vector3<f64>]| {
+                    let (up, down) = (numeric(H), numeric(-H));
+                    let scale = exact.iter().map(|e| e.norm()).fold(1e-3, f64::max);
+                    for n in 0..25 {
+                        let slope = (up[n] - down[n]) / (2.0 * H);
+                        let off = (slope - exact[n]).norm() / scale;
+                        assert!(off < 2e-4, "{name}, {body:?}, {pose:?}, {what}, node {n}: {off:e}");
+                    }
+                };
+                for k in 0..6 {
+                    let numeric = |h: f64| {
+                        let mut at = plane.at;
+                        at[k] += h;
+                        forces(&place, &plane.moved_to(at), false).residual
+                    };
+                    let column = surface.change_with_plane(&exact, &place, &foot, &plane.twist(k, &surface.reach));
+                    compare(&format!("coordinate {k}"), &numeric, &column);
+                }
+                for k in 0..3 {
+                    let numeric = |h: f64| {
+                        let moved: Vec<Vector3<f64>> = place.iter().map(|x| x + Vector3::ith(k, h)).collect();
+                        forces(&moved, &plane, false).residual
+                    };
+                    let mut column = vec![Vector3::zeros(); 25];
+                    exact.tangents.iter().for_each(|t| column[t.node] += t.block.column(k));
+                    compare(&format!("nodes along {k}"), &numeric, &column);
+                }
+            }
+        }
+    }
 }
 
 #[test]

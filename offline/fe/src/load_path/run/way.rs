@@ -60,7 +60,8 @@ impl Run<'_, '_> {
     pub(super) fn largest_size_after(&self, next: &State) -> f64 {
         let steps = &self.problem.load_steps;
         match slide(self.path, self.run.row) {
-            Some([.., spin]) if self.law_at.is_none() && slips_steadily(&self.run.state, next) => {
+            // On a curved body a slide moves the contact on.
+            Some([.., spin]) if self.problem.rigid_body.is_plane() && self.law_at.is_none() && slips_steadily(&self.run.state, next) => {
                 let by_slide = steps.max_steady_slide_step_mm / steps.max_slide_step_mm;
                 by_slide.min(STEADY_SPIN_RAD * self.row_length / spin.abs()).max(1.0)
             }
@@ -104,7 +105,9 @@ impl Run<'_, '_> {
         }
         if self.path.drives[0] == Drive::Force && run.state.totals.force.z <= 0.0 {
             // Before first touch a force has no depth.
-            let lowest = run.state.contact.position.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+            let body = self.solver.surface().body();
+            let gaps = run.state.contact.position.iter().map(|y| body.spot(y).gap_mm);
+            let lowest = gaps.fold(f64::INFINITY, f64::min);
             guess.plane.at[plane::DEPTH] += lowest + FIRST_PENETRATION_MM;
         }
         guess

@@ -101,7 +101,7 @@ pub fn imported_fingertip(
     };
     draft.mesh.node_sets.insert(set::PAD.into(), draft.mesh.pad_nodes());
     let Faces { quads: outer_faces, triangles: outer_triangles } = outer;
-    let fingertip = Fingertip { mesh: draft.mesh, touch, outer_faces, outer_triangles };
+    let fingertip = Fingertip { mesh: draft.mesh, touch, skin: None, outer_faces, outer_triangles };
     Ok(ImportedFingertip { fingertip, report: draft.report })
 }
 

@@ -1,0 +1,165 @@
+//! Where the rigid body first touches the undeformed finger in any pose.
+
+use std::fmt;
+use std::sync::{Arc, Mutex};
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::{Plane, RigidBody};
+
+/// The undeformed finger as far as first touch is concerned.
+#[derive(Clone)]
+pub enum Outline {
+    /// Points of the surface, mm.
+    Points {
+        /// What may touch in the poses of a path.
+        points: Vec<Vector3<f64>>,
+        /// Height at which the plane of the neutral pose meets the body's lowest point, which need not be one of `points`.
+        neutral_mm: f64,
+    },
+    /// A smooth surface: its lowest point along a direction, mm. Its lowest point along z is the origin.
+    Smooth(Arc<dyn Fn(&Vector3<f64>) -> Vector3<f64> + Send + Sync>),
+}
+
+impl Outline {
+    /// Of the points of a mesh.
+    ///
+    /// * `points`: what may touch in the poses of a path
+    /// * `body`: every point of the undeformed body, whose lowest one in the neutral pose the plane touches first, at height 0
+    pub fn of_points(points: Vec<Vector3<f64>>, body: &[Vector3<f64>]) -> Self {
+        let neutral_mm = body.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        Self::Points { points, neutral_mm }
+    }
+
+    /// The lowest point along `normal`; None of no points.
+    fn lowest(&self, normal: &Vector3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::Points { points, .. } => {
+                points.iter().copied().min_by(|a, b| a.dot(normal).total_cmp(&b.dot(normal)))
+            }
+            Self::Smooth(lowest) => Some(lowest(normal)),
+        }
+    }
+
+    fn neutral_mm(&self) -> f64 {
+        if let Self::Points { neutral_mm, .. } = self { *neutral_mm } else { 0.0 }
+    }
+}
+
+/// Half the range of directions in which first touch is looked for, as tangents of angles: 79 degrees.
+const WIDEST: f64 = 5.0;
+/// Directions along each of two axes in the first search, and half of those in the later ones, which look at a part of it.
+const FIRST: i32 = 40;
+const LATER: i32 = 4;
+/// Shrinking of the searched range from one search to the next, and the range at which it ends.
+const SHRINKS: f64 = 0.35;
+const NARROWEST: f64 = 1e-9;
+
+/// Height of the body's apex at first touch in any pose, and the point about which poses turn.
+pub struct Reach {
+    outline: Outline,
+    body: RigidBody,
+    pivot_mm: Vector3<f64>,
+    /// The last heights that were searched for, with their poses.
+    known: Mutex<Vec<(Rotation3<f64>, f64)>>,
+}
+
+/// Heights that are kept.
+const KEPT: usize = 8;
+
+impl Reach {
+    /// Reach of the plane, which turns about the point under first touch in the neutral pose: the origin.
+    pub fn of_plane(outline: Outline) -> Self {
+        Self { outline, body: RigidBody::Plane, pivot_mm: Vector3::zeros(), known: Mutex::default() }
+    }
+
+    /// Reach of a body that starts at `start`.
+    ///
+    /// A plane is the same everywhere; it turns about the origin. Any other body has its apex under first touch in the pose
+    /// in which it starts, and turns about that point.
+    pub fn new(outline: Outline, body: RigidBody, start: &Plane) -> Self {
+        let tilt = start.tilt();
+        let pivot_mm = match body {
+            RigidBody::Plane => Vector3::zeros(),
+            // The neutral pose has its first touch at the origin by definition, whatever the nodes say.
+            _ if tilt.angle() == 0.0 => Vector3::zeros(),
+            _ => outline.lowest(&(tilt * Vector3::z())).unwrap_or_default(),
+        };
+        Self { outline, body, pivot_mm, known: Mutex::default() }
+    }
+
+    /// The undeformed surface.
+    pub fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// The body.
+    pub fn body(&self) -> &RigidBody {
+        &self.body
+    }
+
+    /// The point about which poses turn, finger's frame, mm.
+    pub fn pivot_mm(&self) -> Vector3<f64> {
+        self.pivot_mm
+    }
+
+    /// Height of the apex over the pivot, along the normal of the tilted body, at first touch, mm.
+    pub fn height_mm(&self, tilt: &Rotation3<f64>) -> f64 {
+        let normal = tilt * Vector3::z();
+        if self.body.is_plane() {
+            let Some(lowest) = self.outline.lowest(&normal).filter(|_| tilt.angle() != 0.0) else { return 0.0 };
+            return lowest.dot(&normal) - self.outline.neutral_mm();
+        }
+        let known = |known: &Vec<(Rotation3<f64>, f64)>| known.iter().find(|(of, _)| of == tilt).map(|(_, h)| *h);
+        if let Some(height) = self.known.lock().ok().and_then(|list| known(&list)) {
+            return height;
+        }
+        let height = self.search(tilt);
+        if let Ok(mut list) = self.known.lock() {
+            list.truncate(KEPT - 1);
+            list.insert(0, (*tilt, height));
+        }
+        height
+    }
+
+    /// The least height of the finger's points over the body, along the normal.
+    fn search(&self, tilt: &Rotation3<f64>) -> f64 {
+        let over = |x: &Vector3<f64>| {
+            let y = tilt.inverse_transform_vector(&(x - self.pivot_mm));
+            self.body.height_mm(y.x, y.y).map_or(f64::INFINITY, |height| y.z - height)
+        };
+        let Outline::Smooth(lowest) = &self.outline else {
+            let Outline::Points { points, neutral_mm } = &self.outline else { return 0.0 };
+            let least = points.iter().map(over).fold(f64::INFINITY, f64::min);
+            // The mesh's facets leave a gap at first touch in the neutral pose, from where depth counts.
+            return if least.is_finite() { least - neutral_mm } else { 0.0 };
+        };
+        let in_direction = |u: f64, v: f64| over(&lowest(&(tilt * Vector3::new(u, v, 1.0).normalize())));
+        let (mut at, mut least) = ((0.0, 0.0), in_direction(0.0, 0.0));
+        // Between two convex bodies there is one place of first touch, which a small search finds.
+        let hollow = self.body.may_be_hollow();
+        let (mut range, mut count) = if hollow { (WIDEST, FIRST) } else { (1.0, LATER) };
+        while range > NARROWEST {
+            let middle = at;
+            for i in -count..=count {
+                for j in -count..=count {
+                    let step = |k: i32| range * f64::from(k) / f64::from(count);
+                    let place = (middle.0 + step(i), middle.1 + step(j));
+                    let height = in_direction(place.0, place.1);
+                    if height < least {
+                        (at, least) = (place, height);
+                    }
+                }
+            }
+            range *= if count == FIRST { 2.0 / f64::from(FIRST) } else { SHRINKS };
+            count = LATER;
+        }
+        least
+    }
+}
+
+impl fmt::Debug for Reach {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Reach").field("body", &self.body).field("pivot_mm", &self.pivot_mm).finish_non_exhaustive()
+    }
+}
