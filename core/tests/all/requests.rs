@@ -3,8 +3,8 @@
 use crate::common::{Noise, closed_path, example, motion, shipped};
 use fingerpad::events::{Change, Queue, Watch};
 use fingerpad::{
-    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Pose, Regime, Response, SPRINGS,
-    SpinState, State, Status, Surroundings, Tangential, step,
+    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Pose, Regime, Response, SPRINGS, SpinState,
+    State, Status, Surroundings, Tangential, step,
 };
 use proptest::prelude::*;
 

@@ -6,9 +6,7 @@ pub mod golden;
 pub mod law_vectors;
 pub mod vectors;
 
-use fingerpad::{
-    Data, DataOf, Error, FileOf, Motion, NODES, Params, ParamsOf, Pose, Response, State, Tuning, step,
-};
+use fingerpad::{Data, DataOf, Error, FileOf, Motion, NODES, Params, ParamsOf, Pose, Response, State, Tuning, step};
 use proptest::prelude::*;
 
 pub fn example() -> Data {

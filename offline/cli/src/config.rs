@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::experiment::{Config, ConfigError, Experiment, Shape, read_toml};
+use fingerpad_fe::experiment::{Config, ConfigError, Experiment, RigidBodySettings, Shape, read_toml};
 use fingerpad_fe::load_path::{Numerics, Tissue};
 use fingerpad_fe::mesh::{MeshPreset, imported::ImportedGeometry, volume::VolumeGeometry};
 use fingerpad_reduce::DesignSettings;
@@ -19,6 +19,8 @@ pub struct ConfigFile {
     volume: Option<VolumeGeometry>,
     #[serde(skip_serializing_if = "Option::is_none")]
     imported: Option<ImportedGeometry>,
+    #[serde(skip_serializing_if = "RigidBodySettings::is_plane")]
+    rigid_body: RigidBodySettings,
     tissue: Tissue,
     friction: RubberFriction,
     numerics: Numerics,
@@ -33,12 +35,14 @@ pub type Sections = (Config, fingerpad_identify::Settings, DesignSettings);
 impl ConfigFile {
     /// All settings in one file.
     pub fn of(fe: &Config, identify: &fingerpad_identify::Settings, design: &DesignSettings) -> Self {
-        let Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment } = fe.clone();
+        let Config { shape, mesh_preset, volume, imported, rigid_body, tissue, friction, numerics, experiment } =
+            fe.clone();
         Self {
             shape,
             mesh_preset,
             volume,
             imported,
+            rigid_body,
             tissue,
             friction,
             numerics,
@@ -59,8 +63,21 @@ impl ConfigFile {
     }
 
     fn parts(self) -> Sections {
-        let Self { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment, identify, design } =
-            self;
-        (Config { shape, mesh_preset, volume, imported, tissue, friction, numerics, experiment }, identify, design)
+        let Self {
+            shape,
+            mesh_preset,
+            volume,
+            imported,
+            rigid_body,
+            tissue,
+            friction,
+            numerics,
+            experiment,
+            identify,
+            design,
+        } = self;
+        let config =
+            Config { shape, mesh_preset, volume, imported, rigid_body, tissue, friction, numerics, experiment };
+        (config, identify, design)
     }
 }

@@ -41,6 +41,7 @@ mod progress;
 mod provenance;
 mod reduce;
 mod results;
+mod rigid_body;
 mod simulate;
 
 use std::{
@@ -136,13 +137,25 @@ impl Model {
         ]
     }
 
-    /// What the finite elements are given.
+    /// What the finite elements are given, on a plane.
     fn config(&self) -> Result<Config, Failure> {
         Ok(self.settings()?.0)
     }
 
-    /// What the finite elements, the identification and the design of experiments are given.
+    /// What the finite elements, the identification and the design of experiments are given, on a plane.
     fn settings(&self) -> Result<config::Sections, Failure> {
+        let sections = self.settings_on_any_body()?;
+        if !sections.0.rigid_body.is_plane() {
+            let file = self.config.as_deref().unwrap_or(Path::new("")).display();
+            return Err(Failure::Input(anyhow::anyhow!(
+                "{file}: rigid_body: this command knows the plane only; `simulate` takes others"
+            )));
+        }
+        Ok(sections)
+    }
+
+    /// The same on any rigid body.
+    fn settings_on_any_body(&self) -> Result<config::Sections, Failure> {
         let (mut config, identify, design) = match &self.config {
             Some(path) => ConfigFile::read(path)?,
             None => Default::default(),

@@ -16,12 +16,13 @@ use fingerpad_report::simulation::{self, SimulationReport};
 
 use super::config::ConfigFile;
 use super::plausibility::{warn_of_depths, warn_of_no_contact};
+use super::rigid_body::BodyArgs;
 use super::{
     Failure, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance, results,
     run_failure, show,
 };
 
-/// Follow a path of the plane with the finite-element model.
+/// Follow a path of a rigid body with the finite-element model.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -31,6 +32,7 @@ Examples:
   printf '0,0,0,0,0\\n1,1,0,0,0\\n2,1,0,0,9\\n' >> s.csv
   fingerpad simulate --path s.csv --mesh-preset coarse --out twist.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv --report drawn
+  fingerpad simulate --path path.csv --mesh-preset coarse --body cylinder --radius-mm 10 --axis-deg 90 --out pen.csv
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
 The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, straight between rows; normal_force_n in place of
@@ -38,6 +40,12 @@ depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. 
 normal, counter-clockwise from above), pitch_deg (angle of the finger to the plane, 10 to 70) and roll_deg (-30 to 30)
 may follow, or spin_moment_n_mm, moment_y_n_mm and moment_x_n_mm in their place; without them the finger keeps the pose
 of its shape. The response has a row at least at every row of the path.
+
+--body takes another rigid body than the plane: a sphere, a cylinder or an edge, whose highest point is under first touch of
+the pose in which the path starts; a hollow of a negative radius or a groove, whose lowest point is there; or a file of heights.
+Depth counts along z from where finger and body first touch in each pose without a slide. Slides and spin move the body as a
+whole, so that a slide on a sphere leads the finger off its top; pitch and roll turn it about that point, to which moments and
+the centre of pressure refer. The contact area is that on the body.
 
 --report draws the response and the contact, with the settings, the costs and what to beware of, into DIR/report.html;
 its numbers are in report.json and its figures in figures/. The contact is drawn at the end of the first press, where
@@ -65,6 +73,8 @@ pub struct Args {
     force: bool,
     #[command(flatten)]
     model: Model,
+    #[command(flatten)]
+    body: BodyArgs,
     /// Factor of the friction law, MPa^(1-beta)
     #[arg(long, value_name = "L")]
     lambda: Option<f64>,
@@ -160,7 +170,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// The configuration with the constants of the command line.
 fn configuration(args: &Args) -> Result<Config, Failure> {
-    let mut config = args.model.config()?;
+    let mut config = args.model.settings_on_any_body()?.0;
+    args.body.apply(&mut config);
     let law = &mut config.friction;
     for (flag, value, target, least) in [
         ("lambda", args.lambda, &mut law.lambda, 0.0),
@@ -199,7 +210,8 @@ fn map_rows(args: &Args, path: &PlanePath) -> anyhow::Result<Vec<usize>> {
 }
 
 fn prepare_outputs(args: &Args, config: &Config, partial: &Path) -> Result<(), Failure> {
-    let inputs = args.model.inputs(config).into_iter().chain([("--path", Some(args.path.as_path()))]);
+    let inputs = args.model.inputs(config).into_iter();
+    let inputs = inputs.chain([("--path", Some(args.path.as_path())), ("--body", BodyArgs::input(config))]);
     let marks = || vec![Mark::beginning(response_csv::header(false) + "\n")];
     let mut outputs = Outputs::beside(inputs).stream("--out", &args.out, marks()).force(args.force);
     if let Some(checkpoint) = checkpoint_file(&args.out) {

@@ -86,7 +86,8 @@ mod tests {
     }
 
     fn table(skip: usize) -> String {
-        let rows = (0..20).filter(|k| *k != skip).map(|k| format!("{},{},{}\n", 0.5 * f64::from(k as u8 % 5), k / 5, k));
+        let rows =
+            (0..20).filter(|k| *k != skip).map(|k| format!("{},{},{}\n", 0.5 * f64::from(k as u8 % 5), k / 5, k));
         "x_mm,y_mm,height_mm\n".to_owned() + &rows.collect::<String>()
     }
 

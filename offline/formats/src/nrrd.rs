@@ -70,10 +70,7 @@ pub fn read(path: &Path) -> Result<LabelVolume, Error> {
 }
 
 /// Sizes, steps along the axes (mm) and values of a file with so many axes; of two the third has size 1.
-pub(crate) fn read_values(
-    path: &Path,
-    axes: usize,
-) -> Result<([usize; 3], [Vector3<f64>; 3], Vec<f64>), Error> {
+pub(crate) fn read_values(path: &Path, axes: usize) -> Result<([usize; 3], [Vector3<f64>; 3], Vec<f64>), Error> {
     let file = |source| Error::File { path: path.to_path_buf(), source };
     let mut input = BufReader::new(std::fs::File::open(path).map_err(file)?);
     let header = read_header(path, axes, &mut input)?;

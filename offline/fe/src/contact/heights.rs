@@ -196,7 +196,8 @@ mod tests {
             let (value, slope, bend) = field.at(x, y);
             assert!((value - f(x, y)).abs() < 2e-5);
             let e = 1e-5;
-            let numeric = |dx: f64, dy: f64| (field.height_mm(x + dx, y + dy) - field.height_mm(x - dx, y - dy)) / (2.0 * e);
+            let numeric =
+                |dx: f64, dy: f64| (field.height_mm(x + dx, y + dy) - field.height_mm(x - dx, y - dy)) / (2.0 * e);
             assert!((slope - Vector2::new(numeric(e, 0.0), numeric(0.0, e))).norm() < 1e-8);
             let turned = |dx: f64, dy: f64| (field.at(x + dx, y + dy).1 - field.at(x - dx, y - dy).1) / (2.0 * e);
             assert!((bend.column(0) - turned(e, 0.0)).norm() < 1e-6 && (bend.column(1) - turned(0.0, e)).norm() < 1e-6);
@@ -207,7 +208,8 @@ mod tests {
 
     #[test]
     fn what_is_no_field_is_refused() {
-        let refused = |nodes, heights: Vec<f64>| HeightField::new(nodes, [0.1; 2], [0.0; 2], heights).unwrap_err().to_string();
+        let refused =
+            |nodes, heights: Vec<f64>| HeightField::new(nodes, [0.1; 2], [0.0; 2], heights).unwrap_err().to_string();
         assert!(refused([3, 4], vec![0.0; 12]).contains("at least 4 x 4"));
         assert!(refused([4, 4], vec![0.0; 15]).contains("15 heights"));
         let mut heights = vec![0.0; 16];

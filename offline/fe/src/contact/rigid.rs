@@ -161,12 +161,9 @@ impl RigidBody {
     /// The spot of a place `y`, body's frame, mm.
     pub fn spot(&self, y: &Vector3<f64>) -> Spot {
         match *self {
-            Self::Plane => Spot {
-                gap_mm: y.z,
-                point: Vector3::new(y.x, y.y, 0.0),
-                normal: Vector3::z(),
-                bend: Matrix3::zeros(),
-            },
+            Self::Plane => {
+                Spot { gap_mm: y.z, point: Vector3::new(y.x, y.y, 0.0), normal: Vector3::z(), bend: Matrix3::zeros() }
+            }
             Self::Sphere { radius_mm } => {
                 // Side on which the material is: 1 inside the sphere, -1 around it.
                 let side = radius_mm.signum();
@@ -196,9 +193,7 @@ impl RigidBody {
         match *self {
             Self::Plane => Some(0.0),
             Self::Sphere { radius_mm } => arc(radius_mm.abs(), radius_mm.signum(), x.hypot(y)),
-            Self::Cylinder { radius_mm, axis_deg } => {
-                arc(radius_mm.abs(), radius_mm.signum(), across(axis_deg, x, y))
-            }
+            Self::Cylinder { radius_mm, axis_deg } => arc(radius_mm.abs(), radius_mm.signum(), across(axis_deg, x, y)),
             Self::Edge { radius_mm, axis_deg, angle_deg } => {
                 Some(faces(radius_mm, 1.0, face_rad(angle_deg), across(axis_deg, x, y)))
             }

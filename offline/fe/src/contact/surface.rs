@@ -428,14 +428,7 @@ impl Surface {
     }
 
     /// The node `node` at `spot` of the body; None if it does not touch.
-    fn touch(
-        &self,
-        increment: &Increment,
-        node: usize,
-        spot: &Spot,
-        area: f64,
-        predict_stick: bool,
-    ) -> Option<Touch> {
+    fn touch(&self, increment: &Increment, node: usize, spot: &Spot, area: f64, predict_stick: bool) -> Option<Touch> {
         let Increment { law, last, turn_rad } = *increment;
         let normal_force = self.normal_force(node, spot.gap_mm, last);
         if !(normal_force > 0.0) {
@@ -464,7 +457,8 @@ impl Surface {
         // How the slip before the return map changes, but for its part along the normal, which the tangents do not see.
         let slip = bend * (gap_mm - touch.off_surface) - Matrix3::identity();
         let (over_s, over_t) = (s.transpose() * slip, t.transpose() * slip);
-        let friction = (s * by_slip[0][0] + t * by_slip[1][0]) * over_s + (s * by_slip[0][1] + t * by_slip[1][1]) * over_t;
+        let friction =
+            (s * by_slip[0][0] + t * by_slip[1][0]) * over_s + (s * by_slip[0][1] + t * by_slip[1][1]) * over_t;
         let turned = touch.along(*by_turn) * turn_rad * bend.row(2);
         (normal + by_force) * normal.transpose() * per_gap + bend * touch.normal_force + (friction + turned) * *area
             - normal * (touch.friction().transpose() * bend)

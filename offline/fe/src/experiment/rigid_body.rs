@@ -80,7 +80,8 @@ impl RigidBodySettings {
         if file.is_some() && *kind != BodyKind::Heights {
             return Err(refuse(format!("file: a body of kind {name} has none")));
         }
-        let radius = || radius_mm.ok_or_else(|| refuse(format!("radius_mm is missing: a body of kind {name} needs one")));
+        let radius =
+            || radius_mm.ok_or_else(|| refuse(format!("radius_mm is missing: a body of kind {name} needs one")));
         let axis_deg = axis_deg.unwrap_or(0.0);
         let angle_deg = angle_deg.unwrap_or(RIGHT_ANGLE_DEG);
         let body = match kind {

@@ -68,11 +68,7 @@ impl Fingertip {
     /// The fingertip with the faces as its pad that come nearer than `reach_mm` to a rigid body in one of several views: what
     /// gives the gap of a place and the body's normal there.
     #[must_use]
-    pub fn with_pad_near(
-        self,
-        views: &[impl Fn(&Vector3<f64>) -> (f64, Vector3<f64>)],
-        reach_mm: f64,
-    ) -> Self {
+    pub fn with_pad_near(self, views: &[impl Fn(&Vector3<f64>) -> (f64, Vector3<f64>)], reach_mm: f64) -> Self {
         let faces = near_faces(&self.mesh, &self.outer(), views, reach_mm);
         self.with_pad(&faces)
     }

@@ -19,8 +19,7 @@ impl Solver<'_> {
         }
         let frame = self.surface.frame(plane);
         let body = self.surface.body();
-        let gaps: Vec<f64> =
-            self.surface_positions(at).iter().map(|x| body.spot(&frame.to_plane(x)).gap_mm).collect();
+        let gaps: Vec<f64> = self.surface_positions(at).iter().map(|x| body.spot(&frame.to_plane(x)).gap_mm).collect();
         let limit = gaps.iter().copied().fold(f64::INFINITY, f64::min).max(0.0) + height_mm;
         let is_near = |node: usize| last.nodes[node].normal_force_n > 0.0 || gaps[node] < limit;
         let facets = self.surface.facets.iter().map(|facet| facet.corners());

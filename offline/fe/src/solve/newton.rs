@@ -9,9 +9,7 @@ use super::{
     linear::{Factor, Precision},
 };
 use crate::assembly::{Body, BodyError, Configuration};
-use crate::contact::{
-    ContactState, Friction, Outline, Pad, PenaltySettings, Plane, RigidBody, Surface, Totals,
-};
+use crate::contact::{ContactState, Friction, Outline, Pad, PenaltySettings, Plane, RigidBody, Surface, Totals};
 
 /// From what the factor of the bulk stiffness was made.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]

@@ -61,7 +61,11 @@ impl Run<'_, '_> {
         let steps = &self.problem.load_steps;
         match slide(self.path, self.run.row) {
             // On a curved body a slide moves the contact on.
-            Some([.., spin]) if self.problem.rigid_body.is_plane() && self.law_at.is_none() && slips_steadily(&self.run.state, next) => {
+            Some([.., spin])
+                if self.problem.rigid_body.is_plane()
+                    && self.law_at.is_none()
+                    && slips_steadily(&self.run.state, next) =>
+            {
                 let by_slide = steps.max_steady_slide_step_mm / steps.max_slide_step_mm;
                 by_slide.min(STEADY_SPIN_RAD * self.row_length / spin.abs()).max(1.0)
             }
