@@ -21,4 +21,4 @@ pub use plane::{Coordinates, Frame, Plane, Twist};
 pub use reach::{Outline, Reach};
 pub use rigid::{BodyShapeError, RIGHT_ANGLE_DEG, RigidBody, Spot};
 pub use state::{ContactState, Friction, NodeState, PenaltySettings, Totals};
-pub use surface::{Evaluation, NodeTangent, Pad, Surface};
+pub use surface::{Evaluation, NodeTangent, Pad, Surface, Tangential};

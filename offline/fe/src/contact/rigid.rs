@@ -170,7 +170,8 @@ impl RigidBody {
                 let arm = y - Vector3::new(0.0, 0.0, -radius_mm);
                 let distance = arm.norm().max(f64::MIN_POSITIVE);
                 let normal = arm * (side / distance);
-                let gap_mm = side * distance - radius_mm;
+                // The difference of two lengths, of their squares, so that a huge radius costs no digits.
+                let gap_mm = side * (y.norm_squared() + 2.0 * radius_mm * y.z) / (distance + radius_mm.abs());
                 let across = Matrix3::identity() - normal * normal.transpose();
                 Spot { gap_mm, point: y - normal * gap_mm, normal, bend: across * (side / distance) }
             }
@@ -253,7 +254,13 @@ impl Section {
         let angle = turned.clamp(-self.most_rad, self.most_rad);
         let on_arc = angle == turned;
         let (normal_u, normal_up) = if on_arc { (arm_u / distance, arm_up / distance) } else { angle.sin_cos() };
-        let gap_mm = self.side * (arm_u * normal_u + arm_up * normal_up - self.radius_mm);
+        // Along the arc the difference of two lengths, of their squares, so that a huge radius costs no digits.
+        let gap_mm = if on_arc {
+            let up = self.side * y.z;
+            self.side * (u * u + up * up + 2.0 * self.radius_mm * up) / (distance + self.radius_mm)
+        } else {
+            self.side * (arm_u * normal_u + arm_up * normal_up - self.radius_mm)
+        };
         let in_space = |u: f64, z: f64| Vector3::new(-sin * u, cos * u, z);
         // The direction from the middle points out of the material or into it; up is along z or against it.
         let normal = in_space(self.side * normal_u, normal_up);

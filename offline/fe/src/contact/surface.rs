@@ -86,6 +86,17 @@ pub struct Surface {
     pub(super) penalty: f64,
 }
 
+/// What the tangential forces do in a search for equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tangential {
+    /// What the friction law says.
+    Law,
+    /// The same, but that nodes do not slip that stuck at the end of the last increment.
+    Stick,
+    /// They stay as they were at the end of the last increment: the normal forces find themselves first.
+    Held,
+}
+
 /// What an increment starts from.
 struct Increment<'a> {
     law: &'a dyn FrictionLaw,
@@ -232,7 +243,6 @@ impl Surface {
 
     /// Residual forces and, if `tangent`, their derivatives at trial `position` and `plane`.
     ///
-    /// With `predict_stick` nodes that stuck at the end of the last increment are not let slip.
     #[expect(clippy::too_many_arguments, reason = "the state of an increment, spelled out")]
     pub fn evaluate(
         &self,
@@ -241,7 +251,7 @@ impl Surface {
         parts: Parts,
         position: &[Vector3<f64>],
         plane: &Plane,
-        predict_stick: bool,
+        tangential: Tangential,
         tangent: bool,
     ) -> Evaluation {
         let frame = self.frame(plane);
@@ -258,7 +268,7 @@ impl Surface {
         let (mut sum, mut moment) = (Vector3::zeros(), Vector3::zeros());
         let increment = Increment::new(law, last, plane);
         for (node, x) in position.iter().enumerate() {
-            let Some(touch) = self.touch(&increment, node, &spots[node], areas[node], predict_stick) else { continue };
+            let Some(touch) = self.touch(&increment, node, &spots[node], areas[node], tangential) else { continue };
             let force = frame.to_finger(&touch.force());
             out.residual[node] = -force;
             sum += force;
@@ -330,7 +340,7 @@ impl Surface {
             let passed = passed - spot.normal * spot.normal.dot(&passed);
             let way = passed.norm();
             let direction = if way > LEAST_MOTION_MM { passed / way } else { before.direction };
-            let Some(touch) = self.touch(&increment, node, spot, areas[node], false) else {
+            let Some(touch) = self.touch(&increment, node, spot, areas[node], Tangential::Law) else {
                 totals.leave(before, &last.point[node], &spot.point);
                 nodes[node].direction = direction;
                 continue;
@@ -428,7 +438,14 @@ impl Surface {
     }
 
     /// The node `node` at `spot` of the body; None if it does not touch.
-    fn touch(&self, increment: &Increment, node: usize, spot: &Spot, area: f64, predict_stick: bool) -> Option<Touch> {
+    fn touch(
+        &self,
+        increment: &Increment,
+        node: usize,
+        spot: &Spot,
+        area: f64,
+        tangential: Tangential,
+    ) -> Option<Touch> {
         let Increment { law, last, turn_rad } = *increment;
         let normal_force = self.normal_force(node, spot.gap_mm, last);
         if !(normal_force > 0.0) {
@@ -441,8 +458,17 @@ impl Surface {
         let trial = tangents.map(|t| t.dot(&way));
         let pressure = if area > 0.0 { normal_force / area } else { 0.0 };
         let turn_share = spot.normal.z;
-        let sliding = law.return_map(trial, pressure, predict_stick && before.stuck);
-        let sliding = sliding.turned(trial, turn_rad * turn_share);
+        let sliding = match tangential {
+            Tangential::Held => {
+                let force = before.tangential_force_n;
+                let traction = tangents.map(|t| if area > 0.0 { t.dot(&force) / area } else { 0.0 });
+                Sliding { traction, ..Sliding::FRICTIONLESS }
+            }
+            _ => {
+                let sticks = tangential == Tangential::Stick && before.stuck;
+                law.return_map(trial, pressure, sticks).turned(trial, turn_rad * turn_share)
+            }
+        };
         let off_surface = spot.normal.dot(&way);
         Some(Touch { normal_force, spot: *spot, tangents, off_surface, trial, sliding, turn_share, area })
     }

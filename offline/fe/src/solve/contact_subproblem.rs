@@ -11,12 +11,15 @@ use super::contact_system::{ContactSystem, KeptFactor};
 use super::equilibrium::imbalance;
 use super::increment::{SolveError, WRENCH_OF};
 use super::linear::Factor;
-use crate::contact::{ContactState, Evaluation, Friction, NodeTangent, Parts, Plane, Surface, Twist};
+use crate::contact::{ContactState, Evaluation, Friction, NodeTangent, Parts, Plane, Surface, Tangential, Twist};
 
 /// What the solution of a Newton step may leave of its right-hand side: a share of the subproblem's tolerance, or of the
 /// right-hand side if that is more.
 const STEP_ERROR: f64 = 0.3;
 const LEAST_STEP_ERROR: f64 = 1e-4;
+
+/// Growth of |h| from which on a search has lost its way.
+const LOST: f64 = 1e6;
 
 /// What stays the same during the iterations.
 #[derive(Clone, Copy)]
@@ -52,6 +55,15 @@ pub(super) struct Solution {
     pub iterations: usize,
     /// |h| that is left, mm.
     pub norm: f64,
+}
+
+/// What is done with a step after which the residual is larger.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Steps {
+    /// It is shortened, as long as that helps.
+    Shortened,
+    /// It is taken.
+    Whole,
 }
 
 struct Trial {
@@ -114,10 +126,10 @@ impl ContactSubproblem<'_> {
         }
     }
 
-    fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, predict: bool, tangent: bool) -> Trial {
+    fn trial(&self, x: Vec<f64>, plane: Plane, force_scale: f64, tangential: Tangential) -> Trial {
         let positions = self.positions(&x);
         let evaluation =
-            self.surface.evaluate(self.friction, self.last, self.parts, &positions, &plane, predict, tangent);
+            self.surface.evaluate(self.friction, self.last, self.parts, &positions, &plane, tangential, true);
         let mut force = self.gather(&evaluation.residual);
         for ((f, x), shift) in force.iter_mut().zip(&x).zip(self.shift) {
             *f -= shift * x;
@@ -141,12 +153,57 @@ impl ContactSubproblem<'_> {
         kept: &mut KeptFactor,
         go_on: &mut dyn FnMut() -> Result<(), SolveError>,
     ) -> Result<Solution, SolveError> {
+        let predicted = if predict_stick { Tangential::Stick } else { Tangential::Law };
+        let solved = |solution: &Solution| solution.norm <= self.tolerance;
+        let mut found = self.search(x.clone(), plane, predicted, Steps::Shortened, kept, go_on)?;
+        let mut iterations = found.iterations;
+        let mut try_other = |x: Vec<f64>, plane: Plane, tangential, steps, found: &mut Solution| {
+            let other = self.search(x, plane, tangential, steps, kept, go_on)?;
+            iterations += other.iterations;
+            // The answer of forces that are held is another.
+            if tangential != Tangential::Held && other.norm < found.norm {
+                *found = other;
+                return Ok(None);
+            }
+            Ok::<_, SolveError>(Some(other))
+        };
+        if !solved(&found) {
+            // The residual grows wherever a node comes to touch, even on the way to the solution: whole steps may find it.
+            try_other(x.clone(), plane, predicted, Steps::Whole, &mut found)?;
+        }
+        if !solved(&found) && !matches!(self.friction, Friction::Off) {
+            // Where friction is strong the two kinds of forces may lead each other astray: the normal ones first.
+            let normal = try_other(x, plane, Tangential::Held, Steps::Whole, &mut found)?;
+            if let Some(Solution { x, plane, .. }) = normal.filter(solved) {
+                try_other(x.clone(), plane, Tangential::Law, Steps::Shortened, &mut found)?;
+                if !solved(&found) {
+                    try_other(x, plane, Tangential::Law, Steps::Whole, &mut found)?;
+                }
+            }
+        }
+        found.iterations = iterations;
+        Ok(found)
+    }
+
+    fn search(
+        &self,
+        x: Vec<f64>,
+        plane: Plane,
+        tangential: Tangential,
+        steps: Steps,
+        kept: &mut KeptFactor,
+        go_on: &mut dyn FnMut() -> Result<(), SolveError>,
+    ) -> Result<Solution, SolveError> {
         let force_scale = self.force_scale();
-        let mut current = self.trial(x, plane, force_scale, predict_stick, true);
+        let mut current = self.trial(x, plane, force_scale, tangential);
         let mut iterations = 0;
-        while (iterations == 0 || !(current.norm <= self.tolerance)) && iterations < self.max_iterations {
+        let lost = LOST * current.norm;
+        while (iterations == 0 || current.norm > self.tolerance && current.norm < lost)
+            && iterations < self.max_iterations
+        {
             go_on()?;
-            let predicted = predict_stick && iterations == 0;
+            let predicted = tangential == Tangential::Stick && iterations == 0;
+            let further = if tangential == Tangential::Stick { Tangential::Law } else { tangential };
             iterations += 1;
             let Some((dx, d_plane)) = self.newton_step(&current, force_scale, kept) else { break };
             let mut scale = 1.0;
@@ -154,9 +211,9 @@ impl ContactSubproblem<'_> {
                 let x = current.x.iter().zip(&dx).map(|(x, d)| x + scale * d).collect();
                 let place = std::array::from_fn(|k| current.plane.at[k] + scale * d_plane[k]);
                 let plane = self.last.plane.moved_to(place);
-                let trial = self.trial(x, plane, force_scale, false, true);
+                let trial = self.trial(x, plane, force_scale, further);
                 // The predictor's step must not be shortened: its residual is that of another branch.
-                if predicted || trial.norm < current.norm * (1.0 - 0.1 * scale) {
+                if predicted || steps == Steps::Whole || trial.norm < current.norm * (1.0 - 0.1 * scale) {
                     break trial;
                 }
                 scale *= 0.5;
@@ -185,10 +242,15 @@ impl ContactSubproblem<'_> {
         sum / (nodes * nodes) * nodes.sqrt()
     }
 
-    /// Newton step of all contact dofs and of the plane; None if the system is singular.
+    /// Newton step of all contact dofs and of the plane; None if the system is singular, or the search went so far astray that
+    /// nodes touch of which the compliance is not known.
     fn newton_step(&self, at: &Trial, force_scale: f64, kept: &mut KeptFactor) -> Option<(Vec<f64>, [f64; 6])> {
         let driven: Vec<Driven> =
             (0..6).filter(|&k| self.force_target[k].is_some()).map(|k| self.driven(at, k)).collect();
+        let is_far = |node: usize| self.slots[node].iter().any(|&(slot, _)| slot < self.factor.compliant_from());
+        if at.evaluation.tangents.iter().any(|tangent| is_far(tangent.node) || is_far(tangent.by)) {
+            return None;
+        }
         let system = self.system(at, &driven, force_scale);
         let mut rhs: Vec<f64> = system.active.iter().map(|&i| -at.h[i]).collect();
         rhs.extend(driven.iter().map(|driven| -at.balance[driven.coordinate]));

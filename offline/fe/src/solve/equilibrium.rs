@@ -222,8 +222,9 @@ impl Solver<'_> {
         }
         let base = self.surface_positions(&iterate.at);
         let mut x = vec![0.0; y.len()];
-        let predict =
-            convergence.iteration == 0 && !follows_plane && self.predict(increment.last, &base, &iterate.plane, &mut x);
+        let predict = convergence.iteration == 0
+            && self.predict(increment.last, &base, &iterate.plane, follows_plane, &mut x)
+            && !follows_plane;
         let subproblem = ContactSubproblem {
             surface: &self.surface,
             friction: &self.friction,
@@ -281,14 +282,14 @@ impl Solver<'_> {
             let followed = ContactSubproblem { max_iterations: most, ..subproblem };
             let solution = followed.solve(x.clone(), plane, predict, kept, go_on)?;
             iterations = solution.iterations;
-            if iterations < most {
+            if solution.norm <= followed.tolerance {
                 return Ok((solution, iterations, true));
             }
             iterate.held_areas = Some(self.areas(iterate, subproblem.last));
         }
         let held = ContactSubproblem { parts: iterate.parts(), ..subproblem };
         let solution = held.solve(x, plane, predict, kept, go_on)?;
-        let solved = solution.iterations < most;
+        let solved = solution.norm <= held.tolerance;
         iterations += solution.iterations;
         Ok((solution, iterations, solved))
     }
@@ -362,25 +363,38 @@ impl Solver<'_> {
         self.surface.areas(last, &positions, &iterate.plane)
     }
 
-    /// Guess of the contact dofs: nodes in contact follow the plane, along it only where they stick.
+    /// Guess of the contact dofs: nodes in contact follow the rigid body, along it only where they stick and the guess of the
+    /// configuration does not follow it already. On a curved body a guess that goes on straight would leave it, or go far into it.
     ///
     /// Returns whether anything was in contact.
-    fn predict(&self, last: &ContactState, base: &[Vector3<f64>], plane: &Plane, x: &mut [f64]) -> bool {
-        let frame = self.surface.frame(plane);
+    fn predict(
+        &self,
+        last: &ContactState,
+        base: &[Vector3<f64>],
+        plane: &Plane,
+        follows_plane: bool,
+        x: &mut [f64],
+    ) -> bool {
+        let (frame, body) = (self.surface.frame(plane), self.surface.body());
         let mut touching = false;
         for (node, slots) in self.slots.iter().enumerate() {
             let before = &last.nodes[node];
-            if !(before.normal_force_n > 0.0) {
-                continue;
-            }
-            touching = true;
+            let touched = before.normal_force_n > 0.0;
+            touching |= touched;
             // A node that hangs between others follows them.
             let &[(s, 1.0)] = slots.as_slice() else { continue };
-            let mut place = last.position[node];
-            if !before.stuck {
-                let body = self.surface.body();
-                place = body.spot(&frame.to_plane(&base[node])).at_gap(body.spot(&place).gap_mm);
-            }
+            let here = body.spot(&frame.to_plane(&base[node]));
+            let place = if !touched {
+                // What comes to touch only now bears nothing yet, however far the guess has it inside.
+                if here.gap_mm >= 0.0 {
+                    continue;
+                }
+                here.point
+            } else if before.stuck && !follows_plane {
+                last.position[node]
+            } else {
+                here.at_gap(body.spot(&last.position[node]).gap_mm)
+            };
             let step = frame.from_plane(&place) - base[node];
             for k in 0..3 {
                 if !self.held[s + k] {

@@ -8,7 +8,7 @@ use super::{
     newton::FactorOrigin,
 };
 use crate::assembly::Configuration;
-use crate::contact::{ContactState, Parts, Plane};
+use crate::contact::{ContactState, Parts, Plane, Tangential};
 
 impl Solver<'_> {
     /// Diagonal of the undeformed stiffness, which viscous forces are a share of.
@@ -75,7 +75,8 @@ impl Solver<'_> {
         let pattern = &self.body.dofs.pattern;
         let first = self.body.dofs.first_contact_dof;
         let positions = self.surface_positions(at);
-        let evaluation = self.surface.evaluate(&self.friction, last, Parts::Followed, &positions, plane, false, false);
+        let evaluation =
+            self.surface.evaluate(&self.friction, last, Parts::Followed, &positions, plane, Tangential::Law, false);
         // Where the plane gives way, nothing touches at a guess that does not follow it.
         let touching: Vec<usize> = evaluation
             .residual

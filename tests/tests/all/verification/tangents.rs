@@ -2,7 +2,7 @@
 
 use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
 use fingerpad_fe::contact::{
-    Coordinates, Evaluation, Friction, NodeTangent, Parts, PenaltySettings, Plane, RubberFriction, Surface,
+    Coordinates, Evaluation, Friction, NodeTangent, Parts, PenaltySettings, Plane, RubberFriction, Surface, Tangential,
 };
 use fingerpad_fe::element::{Batch, Constitutive, Hex8, Tangent, Tet4, Tet10};
 use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
@@ -385,7 +385,7 @@ fn contact_on_a_deformed_state() {
         let position: Vec<Vector3<f64>> = surface.nodes.iter().map(|&n| last.configuration.x[n as usize]).collect();
         let plane = last.contact.plane;
         let evaluate = |x: &[Vector3<f64>], plane: &Plane, tangent: bool| {
-            surface.evaluate(&friction, &before.contact, Parts::Followed, x, plane, false, tangent)
+            surface.evaluate(&friction, &before.contact, Parts::Followed, x, plane, Tangential::Law, tangent)
         };
         let exact = evaluate(&position, &plane, true);
         let n = 3 * position.len();

@@ -175,6 +175,7 @@ fn curved() -> Vec<RigidBody> {
     let waves = |i: i32, j: i32| 0.05 * (0.3 * f64::from(i)).sin() * (0.2 * f64::from(j)).cos();
     let heights = (0..41).flat_map(|j| (0..41).map(move |i| waves(i, j))).collect();
     vec![
+        RigidBody::Sphere { radius_mm: 10000.0 },
         RigidBody::Sphere { radius_mm: 5.0 },
         RigidBody::Sphere { radius_mm: -12.0 },
         RigidBody::Cylinder { radius_mm: 4.0, axis_deg: 25.0 },
@@ -214,7 +215,7 @@ fn derivatives_on_curved_bodies_are_those_of_the_forces() {
                 let place = around(&surface, &plane, |n, k| 0.005 * scatter(n + 7, k));
                 let parts = Parts::Held(&areas);
                 let forces = |place: &[Vector3<f64>], plane: &Plane, tangent: bool| {
-                    surface.evaluate(&law, &last, parts, place, plane, false, tangent)
+                    surface.evaluate(&law, &last, parts, place, plane, Tangential::Law, tangent)
                 };
                 let exact = forces(&place, &plane, true);
                 let touching = exact.residual.iter().filter(|force| force.norm() > 0.0).count();
@@ -269,7 +270,7 @@ fn derivatives_over_nodes_and_plane_are_those_of_the_forces() {
             let plane = before.moved_to(std::array::from_fn(|k| pose[k] + [0.05, 0.02, 0.0, 0.03, 0.01, -0.02][k]));
             let place = over(&surface, &plane, -0.004, |n, k| 0.009 * scatter(n, k));
             let forces = |place: &[Vector3<f64>], plane: &Plane, tangent: bool| {
-                surface.evaluate(&law, &last, parts, place, plane, false, tangent)
+                surface.evaluate(&law, &last, parts, place, plane, Tangential::Law, tangent)
             };
             let exact = forces(&place, &plane, true);
             let touching = exact.residual.iter().filter(|force| force.norm() > 0.0).count();

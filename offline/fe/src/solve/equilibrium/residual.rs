@@ -1,6 +1,7 @@
 //! What is out of balance: internal forces, the contact's, and driven forces that are not reached.
 
 use super::{Increment, Iterate};
+use crate::contact::Tangential;
 use crate::solve::Solver;
 use crate::solve::increment::WRENCH_OF;
 
@@ -23,7 +24,8 @@ impl Solver<'_> {
         let first = self.body.dofs.first_contact_dof;
         let positions = self.surface_positions(at);
         let parts = iterate.parts();
-        let evaluation = self.surface.evaluate(&self.friction, increment.last, parts, &positions, plane, false, false);
+        let evaluation =
+            self.surface.evaluate(&self.friction, increment.last, parts, &positions, plane, Tangential::Law, false);
         let mut contact = vec![0.0; internal.len() - first];
         for (f, slots) in evaluation.residual.iter().zip(&self.slots) {
             for &(s, weight) in slots {
