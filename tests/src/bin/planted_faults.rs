@@ -113,8 +113,8 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "depth from the pad's lowest point",
         file: SURFACE,
-        sound: "Reach::of(undeformed, pad.undeformed)",
-        faulty: "Reach::of(undeformed.clone(), &undeformed)",
+        sound: "Outline::of_points(undeformed, pad.undeformed)",
+        faulty: "Outline::of_points(undeformed.clone(), &undeformed)",
         test: FIRST_TOUCH,
     },
     Fault {

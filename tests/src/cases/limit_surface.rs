@@ -172,7 +172,7 @@ fn of_force(arm: &Vector2<f64>, force: &Vector2<f64>) -> Vector3<f64> {
 fn carried(state: &State, direction: &Vector3<f64>) -> Vector3<f64> {
     let frame = state.contact.plane.frame(&Default::default());
     let at_pole = passed(state, direction).filter(|at| at.carried);
-    at_pole.map(|at| of_force(&at.arm, &Vector2::from(frame.unspun(at.node.tangential_force_n)))).sum()
+    at_pole.map(|at| of_force(&at.arm, &Vector2::from(frame.unspun(&at.node.tangential_force_n)))).sum()
 }
 
 /// Integral of the law's strength over the pressure of a state, each point that is not carried slipping as the plane passes it

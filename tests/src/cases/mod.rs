@@ -41,6 +41,11 @@ pub struct Case {
 pub const CASES: &[Case] = &[
     Case { name: "hertz", about: "paraboloid on the plane, frictionless, exact far field", run: sphere::hertz },
     Case {
+        name: "hertz_curved",
+        about: "half-space and sphere on a rigid sphere or bowl, crossed cylinders, frictionless, exact far field",
+        run: sphere::hertz_curved,
+    },
+    Case {
         name: "mindlin",
         about: "Cattaneo-Mindlin and back and forth, Coulomb, nu 0.499, exact far field",
         run: sphere::mindlin,

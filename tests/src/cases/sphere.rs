@@ -1,6 +1,6 @@
 //! Cases with a closed form: Hertz, Cattaneo-Mindlin, full slip.
 
-use fingerpad_fe::contact::{Friction, NodeState, PenaltySettings, RubberFriction, plane::DEPTH};
+use fingerpad_fe::contact::{Friction, NodeState, PenaltySettings, Plane, RigidBody, RubberFriction, plane::DEPTH};
 
 use super::{Effort, Failure};
 use crate::{
@@ -52,6 +52,38 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
                 checks.push(Check::relative(quantity, changed, 1.0, 0.025));
             }
         }
+    }
+    Ok(checks)
+}
+
+/// Hertz on curved rigid bodies: a half-space and a sphere on a sphere, crossed cylinders.
+pub fn hertz_curved(effort: Effort) -> Result<Vec<Check>, Failure> {
+    let (per_radius, [bound, area_bound]) =
+        if effort == Effort::Quick { (10, [0.01, 0.02]) } else { (32, [0.005, 0.01]) };
+    let layout = Layout { elements: Elements::Hexes, part: Part::Quarter, per_radius, extent: 4.0, growth: 1.2 };
+    let mut checks = Vec::new();
+    for (name, share, rigid) in [
+        ("half-space on a sphere", [0.0, 0.0], RigidBody::Sphere { radius_mm: CURVATURE_MM }),
+        (
+            "sphere on a sphere of half its curvature",
+            [2.0 / 3.0; 2],
+            RigidBody::Sphere { radius_mm: 3.0 * CURVATURE_MM },
+        ),
+        ("sphere in a bowl of half its curvature", [2.0; 2], RigidBody::Sphere { radius_mm: -CURVATURE_MM }),
+        ("crossed cylinders", [1.0, 0.0], RigidBody::Cylinder { radius_mm: CURVATURE_MM, axis_deg: 0.0 }),
+        ("crossed cylinders, turned", [0.0, 1.0], RigidBody::Cylinder { radius_mm: CURVATURE_MM, axis_deg: 90.0 }),
+    ] {
+        let sphere = Sphere::sharing(&layout, 0.4, CURVATURE_MM, share)?;
+        let mut solver = sphere.solver(sphere.penalty(1e-3));
+        solver.set_rigid_body(rigid, None, &Plane::default());
+        let state = sphere.press(&mut solver)?;
+        let (hertz, label) = (&sphere.hertz, |what: &str| format!("{name}: {what}, a/h {per_radius}"));
+        let peak = state.contact.nodes.iter().map(NodeState::pressure_mpa).fold(0.0, f64::max);
+        let force = sphere.copies * state.totals.force.z;
+        let radius = sphere.area_radius_mm(&solver, &state);
+        checks.push(Check::relative(label("force (N)"), force, hertz.force_n(), bound));
+        checks.push(Check::relative(label("radius from area (mm)"), radius, hertz.radius_mm, area_bound));
+        checks.push(Check::relative(label("peak pressure (MPa)"), peak, hertz.peak_mpa(), bound));
     }
     Ok(checks)
 }

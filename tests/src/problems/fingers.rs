@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use fingerpad_fe::assembly::Body;
-use fingerpad_fe::contact::{PenaltySettings, RubberFriction};
+use fingerpad_fe::contact::{PenaltySettings, RigidBody, RubberFriction};
 use fingerpad_fe::load_path::{
     BoneKind, Drive, Finger, LoadPathError, LoadSettings, Path, Problem, Tissue, Trajectory, Waypoint, follow_path,
 };
@@ -31,6 +31,8 @@ pub fn problem<'a>(body: &'a Body, pad_faces: impl Into<PadFaces<'a>>) -> Proble
     Problem {
         body,
         pad_faces: pad_faces.into(),
+        rigid_body: RigidBody::Plane,
+        outline: None,
         half: None,
         friction: Some(RubberFriction::default()),
         penalty: PenaltySettings::default(),

@@ -77,6 +77,14 @@ impl Sphere {
     /// # Errors
     /// [`BodyError`] for an inverted mesh.
     pub fn new(layout: &Layout, poisson: f64, curvature_mm: f64) -> Result<Self, BodyError> {
+        Self::sharing(layout, poisson, curvature_mm, [1.0; 2])
+    }
+
+    /// The same where the body has only `share` of the curvature along x and along y; what it touches has the rest.
+    ///
+    /// # Errors
+    /// [`BodyError`] for an inverted mesh.
+    pub fn sharing(layout: &Layout, poisson: f64, curvature_mm: f64, share: [f64; 2]) -> Result<Self, BodyError> {
         let half_space = HalfSpace { shear_mpa: 1.0, poisson };
         let hertz = Hertz { half_space, curvature_mm, radius_mm: 1.0 };
         // A cell of six tetrahedra has nodes half-way.
@@ -99,7 +107,7 @@ impl Sphere {
         };
         let mut mesh = flat.clone();
         for p in &mut mesh.nodes {
-            p.z += (p.x * p.x + p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height);
+            p.z += (share[0] * p.x * p.x + share[1] * p.y * p.y) / (2.0 * curvature_mm) * (1.0 - p.z / height);
         }
         let (cut, outer): (&[(&str, usize)], &[&str]) = match layout.part {
             Part::Quarter => (&[("y0", 1), ("x0", 0)], &["x1", "y1", "z1"]),

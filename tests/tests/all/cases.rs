@@ -16,6 +16,11 @@ fn hertz() {
 }
 
 #[test]
+fn hertz_curved() {
+    holds("hertz_curved");
+}
+
+#[test]
 fn mindlin() {
     holds("mindlin");
 }

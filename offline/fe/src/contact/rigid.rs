@@ -147,6 +147,16 @@ impl RigidBody {
         }
     }
 
+    /// Direction of its axis in the tangent plane, degrees, if it is the same all along one.
+    pub fn axis_deg(&self) -> Option<f64> {
+        match *self {
+            Self::Plane | Self::Sphere { .. } | Self::Heights(_) => None,
+            Self::Cylinder { axis_deg, .. } | Self::Edge { axis_deg, .. } | Self::Groove { axis_deg, .. } => {
+                Some(axis_deg)
+            }
+        }
+    }
+
     /// Whether it is its own mirror image about y = 0.
     pub fn is_symmetric(&self) -> bool {
         match *self {

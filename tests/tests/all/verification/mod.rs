@@ -3,6 +3,7 @@
 //! `cargo test --release -p fingerpad-tests --test all verification:: -- --nocapture` prints them all.
 
 mod balance;
+mod bodies;
 mod branches;
 mod cook;
 mod energy;
@@ -13,6 +14,7 @@ mod long_runs;
 mod patch;
 mod rotation;
 mod soft_regions;
+mod stick;
 mod stress;
 mod symmetry;
 mod tangents;

@@ -2,7 +2,9 @@
 //! together: the contact stays the same.
 
 use fingerpad_fe::assembly::{Body, Joint, Material};
-use fingerpad_fe::contact::{Coordinates, Friction, PenaltySettings, Plane, RubberFriction};
+use std::sync::Arc;
+
+use fingerpad_fe::contact::{Coordinates, Friction, Outline, PenaltySettings, Plane, RigidBody, RubberFriction};
 use fingerpad_fe::load_path::{Finger, Tissue};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{FingertipShape, Mesh, MeshPreset, Region, block::coordinates, fingertip};
@@ -57,6 +59,8 @@ struct Turned {
     name: &'static str,
     /// The body, turned about the point of first touch.
     body: fn(&Rotation3<f64>) -> (Mesh, Body),
+    /// What it touches.
+    rigid: RigidBody,
     /// Residual over contact force.
     tolerance: f64,
     /// Largest relative difference of any response.
@@ -84,6 +88,11 @@ fn along_path([heading, pitch, roll]: [f64; 3], case: &Turned) -> Vec<State> {
     let penalty = PenaltySettings { penalty_mpa_per_mm: 20.0, augment: false, ..Default::default() };
     let law = Friction::On(RubberFriction::default());
     let mut solver = Solver::new(&body, &mesh.pad_faces, law, penalty, settings);
+    // What turns along turns about the point of first touch, to which depth counts here in any pose.
+    if !case.rigid.is_plane() {
+        let outline = Outline::Smooth(Arc::new(|_: &Vector3<f64>| Vector3::zeros()));
+        solver.set_rigid_body(case.rigid.clone(), Some(outline), &Plane::default());
+    }
     // Depth counts from first touch of a body whose neutral pose is that of the mesh, which this one's is not.
     let height = -solver.surface().reach.height_mm(&tilt);
     let mut state = solver.initial_state(Plane::new(turned([0.0; 4], height)));
@@ -108,11 +117,20 @@ fn along_path([heading, pitch, roll]: [f64; 3], case: &Turned) -> Vec<State> {
 #[test]
 fn body_plane_and_path_turned_together_give_the_same_contact() {
     let (spun, pitched, all) = ([0.8, 0.0, 0.0], [0.0, 0.5, 0.0], [-0.6, 0.4, -0.3]);
-    let small = Turned { name: "paraboloid", body: paraboloid, tolerance: 1e-11, bound: 1e-9 };
+    let plane = RigidBody::Plane;
+    let small = Turned { name: "paraboloid", body: paraboloid, rigid: plane.clone(), tolerance: 1e-11, bound: 1e-9 };
     small.keeps_its_contact(&[("spun", spun), ("pitched", pitched), ("all three", all)]);
     // Rounding of places leaves more out of balance in a body of 30 mm.
-    let large = Turned { name: "finger", body: coarse_finger, tolerance: 1e-8, bound: 1e-6 };
+    let large = Turned { name: "finger", body: coarse_finger, rigid: plane, tolerance: 1e-8, bound: 1e-6 };
     large.keeps_its_contact(&[("all three", all)]);
+    for (name, rigid) in [
+        ("paraboloid on a sphere", RigidBody::Sphere { radius_mm: 5.0 }),
+        ("paraboloid on a cylinder", RigidBody::Cylinder { radius_mm: 3.0, axis_deg: 35.0 }),
+        ("paraboloid on an edge", RigidBody::Edge { radius_mm: 2.0, axis_deg: -20.0, angle_deg: 120.0 }),
+    ] {
+        let curved = Turned { name, body: paraboloid, rigid, tolerance: 1e-11, bound: 1e-6 };
+        curved.keeps_its_contact(&[("spun", spun), ("all three", all)]);
+    }
 }
 
 impl Turned {

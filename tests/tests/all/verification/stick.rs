@@ -1,0 +1,63 @@
+//! What sticks after a small reversal: everything.
+
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{Drive, Path, Turn, Turns};
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_tests::{
+    problems::fingers::{follow, placed},
+    verify,
+};
+
+/// Stick ratio at the end of a path.
+fn stick(preset: MeshPreset, path: &Path) -> f64 {
+    let config = Config { mesh_preset: preset, ..Config::default() };
+    let finger = config.finger_for(&[path]).unwrap().0;
+    let run = follow(&config.problem(&finger), path).unwrap();
+    assert_eq!(run.cost.cutbacks, 0, "no step has to be cut");
+    run.responses.last().unwrap().stick_ratio
+}
+
+fn spun(depth: f64, angles: [f64; 4]) -> Path {
+    let flat = placed(&[[0.0; 3], [depth, 0.0, 0.0], [depth, 0.0, 0.0], [depth, 0.0, 0.0]]);
+    let spin = Turn { drive: Drive::Displacement, values: angles.to_vec() };
+    Path { turns: Turns { spin: Some(spin), ..Turns::default() }, ..flat }
+}
+
+fn sticks_after_reversals(preset: MeshPreset, depths: &[f64]) {
+    for &depth in depths {
+        for back in [1e-3, 1e-2, 1e-1] {
+            let cases = [
+                ("x", placed(&[[0.0; 3], [depth, 0.0, 0.0], [depth, 5.0, 0.0], [depth, 5.0 - back, 0.0]])),
+                ("y", placed(&[[0.0; 3], [depth, 0.0, 0.0], [depth, 0.0, 5.0], [depth, 0.0, 5.0 - back]])),
+                ("45 degrees", {
+                    let (far, near) = (3.5, 3.5 - back / 2f64.sqrt());
+                    placed(&[[0.0; 3], [depth, 0.0, 0.0], [depth, far, far], [depth, near, near]])
+                }),
+                ("y after x", {
+                    let turn = [depth, 4.0, 0.0];
+                    placed(&[[0.0; 3], [depth, 0.0, 0.0], turn, [depth, 4.0, 4.0], [depth, 4.0, 4.0 - back]])
+                }),
+            ];
+            for (name, path) in cases {
+                let slip = 1.0 - stick(preset, &path);
+                let case = format!("{preset:?}, {depth} mm, {name}, {back} mm back");
+                verify(&case, "1 - stick ratio", slip, 5e-3);
+            }
+        }
+        let slip = 1.0 - stick(preset, &spun(depth, [0.0, 0.0, 25.0, 24.98]));
+        verify(&format!("{preset:?}, {depth} mm, spin, 0.02 degrees back"), "1 - stick ratio", slip, 5e-3);
+    }
+}
+
+#[test]
+fn everything_sticks_after_a_small_reversal() {
+    sticks_after_reversals(MeshPreset::Coarse, &[0.8, 1.2]);
+}
+
+/// Minutes.
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn everything_sticks_after_a_small_reversal_on_finer_meshes() {
+    sticks_after_reversals(MeshPreset::Medium, &[0.8, 1.2]);
+    sticks_after_reversals(MeshPreset::Default, &[0.8]);
+}
