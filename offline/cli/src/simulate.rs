@@ -149,6 +149,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             run.report(&trajectory, &args.out, None)?;
             print_costs(&args.out, &trajectory);
+            if config.friction.lambda == 0.0 && config.friction.tau0_mpa == 0.0 {
+                eprintln!(
+                    "note: the contact is frictionless: its stick_ratio of 0 and its regime slip mean no more than that"
+                );
+            }
             warn_of_no_contact(&path, &trajectory.responses);
             Ok(())
         }

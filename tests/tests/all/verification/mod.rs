@@ -12,6 +12,7 @@ mod hanging_nodes;
 mod hyperelastic;
 mod long_runs;
 mod patch;
+mod poses;
 mod rotation;
 mod soft_regions;
 mod stick;
