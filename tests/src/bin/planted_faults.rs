@@ -23,23 +23,27 @@ const CONTACT: &[&str] = &["-p", "fingerpad-fe", "--lib", "contact::"];
 const MINDLIN: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "cases::mindlin"];
 const HERTZ: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "cases::hertz"];
 const HYPERELASTIC: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "verification::hyperelastic::"];
-const FIRST_TOUCH: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "depth_counts"];
+const HERTZ_CURVED: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "cases::hertz_curved"];
+const POSES: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "verification::poses::"];
+const STICK: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "verification::stick::"];
 const BALANCE: &[&str] = &["-p", "fingerpad-tests", "--test", "all", "balance"];
 
 const SURFACE: &str = "offline/fe/src/contact/surface.rs";
-const RETURN_MAP: &str = "let sliding = law.return_map(trial, pressure, predict_stick && before.stuck);";
+const RETURN_MAP: &str = "law.return_map(trial, pressure, sticks).turned(trial, turn_rad * turn_share)";
 /// Friction along the slip since first contact instead of the elastic slip.
-const ALONG_TOTAL_SLIP: &str = "let mut sliding = law.return_map(trial, pressure, predict_stick && before.stuck);
-        let total = [0, 1].map(|k| before.slip[k] + trial[k] - before.elastic_slip[k]);
-        let length = total[0].hypot(total[1]);
-        if !sliding.stuck && length > 0.0 {
-            for vector in [&mut sliding.traction, &mut sliding.elastic_slip] {
-                *vector = total.map(|s| s / length * vector[0].hypot(vector[1]));
-            }
-        }";
+const ALONG_TOTAL_SLIP: &str = "let mut sliding = law.return_map(trial, pressure, sticks);
+                let slip = before.slip - before.elastic_slip;
+                let total = [0, 1].map(|k| slip.dot(&tangents[k]) + trial[k]);
+                let length = total[0].hypot(total[1]);
+                if !sliding.stuck && length > 0.0 {
+                    for vector in [&mut sliding.traction, &mut sliding.elastic_slip] {
+                        *vector = total.map(|s| s / length * vector[0].hypot(vector[1]));
+                    }
+                }
+                sliding.turned(trial, turn_rad * turn_share)";
 const AREA: &str = "offline/fe/src/contact/area.rs";
 /// Of the stick area alone: the contact area has its own.
-const STUCK_AREA: &str = "let Corners { place, level } = Corners::of(facet, place, level);
+const STUCK_AREA: &str = "let Corners { place, level, .. } = Corners::of(facet, spots, level);
             facet.shares(&place, &level).iter().sum()";
 
 const FAULTS: &[Fault] = &[
@@ -60,8 +64,9 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "friction half of an increment's spin behind",
         file: SURFACE,
-        sound: "let sliding = sliding.turned(trial, turn_rad);",
-        faulty: "let _ = turn_rad;",
+        sound: RETURN_MAP,
+        faulty: "let _ = (turn_rad, turn_share);
+                law.return_map(trial, pressure, sticks)",
         test: CONTACT,
     },
     Fault {
@@ -82,18 +87,18 @@ const FAULTS: &[Fault] = &[
         name: "a face sticks where any node does",
         file: AREA,
         sound: STUCK_AREA,
-        faulty: "let values = corner_values(facet, level);
-            let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            facet.shares(&corner_places(facet, place), &vec![highest; values.len()]).iter().sum()",
+        faulty: "let Corners { place, level, .. } = Corners::of(facet, spots, level);
+            let highest = level.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            facet.shares(&place, &vec![highest; level.len()]).iter().sum()",
         test: MINDLIN,
     },
     Fault {
         name: "a face sticks where the last node does",
         file: AREA,
         sound: STUCK_AREA,
-        faulty: "let values = corner_values(facet, level);
-            let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
-            facet.shares(&corner_places(facet, place), &vec![lowest; values.len()]).iter().sum()",
+        faulty: "let Corners { place, level, .. } = Corners::of(facet, spots, level);
+            let lowest = level.iter().copied().fold(f64::INFINITY, f64::min);
+            facet.shares(&place, &vec![lowest; level.len()]).iter().sum()",
         test: MINDLIN,
     },
     Fault {
@@ -111,11 +116,32 @@ const FAULTS: &[Fault] = &[
         test: BALANCE,
     },
     Fault {
-        name: "depth from the pad's lowest point",
+        name: "depth from the mesh's lowest node",
+        file: "offline/fe/src/load_path/finger.rs",
+        sound: "let outline = smooth_outline(&fingertip);",
+        faulty: "let outline = None;",
+        test: POSES,
+    },
+    Fault {
+        name: "slip of before a reversal counts on",
         file: SURFACE,
-        sound: "Outline::of_points(undeformed, pad.undeformed)",
-        faulty: "Outline::of_points(undeformed.clone(), &undeformed)",
-        test: FIRST_TOUCH,
+        sound: " || before.direction.dot(&passed) < 0.0;",
+        faulty: ";",
+        test: STICK,
+    },
+    Fault {
+        name: "a sphere's normal turns a tenth less",
+        file: "offline/fe/src/contact/rigid.rs",
+        sound: "bend: across * (side / distance)",
+        faulty: "bend: across * (0.9 * side / distance)",
+        test: CONTACT,
+    },
+    Fault {
+        name: "curvature of a cylinder +3 %",
+        file: "offline/fe/src/contact/rigid.rs",
+        sound: "radius_mm: radius_mm.abs(), side",
+        faulty: "radius_mm: 0.97 * radius_mm.abs(), side",
+        test: HERTZ_CURVED,
     },
     Fault {
         name: "centre of pressure x 0.9",

@@ -140,6 +140,10 @@ def simulate(
     beta: float | None = None,
     tau0_mpa: float | None = None,
     gamma_crit_mm: float | None = None,
+    body: Place | None = None,
+    radius_mm: float | None = None,
+    axis_deg: float | None = None,
+    angle_deg: float | None = None,
     frictionless_press: bool = False,
     fields: bool = False,
     report: bool = False,
@@ -147,10 +151,12 @@ def simulate(
     out: Place | None = None,
     progress: Progressing = None,
 ) -> Simulation:
-    """Follows a path of the plane with the finite-element model; `fingerpad simulate`.
+    """Follows a path of a rigid body with the finite-element model; `fingerpad simulate`.
 
     path: columns t_s, depth_mm, slide_x_mm, slide_y_mm (or normal_force_n, friction_x_n, friction_y_n in their place), and
-    spin_deg, pitch_deg, roll_deg or moments if wanted. lambda_: factor of the friction law, MPa^(1-beta). fields: keep
+    spin_deg, pitch_deg, roll_deg or moments if wanted. lambda_: factor of the friction law, MPa^(1-beta). body: plane, sphere,
+    cylinder, edge, groove or a file of heights; radius_mm: its radius, negative for a hollow sphere or cylinder; axis_deg: direction
+    of its axis from x; angle_deg: angle between the faces of an edge or a groove. fields: keep
     displacement, stress and contact at every row for ParaView or pyvista. report: draw it into report/report.html. map_rows:
     rows, the first is 1, that the report draws. out: folder of the files; a run that was stopped goes on there.
 
@@ -169,6 +175,10 @@ def simulate(
         "beta": beta,
         "tau0_mpa": tau0_mpa,
         "gamma_crit_mm": gamma_crit_mm,
+        "body": body,
+        "radius_mm": radius_mm,
+        "axis_deg": axis_deg,
+        "angle_deg": angle_deg,
         "frictionless_press": frictionless_press,
         "vtu": folder.path / "fields" if fields else None,
         "report": folder.path / "report" if report else None,
