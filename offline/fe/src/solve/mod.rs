@@ -1,9 +1,11 @@
 //! Equilibrium of body and contact: Newton with a frozen bulk factor, the contact solved exactly on its dense
 //! compliance, every axis of the plane driven by displacement or by force.
 //!
-//! Main types: [`Solver`], [`State`], [`Target`], [`SolverSettings`], [`Stats`], [`SolveError`].
+//! Main types: [`Solver`], [`State`], [`Target`], [`SolverSettings`], [`Stats`], [`SolveError`],
+//! [`RestCompliance`].
 //! May use: assembly, contact, element, material, mesh.
 
+mod compliance;
 mod contact_subproblem;
 mod contact_system;
 mod equilibrium;
@@ -13,5 +15,6 @@ mod near;
 mod newton;
 mod stiffness;
 
+pub use compliance::RestCompliance;
 pub use increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch, unwatched};
 pub use newton::{FactorRecord, PadFaces, Solver};

@@ -5,6 +5,7 @@
 mod balance;
 mod bodies;
 mod branches;
+mod compliance;
 mod cook;
 mod energy;
 mod fingertip_meshes;
