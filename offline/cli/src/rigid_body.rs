@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::bail;
 use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
+use fingerpad_fe::load_path::Finger;
 
 /// The rigid body that the finger touches.
 #[derive(clap::Args)]
@@ -23,7 +25,10 @@ pub struct BodyArgs {
 
 impl BodyArgs {
     /// Puts what is given in place of what the configuration says; another kind of body forgets its numbers too.
-    pub fn apply(&self, config: &mut Config) {
+    ///
+    /// # Errors
+    /// A word that is neither a kind of body nor a file.
+    pub fn apply(&self, config: &mut Config) -> anyhow::Result<()> {
         if let Some(body) = &self.body {
             let kind = match body.as_str() {
                 "plane" => BodyKind::Plane,
@@ -33,6 +38,9 @@ impl BodyArgs {
                 "groove" => BodyKind::Groove,
                 _ => BodyKind::Heights,
             };
+            if kind == BodyKind::Heights && !Path::new(body).exists() {
+                bail!("--body {body}: neither plane, sphere, cylinder, edge or groove nor a file that is there");
+            }
             let file = (kind == BodyKind::Heights).then(|| PathBuf::from(body));
             config.rigid_body = RigidBodySettings { kind, file, ..RigidBodySettings::default() };
         }
@@ -40,10 +48,35 @@ impl BodyArgs {
         body.radius_mm = self.radius_mm.or(body.radius_mm);
         body.axis_deg = self.axis_deg.or(body.axis_deg);
         body.angle_deg = self.angle_deg.or(body.angle_deg);
+        Ok(())
     }
 
     /// The file of heights, if one is given.
     pub fn input(config: &Config) -> Option<&Path> {
         config.rigid_body.file.as_deref()
+    }
+}
+
+/// Radius of a body over the size of the faces that touch it below which the faces are too coarse for it.
+const LEAST_RADIUS: f64 = 2.0;
+
+/// Warns of a body that is finer than the mesh: contact is found at the nodes, and what is between them is not seen.
+pub fn warn_of_fine_body(config: &Config, finger: &Finger) {
+    let mesh = &finger.mesh;
+    let place = |node: u32| mesh.nodes[node as usize];
+    let size = |face: &[u32; 4]| {
+        let [a, b, c, d] = face.map(place);
+        (0.5 * (c - a).cross(&(d - b)).norm()).sqrt()
+    };
+    let (Some(radius_mm), count) = (config.rigid_body.radius_mm, mesh.pad_faces.len()) else { return };
+    if count == 0 {
+        return;
+    }
+    let size_mm = mesh.pad_faces.iter().map(size).sum::<f64>() / count as f64;
+    if radius_mm.abs() < LEAST_RADIUS * size_mm {
+        eprintln!(
+            "warning: the radius of the body, {radius_mm} mm, is small for a mesh with faces of {size_mm:.2} mm where it may touch: \
+             forces hold roughly, the area does not; take a finer --mesh-preset"
+        );
     }
 }

@@ -16,7 +16,7 @@ use fingerpad_report::simulation::{self, SimulationReport};
 
 use super::config::ConfigFile;
 use super::plausibility::{warn_of_depths, warn_of_no_contact};
-use super::rigid_body::BodyArgs;
+use super::rigid_body::{BodyArgs, warn_of_fine_body};
 use super::{
     Failure, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance, results,
     run_failure, show,
@@ -120,6 +120,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     warn_of_depths(&path);
     let mut finger = make_finger_reaching(&config, &path, 1.0)?;
     config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
+    warn_of_fine_body(&config, &finger);
     let hash = config.hash()?;
     let mut run =
         Run { args, config: &config, path: &path, finger: &finger, map_rows: map_rows.clone(), hash: hash.clone() };
@@ -176,7 +177,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// The configuration with the constants of the command line.
 fn configuration(args: &Args) -> Result<Config, Failure> {
     let mut config = args.model.settings_on_any_body()?.0;
-    args.body.apply(&mut config);
+    args.body.apply(&mut config).map_err(Failure::Input)?;
     let law = &mut config.friction;
     for (flag, value, target, least) in [
         ("lambda", args.lambda, &mut law.lambda, 0.0),

@@ -12,4 +12,5 @@ mod geometry_commands;
 mod help_examples;
 mod identify;
 mod own_columns;
+mod rigid_bodies;
 mod wrong_files;
