@@ -307,7 +307,6 @@ pub(super) fn spot_of_graph(at: impl Fn(f64, f64) -> (f64, Vector2<f64>, Matrix2
     let point = Vector3::new(foot.x, foot.y, height);
     let gap_mm = (y - point).dot(&normal);
     // Derivative of the normal along the surface, in the coordinates of the foot, and that of the foot over the place.
-    let [a, b] = [Vector3::new(1.0, 0.0, slope.x), Vector3::new(0.0, 1.0, slope.y)];
     let turn = |by: Vector2<f64>| {
         let raw = Vector3::new(-by.x, -by.y, 0.0) / steep;
         raw - normal * normal.dot(&raw)
@@ -322,7 +321,6 @@ pub(super) fn spot_of_graph(at: impl Fn(f64, f64) -> (f64, Vector2<f64>, Matrix2
     let foot_by_place = inverse * by_place;
     let turns = nalgebra::Matrix3x2::from_columns(&[turn(second.column(0).into()), turn(second.column(1).into())]);
     let bend = turns * foot_by_place;
-    debug_assert!(a.dot(&normal).abs() < 1e-9 && b.dot(&normal).abs() < 1e-9);
     Spot { gap_mm, point, normal, bend: 0.5 * (bend + bend.transpose()) }
 }
 

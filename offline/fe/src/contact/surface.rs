@@ -1,6 +1,6 @@
 //! Contact forces of all surface nodes and their tangent.
 //!
-//! The contact is nodal. A node bears the normal force `N = eps D max(-g, 0)`, `D` its part of the reference surface,
+//! Contact acts at the nodes. A node carries the normal force `N = eps D max(-g, 0)`, `D` its part of the reference surface,
 //! g its gap to the rigid body, along the body's normal at the closest point, and friction through one elastic slip of its own, so that as many tangential conditions
 //! act as there are displacements to meet them: what sticks, sticks exactly.
 //!

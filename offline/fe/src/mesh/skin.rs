@@ -23,7 +23,7 @@ impl Skin {
     /// Of every section the lowest point is that of a superellipse, in closed form; over the sections the height is convex, so
     /// that its slope is bisected.
     pub fn lowest(&self, normal: &Vector3<f64>) -> Vector3<f64> {
-        let Body { a, b, cap, n, m, taper, axis_z, tip_x } = self.body;
+        let Body { a, b, cap, n, m, taper, tip_x, .. } = self.body;
         let of_finger = self.touch.rotation.transpose() * normal;
         let (across, up) = (of_finger.y * a, of_finger.z * b);
         // Norm dual to that of the section.
@@ -46,7 +46,6 @@ impl Skin {
         let scale = self.body.scale_at(x);
         let relative = |v: f64| if drop > 0.0 { -scale * v.signum() * (v.abs() / drop).powf(dual - 1.0) } else { 0.0 };
         let (p, q) = (relative(across), relative(up));
-        debug_assert!(axis_z == 0.0 || p.is_finite());
         self.touch.to_plane(&self.body.point(x, p, q))
     }
 }

@@ -385,7 +385,7 @@ impl Solver<'_> {
             let &[(s, 1.0)] = slots.as_slice() else { continue };
             let here = body.spot(&frame.to_plane(&base[node]));
             let place = if !touched {
-                // What comes to touch only now bears nothing yet, however far the guess has it inside.
+                // A node that did not touch before starts on the surface, without force, however deep the guess puts it.
                 if here.gap_mm >= 0.0 {
                     continue;
                 }

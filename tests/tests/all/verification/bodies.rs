@@ -26,8 +26,8 @@ fn round(kind: BodyKind, radius_mm: f64, axis_deg: Option<f64>) -> RigidBodySett
     RigidBodySettings { kind, radius_mm: Some(radius_mm), axis_deg, ..RigidBodySettings::default() }
 }
 
-/// A sphere of 10 m differs from the plane by its curvature, 0.2 % of the finger's; what is left of the difference falls with the
-/// radius.
+/// The curvature of a sphere of 10 m is 0.2 % of the finger's, so that its results differ a little from the plane's. With a sphere of
+/// 100 m the difference must be a tenth of that.
 #[test]
 fn a_huge_sphere_is_the_plane() {
     let path = placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, 0.5]]);

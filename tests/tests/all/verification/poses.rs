@@ -43,6 +43,7 @@ fn the_normal_force_is_smooth_over_the_pitch_on_a_coarse_mesh() {
     );
 }
 
+/// The aim is 2e-3; the medium mesh gives 2.2e-3.
 #[test]
 #[ignore = "slow: `cargo xtask test --slow`"]
 fn the_normal_force_is_smooth_over_the_pitch() {
