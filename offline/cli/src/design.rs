@@ -17,7 +17,7 @@ use fingerpad_identify::population::Share;
 use fingerpad_reduce::{self as reduce, Batch, DesignSettings, Experiment, Run, Sample};
 
 use super::progress::counter;
-use super::{Bars, Failure, bar, go_on, keeping, make_finger, show};
+use super::{Bars, Failure, LARGER_PADS, bar, go_on, keeping, make_finger, show};
 
 /// Lists the paths of a share that have no file; fails if there are any.
 pub fn check(config: &Config, settings: &DesignSettings, folder: &Path, share: Share) -> Result<(), Failure> {
@@ -99,12 +99,19 @@ pub fn run(
 
 /// Refuses a design with a path that this finger cannot follow.
 fn check_paths(config: &Config, design: &[Experiment]) -> Result<(), Failure> {
-    let (finger, _) = make_finger(config)?;
+    let (mut finger, _) = make_finger(config)?;
     for experiment in design {
         let of_path = |e| Failure::Input(anyhow::Error::new(e).context(format!("[design]: path {}", experiment.name)));
+        let config = with_body(config, experiment);
+        finger.rigid_body = config.rigid_body.read()?;
         config.check_path(&experiment.path, &finger).map_err(of_path)?;
     }
     Ok(())
+}
+
+/// The settings with the body of an experiment.
+fn with_body(config: &Config, experiment: &Experiment) -> Config {
+    Config { rigid_body: experiment.body.clone(), ..config.clone() }
 }
 
 /// Batches with all kinds in turn, so that an interrupted design is a small one.
@@ -173,17 +180,32 @@ fn run_batch(
 ) -> Result<(), Failure> {
     // The pad is that of the whole batch, so that a run does not depend on what was there before.
     let paths: Vec<_> = batch.experiments.iter().map(|e| &e.path).collect();
-    let (finger, _) = config.finger_for(&paths)?;
-    let missing = place.missing(batch);
-    let problem = problem(config, &finger, batch);
-    let beginning = if missing.len() > 1 { follow_beginning(&problem, batch, bars)? } else { None };
-    for experiment in missing {
-        let run = run_one(&problem, experiment, beginning.as_ref(), &place.hash, bars)?;
-        let bytes = run.to_bytes();
-        atomic_write(&place.file(experiment), |w| w.write_all(&bytes))?;
-        count();
+    let config = &with_body(config, batch.experiments[0]);
+    for (trial, reach) in std::iter::once(1.0).chain(LARGER_PADS).enumerate() {
+        let missing = place.missing(batch);
+        if missing.is_empty() {
+            break;
+        }
+        let (finger, _) = config.finger_reaching(&paths, reach)?;
+        let problem = problem(config, &finger, batch);
+        let beginning = if missing.len() > 1 { follow_beginning(&problem, batch, bars)? } else { None };
+        for experiment in missing {
+            let run = run_one(&problem, experiment, beginning.as_ref(), &place.hash, bars)?;
+            if run.left_pad && trial < LARGER_PADS.len() {
+                continue;
+            }
+            let bytes = run.run.to_bytes();
+            atomic_write(&place.file(experiment), |w| w.write_all(&bytes))?;
+            count();
+        }
     }
     Ok(())
+}
+
+/// A run, and whether it ended because skin beside the pad came to the plane: then a larger pad may help.
+struct Followed {
+    run: Run,
+    left_pad: bool,
 }
 
 /// The finger, halved where the paths of the batch keep its symmetry: their common beginning then does as they do.
@@ -218,7 +240,7 @@ fn run_one(
     beginning: Option<&PathEnd>,
     hash: &str,
     bars: &Bars,
-) -> Result<Run, Failure> {
+) -> Result<Followed, Failure> {
     let bar = bars.add(bar(experiment.name.clone()));
     let mut progress = |progress| {
         show(&bar, &progress);
@@ -229,6 +251,7 @@ fn run_one(
         None => follow_path(problem, &experiment.path, &[], &mut progress),
     };
     bar.finish_and_clear();
+    let left_pad = matches!(result, Err(LoadPathError::BesidePad { .. }));
     let (trajectory, ended_early): (Trajectory, _) = match result {
         Ok(trajectory) => (trajectory, None),
         // A path that got stuck is kept as far as it came, and says so.
@@ -249,14 +272,16 @@ fn run_one(
     if let Some(problem) = &ended_early {
         bars.line(&format!("{}: ended early, {problem}", experiment.name));
     }
-    Ok(Run {
+    let run = Run {
         name: experiment.name.clone(),
         kind: experiment.kind,
         held_out: experiment.held_out,
         settings_hash: hash.to_owned(),
+        body: experiment.body.clone(),
         path: experiment.path.clone(),
         samples: trajectory.responses.iter().map(Sample::from).collect(),
         ended_early,
         cpu_s: trajectory.cost.cpu_s,
-    })
+    };
+    Ok(Followed { run, left_pad })
 }

@@ -291,6 +291,9 @@ fn make_finger_for(config: &Config, paths: &[&load_path::Path]) -> Result<(Finge
     progress::during("mesh", |_| config.finger_for(paths))
 }
 
+/// How much higher a pad reaches, one after the other, on which other skin came to the plane.
+const LARGER_PADS: [f64; 2] = [1.5, 2.5];
+
 /// As [`make_finger_for`] one path, with a pad that reaches `factor` times as high.
 fn make_finger_reaching(config: &Config, path: &load_path::Path, factor: f64) -> Result<Finger, ConfigError> {
     Ok(progress::during("mesh", |_| config.finger_reaching(&[path], factor))?.0)

@@ -18,7 +18,7 @@ use super::config::ConfigFile;
 use super::plausibility::{warn_of_depths, warn_of_no_contact};
 use super::rigid_body::{BodyArgs, warn_of_fine_body};
 use super::{
-    Failure, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance, results,
+    Failure, LARGER_PADS, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance, results,
     run_failure, show,
 };
 
@@ -105,8 +105,6 @@ pub struct Args {
 const MOST_MAP_ROWS: usize = 26;
 /// Time between two saves of an unfinished run.
 const CHECKPOINT_PERIOD: Duration = Duration::from_secs(5);
-/// How much higher a pad reaches, one after the other, on which other skin came to the plane.
-const LARGER_PADS: [f64; 2] = [1.5, 2.5];
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {

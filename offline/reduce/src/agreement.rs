@@ -3,6 +3,7 @@
 //! Main type: [`Agreement`]. Uses replay.
 
 use fingerpad::ModelOf;
+use fingerpad_fe::experiment::RigidBodySettings;
 use fingerpad_fe::load_path::{Drive, Path, Response, Waypoint};
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +54,7 @@ pub fn agreement<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, resp
         kind: Kind::Straight,
         held_out: true,
         settings_hash: String::new(),
+        body: RigidBodySettings::default(),
         path: Path::new([Drive::Displacement; 3], responses.iter().map(corner).collect()),
         samples: responses.iter().map(Sample::from).collect(),
         ended_early: None,

@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use super::stored_run;
 use super::{Experiment, Kind, ReduceError, is_representable};
 use fingerpad::Regime;
-use fingerpad_fe::experiment::{Config, ConfigError};
+use fingerpad_fe::experiment::{Config, ConfigError, RigidBodySettings};
 use fingerpad_fe::load_path::{Drive, Path, Response, Waypoint};
 
 /// One row of a stored response; signs and units as in [`Response`].
@@ -95,6 +95,8 @@ pub struct Run {
     pub held_out: bool,
     /// Hash of the settings, [`settings_hash`].
     pub settings_hash: String,
+    /// The body that the finger touches.
+    pub body: RigidBodySettings,
     /// The path that was asked for.
     pub path: Path,
     /// The increments, the start included.
@@ -122,9 +124,9 @@ struct PlainPath<'a> {
 }
 
 impl Run {
-    /// Whether the reduced model knows the motion of its path, [`is_representable`].
+    /// Whether the spring bed knows the motion of its path, [`is_representable`], and is fitted to such paths.
     pub fn is_representable(&self) -> bool {
-        is_representable(&self.path)
+        self.kind.is_for_springs() && is_representable(&self.path)
     }
 
     /// Whether the plane turns about its normal along its path.
@@ -137,7 +139,9 @@ impl Run {
     pub fn file_name(experiment: &Experiment, settings_hash: &str) -> String {
         // A path without turns has the name that it had before there were any.
         let plain = PlainPath { drives: experiment.path.drives, waypoints: &experiment.path.waypoints };
-        let key = if experiment.path.turns.is_none() {
+        let key = if !experiment.body.is_plane() {
+            serde_json::to_string(&(settings_hash, &experiment.body, &experiment.path))
+        } else if experiment.path.turns.is_none() {
             serde_json::to_string(&(settings_hash, plain))
         } else {
             serde_json::to_string(&(settings_hash, &experiment.path))
@@ -198,6 +202,7 @@ mod tests {
             kind: e.kind,
             held_out: e.held_out,
             settings_hash: settings_hash(&Config::default()).unwrap(),
+            body: e.body.clone(),
             path: e.path.clone(),
             samples: vec![sample; 70],
             ended_early: None,

@@ -142,6 +142,7 @@ mod tests {
     use super::*;
     use crate::{Kind, Sample, Turned};
     use fingerpad::{NODES, Params, SPRINGS};
+    use fingerpad_fe::experiment::RigidBodySettings;
     use fingerpad_fe::load_path::{Drive, Path};
 
     type Data = DataOf<SPRINGS, NODES, f64>;
@@ -194,6 +195,7 @@ mod tests {
             kind: Kind::SpinSlide,
             held_out: false,
             settings_hash: String::new(),
+            body: RigidBodySettings::default(),
             path: Path::new([Drive::Displacement; 3], vec![]),
             samples: std::iter::once(start).chain((0..90).map(sample)).collect(),
             ended_early: None,

@@ -1,7 +1,7 @@
 //! The bytes of a stored run.
 //!
-//! Eight bytes `FPRUN002`, then a DEFLATE stream of a postcard record. The rows stand by column, so that columns that do not
-//! change take no room. Files that begin with `FPRUN001` hold no turns and no moments, and their rows stand one by one.
+//! Eight bytes `FPRUN003`, then a DEFLATE stream of a postcard record. The rows stand by column, so that columns that do not
+//! change take no room. Files that begin with `FPRUN002` do not tell the body, which is a plane.
 
 use std::io::{Read, Write};
 
@@ -11,10 +11,11 @@ use serde::{Deserialize, Serialize};
 use super::Kind;
 use super::runs::{Run, Sample, Turned};
 use fingerpad::Regime;
-use fingerpad_fe::load_path::{Drive, Path, Waypoint};
+use fingerpad_fe::experiment::RigidBodySettings;
+use fingerpad_fe::load_path::Path;
 
-const MAGIC: &[u8; 8] = b"FPRUN002";
-const MAGIC_WITHOUT_TURNS: &[u8; 8] = b"FPRUN001";
+const MAGIC: &[u8; 8] = b"FPRUN003";
+const MAGIC_WITHOUT_BODY: &[u8; 8] = b"FPRUN002";
 /// A run is at most some thousand rows; more is damage, not data.
 const LARGEST_BYTES: u64 = 64 << 20;
 /// Numbers of a row: those of depth, slide and contact, and those of pose and moments.
@@ -35,32 +36,9 @@ struct Stored {
     cpu_s: f64,
 }
 
-/// The record of a file without turns and moments.
-#[derive(Deserialize)]
-struct StoredWithoutTurns {
-    name: String,
-    kind: Kind,
-    held_out: bool,
-    settings_hash: String,
-    drives: [Drive; 3],
-    waypoints: Vec<Waypoint>,
-    samples: Vec<SampleWithoutTurns>,
-    ended_early: Option<String>,
-    cpu_s: f64,
-}
-
-/// A row of such a file.
-#[derive(Deserialize)]
-struct SampleWithoutTurns {
-    t_s: f32,
-    depth_mm: f32,
-    slide_mm: [f32; 2],
-    normal_force_n: f32,
-    friction_n: [f32; 2],
-    contact_area_mm2: f32,
-    stick_ratio: f32,
-    regime: Regime,
-}
+/// The record, then the body as JSON: its optional keys are left out where they are not given.
+#[derive(Serialize, Deserialize)]
+struct StoredWithBody(Stored, String);
 
 /// The bytes of a run's file.
 pub(super) fn to_bytes(run: &Run) -> Vec<u8> {
@@ -75,7 +53,8 @@ pub(super) fn to_bytes(run: &Run) -> Vec<u8> {
         ended_early: run.ended_early.clone(),
         cpu_s: run.cpu_s,
     };
-    let plain = postcard::to_stdvec(&stored).expect("plain data");
+    let body = serde_json::to_string(&run.body).expect("plain numbers");
+    let plain = postcard::to_stdvec(&StoredWithBody(stored, body)).expect("plain data");
     let mut encoder = DeflateEncoder::new(MAGIC.to_vec(), Compression::best());
     encoder.write_all(&plain).expect("writing to memory");
     encoder.finish().expect("writing to memory")
@@ -87,9 +66,12 @@ pub(super) fn to_bytes(run: &Run) -> Vec<u8> {
 /// What is wrong with the bytes.
 pub(super) fn from_bytes(bytes: &[u8]) -> Result<Run, String> {
     match bytes.get(..MAGIC.len()) {
-        Some(magic) if magic == MAGIC => with_turns(read(&bytes[MAGIC.len()..])?),
-        Some(magic) if magic == MAGIC_WITHOUT_TURNS => Ok(without_turns(read(&bytes[MAGIC.len()..])?)),
-        _ => Err("not a stored run (no FPRUN002 or FPRUN001)".into()),
+        Some(magic) if magic == MAGIC => {
+            let StoredWithBody(stored, body) = read(&bytes[MAGIC.len()..])?;
+            run(stored, serde_json::from_str(&body).map_err(|e| format!("damaged: body {body}: {e}"))?)
+        }
+        Some(magic) if magic == MAGIC_WITHOUT_BODY => run(read(&bytes[MAGIC.len()..])?, RigidBodySettings::default()),
+        _ => Err("not a stored run (no FPRUN003 or FPRUN002)".into()),
     }
 }
 
@@ -99,7 +81,7 @@ fn read<T: serde::de::DeserializeOwned>(body: &[u8]) -> Result<T, String> {
     postcard::from_bytes(&plain).map_err(|e| format!("damaged: {e}"))
 }
 
-fn with_turns(stored: Stored) -> Result<Run, String> {
+fn run(stored: Stored, body: RigidBodySettings) -> Result<Run, String> {
     let rows = stored.regimes.len();
     let has_pose = stored.columns.len() == OF_CONTACT + OF_POSE;
     if !(has_pose || stored.columns.len() == OF_CONTACT) || stored.columns.iter().any(|c| c.len() != rows) {
@@ -112,34 +94,11 @@ fn with_turns(stored: Stored) -> Result<Run, String> {
         kind: stored.kind,
         held_out: stored.held_out,
         settings_hash: stored.settings_hash,
+        body,
         path: stored.path,
         ended_early: stored.ended_early,
         cpu_s: stored.cpu_s,
     })
-}
-
-fn without_turns(stored: StoredWithoutTurns) -> Run {
-    let row = |s: SampleWithoutTurns| Sample {
-        t_s: s.t_s,
-        depth_mm: s.depth_mm,
-        slide_mm: s.slide_mm,
-        normal_force_n: s.normal_force_n,
-        friction_n: s.friction_n,
-        contact_area_mm2: s.contact_area_mm2,
-        stick_ratio: s.stick_ratio,
-        regime: s.regime,
-        turned: None,
-    };
-    Run {
-        name: stored.name,
-        kind: stored.kind,
-        held_out: stored.held_out,
-        settings_hash: stored.settings_hash,
-        path: Path::new(stored.drives, stored.waypoints),
-        samples: stored.samples.into_iter().map(row).collect(),
-        ended_early: stored.ended_early,
-        cpu_s: stored.cpu_s,
-    }
 }
 
 /// The numbers of a row that every row has.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use fingerpad::ModelFile;
 use fingerpad_reduce::{
-    Coverage, DesignSettings, Kind, Meta, Run, Scores, design, pose_scores, pressure_centre, replay_with_pose, score,
+    Coverage, DesignSettings, Kind, Meta, Run, Scores, design, is_posed, pose_scores, pressure_centre, replay_with_pose, score,
 };
 
 fn data(below: &str) -> PathBuf {
@@ -23,7 +23,11 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
         let Ok(bytes) = std::fs::read(&path) else { continue };
         let run = Run::from_bytes(&bytes, &path).unwrap();
         assert_eq!((&run.name, run.held_out, &run.path), (&experiment.name, experiment.held_out, &experiment.path));
-        if run.is_representable() { &mut runs } else { &mut posed }.push(run);
+        if run.is_representable() {
+            runs.push(run);
+        } else if is_posed(&run) {
+            posed.push(run);
+        }
     }
     let held_out: Vec<&Run> = runs.iter().filter(|run| run.held_out).collect();
     assert_eq!(meta.paths, [runs.len() - held_out.len(), held_out.len()]);

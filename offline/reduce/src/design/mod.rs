@@ -4,6 +4,9 @@
 //! among machines. Parameters of the paths come from Halton's sequence, so that a few paths fill depth, direction and
 //! slide evenly and the design is the same on every machine.
 
+mod bodies;
+mod combined_motions;
+mod deep_motions;
 mod halton;
 mod motions;
 mod path_builder;
@@ -11,6 +14,7 @@ mod settings;
 mod shares;
 mod turned_motions;
 
+use fingerpad_fe::experiment::RigidBodySettings;
 use fingerpad_fe::load_path::{Drive, Path};
 
 pub use halton::halton;
@@ -58,11 +62,17 @@ pub enum Kind {
     WidePose,
     /// As [`Self::PoseChange`], over the whole range.
     WidePoseChange,
+    /// The forces of a hand: presses, slides, spins and poses at depths beyond those of the other kinds.
+    Deep,
+    /// Several coordinates at once, as hands move: rolling under load, knobs, regrasps, wobbles, taps, strokes, vibration.
+    Combined,
+    /// Slides, spins and turns on a sphere, a cylinder and an edge.
+    Body,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 20] = [
         Self::Press,
         Self::Straight,
         Self::Reversal,
@@ -80,6 +90,9 @@ impl Kind {
         Self::ForceStep,
         Self::WidePose,
         Self::WidePoseChange,
+        Self::Deep,
+        Self::Combined,
+        Self::Body,
     ];
 
     /// Whether pitch and roll are part of such paths and stay.
@@ -90,6 +103,12 @@ impl Kind {
     /// Whether pitch and roll change on such paths.
     pub fn changes_pose(self) -> bool {
         matches!(self, Self::PoseChange | Self::WidePoseChange)
+    }
+
+    /// Whether the spring bed is fitted to such paths and scored on them; it knows neither their depths nor other bodies than a
+    /// plane.
+    pub fn is_for_springs(self) -> bool {
+        !matches!(self, Self::Deep | Self::Combined | Self::Body)
     }
 
     /// The kind whose part of Halton's sequence such paths are drawn from; what is made of a point differs.
@@ -121,6 +140,9 @@ impl Kind {
             Self::ForceStep => "force_step",
             Self::WidePose => "wide_pose",
             Self::WidePoseChange => "wide_pose_change",
+            Self::Deep => "deep",
+            Self::Combined => "combined",
+            Self::Body => "body",
         }
     }
 }
@@ -141,7 +163,9 @@ pub struct Experiment {
     pub kind: Kind,
     /// Whether the fit must not see it.
     pub held_out: bool,
-    /// The motion of the plane.
+    /// The body that moves.
+    pub body: RigidBodySettings,
+    /// Its motion.
     pub path: Path,
 }
 
@@ -166,7 +190,8 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
     for &depth in &settings.axis_depths_mm {
         for quarter in 0..4 {
             let angle = f64::from(quarter) * std::f64::consts::FRAC_PI_2;
-            add(&mut all, Kind::Straight, false, |_| motions::straight(settings, depth, angle));
+            let path = |_| (RigidBodySettings::default(), motions::straight(settings, depth, angle));
+            add(&mut all, Kind::Straight, false, path);
         }
     }
     for kind in Kind::ALL {
@@ -183,7 +208,9 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
                     _ => in_turn(i),
                 };
                 let index = 1 + drawn + KIND_STRIDE * kind.sequence() + SEED_STRIDE * settings.seed as usize;
-                one(settings, kind, number, &mut HaltonPoint::new(index))
+                let point = &mut HaltonPoint::new(index);
+                let body = if kind == Kind::Body { bodies::body(number) } else { RigidBodySettings::default() };
+                (body, one(settings, kind, number, point))
             });
         }
     }
@@ -196,11 +223,17 @@ fn in_turn(i: usize) -> usize {
     i ^ (i >> 1 & 1)
 }
 
-/// Appends a path; `path` makes it from its number within kind and half.
-fn add(all: &mut Vec<Experiment>, kind: Kind, held_out: bool, path: impl FnOnce(usize) -> Path) {
+/// Appends a path; `of` makes it and its body from its number within kind and half.
+fn add(
+    all: &mut Vec<Experiment>,
+    kind: Kind,
+    held_out: bool,
+    of: impl FnOnce(usize) -> (RigidBodySettings, Path),
+) {
     let number = all.iter().filter(|e| e.kind == kind && e.held_out == held_out).count();
     let name = format!("{}-{number:02}{}", kind.as_str(), if held_out { "h" } else { "" });
-    all.push(Experiment { name, kind, held_out, path: path(number) });
+    let (body, path) = of(number);
+    all.push(Experiment { name, kind, held_out, body, path });
 }
 
 /// The drawn path of a kind; `number` is that within its kind and half.
@@ -223,6 +256,9 @@ fn one(settings: &DesignSettings, kind: Kind, number: usize, point: &mut HaltonP
         Kind::WidePoseChange => turned_motions::pose_change(settings, settings.wide_poses_deg(), point),
         Kind::Force => motions::force(settings, point),
         Kind::ForceStep => motions::force_step(settings, point),
+        Kind::Deep => deep_motions::deep(settings, number, point),
+        Kind::Combined => combined_motions::combined(settings, number, point),
+        Kind::Body => bodies::path(settings, number, point),
     }
 }
 

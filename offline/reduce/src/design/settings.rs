@@ -40,6 +40,8 @@ pub struct DesignSettings {
     pub pose_depth_max_mm: f64,
     /// Least and largest normal force of paths driven by it, N.
     pub normal_force_n: [f64; 2],
+    /// Least and largest depth of deep paths, mm.
+    pub deep_mm: [f64; 2],
     /// Depths at which there is a straight slide along +x, +y, -x and -y each, for calibration, mm.
     pub axis_depths_mm: Vec<f64>,
     /// Number of drawn paths of each kind.
@@ -84,6 +86,12 @@ pub struct PathNumbers {
     pub wide_pose: [usize; 2],
     /// [`Kind::WidePoseChange`].
     pub wide_pose_change: [usize; 2],
+    /// [`Kind::Deep`].
+    pub deep: [usize; 2],
+    /// [`Kind::Combined`].
+    pub combined: [usize; 2],
+    /// [`Kind::Body`].
+    pub body: [usize; 2],
 }
 
 impl Default for DesignSettings {
@@ -99,6 +107,7 @@ impl Default for DesignSettings {
             wide_roll_deg: [-30.0, 30.0],
             pose_depth_max_mm: 1.5,
             normal_force_n: [0.1, 1.2],
+            deep_mm: [2.6, 5.2],
             axis_depths_mm: vec![0.3, 0.6, 1.0, 1.5, 2.0, 2.5],
             paths: PathNumbers::default(),
         }
@@ -125,6 +134,9 @@ impl Default for PathNumbers {
             force_step: [4, 4],
             wide_pose: [48, 30],
             wide_pose_change: [24, 16],
+            deep: [8, 16],
+            combined: [0, 40],
+            body: [0, 12],
         }
     }
 }
@@ -150,6 +162,9 @@ impl PathNumbers {
             Kind::ForceStep => self.force_step,
             Kind::WidePose => self.wide_pose,
             Kind::WidePoseChange => self.wide_pose_change,
+            Kind::Deep => self.deep,
+            Kind::Combined => self.combined,
+            Kind::Body => self.body,
         }
     }
 }
@@ -176,6 +191,9 @@ impl DesignSettings {
             force_step: [0, 0],
             wide_pose: [0, 0],
             wide_pose_change: [0, 0],
+            deep: [0, 0],
+            combined: [0, 0],
+            body: [0, 0],
         };
         let axis_depths_mm = vec![shallow, 0.5 * (shallow + deep), deep];
         Self { axis_depths_mm, paths, ..self }
@@ -204,6 +222,7 @@ impl DesignSettings {
             ("wide_pitch_deg", self.wide_pitch_deg),
             ("wide_roll_deg", self.wide_roll_deg),
             ("normal_force_n", self.normal_force_n),
+            ("deep_mm", self.deep_mm),
         ] {
             if !(range[0] < range[1] && range.iter().all(|bound| bound.is_finite())) {
                 return refuse(key, format!("{range:?}"), "must be [least, largest]");
@@ -221,6 +240,9 @@ impl DesignSettings {
         }
         if self.normal_force_n[0] <= 0.0 {
             return refuse("normal_force_n", format!("{:?}", self.normal_force_n), "must be above 0");
+        }
+        if self.deep_mm[0] <= shallow {
+            return refuse("deep_mm", format!("{:?}", self.deep_mm), &format!("must be above {shallow} mm"));
         }
         if !(self.pose_depth_max_mm > shallow && self.pose_depth_max_mm <= deep) {
             let value = self.pose_depth_max_mm.to_string();

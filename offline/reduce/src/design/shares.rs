@@ -65,7 +65,8 @@ pub fn batches(design: &[Experiment]) -> Vec<Batch<'_>> {
 /// Corners that an experiment and all of a batch have in common; 0 if they cannot share.
 fn common_corners(batch: &Batch, experiment: &Experiment) -> usize {
     let (mate, path) = (&batch.experiments[0].path, &experiment.path);
-    let is_alike = mate.drives == path.drives
+    let is_alike = batch.experiments[0].body == experiment.body
+        && mate.drives == path.drives
         && mate.turns.is_none()
         && path.turns.is_none()
         && mate.is_symmetric() == path.is_symmetric();

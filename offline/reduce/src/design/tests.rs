@@ -27,11 +27,15 @@ fn ranges_are_filled() {
     let settings = DesignSettings::default();
     let all = default_design();
     for held_out in [false, true] {
-        let half = || all.iter().filter(move |e| e.held_out == held_out);
+        let half = || all.iter().filter(move |e| e.held_out == held_out && e.kind.is_for_springs());
         let by_depth = half().filter(|e| e.path.drives[0] == Drive::Displacement);
         let deepest = by_depth.flat_map(|e| &e.path.waypoints).map(|p| p.normal).fold(0.0, f64::max);
         let most = settings.depth_mm[1];
         assert!(deepest > 0.92 * most && deepest <= 1.1 * most, "{deepest}");
+        let deep = all.iter().filter(|e| e.kind == Kind::Deep && e.held_out == held_out);
+        let deepest = |e: &Experiment| e.path.waypoints.iter().map(|p| p.normal).fold(0.0, f64::max);
+        let deepest: Vec<f64> = deep.map(deepest).collect();
+        assert!(deepest.iter().any(|&d| d > 4.5) && deepest.iter().all(|&d| d > 1.0), "{deepest:?}");
         let mut quadrants = [0; 4];
         for e in half().filter(|e| e.kind == Kind::Straight) {
             let end = e.path.waypoints[e.path.waypoints.len() - 1];
@@ -55,6 +59,25 @@ fn ranges_are_filled() {
     for e in &all {
         assert!(e.path.waypoints.windows(2).all(|pair| pair[1].t_s > pair[0].t_s), "{}", e.name);
     }
+}
+
+/// On each path of combined motion two or more coordinates change after the press; each body is met in one pose and in changing ones.
+#[test]
+fn combined_motions_and_bodies_are_varied() {
+    let all = default_design();
+    for e in all.iter().filter(|e| e.kind == Kind::Combined) {
+        let rows = || 1..e.path.waypoints.len();
+        let at = |row| e.path.coordinates(row, 30.0);
+        let changes = |k: usize| rows().any(|row| at(row)[k] != at(1)[k]);
+        assert!((0..6).filter(|&k| changes(k)).count() >= 2, "{}", e.name);
+    }
+    let mut poses = BTreeMap::new();
+    for e in all.iter().filter(|e| e.kind == Kind::Body) {
+        assert!(e.held_out && !e.body.is_plane() && e.body.read().is_ok(), "{}", e.name);
+        poses.entry(format!("{:?}", e.body)).or_insert_with(Vec::new).push(e.path.turns.pitch.is_some());
+    }
+    assert_eq!(poses.len(), 6);
+    assert!(poses.values().all(|has_pose| *has_pose == [false, true]), "{poses:?}");
 }
 
 /// Every amplitude meets every held slide, in both halves, and shares press and slide with the other three.

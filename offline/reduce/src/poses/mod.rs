@@ -48,7 +48,7 @@ pub struct PoseScores {
 
 /// Whether a run's plane is pitched or rolled, and driven so that the model can follow.
 pub fn is_posed(run: &Run) -> bool {
-    run.path.turns.pitch.is_some() || run.path.turns.roll.is_some()
+    run.kind.is_for_springs() && (run.path.turns.pitch.is_some() || run.path.turns.roll.is_some())
 }
 
 /// Errors of a model along runs in other poses.
