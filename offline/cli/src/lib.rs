@@ -37,6 +37,7 @@ mod model;
 mod outputs;
 mod phantom;
 mod plausibility;
+mod probes;
 mod progress;
 mod provenance;
 mod reduce;

@@ -9,13 +9,14 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
-    Checkpoint, Finger, LoadPathError, Path as PlanePath, Trajectory, follow_path, follow_path_from, path_csv,
+    Checkpoint, Finger, LoadPathError, Observed, Path as PlanePath, Problem, Trajectory, follow_path, follow_path_from, path_csv,
     response_csv, vtu,
 };
 use fingerpad_report::simulation::{self, SimulationReport};
 
 use super::config::ConfigFile;
 use super::plausibility::{warn_of_depths, warn_of_no_contact};
+use super::probes::ProbeArgs;
 use super::rigid_body::{BodyArgs, warn_of_fine_body};
 use super::{
     Failure, LARGER_PADS, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance, results,
@@ -33,6 +34,8 @@ Examples:
   fingerpad simulate --path s.csv --mesh-preset coarse --out twist.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --out response.csv --report drawn
   fingerpad simulate --path path.csv --mesh-preset coarse --body cylinder --radius-mm 10 --axis-deg 90 --out pen.csv
+  fingerpad simulate --path path.csv --mesh-preset coarse --reactions held.csv --out response.csv
+  fingerpad simulate --path path.csv --mesh-preset coarse --probe papillae:0.7 --probe-out strain.csv --out response.csv
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
 The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, straight between rows; normal_force_n in place of
@@ -50,6 +53,12 @@ the centre of pressure refer. The contact area is that on the body.
 --report draws the response and the contact, with the settings, the costs and what to beware of, into DIR/report.html;
 its numbers are in report.json and its figures in figures/. The contact is drawn at the end of the first press, where
 the plane turns and at the last row that presses, or at the rows of --map-rows.
+
+--probe reads the tissue at points of a CSV file with the columns x_mm, y_mm and z_mm, or below_skin_mm for a depth under the
+pad's skin, and a name in the column probe; papillae:0.7 puts a grid of 1 mm at 0.7 mm under the pad. The file of --probe-out has
+a row for each row of the response and each probe: place, Green-Lagrange strain, its largest and least principal value, strain
+energy density, and the rates of strain and energy since the row before. --reactions writes force and moment that hold the nail,
+the bone and the cut end, along the axes of the mesh and about the point of first touch in the neutral pose.
 
 The files of --vtu carry displacement, Cauchy stress (MPa, tension positive; XX YY ZZ XY YZ XZ), von Mises stress,
 pressure, Green-Lagrange strain, strain energy density and region of every element, and pressure, traction, slip and
@@ -75,6 +84,8 @@ pub struct Args {
     model: Model,
     #[command(flatten)]
     body: BodyArgs,
+    #[command(flatten)]
+    probes: ProbeArgs,
     /// Factor of the friction law, MPa^(1-beta)
     #[arg(long, value_name = "L")]
     lambda: Option<f64>,
@@ -120,8 +131,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
     warn_of_fine_body(&config, &finger);
     let hash = config.hash()?;
-    let mut run =
-        Run { args, config: &config, path: &path, finger: &finger, map_rows: map_rows.clone(), hash: hash.clone() };
+    let mut observed = args.probes.observed(&finger)?;
+    let mut run = Run {
+        args,
+        config: &config,
+        path: &path,
+        finger: &finger,
+        observed: observed.as_ref(),
+        map_rows: map_rows.clone(),
+        hash: hash.clone(),
+    };
     let mut result = run.follow();
     for reach in LARGER_PADS {
         let Err(LoadPathError::BesidePad { t_s, .. }) = result else { break };
@@ -129,11 +148,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "skin beside the pad comes to the plane at t = {t_s:.3} s: again with a pad that reaches {reach} times as high"
         );
         finger = make_finger_reaching(&config, &path, reach)?;
+        observed = args.probes.observed(&finger)?;
         run = Run {
             args,
             config: &config,
             path: &path,
             finger: &finger,
+            observed: observed.as_ref(),
             map_rows: map_rows.clone(),
             hash: format!("{hash} {reach}"),
         };
@@ -215,7 +236,8 @@ fn map_rows(args: &Args, path: &PlanePath) -> anyhow::Result<Vec<usize>> {
 
 fn prepare_outputs(args: &Args, config: &Config, partial: &Path) -> Result<(), Failure> {
     let inputs = args.model.inputs(config).into_iter();
-    let inputs = inputs.chain([("--path", Some(args.path.as_path())), ("--body", BodyArgs::input(config))]);
+    let inputs =
+        inputs.chain([("--path", Some(args.path.as_path())), ("--body", BodyArgs::input(config)), args.probes.input()]);
     let marks = || vec![Mark::beginning(response_csv::header(false) + "\n")];
     let mut outputs = Outputs::beside(inputs).stream("--out", &args.out, marks()).force(args.force);
     if let Some(checkpoint) = checkpoint_file(&args.out) {
@@ -229,7 +251,7 @@ fn prepare_outputs(args: &Args, config: &Config, partial: &Path) -> Result<(), F
     if let Some(folder) = &args.report {
         outputs = outputs.shared_folder("--report", folder, &["report.html", "report.json", "figures/"]);
     }
-    outputs.prepare()
+    args.probes.declare(outputs).prepare()
 }
 
 /// A run along a path and what is written of it.
@@ -238,6 +260,7 @@ struct Run<'a> {
     config: &'a Config,
     path: &'a PlanePath,
     finger: &'a Finger,
+    observed: Option<&'a Observed>,
     /// Rows of the path, from 0, whose contact is drawn.
     map_rows: Vec<usize>,
     hash: String,
@@ -252,7 +275,7 @@ impl Run<'_> {
     fn follow(&self) -> Result<Trajectory, LoadPathError> {
         let bar = bar("simulate".into());
         let _keeping = keeping();
-        let problem = self.config.problem(self.finger);
+        let problem = Problem { observed: self.observed, ..self.config.problem(self.finger) };
         let rows = self.snapshot_rows();
         let mut progress = |progress| {
             show(&bar, &progress);
@@ -260,7 +283,9 @@ impl Run<'_> {
         };
         let result = match checkpoint_file(&self.args.out) {
             Some(file) => {
-                let checkpoint = Checkpoint { file: &file, period: CHECKPOINT_PERIOD, key: &self.hash };
+                // What is observed is part of the state.
+                let key = format!("{} {:?}", self.hash, self.observed);
+                let checkpoint = Checkpoint { file: &file, period: CHECKPOINT_PERIOD, key: &key };
                 follow_path_from(&problem, self.path, &rows, checkpoint, &mut progress)
             }
             None => follow_path(&problem, self.path, &rows, &mut progress),
@@ -273,6 +298,9 @@ impl Run<'_> {
     fn save(&self, trajectory: &Trajectory, out: &Path) -> Result<(), Failure> {
         response_csv::check(out, &trajectory.responses)?;
         outputs::write(out, |w| response_csv::write_to(w, &trajectory.responses, None))?;
+        if let Some(observed) = self.observed {
+            self.args.probes.save(observed, trajectory)?;
+        }
         if let Some(folder) = &self.args.vtu {
             let name = out.file_stem().filter(|_| !outputs::is_standard(out));
             let name = name.map_or("response".into(), |s| s.to_string_lossy());

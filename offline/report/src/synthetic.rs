@@ -169,7 +169,7 @@ fn trajectory(mesh: &Mesh, depth: f64, n: f64, mu: f64, area: f64, slip_at: f64)
     let cost =
         Cost { increments: 60, cutbacks: 1, iterations: 311, factorisations: 14, cpu_s: 17.25, ..Cost::default() };
     let work = Work { plane_mj: 3.2134, friction_mj: 2.9071, pressure_mj: 0.0012, stabilisation_mj: 0.0 };
-    Trajectory { responses, snapshots, cost, work }
+    Trajectory { responses, snapshots, cost, work, ..Trajectory::default() }
 }
 
 fn snapshot(mesh: &Mesh, response: Response, slip_at: f64) -> Snapshot {

@@ -123,6 +123,10 @@ class Simulation(_Result):
     """The same of the faces of the pad: pressure and traction (MPa), slip (mm), stick."""
     report: dict[str, Any] | None
     """Numbers of the report, where it was asked for."""
+    probes: pd.DataFrame | None
+    """Strain, strain energy density (MPa) and their rates at points of the tissue, where they were asked for."""
+    reactions: pd.DataFrame | None
+    """Forces (N) and moments (N mm) of what holds nail, bone and the cut end, where they were asked for."""
     text: str
     """What the program said."""
     _folder: Folder = field(repr=False)
@@ -145,6 +149,8 @@ def simulate(
     axis_deg: float | None = None,
     angle_deg: float | None = None,
     frictionless_press: bool = False,
+    probe: Table | None = None,
+    reactions: bool = False,
     fields: bool = False,
     report: bool = False,
     map_rows: Sequence[int] | None = None,
@@ -156,7 +162,9 @@ def simulate(
     path: columns t_s, depth_mm, slide_x_mm, slide_y_mm (or normal_force_n, friction_x_n, friction_y_n in their place), and
     spin_deg, pitch_deg, roll_deg or moments if wanted. lambda_: factor of the friction law, MPa^(1-beta). body: plane, sphere,
     cylinder, edge, groove or a file of heights; radius_mm: its radius, negative for a hollow sphere or cylinder; axis_deg: direction
-    of its axis from x; angle_deg: angle between the faces of an edge or a groove. fields: keep
+    of its axis from x; angle_deg: angle between the faces of an edge or a groove. probe: columns x_mm, y_mm, and z_mm or
+    below_skin_mm, of points of the tissue to read, or "papillae:0.7" for a grid 0.7 mm under the pad. reactions: keep forces and
+    moments of what holds nail, bone and the cut end. fields: keep
     displacement, stress and contact at every row for ParaView or pyvista. report: draw it into report/report.html. map_rows:
     rows, the first is 1, that the report draws. out: folder of the files; a run that was stopped goes on there.
 
@@ -180,6 +188,9 @@ def simulate(
         "axis_deg": axis_deg,
         "angle_deg": angle_deg,
         "frictionless_press": frictionless_press,
+        "probe": folder.table("probe", probe),
+        "probe_out": None if probe is None else folder.path / "probes.csv",
+        "reactions": folder.path / "reactions.csv" if reactions else None,
         "vtu": folder.path / "fields" if fields else None,
         "report": folder.path / "report" if report else None,
         "map_rows": None if map_rows is None else list(map_rows),
@@ -191,6 +202,8 @@ def simulate(
         fields=[file for file in files if "_pad_" not in file.name],
         pad_fields=[file for file in files if "_pad_" in file.name],
         report=_json(folder.path / "report/report.json") if report else None,
+        probes=None if probe is None else read_csv(folder.path / "probes.csv"),
+        reactions=read_csv(folder.path / "reactions.csv") if reactions else None,
         text=text,
         _folder=folder,
     )

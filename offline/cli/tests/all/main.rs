@@ -12,5 +12,6 @@ mod geometry_commands;
 mod help_examples;
 mod identify;
 mod own_columns;
+mod probes;
 mod rigid_bodies;
 mod wrong_files;

@@ -358,6 +358,19 @@ impl Body {
         (total, density)
     }
 
+    /// Undeformed volume of every element, mm³, hexahedra first, then tetrahedra of 4 and of 10 nodes (0 for elements left out).
+    pub fn element_volumes_mm3(&self) -> Vec<f64> {
+        let [hex_count, tet_count, tet10_count] = self.element_counts;
+        let mut all = vec![0.0; hex_count + tet_count + tet10_count];
+        let mut put = |first: usize, elements: &[u32], volumes: [f64; 8]| {
+            elements.iter().zip(volumes).for_each(|(&e, volume)| all[first + e as usize] = volume);
+        };
+        self.hexes.iter().for_each(|g| put(0, &g.elements, g.batch.volumes()));
+        self.tets.iter().for_each(|g| put(hex_count, &g.elements, g.batch.volumes()));
+        self.tets10.iter().for_each(|g| put(hex_count + tet_count, &g.elements, g.batch.volumes()));
+        all
+    }
+
     /// Mean stress and strain of every element, hexahedra first, then tetrahedra of 4 and of 10 nodes (0 for elements
     /// left out).
     pub fn stresses(&self, at: &Configuration) -> Vec<ElementStress> {
@@ -379,6 +392,24 @@ impl Body {
             }
         }
         all
+    }
+
+    /// Forces on the nodes that are not free, N: what must act on each from outside; 0 on free and on tied nodes, whose forces are
+    /// borne by their masters.
+    pub fn support_forces(&self, at: &Configuration) -> Vec<Vector3<f64>> {
+        let mut forces = self.nodal_forces(at);
+        for &(node, tie) in &self.tied {
+            let force = std::mem::take(&mut forces[node as usize]);
+            for &(master, weight) in self.dofs.masters(tie) {
+                forces[master as usize] += force * weight;
+            }
+        }
+        for (force, role) in forces.iter_mut().zip(&self.dofs.role) {
+            if matches!(role, Role::Free { .. }) {
+                *force = Vector3::zeros();
+            }
+        }
+        forces
     }
 
     /// Forces that supports must exert on every node, N: the internal force before constraints are applied.

@@ -65,5 +65,6 @@ pub fn problem(finger: &Finger, friction: Option<RubberFriction>, penalty_mpa_pe
         obstacles: &[],
         beside_pad: &[],
         clearance_mm: f64::INFINITY,
+        observed: None,
     }
 }

@@ -16,9 +16,14 @@ pub struct ElementStress {
 }
 
 impl ElementStress {
-    /// The stress of the mirror image about y = 0.
+    /// The stress, or that of the mirror image about y = 0.
     #[must_use]
-    pub fn mirrored(&self) -> Self {
+    pub fn mirrored_if(self, is_mirrored: bool) -> Self {
+        if is_mirrored { self.mirrored() } else { self }
+    }
+
+    /// The stress of the mirror image about y = 0.
+    fn mirrored(self) -> Self {
         let mirror = |[xx, yy, zz, xy, yz, xz]: [f64; 6]| [xx, yy, zz, -xy, -yz, xz];
         Self { cauchy_mpa: mirror(self.cauchy_mpa), green_lagrange: mirror(self.green_lagrange) }
     }

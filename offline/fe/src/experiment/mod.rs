@@ -247,6 +247,7 @@ impl Config {
             obstacles: &finger.obstacles,
             beside_pad: &finger.beside_pad,
             clearance_mm: Clearance::of(finger).depth_mm,
+            observed: None,
         }
     }
 }

@@ -23,7 +23,7 @@ pub struct Checkpoint<'a> {
 }
 
 /// Changes whenever what is saved does.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// The saves of one run.
 pub(super) struct Saves<'a> {

@@ -38,10 +38,6 @@ pub struct HalfFinger {
 impl HalfFinger {
     /// The field of the whole finger, from that of the half.
     pub(super) fn whole(&self, half: &Snapshot) -> Snapshot {
-        let mirrored = |(n, &from): (usize, &u32)| {
-            let u = half.displacement_mm[from as usize];
-            if from as usize == n { u } else { Vector3::new(u.x, -u.y, u.z) }
-        };
         let faces = (self.mesh.pad_face.iter().zip(&self.mesh.pad_face_is_mirrored))
             .map(|(&from, &is_mirrored)| {
                 let face = half.faces[from as usize];
@@ -49,23 +45,35 @@ impl HalfFinger {
                 FaceState { traction_mpa: mirror(face.traction_mpa), slip_mm: mirror(face.slip_mm), ..face }
             })
             .collect();
-        // Hexahedra first, then tetrahedra, in the half as in the whole.
-        let hexes = self.mesh.mesh.hexes.len();
-        let elements = (self.mesh.hex.iter().map(|&e| e as usize))
-            .chain(self.mesh.tet.iter().map(|&e| hexes + e as usize))
-            .zip(self.mesh.hex_is_mirrored.iter().chain(&self.mesh.tet_is_mirrored));
-        let stress = |(from, &is_mirrored): (usize, &bool)| {
-            let stress = half.stresses[from];
-            if is_mirrored { stress.mirrored() } else { stress }
-        };
+        let elements = self.elements();
         let density = &half.strain_energy_density_mpa;
+        let stress = |(from, is_mirrored): (usize, bool)| half.stresses[from].mirrored_if(is_mirrored);
         Snapshot {
             response: half.response,
-            displacement_mm: self.mesh.node.iter().enumerate().map(mirrored).collect(),
+            displacement_mm: self.displacements(&half.displacement_mm),
             faces,
-            strain_energy_density_mpa: elements.clone().map(|(from, _)| density[from]).collect(),
-            stresses: elements.map(stress).collect(),
+            strain_energy_density_mpa: elements.iter().map(|&(from, _)| density[from]).collect(),
+            stresses: elements.iter().copied().map(stress).collect(),
         }
+    }
+
+    /// Displacements of the whole finger's nodes, from those of the half.
+    pub(super) fn displacements(&self, half: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let mirrored = |(n, &from): (usize, &u32)| {
+            let u = half[from as usize];
+            if from as usize == n { u } else { Vector3::new(u.x, -u.y, u.z) }
+        };
+        self.mesh.node.iter().enumerate().map(mirrored).collect()
+    }
+
+    /// The element of the half that stands for each of the whole, and whether as its mirror image: hexahedra first, then tetrahedra,
+    /// in the half as in the whole.
+    pub(super) fn elements(&self) -> Vec<(usize, bool)> {
+        let hexes = self.mesh.mesh.hexes.len();
+        (self.mesh.hex.iter().map(|&e| e as usize))
+            .chain(self.mesh.tet.iter().map(|&e| hexes + e as usize))
+            .zip(self.mesh.hex_is_mirrored.iter().chain(&self.mesh.tet_is_mirrored).copied())
+            .collect()
     }
 }
 

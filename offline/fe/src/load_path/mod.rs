@@ -12,9 +12,11 @@ mod follow;
 mod friction_limit;
 mod half;
 mod limit_point;
+mod observed;
 mod path;
 pub mod path_csv;
 mod path_end;
+pub mod readings_csv;
 mod response;
 pub mod response_csv;
 mod run;
@@ -35,6 +37,7 @@ pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg};
 pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
 pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
+pub use observed::{HOLDERS, Observed, Probe, ProbeError, ProbeReading, Reaction, Reading, papillae, probes};
 pub use path::{Drive, Path, Turn, Turns, Waypoint};
 pub use path_end::{PathEnd, follow_path_on, follow_to_end};
 pub use settings::{LoadPathError, LoadSettings, OnProgress, Problem, Progress};
@@ -155,6 +158,8 @@ pub struct Trajectory {
     pub responses: Vec<Response>,
     /// Fields at the waypoints that were asked for.
     pub snapshots: Vec<Snapshot>,
+    /// What was observed, one for each response; none if nothing was asked for.
+    pub readings: Vec<Reading>,
     /// Cost.
     pub cost: Cost,
     /// Work.

@@ -283,6 +283,10 @@ impl<'a, 'p> Run<'a, 'p> {
     fn record(&mut self) {
         let response = response(self.problem, &self.model, &self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
+        if let Some(observed) = self.problem.observed {
+            let reading = observed.read(&self.model, &self.run.state.configuration);
+            self.run.trajectory.readings.push(reading);
+        }
         self.run.status = Status::OK;
     }
 

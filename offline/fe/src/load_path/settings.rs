@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
 
-use super::{Cost, HalfFinger, Model, Path, Response, Trajectory};
+use super::{Cost, HalfFinger, Model, Observed, Path, Response, Trajectory};
 use crate::assembly::Body;
 use crate::contact::{Outline, PenaltySettings, RigidBody, RubberFriction};
 use crate::solve::{PadFaces, SolveError, SolverSettings};
@@ -84,6 +84,8 @@ pub struct Problem<'a> {
     /// Depth at which a plane reaches what holds the finger, mm; a run on a plane ends before. Infinite where there is no such
     /// depth.
     pub clearance_mm: f64,
+    /// What is observed at every increment; None for nothing.
+    pub observed: Option<&'a Observed>,
 }
 
 impl<'a> Problem<'a> {

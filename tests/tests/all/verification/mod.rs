@@ -14,6 +14,7 @@ mod hyperelastic;
 mod long_runs;
 mod patch;
 mod poses;
+mod readings;
 mod rotation;
 mod soft_regions;
 mod stick;

@@ -1,0 +1,232 @@
+//! What a run tells of the inside of the finger at every increment: reactions of what holds it, and probes in the tissue.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::Model;
+use crate::assembly::{Body, Configuration};
+use crate::mesh::{Mesh, below_skin, element_corners, locate, set};
+
+/// Distance of the receptors that [`papillae`] puts under the pad, mm.
+const PITCH_MM: f64 = 1.0;
+/// How far they go from first touch, mm.
+const REACH_MM: f64 = 12.0;
+
+/// Spread of a patch in a direction, share of the largest singular value, below which a field is taken as constant there.
+const FLAT: f64 = 0.1;
+
+/// What holds the finger, in the order of [`Reading::reactions`].
+pub const HOLDERS: [&str; 3] = ["nail", "bone", "section"];
+
+/// Force and moment that one holder exerts on the finger, along the axes of the mesh; moments about its origin, the point of first
+/// touch in the neutral pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Reaction {
+    /// Force, N.
+    pub force_n: [f64; 3],
+    /// Moment, N mm.
+    pub moment_n_mm: [f64; 3],
+}
+
+/// What a probe reads; components xx, yy, zz, xy, yz, xz along the undeformed axes of the mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct ProbeReading {
+    /// Where its point of the tissue is, mm.
+    pub place_mm: [f64; 3],
+    /// Green-Lagrange strain; shear of the tensor.
+    pub strain: [f64; 6],
+    /// Strain energy density, MPa, per undeformed volume.
+    pub strain_energy_density_mpa: f64,
+}
+
+/// What is observed at one increment; empty lists of what was not asked for.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Reading {
+    /// Reactions of [`HOLDERS`].
+    pub reactions: Vec<Reaction>,
+    /// One for each probe.
+    pub probes: Vec<ProbeReading>,
+}
+
+/// A point of the tissue whose strain is read.
+///
+/// Strain and energy are known as means over elements. At each corner of the probe's element a linear field is fitted to the means of
+/// the elements of the same region around that corner, each at its middle, and the values of these fields at the corners are
+/// interpolated (superconvergent patch recovery, Zienkiewicz and Zhu 1992, Int. J. Numer. Methods Eng. 33:1331-1364). So a probe sees
+/// about one element far, and at the rim of a region it reads what is half an element inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// Its name in files.
+    pub name: String,
+    corners: Vec<(u32, f64)>,
+    undeformed: Vector3<f64>,
+    elements: Vec<(usize, f64)>,
+}
+
+/// Points that no probe can be put at.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProbeError {
+    /// Outside the mesh.
+    #[error("probe `{name}` at ({}, {}, {}) mm lies outside the finger", at_mm[0], at_mm[1], at_mm[2])]
+    Outside {
+        /// The probe's name.
+        name: String,
+        /// Its place, mm.
+        at_mm: [f64; 3],
+    },
+    /// In a part that does not deform.
+    #[error("probe `{name}` at ({}, {}, {}) mm lies in {region}, which is rigid", at_mm[0], at_mm[1], at_mm[2])]
+    Rigid {
+        /// The probe's name.
+        name: String,
+        /// Its place, mm.
+        at_mm: [f64; 3],
+        /// Where it lies.
+        region: String,
+    },
+}
+
+/// What a run observes.
+#[derive(Clone, Debug, Default)]
+pub struct Observed {
+    /// Nodes of each holder; empty where reactions are not wanted.
+    holders: Vec<Vec<u32>>,
+    probes: Vec<Probe>,
+}
+
+/// Points of a grid of 1 mm at this depth under the pad, mm, as receptors lie in the papillae of the dermis; named by number.
+pub fn papillae(mesh: &Mesh, depth_mm: f64) -> Vec<(String, Vector3<f64>)> {
+    let half = (REACH_MM / PITCH_MM) as i32;
+    let places = (-half..=half).flat_map(|i| (-half..=half).map(move |j| [i, j].map(|k| f64::from(k) * PITCH_MM)));
+    let points = places.filter_map(|place| below_skin(mesh, place, depth_mm));
+    points.enumerate().map(|(k, point)| (format!("p{k:03}"), point)).collect()
+}
+
+/// Probes at undeformed points, mm, by name.
+///
+/// # Errors
+/// [`ProbeError`] for the first point at which there can be none.
+pub fn probes(mesh: &Mesh, body: &Body, points: &[(String, Vector3<f64>)]) -> Result<Vec<Probe>, ProbeError> {
+    let volumes = body.element_volumes_mm3();
+    let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    let (mut regions, mut middles) = (Vec::new(), Vec::new());
+    for (element, (nodes, region)) in element_corners(mesh).enumerate() {
+        regions.push(region);
+        middles.push(nodes.iter().map(|&n| mesh.nodes[n as usize]).sum::<Vector3<f64>>() / nodes.len() as f64);
+        nodes.iter().for_each(|&n| around.entry(n).or_default().push(element));
+    }
+    let probe = |(name, point): &(String, Vector3<f64>)| {
+        let (name, at_mm) = (name.clone(), [point.x, point.y, point.z]);
+        let found = locate(mesh, point).ok_or_else(|| ProbeError::Outside { name: name.clone(), at_mm })?;
+        if volumes[found.element] == 0.0 {
+            let region = mesh.region_name(found.region).to_owned();
+            return Err(ProbeError::Rigid { name, at_mm, region });
+        }
+        let mut elements: BTreeMap<usize, f64> = BTreeMap::new();
+        for (corner, weight) in &found.corners {
+            let beside = around[corner].iter().copied();
+            let patch: Vec<usize> = beside.filter(|&e| regions[e] == found.region && volumes[e] > 0.0).collect();
+            let places: Vec<_> = patch.iter().map(|&e| middles[e] - mesh.nodes[*corner as usize]).collect();
+            patch.iter().zip(weights_at_origin(&places)).for_each(|(&e, w)| *elements.entry(e).or_default() += weight * w);
+        }
+        let elements = elements.into_iter().collect();
+        Ok(Probe { name, corners: found.corners, undeformed: *point, elements })
+    };
+    points.iter().map(probe).collect()
+}
+
+/// Weights with which values at `places` make the value at the origin of the linear field of least squares through them. Directions in
+/// which the places hardly differ are taken as constant.
+fn weights_at_origin(places: &[Vector3<f64>]) -> Vec<f64> {
+    let middle = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
+    let rows = DMatrix::from_fn(places.len(), 3, |row, k| places[row][k] - middle[k]);
+    let svd = rows.svd(true, true);
+    let least = FLAT * svd.singular_values.max();
+    let slopes = svd.pseudo_inverse(least).expect("both factors are there and the bound is not negative");
+    let weight = |row: usize| 1.0 / places.len() as f64 - (0..3).map(|k| middle[k] * slopes[(k, row)]).sum::<f64>();
+    (0..places.len()).map(weight).collect()
+}
+
+impl Observed {
+    /// Probes, and reactions where they are wanted.
+    pub fn new(mesh: &Mesh, reactions: bool, probes: Vec<Probe>) -> Self {
+        let holders = if reactions { holders(mesh).to_vec() } else { Vec::new() };
+        Self { holders, probes }
+    }
+
+    /// Whether nothing is observed.
+    pub fn is_empty(&self) -> bool {
+        self.holders.is_empty() && self.probes.is_empty()
+    }
+
+    /// The probes.
+    pub fn probes(&self) -> &[Probe] {
+        &self.probes
+    }
+
+    /// What is observed of a state of `model`.
+    pub fn read(&self, model: &Model, at: &Configuration) -> Reading {
+        let reactions = if self.holders.is_empty() { Vec::new() } else { self.reactions(model, at) };
+        let probes = if self.probes.is_empty() { Vec::new() } else { self.read_probes(model, at) };
+        Reading { reactions, probes }
+    }
+
+    fn reactions(&self, model: &Model, at: &Configuration) -> Vec<Reaction> {
+        let forces = model.body.support_forces(at);
+        let copies = model.copies();
+        // What the two halves bear along y, and about x and z, cancels.
+        let across = |whole: f64| if model.half.is_some() { 0.0 } else { whole };
+        let of = |nodes: &Vec<u32>| {
+            let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+            for &node in nodes {
+                let (x, f) = (at.x[node as usize], forces[node as usize]);
+                force += f;
+                moment += x.cross(&f);
+            }
+            Reaction {
+                force_n: [copies * force.x, across(force.y), copies * force.z],
+                moment_n_mm: [across(moment.x), copies * moment.y, across(moment.z)],
+            }
+        };
+        self.holders.iter().map(of).collect()
+    }
+
+    fn read_probes(&self, model: &Model, at: &Configuration) -> Vec<ProbeReading> {
+        let undeformed = &model.body.undeformed().x;
+        let moved: Vec<Vector3<f64>> = at.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect();
+        let (density, stresses) = (model.body.energy(at).1, model.body.stresses(at));
+        let moved = model.half.map_or_else(|| moved.clone(), |half| half.displacements(&moved));
+        let elements = model.half.map(|half| half.elements());
+        let element = |e: usize| {
+            let (from, is_mirrored) = elements.as_ref().map_or((e, false), |elements| elements[e]);
+            (stresses[from].mirrored_if(is_mirrored).green_lagrange, density[from])
+        };
+        let read = |probe: &Probe| {
+            let moved: Vector3<f64> = probe.corners.iter().map(|&(n, w)| moved[n as usize] * w).sum();
+            let mut reading =
+                ProbeReading { place_mm: (probe.undeformed + moved).into(), ..ProbeReading::default() };
+            for &(e, weight) in &probe.elements {
+                let (strain, density) = element(e);
+                reading.strain.iter_mut().zip(strain).for_each(|(sum, s)| *sum += weight * s);
+                reading.strain_energy_density_mpa += weight * density;
+            }
+            reading
+        };
+        self.probes.iter().map(read).collect()
+    }
+}
+
+/// The nodes of each of [`HOLDERS`]: the fixed face of the nail, the distal phalanx on its joint, and the proximal section with the
+/// second bone. A deformable bone is held at the section alone, so that its own reaction is zero.
+fn holders(mesh: &Mesh) -> [Vec<u32>; 3] {
+    let nail = mesh.node_set(set::NAIL_FIX).to_vec();
+    let mut section = mesh.node_set(set::PROXIMAL_FIX).to_vec();
+    section.extend(mesh.node_set(set::PROXIMAL_BONE));
+    section.sort_unstable();
+    section.dedup();
+    section.retain(|n| nail.binary_search(n).is_err());
+    let mut bone = mesh.node_set(set::DISTAL_BONE).to_vec();
+    bone.retain(|n| nail.binary_search(n).is_err() && section.binary_search(n).is_err());
+    [nail, bone, section]
+}
