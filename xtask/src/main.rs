@@ -49,6 +49,13 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
+    /// The finite elements against eight published experiments: one page with a figure and a verdict each (a quarter of an hour;
+    /// --coarse: a minute)
+    Experiments {
+        /// Handed on to the program; names select experiments
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<String>,
+    },
     /// Fuzz the parser of model files, the step and the calibration, each for that many seconds; needs a nightly toolchain
     Fuzz {
         /// Seconds for each of the three targets
@@ -76,6 +83,9 @@ fn main() -> anyhow::Result<()> {
         Chore::Check(args) => quick::main(&args),
         Chore::Test(args) => gates::main(&args),
         Chore::Verify { args } => verify(args),
+        Chore::Experiments { args } => {
+            cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "experiments", "--"], &args)
+        }
         Chore::Bench { name, args } => match name.as_str() {
             "bindings" => bench_bindings::main(),
             "calculix" => {

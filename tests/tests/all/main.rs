@@ -5,6 +5,7 @@ mod add_an_effect;
 mod cad;
 mod cases;
 mod diagnose;
+mod experiments;
 mod false_alarms;
 mod fe_sets;
 mod laws_files;

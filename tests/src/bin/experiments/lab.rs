@@ -1,0 +1,119 @@
+//! Runs of the finger that ships, and lines through what they give.
+
+use std::error::Error;
+use std::ops::ControlFlow;
+
+use fingerpad_fe::experiment::{Config, RigidBodySettings};
+use fingerpad_fe::load_path::{
+    Finger, LoadPathError, Observed, Path, PressLimit, Problem, Response, Trajectory, follow_path, press_limits, probes,
+};
+use fingerpad_fe::mesh::{MeshPreset, below_skin};
+use fingerpad_report::{Trace, TraceChart};
+use fingerpad_tests::problems::fingers::placed;
+
+/// Why an experiment could not be run.
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// How much higher a pad reaches where skin beside it comes to the body.
+const PADS: [f64; 3] = [1.0, 1.5, 2.5];
+
+/// The finger that ships.
+pub struct Lab {
+    config: Config,
+}
+
+impl Lab {
+    /// The default finger on a mesh.
+    pub fn new(mesh_preset: MeshPreset) -> Self {
+        Self { config: Config { mesh_preset, ..Config::default() } }
+    }
+
+    /// Name of the mesh.
+    pub fn mesh_name(&self) -> &'static str {
+        if self.config.mesh_preset == MeshPreset::Coarse { "coarse" } else { "medium" }
+    }
+
+    /// Its friction law's factor and exponent.
+    pub fn law(&self) -> [f64; 2] {
+        [self.config.friction.lambda, self.config.friction.beta]
+    }
+
+    /// A run along a path on the plane.
+    pub fn follow(&self, path: &Path) -> Result<Trajectory, Failure> {
+        self.observe(path, &[]).map(|(trajectory, _)| trajectory)
+    }
+
+    /// A run with probes on the skin at these places (x, y), mm; also tells which of them lie on the pad.
+    pub fn observe(&self, path: &Path, places: &[[f64; 2]]) -> Result<(Trajectory, Vec<[f64; 2]>), Failure> {
+        for (trial, reach) in PADS.into_iter().enumerate() {
+            let finger = self.config.finger_reaching(&[path], reach)?.0;
+            let on_pad: Vec<[f64; 2]> =
+                places.iter().copied().filter(|&place| below_skin(&finger.mesh, place, 0.0).is_some()).collect();
+            let point = |place: &[f64; 2]| below_skin(&finger.mesh, *place, 1e-6).map(|x| (String::new(), x));
+            let points: Vec<_> = on_pad.iter().filter_map(point).collect();
+            let observed = Observed::new(&finger.mesh, false, probes(&finger.mesh, &finger.body, &points)?);
+            let problem = Problem { observed: Some(&observed), ..self.config.problem(&finger) };
+            match follow_path(&problem, path, &[], &mut |_| ControlFlow::Continue(())) {
+                Err(LoadPathError::BesidePad { .. }) if trial + 1 < PADS.len() => {}
+                result => return Ok((result?, on_pad)),
+            }
+        }
+        unreachable!("the last pad returns")
+    }
+
+    /// Frictionless presses of a body to these depths, mm, with the integral of the friction law over their pressure.
+    pub fn press(&self, body: &RigidBodySettings, depths_mm: &[f64]) -> Result<Vec<PressLimit>, Failure> {
+        let config = Config { rigid_body: body.clone(), ..self.config.clone() };
+        let path = placed(&[[0.0; 3], [depths_mm[depths_mm.len() - 1], 0.0, 0.0]]);
+        for (trial, reach) in PADS.into_iter().enumerate() {
+            let finger: Finger = config.finger_reaching(&[&path], reach)?.0;
+            let problem = config.problem(&finger);
+            match press_limits(&problem, &config.friction, depths_mm, None, &mut |_| ControlFlow::Continue(())) {
+                Err(LoadPathError::BesidePad { .. }) if trial + 1 < PADS.len() => {}
+                result => return Ok(result?),
+            }
+        }
+        unreachable!("the last pad returns")
+    }
+}
+
+/// Length of the friction of a response, N.
+pub fn friction_n(r: &Response) -> f64 {
+    r.friction_x_n.hypot(r.friction_y_n)
+}
+
+/// Depths at which a press is taken, mm, closer where it is light.
+pub fn depths_mm(deepest: f64, count: usize) -> Vec<f64> {
+    (1..=count).map(|k| deepest * (k as f64 / count as f64).powf(1.5)).collect()
+}
+
+/// The value of `y` where `x`, which rises, reaches `at`; straight in logarithms between points, NaN outside.
+pub fn at(points: &[[f64; 2]], at: f64) -> f64 {
+    let after = points.partition_point(|p| p[0] < at);
+    if after == 0 || after == points.len() {
+        return f64::NAN;
+    }
+    let ([x0, y0], [x1, y1]) = (points[after - 1], points[after]);
+    let share = (at / x0).ln() / (x1 / x0).ln();
+    y0 * (y1 / y0).powf(share)
+}
+
+/// Exponent of `y` in `x` between two values of `x`.
+pub fn exponent(points: &[[f64; 2]], [from, to]: [f64; 2]) -> f64 {
+    (at(points, to) / at(points, from)).ln() / (to / from).ln()
+}
+
+/// A line of a chart.
+pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>) -> Trace {
+    Trace { name: name.into(), points, is_dots: false }
+}
+
+/// Dots of a chart.
+pub fn dots(name: impl Into<String>, points: Vec<[f64; 2]>) -> Trace {
+    Trace { name: name.into(), points, is_dots: true }
+}
+
+/// A chart from zero.
+pub fn chart(title: &str, labels: [&str; 2], traces: Vec<Trace>) -> TraceChart {
+    TraceChart { title: title.into(), labels: labels.map(str::to_owned), least: [0.0; 2], traces }
+}

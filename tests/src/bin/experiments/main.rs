@@ -1,0 +1,127 @@
+//! The finite elements against published experiments: one page with a figure and a verdict each.
+//!
+//! The finger is the one that ships (shape E, published constants), with no tuning.
+
+mod grip;
+mod lab;
+mod press;
+mod slide;
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::Parser;
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_report::{TraceChart, traces_png};
+
+use lab::{Failure, Lab};
+
+#[derive(Parser)]
+#[command(about = "The finite elements against eight published experiments", name = "experiments")]
+struct Args {
+    /// Folder of the page and its figures
+    #[arg(long, default_value = "target/experiments")]
+    out: PathBuf,
+    /// Names of experiments; all without any
+    names: Vec<String>,
+    /// Coarse mesh: minutes in place of a quarter of an hour, and coarser numbers
+    #[arg(long)]
+    coarse: bool,
+    /// Threads; an experiment runs on one
+    #[arg(long, default_value_t = 2)]
+    jobs: usize,
+}
+
+/// What an experiment found.
+struct Finding {
+    /// What was measured, in a few words.
+    title: &'static str,
+    /// Authors, year, journal.
+    source: &'static str,
+    /// What was published.
+    published: &'static str,
+    /// What the finite elements give.
+    found: String,
+    /// Whether that agrees, and by how much not.
+    verdict: String,
+    /// What else a reader must know.
+    remark: String,
+    charts: Vec<TraceChart>,
+}
+
+type Experiment = fn(&Lab) -> Result<Finding, Failure>;
+
+/// Name of each experiment, which also names its figure.
+const EXPERIMENTS: [(&str, Experiment); 8] = [
+    ("stick", slide::stick),
+    ("area", slide::area),
+    ("strain", slide::strain),
+    ("torque", grip::torque),
+    ("curvature", grip::curvature),
+    ("load", press::load),
+    ("indentation", press::indentation),
+    ("table", press::table),
+];
+
+fn main() -> Result<(), Failure> {
+    let args = Args::parse();
+    if let Some(unknown) = args.names.iter().find(|name| EXPERIMENTS.iter().all(|(known, _)| known != name)) {
+        let known: Vec<&str> = EXPERIMENTS.iter().map(|(name, _)| *name).collect();
+        return Err(format!("{unknown}: no such experiment; there are {}", known.join(", ")).into());
+    }
+    let wanted: Vec<_> = (EXPERIMENTS.into_iter())
+        .filter(|(name, _)| args.names.is_empty() || args.names.iter().any(|wanted| wanted == name))
+        .collect();
+    std::fs::create_dir_all(&args.out).map_err(|e| format!("{}: {e}", args.out.display()))?;
+    let preset = if args.coarse { MeshPreset::Coarse } else { MeshPreset::Medium };
+    let lab = Lab::new(preset);
+    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..args.jobs.clamp(1, wanted.len()) {
+            scope.spawn(|| {
+                while let Some((name, experiment)) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let result = experiment(&lab).map_err(|e| format!("{name}: {e}"));
+                    if let Ok(finding) = &result {
+                        eprintln!("{name}: {}", finding.verdict);
+                    }
+                    found.lock().expect("no panic while locked").push((*name, result));
+                }
+            });
+        }
+    });
+    let mut found = found.into_inner().expect("threads have ended");
+    found.sort_by_key(|(name, _)| EXPERIMENTS.iter().position(|(known, _)| known == name));
+    let mut page = page_head(&lab);
+    for (name, result) in found {
+        let finding = result?;
+        let figure = format!("experiment_{name}.png");
+        std::fs::write(args.out.join(&figure), traces_png(&finding.charts)?)?;
+        write_finding(&mut page, &finding, &figure)?;
+    }
+    let file = args.out.join("experiments.md");
+    std::fs::write(&file, page)?;
+    println!("{}", file.display());
+    Ok(())
+}
+
+fn page_head(lab: &Lab) -> String {
+    format!(
+        "# The finite elements against published experiments\n\n`cargo xtask experiments` writes this page. The finger is the \
+         one that ships: shape E, mesh `{}`, the material constants and the friction law that Yoshida, Tada and Mochimaru published \
+         in 2011 for one subject. Nothing is tuned to the experiments below, which other people made with other fingers, so that a \
+         number that is outside says how far this finger is from theirs. Where only the abstract of a paper could be read, the \
+         comparison is with what the abstract says.\n",
+        lab.mesh_name()
+    )
+}
+
+fn write_finding(page: &mut String, finding: &Finding, figure: &str) -> std::fmt::Result {
+    let Finding { title, source, published, found, verdict, remark, .. } = finding;
+    write!(page, "\n## {title}\n\n{source}\n\n- Published: {published}\n- Found: {found}\n- Verdict: **{verdict}**\n")?;
+    if !remark.is_empty() {
+        write!(page, "\n{remark}\n")?;
+    }
+    write!(page, "\n![{title}]({figure})\n")
+}

@@ -1,0 +1,32 @@
+//! The program behind `cargo xtask experiments`: the page of one experiment, with its figure, and names that it does not know.
+
+use std::process::Command;
+
+fn run(folder: &std::path::Path, args: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_experiments")).arg("--out").arg(folder).args(args).output().unwrap()
+}
+
+#[test]
+fn an_experiment_has_a_verdict_and_a_figure() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = run(dir.path(), &["--coarse", "indentation", "load"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = std::fs::read_to_string(dir.path().join("experiments.md")).unwrap();
+    for part in ["mesh `coarse`", "- Published: about 82 %", "- Found: ", "- Verdict: **", "experiment_indentation.png"] {
+        assert!(page.contains(part), "no {part} in {page}");
+    }
+    // The order is that of the list, whatever was asked for first.
+    assert!(page.find("experiment_load.png") < page.find("experiment_indentation.png"));
+    assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
+    for figure in ["experiment_load.png", "experiment_indentation.png"] {
+        assert!(std::fs::read(dir.path().join(figure)).unwrap().starts_with(b"\x89PNG"));
+    }
+}
+
+#[test]
+fn an_unknown_experiment_is_refused_with_those_there_are() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = run(dir.path(), &["idnentation"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && said.contains("idnentation: no such experiment; there are stick, "), "{said}");
+}
