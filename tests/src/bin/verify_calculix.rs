@@ -38,6 +38,7 @@ fn main() -> ExitCode {
             failed += press(&Case::new(shape, *preset), limit);
         }
     }
+    failed += sphere(presets, limit);
     failed += slide(&Case::new("a", MeshPreset::Coarse), limit);
     println!(
         "\n{}",
@@ -68,6 +69,37 @@ fn press(case: &Case, limit: Duration) -> usize {
         "(no limit with mean dilatation: the difference is the element's, and falls with the mesh: `cargo xtask verify elements`)"
     );
     failed
+}
+
+/// Rows that fail with CalculiX's element.
+fn sphere(presets: &[MeshPreset], limit: Duration) -> usize {
+    println!("\nfrictionless press on a rigid sphere of {SPHERE_MM} mm; it bulges between the nodes, where ours touches");
+    let (mut failed, mut same) = (0, Vec::new());
+    for preset in presets {
+        let case = Case::new("a", *preset);
+        for (element, rows) in sphere_rows(&case, limit) {
+            let case = case.clone().with(element);
+            println!("\n{}", case.line(&case.finger()));
+            println!("depth mm       ours N   CalculiX N  difference   limit");
+            if element == Element::C3d8r {
+                failed += show(&rows);
+                same.push(rows);
+            } else {
+                rows.iter().for_each(|row| println!("{}", Told(*row)));
+            }
+        }
+    }
+    if let [coarse, medium] = &same[..] {
+        println!("\nextrapolated to elements of no length");
+        failed += show(&extrapolated(coarse, medium));
+    }
+    failed
+}
+
+/// Prints rows; how many fail.
+fn show(rows: &[Row]) -> usize {
+    rows.iter().for_each(|row| println!("{row}"));
+    rows.iter().filter(|row| !row.passes()).count()
 }
 
 /// Rows that fail with CalculiX's element.

@@ -1,4 +1,4 @@
-//! One problem (mesh, materials, contact with a rigid plane, steps) as a CalculiX deck.
+//! One problem (mesh, materials, contact with a rigid plane or sphere, steps) as a CalculiX deck.
 //!
 //! CalculiX takes numbers of up to 20 characters, hence `{:.12e}` throughout.
 
@@ -8,9 +8,15 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 
 use super::Error;
+use crate::contact::RigidBody;
 use crate::material::{Hyperelastic, Material};
 use crate::mesh::{Mesh, Region, set};
 use fingerpad_formats::inp;
+
+/// Distance of the nodes of a curved rigid body, mm: it bulges by 1 µm between them at a radius of 8 mm.
+const BODY_STEP_MM: f64 = 0.25;
+/// Half-width of a sphere's meshed cap over its radius.
+const CAP: f64 = 0.65;
 
 /// Node set of the plane in the deck.
 pub(super) const PLANE_NODES: &str = "PLANE_NODES";
@@ -153,7 +159,9 @@ pub struct Deck<'a> {
     pub materials: BTreeMap<Region, Option<Material>>,
     /// Names of node sets that are held fixed.
     pub fixed_sets: Vec<String>,
-    /// Contact of the pad faces with the plane.
+    /// The rigid body: a plane, or a sphere that touches the finger from outside.
+    pub rigid_body: RigidBody,
+    /// Contact of the pad faces with it.
     pub contact: Contact,
     /// Motions of the plane, from first touch.
     pub steps: Vec<Step>,
@@ -164,7 +172,8 @@ pub struct Deck<'a> {
 impl Deck<'_> {
     /// The deck as text.
     ///
-    /// The plane is one C3D8 block below z = 0 with all nodes driven, large enough for the slides.
+    /// The plane is one C3D8 block below z = 0 with all nodes driven, large enough for the slides; a sphere is a cap of such blocks with
+    /// its highest point at the origin.
     ///
     /// Errors: [`Error::Deck`] for a region without a law, an empty set, a fixed region with ties, a step without
     /// length or with outputs out of order, a mesh that cannot be written.
@@ -181,7 +190,7 @@ impl Deck<'_> {
             inp::write_node_set(&mut sets, name, nodes).map_err(|e| Error::Deck(e.to_string()))?;
         }
         text += &String::from_utf8_lossy(&sets);
-        text += &self.plane();
+        text += &self.rigid_body()?;
         for (region, name) in self.mesh.regions() {
             if let Some(Some(law)) = self.materials.get(&region).filter(|_| self.has_elements(region)) {
                 let lines = law_lines(law).map_err(|problem| Error::Deck(format!("region `{name}`: {problem}")))?;
@@ -283,7 +292,7 @@ impl Deck<'_> {
         held
     }
 
-    fn plane(&self) -> String {
+    fn rigid_body(&self) -> Result<String, Error> {
         let pad = self.pad_nodes();
         let reach = |axis: usize| {
             let slides = self.steps.iter().map(|step| step.end_mm[axis].abs()).fold(0.0, f64::max);
@@ -291,23 +300,51 @@ impl Deck<'_> {
             // The pad bulges while it is pressed and is dragged along: leave it half its width.
             1.5 * widest + slides + 5.0
         };
-        let (x, y) = (reach(0), reach(1));
+        let ends = |half: f64, cells: usize| -> Vec<f64> {
+            (0..=cells).map(|k| half * (2.0 * k as f64 / cells as f64 - 1.0)).collect()
+        };
+        let (xs, ys, radius) = match self.rigid_body {
+            RigidBody::Plane => (ends(reach(0), 1), ends(reach(1), 1), f64::INFINITY),
+            RigidBody::Sphere { radius_mm } if radius_mm > 0.0 => {
+                let half = CAP * radius_mm;
+                let cells = (2.0 * half / BODY_STEP_MM).ceil() as usize;
+                (ends(half, cells), ends(half, cells), radius_mm)
+            }
+            ref other => return Err(Error::Deck(format!("a rigid body that is no plane and no sphere: {other:?}"))),
+        };
+        let height = |x: f64, y: f64| {
+            let squared = x * x + y * y;
+            if radius.is_finite() { (radius * radius - squared).sqrt() - radius } else { 0.0 }
+        };
         let first = self.mesh.nodes.len() + 1;
-        let element = self.mesh.hexes.len() + self.mesh.tets.len() + 1;
+        let node = |i: usize, j: usize, k: usize| first + 2 * (i * ys.len() + j) + k;
         let mut text = format!("*NODE, NSET={PLANE_NODES}\n");
-        for k in 0..8 {
-            let (sx, sy) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][k % 4];
-            let z = if k < 4 { -5.0 } else { 0.0 };
-            let _ = writeln!(text, "{}, {:.12e}, {:.12e}, {z}", first + k, sx * x, sy * y);
+        for (i, &x) in xs.iter().enumerate() {
+            for (j, &y) in ys.iter().enumerate() {
+                let top = height(x, y);
+                for (k, z) in [top - 5.0, top].into_iter().enumerate() {
+                    let _ = writeln!(text, "{}, {x:.12e}, {y:.12e}, {z:.12e}", node(i, j, k));
+                }
+            }
         }
-        let nodes: Vec<String> = (first..first + 8).map(|n| n.to_string()).collect();
+        text += "*ELEMENT, TYPE=C3D8, ELSET=PLANE\n";
+        let mut element = self.mesh.hexes.len() + self.mesh.tets.len();
+        let mut faces = String::new();
+        for i in 0..xs.len() - 1 {
+            for j in 0..ys.len() - 1 {
+                element += 1;
+                let corners = [(0, 0), (1, 0), (1, 1), (0, 1)];
+                let nodes = [0, 1].map(|k| corners.map(|(a, b)| node(i + a, j + b, k).to_string()).join(", "));
+                let _ = writeln!(text, "{element}, {}", nodes.join(", "));
+                let _ = writeln!(faces, "{element}, S2");
+            }
+        }
         let _ = write!(
             text,
-            "*ELEMENT, TYPE=C3D8, ELSET=PLANE\n{element}, {}\n*SURFACE, NAME=PLANE_SURFACE, TYPE=ELEMENT\n{element}, S2\n\
-             *MATERIAL, NAME=PLANE_LAW\n*ELASTIC\n1., 0.3\n*SOLID SECTION, ELSET=PLANE, MATERIAL=PLANE_LAW\n",
-            nodes.join(", ")
+            "*SURFACE, NAME=PLANE_SURFACE, TYPE=ELEMENT\n{faces}*MATERIAL, NAME=PLANE_LAW\n*ELASTIC\n1., 0.3\n\
+             *SOLID SECTION, ELSET=PLANE, MATERIAL=PLANE_LAW\n"
         );
-        text
+        Ok(text)
     }
 
     fn write_step(&self, text: &mut String, i: usize, step: &Step) {
@@ -348,6 +385,7 @@ impl<'a> Deck<'a> {
         let law = |(region, _)| (region, Some(region).filter(deformable).and_then(&material));
         Self {
             mesh,
+            rigid_body: RigidBody::Plane,
             materials: mesh.regions().into_iter().map(law).collect(),
             fixed_sets: fixed_sets.into_iter().filter(|s| !mesh.node_set(s).is_empty()).map(str::to_owned).collect(),
             contact,
