@@ -48,9 +48,11 @@ impl ProbeArgs {
     pub fn declare(&self, outputs: Outputs) -> Outputs {
         let probes = || vec![Mark::beginning(readings_csv::probes_header() + "\n")];
         let reactions = || vec![Mark::beginning(readings_csv::reactions_header() + "\n")];
-        outputs
-            .file("--probe-out", self.probe_out.as_deref(), probes())
-            .file("--reactions", self.reactions.as_deref(), reactions())
+        outputs.file("--probe-out", self.probe_out.as_deref(), probes()).file(
+            "--reactions",
+            self.reactions.as_deref(),
+            reactions(),
+        )
     }
 
     /// What a run on this finger observes; None for nothing.

@@ -9,8 +9,8 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
-    Checkpoint, Finger, LoadPathError, Observed, Path as PlanePath, Problem, Trajectory, follow_path, follow_path_from, path_csv,
-    response_csv, vtu,
+    Checkpoint, Finger, LoadPathError, Observed, Path as PlanePath, Problem, Trajectory, follow_path, follow_path_from,
+    path_csv, response_csv, vtu,
 };
 use fingerpad_report::simulation::{self, SimulationReport};
 
@@ -19,8 +19,8 @@ use super::plausibility::{warn_of_depths, warn_of_no_contact};
 use super::probes::ProbeArgs;
 use super::rigid_body::{BodyArgs, warn_of_fine_body};
 use super::{
-    Failure, LARGER_PADS, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance, results,
-    run_failure, show,
+    Failure, LARGER_PADS, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance,
+    results, run_failure, show,
 };
 
 /// Follow a path of a rigid body with the finite-element model.

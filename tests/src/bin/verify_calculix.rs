@@ -73,7 +73,9 @@ fn press(case: &Case, limit: Duration) -> usize {
 
 /// Rows that fail with CalculiX's element.
 fn sphere(presets: &[MeshPreset], limit: Duration) -> usize {
-    println!("\nfrictionless press on a rigid sphere of {SPHERE_MM} mm; it bulges between the nodes, where ours touches");
+    println!(
+        "\nfrictionless press on a rigid sphere of {SPHERE_MM} mm; it bulges between the nodes, where ours touches"
+    );
     let (mut failed, mut same) = (0, Vec::new());
     for preset in presets {
         let case = Case::new("a", *preset);

@@ -12,7 +12,8 @@ fn an_experiment_has_a_verdict_and_a_figure() {
     let output = run(dir.path(), &["--coarse", "indentation", "load"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let page = std::fs::read_to_string(dir.path().join("experiments.md")).unwrap();
-    for part in ["mesh `coarse`", "- Published: about 82 %", "- Found: ", "- Verdict: **", "experiment_indentation.png"] {
+    for part in ["mesh `coarse`", "- Published: about 82 %", "- Found: ", "- Verdict: **", "experiment_indentation.png"]
+    {
         assert!(page.contains(part), "no {part} in {page}");
     }
     // The order is that of the list, whatever was asked for first.

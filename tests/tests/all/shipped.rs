@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use fingerpad::ModelFile;
 use fingerpad_reduce::{
-    Coverage, DesignSettings, Kind, Meta, Run, Scores, design, is_posed, pose_scores, pressure_centre, replay_with_pose, score,
+    Coverage, DesignSettings, Kind, Meta, Run, Scores, design, is_posed, pose_scores, pressure_centre,
+    replay_with_pose, score,
 };
 
 fn data(below: &str) -> PathBuf {

@@ -29,8 +29,7 @@ fn probes_and_reactions_go_with_the_response() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     std::fs::write(folder.join("points.csv"), "probe,x_mm,y_mm,below_skin_mm\nmiddle,0,0,0.7\nside,0,6,0.7\n").unwrap();
-    let output =
-        simulate(folder, &["--probe", "points.csv", "--probe-out", "strain.csv", "--reactions", "held.csv"]);
+    let output = simulate(folder, &["--probe", "points.csv", "--probe-out", "strain.csv", "--reactions", "held.csv"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let times = numbers(folder, "out.csv", "t_s");
     assert_eq!(numbers(folder, "held.csv", "t_s"), times);

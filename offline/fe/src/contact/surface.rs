@@ -30,6 +30,9 @@ use super::{
 /// 3 G in the mean, where a gap opens with 4 G (of an incompressible body, on a rigid plane).
 const SHEAR_EDGE: f64 = 0.75;
 
+/// Slip since stick that still counts as stick, share of the elastic slip at the strength: 0.3 µm of 6 µm.
+const UNSEEN_SLIP: f64 = 0.05;
+
 /// Motion of the plane along itself from which on it has a direction, mm.
 const LEAST_MOTION_MM: f64 = 1e-9;
 
@@ -403,7 +406,9 @@ impl Surface {
     /// Stuck area of each face, mm², by the contour between nodes that stick and nodes that slip.
     ///
     /// A node that sticks counts with what is left of its strength along the plane's last motion, one that slips with its
-    /// slip since it last stuck as a negative traction, in the same way as a gap stands for a negative pressure.
+    /// slip since it last stuck as a negative traction, in the same way as a gap stands for a negative pressure. Slip by a small share
+    /// of the elastic slip still counts as stick: where the body turns back, nodes at the rim lose pressure faster than shear and slip on
+    /// by up to a tenth of a micrometre.
     pub fn stuck_areas(&self, law: &dyn FrictionLaw, state: &ContactState) -> Vec<f64> {
         let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
         let spots = self.spots(&state.position);
@@ -420,13 +425,15 @@ impl Surface {
             .enumerate()
             .map(|(k, node)| {
                 if !(node.normal_force_n > 0.0) {
-                    ratio * contact[k]
-                } else if node.stuck {
-                    let reserve = law.strength(node.pressure_mpa()).0 * reserve(law, node);
-                    reserve.min(ratio * contact[k])
-                } else {
-                    -SHEAR_EDGE * self.per_gap[k] * node.slip_since_stick_mm
+                    return ratio * contact[k];
                 }
+                let seen_from = UNSEEN_SLIP * node.elastic_slip.norm();
+                let unseen = if node.stuck { 1.0 } else { 1.0 - node.slip_since_stick_mm / seen_from };
+                // Without elastic slip there is no unseen part: NaN.
+                if !(unseen > 0.0) {
+                    return -SHEAR_EDGE * self.per_gap[k] * (node.slip_since_stick_mm - seen_from);
+                }
+                unseen * (law.strength(node.pressure_mpa()).0 * reserve(law, node)).min(ratio * contact[k])
             })
             .collect();
         self.face_areas(&spots, &level)

@@ -128,7 +128,10 @@ pub fn probes(mesh: &Mesh, body: &Body, points: &[(String, Vector3<f64>)]) -> Re
             let beside = around[corner].iter().copied();
             let patch: Vec<usize> = beside.filter(|&e| regions[e] == found.region && volumes[e] > 0.0).collect();
             let places: Vec<_> = patch.iter().map(|&e| middles[e] - mesh.nodes[*corner as usize]).collect();
-            patch.iter().zip(weights_at_origin(&places)).for_each(|(&e, w)| *elements.entry(e).or_default() += weight * w);
+            patch
+                .iter()
+                .zip(weights_at_origin(&places))
+                .for_each(|(&e, w)| *elements.entry(e).or_default() += weight * w);
         }
         let elements = elements.into_iter().collect();
         Ok(Probe { name, corners: found.corners, undeformed: *point, elements })
@@ -204,8 +207,7 @@ impl Observed {
         };
         let read = |probe: &Probe| {
             let moved: Vector3<f64> = probe.corners.iter().map(|&(n, w)| moved[n as usize] * w).sum();
-            let mut reading =
-                ProbeReading { place_mm: (probe.undeformed + moved).into(), ..ProbeReading::default() };
+            let mut reading = ProbeReading { place_mm: (probe.undeformed + moved).into(), ..ProbeReading::default() };
             for &(e, weight) in &probe.elements {
                 let (strain, density) = element(e);
                 reading.strain.iter_mut().zip(strain).for_each(|(sum, s)| *sum += weight * s);

@@ -224,12 +224,7 @@ fn in_turn(i: usize) -> usize {
 }
 
 /// Appends a path; `of` makes it and its body from its number within kind and half.
-fn add(
-    all: &mut Vec<Experiment>,
-    kind: Kind,
-    held_out: bool,
-    of: impl FnOnce(usize) -> (RigidBodySettings, Path),
-) {
+fn add(all: &mut Vec<Experiment>, kind: Kind, held_out: bool, of: impl FnOnce(usize) -> (RigidBodySettings, Path)) {
     let number = all.iter().filter(|e| e.kind == kind && e.held_out == held_out).count();
     let name = format!("{}-{number:02}{}", kind.as_str(), if held_out { "h" } else { "" });
     let (body, path) = of(number);

@@ -35,10 +35,8 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
         friction.push([force_n, limit(lab, force_n, 0.0)?[0]]);
         moment.push([force_n, limit(lab, force_n, 1.0)?[1]]);
     }
-    let surface: Vec<[f64; 2]> = [0.0, 0.25, 0.5, 0.75, 1.0]
-        .into_iter()
-        .map(|share| limit(lab, 2.0, share))
-        .collect::<Result<_, _>>()?;
+    let surface: Vec<[f64; 2]> =
+        [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().map(|share| limit(lab, 2.0, share)).collect::<Result<_, _>>()?;
     let powers = [exponent(&friction, [0.251, 1.999]), exponent(&moment, [0.251, 1.999])];
     let [largest, turning] = [surface[0][0], surface[4][1]];
     let relative: Vec<[f64; 2]> = surface.iter().map(|[f, m]| [f / largest, m / turning]).collect();

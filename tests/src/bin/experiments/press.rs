@@ -153,7 +153,12 @@ pub fn table(lab: &Lab) -> Result<Finding, Failure> {
         source: "Yoshida, Tada and Mochimaru 2011, Mol. Cell. Biomech. 8(1):61-72",
         published: "normal force 0.120, 0.198, 0.384, 0.454 N; F/N 2.46, 2.00, 1.53, 1.42; area 49.4, 62.8, 83.2, 97.7 mm² at 0.75, 1.00, \
                     1.25, 1.50 mm",
-        found: format!("normal force {} %, F/N {} %, area {} % off; RMS of all twelve {rms:.0} %", off(1), off(2), off(3)),
+        found: format!(
+            "normal force {} %, F/N {} %, area {} % off; RMS of all twelve {rms:.0} %",
+            off(1),
+            off(2),
+            off(3)
+        ),
         verdict: format!("outside by {rms:.0} % RMS; two of the causes lie in the table, see below"),
         remark: format!(
             "Two facts are independent of any finite elements. First, the strength of the published law is concave in the pressure. By \

@@ -34,10 +34,7 @@ pub fn stick(lab: &Lab) -> Result<Finding, Failure> {
         let to_peak = rows.iter().position(|r| friction_n(r) > 0.999 * most).unwrap_or(rows.len() - 1);
         let points: Vec<[f64; 2]> = rows[..=to_peak].iter().map(|r| [friction_n(r) / most, r.stick_ratio]).collect();
         // By length along the load, so that close rows do not count more.
-        let sum: f64 = points
-            .windows(2)
-            .map(|p| (p[1][0] - p[0][0]) * (p[1][1] - 1.0 + p[1][0]).powi(2))
-            .sum();
+        let sum: f64 = points.windows(2).map(|p| (p[1][0] - p[0][0]) * (p[1][1] - 1.0 + p[1][0]).powi(2)).sum();
         off.push(sum.sqrt());
         slopes.push(1.0 / most);
         traces.push(line(format!("{force_n} N"), points));
@@ -179,7 +176,11 @@ pub fn strain(lab: &Lab) -> Result<Finding, Failure> {
         ),
         verdict: format!(
             "{}; peak strain {}",
-            if correlation < -0.3 { "wave from rim to middle inside" } else { "wave from rim to middle outside: not seen" },
+            if correlation < -0.3 {
+                "wave from rim to middle inside"
+            } else {
+                "wave from rim to middle outside: not seen"
+            },
             if (0.4..=0.6).contains(&peak) {
                 "inside (within 10 points)".to_owned()
             } else {

@@ -18,9 +18,7 @@ fn named(points: &[[f64; 3]]) -> Vec<(String, Vector3<f64>)> {
 fn reactions_balance_the_plane() {
     let straight = placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 1.5, 0.0]]);
     let oblique = placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.9, 0.8, 1.0]]);
-    for (bone, path) in
-        [(BoneKind::Floating, &straight), (BoneKind::Floating, &oblique), (BoneKind::Fixed, &oblique)]
-    {
+    for (bone, path) in [(BoneKind::Floating, &straight), (BoneKind::Floating, &oblique), (BoneKind::Fixed, &oblique)] {
         let finger = finger("e", MeshPreset::Coarse, bone, 1.0).unwrap();
         let observed = Observed::new(&finger.mesh, true, Vec::new());
         let mut tight = problem(&finger.body, &finger.mesh.pad_faces);
