@@ -15,6 +15,7 @@ mod export;
 mod fit;
 mod initial_guess;
 mod model;
+pub mod pad;
 mod parameterisation;
 mod poses;
 mod progress;

@@ -32,7 +32,7 @@ impl Outline {
     }
 
     /// The lowest point along `normal`; None of no points.
-    fn lowest(&self, normal: &Vector3<f64>) -> Option<Vector3<f64>> {
+    pub fn lowest(&self, normal: &Vector3<f64>) -> Option<Vector3<f64>> {
         match self {
             Self::Points { points, .. } => {
                 points.iter().copied().min_by(|a, b| a.dot(normal).total_cmp(&b.dot(normal)))

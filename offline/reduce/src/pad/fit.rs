@@ -1,0 +1,122 @@
+//! The few numbers of a pad that nonlinear runs decide.
+
+use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
+use rayon::prelude::*;
+
+use super::score::{errors, largest};
+use super::{Law, Pad, replay};
+use crate::Run;
+
+/// How long a fit may take.
+#[derive(Clone, Copy, Debug)]
+pub struct FitLimits {
+    /// Evaluations of the minimiser for each parameter.
+    pub patience: usize,
+}
+
+/// Step of the difference quotients, of parameters that are logarithms.
+const DIFFERENCE: f64 = 1e-3;
+/// Weights of residuals: normal force, friction, stick ratio, centre (1/mm), moment, area.
+const WEIGHTS: [f64; 6] = [1.5, 1.0, 0.1, 0.05, 0.3, 0.2];
+
+/// Numbers of a law as the minimiser sees them.
+const NUMBERS: usize = 15;
+/// And those that may have either sign.
+const SIGNED: usize = 25;
+
+fn to_numbers(law: &Law) -> Vec<f64> {
+    let logs = [
+        law.bulk[0],
+        law.bulk[1],
+        law.stiffening[0],
+        law.stiffening[1],
+        law.local[0],
+        law.local[1],
+        law.flattening[0],
+        law.flattening[1],
+        law.spread,
+        law.area[0],
+        law.area[1],
+        law.area[2],
+        law.friction[0],
+        law.friction[1],
+        law.onset,
+    ];
+    let signed = law.lift.iter().flatten().copied().chain([law.turn]);
+    logs.into_iter().map(f64::ln).chain(signed).collect()
+}
+
+fn to_law(numbers: &[f64]) -> Law {
+    let n: Vec<f64> = numbers[..NUMBERS].iter().map(|x| x.clamp(-14.0, 6.0).exp()).collect();
+    let signed = &numbers[NUMBERS..NUMBERS + SIGNED];
+    Law {
+        bulk: [n[0], n[1]],
+        stiffening: [n[2], n[3]],
+        local: [n[4], n[5]],
+        flattening: [n[6], n[7]],
+        spread: n[8],
+        area: [n[9], n[10], n[11]],
+        friction: [n[12], n[13].min(1.0)],
+        onset: n[14],
+        lift: [0, 12].map(|first| std::array::from_fn(|k| signed[first + k])),
+        turn: signed[24],
+    }
+}
+
+struct OfRuns<'a> {
+    pad: &'a Pad,
+    runs: &'a [&'a Run],
+    neutral_pitch_deg: f64,
+}
+
+impl OfRuns<'_> {
+    fn of(&self, numbers: &[f64]) -> Vec<f64> {
+        let law = to_law(numbers);
+        let of_run = |run: &&Run| {
+            let [normal, friction, area] = largest(run);
+            let weight = 1.0 / (run.samples.len() as f64).sqrt();
+            let mut out = Vec::with_capacity(8 * run.samples.len());
+            for (s, a) in run.samples.iter().zip(replay(self.pad, &law, run, self.neutral_pitch_deg)) {
+                let e = errors(s, &a);
+                let [n, f, stick, centre, moment, contact] = WEIGHTS.map(|w| w * weight);
+                let bears = if f64::from(s.normal_force_n) > 0.1 * normal { 1.0 } else { 0.0 };
+                out.extend([
+                    n * e[0] / normal,
+                    f * e[1] / friction,
+                    f * e[2] / friction,
+                    stick * e[3],
+                    centre * e[4] * bears,
+                    centre * e[5] * bears,
+                    moment * e[6] / (3.0 * friction),
+                    contact * e[7] / area,
+                ]);
+            }
+            out
+        };
+        self.runs.par_iter().map(of_run).collect::<Vec<_>>().concat()
+    }
+}
+
+impl Problem for OfRuns<'_> {
+    fn residuals(&mut self, at: &[f64]) -> Option<Vec<f64>> {
+        Some(self.of(at))
+    }
+
+    fn jacobian(&mut self, at: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let base = self.of(at);
+        let column = |k: usize| {
+            let mut moved = at.to_vec();
+            moved[k] += DIFFERENCE;
+            self.of(&moved).iter().zip(&base).map(|(a, b)| (a - b) / DIFFERENCE).collect()
+        };
+        Some((0..at.len()).map(column).collect())
+    }
+}
+
+/// The law with the least error along `runs`, from `start`.
+pub fn fit(pad: &Pad, start: &Law, runs: &[&Run], neutral_pitch_deg: f64, limits: FitLimits) -> Law {
+    let mut problem = OfRuns { pad, runs, neutral_pitch_deg };
+    let minimiser = LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-4).with_xtol(1e-3).with_stepbound(0.5);
+    let (end, _) = minimise(&mut problem, &to_numbers(start), &minimiser);
+    to_law(&end)
+}

@@ -1,0 +1,263 @@
+//! Patches and bulk modes of a finger, from its compliance at rest.
+
+use fingerpad_fe::contact::Outline;
+use fingerpad_fe::load_path::Finger;
+use fingerpad_fe::solve::RestCompliance;
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, Vector3};
+
+use super::{MODES, Pad, Patch, REACH_TERMS, reach_terms};
+use crate::ReduceError;
+
+/// How many patches a pad has.
+#[derive(Clone, Copy, Debug)]
+pub struct PadSize {
+    /// Patches, nearly; those that straddle the middle count once, the others come in mirrored pairs.
+    pub patches: usize,
+}
+
+/// Rounds of k-means.
+const ROUNDS: usize = 60;
+/// Poses, degrees from the neutral one, and depths, mm, whose loads the bulk modes are made for.
+const PITCHES_DEG: [f64; 7] = [-18.0, -10.0, 0.0, 10.0, 20.0, 30.0, 38.0];
+const ROLLS_DEG: [f64; 5] = [-25.0, -12.0, 0.0, 12.0, 25.0];
+const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.6, 3.0];
+
+/// Turn of the body against a finger that is pitched and rolled by these angles from its neutral pose, rad.
+pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
+    Rotation3::from_axis_angle(&Vector3::x_axis(), -roll) * Rotation3::from_axis_angle(&Vector3::y_axis(), -pitch)
+}
+
+/// The pad of a finger.
+///
+/// * `outline`: its undeformed surface, from which depth counts
+///
+/// # Errors
+/// [`ReduceError::Fit`] where the finger is not held or its pad too small for so many patches.
+pub fn pad(finger: &Finger, outline: &Outline, size: PadSize) -> Result<Pad, ReduceError> {
+    let failed = |problem: String| ReduceError::Fit(problem);
+    let compliance = RestCompliance::of(&finger.body).map_err(|e| failed(format!("compliance: {e}")))?;
+    let nodes: Vec<Vector3<f64>> = compliance.nodes.iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
+    let (areas, normals) = around(finger, &compliance.nodes);
+    // Nodes that are held, or lie beside all faces, take no part.
+    let moves = |k: usize| areas[k] > 0.0 && compliance.matrix[(3 * k + 2, 3 * k + 2)] > 0.0;
+    let used: Vec<usize> = (0..nodes.len()).filter(|&k| moves(k)).collect();
+    let patch_of = clusters(&used, &nodes, &areas, size.patches);
+    let count = patch_of.iter().max().map_or(0, |m| m + 1);
+    if used.len() < 2 * count {
+        return Err(failed(format!("{} nodes of the pad for {count} patches", used.len())));
+    }
+    let mut patches = Vec::with_capacity(count);
+    let mut weights = DMatrix::zeros(3 * count, 3 * nodes.len());
+    for patch in 0..count {
+        let own: Vec<usize> = used.iter().zip(&patch_of).filter(|(_, p)| **p == patch).map(|(k, _)| *k).collect();
+        let area: f64 = own.iter().map(|&k| areas[k]).sum();
+        let middle = own.iter().map(|&k| nodes[k] * areas[k]).sum::<Vector3<f64>>() / area;
+        let spread = own.iter().fold(Matrix3::zeros(), |sum, &k| {
+            let arm = nodes[k] - middle;
+            sum + arm * arm.transpose() * (areas[k] / area)
+        });
+        let normal = own.iter().map(|&k| normals[k] * areas[k]).sum::<Vector3<f64>>().normalize();
+        for &k in &own {
+            (0..3).for_each(|c| weights[(3 * patch + c, 3 * k + c)] = areas[k] / area);
+        }
+        patches.push(Patch { middle, area, spread, normal, modes: SMatrix::zeros(), compliance: [0.0; 2] });
+    }
+    let contact = compliance.matrix.view((0, 0), (3 * nodes.len(), 3 * nodes.len()));
+    let of_patches = &weights * contact * weights.transpose();
+    let root = of_patches.clone().cholesky().ok_or_else(|| failed("compliance is not positive".into()))?.l();
+    let loads = loads(&patches, &of_patches, outline);
+    // The modes that hold most of the energy of these loads; each carries its own stiffness.
+    let energies = root.transpose() * loads;
+    let svd = energies.svd(true, false);
+    let directions = svd.u.ok_or_else(|| failed("no modes".into()))?;
+    let modes = &root * directions.columns(0, MODES);
+    let left = &of_patches - &modes * modes.transpose();
+    for (k, patch) in patches.iter_mut().enumerate() {
+        patch.modes = SMatrix::from_fn(|c, mode| modes[(3 * k + c, mode)]);
+        let own: Matrix3<f64> = left.fixed_view::<3, 3>(3 * k, 3 * k).into_owned();
+        let along = patch.normal.dot(&(own * patch.normal));
+        patch.compliance = [along, 0.5 * (own.trace() - along)];
+    }
+    let whole: f64 = patches.iter().map(|p| p.area).sum();
+    let middle = patches.iter().map(|p| p.middle * p.area).sum::<Vector3<f64>>() / whole;
+    let rigid = rigid(&patches, &middle);
+    Ok(Pad { patches, rigid, middle, reach: reach(outline) })
+}
+
+/// Translation and rotation nearest to the motion of all patches in each mode, by least squares over the area.
+fn rigid(patches: &[Patch], middle: &Vector3<f64>) -> SMatrix<f64, 6, MODES> {
+    let (mut square, mut right) = (SMatrix::<f64, 6, 6>::zeros(), SMatrix::<f64, 6, MODES>::zeros());
+    for patch in patches {
+        let arm = patch.middle - middle;
+        let mut motion = SMatrix::<f64, 3, 6>::zeros();
+        motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+        motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm.cross_matrix());
+        square += motion.transpose() * motion * patch.area;
+        right += motion.transpose() * patch.modes * patch.area;
+    }
+    square.try_inverse().map_or(SMatrix::zeros(), |inverse| inverse * right)
+}
+
+/// Area around each node, mm², and its inner normal.
+fn around(finger: &Finger, nodes: &[u32]) -> (Vec<f64>, Vec<Vector3<f64>>) {
+    let mesh = &finger.mesh;
+    let mut place = vec![usize::MAX; mesh.nodes.len()];
+    nodes.iter().enumerate().for_each(|(k, &n)| place[n as usize] = k);
+    let (mut areas, mut normals) = (vec![0.0; nodes.len()], vec![Vector3::zeros(); nodes.len()]);
+    let quads = mesh.pad_faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d], [a, b, d], [b, c, d]]);
+    let triangles = mesh.pad_triangles.iter().flat_map(|&t| [t, t]);
+    for triangle in quads.chain(triangles) {
+        let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
+        // Each quadrilateral is cut both ways.
+        let outer = (b - a).cross(&(c - a)) * 0.25;
+        for k in triangle.map(|n| place[n as usize]).into_iter().filter(|&k| k != usize::MAX) {
+            areas[k] += outer.norm() / 3.0;
+            normals[k] -= outer;
+        }
+    }
+    let normals = normals.into_iter().map(|n| n.try_normalize(0.0).unwrap_or(Vector3::z())).collect();
+    (areas, normals)
+}
+
+/// The patch of each used node: k-means over one half, mirrored; patches at the middle are one with their mirror image.
+fn clusters(used: &[usize], nodes: &[Vector3<f64>], areas: &[f64], wanted: usize) -> Vec<usize> {
+    let half: Vec<usize> = used.iter().copied().filter(|&k| nodes[k].y > -1e-9).collect();
+    let mut best: Option<(usize, Vec<Vector3<f64>>)> = None;
+    for count in 2..=wanted {
+        let middles = k_means(&half, nodes, areas, count);
+        let whole = middles.iter().map(|m| if is_central(m, &middles) { 1 } else { 2 }).sum::<usize>();
+        let off = whole.abs_diff(wanted);
+        if best.as_ref().is_none_or(|(least, _)| off < *least) {
+            best = Some((off, middles));
+        }
+    }
+    let middles = best.map(|(_, middles)| middles).unwrap_or_default();
+    // Left halves of the patches beside the middle come after all others.
+    let mut mirrored = vec![usize::MAX; middles.len()];
+    let mut next = middles.len();
+    for (k, middle) in middles.iter().enumerate() {
+        if !is_central(middle, &middles) {
+            mirrored[k] = next;
+            next += 1;
+        }
+    }
+    let patch = |&k: &usize| {
+        let folded = Vector3::new(nodes[k].x, nodes[k].y.abs(), nodes[k].z);
+        let own = nearest(&folded, &middles);
+        if nodes[k].y < -1e-9 && mirrored[own] != usize::MAX { mirrored[own] } else { own }
+    };
+    used.iter().map(patch).collect()
+}
+
+/// Whether a patch of the half is nearer to the middle than to half of the mean distance of patches.
+fn is_central(middle: &Vector3<f64>, all: &[Vector3<f64>]) -> bool {
+    let apart = |a: &Vector3<f64>| all.iter().map(|b| (a - b).norm()).filter(|d| *d > 1e-9).fold(f64::INFINITY, f64::min);
+    let mean = all.iter().map(apart).sum::<f64>() / all.len() as f64;
+    middle.y < 0.4 * mean
+}
+
+fn nearest(point: &Vector3<f64>, middles: &[Vector3<f64>]) -> usize {
+    let distance = |k: &usize| (middles[*k] - point).norm_squared();
+    (0..middles.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
+/// Middles of `count` clusters, from points that lie far from each other.
+fn k_means(points: &[usize], nodes: &[Vector3<f64>], areas: &[f64], count: usize) -> Vec<Vector3<f64>> {
+    let mut middles = vec![nodes[points[0]]];
+    while middles.len() < count {
+        let far = |k: &usize| middles.iter().map(|m| (m - nodes[*k]).norm_squared()).fold(f64::INFINITY, f64::min);
+        let next = points.iter().max_by(|a, b| far(a).total_cmp(&far(b))).expect("there are points");
+        middles.push(nodes[*next]);
+    }
+    for _ in 0..ROUNDS {
+        let mut sums = vec![(Vector3::zeros(), 0.0); count];
+        for &k in points {
+            let sum = &mut sums[nearest(&nodes[k], &middles)];
+            sum.0 += nodes[k] * areas[k];
+            sum.1 += areas[k];
+        }
+        for (middle, (sum, area)) in middles.iter_mut().zip(sums) {
+            if area > 0.0 {
+                *middle = sum / area;
+            }
+        }
+    }
+    middles
+}
+
+/// Loads of contacts in many poses, one a column, N, each of unit energy: the pressure of a press, its friction along x and y and of a spin.
+fn loads(patches: &[Patch], compliance: &DMatrix<f64>, outline: &Outline) -> DMatrix<f64> {
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    for pitch in PITCHES_DEG {
+        for roll in ROLLS_DEG {
+            let tilt = tilt(pitch.to_radians(), roll.to_radians());
+            let normal = tilt * Vector3::z();
+            for depth in DEPTHS_MM {
+                let height = first_touch(outline, &normal) + depth;
+                let pressure = press(patches, compliance, &normal, height);
+                if pressure.iter().sum::<f64>() <= 0.0 {
+                    continue;
+                }
+                let [x, y] = [tilt * Vector3::x(), tilt * Vector3::y()];
+                let whole: f64 = pressure.iter().sum();
+                let centre = patches.iter().zip(&pressure).map(|(p, f)| p.middle * *f).sum::<Vector3<f64>>() / whole;
+                let load = |of: &dyn Fn(&Patch) -> Vector3<f64>, power: f64| {
+                    let mut load = DVector::zeros(3 * patches.len());
+                    for (k, (patch, f)) in patches.iter().zip(&pressure).enumerate() {
+                        load.fixed_rows_mut::<3>(3 * k).copy_from(&(of(patch) * f.powf(power)));
+                    }
+                    load
+                };
+                columns.push(load(&|_| normal, 1.0));
+                columns.push(load(&|_| x, 0.5));
+                columns.push(load(&|_| y, 0.5));
+                columns.push(load(&|p| normal.cross(&(p.middle - centre)), 0.5));
+            }
+        }
+    }
+    let scaled = columns.into_iter().filter_map(|load| {
+        let energy = load.dot(&(compliance * &load));
+        // A single patch has no moment about its own middle.
+        (energy > 1e-12).then(|| load / energy.sqrt())
+    });
+    DMatrix::from_columns(&scaled.collect::<Vec<_>>())
+}
+
+/// Forces of a press without friction on patches that touch at their middles: Gauss-Seidel, N.
+fn press(patches: &[Patch], compliance: &DMatrix<f64>, normal: &Vector3<f64>, height: f64) -> Vec<f64> {
+    let count = patches.len();
+    let along = DMatrix::from_fn(count, count, |a, b| {
+        let block: Matrix3<f64> = compliance.fixed_view::<3, 3>(3 * a, 3 * b).into_owned();
+        normal.dot(&(block * normal))
+    });
+    let mut force = vec![0.0; count];
+    for _ in 0..200 {
+        for a in 0..count {
+            let overlap = height - normal.dot(&patches[a].middle);
+            let others: f64 = (0..count).map(|b| along[(a, b)] * force[b]).sum::<f64>() - along[(a, a)] * force[a];
+            force[a] = ((overlap - others) / along[(a, a)]).max(0.0);
+        }
+    }
+    force
+}
+
+/// Height of the plane at first touch, along its normal, mm.
+fn first_touch(outline: &Outline, normal: &Vector3<f64>) -> f64 {
+    outline.lowest(normal).map_or(0.0, |lowest| lowest.dot(normal))
+}
+
+/// The height of first touch over the poses, by least squares.
+fn reach(outline: &Outline) -> [f64; REACH_TERMS] {
+    let mut rows = Vec::new();
+    let mut heights = Vec::new();
+    for pitch in (-20..=40).step_by(2) {
+        for roll in (-30..=30).step_by(3) {
+            let normal = tilt(f64::from(pitch).to_radians(), f64::from(roll).to_radians()) * Vector3::z();
+            rows.push(reach_terms(normal.x, normal.y));
+            heights.push(first_touch(outline, &normal));
+        }
+    }
+    let matrix = DMatrix::from_fn(rows.len(), REACH_TERMS, |row, k| rows[row][k]);
+    let solution = matrix.svd(true, true).solve(&DVector::from_vec(heights), 1e-12).expect("both factors are there");
+    std::array::from_fn(|k| solution[k])
+}

@@ -1,0 +1,101 @@
+//! How far a pad is from finite-element runs.
+
+use serde::Serialize;
+
+use super::{Answer, Law, Pad, replay};
+use crate::{Run, Sample};
+
+/// Errors, RMS over the rows of runs.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct PadScores {
+    /// Runs.
+    pub runs: usize,
+    /// Normal force over the run's largest.
+    pub normal: f64,
+    /// Friction over the run's largest friction.
+    pub friction: f64,
+    /// Friction over the present limit.
+    pub friction_of_limit: f64,
+    /// Stick ratio.
+    pub stick: f64,
+    /// Centre of pressure, mm, where the normal force is above a tenth of the run's largest.
+    pub centre_mm: f64,
+    /// Spin moment over the largest friction times 3 mm.
+    pub moment: f64,
+    /// Area over the run's largest.
+    pub area: f64,
+}
+
+/// Friction law by which the limit of a run without much friction (a press, a spin) is taken: factor and exponent.
+const PUBLISHED: [f64; 2] = [0.086, 0.46];
+
+/// Largest normal force, friction (at least half of the law's strength under an even pressure), area of a run.
+pub(super) fn largest(run: &Run) -> [f64; 3] {
+    let [lambda, beta] = PUBLISHED;
+    run.samples.iter().fold([1e-9; 3], |most, s| {
+        let friction = f64::from(s.friction_n[0]).hypot(s.friction_n[1].into());
+        let (normal, area) = (f64::from(s.normal_force_n).max(0.0), f64::from(s.contact_area_mm2));
+        let half = 0.5 * lambda * normal.powf(beta) * area.powf(1.0 - beta);
+        [most[0].max(normal), most[1].max(friction).max(half), most[2].max(area)]
+    })
+}
+
+/// Errors of a row: normal force, friction x and y (N), stick, centre x and y (mm), spin moment (N mm), area.
+pub(super) fn errors(s: &Sample, a: &Answer) -> [f64; 8] {
+    let [x, y] = [0, 1].map(|k| a.friction_n[k] - f64::from(s.friction_n[k]));
+    let normal = f64::from(s.normal_force_n);
+    let moment = s.turned.map_or([0.0; 3], |t| t.moment_n_mm.map(f64::from));
+    let centre = |told: f64, n: f64| if n > 1e-6 { told / n } else { 0.0 };
+    let centre_fe = [centre(-moment[1], normal), centre(moment[0], normal)];
+    let centre_pad = [centre(-a.moment_n_mm[1], a.normal_n), centre(a.moment_n_mm[0], a.normal_n)];
+    [
+        a.normal_n - normal,
+        x,
+        y,
+        a.stick_ratio - f64::from(s.stick_ratio),
+        centre_pad[0] - centre_fe[0],
+        centre_pad[1] - centre_fe[1],
+        a.moment_n_mm[2] - moment[2],
+        a.area_mm2 - f64::from(s.contact_area_mm2),
+    ]
+}
+
+/// Scores over runs.
+pub fn score_runs(pad: &Pad, law: &Law, runs: &[&Run], neutral_pitch_deg: f64) -> PadScores {
+    let (mut sums, mut rows, mut centres, mut lights) = ([0.0; 8], 0.0, 0.0, 0.0);
+    for run in runs {
+        let [normal, friction, area] = largest(run);
+        for (s, a) in run.samples.iter().zip(replay(pad, law, run, neutral_pitch_deg)) {
+            if s.normal_force_n <= 0.0 {
+                continue;
+            }
+            let e = errors(s, &a);
+            rows += 1.0;
+            sums[0] += (e[0] / normal).powi(2);
+            let squared = e[1] * e[1] + e[2] * e[2];
+            sums[1] += squared / (friction * friction);
+            if a.strength_n > 0.05 * friction {
+                sums[2] += squared / (a.strength_n * a.strength_n);
+                lights += 1.0;
+            }
+            sums[3] += e[3] * e[3];
+            if f64::from(s.normal_force_n) > 0.1 * normal {
+                sums[4] += e[4] * e[4] + e[5] * e[5];
+                centres += 1.0;
+            }
+            sums[5] += (e[6] / (3.0 * friction)).powi(2);
+            sums[6] += (e[7] / area).powi(2);
+        }
+    }
+    let rms = |sum: f64, rows: f64| if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 };
+    PadScores {
+        runs: runs.len(),
+        normal: rms(sums[0], rows),
+        friction: rms(sums[1], rows),
+        friction_of_limit: rms(sums[2], lights),
+        stick: rms(sums[3], rows),
+        centre_mm: rms(sums[4], centres),
+        moment: rms(sums[5], rows),
+        area: rms(sums[6], rows),
+    }
+}

@@ -1,0 +1,86 @@
+//! The pad against finite-element runs: errors by kind of motion.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Parser;
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{Drive, Path, Waypoint};
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_reduce::pad::{FitLimits, Law, PadSize, fit, pad, score_runs};
+use fingerpad_reduce::{Kind, Run};
+
+#[derive(Parser)]
+#[command(about = "Errors of the pad along stored runs", name = "bench_pad")]
+struct Args {
+    /// Folders of runs
+    folders: Vec<PathBuf>,
+    /// Patches
+    #[arg(long, default_value_t = 37)]
+    patches: usize,
+    /// Every which run of the fit is fitted to; 0 fits nothing
+    #[arg(long, default_value_t = 6)]
+    every: usize,
+    /// Patience of the fit
+    #[arg(long, default_value_t = 2)]
+    patience: usize,
+    /// Law to start from (JSON)
+    #[arg(long)]
+    law: Option<PathBuf>,
+    /// Depth for which the pad is made, mm
+    #[arg(long, default_value_t = 3.0)]
+    depth: f64,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let args = Args::parse();
+    let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
+    let point = |t_s, normal| Waypoint { t_s, normal, x: 0.0, y: 0.0 };
+    let path = Path::new([Drive::Displacement; 3], vec![point(0.0, 0.0), point(1.0, args.depth)]);
+    let start = Instant::now();
+    let finger = config.finger_for(&[&path])?.0;
+    let outline = finger.outline.clone().ok_or("a smooth finger")?;
+    let pad = pad(&finger, &outline, PadSize { patches: args.patches })?;
+    println!("{} patches in {:.1} s", pad.patches.len(), start.elapsed().as_secs_f64());
+    let mut runs = Vec::new();
+    for folder in &args.folders {
+        for entry in std::fs::read_dir(folder)? {
+            let file = entry?.path();
+            if file.extension().is_some_and(|e| e == "fprun") {
+                let run = Run::from_bytes(&std::fs::read(&file)?, &file)?;
+                if run.body.is_plane() && run.samples.len() > 3 {
+                    runs.push(run);
+                }
+            }
+        }
+    }
+    runs.sort_by(|a, b| a.name.cmp(&b.name));
+    let pitch = finger.neutral_pitch_deg;
+    let mut law = match &args.law {
+        Some(file) => serde_json::from_str(&std::fs::read_to_string(file)?)?,
+        None => Law::default(),
+    };
+    if args.every > 0 {
+        let of_fit: Vec<&Run> = runs.iter().filter(|r| !r.held_out).step_by(args.every).collect();
+        let start = Instant::now();
+        println!("before: {:?}", score_runs(&pad, &law, &of_fit, pitch));
+        println!("{:.1} s", start.elapsed().as_secs_f64());
+        law = fit(&pad, &law, &of_fit, pitch, FitLimits { patience: args.patience });
+        println!("fit to {} runs in {:.0} s", of_fit.len(), start.elapsed().as_secs_f64());
+        println!("after: {:?}", score_runs(&pad, &law, &of_fit, pitch));
+    }
+    println!("{}", serde_json::to_string(&law)?);
+    println!("{:<18} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}", "held out", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %");
+    for kind in Kind::ALL {
+        let own: Vec<&Run> = runs.iter().filter(|r| r.held_out && r.kind == kind).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let s = score_runs(&pad, &law, &own, pitch);
+        println!(
+            "{:<18} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2}",
+            kind.as_str(), s.runs, 100.0 * s.normal, 100.0 * s.friction, 100.0 * s.friction_of_limit, s.stick, s.centre_mm, 100.0 * s.moment, 100.0 * s.area
+        );
+    }
+    Ok(())
+}
