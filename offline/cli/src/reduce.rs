@@ -30,7 +30,7 @@ Examples:
   fingerpad reduce --runs runs --out mine.fpm --report report --curve
                                                                with pictures, and what accuracy costs
 
-The design has 407 paths in seventeen kinds, 182 of them held out: the fit never sees them; the section [design] of
+The design has 483 paths in twenty kinds, 250 of them held out: the fit never sees them; the section [design] of
 --config sizes it. Each finished path is a file of its own in the folder; a killed design goes on where it was. Runs of other
 settings are kept apart by the hash in their names. --check fails if a path is missing. The folder of --report holds one report: its files.txt lists what was written, and the next report there
 removes it; other files stay.")]
@@ -143,7 +143,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The runs that the reduced model knows; tells which ones are left out of the fit.
+/// The runs that the spring bed knows; tells which ones are left out of the fit: deep ones, combined motion, other bodies, and spin that a
+/// moment drives.
 pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
     let (known, left): (Vec<Run>, Vec<Run>) =
         runs.into_iter().partition(|run| run.is_representable() || reduce::is_posed(run));
@@ -154,7 +155,7 @@ pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
         .collect();
     if !left.is_empty() {
         println!(
-            "left out of the fit: {} runs whose spin is driven by a moment, which the reduced model does not know ({})",
+            "left out of the fit: {} runs of motions that the spring bed is not made for ({})",
             left.len(),
             kinds.join(", ")
         );

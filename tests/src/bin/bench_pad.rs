@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Drive, Path, Waypoint};
+use fingerpad_fe::load_path::{Drive, Path};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{FitLimits, Law, PadSize, fit, pad, score_runs};
 use fingerpad_reduce::{Kind, Run};
@@ -32,16 +32,14 @@ struct Args {
     depth: f64,
 }
 
+fn deepest(run: &Run) -> f64 {
+    let by_depth = run.path.drives[0] == Drive::Displacement;
+    if by_depth { run.path.waypoints.iter().map(|w| w.normal).fold(0.0, f64::max) } else { f64::INFINITY }
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args = Args::parse();
     let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
-    let point = |t_s, normal| Waypoint { t_s, normal, x: 0.0, y: 0.0 };
-    let path = Path::new([Drive::Displacement; 3], vec![point(0.0, 0.0), point(1.0, args.depth)]);
-    let start = Instant::now();
-    let finger = config.finger_for(&[&path])?.0;
-    let outline = finger.outline.clone().ok_or("a smooth finger")?;
-    let pad = pad(&finger, &outline, PadSize { patches: args.patches })?;
-    println!("{} patches in {:.1} s", pad.patches.len(), start.elapsed().as_secs_f64());
     let mut runs = Vec::new();
     for folder in &args.folders {
         for entry in std::fs::read_dir(folder)? {
@@ -55,6 +53,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     runs.sort_by(|a, b| a.name.cmp(&b.name));
+    let start = Instant::now();
+    let paths: Vec<&Path> = runs.iter().filter(|r| deepest(r) <= args.depth).map(|r| &r.path).collect();
+    let finger = config.finger_for(&paths)?.0;
+    let outline = finger.outline.clone().ok_or("a smooth finger")?;
+    let pad = pad(&finger, &outline, PadSize { patches: args.patches })?;
+    println!(
+        "{} patches in {:.1} s, from what {} paths touch",
+        pad.patches.len(),
+        start.elapsed().as_secs_f64(),
+        paths.len()
+    );
     let pitch = finger.neutral_pitch_deg;
     let mut law = match &args.law {
         Some(file) => serde_json::from_str(&std::fs::read_to_string(file)?)?,
@@ -70,7 +79,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("after: {:?}", score_runs(&pad, &law, &of_fit, pitch));
     }
     println!("{}", serde_json::to_string(&law)?);
-    println!("{:<18} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}", "held out", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %");
+    println!(
+        "{:<18} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
+        "held out", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %"
+    );
     for kind in Kind::ALL {
         let own: Vec<&Run> = runs.iter().filter(|r| r.held_out && r.kind == kind).collect();
         if own.is_empty() {
@@ -79,7 +91,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let s = score_runs(&pad, &law, &own, pitch);
         println!(
             "{:<18} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2}",
-            kind.as_str(), s.runs, 100.0 * s.normal, 100.0 * s.friction, 100.0 * s.friction_of_limit, s.stick, s.centre_mm, 100.0 * s.moment, 100.0 * s.area
+            kind.as_str(),
+            s.runs,
+            100.0 * s.normal,
+            100.0 * s.friction,
+            100.0 * s.friction_of_limit,
+            s.stick,
+            s.centre_mm,
+            100.0 * s.moment,
+            100.0 * s.area
         );
     }
     Ok(())

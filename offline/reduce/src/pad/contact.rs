@@ -241,11 +241,8 @@ impl Contact {
             answer.energy_mj += local.energy + 0.5 * p.compliance[1] * force.norm_squared();
             // Arms from the foot: the place along the plane's axes, in the plane.
             let arm = here + place.shift;
-            answer.moment_n_mm += Vector3::new(
-                arm.y * local.force,
-                -arm.x * local.force,
-                arm.x * force.y - arm.y * force.x,
-            );
+            answer.moment_n_mm +=
+                Vector3::new(arm.y * local.force, -arm.x * local.force, arm.x * force.y - arm.y * force.x);
         }
         answer.stick_ratio = if answer.area_mm2 > 0.0 { stuck_area / answer.area_mm2 } else { 0.0 };
         answer

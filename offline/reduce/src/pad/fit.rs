@@ -116,7 +116,8 @@ impl Problem for OfRuns<'_> {
 /// The law with the least error along `runs`, from `start`.
 pub fn fit(pad: &Pad, start: &Law, runs: &[&Run], neutral_pitch_deg: f64, limits: FitLimits) -> Law {
     let mut problem = OfRuns { pad, runs, neutral_pitch_deg };
-    let minimiser = LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-4).with_xtol(1e-3).with_stepbound(0.5);
+    let minimiser =
+        LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-4).with_xtol(1e-3).with_stepbound(0.5);
     let (end, _) = minimise(&mut problem, &to_numbers(start), &minimiser);
     to_law(&end)
 }

@@ -165,3 +165,6 @@ impl Default for Law {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -151,7 +151,8 @@ fn clusters(used: &[usize], nodes: &[Vector3<f64>], areas: &[f64], wanted: usize
 
 /// Whether a patch of the half is nearer to the middle than to half of the mean distance of patches.
 fn is_central(middle: &Vector3<f64>, all: &[Vector3<f64>]) -> bool {
-    let apart = |a: &Vector3<f64>| all.iter().map(|b| (a - b).norm()).filter(|d| *d > 1e-9).fold(f64::INFINITY, f64::min);
+    let apart =
+        |a: &Vector3<f64>| all.iter().map(|b| (a - b).norm()).filter(|d| *d > 1e-9).fold(f64::INFINITY, f64::min);
     let mean = all.iter().map(apart).sum::<f64>() / all.len() as f64;
     middle.y < 0.4 * mean
 }
