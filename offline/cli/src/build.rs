@@ -44,7 +44,7 @@ pub struct Args {
     /// Fit a reduced model, DIR/model.fpm, to stored runs of these settings (minutes)
     #[arg(long)]
     pub(super) fit: bool,
-    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (483
+    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (407
     /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was), and fit the model to it
     #[arg(long)]
     pub(super) full: bool,

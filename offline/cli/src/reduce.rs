@@ -30,7 +30,7 @@ Examples:
   fingerpad reduce --runs runs --out mine.fpm --report report --curve
                                                                with pictures, and what accuracy costs
 
-The design has 483 paths in twenty kinds, 250 of them held out: the fit never sees them; the section [design] of
+The design has 407 paths in seventeen kinds, 182 of them held out: the fit never sees them; the section [design] of
 --config sizes it. Each finished path is a file of its own in the folder; a killed design goes on where it was. Runs of other
 settings are kept apart by the hash in their names. --check fails if a path is missing. The folder of --report holds one report: its files.txt lists what was written, and the next report there
 removes it; other files stay.")]

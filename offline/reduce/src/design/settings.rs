@@ -134,9 +134,9 @@ impl Default for PathNumbers {
             force_step: [4, 4],
             wide_pose: [48, 30],
             wide_pose_change: [24, 16],
-            deep: [8, 16],
-            combined: [0, 40],
-            body: [0, 12],
+            deep: [0, 0],
+            combined: [0, 0],
+            body: [0, 0],
         }
     }
 }
@@ -170,6 +170,12 @@ impl PathNumbers {
 }
 
 impl DesignSettings {
+    /// The same with the paths that the spring bed is not made for: the forces of a hand, combined motion, rigid bodies.
+    #[must_use]
+    pub fn beyond_springs(self) -> Self {
+        Self { paths: PathNumbers { deep: [8, 16], combined: [0, 40], body: [0, 12], ..self.paths }, ..self }
+    }
+
     /// The same ranges with some forty paths: enough for a finger of its own, in one pose.
     pub fn quick(self) -> Self {
         let [shallow, deep] = self.depth_mm;

@@ -6,7 +6,7 @@ use fingerpad_fe::mesh::MeshPreset;
 use super::*;
 
 fn default_design() -> Vec<Experiment> {
-    design(&DesignSettings::default()).unwrap()
+    design(&DesignSettings::default().beyond_springs()).unwrap()
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn the_finger_that_ships_can_follow_every_path() {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let (finger, _) = config.finger().unwrap();
     for seed in 0..5 {
-        for e in design(&DesignSettings { seed, ..DesignSettings::default() }).unwrap() {
+        for e in design(&DesignSettings { seed, ..DesignSettings::default().beyond_springs() }).unwrap() {
             config.check_path(&e.path, &finger).unwrap_or_else(|error| panic!("seed {seed}: {}: {error}", e.name));
         }
     }

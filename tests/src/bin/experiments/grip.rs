@@ -31,13 +31,19 @@ fn limit(lab: &Lab, force_n: f64, share: f64) -> Result<[f64; 2], Failure> {
 /// Normal force that holds force and torque.
 pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
     let (mut friction, mut moment) = (Vec::new(), Vec::new());
-    for force_n in [0.25, 0.5, 1.0, 2.0] {
-        friction.push([force_n, limit(lab, force_n, 0.0)?[0]]);
-        moment.push([force_n, limit(lab, force_n, 1.0)?[1]]);
+    let mut ends = [[0.0; 2]; 2];
+    for force_n in [0.5, 1.0, 2.0] {
+        ends = [limit(lab, force_n, 0.0)?, limit(lab, force_n, 1.0)?];
+        friction.push([force_n, ends[0][0]]);
+        moment.push([force_n, ends[1][1]]);
     }
-    let surface: Vec<[f64; 2]> =
-        [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().map(|share| limit(lab, 2.0, share)).collect::<Result<_, _>>()?;
-    let powers = [exponent(&friction, [0.251, 1.999]), exponent(&moment, [0.251, 1.999])];
+    let between = [0.25, 0.5, 0.75].map(|share| limit(lab, 2.0, share));
+    let mut surface = vec![ends[0]];
+    for point in between {
+        surface.push(point?);
+    }
+    surface.push(ends[1]);
+    let powers = [exponent(&friction, [0.501, 1.999]), exponent(&moment, [0.501, 1.999])];
     let [largest, turning] = [surface[0][0], surface[4][1]];
     let relative: Vec<[f64; 2]> = surface.iter().map(|[f, m]| [f / largest, m / turning]).collect();
     // Where friction is used up to a half, this much of the moment is left; an additive rule would leave a half.
@@ -55,7 +61,7 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
                     the tangential force without torque; together they are mainly additive, and the more tangential force there is, the \
                     less a torque adds",
         found: format!(
-            "from 0.25 to 2 N the largest tangential force grows with the power {:.2} of the normal force and the largest torque with {:.2} \
+            "from 0.5 to 2 N the largest tangential force grows with the power {:.2} of the normal force and the largest torque with {:.2} \
              (proportional: 1); at half of the largest tangential force {:.2} of the largest torque is left (additive: 0.5; ellipse: \
              0.87)",
             powers[0], powers[1], left

@@ -45,7 +45,9 @@ impl Lab {
 
     /// A run with probes on the skin at these places (x, y), mm; also tells which of them lie on the pad.
     pub fn observe(&self, path: &Path, places: &[[f64; 2]]) -> Result<(Trajectory, Vec<[f64; 2]>), Failure> {
-        for (trial, reach) in PADS.into_iter().enumerate() {
+        // Probes are for a heavy press, which needs the largest pad.
+        let first = if places.is_empty() { 0 } else { PADS.len() - 1 };
+        for (trial, reach) in PADS.into_iter().enumerate().skip(first) {
             let finger = self.config.finger_reaching(&[path], reach)?.0;
             let on_pad: Vec<[f64; 2]> =
                 places.iter().copied().filter(|&place| below_skin(&finger.mesh, place, 0.0).is_some()).collect();
