@@ -151,7 +151,7 @@ fn numerics(out: &mut String, report: &SimulationReport) {
     }
     let works = [
         ("CPU time", c.cpu_s, "s"),
-        ("work of the plane", w.plane_mj, "mJ"),
+        ("work of the body", w.plane_mj, "mJ"),
         ("dissipated by slip", w.friction_mj, "mJ"),
         ("dissipated by stabilisation", w.stabilisation_mj, "mJ"),
     ];

@@ -37,7 +37,7 @@ pub struct Loop {
 /// Panels of the figure along the path, from above.
 pub const ALONG: &[Panel] = &[
     Panel {
-        label: "Motion of the plane, mm",
+        label: "Motion of the body, mm",
         least: [0.0, 0.1],
         series: &[
             Series { name: "depth", of: |r| r.depth_mm },

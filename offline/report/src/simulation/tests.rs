@@ -84,7 +84,7 @@ fn what_was_not_recorded_is_left_out() {
     report.trajectory.snapshots.clear();
     let rendered = render(&report, &mesh).unwrap();
     let html = words_of(&rendered.html);
-    assert!(html.contains("The plane never touches the finger") && html.contains("No row touches."), "{html}");
+    assert!(html.contains("The body never touches the finger") && html.contains("No row touches."), "{html}");
     assert!(!html.contains("Centre of pressure") && !html.contains("The contact") && !html.contains("NaN"));
     let empty = render(&SimulationReport::default(), &Mesh::default()).unwrap();
     assert_eq!(empty.figures.len(), 1);

@@ -18,9 +18,9 @@ fn largest(rows: &[Response], of: impl Fn(&Response) -> f64) -> Option<&Response
 /// The first sentences of the page: what happened.
 pub fn verdict(rows: &[Response]) -> String {
     let Some(first) = rows.iter().find(|r| r.regime != Regime::NoContact) else {
-        return "The plane never touches the finger on this path.".to_owned();
+        return "The body never touches the finger on this path.".to_owned();
     };
-    let mut text = format!("The plane touches after {} s.", fixed(first.t_s, 2));
+    let mut text = format!("The body touches after {} s.", fixed(first.t_s, 2));
     if let Some(r) = largest(rows, |r| r.normal_force_n) {
         text += &format!(
             " The largest normal force is {} N, at {} s, depth {} mm, with {} mm² of contact.",
@@ -83,7 +83,7 @@ pub fn warnings(report: &SimulationReport) -> Vec<String> {
 /// The figure along the path.
 pub fn along_caption(marks: &Marks) -> String {
     let mut text =
-        "Forces are those that the plane exerts on the finger; friction points along the plane's motion. Shades are \
+        "Forces are those that the body exerts on the finger; friction points along the body's motion. Shades are \
                     the regimes: stick where at least 0.99 of the contact sticks, full slip where at most 0.01 does."
             .to_owned();
     if !marks.0.is_empty() {
@@ -100,7 +100,7 @@ pub fn loops_caption() -> String {
 }
 
 /// The maps of all rows.
-pub const MAPS: &str = "Faces of the pad at their current places, seen along the plane's normal, x from proximal to distal; a \
-    face that touches in part is paler. Slip is how far the plane has gone ahead of the skin since the face came into contact; \
-    traction is what the plane exerts on the skin; their arrows are as long as the values are large. The scales are those of \
+pub const MAPS: &str = "Faces of the pad at their current places, seen along the normal at the body's apex, x from proximal to distal; a \
+    face that touches in part is paler. Slip is how far the body has gone ahead of the skin since the face came into contact; \
+    traction is what the body exerts on the skin; their arrows are as long as the values are large. The scales are those of \
     all rows.";
