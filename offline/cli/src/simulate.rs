@@ -127,70 +127,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if outputs::is_standard(&args.out) { args.out.clone() } else { args.out.with_extension("partial.csv") };
     prepare_outputs(args, &config, &partial)?;
     warn_of_depths(&path);
-    let mut finger = make_finger_reaching(&config, &path, 1.0)?;
-    config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
-    warn_of_fine_body(&config, &finger);
     let hash = config.hash()?;
-    let mut observed = args.probes.observed(&finger)?;
-    let mut run = Run {
-        args,
-        config: &config,
-        path: &path,
-        finger: &finger,
-        observed: observed.as_ref(),
-        map_rows: map_rows.clone(),
-        hash: hash.clone(),
-    };
-    let mut result = run.follow();
-    for reach in LARGER_PADS {
-        let Err(LoadPathError::BesidePad { t_s, .. }) = result else { break };
-        eprintln!(
-            "skin beside the pad comes to the plane at t = {t_s:.3} s: again with a pad that reaches {reach} times as high"
-        );
-        finger = make_finger_reaching(&config, &path, reach)?;
-        observed = args.probes.observed(&finger)?;
-        run = Run {
+    for (trial, reach) in std::iter::once(1.0).chain(LARGER_PADS).enumerate() {
+        let finger = make_finger_reaching(&config, &path, reach)?;
+        if trial == 0 {
+            config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
+            warn_of_fine_body(&config, &finger);
+        }
+        let observed = args.probes.observed(&finger)?;
+        let run = Run {
             args,
             config: &config,
             path: &path,
             finger: &finger,
             observed: observed.as_ref(),
             map_rows: map_rows.clone(),
-            hash: format!("{hash} {reach}"),
+            hash: if trial == 0 { hash.clone() } else { format!("{hash} {reach}") },
         };
-        result = run.follow();
-    }
-    match result {
-        Ok(trajectory) => {
-            run.save(&trajectory, &args.out)?;
-            if partial != args.out && partial.exists() {
-                // Rows of an earlier run that did not reach its end; `prepare_outputs` has checked that they are.
-                fs::remove_file(&partial).with_context(|| partial.display().to_string()).map_err(Failure::Input)?;
-            }
-            run.report(&trajectory, &args.out, None)?;
-            print_costs(&args.out, &trajectory);
-            if config.friction.lambda == 0.0 && config.friction.tau0_mpa == 0.0 {
-                eprintln!(
-                    "note: the contact is frictionless: its stick_ratio of 0 and its regime slip mean no more than that"
-                );
-            }
-            warn_of_no_contact(&path, &trajectory.responses);
-            Ok(())
-        }
-        Err(mut error) => {
-            let mut kept = "nothing was kept".to_owned();
-            let reached = error.take_reached();
-            if !reached.responses.is_empty() {
-                run.save(&reached, &partial)?;
-                kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
-                // A run that was stopped goes on when it is started again, and must end at once.
-                if !matches!(error, LoadPathError::Interrupted { .. }) {
-                    run.report(&reached, &partial, Some(error.to_string()))?;
-                }
-            }
-            Err(run_failure(error, &args.path.display().to_string(), kept))
+        match run.follow() {
+            Err(LoadPathError::BesidePad { t_s, .. }) if trial < LARGER_PADS.len() => eprintln!(
+                "skin beside the pad comes to the plane at t = {t_s:.3} s: again with a pad that reaches {} times as high",
+                LARGER_PADS[trial]
+            ),
+            result => return run.finish(result, &partial),
         }
     }
+    unreachable!("the largest pad returns")
 }
 
 /// The configuration with the constants of the command line.
@@ -292,6 +254,44 @@ impl Run<'_> {
         };
         bar.finish_and_clear();
         result
+    }
+
+    /// Writes what came of the run, whole or as far as it got.
+    ///
+    /// * `partial`: file of the rows of a run that did not reach its end
+    fn finish(&self, result: Result<Trajectory, LoadPathError>, partial: &Path) -> Result<(), Failure> {
+        let Self { args, config, path, .. } = *self;
+        match result {
+            Ok(trajectory) => {
+                self.save(&trajectory, &args.out)?;
+                if partial != args.out && partial.exists() {
+                    // Rows of an earlier run that did not reach its end; `prepare_outputs` has checked that they are.
+                    fs::remove_file(partial).with_context(|| partial.display().to_string()).map_err(Failure::Input)?;
+                }
+                self.report(&trajectory, &args.out, None)?;
+                print_costs(&args.out, &trajectory);
+                if config.friction.lambda == 0.0 && config.friction.tau0_mpa == 0.0 {
+                    eprintln!(
+                        "note: the contact is frictionless: its stick_ratio of 0 and its regime slip mean no more than that"
+                    );
+                }
+                warn_of_no_contact(path, &trajectory.responses);
+                Ok(())
+            }
+            Err(mut error) => {
+                let mut kept = "nothing was kept".to_owned();
+                let reached = error.take_reached();
+                if !reached.responses.is_empty() {
+                    self.save(&reached, partial)?;
+                    kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
+                    // A run that was stopped goes on when it is started again, and must end at once.
+                    if !matches!(error, LoadPathError::Interrupted { .. }) {
+                        self.report(&reached, partial, Some(error.to_string()))?;
+                    }
+                }
+                Err(run_failure(error, &args.path.display().to_string(), kept))
+            }
+        }
     }
 
     /// Writes the response, and the fields where they are wanted.

@@ -72,7 +72,8 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
             powers[1] - 1.0
         ),
         remark: "The published friction law has an exponent of 0.46 in the pressure, from 0.1 to 0.5 N on acrylic. The grips were held by \
-                 rayon, suede and sandpaper, whose friction is nearer to proportional. The torque is that about the centre of pressure."
+                 rayon, suede and sandpaper, whose friction is nearer to proportional. The torque is that about the centre of pressure. Each number is that after 8 mm of travel, when \
+                 the contact at 2 N does not quite slip as a whole."
             .into(),
         charts: vec![
             chart(

@@ -8,7 +8,7 @@ mod press;
 mod slide;
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -78,32 +78,45 @@ fn main() -> Result<(), Failure> {
     let preset = if args.coarse { MeshPreset::Coarse } else { MeshPreset::Medium };
     let lab = Lab::new(preset);
     let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let failed = Mutex::new(None);
     std::thread::scope(|scope| {
         for _ in 0..args.jobs.clamp(1, wanted.len()) {
             scope.spawn(|| {
                 while let Some((name, experiment)) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let result = experiment(&lab).map_err(|e| format!("{name}: {e}"));
-                    if let Ok(finding) = &result {
+                    let kept = experiment(&lab).and_then(|finding| {
                         eprintln!("{name}: {}", finding.verdict);
+                        let mut found = found.lock().expect("no panic while locked");
+                        found.push((*name, finding));
+                        // A run that is stopped keeps what it found.
+                        write_page(&args.out, &lab, &mut found)
+                    });
+                    if let Err(error) = kept {
+                        *failed.lock().expect("no panic while locked") = Some(format!("{name}: {error}"));
                     }
-                    found.lock().expect("no panic while locked").push((*name, result));
                 }
             });
         }
     });
-    let mut found = found.into_inner().expect("threads have ended");
-    found.sort_by_key(|(name, _)| EXPERIMENTS.iter().position(|(known, _)| known == name));
-    let mut page = page_head(&lab);
-    for (name, result) in found {
-        let finding = result?;
-        let figure = format!("experiment_{name}.png");
-        std::fs::write(args.out.join(&figure), traces_png(&finding.charts)?)?;
-        write_finding(&mut page, &finding, &figure)?;
+    if let Some(error) = failed.into_inner().expect("threads have ended") {
+        return Err(error.into());
     }
-    let file = args.out.join("experiments.md");
-    std::fs::write(&file, page)?;
-    println!("{}", file.display());
+    println!("{}", args.out.join(PAGE).display());
     Ok(())
+}
+
+/// Name of the page.
+const PAGE: &str = "experiments.md";
+
+/// Writes the page of what was found so far, in the order of the list, and its figures.
+fn write_page(folder: &Path, lab: &Lab, found: &mut [(&str, Finding)]) -> Result<(), Failure> {
+    found.sort_by_key(|(name, _)| EXPERIMENTS.iter().position(|(known, _)| known == name));
+    let mut page = page_head(lab);
+    for (name, finding) in found {
+        let figure = format!("experiment_{name}.png");
+        std::fs::write(folder.join(&figure), traces_png(&finding.charts)?)?;
+        write_finding(&mut page, finding, &figure)?;
+    }
+    Ok(std::fs::write(folder.join(PAGE), page)?)
 }
 
 fn page_head(lab: &Lab) -> String {
