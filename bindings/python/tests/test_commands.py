@@ -51,7 +51,21 @@ def without_time(report: dict[str, Any]) -> dict[str, Any]:
 def test_simulate(root: Path, program: Path, tmp_path: Path) -> None:
     path = root / "data/examples/path.csv"
     options = ["--mesh-preset", "coarse", "--lambda", "0.1", "--beta", "0.45"]
-    found = fingerpad.simulate(frame(path), mesh_preset="coarse", lambda_=0.1, beta=0.45, fields=True, report=True)
+    found = fingerpad.simulate(
+        frame(path),
+        mesh_preset="coarse",
+        lambda_=0.1,
+        beta=0.45,
+        fields=True,
+        report=True,
+        probe="papillae:0.7",
+        reactions=True,
+    )
+    assert found.reactions is not None and found.probes is not None
+    assert list(found.reactions["t_s"]) == list(found.response["t_s"])
+    held = found.reactions[["nail_force_z_n", "bone_force_z_n", "section_force_z_n"]].sum(axis=1)
+    assert (held + found.response["normal_force_n"]).abs().max() < 1e-3
+    assert len(found.probes) % len(found.response) == 0
     done = wheel_program("simulate", "--path", path, "--out", tmp_path / "wheel.csv", *options)
     assert done.returncode == 0, done.stderr
     pd.testing.assert_frame_equal(found.response, frame(tmp_path / "wheel.csv"), check_exact=True, check_dtype=False)

@@ -112,9 +112,9 @@ pub struct Law {
     /// Exponent of the slipping share of a patch.
     pub onset: f64,
     /// What the rigid motion of the bulk adds in second order to the place of every patch along z and along x: of the products of
-    /// (t_x, t_z, r_y) and of (t_y, r_x, r_z), the six of each; and the share of the second order of a rotation.
+    /// (t_x, t_z, r_y) and of (t_y, r_x, r_z), the six of each.
     pub lift: [[f64; 12]; 2],
-    /// See [`Self::lift`].
+    /// Share of the second order of the bulk's rotation that patches follow.
     pub turn: f64,
 }
 
