@@ -21,6 +21,11 @@ pub struct ProbeArgs {
     reactions: Option<PathBuf>,
 }
 
+/// Where the rows of a run stand that did not reach its end.
+fn partial(file: &Path) -> PathBuf {
+    file.with_extension("partial.csv")
+}
+
 /// Where probes are put.
 enum Points {
     /// A grid at this depth under the pad, mm.
@@ -48,11 +53,12 @@ impl ProbeArgs {
     pub fn declare(&self, outputs: Outputs) -> Outputs {
         let probes = || vec![Mark::beginning(readings_csv::probes_header() + "\n")];
         let reactions = || vec![Mark::beginning(readings_csv::reactions_header() + "\n")];
-        outputs.file("--probe-out", self.probe_out.as_deref(), probes()).file(
-            "--reactions",
-            self.reactions.as_deref(),
-            reactions(),
-        )
+        let [probe_part, reactions_part] = [&self.probe_out, &self.reactions].map(|file| file.as_deref().map(partial));
+        outputs
+            .file("--probe-out", self.probe_out.as_deref(), probes())
+            .file("--probe-out", probe_part.as_deref(), probes())
+            .file("--reactions", self.reactions.as_deref(), reactions())
+            .file("--reactions", reactions_part.as_deref(), reactions())
     }
 
     /// What a run on this finger observes; None for nothing.
@@ -68,13 +74,14 @@ impl ProbeArgs {
         Ok((!observed.is_empty()).then_some(observed))
     }
 
-    /// Writes what was observed.
-    pub fn save(&self, observed: &Observed, trajectory: &Trajectory) -> Result<(), Failure> {
+    /// Writes what was observed; of a run that did not reach its end under a name that nobody takes for the whole.
+    pub fn save(&self, observed: &Observed, trajectory: &Trajectory, is_partial: bool) -> Result<(), Failure> {
+        let name = |file: &PathBuf| if is_partial { partial(file) } else { file.clone() };
         if let Some(file) = &self.probe_out {
-            outputs::write(file, |w| readings_csv::write_probes(w, observed.probes(), trajectory))?;
+            outputs::write(&name(file), |w| readings_csv::write_probes(w, observed.probes(), trajectory))?;
         }
         if let Some(file) = &self.reactions {
-            outputs::write(file, |w| readings_csv::write_reactions(w, trajectory))?;
+            outputs::write(&name(file), |w| readings_csv::write_reactions(w, trajectory))?;
         }
         Ok(())
     }

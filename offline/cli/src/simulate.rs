@@ -263,7 +263,7 @@ impl Run<'_> {
         let Self { args, config, path, .. } = *self;
         match result {
             Ok(trajectory) => {
-                self.save(&trajectory, &args.out)?;
+                self.save(&trajectory, &args.out, false)?;
                 if partial != args.out && partial.exists() {
                     // Rows of an earlier run that did not reach its end; `prepare_outputs` has checked that they are.
                     fs::remove_file(partial).with_context(|| partial.display().to_string()).map_err(Failure::Input)?;
@@ -282,7 +282,7 @@ impl Run<'_> {
                 let mut kept = "nothing was kept".to_owned();
                 let reached = error.take_reached();
                 if !reached.responses.is_empty() {
-                    self.save(&reached, partial)?;
+                    self.save(&reached, partial, true)?;
                     kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
                     // A run that was stopped goes on when it is started again, and must end at once.
                     if !matches!(error, LoadPathError::Interrupted { .. }) {
@@ -295,11 +295,11 @@ impl Run<'_> {
     }
 
     /// Writes the response, and the fields where they are wanted.
-    fn save(&self, trajectory: &Trajectory, out: &Path) -> Result<(), Failure> {
+    fn save(&self, trajectory: &Trajectory, out: &Path, is_partial: bool) -> Result<(), Failure> {
         response_csv::check(out, &trajectory.responses)?;
         outputs::write(out, |w| response_csv::write_to(w, &trajectory.responses, None))?;
         if let Some(observed) = self.observed {
-            self.args.probes.save(observed, trajectory)?;
+            self.args.probes.save(observed, trajectory, is_partial)?;
         }
         if let Some(folder) = &self.args.vtu {
             let name = out.file_stem().filter(|_| !outputs::is_standard(out));

@@ -83,3 +83,24 @@ fn points_that_cannot_be_read_are_refused_with_their_line() {
     let output = simulate(dir.path(), &["--probe", "papillae:0.7"]);
     assert!(String::from_utf8_lossy(&output.stderr).contains("--probe-out"));
 }
+
+/// A run that ends early keeps its rows under names of their own, and leaves what stands under the right ones alone.
+#[test]
+fn a_run_that_ends_early_does_not_replace_a_whole_series() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let asked = ["--probe", "papillae:0.7", "--probe-out", "strain.csv", "--reactions", "held.csv"];
+    assert!(simulate(folder, &asked).status.success());
+    let whole = ["strain.csv", "held.csv"].map(|file| std::fs::read(folder.join(file)).unwrap());
+    // A sideways force beyond friction ends the run.
+    let path = "t_s,depth_mm,friction_x_n,slide_y_mm\n0,0,0,0\n1,0.6,0,0\n2,0.6,5,0\n";
+    std::fs::write(folder.join("pulled.csv"), path).unwrap();
+    let fixed = ["simulate", "--path", "pulled.csv", "--mesh-preset", "coarse", "--out", "out.csv", "--force"];
+    let program = env!("CARGO_BIN_EXE_fingerpad");
+    let output = Command::new(program).current_dir(folder).args(fixed).args(asked).output().unwrap();
+    assert!(!output.status.success());
+    assert_eq!(["strain.csv", "held.csv"].map(|file| std::fs::read(folder.join(file)).unwrap()), whole);
+    let rows = numbers(folder, "out.partial.csv", "t_s");
+    assert_eq!(numbers(folder, "held.partial.csv", "t_s"), rows);
+    assert!(folder.join("strain.partial.csv").exists());
+}

@@ -33,8 +33,7 @@ pub struct Place {
 pub struct Contact {
     bulk: Bulk,
     anchors: Vec<Vector2<f64>>,
-    /// Whether each patch slips, and its force at the last step, for the stick ratio.
-    stuck: Vec<f64>,
+    /// Used share of each patch's strength at the last step, for the stick ratio.
     last: Vec<f64>,
 }
 
@@ -112,7 +111,6 @@ impl Contact {
         Self {
             bulk: Bulk::zeros(),
             anchors: vec![Vector2::repeat(f64::NAN); pad.patches.len()],
-            stuck: vec![1.0; pad.patches.len()],
             last: vec![0.0; pad.patches.len()],
         }
     }
@@ -176,7 +174,6 @@ impl Contact {
             let seen = axes * patch.middle;
             let scales = Matrix3::from_diagonal(&Vector3::new(across, across, along)) * axes.matrix();
             let modes = scales * patch.modes;
-            // A patch that never touched is anchored where it is.
             let undeformed = seen.xy() - place.shift;
             let anchor = spin * anchor;
             Posed {
@@ -211,7 +208,7 @@ impl Contact {
             let here = p.place + m.by.xy();
             if local.force <= 0.0 {
                 self.anchors[k] = unspin * here;
-                (self.stuck[k], self.last[k]) = (1.0, 0.0);
+                self.last[k] = 0.0;
                 continue;
             }
             let stretch = if p.anchor.x.is_nan() { Vector2::zeros() } else { p.anchor - here };
@@ -232,7 +229,7 @@ impl Contact {
             } else {
                 1.0
             };
-            (self.stuck[k], self.last[k]) = (share, used);
+            self.last[k] = used;
             stuck_area += share * local.area;
             answer.normal_n += local.force;
             answer.friction_n += force;
@@ -301,15 +298,11 @@ fn stiffening(pad: &Pad, law: &Law, bulk: &Bulk) -> (f64, f64, f64, f64) {
     let q = pad_squash(pad, bulk);
     let [rate, end] = law.stiffening;
     // rate q^3 / (1 + q / end): cubic at first, square later.
-    let d = 1.0 + q / end;
+    let x = q / end;
+    let d = 1.0 + x;
     let value = rate * q.powi(3) / d;
-    let first = rate * (3.0 * q * q * d - q.powi(3) / end) / (d * d);
-    let h = 1e-6 * (q + 1e-3);
-    let at = |q: f64| {
-        let d = 1.0 + q / end;
-        rate * (3.0 * q * q * d - q.powi(3) / end) / (d * d)
-    };
-    let second = (at(q + h) - at((q - h).max(0.0))) / (q + h - (q - h).max(0.0));
+    let first = rate * q * q * (3.0 + 2.0 * x) / (d * d);
+    let second = rate * q * (6.0 + 6.0 * x + 2.0 * x * x) / d.powi(3);
     (value, first, second, q)
 }
 

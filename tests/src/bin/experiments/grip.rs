@@ -67,7 +67,8 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
             powers[0], powers[1], left
         ),
         verdict: format!(
-            "less than additive together: inside; proportions outside by {:.2} in the tangential force and {:.2} in the torque",
+            "less than additive together: {}; proportions outside by {:.2} in the tangential force and {:.2} in the torque",
+            if left > 0.5 { "inside" } else { "outside" },
             powers[0] - 1.0,
             powers[1] - 1.0
         ),

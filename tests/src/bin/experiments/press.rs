@@ -46,12 +46,13 @@ pub fn load(lab: &Lab) -> Result<Finding, Failure> {
              10 N; exponent of the coefficient of friction {falls:.2} from 1 to 10 N"
         ),
         verdict: format!(
-            "outside: the area ratio is {:.2} too small, since the tissue of this finger stiffens too little; the exponent of friction \
-             is off by {:.2}",
-            0.60 - ratio,
+            "area ratio {} by {:+.2}; the exponent of friction is off by {:+.2}",
+            if (ratio - 0.60).abs() < 0.05 { "inside" } else { "outside" },
+            ratio - 0.60,
             falls + 0.206
         ),
-        remark: "Friction is the integral of the published law over the pressure of a press without friction.".into(),
+        remark: "Friction is the integral of the published law over the pressure of a press without friction. Tissue that stiffens \
+                 more would keep the area smaller at 10 N.".into(),
         charts,
     })
 }

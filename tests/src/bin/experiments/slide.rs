@@ -93,7 +93,7 @@ pub fn area(lab: &Lab) -> Result<Finding, Failure> {
         source: "Delhaye, Lefèvre and Thonnard 2014, J. R. Soc. Interface 11:20140698",
         published: "the contact area falls while the tangential force grows (directions proximal, distal, radial, ulnar); shape and size \
                     of the deformation depend highly on the direction",
-        found: format!("area in full slip against that of the press: {}", lines.join("; ")),
+        found: format!("area after 8 mm of slide against that of the press: {}", lines.join("; ")),
         verdict: if stays.is_empty() {
             "inside: the area falls in all directions, and by an amount that depends on the direction".into()
         } else {
