@@ -1,20 +1,34 @@
-//! What sticks after a small reversal: everything.
+//! What sticks after a reversal: everything that does not lose pressure.
+
+use std::ops::ControlFlow;
 
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Drive, Path, Turn, Turns};
+use fingerpad_fe::load_path::{Drive, FaceState, Path, Turn, Turns, follow_path};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::{
-    problems::fingers::{follow, placed},
-    verify,
-};
+use fingerpad_tests::{problems::fingers::placed, verify};
 
-/// Stick ratio at the end of a path.
-fn stick(preset: MeshPreset, path: &Path) -> f64 {
+/// Shares of the contact area that slip at the end of a path.
+struct Slipping {
+    whole: f64,
+    /// On faces that bear at least as much pressure as at the last turn.
+    without_loss_of_pressure: f64,
+}
+
+fn slipping(preset: MeshPreset, path: &Path) -> Slipping {
     let config = Config { mesh_preset: preset, ..Config::default() };
     let finger = config.finger_for(&[path]).unwrap().0;
-    let run = follow(&config.problem(&finger), path).unwrap();
+    let end = path.waypoints.len() - 1;
+    let run = follow_path(&config.problem(&finger), path, &[end - 1, end], &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(run.cost.cutbacks, 0, "no step has to be cut");
-    run.responses.last().unwrap().stick_ratio
+    let [turn, end] = run.snapshots.as_slice() else { panic!("{} snapshots", run.snapshots.len()) };
+    let share = |(before, face): (&FaceState, &FaceState)| {
+        if face.pressure_mpa < before.pressure_mpa { 0.0 } else { face.contact_fraction * (1.0 - face.stick_fraction) }
+    };
+    let touching: f64 = end.faces.iter().map(|face| face.contact_fraction).sum();
+    Slipping {
+        whole: 1.0 - end.response.stick_ratio,
+        without_loss_of_pressure: turn.faces.iter().zip(&end.faces).map(share).sum::<f64>() / touching,
+    }
 }
 
 fn spun(depth: f64, angles: [f64; 4]) -> Path {
@@ -23,10 +37,11 @@ fn spun(depth: f64, angles: [f64; 4]) -> Path {
     Path { turns: Turns { spin: Some(spin), ..Turns::default() }, ..flat }
 }
 
-/// `most_from_10_um`: largest slipping share after reversals of 10 and 100 µm. By then nodes at the rim that lose pressure have slipped on by
-/// more than counts as stick, and after 100 µm a rim slips back (Mindlin and Deresiewicz 1953: 1 % of a Hertz contact at 1.2 mm).
-fn sticks_after_reversals(preset: MeshPreset, depth: f64, most_from_10_um: f64) {
-    for (back, most) in [(1e-3, 5e-3), (1e-2, most_from_10_um), (1e-1, most_from_10_um)] {
+/// After 1 µm everything sticks. Later the finger rolls back under the smaller friction, and the side that pressure leaves loses strength
+/// faster than shear: there it slips on. Faces that keep their pressure stick, but for a rim that slips back after 100 µm
+/// (Mindlin and Deresiewicz 1953: 1 % of a Hertz contact at 1.2 mm).
+fn sticks_after_reversals(preset: MeshPreset, depth: f64) {
+    for back in [1e-3, 1e-2, 1e-1] {
         let cases = [
             ("x", placed(&[[0.0; 3], [depth, 0.0, 0.0], [depth, 5.0, 0.0], [depth, 5.0 - back, 0.0]])),
             ("y", placed(&[[0.0; 3], [depth, 0.0, 0.0], [depth, 0.0, 5.0], [depth, 0.0, 5.0 - back]])),
@@ -40,24 +55,29 @@ fn sticks_after_reversals(preset: MeshPreset, depth: f64, most_from_10_um: f64) 
             }),
         ];
         for (name, path) in cases {
-            let slip = 1.0 - stick(preset, &path);
+            let slipping = slipping(preset, &path);
             let case = format!("{preset:?}, {depth} mm, {name}, {back} mm back");
-            verify(&case, "1 - stick ratio", slip, most);
+            println!("{case}: {:.2e} of the contact slips", slipping.whole);
+            let most = if back < 0.1 { 5e-3 } else { 1.5e-2 };
+            verify(&case, "slips without loss of pressure", slipping.without_loss_of_pressure, most);
+            if back <= 1e-3 {
+                verify(&case, "1 - stick ratio", slipping.whole, 5e-3);
+            }
         }
     }
-    let slip = 1.0 - stick(preset, &spun(depth, [0.0, 0.0, 25.0, 24.98]));
-    verify(&format!("{preset:?}, {depth} mm, spin, 0.02 degrees back"), "1 - stick ratio", slip, 5e-3);
+    let slipping = slipping(preset, &spun(depth, [0.0, 0.0, 25.0, 24.98])).whole;
+    verify(&format!("{preset:?}, {depth} mm, spin, 0.02 degrees back"), "1 - stick ratio", slipping, 5e-3);
 }
 
 #[test]
-fn everything_sticks_after_a_small_reversal() {
-    sticks_after_reversals(MeshPreset::Coarse, 0.8, 5e-3);
-    sticks_after_reversals(MeshPreset::Coarse, 1.2, 5e-3);
+fn everything_that_keeps_its_pressure_sticks_after_a_reversal() {
+    sticks_after_reversals(MeshPreset::Coarse, 0.8);
+    sticks_after_reversals(MeshPreset::Coarse, 1.2);
 }
 
 #[test]
 #[ignore = "slow: `cargo xtask test --slow`"]
-fn everything_sticks_after_a_small_reversal_on_a_medium_mesh() {
-    sticks_after_reversals(MeshPreset::Medium, 0.8, 5e-3);
-    sticks_after_reversals(MeshPreset::Medium, 1.2, 3e-2);
+fn everything_that_keeps_its_pressure_sticks_after_a_reversal_on_a_medium_mesh() {
+    sticks_after_reversals(MeshPreset::Medium, 0.8);
+    sticks_after_reversals(MeshPreset::Medium, 1.2);
 }
