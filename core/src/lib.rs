@@ -27,6 +27,7 @@ mod math;
 mod model_file;
 #[cfg(feature = "std")]
 mod owned;
+pub mod pad;
 mod params;
 mod plane;
 mod pose;
@@ -54,7 +55,7 @@ pub use error::{Error, Field};
 pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
-pub use math::Scalar;
+pub use math::{Elementary, Scalar};
 pub use model_file::{File, FileOf, MAGIC, VERSION};
 #[cfg(feature = "std")]
 pub use owned::ModelFile;

@@ -87,6 +87,52 @@ pub trait Scalar: Arithmetic + Default + PartialEq + PartialOrd {
     }
 }
 
+/// Functions that a pad takes of single numbers. Sealed.
+pub trait Elementary: Scalar {
+    /// Natural logarithm of a positive number.
+    fn ln(self) -> Self;
+    /// e to the power of it.
+    fn exp(self) -> Self;
+    /// Sine and cosine of an angle within ±4 rad. In `f32` within 1e-7.
+    fn sin_cos(self) -> (Self, Self);
+}
+
+impl Elementary for f32 {
+    #[inline(always)]
+    fn ln(self) -> Self {
+        libm::logf(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        libm::expf(self)
+    }
+    /// libm's are in double precision, which is software on most microcontrollers.
+    fn sin_cos(self) -> (Self, Self) {
+        // By quarters of a turn, pi/2 in two parts; polynomials of Cephes on ±pi/4.
+        let quarters = self * core::f32::consts::FRAC_2_PI;
+        let quarter = if quarters < 0.0 { quarters - 0.5 } else { quarters + 0.5 } as i32;
+        let turns = quarter as f32;
+        let x = (self - turns * 1.570_312_5) - turns * 4.838_267_9e-4;
+        let z = x * x;
+        let sin = ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 1.666_665_5e-1) * (z * x) + x;
+        let cos = ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * (z * z) - 0.5 * z + 1.0;
+        let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, -sin) };
+        if quarter & 2 == 0 { (sin, cos) } else { (-sin, -cos) }
+    }
+}
+
+impl Elementary for f64 {
+    fn ln(self) -> Self {
+        double::log(self)
+    }
+    fn exp(self) -> Self {
+        double::exp(self)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        double::sincos(self)
+    }
+}
+
 /// What is the same for every single number of [`Arithmetic`].
 macro_rules! of_one_number {
     () => {
@@ -332,5 +378,16 @@ mod tests {
             }
         }
         assert_eq!(super::pow(0.0, 1.5), 0.0);
+    }
+
+    #[test]
+    fn sine_and_cosine() {
+        for k in -4000..=4000 {
+            let x = 1e-3 * k as f32;
+            let (sin, cos) = super::Elementary::sin_cos(x);
+            let (s, c) = f64::from(x).sin_cos();
+            let error = (f64::from(sin) - s).abs().max((f64::from(cos) - c).abs());
+            assert!(error < 1.2e-7, "{x}: {error}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use clap::Parser;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, Path};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_reduce::pad::{FitLimits, Law, PadSize, fit, pad, score_runs};
+use fingerpad_reduce::pad::{FitLimits, Host, PadSize, Tuning, fit, pad, score_runs};
 use fingerpad_reduce::{Kind, Run};
 
 #[derive(Parser)]
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let file = entry?.path();
             if file.extension().is_some_and(|e| e == "fprun") {
                 let run = Run::from_bytes(&std::fs::read(&file)?, &file)?;
-                if run.body.is_plane() && run.samples.len() > 3 {
+                if run.samples.len() > 3 {
                     runs.push(run);
                 }
             }
@@ -57,28 +57,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let paths: Vec<&Path> = runs.iter().filter(|r| deepest(r) <= args.depth).map(|r| &r.path).collect();
     let finger = config.finger_for(&paths)?.0;
     let outline = finger.outline.clone().ok_or("a smooth finger")?;
-    let pad = pad(&finger, &outline, PadSize { patches: args.patches })?;
+    let at_rest = pad(&finger, &outline, PadSize { patches: args.patches }, args.depth)?;
     println!(
         "{} patches in {:.1} s, from what {} paths touch",
-        pad.patches.len(),
+        at_rest.patches.len(),
         start.elapsed().as_secs_f64(),
         paths.len()
     );
-    let pitch = finger.neutral_pitch_deg;
-    let mut law = match &args.law {
+    let host = Host { outline: &outline };
+    let mut tuning = match &args.law {
         Some(file) => serde_json::from_str(&std::fs::read_to_string(file)?)?,
-        None => Law::default(),
+        None => Tuning::default(),
     };
     if args.every > 0 {
         let of_fit: Vec<&Run> = runs.iter().filter(|r| !r.held_out).step_by(args.every).collect();
         let start = Instant::now();
-        println!("before: {:?}", score_runs(&pad, &law, &of_fit, pitch));
+        println!("before: {:?}", score_runs(&at_rest.tuned(&tuning), &of_fit, &host));
         println!("{:.1} s", start.elapsed().as_secs_f64());
-        law = fit(&pad, &law, &of_fit, pitch, FitLimits { patience: args.patience });
+        tuning = fit(&at_rest, &tuning, &of_fit, &host, FitLimits { patience: args.patience });
         println!("fit to {} runs in {:.0} s", of_fit.len(), start.elapsed().as_secs_f64());
-        println!("after: {:?}", score_runs(&pad, &law, &of_fit, pitch));
+        println!("after: {:?}", score_runs(&at_rest.tuned(&tuning), &of_fit, &host));
     }
-    println!("{}", serde_json::to_string(&law)?);
+    println!("{}", serde_json::to_string(&tuning)?);
     println!(
         "{:<18} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
         "held out", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %"
@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if own.is_empty() {
             continue;
         }
-        let s = score_runs(&pad, &law, &own, pitch);
+        let s = score_runs(&at_rest.tuned(&tuning), &own, &host);
         println!(
             "{:<18} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2}",
             kind.as_str(),

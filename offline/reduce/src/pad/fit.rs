@@ -1,10 +1,11 @@
 //! The few numbers of a pad that nonlinear runs decide.
 
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
+use fingerpad::pad::Law;
 use rayon::prelude::*;
 
 use super::score::{errors, largest};
-use super::{Law, Pad, replay};
+use super::{Host, PadModel, Tuning, replay};
 use crate::Run;
 
 /// How long a fit may take.
@@ -24,17 +25,18 @@ const NUMBERS: usize = 15;
 /// And those that may have either sign.
 const SIGNED: usize = 25;
 
-fn to_numbers(law: &Law) -> Vec<f64> {
+fn to_numbers(tuning: &Tuning) -> Vec<f64> {
+    let Tuning { law, local, spread } = tuning;
     let logs = [
-        law.bulk[0],
-        law.bulk[1],
+        law.softness[0],
+        law.softness[1],
         law.stiffening[0],
         law.stiffening[1],
-        law.local[0],
-        law.local[1],
-        law.flattening[0],
-        law.flattening[1],
-        law.spread,
+        local[0],
+        local[1],
+        law.flattening_mpa[0],
+        law.flattening_mpa[1],
+        *spread,
         law.area[0],
         law.area[1],
         law.area[2],
@@ -46,37 +48,36 @@ fn to_numbers(law: &Law) -> Vec<f64> {
     logs.into_iter().map(f64::ln).chain(signed).collect()
 }
 
-fn to_law(numbers: &[f64]) -> Law {
+fn to_tuning(numbers: &[f64]) -> Tuning {
     let n: Vec<f64> = numbers[..NUMBERS].iter().map(|x| x.clamp(-14.0, 6.0).exp()).collect();
     let signed = &numbers[NUMBERS..NUMBERS + SIGNED];
-    Law {
-        bulk: [n[0], n[1]],
+    let law = Law {
+        softness: [n[0], n[1]],
         stiffening: [n[2], n[3]],
-        local: [n[4], n[5]],
-        flattening: [n[6], n[7]],
-        spread: n[8],
+        flattening_mpa: [n[6], n[7]],
         area: [n[9], n[10], n[11]],
         friction: [n[12], n[13].min(1.0)],
         onset: n[14],
         lift: [0, 12].map(|first| std::array::from_fn(|k| signed[first + k])),
         turn: signed[24],
-    }
+    };
+    Tuning { law, local: [n[4], n[5]], spread: n[8] }
 }
 
 struct OfRuns<'a> {
-    pad: &'a Pad,
+    at_rest: &'a PadModel,
     runs: &'a [&'a Run],
-    neutral_pitch_deg: f64,
+    host: &'a Host<'a>,
 }
 
 impl OfRuns<'_> {
     fn of(&self, numbers: &[f64]) -> Vec<f64> {
-        let law = to_law(numbers);
+        let model = self.at_rest.tuned(&to_tuning(numbers));
         let of_run = |run: &&Run| {
             let [normal, friction, area] = largest(run);
             let weight = 1.0 / (run.samples.len() as f64).sqrt();
             let mut out = Vec::with_capacity(8 * run.samples.len());
-            for (s, a) in run.samples.iter().zip(replay(self.pad, &law, run, self.neutral_pitch_deg)) {
+            for (s, a) in run.samples.iter().zip(replay(&model, run, self.host)) {
                 let e = errors(s, &a);
                 let [n, f, stick, centre, moment, contact] = WEIGHTS.map(|w| w * weight);
                 let bears = if f64::from(s.normal_force_n) > 0.1 * normal { 1.0 } else { 0.0 };
@@ -113,11 +114,13 @@ impl Problem for OfRuns<'_> {
     }
 }
 
-/// The law with the least error along `runs`, from `start`.
-pub fn fit(pad: &Pad, start: &Law, runs: &[&Run], neutral_pitch_deg: f64, limits: FitLimits) -> Law {
-    let mut problem = OfRuns { pad, runs, neutral_pitch_deg };
+/// What fits `runs` best, from `start`.
+///
+/// * `at_rest`: the pad as [`super::pad`] gives it
+pub fn fit(at_rest: &PadModel, start: &Tuning, runs: &[&Run], host: &Host<'_>, limits: FitLimits) -> Tuning {
+    let mut problem = OfRuns { at_rest, runs, host };
     let minimiser =
         LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-4).with_xtol(1e-3).with_stepbound(0.5);
     let (end, _) = minimise(&mut problem, &to_numbers(start), &minimiser);
-    to_law(&end)
+    to_tuning(&end)
 }

@@ -3,10 +3,28 @@
 use fingerpad_fe::contact::Outline;
 use fingerpad_fe::load_path::Finger;
 use fingerpad_fe::solve::RestCompliance;
+use fingerpad::pad::{FIRST_TOUCH_TERMS, MODES, Numbers, PACKED, first_touch_terms};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, Vector3};
 
-use super::{MODES, Pad, Patch, REACH_TERMS, reach_terms};
+use super::{PadModel, Tuning};
 use crate::ReduceError;
+
+/// One patch of skin.
+struct Patch {
+    middle: Vector3<f64>,
+    area: f64,
+    /// Second moment of its points about the middle, over its area, mm².
+    spread: Matrix3<f64>,
+    /// Inner normal of the skin.
+    normal: Vector3<f64>,
+    modes: SMatrix<f64, 3, MODES>,
+    /// What the modes leave of its compliance along the normal and across, mm/N.
+    compliance: [f64; 2],
+}
+
+/// Poses in which a pad is used: pitch, and roll to either side, degrees.
+const PITCH_RANGE_DEG: [f64; 2] = [10.0, 70.0];
+const ROLL_MAX_DEG: f64 = 30.0;
 
 /// How many patches a pad has.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +40,11 @@ const PITCHES_DEG: [f64; 7] = [-18.0, -10.0, 0.0, 10.0, 20.0, 30.0, 38.0];
 const ROLLS_DEG: [f64; 5] = [-25.0, -12.0, 0.0, 12.0, 25.0];
 const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.6, 3.0];
 
+/// Angle from the neutral pose within which most contacts lie, degrees, and the weight of skin that no contact reaches over that of skin
+/// that all do.
+const USUAL_DEG: f64 = 18.0;
+const LEAST_WEIGHT: f64 = 0.1;
+
 /// Turn of the body against a finger that is pitched and rolled by these angles from its neutral pose, rad.
 pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
     Rotation3::from_axis_angle(&Vector3::x_axis(), -roll) * Rotation3::from_axis_angle(&Vector3::y_axis(), -pitch)
@@ -30,10 +53,16 @@ pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
 /// The pad of a finger.
 ///
 /// * `outline`: its undeformed surface, from which depth counts
+/// * `depth_max_mm`: depth up to which the pad will be fitted
 ///
 /// # Errors
 /// [`ReduceError::Fit`] where the finger is not held or its pad too small for so many patches.
-pub fn pad(finger: &Finger, outline: &Outline, size: PadSize) -> Result<Pad, ReduceError> {
+pub fn pad(
+    finger: &Finger,
+    outline: &Outline,
+    size: PadSize,
+    depth_max_mm: f64,
+) -> Result<PadModel, ReduceError> {
     let failed = |problem: String| ReduceError::Fit(problem);
     let compliance = RestCompliance::of(&finger.body).map_err(|e| failed(format!("compliance: {e}")))?;
     let nodes: Vec<Vector3<f64>> = compliance.nodes.iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
@@ -41,13 +70,14 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize) -> Result<Pad, Red
     // Nodes that are held, or lie beside all faces, take no part.
     let moves = |k: usize| areas[k] > 0.0 && compliance.matrix[(3 * k + 2, 3 * k + 2)] > 0.0;
     let used: Vec<usize> = (0..nodes.len()).filter(|&k| moves(k)).collect();
-    let patch_of = clusters(&used, &nodes, &areas, size.patches);
+    let weights = weights(&nodes, &areas, outline);
+    let patch_of = clusters(&used, &nodes, &weights, size.patches);
     let count = patch_of.iter().max().map_or(0, |m| m + 1);
     if used.len() < 2 * count {
         return Err(failed(format!("{} nodes of the pad for {count} patches", used.len())));
     }
     let mut patches = Vec::with_capacity(count);
-    let mut weights = DMatrix::zeros(3 * count, 3 * nodes.len());
+    let mut means = DMatrix::zeros(3 * count, 3 * nodes.len());
     for patch in 0..count {
         let own: Vec<usize> = used.iter().zip(&patch_of).filter(|(_, p)| **p == patch).map(|(k, _)| *k).collect();
         let area: f64 = own.iter().map(|&k| areas[k]).sum();
@@ -58,12 +88,12 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize) -> Result<Pad, Red
         });
         let normal = own.iter().map(|&k| normals[k] * areas[k]).sum::<Vector3<f64>>().normalize();
         for &k in &own {
-            (0..3).for_each(|c| weights[(3 * patch + c, 3 * k + c)] = areas[k] / area);
+            (0..3).for_each(|c| means[(3 * patch + c, 3 * k + c)] = areas[k] / area);
         }
         patches.push(Patch { middle, area, spread, normal, modes: SMatrix::zeros(), compliance: [0.0; 2] });
     }
     let contact = compliance.matrix.view((0, 0), (3 * nodes.len(), 3 * nodes.len()));
-    let of_patches = &weights * contact * weights.transpose();
+    let of_patches = &means * contact * means.transpose();
     let root = of_patches.clone().cholesky().ok_or_else(|| failed("compliance is not positive".into()))?.l();
     let loads = loads(&patches, &of_patches, outline);
     // The modes that hold most of the energy of these loads; each carries its own stiffness.
@@ -81,7 +111,36 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize) -> Result<Pad, Red
     let whole: f64 = patches.iter().map(|p| p.area).sum();
     let middle = patches.iter().map(|p| p.middle * p.area).sum::<Vector3<f64>>() / whole;
     let rigid = rigid(&patches, &middle);
-    Ok(Pad { patches, rigid, middle, reach: reach(outline) })
+    let mut squash = SMatrix::<f64, MODES, MODES>::zeros();
+    for patch in &patches {
+        let along = patch.normal.transpose() * patch.modes;
+        squash += along.transpose() * along * (patch.area / whole);
+    }
+    let mut packed = [0.0; PACKED];
+    let lower = (0..MODES).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    packed.iter_mut().zip(lower).for_each(|(x, place)| *x = squash[place]);
+    let numbers = Numbers {
+        rigid: std::array::from_fn(|row| std::array::from_fn(|mode| rigid[(row, mode)])),
+        squash: packed,
+        middle_mm: middle.into(),
+        first_touch_mm: reach(outline),
+        neutral_pitch_deg: finger.neutral_pitch_deg,
+        pitch_range_deg: PITCH_RANGE_DEG,
+        roll_max_deg: ROLL_MAX_DEG,
+        depth_max_mm,
+        law: Tuning::default().law,
+    };
+    let patches = patches.into_iter().map(|p| {
+        let m = p.spread;
+        fingerpad::pad::Patch {
+            middle_mm: p.middle.into(),
+            area_mm2: p.area,
+            spread_mm2: [m[(0, 0)], m[(1, 1)], m[(2, 2)], m[(0, 1)], m[(0, 2)], m[(1, 2)]],
+            modes: std::array::from_fn(|axis| std::array::from_fn(|mode| p.modes[(axis, mode)])),
+            compliance_mm_per_n: p.compliance,
+        }
+    });
+    Ok(PadModel { patches: patches.collect(), numbers })
 }
 
 /// Translation and rotation nearest to the motion of all patches in each mode, by least squares over the area.
@@ -119,12 +178,33 @@ fn around(finger: &Finger, nodes: &[u32]) -> (Vec<f64>, Vec<Vector3<f64>>) {
     (areas, normals)
 }
 
+/// What each node counts when the skin is shared out: its area, the more so the more often contacts lie on it, so that patches are small
+/// there.
+fn weights(nodes: &[Vector3<f64>], areas: &[f64], outline: &Outline) -> Vec<f64> {
+    let mut touched = vec![0.0; nodes.len()];
+    let mut whole = 0.0;
+    for (pitch, roll) in PITCHES_DEG.into_iter().flat_map(|p| ROLLS_DEG.map(|r| (p, r))) {
+        let normal = tilt(pitch.to_radians(), roll.to_radians()) * Vector3::z();
+        let height = first_touch(outline, &normal);
+        let often = (-(pitch / USUAL_DEG).powi(2) - (roll / USUAL_DEG).powi(2)).exp();
+        for depth in DEPTHS_MM {
+            whole += often;
+            for (touched, node) in touched.iter_mut().zip(nodes) {
+                if height + depth > normal.dot(node) {
+                    *touched += often;
+                }
+            }
+        }
+    }
+    touched.iter().zip(areas).map(|(touched, area)| area * (LEAST_WEIGHT + touched / whole)).collect()
+}
+
 /// The patch of each used node: k-means over one half, mirrored; patches at the middle are one with their mirror image.
-fn clusters(used: &[usize], nodes: &[Vector3<f64>], areas: &[f64], wanted: usize) -> Vec<usize> {
+fn clusters(used: &[usize], nodes: &[Vector3<f64>], weights: &[f64], wanted: usize) -> Vec<usize> {
     let half: Vec<usize> = used.iter().copied().filter(|&k| nodes[k].y > -1e-9).collect();
     let mut best: Option<(usize, Vec<Vector3<f64>>)> = None;
     for count in 2..=wanted {
-        let middles = k_means(&half, nodes, areas, count);
+        let middles = k_means(&half, nodes, weights, count);
         let whole = middles.iter().map(|m| if is_central(m, &middles) { 1 } else { 2 }).sum::<usize>();
         let off = whole.abs_diff(wanted);
         if best.as_ref().is_none_or(|(least, _)| off < *least) {
@@ -163,10 +243,12 @@ fn nearest(point: &Vector3<f64>, middles: &[Vector3<f64>]) -> usize {
 }
 
 /// Middles of `count` clusters, from points that lie far from each other.
-fn k_means(points: &[usize], nodes: &[Vector3<f64>], areas: &[f64], count: usize) -> Vec<Vector3<f64>> {
+fn k_means(points: &[usize], nodes: &[Vector3<f64>], weights: &[f64], count: usize) -> Vec<Vector3<f64>> {
     let mut middles = vec![nodes[points[0]]];
     while middles.len() < count {
-        let far = |k: &usize| middles.iter().map(|m| (m - nodes[*k]).norm_squared()).fold(f64::INFINITY, f64::min);
+        let far = |k: &usize| {
+            middles.iter().map(|m| (m - nodes[*k]).norm_squared()).fold(f64::INFINITY, f64::min) * weights[*k]
+        };
         let next = points.iter().max_by(|a, b| far(a).total_cmp(&far(b))).expect("there are points");
         middles.push(nodes[*next]);
     }
@@ -174,8 +256,8 @@ fn k_means(points: &[usize], nodes: &[Vector3<f64>], areas: &[f64], count: usize
         let mut sums = vec![(Vector3::zeros(), 0.0); count];
         for &k in points {
             let sum = &mut sums[nearest(&nodes[k], &middles)];
-            sum.0 += nodes[k] * areas[k];
-            sum.1 += areas[k];
+            sum.0 += nodes[k] * weights[k];
+            sum.1 += weights[k];
         }
         for (middle, (sum, area)) in middles.iter_mut().zip(sums) {
             if area > 0.0 {
@@ -248,17 +330,17 @@ fn first_touch(outline: &Outline, normal: &Vector3<f64>) -> f64 {
 }
 
 /// The height of first touch over the poses, by least squares.
-fn reach(outline: &Outline) -> [f64; REACH_TERMS] {
+fn reach(outline: &Outline) -> [f64; FIRST_TOUCH_TERMS] {
     let mut rows = Vec::new();
     let mut heights = Vec::new();
     for pitch in (-20..=40).step_by(2) {
         for roll in (-30..=30).step_by(3) {
             let normal = tilt(f64::from(pitch).to_radians(), f64::from(roll).to_radians()) * Vector3::z();
-            rows.push(reach_terms(normal.x, normal.y));
+            rows.push(first_touch_terms(normal.x, normal.y));
             heights.push(first_touch(outline, &normal));
         }
     }
-    let matrix = DMatrix::from_fn(rows.len(), REACH_TERMS, |row, k| rows[row][k]);
+    let matrix = DMatrix::from_fn(rows.len(), FIRST_TOUCH_TERMS, |row, k| rows[row][k]);
     let solution = matrix.svd(true, true).solve(&DVector::from_vec(heights), 1e-12).expect("both factors are there");
     std::array::from_fn(|k| solution[k])
 }

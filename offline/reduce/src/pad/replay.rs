@@ -1,52 +1,116 @@
 //! A stored run's motion through a pad.
 
-use nalgebra::{Rotation2, Vector2};
+use fingerpad::pad::{Cylinder, Edge, PadState, Plane, Sphere, Surface};
+use fingerpad::{Motion, Response};
+use fingerpad_fe::contact::{Outline, Reach, RigidBody};
 
 use super::patches::tilt;
-use super::{Answer, Contact, Law, Pad, Place};
+use super::{MOST_PATCHES, PadModel};
 use crate::{Run, Sample};
 
 /// Longest motion of a step, mm, and largest turn, degrees.
 const STEP_MM: f64 = 0.1;
 const STEP_DEG: f64 = 2.0;
 
-/// Spin, pitch and roll of a sample, degrees.
-fn turns(sample: &Sample, neutral_pitch_deg: f64) -> [f64; 3] {
-    sample.turned.map_or([0.0, neutral_pitch_deg, 0.0], |t| [t.spin_deg, t.pitch_deg, t.roll_deg].map(f64::from))
+/// What a run needs beside the pad: where its body first touches.
+pub struct Host<'a> {
+    /// Undeformed surface of the finger.
+    pub outline: &'a Outline,
+}
+
+/// Slide x and y, depth (mm), spin, pitch, roll (degrees) of a sample.
+fn place(sample: &Sample, neutral_pitch_deg: f64) -> [f64; 6] {
+    let [spin, pitch, roll] =
+        sample.turned.map_or([0.0, neutral_pitch_deg, 0.0], |t| [t.spin_deg, t.pitch_deg, t.roll_deg].map(f64::from));
+    [f64::from(sample.slide_mm[0]), f64::from(sample.slide_mm[1]), f64::from(sample.depth_mm), spin, pitch, roll]
 }
 
 /// Answers at every sample of a run.
-pub fn replay(pad: &Pad, law: &Law, run: &Run, neutral_pitch_deg: f64) -> Vec<Answer> {
-    let mut contact = Contact::new(pad);
-    let at = |s: &Sample| {
-        let [spin, pitch, roll] = turns(s, neutral_pitch_deg);
-        [f64::from(s.slide_mm[0]), f64::from(s.slide_mm[1]), f64::from(s.depth_mm), spin, pitch, roll]
+pub fn replay(model: &PadModel, run: &Run, host: &Host<'_>) -> Vec<Response<f64>> {
+    let Ok(body) = run.body.read() else { return vec![Response::default(); run.samples.len()] };
+    match body {
+        RigidBody::Plane => follow(model, run, &Plane, &|_| 0.0),
+        body => {
+            let reach = on_body(model, run, host, &body);
+            match body {
+                RigidBody::Sphere { radius_mm } => follow(model, run, &Sphere { radius_mm }, &reach),
+                RigidBody::Cylinder { radius_mm, axis_deg } => {
+                    follow(model, run, &Cylinder { radius_mm, axis: direction(axis_deg) }, &reach)
+                }
+                RigidBody::Edge { radius_mm, axis_deg, angle_deg } => {
+                    let face = direction(0.5 * (180.0 - angle_deg));
+                    follow(model, run, &Edge { radius_mm, axis: direction(axis_deg), face }, &reach)
+                }
+                _ => vec![Response::default(); run.samples.len()],
+            }
+        }
+    }
+}
+
+fn direction(deg: f64) -> [f64; 2] {
+    let (sin, cos) = deg.to_radians().sin_cos();
+    [cos, sin]
+}
+
+/// What the depth from first touch of a body in a pose (pitch against the neutral one and roll, degrees) lacks to that of the plane
+/// through its apex, mm.
+fn on_body<'a>(model: &'a PadModel, run: &Run, host: &Host<'_>, body: &RigidBody) -> impl Fn([f64; 2]) -> f64 + 'a {
+    let neutral = model.numbers.neutral_pitch_deg;
+    let start = run.samples.first().map_or([0.0, 0.0, 0.0, 0.0, neutral, 0.0], |s| place(s, neutral));
+    let turned = move |[pitch, roll]: [f64; 2]| tilt((pitch - neutral).to_radians(), roll.to_radians());
+    let first = turned([start[4], start[5]]);
+    let plane = fingerpad_fe::contact::Plane::new([
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        (start[4] - neutral).to_radians(),
+        start[5].to_radians(),
+    ]);
+    let reach = Reach::new(host.outline.clone(), body.clone(), &plane);
+    let pivot = if first.angle() == 0.0 { nalgebra::Vector3::zeros() } else { reach.pivot_mm() };
+    move |pose| {
+        let tilt = turned(pose);
+        let normal = tilt * nalgebra::Vector3::z();
+        reach.height_mm(&tilt) - (model.pad().first_touch_mm(&normal.into()) - normal.dot(&pivot))
+    }
+}
+
+fn follow(
+    model: &PadModel,
+    run: &Run,
+    body: &impl Surface<f64>,
+    deeper_mm: &dyn Fn([f64; 2]) -> f64,
+) -> Vec<Response<f64>> {
+    let pad = model.pad();
+    let neutral = model.numbers.neutral_pitch_deg;
+    let mut now = run.samples.first().map_or([0.0, 0.0, 0.0, 0.0, neutral, 0.0], |s| place(s, neutral));
+    let state = if Surface::<f64>::is_plane(body) {
+        PadState::<MOST_PATCHES, f64>::new(&pad)
+    } else {
+        PadState::over(&pad, [now[4], now[5]])
     };
-    let mut now = run.samples.first().map_or([0.0; 6], at);
-    let mut shift = Vector2::new(now[0], now[1]);
+    let Ok(mut state) = state else { return vec![Response::default(); run.samples.len()] };
     let mut answers = Vec::with_capacity(run.samples.len());
     for sample in &run.samples {
-        let to = at(sample);
+        let to = place(sample, neutral);
         let way = |k: usize| to[k] - now[k];
         let long = way(0).hypot(way(1)).max(way(2).abs()) / STEP_MM;
         let turn = (3..6).map(|k| way(k).abs()).fold(0.0, f64::max) / STEP_DEG;
         let steps = long.max(turn).ceil().max(1.0) as usize;
         let from = now;
-        let mut answer = Answer::default();
+        let mut answer = Response::default();
         for step in 1..=steps {
             let share = step as f64 / steps as f64;
             let next: [f64; 6] = std::array::from_fn(|k| from[k] + share * (to[k] - from[k]));
-            let spin = (next[3] - now[3]).to_radians();
-            let slide = Vector2::new(next[0] - now[0], next[1] - now[1]);
-            shift = Rotation2::new(spin) * shift + Rotation2::new(0.5 * spin) * slide;
-            now = next;
-            let place = Place {
-                tilt: tilt((now[4] - neutral_pitch_deg).to_radians(), now[5].to_radians()),
-                depth_mm: now[2],
-                shift,
-                spin: now[3].to_radians(),
+            let motion = Motion {
+                depth_mm: next[2] + deeper_mm([next[4], next[5]]),
+                slide_increment_mm: [next[0] - now[0], next[1] - now[1]],
+                spin_increment_rad: (next[3] - now[3]).to_radians(),
+                dt_s: 1e-3,
             };
-            answer = contact.step(pad, law, &place);
+            now = next;
+            answer = pad.step(&mut state, body, motion, [now[4], now[5]]);
         }
         answers.push(answer);
     }

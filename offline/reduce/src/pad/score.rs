@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use super::{Answer, Law, Pad, replay};
+use fingerpad::Response;
+
+use super::{Host, PadModel, replay};
 use crate::{Run, Sample};
 
 /// Errors, RMS over the rows of runs.
@@ -41,31 +43,30 @@ pub(super) fn largest(run: &Run) -> [f64; 3] {
 }
 
 /// Errors of a row: normal force, friction x and y (N), stick, centre x and y (mm), spin moment (N mm), area.
-pub(super) fn errors(s: &Sample, a: &Answer) -> [f64; 8] {
+pub(super) fn errors(s: &Sample, a: &Response<f64>) -> [f64; 8] {
     let [x, y] = [0, 1].map(|k| a.friction_n[k] - f64::from(s.friction_n[k]));
     let normal = f64::from(s.normal_force_n);
     let moment = s.turned.map_or([0.0; 3], |t| t.moment_n_mm.map(f64::from));
-    let centre = |told: f64, n: f64| if n > 1e-6 { told / n } else { 0.0 };
-    let centre_fe = [centre(-moment[1], normal), centre(moment[0], normal)];
-    let centre_pad = [centre(-a.moment_n_mm[1], a.normal_n), centre(a.moment_n_mm[0], a.normal_n)];
+    let centre = |told: f64| if normal > 1e-6 { told / normal } else { 0.0 };
+    let centre_fe = [centre(-moment[1]), centre(moment[0])];
     [
-        a.normal_n - normal,
+        a.normal_force_n - normal,
         x,
         y,
         a.stick_ratio - f64::from(s.stick_ratio),
-        centre_pad[0] - centre_fe[0],
-        centre_pad[1] - centre_fe[1],
-        a.moment_n_mm[2] - moment[2],
-        a.area_mm2 - f64::from(s.contact_area_mm2),
+        a.pressure_centre_mm[0] - centre_fe[0],
+        a.pressure_centre_mm[1] - centre_fe[1],
+        a.spin_moment_n_mm - moment[2],
+        a.contact_area_mm2 - f64::from(s.contact_area_mm2),
     ]
 }
 
 /// Scores over runs.
-pub fn score_runs(pad: &Pad, law: &Law, runs: &[&Run], neutral_pitch_deg: f64) -> PadScores {
+pub fn score_runs(model: &PadModel, runs: &[&Run], host: &Host<'_>) -> PadScores {
     let (mut sums, mut rows, mut centres, mut lights) = ([0.0; 8], 0.0, 0.0, 0.0);
     for run in runs {
         let [normal, friction, area] = largest(run);
-        for (s, a) in run.samples.iter().zip(replay(pad, law, run, neutral_pitch_deg)) {
+        for (s, a) in run.samples.iter().zip(replay(model, run, host)) {
             if s.normal_force_n <= 0.0 {
                 continue;
             }
@@ -74,8 +75,8 @@ pub fn score_runs(pad: &Pad, law: &Law, runs: &[&Run], neutral_pitch_deg: f64) -
             sums[0] += (e[0] / normal).powi(2);
             let squared = e[1] * e[1] + e[2] * e[2];
             sums[1] += squared / (friction * friction);
-            if a.strength_n > 0.05 * friction {
-                sums[2] += squared / (a.strength_n * a.strength_n);
+            if a.friction_limit_n > 0.05 * friction {
+                sums[2] += squared / (a.friction_limit_n * a.friction_limit_n);
                 lights += 1.0;
             }
             sums[3] += e[3] * e[3];

@@ -1,34 +1,33 @@
+use fingerpad::pad::{PadState, Plane};
+use fingerpad::{Motion, Response};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
-use nalgebra::{Rotation2, Vector2};
+use nalgebra::Vector3;
 
-use super::patches::tilt;
 use super::*;
 
 /// The default finger on a coarse mesh, in 24 patches.
-fn coarse() -> Pad {
+fn coarse() -> PadModel {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let finger = config.finger().unwrap().0;
-    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }).unwrap()
+    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }, 3.0).unwrap().tuned(&Tuning::default())
 }
 
-/// A pad under way: place of the plane by coordinates, mm and rad.
+/// A pad under way: place of the plane by coordinates (mm and rad), of which pitch is that from the neutral one.
 struct Trip<'a> {
-    pad: &'a Pad,
-    law: Law,
-    contact: Contact,
+    pad: Pad<'a, f64>,
+    state: PadState<MOST_PATCHES, f64>,
     at: [f64; 6],
-    shift: Vector2<f64>,
-    last: Answer,
+    last: Response<f64>,
     /// Work of the plane on the finger without changes of the pose, and what goes in and out, mJ.
     work: [f64; 2],
 }
 
 impl<'a> Trip<'a> {
-    fn new(pad: &'a Pad) -> Self {
-        let at = [0.0, 0.0, -0.5, 0.0, 0.0, 0.0];
-        let contact = Contact::new(pad);
-        Self { pad, law: Law::default(), contact, at, shift: Vector2::zeros(), last: Answer::default(), work: [0.0; 2] }
+    fn new(model: &'a PadModel) -> Self {
+        let pad = model.pad();
+        let state = PadState::new(&pad).unwrap();
+        Self { pad, state, at: [0.0, 0.0, -0.5, 0.0, 0.0, 0.0], last: Response::default(), work: [0.0; 2] }
     }
 
     /// Goes straight to slide x, y, depth, spin, pitch, roll.
@@ -38,17 +37,20 @@ impl<'a> Trip<'a> {
             let share = step as f64 / steps as f64;
             let next: [f64; 6] = std::array::from_fn(|k| from[k] + share * (to[k] - from[k]));
             let way: [f64; 6] = std::array::from_fn(|k| next[k] - self.at[k]);
-            self.shift =
-                Rotation2::new(way[3]) * self.shift + Rotation2::new(0.5 * way[3]) * Vector2::new(way[0], way[1]);
             self.at = next;
-            let tilt = tilt(next[4], next[5]);
-            let place = Place { tilt, depth_mm: next[2], shift: self.shift, spin: next[3] };
-            let answer = self.contact.step(self.pad, &self.law, &place);
-            let mean = |of: &dyn Fn(&Answer) -> f64| 0.5 * (of(&self.last) + of(&answer));
-            let done = mean(&|a| a.normal_n) * way[2]
-                + mean(&|a| a.friction_n.x) * way[0]
-                + mean(&|a| a.friction_n.y) * way[1]
-                + mean(&|a| a.moment_n_mm.z) * way[3];
+            let motion = Motion {
+                depth_mm: next[2],
+                slide_increment_mm: [way[0], way[1]],
+                spin_increment_rad: way[3],
+                dt_s: 1e-3,
+            };
+            let pose = [self.pad.numbers.neutral_pitch_deg + next[4].to_degrees(), next[5].to_degrees()];
+            let answer = self.pad.step(&mut self.state, &Plane, motion, pose);
+            let mean = |of: &dyn Fn(&Response<f64>) -> f64| 0.5 * (of(&self.last) + of(&answer));
+            let done = mean(&|a| a.normal_force_n) * way[2]
+                + mean(&|a| a.friction_n[0]) * way[0]
+                + mean(&|a| a.friction_n[1]) * way[1]
+                + mean(&|a| a.spin_moment_n_mm) * way[3];
             self.work[0] += done;
             self.work[1] += done.abs();
             self.last = answer;
@@ -62,15 +64,16 @@ fn the_modes_hold_nearly_all_of_the_compliance_of_a_contact() {
     assert!((20..=28).contains(&pad.patches.len()), "{}", pad.patches.len());
     // Patches come in mirrored pairs.
     for patch in &pad.patches {
-        let mirror = Vector3::new(patch.middle.x, -patch.middle.y, patch.middle.z);
-        assert!(pad.patches.iter().any(|p| (p.middle - mirror).norm() < 1e-6), "{}", patch.middle);
-        assert!(patch.compliance.iter().all(|c| *c > 0.0), "{:?}", patch.compliance);
+        let [x, y, z] = patch.middle_mm;
+        let mirror = Vector3::new(x, -y, z);
+        assert!(pad.patches.iter().any(|p| (Vector3::from(p.middle_mm) - mirror).norm() < 1e-6), "{mirror}");
+        assert!(patch.compliance_mm_per_n.iter().all(|c| *c > 0.0), "{:?}", patch.compliance_mm_per_n);
     }
     let mut trip = Trip::new(&pad);
     trip.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 20);
     // The finite elements of this mesh have 0.28 N; nothing here was fitted to them.
-    assert!((0.2..0.36).contains(&trip.last.normal_n), "{}", trip.last.normal_n);
-    assert!(trip.last.friction_n.y.abs() < 1e-6 * trip.last.normal_n, "a press is symmetric: {:?}", trip.last);
+    assert!((0.2..0.36).contains(&trip.last.normal_force_n), "{}", trip.last.normal_force_n);
+    assert!(trip.last.friction_n[1].abs() < 1e-6 * trip.last.normal_force_n, "a press is symmetric: {:?}", trip.last);
 }
 
 /// Over closed paths in depth, slide and spin, from the air back to the air, the plane's work is what friction dissipates.
@@ -123,11 +126,11 @@ fn a_held_load_shakes_down() {
                 trip.to(std::array::from_fn(|k| held[k] + change[k]), 2);
             }
             trip.to(held, 2);
-            after.push(trip.last.friction_n);
+            after.push(nalgebra::Vector2::from(trip.last.friction_n));
         }
         let first = after[9];
         let drift = (after[59] - first).norm() / first.norm();
         assert!(drift < 2e-3, "{name}: {drift:.1e} in 50 cycles");
-        assert!(first.norm() > 0.5 * trip.last.strength_n * 0.2, "{name}: the load is there");
+        assert!(first.norm() > 0.5 * trip.last.friction_limit_n * 0.2, "{name}: the load is there");
     }
 }

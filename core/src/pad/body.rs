@@ -1,0 +1,249 @@
+//! Rigid bodies that a pad touches.
+//!
+//! Main trait: [`Surface`]. In the body's frame z points out of it at its apex, which is the origin; the material is below.
+
+use crate::math::{Arithmetic, Scalar};
+
+use super::vector::{Vec3, dot, minus, times};
+
+/// The surface of a rigid body, as a pad needs it.
+///
+/// The overlap must be a differentiable function of the place and its gradient the exact one: forces follow from it, and a wrong
+/// gradient makes a contact that yields work.
+pub trait Surface<T> {
+    /// How far a place lies below the surface, mm (negative outside), and how that changes with the place: a unit vector into the body.
+    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]);
+    /// How that direction changes along a vector: the second derivative of the overlap times it, over mm.
+    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3];
+    /// Height of the surface over a place of the tangent plane at the apex, mm.
+    fn height(&self, place: [T; 2]) -> T;
+    /// Whether it is the same everywhere, so that the origin may be moved along it.
+    fn is_plane(&self) -> bool {
+        false
+    }
+}
+
+/// The plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plane;
+
+impl<T: Arithmetic> Surface<T> for Plane {
+    #[inline(always)]
+    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+        (-place[2], [T::of(0.0), T::of(0.0), T::of(-1.0)])
+    }
+    #[inline(always)]
+    fn bend(&self, _: &[T; 3], _: &[T; 3]) -> [T; 3] {
+        [T::of(0.0); 3]
+    }
+    #[inline(always)]
+    fn height(&self, _: [T; 2]) -> T {
+        T::of(0.0)
+    }
+    #[inline(always)]
+    fn is_plane(&self) -> bool {
+        true
+    }
+}
+
+/// A sphere; a bowl with a negative radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere<T = f32> {
+    /// Radius, mm, not 0; negative for a bowl.
+    pub radius_mm: T,
+}
+
+impl<T: Scalar> Surface<T> for Sphere<T> {
+    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+        let [x, y, z] = *place;
+        let arm = [x, y, z + self.radius_mm];
+        let distance = length([x, y], z + self.radius_mm);
+        let (side, radius) = (side(self.radius_mm), self.radius_mm.magnitude());
+        let over = x * x + y * y + z * (z + T::of(2.0) * self.radius_mm);
+        let inward = -side / distance;
+        (-side * over / (distance + radius), arm.map(|a| a * inward))
+    }
+    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3] {
+        let [x, y, z] = *place;
+        let distance = length([x, y], z + self.radius_mm);
+        let out = [x, y, z + self.radius_mm].map(|a| a / distance);
+        let inward = -side(self.radius_mm) / distance;
+        times(&minus(along, &times(&out, dot(&out, along))), inward)
+    }
+    fn height(&self, [x, y]: [T; 2]) -> T {
+        arc(self.radius_mm, x * x + y * y)
+    }
+}
+
+/// A circular cylinder along the tangent plane; a trough with a negative radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder<T = f32> {
+    /// Radius, mm, not 0; negative for a trough.
+    pub radius_mm: T,
+    /// Direction of its axis in the tangent plane: cosine and sine of its angle from x.
+    pub axis: [T; 2],
+}
+
+impl<T: Scalar> Surface<T> for Cylinder<T> {
+    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+        let [cos, sin] = self.axis;
+        let (u, z) = (cos * place[1] - sin * place[0], place[2]);
+        let distance = length([u, T::of(0.0)], z + self.radius_mm);
+        let (side, radius) = (side(self.radius_mm), self.radius_mm.magnitude());
+        let over = u * u + z * (z + T::of(2.0) * self.radius_mm);
+        let inward = -side / distance;
+        let across = u * inward;
+        (-side * over / (distance + radius), [-sin * across, cos * across, (z + self.radius_mm) * inward])
+    }
+    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3] {
+        let u = self.axis[0] * place[1] - self.axis[1] * place[0];
+        bend_of_arc(self.axis, [u, place[2] + self.radius_mm], side(self.radius_mm), along)
+    }
+    fn height(&self, [x, y]: [T; 2]) -> T {
+        let u = self.axis[0] * y - self.axis[1] * x;
+        arc(self.radius_mm, u * u)
+    }
+}
+
+/// Two planes that meet in a rounded edge, which points at the finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge<T = f32> {
+    /// Radius of the rounding, mm, above 0.
+    pub radius_mm: T,
+    /// Direction of the edge in the tangent plane: cosine and sine of its angle from x.
+    pub axis: [T; 2],
+    /// Slope of the faces against the tangent plane: cosine and sine of an angle above 0 and below 90 degrees.
+    pub face: [T; 2],
+}
+
+impl<T: Scalar> Surface<T> for Edge<T> {
+    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+        let [cos, sin] = self.axis;
+        let [face_cos, face_sin] = self.face;
+        let ([u, up], on_arc) = self.section(place);
+        let far = u.magnitude();
+        let (overlap, out) = if on_arc {
+            let distance = length([u, T::of(0.0)], up);
+            let z = place[2];
+            let over = u * u + z * (z + T::of(2.0) * self.radius_mm);
+            (-over / (distance + self.radius_mm), [u / distance, up / distance])
+        } else {
+            let to_side = if u < T::of(0.0) { -face_sin } else { face_sin };
+            (self.radius_mm - far * face_sin - up * face_cos, [to_side, face_cos])
+        };
+        (overlap, [sin * out[0], -cos * out[0], -out[1]])
+    }
+    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3] {
+        let (section, on_arc) = self.section(place);
+        if on_arc { bend_of_arc(self.axis, section, T::of(1.0), along) } else { [T::of(0.0); 3] }
+    }
+    fn height(&self, [x, y]: [T; 2]) -> T {
+        let u = (self.axis[0] * y - self.axis[1] * x).magnitude();
+        let [cos, sin] = self.face;
+        let end = self.radius_mm * sin;
+        if u <= end {
+            return arc(self.radius_mm, u * u);
+        }
+        -(self.radius_mm * (T::of(1.0) - cos) + (u - end) * sin / cos)
+    }
+}
+
+impl<T: Scalar> Edge<T> {
+    /// A place across the edge, from the middle of the rounding, and whether the rounding is nearest: where the direction from its middle
+    /// is steeper than the face's normal.
+    fn section(&self, place: &[T; 3]) -> ([T; 2], bool) {
+        let [cos, sin] = self.axis;
+        let (u, up) = (cos * place[1] - sin * place[0], place[2] + self.radius_mm);
+        let [face_cos, face_sin] = self.face;
+        ([u, up], up > T::of(0.0) && u.magnitude() * face_cos <= up * face_sin)
+    }
+}
+
+/// [`Surface::bend`] of an arc across an axis, at a place from its middle.
+fn bend_of_arc<T: Scalar>([cos, sin]: [T; 2], [u, up]: [T; 2], side: T, along: &[T; 3]) -> [T; 3] {
+    let distance = length([u, T::of(0.0)], up);
+    let inward = -side / distance;
+    let (u, up) = (u / distance, up / distance);
+    let [to_side, to_top] = [cos * along[1] - sin * along[0], along[2]];
+    let out = u * to_side + up * to_top;
+    let (to_side, to_top) = ((to_side - u * out) * inward, (to_top - up * out) * inward);
+    [-sin * to_side, cos * to_side, to_top]
+}
+
+fn side<T: Scalar>(radius: T) -> T {
+    if radius < T::of(0.0) { T::of(-1.0) } else { T::of(1.0) }
+}
+
+/// Length of a vector, never 0.
+fn length<T: Scalar>([x, y]: [T; 2], z: T) -> T {
+    (x * x + y * y + z * z + T::of(f32::MIN_POSITIVE)).sqrt()
+}
+
+/// Height of a circle through the origin whose middle lies at -radius, from the square of the distance from its apex.
+fn arc<T: Scalar>(radius: T, square: T) -> T {
+    let rest = (radius * radius - square).not_negative().sqrt();
+    -side(radius) * square / (radius.magnitude() + rest)
+}
+
+/// The point of the surface over a place of the tangent plane.
+#[inline(always)]
+pub(crate) fn point<T: Arithmetic>(body: &impl Surface<T>, place: [T; 2]) -> Vec3<T> {
+    [place[0], place[1], body.height(place)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bodies() -> [(&'static str, std::boxed::Box<dyn Surface<f64>>); 6] {
+        let axis = [0.8, 0.6];
+        [
+            ("plane", std::boxed::Box::new(Plane)),
+            ("sphere", std::boxed::Box::new(Sphere { radius_mm: 5.0 })),
+            ("bowl", std::boxed::Box::new(Sphere { radius_mm: -30.0 })),
+            ("cylinder", std::boxed::Box::new(Cylinder { radius_mm: 10.0, axis })),
+            ("trough", std::boxed::Box::new(Cylinder { radius_mm: -25.0, axis })),
+            ("edge", std::boxed::Box::new(Edge { radius_mm: 0.5, axis, face: [0.8, 0.6] })),
+        ]
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_overlap_and_the_surface_has_none() {
+        for (name, body) in bodies() {
+            for place in [[0.3, -0.2, 0.1], [1.5, 0.7, -0.4], [-2.0, 1.0, -1.5], [0.0, 0.0, -0.1]] {
+                let (_, gradient) = body.overlap(&place);
+                let norm: f64 = gradient.iter().map(|g| g * g).sum();
+                assert!((norm - 1.0).abs() < 1e-12, "{name}: {norm}");
+                for k in 0..3 {
+                    let moved = |by: f64| {
+                        let mut at = place;
+                        at[k] += by;
+                        body.overlap(&at).0
+                    };
+                    let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                    assert!((slope - gradient[k]).abs() < 1e-7, "{name} {place:?}: {slope} {}", gradient[k]);
+                    let turned = |by: f64| {
+                        let mut at = place;
+                        at[k] += by;
+                        body.overlap(&at).1
+                    };
+                    let mut unit = [0.0; 3];
+                    unit[k] = 1.0;
+                    let bend = body.bend(&place, &unit);
+                    for (i, bend) in bend.iter().enumerate() {
+                        let slope = (turned(1e-6)[i] - turned(-1e-6)[i]) / 2e-6;
+                        assert!((slope - bend).abs() < 1e-6, "{name} {place:?}: {slope} {bend}");
+                    }
+                }
+                let on = [place[0], place[1], body.height([place[0], place[1]])];
+                assert!(body.overlap(&on).0.abs() < 1e-12, "{name} {on:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_huge_sphere_is_a_plane_in_single_precision() {
+        let (overlap, _) = Sphere { radius_mm: 1e7_f32 }.overlap(&[1.0, 2.0, -0.123]);
+        assert!((overlap - 0.123).abs() < 1e-6, "{overlap}");
+    }
+}

@@ -1,0 +1,184 @@
+//! The numbers of a pad.
+//!
+//! Main types: [`Patch`], [`Numbers`], [`Law`], [`Pad`].
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::math::Arithmetic;
+
+use super::vector::{Bulk, Packed, Vec3};
+use super::{FIRST_TOUCH_TERMS, MODES};
+
+/// One patch of skin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Patch<T = f32> {
+    /// Its middle in the undeformed finger, mm.
+    pub middle_mm: Vec3<T>,
+    /// Its area, mm².
+    pub area_mm2: T,
+    /// Second moment of its points about the middle, over its area, mm²: xx, yy, zz, xy, xz, yz.
+    pub spread_mm2: [T; 6],
+    /// How it moves along x, y and z with each coordinate of the bulk, mm per root of mJ.
+    pub modes: [Bulk<T>; 3],
+    /// What the bulk leaves of its compliance along its normal and across, mm/N.
+    pub compliance_mm_per_n: [T; 2],
+}
+
+/// What holds for the finger as a whole.
+///
+/// The bulk's energy at rest is half the sum of the squares of its coordinates, mJ: the modes carry the stiffness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Numbers<T = f32> {
+    /// Translation (mm) and rotation vector (rad) of the rigid motion nearest to that of the patches, per coordinate of the bulk.
+    pub rigid: [Bulk<T>; 6],
+    /// Mean square of the skin's displacement along its normal, mm² per mJ: the lower triangle, row by row.
+    pub squash: Packed<T>,
+    /// Point about which the rotation of `rigid` is taken, mm.
+    pub middle_mm: Vec3<T>,
+    /// Height of the plane at first touch, mm: coefficients of [`first_touch_terms`].
+    pub first_touch_mm: [T; FIRST_TOUCH_TERMS],
+    /// Pitch in which the axes of the finger are those of the plane, degrees.
+    pub neutral_pitch_deg: T,
+    /// Least and largest pitch of the fit, degrees.
+    pub pitch_range_deg: [T; 2],
+    /// Largest roll of the fit to either side, degrees.
+    pub roll_max_deg: T,
+    /// Largest depth of the fit, mm.
+    pub depth_max_mm: T,
+    /// What was fitted.
+    pub law: Law<T>,
+}
+
+/// What is fitted to nonlinear runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub struct Law<T = f32> {
+    /// Root of the bulk's compliance across and along the body's normal over that at rest.
+    pub softness: [T; 2],
+    /// The bulk's energy grows with the cube of the mean squash, mJ/mm³, up to about the second number, mm, and with its square beyond.
+    pub stiffening: [T; 2],
+    /// Pressure at which a patch touches as a whole, MPa: constant, and per spread over size.
+    pub flattening_mpa: [T; 2],
+    /// Area in contact of a patch: over its own at most; force at which it reaches that, over the force at which it touches as a whole;
+    /// exponent of the force below.
+    pub area: [T; 3],
+    /// Strength of friction lambda sigma^beta: lambda, MPa^(1 - beta), and beta.
+    pub friction: [T; 2],
+    /// Exponent of the slipping share of a patch whose load grows.
+    pub onset: T,
+    /// What the rigid motion of the bulk adds in second order to the place of every patch, along z and along x: of the six products of
+    /// (t_x, t_z, r_y) and of (t_y, r_x, r_z), each in the order 00, 11, 22, 01, 02, 12; 1/mm, 1 or mm.
+    pub lift: [[T; 12]; 2],
+    /// Share of the second order of the bulk's rotation that patches follow.
+    pub turn: T,
+}
+
+/// Terms of the height of first touch: products of the normal's x and of the square of its y, in the finger's frame.
+pub fn first_touch_terms<T: Arithmetic>(x: T, y: T) -> [T; FIRST_TOUCH_TERMS] {
+    let one = T::of(1.0);
+    let y = y * y;
+    let (x2, y2) = (x * x, y * y);
+    let (x3, x4, x6) = (x2 * x, x2 * x2, x2 * x2 * x2);
+    [
+        one,
+        x,
+        x2,
+        x3,
+        x4,
+        x4 * x,
+        x6,
+        y,
+        y * x,
+        y * x2,
+        y * x3,
+        y * x4,
+        y2,
+        y2 * x,
+        y2 * x2,
+        y2 * y,
+        y2 * y * x,
+        x6 * x,
+        y2 * x3,
+        y2 * y2,
+    ]
+}
+
+// SAFETY: `repr(C)` structs of 32-bit floats and arrays of them throughout: no padding, and any bits are a number.
+#[allow(unsafe_code)]
+mod plain {
+    use super::{Law, Numbers, Patch, Pod, Zeroable};
+    unsafe impl Zeroable for Patch<f32> {}
+    unsafe impl Pod for Patch<f32> {}
+    unsafe impl Zeroable for Law<f32> {}
+    unsafe impl Pod for Law<f32> {}
+    unsafe impl Zeroable for Numbers<f32> {}
+    unsafe impl Pod for Numbers<f32> {}
+}
+
+impl Patch {
+    /// The same in another scalar.
+    pub fn cast<U: Arithmetic>(&self) -> Patch<U> {
+        let of = U::of;
+        Patch {
+            middle_mm: self.middle_mm.map(of),
+            area_mm2: of(self.area_mm2),
+            spread_mm2: self.spread_mm2.map(of),
+            modes: self.modes.map(|row| row.map(of)),
+            compliance_mm_per_n: self.compliance_mm_per_n.map(of),
+        }
+    }
+}
+
+impl Numbers {
+    /// The same in another scalar.
+    pub fn cast<U: Arithmetic>(&self) -> Numbers<U> {
+        let of = U::of;
+        let law = &self.law;
+        Numbers {
+            rigid: self.rigid.map(|row| row.map(of)),
+            squash: self.squash.map(of),
+            middle_mm: self.middle_mm.map(of),
+            first_touch_mm: self.first_touch_mm.map(of),
+            neutral_pitch_deg: of(self.neutral_pitch_deg),
+            pitch_range_deg: self.pitch_range_deg.map(of),
+            roll_max_deg: of(self.roll_max_deg),
+            depth_max_mm: of(self.depth_max_mm),
+            law: Law {
+                softness: law.softness.map(of),
+                stiffening: law.stiffening.map(of),
+                flattening_mpa: law.flattening_mpa.map(of),
+                area: law.area.map(of),
+                friction: law.friction.map(of),
+                onset: of(law.onset),
+                lift: law.lift.map(|axis| axis.map(of)),
+                turn: of(law.turn),
+            },
+        }
+    }
+}
+
+/// Patches and bulk of a finger, read in place.
+#[derive(Clone, Copy, Debug)]
+pub struct Pad<'a, T = f32> {
+    /// The patches.
+    pub patches: &'a [Patch<T>],
+    /// What holds for all of them.
+    pub numbers: &'a Numbers<T>,
+}
+
+impl<T: Arithmetic> Pad<'_, T> {
+    /// Height of the plane at first touch over the origin, along its normal (finger's frame), mm.
+    pub fn first_touch_mm(&self, normal: &[T; 3]) -> T {
+        let terms = first_touch_terms(normal[0], normal[1]);
+        let mut sum = T::of(0.0);
+        for (term, coefficient) in terms.iter().zip(&self.numbers.first_touch_mm) {
+            sum += *term * *coefficient;
+        }
+        sum
+    }
+}
+
+const _: () = assert!(size_of::<Patch>() == 4 * (12 + 3 * MODES));

@@ -1,0 +1,342 @@
+//! The bulk in equilibrium with what the patches bear.
+//!
+//! Main type: [`Equations`]. Uses patch and vector.
+
+use crate::math::{Arithmetic, Elementary};
+
+use super::body::{Surface, point};
+use super::patch::Compressed;
+use super::vector::{
+    Bulk, Mat3, Packed, Vec3, add_square, along, cross, dot, factor, minus, plus, solve, symmetric, times, turned, turned_back,
+    zeros,
+};
+use super::{Law, MODES, Pad, PadState};
+
+/// Most rounds of a step, and most halvings of a round.
+const ROUNDS: usize = 16;
+const HALVINGS: usize = 6;
+/// Change of the bulk below which it is in equilibrium, over its size, and the least size that counts, roots of mJ.
+const TOLERANCE: f32 = 1e-4;
+const LEAST_SIZE: f32 = 3e-3;
+/// Share of the last round's misfit that a round with a kept factor must leave at most.
+const KEPT: f32 = 0.25;
+
+/// Products of two of three numbers.
+const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
+/// Places in a rigid motion of those that a mirror image about y = 0 leaves, and of those that it turns round.
+const EVEN: [usize; 3] = [0, 2, 4];
+const ODD: [usize; 3] = [1, 3, 5];
+/// Axes of [`Law::lift`].
+const LIFTED: [usize; 2] = [2, 0];
+
+/// Where the body is: from the finger's frame to that of the body.
+pub(crate) struct Frame<T> {
+    pub axes: Mat3<T>,
+    /// The same for displacements, softened.
+    pub soft: Mat3<T>,
+    /// The body's apex in that frame's axes from the pivot.
+    pub apex: Vec3<T>,
+    pub pivot: Vec3<T>,
+}
+
+/// A patch in a place of the body: what does not change within a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed<T> {
+    pub compressed: Compressed<T>,
+    /// Place of the undeformed patch, body's frame, mm.
+    pub place: Vec3<T>,
+    /// From the middle of the pad, finger's frame, mm.
+    pub arm: Vec3<T>,
+    /// Where it is held and the direction into the body there.
+    pub anchor: Vec3<T>,
+    pub inward: Vec3<T>,
+}
+
+/// A patch in a state of the bulk.
+#[derive(Clone, Copy)]
+pub(crate) struct Acting<T> {
+    /// Whether it touches; the rest is read only then, but for the place.
+    pub touches: bool,
+    pub place: Vec3<T>,
+    pub overlap: T,
+    /// Direction into the body.
+    pub inward: Vec3<T>,
+    pub force: T,
+    pub slope: T,
+    pub strength: T,
+    /// From the skin to the anchor along the surface, mm, and its length.
+    pub stretch: Vec3<T>,
+    pub length: T,
+    /// Stretch at which friction meets the strength, mm.
+    pub bound: T,
+    /// Friction over stretch, N/mm.
+    pub grip: T,
+}
+
+impl<T: Arithmetic> Acting<T> {
+    pub fn nothing() -> Self {
+        let zero = T::of(0.0);
+        Self {
+            touches: false,
+            place: zeros(),
+            overlap: zero,
+            inward: zeros(),
+            force: zero,
+            slope: zero,
+            strength: zero,
+            stretch: zeros(),
+            length: zero,
+            bound: zero,
+            grip: zero,
+        }
+    }
+}
+
+/// Equations of the bulk in a place of the body.
+pub(crate) struct Equations<'a, const P: usize, T, B> {
+    pub pad: Pad<'a, T>,
+    pub body: &'a B,
+    pub frame: Frame<T>,
+    pub placed: [Placed<T>; P],
+    pub strength_factor: T,
+}
+
+impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
+    fn law(&self) -> &Law<T> {
+        &self.pad.numbers.law
+    }
+
+    /// What is missing to equilibrium: the gradient of the energy. Fills in what the patches do.
+    pub fn misfit(&self, bulk: &Bulk<T>, acting: &mut [Acting<T>; P]) -> Bulk<T> {
+        let numbers = self.pad.numbers;
+        let law = self.law();
+        let motion: [T; 6] = numbers.rigid.each_ref().map(|row| along(row, bulk));
+        let turn = [motion[3], motion[4], motion[5]];
+        let lift = common_lift(law, &motion);
+        let half_turn = T::of(0.5) * law.turn;
+        let mut gradient = *bulk;
+        // Force on the skin, finger's axes, and what does work on the rigid motion.
+        let (mut whole, mut by_turn) = (zeros::<T, 3>(), zeros::<T, 3>());
+        for ((patch, placed), acting) in self.pad.patches.iter().zip(&self.placed).zip(acting) {
+            let linear = patch.modes.each_ref().map(|row| along(row, bulk));
+            let swept = cross(&turn, &placed.arm);
+            let second = plus(&lift, &times(&cross(&turn, &swept), half_turn));
+            acting.place = plus(&placed.place, &turned(&self.frame.soft, &plus(&linear, &second)));
+            let (overlap, inward) = self.body.overlap(&acting.place);
+            acting.touches = placed.compressed.touches(overlap);
+            if !acting.touches {
+                continue;
+            }
+            let borne = placed.compressed.press(overlap, law);
+            acting.overlap = overlap;
+            acting.inward = inward;
+            acting.force = borne.force;
+            acting.slope = borne.slope;
+            acting.strength = borne.strength * self.strength_factor;
+            let across = minus(&placed.anchor, &acting.place);
+            acting.stretch = minus(&across, &times(&placed.inward, dot(&across, &placed.inward)));
+            acting.length = (dot(&acting.stretch, &acting.stretch) + T::of(f32::MIN_POSITIVE)).sqrt();
+            let compliance = patch.compliance_mm_per_n[1];
+            acting.bound = acting.strength * compliance;
+            acting.grip =
+                if acting.length > acting.bound { acting.strength / acting.length } else { T::of(1.0) / compliance };
+            let force = minus(&times(&acting.stretch, acting.grip), &times(&inward, borne.force));
+            let force = turned_back(&self.frame.soft, &force);
+            for (gradient, k) in gradient.iter_mut().zip(0..MODES) {
+                *gradient = *gradient - (patch.modes[0][k] * force[0] + patch.modes[1][k] * force[1] + patch.modes[2][k] * force[2]);
+            }
+            whole = plus(&whole, &force);
+            // d/dr of r x (r x a), transposed: a (r.F) + (r.a) F − 2 r (a.F).
+            let work = plus(&times(&placed.arm, dot(&turn, &force)), &times(&force, dot(&turn, &placed.arm)));
+            by_turn = plus(&by_turn, &minus(&work, &times(&turn, T::of(2.0) * dot(&placed.arm, &force))));
+        }
+        let slopes = lift_slopes(law, &motion);
+        let mut on_motion: [T; 6] = zeros();
+        for (slope, axis) in slopes.iter().zip(LIFTED) {
+            for (on, slope) in on_motion.iter_mut().zip(slope) {
+                *on += *slope * whole[axis];
+            }
+        }
+        for (on, turn) in on_motion[3..].iter_mut().zip(by_turn) {
+            *on += turn * half_turn;
+        }
+        for (row, on) in numbers.rigid.iter().zip(on_motion) {
+            for (gradient, share) in gradient.iter_mut().zip(row) {
+                *gradient = *gradient - *share * on;
+            }
+        }
+        let stiffening = Stiffening::at(&numbers.squash, bulk, law);
+        for (gradient, share) in gradient.iter_mut().zip(&stiffening.direction) {
+            *gradient += *share * stiffening.first;
+        }
+        gradient
+    }
+
+    /// Factor of the tangent stiffness, without the curvature of the body and of the bulk's second order, and with friction of a
+    /// bounded patch that turns.
+    fn factor(&self, bulk: &Bulk<T>, acting: &[Acting<T>; P]) -> Packed<T> {
+        let numbers = self.pad.numbers;
+        let stiffening = Stiffening::at(&numbers.squash, bulk, self.law());
+        let mut stiffness = numbers.squash.map(|x| x * stiffening.per_size);
+        add_square(&mut stiffness, &stiffening.direction, stiffening.second - stiffening.per_size);
+        for k in 0..MODES {
+            stiffness[k * (k + 3) / 2] += T::of(1.0);
+        }
+        let motion: [T; 6] = numbers.rigid.each_ref().map(|row| along(row, bulk));
+        let slopes = lift_slopes(self.law(), &motion);
+        let mut lifts: [Bulk<T>; 2] = [zeros(); 2];
+        for (lift, slope) in lifts.iter_mut().zip(&slopes) {
+            for (row, slope) in numbers.rigid.iter().zip(slope) {
+                for (lift, share) in lift.iter_mut().zip(row) {
+                    *lift += *share * *slope;
+                }
+            }
+        }
+        let soft = &self.frame.soft;
+        for ((patch, placed), acting) in self.pad.patches.iter().zip(&self.placed).zip(acting) {
+            if !acting.touches {
+                continue;
+            }
+            // Displacement in the body's frame per coordinate.
+            let mut modes: [Bulk<T>; 3] = [zeros(); 3];
+            for k in 0..MODES {
+                let moved = [patch.modes[0][k] + lifts[1][k], patch.modes[1][k], patch.modes[2][k] + lifts[0][k]];
+                let moved = turned(soft, &moved);
+                for (row, moved) in modes.iter_mut().zip(moved) {
+                    row[k] = moved;
+                }
+            }
+            let in_direction = |d: &Vec3<T>| -> Bulk<T> {
+                core::array::from_fn(|k| modes[0][k] * d[0] + modes[1][k] * d[1] + modes[2][k] * d[2])
+            };
+            add_square(&mut stiffness, &in_direction(&acting.inward), acting.slope);
+            // Two directions along the surface: that of the stretch and the other.
+            let one = T::of(1.0) / acting.length;
+            let (first, second) = if acting.length > T::of(1e-9) {
+                let first = times(&acting.stretch, one);
+                (first, cross(&placed.inward, &first))
+            } else {
+                tangents(&placed.inward)
+            };
+            if acting.length <= acting.bound {
+                add_square(&mut stiffness, &in_direction(&first), acting.grip);
+            }
+            add_square(&mut stiffness, &in_direction(&second), acting.grip);
+        }
+        factor(&mut stiffness);
+        stiffness
+    }
+
+    /// Brings the bulk to equilibrium by Newton's method, with the factor of an earlier step as long as that serves.
+    pub fn solve(&self, state: &mut PadState<P, T>, acting: &mut [Acting<T>; P]) {
+        let mut bulk = state.bulk;
+        let mut misfit = self.misfit(&bulk, acting);
+        let mut is_fresh = false;
+        for _ in 0..ROUNDS {
+            if !state.is_factored {
+                state.factor = self.factor(&bulk, acting);
+                state.is_factored = true;
+                is_fresh = true;
+            }
+            let step = solve(&state.factor, &misfit);
+            let off = along(&step, &misfit);
+            let size = along(&bulk, &bulk) + T::of(LEAST_SIZE * LEAST_SIZE);
+            if !(off > T::of(TOLERANCE * TOLERANCE) * size) {
+                break;
+            }
+            let mut scale = T::of(1.0);
+            let mut left = T::of(0.0);
+            let from = bulk;
+            for _ in 0..HALVINGS {
+                bulk = core::array::from_fn(|k| from[k] - step[k] * scale);
+                misfit = self.misfit(&bulk, acting);
+                left = along(&step, &misfit);
+                // Not far beyond the least energy along this direction.
+                if !(left < T::of(-0.5) * off) {
+                    break;
+                }
+                scale = scale * T::of(0.5);
+            }
+            let serves = left.magnitude() <= T::of(KEPT) * off && scale >= T::of(1.0);
+            state.is_factored = serves;
+            let _ = is_fresh;
+        }
+        state.bulk = bulk;
+    }
+}
+
+/// Two unit vectors across a direction that points down, more or less.
+fn tangents<T: Elementary>(inward: &Vec3<T>) -> (Vec3<T>, Vec3<T>) {
+    let zero = T::of(0.0);
+    // Across the direction and y; never short, since the direction is not y itself on the bodies' upper sides.
+    let raw = [-inward[2], zero, inward[0]];
+    let length = (dot(&raw, &raw) + T::of(1e-12)).sqrt();
+    let first = times(&raw, T::of(1.0) / length);
+    (first, cross(inward, &first))
+}
+
+/// The part of the second order that is the same for all patches, mm.
+fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vec3<T> {
+    let mut lift = zeros::<T, 3>();
+    for (numbers, axis) in law.lift.iter().zip(LIFTED) {
+        for (set, numbers) in [EVEN, ODD].iter().zip(numbers.chunks(PAIRS.len())) {
+            for ([a, b], number) in PAIRS.iter().zip(numbers) {
+                lift[axis] += *number * (motion[set[*a]] * motion[set[*b]]);
+            }
+        }
+    }
+    lift
+}
+
+/// Its derivatives over the rigid motion, for the axes of [`LIFTED`].
+fn lift_slopes<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> [[T; 6]; 2] {
+    law.lift.each_ref().map(|numbers| {
+        let mut slope = zeros::<T, 6>();
+        for (set, numbers) in [EVEN, ODD].iter().zip(numbers.chunks(PAIRS.len())) {
+            for ([a, b], number) in PAIRS.iter().zip(numbers) {
+                let (a, b) = (set[*a], set[*b]);
+                slope[a] += *number * motion[b];
+                slope[b] += *number * motion[a];
+            }
+        }
+        slope
+    })
+}
+
+/// Stiffening of the bulk: rate q³/(1 + q/end) of the mean squash q.
+pub(crate) struct Stiffening<T> {
+    pub energy: T,
+    /// Slope over the squash, the same over the squash, and the slope's slope.
+    first: T,
+    per_size: T,
+    second: T,
+    /// Derivative of the squash over the bulk.
+    direction: Bulk<T>,
+}
+
+impl<T: Elementary> Stiffening<T> {
+    pub fn at(squash: &Packed<T>, bulk: &Bulk<T>, law: &Law<T>) -> Self {
+        let pulled = symmetric(squash, bulk);
+        let q = (along(&pulled, bulk).not_negative() + T::of(1e-18)).sqrt();
+        let one = T::of(1.0) / q;
+        let [rate, end] = law.stiffening;
+        let x = q / end;
+        let d = T::of(1.0) / (T::of(1.0) + x);
+        let per_size = rate * q * (T::of(3.0) + T::of(2.0) * x) * (d * d);
+        Self {
+            energy: rate * (q * q * q) * d,
+            first: per_size * q,
+            per_size,
+            second: rate * q * (T::of(6.0) + x * (T::of(6.0) + T::of(2.0) * x)) * (d * d * d),
+            direction: pulled.map(|p| p * one),
+        }
+    }
+}
+
+/// The point of the body's surface at which a patch is held and the direction into the body there.
+#[inline(always)]
+pub(crate) fn held<T: Elementary>(body: &impl Surface<T>, anchor: [T; 2]) -> (Vec3<T>, Vec3<T>) {
+    let at = point(body, anchor);
+    let (_, inward) = body.overlap(&at);
+    (at, inward)
+}

@@ -1,0 +1,117 @@
+//! All that a contact of a pad remembers.
+//!
+//! Main types: [`PadState`], [`PatchState`]. Uses vector.
+
+use crate::math::Elementary;
+use crate::Error;
+
+use super::Pad;
+use super::vector::{Bulk, Packed, Vec3, zeros};
+
+/// Least and largest strength factor.
+const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
+
+/// All that a contact remembers, for a pad of up to `P` patches. [`PadState::new`] is a finger in the air.
+///
+/// Plain data: copy it to save it. A state belongs to one pad and one body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PadState<const P: usize, T = f32> {
+    /// Coordinates of the bulk.
+    pub(crate) bulk: Bulk<T>,
+    /// Factor of the last tangent stiffness.
+    pub(crate) factor: Packed<T>,
+    /// Where each patch is held: the point of the surface over this place of the body's tangent plane, mm.
+    pub(crate) anchors: [[T; 2]; P],
+    /// Used share of each patch's strength at the last step; negative if it was falling then.
+    pub(crate) used: [T; P],
+    /// Place of the body's apex along the axes of the plane, from the point about which poses turn, mm: a number and what it lacks.
+    pub(crate) shift: [[T; 2]; 2],
+    /// Angle of the body about the normal, rad, likewise.
+    pub(crate) angle: [T; 2],
+    /// The point about which poses turn, finger's frame, mm.
+    pub(crate) pivot: Vec3<T>,
+    /// Depth, mm, and pitch from the neutral one and roll, rad, of the last step.
+    pub(crate) depth: T,
+    pub(crate) tilt: [T; 2],
+    pub(crate) strength_factor: T,
+    pub(crate) in_contact: bool,
+    pub(crate) is_factored: bool,
+}
+
+impl<const P: usize, T: Elementary> PadState<P, T> {
+    /// A finger in the air over a plane.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for a pad of more than `P` patches.
+    pub fn new(pad: &Pad<'_, T>) -> Result<Self, Error> {
+        let patches = pad.patches.len();
+        if patches > P {
+            return Err(Error::Shape { elements: patches as u32, nodes: P as u32 });
+        }
+        Ok(Self {
+            bulk: zeros(),
+            factor: zeros(),
+            anchors: [zeros(); P],
+            used: zeros(),
+            shift: [zeros(); 2],
+            angle: zeros(),
+            pivot: zeros(),
+            depth: T::of(0.0),
+            tilt: zeros(),
+            strength_factor: T::of(1.0),
+            in_contact: false,
+            is_factored: false,
+        })
+    }
+
+    /// A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns.
+    ///
+    /// # Errors
+    /// As [`PadState::new`].
+    pub fn over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
+        let mut state = Self::new(pad)?;
+        state.tilt = pad.tilt(pose_deg).0;
+        state.pivot = pad.first_touch_point_mm(state.tilt);
+        Ok(state)
+    }
+
+    /// Sets the factor by which all strengths are multiplied from the next step on: what moisture, speed or dwell make of the friction.
+    ///
+    /// Range 0.1 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
+    pub fn set_strength_factor(&mut self, factor: T) -> T {
+        if factor.is_number() {
+            let [least, most] = STRENGTH_FACTOR.map(T::of);
+            self.strength_factor = if factor < least { least } else { factor.at_most(most) };
+        }
+        self.strength_factor
+    }
+
+    /// The depth of the last step, mm.
+    pub fn depth_mm(&self) -> T {
+        self.depth
+    }
+
+    /// Forgets the contact; where the body is stays known.
+    pub(crate) fn lift_off(&mut self) {
+        self.in_contact = false;
+        self.is_factored = false;
+    }
+}
+
+/// What one patch bears, see [`Pad::patch_states`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PatchState<T = f32> {
+    /// Its middle now, along the axes of the plane from the point about which poses turn, mm.
+    pub place_mm: [T; 3],
+    /// Mean pressure over its own area, MPa.
+    pub pressure_mpa: T,
+    /// Mean traction along x and y of the plane over its own area, MPa.
+    pub traction_mpa: [T; 2],
+    /// Area in contact, mm².
+    pub contact_area_mm2: T,
+    /// Share of that area which sticks.
+    pub stick_ratio: T,
+    /// Share of its strength that friction uses.
+    pub used: T,
+}

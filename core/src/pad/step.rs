@@ -1,0 +1,473 @@
+//! One step of a contact.
+//!
+//! Main functions: [`Pad::step`], [`Pad::patch_states`]. Uses equilibrium and state.
+
+use crate::math::{Elementary, add};
+use crate::step::rare;
+use crate::{Motion, Regime, Response, Status};
+
+use super::body::Surface;
+use super::equilibrium::{Acting, Equations, Frame, Placed, Stiffening, held};
+use super::patch::Compressed;
+use super::state::{PadState, PatchState};
+use super::vector::{Mat3, Vec3, cross, dot, minus, plus, times, turned, turned_back, zeros};
+use super::{Pad, Patch};
+
+/// Depth below which there is no contact, mm.
+const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
+/// Deepest depth and longest time that are in order, mm and s.
+const LARGEST: f32 = 1e9;
+/// Longest slide and largest spin of one step, mm and rad.
+const LONGEST_STEP: f32 = 64.0;
+/// Place of the origin of a plane from which on it is moved along, mm.
+const FAR: f32 = 16.0;
+/// Degrees to rad.
+const RAD: f32 = core::f32::consts::PI / 180.0;
+/// Stretch beyond the bound by which a patch slips: as share and in mm. Rounding of its place stays below.
+const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
+/// Share of the strength by which the friction of a patch must change before it counts as growing or falling.
+const NOTICED: f32 = 1e-6;
+/// Stick ratio that still counts as full stick, since the share of a patch that slips begins smoothly.
+const STICKS: f32 = 0.96;
+/// And the one that counts as full slip.
+const SLIDES: f32 = 0.04;
+
+impl<T: Elementary> Pad<'_, T> {
+    /// Pitch from the neutral one and roll, rad, of a pose, held within what the pad was fitted for, and whether it was.
+    pub(crate) fn tilt(&self, [pitch, roll]: [T; 2]) -> ([T; 2], bool) {
+        let numbers = self.numbers;
+        let within = |x: T, [least, most]: [T; 2]| if x < least { least } else { x.at_most(most) };
+        let held = [within(pitch, numbers.pitch_range_deg), within(roll, [-numbers.roll_max_deg, numbers.roll_max_deg])];
+        let rad = T::of(RAD);
+        ([(held[0] - numbers.neutral_pitch_deg) * rad, held[1] * rad], held == [pitch, roll])
+    }
+
+    /// The point of the undeformed finger that the plane touches first in a pose, finger's frame, mm.
+    pub(crate) fn first_touch_point_mm(&self, tilt: [T; 2]) -> Vec3<T> {
+        if tilt == [T::of(0.0); 2] {
+            return zeros();
+        }
+        let axes = axes(tilt);
+        // The slope of the height over the plane's turn is the place along the plane.
+        let step = 1.0 / 1024.0;
+        let height = |axis: usize, by: f32| {
+            let raw = plus(&axes[2], &times(&axes[axis], T::of(by)));
+            let one = T::of(1.0) / dot(&raw, &raw).sqrt();
+            self.first_touch_mm(&times(&raw, one))
+        };
+        let along = [0, 1].map(|k| (height(k, step) - height(k, -step)) / T::of(2.0 * step));
+        turned_back(&axes, &[along[0], along[1], self.first_touch_mm(&axes[2])])
+    }
+
+    /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
+    ///
+    /// * `motion`: depth, slide and spin of the body. The depth counts along the normal, from where the plane through the body's apex
+    ///   would first touch in the pose.
+    /// * `pose_deg`: pitch and roll of the finger against the plane, at the end of the step
+    ///
+    /// Bad input is flagged and leaves its axis where it was. With motion and pose at rest the state keeps its bits.
+    pub fn step<const P: usize>(
+        &self,
+        state: &mut PadState<P, T>,
+        body: &impl Surface<T>,
+        motion: Motion<T>,
+        pose_deg: [T; 2],
+    ) -> Response<T> {
+        let status = self.advance(state, body, motion, pose_deg);
+        if !(state.depth >= T::of(TOUCH_MM)) || self.patches.len() > P {
+            state.lift_off();
+            return Response { status, ..Response::default() };
+        }
+        let equations = self.equations(state, body);
+        let mut acting = [Acting::nothing(); P];
+        equations.solve(state, &mut acting);
+        let response = self.settle(state, &equations, &acting);
+        let check = response.normal_force_n + response.friction_n[0] + response.friction_n[1] + response.spin_moment_n_mm;
+        if !check.is_number() {
+            state.bulk = zeros();
+            state.lift_off();
+            return Response { status: status.with(Status::MEMORY_LOST), ..Response::default() };
+        }
+        Response { status, ..response }
+    }
+
+    /// Follows body and pose, and begins a contact.
+    fn advance<const P: usize>(
+        &self,
+        state: &mut PadState<P, T>,
+        body: &impl Surface<T>,
+        motion: Motion<T>,
+        pose_deg: [T; 2],
+    ) -> Status {
+        let mut status = Status::OK;
+        if !motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST) {
+            rare();
+            status = status.with(Status::BAD_TIME_STEP);
+        }
+        if motion.depth_mm.magnitude() <= T::of(LARGEST) {
+            state.depth = motion.depth_mm;
+        } else {
+            rare();
+            status = status.with(Status::BAD_INPUT);
+        }
+        if state.depth > self.numbers.depth_max_mm {
+            status = status.with(Status::DEPTH_ABOVE_RANGE);
+        }
+        if pose_deg[0].is_number() && pose_deg[1].is_number() {
+            let (tilt, known) = self.tilt(pose_deg);
+            state.tilt = tilt;
+            if !known {
+                status = status.with(Status::POSE_OUT_OF_RANGE);
+            }
+        } else {
+            rare();
+            status = status.with(Status::BAD_INPUT);
+        }
+        let mut usual = |x: T| {
+            if x.magnitude() <= T::of(LONGEST_STEP) {
+                return x;
+            }
+            rare();
+            if !x.is_number() {
+                status = status.with(Status::BAD_INPUT);
+                return T::of(0.0);
+            }
+            status = status.with(Status::LARGE_INCREMENT);
+            T::of(if x < T::of(0.0) { -LONGEST_STEP } else { LONGEST_STEP })
+        };
+        let slide = motion.slide_increment_mm.map(&mut usual);
+        let spin = usual(motion.spin_increment_rad);
+        if slide != [T::of(0.0); 2] || spin != T::of(0.0) {
+            state.carry(slide, spin);
+            if body.is_plane() && (state.shift[0][0].magnitude() > T::of(FAR) || state.shift[1][0].magnitude() > T::of(FAR)) {
+                state.move_origin();
+            }
+        }
+        if state.depth >= T::of(TOUCH_MM) && !state.in_contact {
+            let frame = self.frame(state);
+            state.in_contact = true;
+            state.is_factored = false;
+            state.bulk = zeros();
+            for ((patch, anchor), used) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.used) {
+                *anchor = foot(body, &frame.place(patch));
+                *used = T::of(0.0);
+            }
+        }
+        status
+    }
+
+    fn frame<const P: usize>(&self, state: &PadState<P, T>) -> Frame<T> {
+        let [along, across, normal] = axes(state.tilt);
+        let (sin, cos) = state.angle[0].sin_cos();
+        let turned_axes = [
+            plus(&times(&along, cos), &times(&across, sin)),
+            minus(&times(&across, cos), &times(&along, sin)),
+            normal,
+        ];
+        let [across_soft, along_soft] = self.numbers.law.softness;
+        let soft = [times(&turned_axes[0], across_soft), times(&turned_axes[1], across_soft), times(&normal, along_soft)];
+        let [x, y] = [state.shift[0][0], state.shift[1][0]];
+        let height = self.first_touch_mm(&normal) - dot(&normal, &state.pivot) + state.depth;
+        Frame { axes: turned_axes, soft, apex: [cos * x + sin * y, cos * y - sin * x, height], pivot: state.pivot }
+    }
+
+    fn equations<'a, const P: usize, B: Surface<T>>(
+        &'a self,
+        state: &PadState<P, T>,
+        body: &'a B,
+    ) -> Equations<'a, P, T, B> {
+        let law = &self.numbers.law;
+        let frame = self.frame(state);
+        let log_full = law.area[1].ln();
+        let log_whole = law.area[0].ln();
+        let mut patches = self.patches.iter().zip(&state.anchors);
+        let placed = core::array::from_fn(|_| {
+            let Some((patch, anchor)) = patches.next() else { return Placed::nothing() };
+            let place = frame.place(patch);
+            let (_, inward) = body.overlap(&place);
+            let (spread, flat) = spread(patch, &turned_back(&frame.axes, &inward), law.flattening_mpa);
+            let (anchor, held_inward) = held(body, *anchor);
+            Placed {
+                compressed: Compressed {
+                    compliance: patch.compliance_mm_per_n[0],
+                    spread,
+                    flat,
+                    log_area: patch.area_mm2.ln() + log_whole,
+                    log_full: flat.ln() + log_full,
+                },
+                place,
+                arm: minus(&patch.middle_mm, &self.numbers.middle_mm),
+                anchor,
+                inward: held_inward,
+            }
+        });
+        Equations { pad: Pad { patches: self.patches, numbers: self.numbers }, body, frame, placed, strength_factor: state.strength_factor }
+    }
+
+    /// Moves what slips or is apart, and sums up.
+    fn settle<const P: usize, B: Surface<T>>(
+        &self,
+        state: &mut PadState<P, T>,
+        equations: &Equations<'_, P, T, B>,
+        acting: &[Acting<T>; P],
+    ) -> Response<T> {
+        let law = &self.numbers.law;
+        let zero = T::of(0.0);
+        let (mut force, mut moment) = (zeros::<T, 3>(), zeros::<T, 3>());
+        let (mut area, mut stuck, mut strength, mut reach) = (zero, zero, zero, zero);
+        let mut middle = zeros::<T, 3>();
+        let memory = state.anchors.iter_mut().zip(&mut state.used);
+        for (((patch, placed), acting), (anchor, used)) in
+            self.patches.iter().zip(&equations.placed).zip(acting).zip(memory)
+        {
+            if !acting.touches {
+                *anchor = foot(equations.body, &acting.place);
+                *used = zero;
+                continue;
+            }
+            let now = acting.length / (acting.bound + T::of(f32::MIN_POSITIVE));
+            let slips = acting.length > acting.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
+            if slips {
+                let way = times(&acting.stretch, acting.bound / acting.length);
+                *anchor = [acting.place[0] + way[0], acting.place[1] + way[1]];
+            }
+            let now = now.at_most(T::of(1.0));
+            let before = used.magnitude();
+            let grows = now - before > T::of(NOTICED) || ((now - before).magnitude() <= T::of(NOTICED) && *used >= zero);
+            let share = if slips {
+                zero
+            } else if grows {
+                T::of(1.0) - slipping(now, law.onset)
+            } else {
+                T::of(1.0)
+            };
+            *used = if grows { now } else { -now };
+            let touching = placed.compressed.area(acting.force, law);
+            area += touching;
+            stuck += touching * share;
+            strength += acting.strength;
+            let on_skin = minus(&times(&acting.stretch, acting.grip), &times(&acting.inward, acting.force));
+            let arm = plus(&acting.place, &[equations.frame.apex[0], equations.frame.apex[1], zero]);
+            force = plus(&force, &on_skin);
+            moment = plus(&moment, &cross(&arm, &on_skin));
+            middle = plus(&middle, &times(&arm, acting.strength));
+            reach += acting.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
+            // The spread of the gaps within the patch changes as the body turns against it.
+            let frame = &equations.frame;
+            let (_, by_spread) = placed.compressed.energy(acting.overlap, acting.force, flat_rate(patch, law.flattening_mpa));
+            let pull = by_spread / placed.compressed.spread;
+            let (_, inward) = equations.body.overlap(&placed.place);
+            let pulled = turned(&frame.axes, &pulled(patch, &turned_back(&frame.axes, &inward)));
+            moment = plus(&moment, &times(&cross(&inward, &pulled), pull));
+            if !equations.body.is_plane() {
+                let on_skin = times(&equations.body.bend(&placed.place, &pulled), -pull);
+                let arm = plus(&placed.place, &[frame.apex[0], frame.apex[1], zero]);
+                force = plus(&force, &on_skin);
+                moment = plus(&moment, &cross(&arm, &on_skin));
+            }
+        }
+        // Back from the body's axes to those of the plane.
+        let (sin, cos) = state.angle[0].sin_cos();
+        let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
+        let (force, moment) = (back(&force), back(&moment));
+        let normal = force[2].not_negative();
+        let some = strength + T::of(f32::MIN_POSITIVE);
+        let friction = (force[0] * force[0] + force[1] * force[1]).sqrt();
+        // Friction and moment about the middle of the strength against an ellipse.
+        let middle = back(&times(&middle, T::of(1.0) / some));
+        let arm = (reach / some - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative().sqrt();
+        let about_middle = moment[2] - (middle[0] * force[1] - middle[1] * force[0]);
+        let (share, turning) = (friction / some, about_middle / (some * arm + T::of(1e-12)));
+        let stick_ratio = if area > zero { stuck / area } else { zero };
+        let in_contact = normal > zero;
+        let per_normal = T::of(1.0) / (normal + T::of(f32::MIN_POSITIVE));
+        Response {
+            normal_force_n: normal,
+            friction_n: [force[0], force[1]],
+            stick_ratio,
+            friction_limit_n: strength,
+            slip_margin: if in_contact {
+                (T::of(1.0) - (share * share + turning * turning).sqrt()).not_negative()
+            } else {
+                zero
+            },
+            spin_moment_n_mm: moment[2],
+            pressure_centre_mm: if in_contact { [-moment[1] * per_normal, moment[0] * per_normal] } else { [zero; 2] },
+            contact_area_mm2: area,
+            band_normal_n: zero,
+            band_friction_n: zero,
+            regime: if !in_contact {
+                Regime::NoContact
+            } else if stick_ratio >= T::of(STICKS) {
+                Regime::Stick
+            } else if stick_ratio <= T::of(SLIDES) {
+                Regime::Slip
+            } else {
+                Regime::PartialSlip
+            },
+            status: Status::OK,
+        }
+    }
+
+    /// What each patch bears after the last step: pressure, traction, area and stick.
+    ///
+    /// Costs as much as a round of a step.
+    pub fn patch_states<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [PatchState<T>; P] {
+        let mut out = [PatchState::default(); P];
+        if !state.in_contact || self.patches.len() > P {
+            return out;
+        }
+        let equations = self.equations(state, body);
+        let mut acting = [Acting::nothing(); P];
+        equations.misfit(&state.bulk, &mut acting);
+        let (sin, cos) = state.angle[0].sin_cos();
+        let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
+        let law = &self.numbers.law;
+        for ((((patch, placed), acting), used), out) in
+            self.patches.iter().zip(&equations.placed).zip(&acting).zip(&state.used).zip(&mut out)
+        {
+            let apex = &equations.frame.apex;
+            out.place_mm = back(&plus(&acting.place, apex));
+            if !acting.touches {
+                continue;
+            }
+            let traction = back(&times(&acting.stretch, acting.grip / patch.area_mm2));
+            out.pressure_mpa = acting.force / patch.area_mm2;
+            out.traction_mpa = [traction[0], traction[1]];
+            out.contact_area_mm2 = placed.compressed.area(acting.force, law);
+            out.used = used.magnitude();
+            let growing = !(*used < T::of(0.0));
+            out.stick_ratio = if growing { T::of(1.0) - slipping(out.used, law.onset) } else { T::of(1.0) };
+        }
+        out
+    }
+
+    #[cfg(test)]
+    pub(crate) fn misfit<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [T; super::MODES] {
+        self.equations(state, body).misfit(&state.bulk, &mut [Acting::nothing(); P])
+    }
+
+    /// Energy stored after the last step, mJ.
+    pub fn energy_mj<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> T {
+        let mut sum = T::of(0.0);
+        if !state.in_contact {
+            return sum;
+        }
+        let equations = self.equations(state, body);
+        let mut acting = [Acting::nothing(); P];
+        equations.misfit(&state.bulk, &mut acting);
+        for x in &state.bulk {
+            sum += T::of(0.5) * *x * *x;
+        }
+        sum += Stiffening::at(&self.numbers.squash, &state.bulk, &self.numbers.law).energy;
+        for ((patch, placed), acting) in self.patches.iter().zip(&equations.placed).zip(&acting) {
+            if acting.touches {
+                let (energy, _) = placed.compressed.energy(acting.overlap, acting.force, T::of(0.0));
+                let stretch = acting.length.at_most(acting.bound);
+                sum += energy + T::of(0.5) * stretch * stretch / patch.compliance_mm_per_n[1];
+            }
+        }
+        sum
+    }
+}
+
+impl<const P: usize, T: Elementary> PadState<P, T> {
+    /// Moves and turns the body.
+    fn carry(&mut self, slide: [T; 2], spin: T) {
+        let [x, y] = [self.shift[0][0], self.shift[1][0]];
+        let way = if spin == T::of(0.0) {
+            slide
+        } else {
+            let (sin, cos) = spin.sin_cos();
+            let (half_sin, half_cos) = (T::of(0.5) * spin).sin_cos();
+            // 1 − cos without loss of digits.
+            let less = T::of(2.0) * half_sin * half_sin;
+            let _ = cos;
+            [
+                half_cos * slide[0] - half_sin * slide[1] - less * x - sin * y,
+                half_sin * slide[0] + half_cos * slide[1] + sin * x - less * y,
+            ]
+        };
+        for (part, way) in self.shift.iter_mut().zip(way) {
+            let (sum, low) = add(part[0], part[1], way);
+            *part = [sum, low];
+        }
+        let (sum, low) = add(self.angle[0], self.angle[1], spin);
+        let turn = T::of(core::f32::consts::TAU);
+        // What the turn in single precision lacks.
+        let rest = T::of(-1.748_455_6e-7);
+        self.angle = if sum > T::of(core::f32::consts::PI) {
+            [sum - turn, low - rest]
+        } else if sum < T::of(-core::f32::consts::PI) {
+            [sum + turn, low + rest]
+        } else {
+            [sum, low]
+        };
+    }
+
+    /// Puts the origin of a plane where the finger is.
+    fn move_origin(&mut self) {
+        let (sin, cos) = self.angle[0].sin_cos();
+        let [x, y] = [self.shift[0][0], self.shift[1][0]];
+        let by = [cos * x + sin * y, cos * y - sin * x];
+        for anchor in &mut self.anchors {
+            *anchor = [anchor[0] + by[0], anchor[1] + by[1]];
+        }
+        self.shift = [zeros(); 2];
+    }
+}
+
+impl<T: Elementary> Frame<T> {
+    /// Place of an undeformed patch, body's frame, mm.
+    #[inline(always)]
+    fn place(&self, patch: &Patch<T>) -> Vec3<T> {
+        minus(&turned(&self.axes, &minus(&patch.middle_mm, &self.pivot)), &self.apex)
+    }
+}
+
+impl<T: Elementary> Placed<T> {
+    fn nothing() -> Self {
+        let zero = T::of(0.0);
+        let compressed = Compressed { compliance: zero, spread: zero, flat: zero, log_area: zero, log_full: zero };
+        Self { compressed, place: zeros(), arm: zeros(), anchor: zeros(), inward: zeros() }
+    }
+}
+
+/// From the finger's axes to those of a plane against which it is pitched and rolled.
+fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
+    let ((ps, pc), (rs, rc)) = (pitch.sin_cos(), roll.sin_cos());
+    [[pc, ps * rs, ps * rc], [T::of(0.0), rc, -rs], [-ps, pc * rs, pc * rc]]
+}
+
+/// Where a place is held that is not in contact: on the surface beside it.
+#[inline(always)]
+fn foot<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
+    let (overlap, inward) = body.overlap(place);
+    [place[0] - overlap * inward[0], place[1] - overlap * inward[1]]
+}
+
+/// Spread matrix of a patch times a vector.
+#[inline(always)]
+fn pulled<T: Elementary>(patch: &Patch<T>, v: &Vec3<T>) -> Vec3<T> {
+    let [xx, yy, zz, xy, xz, yz] = patch.spread_mm2;
+    turned(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], v)
+}
+
+/// Spread of the gaps within a patch, mm, and the force at which all of it touches, N.
+#[inline(always)]
+fn spread<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>, flattening: [T; 2]) -> (T, T) {
+    let spread = (dot(direction, &pulled(patch, direction)) + T::of(1e-8)).sqrt();
+    (spread, patch.area_mm2 * flattening[0] + flat_rate(patch, flattening) * spread)
+}
+
+/// Change of that force with the spread, N/mm.
+#[inline(always)]
+fn flat_rate<T: Elementary>(patch: &Patch<T>, flattening: [T; 2]) -> T {
+    flattening[1] * patch.area_mm2.sqrt()
+}
+
+/// Share of a patch that slips under a growing load.
+#[inline(always)]
+fn slipping<T: Elementary>(used: T, onset: T) -> T {
+    (onset * (used + T::of(f32::MIN_POSITIVE)).ln()).exp()
+}

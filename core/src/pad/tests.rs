@@ -1,0 +1,331 @@
+use super::*;
+use crate::{Motion, Regime, Response, Status};
+
+const N: usize = EXAMPLE_PATCHES;
+
+/// Repeatable numbers.
+struct Random(u64);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 33) as f64 / f64::from(1u32 << 31))
+    }
+}
+
+/// A contact under way: slide x and y and depth (mm), spin, pitch from the neutral one and roll (rad).
+#[derive(Clone)]
+struct Trip<'a, B> {
+    pad: Pad<'a, f64>,
+    body: B,
+    state: PadState<N, f64>,
+    at: [f64; 6],
+    last: Response<f64>,
+    /// Work of the body on the finger, and what went in and out, mJ.
+    work: [f64; 2],
+}
+
+const START: [f64; 6] = [0.0, 0.0, -0.5, 0.0, 0.0, 0.0];
+
+impl<'a, B: Surface<f64>> Trip<'a, B> {
+    fn new(pad: Pad<'a, f64>, body: B) -> Self {
+        let state = if body.is_plane() {
+            PadState::new(&pad).unwrap()
+        } else {
+            PadState::over(&pad, [pad.numbers.neutral_pitch_deg, 0.0]).unwrap()
+        };
+        Self { pad, body, state, at: START, last: Response::default(), work: [0.0; 2] }
+    }
+
+    fn height(&self, at: &[f64; 6]) -> f64 {
+        let normal = [-at[4].sin(), at[4].cos() * at[5].sin(), at[4].cos() * at[5].cos()];
+        let pivot: f64 = normal.iter().zip(&self.state.pivot).map(|(a, b)| a * b).sum();
+        self.pad.first_touch_mm(&normal) - pivot + at[2]
+    }
+
+    /// Force along the plane's axes and moment about the point about which poses turn.
+    fn wrench(&self, at: &[f64; 6], r: &Response<f64>) -> ([f64; 3], [f64; 3]) {
+        let n = r.normal_force_n;
+        let [x, y] = r.friction_n;
+        let [cx, cy] = r.pressure_centre_mm;
+        let height = self.height(at);
+        ([x, y, n], [n * cy - height * y, -n * cx + height * x, r.spin_moment_n_mm])
+    }
+
+    fn step(&mut self, next: [f64; 6]) {
+        let way: [f64; 6] = core::array::from_fn(|k| next[k] - self.at[k]);
+        let motion = Motion {
+            depth_mm: next[2],
+            slide_increment_mm: [way[0], way[1]],
+            spin_increment_rad: way[3],
+            dt_s: 1e-3,
+        };
+        let pose = [self.pad.numbers.neutral_pitch_deg + next[4].to_degrees(), next[5].to_degrees()];
+        let answer = self.pad.step(&mut self.state, &self.body, motion, pose);
+        let (before, after) = (self.wrench(&self.at, &self.last), self.wrench(&next, &answer));
+        let mean = |k: usize| (0.5 * (before.0[k] + after.0[k]), 0.5 * (before.1[k] + after.1[k]));
+        // The plane turns against the finger when the finger is pitched and rolled.
+        let pitch = 0.5 * (self.at[4] + next[4]);
+        let rise = self.height(&next) - self.height(&self.at);
+        let turned = [-way[5] * pitch.cos(), -way[4], way[3] + way[5] * pitch.sin()];
+        let mut done = mean(0).0 * way[0] + mean(1).0 * way[1] + mean(2).0 * rise;
+        for (k, turned) in turned.iter().enumerate() {
+            done += mean(k).1 * turned;
+        }
+        self.work[0] += done;
+        self.work[1] += done.abs();
+        self.last = answer;
+        self.at = next;
+    }
+
+    /// Goes straight to a place.
+    fn to(&mut self, to: [f64; 6], steps: usize) {
+        let from = self.at;
+        for step in 1..=steps {
+            let share = step as f64 / steps as f64;
+            self.step(core::array::from_fn(|k| from[k] + share * (to[k] - from[k])));
+        }
+    }
+}
+
+/// Does the same on every body.
+macro_rules! on_every_body {
+    ($pad:expr, $check:ident) => {{
+        $check("plane", Trip::new($pad, Plane));
+        $check("sphere", Trip::new($pad, Sphere { radius_mm: 8.0 }));
+        $check("bowl", Trip::new($pad, Sphere { radius_mm: -40.0 }));
+        $check("cylinder", Trip::new($pad, Cylinder { radius_mm: 10.0, axis: [0.6, 0.8] }));
+        $check("edge", Trip::new($pad, Edge { radius_mm: 2.0, axis: [0.8, 0.6], face: [0.8, 0.6] }));
+    }};
+}
+
+/// Where everything sticks the forces are the slopes of the stored energy over all six coordinates of the body.
+#[test]
+fn forces_are_the_slopes_of_the_energy() {
+    let mut example = ExamplePad::new().cast::<f64>();
+    example.numbers.law.friction = [500.0, 0.46];
+    fn check<B: Surface<f64> + Clone>(name: &str, mut trip: Trip<'_, B>) {
+        trip.to([0.0, 0.0, 0.9, 0.0, 0.0, 0.0], 60);
+        trip.to([0.4, -0.2, 1.0, 0.1, 0.06, -0.05], 60);
+        let energy = |trip: &Trip<'_, B>| trip.pad.energy_mj(&trip.state, &trip.body);
+        let both = [0, 1, 2, 3, 4, 5].map(|k| {
+            let step = 2e-4;
+            let moved = |by: f64| {
+                let mut other = trip.clone();
+                let mut to = other.at;
+                to[k] += by;
+                other.work = [0.0; 2];
+                other.to(to, 1);
+                (energy(&other), other.work[0])
+            };
+            let (up, down) = (moved(step), moved(-step));
+            (up.0 - down.0, up.1 - down.1)
+        });
+        let largest = both.iter().map(|(_, done)| done.abs()).fold(0.0, f64::max);
+        for (k, (stored, done)) in both.into_iter().enumerate() {
+            assert!((stored - done).abs() < 5e-3 * largest, "{name}, coordinate {k}: stored {stored:e}, work {done:e}");
+        }
+    }
+    on_every_body!(example.pad(), check);
+}
+
+#[test]
+fn closed_paths_yield_no_work() {
+    let example = ExamplePad::new().cast::<f64>();
+    fn check<B: Surface<f64> + Clone>(name: &str, start: Trip<'_, B>) {
+        let mut random = Random(11);
+        for path in 0..20 {
+            let mut trip = start.clone();
+            trip.to([0.0, 0.0, random.between(0.2, 1.5), 0.0, 0.0, 0.0], 60);
+            for _ in 0..5 {
+                let strength = random.between(0.5, 1.5);
+                trip.state.set_strength_factor(strength);
+                let to = [
+                    random.between(-1.0, 1.0),
+                    random.between(-1.0, 1.0),
+                    random.between(0.1, 1.5),
+                    random.between(-0.3, 0.3),
+                    random.between(-0.2, 0.2),
+                    random.between(-0.2, 0.2),
+                ];
+                trip.to(to, 150);
+            }
+            trip.to([0.0, 0.0, trip.at[2], 0.0, 0.0, 0.0], 150);
+            trip.to(START, 150);
+            let [work, exchanged] = trip.work;
+            assert!(work > -1e-3 * exchanged, "{name}, path {path}: {work:e} of {exchanged:e} mJ");
+            assert!(work < exchanged, "friction dissipates a part");
+        }
+    }
+    on_every_body!(example.pad(), check);
+}
+
+/// A load held below its limit is there after many small cycles of everything, and what a cycle leaves does not change after the first.
+#[test]
+fn a_held_load_shakes_down() {
+    let example = ExamplePad::new().cast::<f64>();
+    fn check<B: Surface<f64> + Clone>(name: &str, start: Trip<'_, B>) {
+        let circle = |k: usize, size: f64| {
+            let angle = k as f64 * core::f64::consts::FRAC_PI_4;
+            [0.0, 0.0, 0.0, 0.0, size * angle.sin(), size * angle.cos()]
+        };
+        let circles: std::vec::Vec<[f64; 6]> = (0..8).map(|k| circle(k, 9e-3)).collect();
+        let all: std::vec::Vec<[f64; 6]> = (0..8)
+            .map(|k| {
+                let mut c = circle(k, 9e-3);
+                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+                (c[0], c[2], c[3]) = (0.01 * sign, 0.01 * sign, 0.01 * sign);
+                c
+            })
+            .collect();
+        for (cycle_name, cycle) in [
+            ("depth", std::vec![[0.0, 0.0, 0.05, 0.0, 0.0, 0.0], [0.0, 0.0, -0.05, 0.0, 0.0, 0.0]]),
+            ("slide", std::vec![[0.01, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, -0.01, 0.0, 0.0, 0.0, 0.0]]),
+            ("spin", std::vec![[0.0, 0.0, 0.0, 0.01, 0.0, 0.0], [0.0, 0.0, 0.0, -0.01, 0.0, 0.0]]),
+            ("pose", circles),
+            ("all", all),
+        ] {
+            let mut trip = start.clone();
+            trip.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 40);
+            trip.to([0.2, 0.1, 1.0, 0.0, 0.0, 0.0], 40);
+            let held = trip.at;
+            let load = trip.last.friction_n;
+            let mut after = std::vec::Vec::new();
+            for _ in 0..200 {
+                for change in &cycle {
+                    trip.to(core::array::from_fn(|k| held[k] + change[k]), 1);
+                }
+                trip.to(held, 1);
+                after.push(trip.last.friction_n);
+            }
+            let size = |f: [f64; 2]| f[0].hypot(f[1]);
+            let off = |a: [f64; 2], b: [f64; 2]| size([a[0] - b[0], a[1] - b[1]]) / trip.last.friction_limit_n;
+            let drift = off(after[199], after[9]);
+            assert!(drift < 1e-3, "{name}, {cycle_name}: {drift:.1e} in 190 cycles");
+            assert!(size(after[199]) > 0.6 * size(load), "{name}, {cycle_name}: the load is there");
+        }
+    }
+    on_every_body!(example.pad(), check);
+}
+
+#[test]
+fn single_precision_follows_double_precision_and_rest_keeps_its_bits() {
+    let example = ExamplePad::new();
+    let twin = example.cast::<f64>();
+    let mut state = PadState::<N>::new(&example.pad()).unwrap();
+    let mut twin_state = PadState::<N, f64>::new(&twin.pad()).unwrap();
+    let mut worst: f64 = 0.0;
+    for k in 0..4000 {
+        let t = f64::from(k) * 1e-3;
+        let motion = Motion {
+            depth_mm: 0.8 + 0.5 * (3.0 * t).sin(),
+            slide_increment_mm: [3e-3 * (2.0 * t).cos(), -2e-3 * (1.3 * t).sin()],
+            spin_increment_rad: 4e-4 * (2.2 * t).sin(),
+            dt_s: 1e-3,
+        };
+        let pose = [30.0 + 8.0 * (1.7 * t).sin(), 6.0 * (2.9 * t).sin()];
+        let b = twin.pad().step(&mut twin_state, &Plane, motion, pose);
+        let single = Motion {
+            depth_mm: motion.depth_mm as f32,
+            slide_increment_mm: motion.slide_increment_mm.map(|x| x as f32),
+            spin_increment_rad: motion.spin_increment_rad as f32,
+            dt_s: 1e-3,
+        };
+        let single_pose = pose.map(|x| x as f32);
+        let a = example.pad().step(&mut state, &Plane, single, single_pose);
+        let off = (f64::from(a.friction_n[0]) - b.friction_n[0]).hypot(f64::from(a.friction_n[1]) - b.friction_n[1]);
+        worst = worst.max(off / b.friction_limit_n.max(1e-3));
+        worst = worst.max((f64::from(a.normal_force_n) - b.normal_force_n).abs() / b.normal_force_n.max(1e-3));
+        if k % 100 == 99 {
+            let still = Motion { depth_mm: single.depth_mm, dt_s: 1e-3, ..Motion::default() };
+            // The step that comes to rest may still have let patches slip; after it nothing moves.
+            example.pad().step(&mut state, &Plane, still, single_pose);
+            let first = example.pad().step(&mut state, &Plane, still, single_pose);
+            let rest = state;
+            for _ in 0..19 {
+                let again = example.pad().step(&mut state, &Plane, still, single_pose);
+                assert_eq!(again, first, "step {k}");
+                assert_eq!(state, rest, "step {k}");
+            }
+            // The twin rests as well: a rest brings either nearer to equilibrium.
+            let still = Motion { depth_mm: motion.depth_mm, dt_s: 1e-3, ..Motion::default() };
+            for _ in 0..21 {
+                twin.pad().step(&mut twin_state, &Plane, still, pose);
+            }
+        }
+    }
+    assert!(worst < 2e-3, "{worst:e}");
+}
+
+#[test]
+fn bad_input_is_flagged_and_harmless() {
+    let example = ExamplePad::new();
+    let pad = example.pad();
+    let mut state = PadState::<N>::new(&pad).unwrap();
+    let press = Motion { depth_mm: 1.0, dt_s: 1e-3, ..Motion::default() };
+    let before = pad.step(&mut state, &Plane, press, [30.0, 0.0]);
+    assert_eq!(before.status, Status::OK);
+    // What slips at a turn of the motion rests from the next step on.
+    let before = Response { ..pad.step(&mut state, &Plane, press, [30.0, 0.0]) };
+    for (motion, pose, flag) in [
+        (Motion { depth_mm: f32::NAN, ..press }, [30.0, 0.0], Status::BAD_INPUT),
+        (Motion { slide_increment_mm: [0.0, f32::INFINITY], ..press }, [30.0, 0.0], Status::BAD_INPUT),
+        (Motion { spin_increment_rad: f32::NAN, ..press }, [30.0, 0.0], Status::BAD_INPUT),
+        (Motion { dt_s: 0.0, ..press }, [30.0, 0.0], Status::BAD_TIME_STEP),
+        (press, [f32::NAN, 0.0], Status::BAD_INPUT),
+    ] {
+        let r = pad.step(&mut state, &Plane, motion, pose);
+        assert_eq!(r.status, flag, "{motion:?}");
+        assert_eq!(Response { status: Status::OK, ..r }, before, "{motion:?}");
+    }
+    let r = pad.step(&mut state, &Plane, Motion { depth_mm: 9.0, ..press }, [80.0, 0.0]);
+    assert_eq!(r.status, Status::DEPTH_ABOVE_RANGE.with(Status::POSE_OUT_OF_RANGE));
+    assert!(r.normal_force_n.is_finite() && r.normal_force_n > before.normal_force_n);
+    let r = pad.step(&mut state, &Plane, Motion { slide_increment_mm: [1e6, 0.0], ..press }, [30.0, 0.0]);
+    assert_eq!((r.status, r.regime), (Status::LARGE_INCREMENT, Regime::Slip));
+    let r = pad.step(&mut state, &Plane, Motion { depth_mm: -1.0, ..press }, [30.0, 0.0]);
+    assert_eq!(r, Response::default());
+}
+
+/// A long way does not cost digits, and a plane that slides on and on is in steady slip.
+#[test]
+fn a_long_slide_is_steady() {
+    let example = ExamplePad::new();
+    let pad = example.pad();
+    let mut state = PadState::<N>::new(&pad).unwrap();
+    let mut friction = [0.0; 2];
+    for k in 0..100_000 {
+        let motion = Motion { depth_mm: 1.0, slide_increment_mm: [0.02, 0.01], dt_s: 1e-3, ..Motion::default() };
+        let r = pad.step(&mut state, &Plane, motion, [30.0, 0.0]);
+        if k == 1000 {
+            friction = r.friction_n;
+            assert_eq!(r.regime, Regime::Slip);
+        } else if k > 1000 {
+            assert!((r.friction_n[0] - friction[0]).abs() < 2e-4 * friction[0], "{k}: {:?} {friction:?}", r.friction_n);
+        }
+    }
+}
+
+/// What the solver brings to 0 is the slope of the stored energy over the bulk.
+#[test]
+fn the_misfit_is_the_slope_of_the_energy_over_the_bulk() {
+    let mut example = ExamplePad::new().cast::<f64>();
+    example.numbers.law.friction = [500.0, 0.46];
+    fn check<B: Surface<f64> + Clone>(name: &str, mut trip: Trip<'_, B>) {
+        trip.to([0.0, 0.0, 0.9, 0.0, 0.0, 0.0], 60);
+        trip.to([0.4, -0.2, 1.0, 0.1, 0.06, -0.05], 60);
+        // Beside equilibrium.
+        (0..MODES).for_each(|k| trip.state.bulk[k] += 0.02 * (k as f64 + 0.5).sin());
+        let misfit = trip.pad.misfit(&trip.state, &trip.body);
+        for k in 0..MODES {
+            let energy = |by: f64| {
+                let mut state = trip.state;
+                state.bulk[k] += by;
+                trip.pad.energy_mj(&state, &trip.body)
+            };
+            let slope = (energy(1e-5) - energy(-1e-5)) / 2e-5;
+            assert!((slope - misfit[k]).abs() < 1e-5, "{name}, coordinate {k}: {slope:e} {:e}", misfit[k]);
+        }
+    }
+    on_every_body!(example.pad(), check);
+}
