@@ -24,7 +24,7 @@ pub enum Error {
     Checksum,
     /// The bytes do not start at an address divisible by 4; see [`crate::include_fpm`].
     Alignment,
-    /// The file was made for another number of springs or table nodes.
+    /// The file was made for another number of springs or table nodes, or of modes of a pad; or a pad has more patches than a state.
     Shape {
         /// Springs in the file.
         elements: u32,
@@ -122,6 +122,19 @@ pub enum Field {
     /// The values of the effect slots, six a slot, counted through the file.
     EffectValue,
     State,
+    PatchArea,
+    /// Middle and spread of a patch.
+    PatchPlace,
+    PatchCompliance,
+    /// Modes of a patch; after the last patch, rigid motion of the bulk.
+    BulkMode,
+    BulkStiffness,
+    BulkStiffening,
+    /// Pressure at which a patch touches as a whole.
+    Flattening,
+    FirstTouch,
+    /// Second order of the bulk's rigid motion.
+    Lift,
     /// A value of a table of effects, by its number among the table's nodes.
     TableValue,
 }

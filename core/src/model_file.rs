@@ -70,7 +70,7 @@ fn crc32_on(before: u32, bytes: &[u8]) -> u32 {
     !crc
 }
 
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
+pub(crate) fn word(bytes: &[u8], at: usize) -> Option<u32> {
     let four = bytes.get(at..at.checked_add(4)?)?;
     Some(u32::from_le_bytes(four.try_into().ok()?))
 }
@@ -79,8 +79,17 @@ fn too_short(bytes: &[u8], expected: usize) -> Error {
     Error::Length { expected: expected as u32, found: bytes.len() as u32 }
 }
 
+/// Refuses bytes that cannot be used where they lie.
+pub(crate) fn check_start(bytes: &[u8]) -> Result<(), Error> {
+    const { assert!(cfg!(target_endian = "little"), "model files are little-endian") };
+    if bytes.as_ptr().align_offset(4) != 0 {
+        return Err(Error::Alignment);
+    }
+    Ok(())
+}
+
 /// Checks header and checksum.
-fn check_envelope(bytes: &[u8]) -> Result<(), Error> {
+pub(crate) fn check_envelope(bytes: &[u8]) -> Result<(), Error> {
     let short = too_short(bytes, HEADER);
     if bytes.get(..4).ok_or(short)? != MAGIC {
         return Err(Error::Magic);
@@ -101,7 +110,7 @@ fn check_envelope(bytes: &[u8]) -> Result<(), Error> {
 }
 
 /// The bytes of section `id`.
-fn section(bytes: &[u8], id: [u8; 4]) -> Result<&[u8], Error> {
+pub(crate) fn section(bytes: &[u8], id: [u8; 4]) -> Result<&[u8], Error> {
     let count = word(bytes, 16).unwrap_or(0) as usize;
     for i in 0..count.min(16) {
         let at = HEADER + i * ENTRY;
@@ -121,10 +130,7 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
     /// The bytes must start at an address divisible by 4, see [`crate::include_fpm`]. Costs about 20 instructions
     /// per byte, once.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Error> {
-        const { assert!(cfg!(target_endian = "little"), "model files are little-endian") };
-        if bytes.as_ptr().align_offset(4) != 0 {
-            return Err(Error::Alignment);
-        }
+        check_start(bytes)?;
         check_envelope(bytes)?;
         let data = section(bytes, DATA)?;
         let (elements, nodes) = (word(data, 0).unwrap_or(0), word(data, 4).unwrap_or(0));
@@ -174,13 +180,26 @@ fn sections(tables: Tables<'_>) -> usize {
 }
 
 /// Writes one piece after another into a buffer.
-struct Writer<'a> {
+pub(crate) struct Writer<'a> {
     out: &'a mut [u8],
     at: usize,
 }
 
-impl Writer<'_> {
-    fn put(&mut self, bytes: &[u8]) {
+impl<'a> Writer<'a> {
+    pub fn new(out: &'a mut [u8]) -> Self {
+        Self { out, at: 0 }
+    }
+
+    /// Puts the checksum of a file of this length in its place.
+    pub fn seal(self, length: usize) -> usize {
+        let checksum = crc32(self.out.get(16..length).unwrap_or(&[]));
+        if let Some(slot) = self.out.get_mut(12..16) {
+            slot.copy_from_slice(&checksum.to_le_bytes());
+        }
+        length
+    }
+
+    pub fn put(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if let Some(slot) = self.out.get_mut(self.at) {
                 *slot = *byte;
@@ -189,7 +208,7 @@ impl Writer<'_> {
         }
     }
 
-    fn word(&mut self, value: u32) {
+    pub fn word(&mut self, value: u32) {
         self.put(&value.to_le_bytes());
     }
 
@@ -241,7 +260,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         let tables_at = effects_at + size_of_val(effects);
         let columns_at = tables_at + size_of_val(tables.numbers);
         let meta_at = columns_at + size_of_val(tables.columns);
-        let mut w = Writer { out, at: 0 };
+        let mut w = Writer::new(out);
         w.put(&MAGIC);
         for value in [VERSION, needed as u32, 0, sections(tables) as u32] {
             w.word(value);
@@ -276,11 +295,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             w.put(bytemuck::bytes_of(column));
         }
         w.put(meta.as_bytes());
-        let checksum = crc32(out.get(16..needed).unwrap_or(&[]));
-        if let Some(slot) = out.get_mut(12..16) {
-            slot.copy_from_slice(&checksum.to_le_bytes());
-        }
-        Ok(needed)
+        Ok(w.seal(needed))
     }
 
     /// All numbers, in the file's order.

@@ -47,6 +47,11 @@ pub struct Numbers<T = f32> {
     pub roll_max_deg: T,
     /// Largest depth of the fit, mm.
     pub depth_max_mm: T,
+    /// Half-width of the normal force's 95 % band over the force, a parabola in the stick ratio (in full slip, and the factors of the
+    /// ratio and of its square), in the neutral pose; and what another pose adds to it.
+    pub band_normal: [[T; 3]; 2],
+    /// Half-width of friction's band over the strength, likewise.
+    pub band_friction: [[T; 3]; 2],
     /// What was fitted.
     pub law: Law<T>,
 }
@@ -146,6 +151,8 @@ impl Numbers {
             pitch_range_deg: self.pitch_range_deg.map(of),
             roll_max_deg: of(self.roll_max_deg),
             depth_max_mm: of(self.depth_max_mm),
+            band_normal: self.band_normal.map(|band| band.map(of)),
+            band_friction: self.band_friction.map(|band| band.map(of)),
             law: Law {
                 softness: law.softness.map(of),
                 stiffening: law.stiffening.map(of),

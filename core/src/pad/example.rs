@@ -83,6 +83,8 @@ impl ExamplePad {
             pitch_range_deg: [10.0, 60.0],
             roll_max_deg: 25.0,
             depth_max_mm: 3.0,
+            band_normal: [[0.03, 0.0, 0.0], [0.05, 0.0, 0.0]],
+            band_friction: [[0.05, 0.0, 0.0], [0.1, 0.0, 0.0]],
             law: Law {
                 softness: [1.0, 1.0],
                 stiffening: [0.2, 2.0],

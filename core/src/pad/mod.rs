@@ -19,6 +19,7 @@ mod body;
 mod data;
 mod equilibrium;
 mod example;
+mod file;
 mod patch;
 mod state;
 mod step;
@@ -27,6 +28,7 @@ mod vector;
 pub use body::{Cylinder, Edge, Plane, Sphere, Surface};
 pub use data::{Law, Numbers, Pad, Patch, first_touch_terms};
 pub use example::{EXAMPLE_PATCHES, ExamplePad};
+pub use file::PadFile;
 pub use state::{PadState, PatchState};
 
 /// Coordinates of the bulk.

@@ -32,6 +32,9 @@ const STICKS: f32 = 0.96;
 /// And the one that counts as full slip.
 const SLIDES: f32 = 0.04;
 
+/// Turn from the neutral pose at which half of what other poses add to the bands counts, rad.
+const AWAY_RAD: f32 = 0.05;
+
 impl<T: Elementary> Pad<'_, T> {
     /// Pitch from the neutral one and roll, rad, of a pose, held within what the pad was fitted for, and whether it was.
     pub(crate) fn tilt(&self, [pitch, roll]: [T; 2]) -> ([T; 2], bool) {
@@ -294,8 +297,8 @@ impl<T: Elementary> Pad<'_, T> {
             spin_moment_n_mm: moment[2],
             pressure_centre_mm: if in_contact { [-moment[1] * per_normal, moment[0] * per_normal] } else { [zero; 2] },
             contact_area_mm2: area,
-            band_normal_n: zero,
-            band_friction_n: zero,
+            band_normal_n: normal * self.band(&self.numbers.band_normal, state.tilt, stick_ratio),
+            band_friction_n: strength * self.band(&self.numbers.band_friction, state.tilt, stick_ratio),
             regime: if !in_contact {
                 Regime::NoContact
             } else if stick_ratio >= T::of(STICKS) {
@@ -307,6 +310,13 @@ impl<T: Elementary> Pad<'_, T> {
             },
             status: Status::OK,
         }
+    }
+
+    /// Half-width of a band over what it is a share of.
+    fn band(&self, [neutral, away]: &[[T; 3]; 2], [pitch, roll]: [T; 2], stick_ratio: T) -> T {
+        let parabola = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
+        let turned = pitch * pitch + roll * roll;
+        parabola(neutral) + parabola(away) * (turned / (turned + T::of(AWAY_RAD * AWAY_RAD)))
     }
 
     /// What each patch bears after the last step: pressure, traction, area and stick.

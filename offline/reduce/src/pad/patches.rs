@@ -128,6 +128,8 @@ pub fn pad(
         pitch_range_deg: PITCH_RANGE_DEG,
         roll_max_deg: ROLL_MAX_DEG,
         depth_max_mm,
+        band_normal: [[0.0; 3]; 2],
+        band_friction: [[0.0; 3]; 2],
         law: Tuning::default().law,
     };
     let patches = patches.into_iter().map(|p| {
@@ -202,22 +204,29 @@ fn weights(nodes: &[Vector3<f64>], areas: &[f64], outline: &Outline) -> Vec<f64>
 /// The patch of each used node: k-means over one half, mirrored; patches at the middle are one with their mirror image.
 fn clusters(used: &[usize], nodes: &[Vector3<f64>], weights: &[f64], wanted: usize) -> Vec<usize> {
     let half: Vec<usize> = used.iter().copied().filter(|&k| nodes[k].y > -1e-9).collect();
-    let mut best: Option<(usize, Vec<Vector3<f64>>)> = None;
+    // A patch with nodes in the middle plane is its own mirror image.
+    let central = |middles: &[Vector3<f64>]| {
+        let mut central = vec![false; middles.len()];
+        half.iter().filter(|&&k| nodes[k].y < 1e-9).for_each(|&k| central[nearest(&nodes[k], middles)] = true);
+        central
+    };
+    let mut best: Option<(usize, Vec<Vector3<f64>>, Vec<bool>)> = None;
     for count in 2..=wanted {
         let middles = k_means(&half, nodes, weights, count);
-        let whole = middles.iter().map(|m| if is_central(m, &middles) { 1 } else { 2 }).sum::<usize>();
+        let central = central(&middles);
+        let whole = central.iter().map(|central| if *central { 1 } else { 2 }).sum::<usize>();
         let off = whole.abs_diff(wanted);
-        if best.as_ref().is_none_or(|(least, _)| off < *least) {
-            best = Some((off, middles));
+        if best.as_ref().is_none_or(|(least, ..)| off < *least) {
+            best = Some((off, middles, central));
         }
     }
-    let middles = best.map(|(_, middles)| middles).unwrap_or_default();
+    let (middles, central) = best.map(|(_, middles, central)| (middles, central)).unwrap_or_default();
     // Left halves of the patches beside the middle come after all others.
     let mut mirrored = vec![usize::MAX; middles.len()];
     let mut next = middles.len();
-    for (k, middle) in middles.iter().enumerate() {
-        if !is_central(middle, &middles) {
-            mirrored[k] = next;
+    for (mirrored, central) in mirrored.iter_mut().zip(central) {
+        if !central {
+            *mirrored = next;
             next += 1;
         }
     }
@@ -227,14 +236,6 @@ fn clusters(used: &[usize], nodes: &[Vector3<f64>], weights: &[f64], wanted: usi
         if nodes[k].y < -1e-9 && mirrored[own] != usize::MAX { mirrored[own] } else { own }
     };
     used.iter().map(patch).collect()
-}
-
-/// Whether a patch of the half is nearer to the middle than to half of the mean distance of patches.
-fn is_central(middle: &Vector3<f64>, all: &[Vector3<f64>]) -> bool {
-    let apart =
-        |a: &Vector3<f64>| all.iter().map(|b| (a - b).norm()).filter(|d| *d > 1e-9).fold(f64::INFINITY, f64::min);
-    let mean = all.iter().map(apart).sum::<f64>() / all.len() as f64;
-    middle.y < 0.4 * mean
 }
 
 fn nearest(point: &Vector3<f64>, middles: &[Vector3<f64>]) -> usize {

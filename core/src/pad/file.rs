@@ -1,0 +1,225 @@
+//! The model file of a pad: checked once, then used where it lies.
+//!
+//! Main type: [`PadFile`]. Uses data and the envelope of model files.
+
+use crate::error::Field;
+use crate::model_file::{Writer, check_envelope, check_start, section, word};
+use crate::{Error, MAGIC, VERSION};
+
+use super::{MODES, Numbers, Pad, Patch};
+
+const NUMBERS: [u8; 4] = *b"PADN";
+const PATCHES: [u8; 4] = *b"PADP";
+const META: [u8; 4] = *b"META";
+/// Header, and an entry for each of three sections.
+const START: usize = 20 + 3 * 12;
+/// No number of a pad is near it.
+const LARGEST: f32 = 1e6;
+
+/// All that a pad's model file holds, read in place.
+#[derive(Clone, Copy, Debug)]
+pub struct PadFile<'a> {
+    /// The pad.
+    pub pad: Pad<'a>,
+    /// Where it comes from: JSON with ranges, settings' hash and versions.
+    pub meta: &'a str,
+}
+
+impl<'a> PadFile<'a> {
+    /// Checks a pad's model file and uses it where it lies: nothing is copied.
+    ///
+    /// The bytes must start at an address divisible by 4, see [`crate::include_fpm`]. Costs about 20 instructions per byte, once.
+    ///
+    /// # Errors
+    /// As [`crate::FileOf::from_bytes`]; [`Error::Section`] with `PADN` for the model file of a bed.
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Error> {
+        check_start(bytes)?;
+        check_envelope(bytes)?;
+        let numbers = section(bytes, NUMBERS)?;
+        let modes = word(numbers, 0).unwrap_or(0);
+        if modes as usize != MODES {
+            return Err(Error::Shape { elements: modes, nodes: 0 });
+        }
+        let numbers: &Numbers = bytemuck::try_from_bytes(numbers.get(4..).unwrap_or(&[]))
+            .map_err(|_| Error::Section { id: NUMBERS })?;
+        let patches: &[Patch] =
+            bytemuck::try_cast_slice(section(bytes, PATCHES)?).map_err(|_| Error::Section { id: PATCHES })?;
+        let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
+        let pad = Pad { patches, numbers };
+        pad.check()?;
+        Ok(Self { pad, meta })
+    }
+}
+
+impl Pad<'_> {
+    /// Length of the file that [`Pad::write_file`] writes, bytes.
+    pub fn file_length(&self, meta: &str) -> usize {
+        START + 4 + size_of::<Numbers>() + size_of_val(self.patches) + meta.len()
+    }
+
+    /// Writes a model file into `out` and returns its length.
+    ///
+    /// # Errors
+    /// [`Error::Buffer`] where `out` is shorter than that.
+    pub fn write_file(&self, meta: &str, out: &mut [u8]) -> Result<usize, Error> {
+        let needed = self.file_length(meta);
+        if out.len() < needed {
+            return Err(Error::Buffer { needed: needed as u32 });
+        }
+        let numbers = 4 + size_of::<Numbers>();
+        let patches = size_of_val(self.patches);
+        let mut w = Writer::new(out);
+        w.put(&MAGIC);
+        for value in [VERSION, needed as u32, 0, 3] {
+            w.word(value);
+        }
+        for (id, at, length) in [
+            (NUMBERS, START, numbers),
+            (PATCHES, START + numbers, patches),
+            (META, START + numbers + patches, meta.len()),
+        ] {
+            w.put(&id);
+            w.word(at as u32);
+            w.word(length as u32);
+        }
+        w.word(MODES as u32);
+        w.put(bytemuck::bytes_of(self.numbers));
+        w.put(bytemuck::cast_slice(self.patches));
+        w.put(meta.as_bytes());
+        Ok(w.seal(needed))
+    }
+
+    /// Refuses numbers of which no passive pad can be made.
+    ///
+    /// # Errors
+    /// [`Error::Range`] with the number.
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |what, index: usize, value| Err(Error::Range { what, index: index as u16, value });
+        let all = |what, values: &mut dyn Iterator<Item = f32>, [least, most]: [f32; 2]| {
+            for (index, value) in values.enumerate() {
+                if !(value >= least && value <= most) {
+                    return refuse(what, index, value);
+                }
+            }
+            Ok(())
+        };
+        let (signed, positive) = ([-LARGEST, LARGEST], [1e-9, LARGEST]);
+        let Numbers { law, .. } = self.numbers;
+        let bounded = |rows: &[[f32; MODES]]| rows.iter().flatten().all(|x| x.abs() <= LARGEST);
+        for (index, patch) in self.patches.iter().enumerate() {
+            let place = patch.middle_mm.iter().all(|x| x.abs() <= LARGEST);
+            let [xx, yy, zz, xy, xz, yz] = patch.spread_mm2;
+            // The spread must not be negative along any axis or within any plane of two.
+            let slack = 1e-4 * (xx + yy + zz);
+            let spread = [(xx, yy, xy), (xx, zz, xz), (yy, zz, yz)]
+                .iter()
+                .all(|(a, b, c)| *a >= 0.0 && *b >= 0.0 && *a <= LARGEST && *b <= LARGEST && c * c <= a * b + slack);
+            if !(patch.area_mm2 >= 1e-4 && patch.area_mm2 <= LARGEST) {
+                return refuse(Field::PatchArea, index, patch.area_mm2);
+            }
+            if !place || !spread {
+                return refuse(Field::PatchPlace, index, zz);
+            }
+            for compliance in patch.compliance_mm_per_n {
+                if !(compliance >= 1e-4 && compliance <= LARGEST) {
+                    return refuse(Field::PatchCompliance, index, compliance);
+                }
+            }
+            if !bounded(&patch.modes) {
+                return refuse(Field::BulkMode, index, f32::NAN);
+            }
+        }
+        if self.patches.is_empty() {
+            return Err(Error::Section { id: PATCHES });
+        }
+        if !bounded(&self.numbers.rigid) {
+            return refuse(Field::BulkMode, self.patches.len(), f32::NAN);
+        }
+        all(Field::BulkStiffening, &mut self.numbers.squash.iter().copied(), signed)?;
+        all(Field::BulkStiffening, &mut (0..MODES).map(|k| self.numbers.squash[k * (k + 3) / 2]), [0.0, LARGEST])?;
+        all(Field::FirstTouch, &mut self.numbers.first_touch_mm.iter().chain(&self.numbers.middle_mm).copied(), signed)?;
+        all(Field::BulkStiffness, &mut law.softness.iter().copied(), [0.05, 20.0])?;
+        all(Field::BulkStiffening, &mut law.stiffening.iter().copied(), [0.0, LARGEST])?;
+        all(Field::BulkStiffening, &mut law.stiffening[1..].iter().copied(), positive)?;
+        all(Field::Flattening, &mut law.flattening_mpa.iter().copied(), positive)?;
+        all(Field::ContactArea, &mut law.area.iter().copied(), [1e-3, 1e3])?;
+        all(Field::Lambda, &mut law.friction[..1].iter().copied(), positive)?;
+        all(Field::PressureExponent, &mut law.friction[1..].iter().copied(), [1e-3, 1.0])?;
+        all(Field::Sharpness, &mut core::iter::once(law.onset), [1e-3, 1e3])?;
+        all(Field::Lift, &mut law.lift.iter().flatten().copied().chain([law.turn]), signed)?;
+        let bands = self.numbers.band_normal.iter().flatten();
+        all(Field::BandNormal, &mut bands.copied(), signed)?;
+        let bands = self.numbers.band_friction.iter().flatten();
+        all(Field::BandFriction, &mut bands.copied(), signed)?;
+        let [least, most] = self.numbers.pitch_range_deg;
+        all(Field::Pose, &mut [least, most, self.numbers.neutral_pitch_deg].into_iter(), [-90.0, 90.0])?;
+        all(Field::Pose, &mut core::iter::once(self.numbers.roll_max_deg), [0.0, 60.0])?;
+        if !(least <= most) {
+            return refuse(Field::Pose, 0, least);
+        }
+        all(Field::DepthMax, &mut core::iter::once(self.numbers.depth_max_mm), positive)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pad::ExamplePad;
+
+    #[repr(C, align(8))]
+    struct Aligned([u8; 16384]);
+
+    fn written(example: &ExamplePad) -> (std::boxed::Box<Aligned>, usize) {
+        let mut buffer = std::boxed::Box::new(Aligned([0; 16384]));
+        let length = example.pad().write_file("{\"example\":true}", &mut buffer.0).unwrap();
+        assert_eq!(length, example.pad().file_length("{\"example\":true}"));
+        (buffer, length)
+    }
+
+    #[test]
+    fn round_trip() {
+        let example = ExamplePad::new();
+        let (buffer, length) = written(&example);
+        let file = PadFile::from_bytes(&buffer.0[..length]).unwrap();
+        assert_eq!(file.pad.patches, example.patches);
+        assert_eq!(*file.pad.numbers, example.numbers);
+        assert_eq!(file.meta, "{\"example\":true}");
+        // A bed's reader says what is missing.
+        assert_eq!(crate::File::from_bytes(&buffer.0[..length]).map(|_| ()), Err(Error::Section { id: *b"DATA" }));
+    }
+
+    #[test]
+    fn every_truncation_and_flipped_byte_is_refused() {
+        let (mut buffer, length) = written(&ExamplePad::new());
+        for short in (0..length).step_by(7) {
+            assert!(PadFile::from_bytes(&buffer.0[..short]).is_err(), "{short}");
+        }
+        for at in (0..length).step_by(3) {
+            buffer.0[at] ^= 0x41;
+            assert!(PadFile::from_bytes(&buffer.0[..length]).is_err(), "{at}");
+            buffer.0[at] ^= 0x41;
+        }
+        assert!(PadFile::from_bytes(&buffer.0[..length]).is_ok());
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused_by_name() {
+        let refused = |change: &dyn Fn(&mut ExamplePad)| {
+            let mut example = ExamplePad::new();
+            change(&mut example);
+            let (buffer, length) = written(&example);
+            match PadFile::from_bytes(&buffer.0[..length]) {
+                Err(Error::Range { what, index, .. }) => (what, index),
+                other => panic!("{:?}", other.map(|_| ())),
+            }
+        };
+        assert_eq!(refused(&|e| e.patches[3].area_mm2 = -1.0), (Field::PatchArea, 3));
+        assert_eq!(refused(&|e| e.patches[2].compliance_mm_per_n[1] = 0.0), (Field::PatchCompliance, 2));
+        assert_eq!(refused(&|e| e.patches[5].modes[1][4] = f32::NAN), (Field::BulkMode, 5));
+        assert_eq!(refused(&|e| e.patches[1].spread_mm2[3] = 9.0), (Field::PatchPlace, 1));
+        assert_eq!(refused(&|e| e.numbers.law.friction[1] = 1.5), (Field::PressureExponent, 0));
+        assert_eq!(refused(&|e| e.numbers.law.softness[1] = f32::INFINITY), (Field::BulkStiffness, 1));
+        assert_eq!(refused(&|e| e.numbers.squash[2] = -0.1), (Field::BulkStiffening, 1));
+        assert_eq!(refused(&|e| e.numbers.pitch_range_deg = [60.0, 10.0]), (Field::Pose, 0));
+    }
+}
