@@ -4,7 +4,7 @@
 
 use crate::math::{Arithmetic, Scalar};
 
-use super::vector::{Vec3, dot, minus, times};
+use super::vector::{Vec3, cross, plus, times};
 
 /// The surface of a rigid body, as a pad needs it.
 ///
@@ -13,8 +13,6 @@ use super::vector::{Vec3, dot, minus, times};
 pub trait Surface<T> {
     /// How far a place lies below the surface, mm (negative outside), and how that changes with the place: a unit vector into the body.
     fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]);
-    /// How that direction changes along a vector: the second derivative of the overlap times it, over mm.
-    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3];
     /// Height of the surface over a place of the tangent plane at the apex, mm.
     fn height(&self, place: [T; 2]) -> T;
     /// Whether it is the same everywhere, so that the origin may be moved along it.
@@ -31,10 +29,6 @@ impl<T: Arithmetic> Surface<T> for Plane {
     #[inline(always)]
     fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
         (-place[2], [T::of(0.0), T::of(0.0), T::of(-1.0)])
-    }
-    #[inline(always)]
-    fn bend(&self, _: &[T; 3], _: &[T; 3]) -> [T; 3] {
-        [T::of(0.0); 3]
     }
     #[inline(always)]
     fn height(&self, _: [T; 2]) -> T {
@@ -63,13 +57,6 @@ impl<T: Scalar> Surface<T> for Sphere<T> {
         let inward = -side / distance;
         (-side * over / (distance + radius), arm.map(|a| a * inward))
     }
-    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3] {
-        let [x, y, z] = *place;
-        let distance = length([x, y], z + self.radius_mm);
-        let out = [x, y, z + self.radius_mm].map(|a| a / distance);
-        let inward = -side(self.radius_mm) / distance;
-        times(&minus(along, &times(&out, dot(&out, along))), inward)
-    }
     fn height(&self, [x, y]: [T; 2]) -> T {
         arc(self.radius_mm, x * x + y * y)
     }
@@ -95,10 +82,6 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
         let across = u * inward;
         (-side * over / (distance + radius), [-sin * across, cos * across, (z + self.radius_mm) * inward])
     }
-    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3] {
-        let u = self.axis[0] * place[1] - self.axis[1] * place[0];
-        bend_of_arc(self.axis, [u, place[2] + self.radius_mm], side(self.radius_mm), along)
-    }
     fn height(&self, [x, y]: [T; 2]) -> T {
         let u = self.axis[0] * y - self.axis[1] * x;
         arc(self.radius_mm, u * u)
@@ -120,8 +103,10 @@ impl<T: Scalar> Surface<T> for Edge<T> {
     fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
         let [cos, sin] = self.axis;
         let [face_cos, face_sin] = self.face;
-        let ([u, up], on_arc) = self.section(place);
+        let (u, up) = (cos * place[1] - sin * place[0], place[2] + self.radius_mm);
         let far = u.magnitude();
+        // On the rounding where the direction from its middle is steeper than the face's normal.
+        let on_arc = up > T::of(0.0) && far * face_cos <= up * face_sin;
         let (overlap, out) = if on_arc {
             let distance = length([u, T::of(0.0)], up);
             let z = place[2];
@@ -133,10 +118,6 @@ impl<T: Scalar> Surface<T> for Edge<T> {
         };
         (overlap, [sin * out[0], -cos * out[0], -out[1]])
     }
-    fn bend(&self, place: &[T; 3], along: &[T; 3]) -> [T; 3] {
-        let (section, on_arc) = self.section(place);
-        if on_arc { bend_of_arc(self.axis, section, T::of(1.0), along) } else { [T::of(0.0); 3] }
-    }
     fn height(&self, [x, y]: [T; 2]) -> T {
         let u = (self.axis[0] * y - self.axis[1] * x).magnitude();
         let [cos, sin] = self.face;
@@ -146,28 +127,6 @@ impl<T: Scalar> Surface<T> for Edge<T> {
         }
         -(self.radius_mm * (T::of(1.0) - cos) + (u - end) * sin / cos)
     }
-}
-
-impl<T: Scalar> Edge<T> {
-    /// A place across the edge, from the middle of the rounding, and whether the rounding is nearest: where the direction from its middle
-    /// is steeper than the face's normal.
-    fn section(&self, place: &[T; 3]) -> ([T; 2], bool) {
-        let [cos, sin] = self.axis;
-        let (u, up) = (cos * place[1] - sin * place[0], place[2] + self.radius_mm);
-        let [face_cos, face_sin] = self.face;
-        ([u, up], up > T::of(0.0) && u.magnitude() * face_cos <= up * face_sin)
-    }
-}
-
-/// [`Surface::bend`] of an arc across an axis, at a place from its middle.
-fn bend_of_arc<T: Scalar>([cos, sin]: [T; 2], [u, up]: [T; 2], side: T, along: &[T; 3]) -> [T; 3] {
-    let distance = length([u, T::of(0.0)], up);
-    let inward = -side / distance;
-    let (u, up) = (u / distance, up / distance);
-    let [to_side, to_top] = [cos * along[1] - sin * along[0], along[2]];
-    let out = u * to_side + up * to_top;
-    let (to_side, to_top) = ((to_side - u * out) * inward, (to_top - up * out) * inward);
-    [-sin * to_side, cos * to_side, to_top]
 }
 
 fn side<T: Scalar>(radius: T) -> T {
@@ -183,6 +142,59 @@ fn length<T: Scalar>([x, y]: [T; 2], z: T) -> T {
 fn arc<T: Scalar>(radius: T, square: T) -> T {
     let rest = (radius * radius - square).not_negative().sqrt();
     -side(radius) * square / (radius.magnitude() + rest)
+}
+
+/// Points that stand for a patch on a curved body: three to either side of its middle, body's axes, mm.
+pub(crate) type Sides<T> = [Vec3<T>; 3];
+
+/// How the overlap differs within a patch: the moment of its mean slope about the middle, the mean square of the overlap about its mean,
+/// and the slope and moment of half of that.
+#[derive(Clone, Copy)]
+pub(crate) struct Spread<T> {
+    pub moment: Vec3<T>,
+    pub variance: T,
+    pub variance_slope: Vec3<T>,
+    pub variance_moment: Vec3<T>,
+}
+
+/// Mean overlap of a patch at a place, mm, and its slope.
+///
+/// On a plane the overlap is that of the middle. On a curved body the skin beside it is farther away or nearer.
+#[inline(always)]
+pub(crate) fn mean<T: Arithmetic>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> (T, Vec3<T>) {
+    if body.is_plane() {
+        return body.overlap(place);
+    }
+    let sixth = T::of(1.0 / 6.0);
+    let (mut overlap, mut slope) = (T::of(0.0), [T::of(0.0); 3]);
+    for side in sides {
+        for sign in [T::of(1.0), T::of(-1.0)] {
+            let (o, s) = body.overlap(&plus(place, &times(side, sign)));
+            overlap += o * sixth;
+            slope = plus(&slope, &times(&s, sixth));
+        }
+    }
+    (overlap, slope)
+}
+
+/// The spread of the overlap within a patch at a place.
+pub(crate) fn spread<T: Arithmetic>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> Spread<T> {
+    let sixth = T::of(1.0 / 6.0);
+    let (overlap, _) = mean(body, place, sides);
+    let zero = [T::of(0.0); 3];
+    let mut out = Spread { moment: zero, variance: T::of(0.0), variance_slope: zero, variance_moment: zero };
+    for side in sides {
+        for sign in [T::of(1.0), T::of(-1.0)] {
+            let arm = times(side, sign);
+            let (o, s) = body.overlap(&plus(place, &arm));
+            let off = o - overlap;
+            out.variance += off * off * sixth;
+            out.moment = plus(&out.moment, &times(&cross(&arm, &s), sixth));
+            out.variance_slope = plus(&out.variance_slope, &times(&s, off * sixth));
+            out.variance_moment = plus(&out.variance_moment, &times(&cross(&arm, &s), off * sixth));
+        }
+    }
+    out
 }
 
 /// The point of the surface over a place of the tangent plane.
@@ -222,18 +234,6 @@ mod tests {
                     };
                     let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
                     assert!((slope - gradient[k]).abs() < 1e-7, "{name} {place:?}: {slope} {}", gradient[k]);
-                    let turned = |by: f64| {
-                        let mut at = place;
-                        at[k] += by;
-                        body.overlap(&at).1
-                    };
-                    let mut unit = [0.0; 3];
-                    unit[k] = 1.0;
-                    let bend = body.bend(&place, &unit);
-                    for (i, bend) in bend.iter().enumerate() {
-                        let slope = (turned(1e-6)[i] - turned(-1e-6)[i]) / 2e-6;
-                        assert!((slope - bend).abs() < 1e-6, "{name} {place:?}: {slope} {bend}");
-                    }
                 }
                 let on = [place[0], place[1], body.height([place[0], place[1]])];
                 assert!(body.overlap(&on).0.abs() < 1e-12, "{name} {on:?}");

@@ -17,8 +17,8 @@ pub struct Patch<T = f32> {
     pub middle_mm: Vec3<T>,
     /// Its area, mm².
     pub area_mm2: T,
-    /// Second moment of its points about the middle, over its area, mm²: xx, yy, zz, xy, xz, yz.
-    pub spread_mm2: [T; 6],
+    /// Root L of the second moment L L' of its points about the middle, over its area, mm: the lower triangle, row by row.
+    pub spread_mm: [T; 6],
     /// How it moves along x, y and z with each coordinate of the bulk, mm per root of mJ.
     pub modes: [Bulk<T>; 3],
     /// What the bulk leaves of its compliance along its normal and across, mm/N.
@@ -130,7 +130,7 @@ impl Patch {
         Patch {
             middle_mm: self.middle_mm.map(of),
             area_mm2: of(self.area_mm2),
-            spread_mm2: self.spread_mm2.map(of),
+            spread_mm: self.spread_mm.map(of),
             modes: self.modes.map(|row| row.map(of)),
             compliance_mm_per_n: self.compliance_mm_per_n.map(of),
         }

@@ -4,11 +4,11 @@
 
 use crate::math::{Arithmetic, Elementary};
 
-use super::body::{Surface, point};
+use super::body::{Sides, Surface, mean, point};
 use super::patch::Compressed;
 use super::vector::{
-    Bulk, Mat3, Packed, Vec3, add_square, along, cross, dot, factor, minus, plus, solve, symmetric, times, turned, turned_back,
-    zeros,
+    Bulk, Mat3, Packed, Vec3, add_square, along, cross, dot, factor, minus, plus, solve, symmetric, times, turned,
+    turned_back, zeros,
 };
 use super::{Law, MODES, Pad, PadState};
 
@@ -47,6 +47,7 @@ pub(crate) struct Placed<T> {
     pub place: Vec3<T>,
     /// From the middle of the pad, finger's frame, mm.
     pub arm: Vec3<T>,
+    pub sides: Sides<T>,
     /// Where it is held and the direction into the body there.
     pub anchor: Vec3<T>,
     pub inward: Vec3<T>,
@@ -59,7 +60,7 @@ pub(crate) struct Acting<T> {
     pub touches: bool,
     pub place: Vec3<T>,
     pub overlap: T,
-    /// Direction into the body.
+    /// Slope of the overlap: the direction into the body, the mean of it on a curved one.
     pub inward: Vec3<T>,
     pub force: T,
     pub slope: T,
@@ -122,7 +123,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             let swept = cross(&turn, &placed.arm);
             let second = plus(&lift, &times(&cross(&turn, &swept), half_turn));
             acting.place = plus(&placed.place, &turned(&self.frame.soft, &plus(&linear, &second)));
-            let (overlap, inward) = self.body.overlap(&acting.place);
+            let (overlap, inward) = mean(self.body, &acting.place, &placed.sides);
             acting.touches = placed.compressed.touches(overlap);
             if !acting.touches {
                 continue;
@@ -143,7 +144,8 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             let force = minus(&times(&acting.stretch, acting.grip), &times(&inward, borne.force));
             let force = turned_back(&self.frame.soft, &force);
             for (gradient, k) in gradient.iter_mut().zip(0..MODES) {
-                *gradient = *gradient - (patch.modes[0][k] * force[0] + patch.modes[1][k] * force[1] + patch.modes[2][k] * force[2]);
+                *gradient = *gradient
+                    - (patch.modes[0][k] * force[0] + patch.modes[1][k] * force[1] + patch.modes[2][k] * force[2]);
             }
             whole = plus(&whole, &force);
             // d/dr of r x (r x a), transposed: a (r.F) + (r.a) F − 2 r (a.F).

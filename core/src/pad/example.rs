@@ -52,10 +52,11 @@ impl ExamplePad {
             }
             let (sx, sy) = (PITCH_MM[0] * PITCH_MM[0] / 12.0, PITCH_MM[1] * PITCH_MM[1] / 12.0);
             let (kx, ky) = (x / RADII_MM[0], y / RADII_MM[1]);
+            let (sx, sy) = (crate::math::sqrt(sx), crate::math::sqrt(sy));
             Patch {
                 middle_mm: [x, y, z],
                 area_mm2: PITCH_MM[0] * PITCH_MM[1],
-                spread_mm2: [sx, sy, kx * kx * sx + ky * ky * sy + 0.01, 0.0, kx * sx, ky * sy],
+                spread_mm: [sx, 0.0, sy, kx * sx, ky * sy, 0.1],
                 modes,
                 compliance_mm_per_n: [0.6, 0.9],
             }

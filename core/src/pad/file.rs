@@ -40,8 +40,8 @@ impl<'a> PadFile<'a> {
         if modes as usize != MODES {
             return Err(Error::Shape { elements: modes, nodes: 0 });
         }
-        let numbers: &Numbers = bytemuck::try_from_bytes(numbers.get(4..).unwrap_or(&[]))
-            .map_err(|_| Error::Section { id: NUMBERS })?;
+        let numbers: &Numbers =
+            bytemuck::try_from_bytes(numbers.get(4..).unwrap_or(&[])).map_err(|_| Error::Section { id: NUMBERS })?;
         let patches: &[Patch] =
             bytemuck::try_cast_slice(section(bytes, PATCHES)?).map_err(|_| Error::Section { id: PATCHES })?;
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
@@ -108,17 +108,12 @@ impl Pad<'_> {
         let bounded = |rows: &[[f32; MODES]]| rows.iter().flatten().all(|x| x.abs() <= LARGEST);
         for (index, patch) in self.patches.iter().enumerate() {
             let place = patch.middle_mm.iter().all(|x| x.abs() <= LARGEST);
-            let [xx, yy, zz, xy, xz, yz] = patch.spread_mm2;
-            // The spread must not be negative along any axis or within any plane of two.
-            let slack = 1e-4 * (xx + yy + zz);
-            let spread = [(xx, yy, xy), (xx, zz, xz), (yy, zz, yz)]
-                .iter()
-                .all(|(a, b, c)| *a >= 0.0 && *b >= 0.0 && *a <= LARGEST && *b <= LARGEST && c * c <= a * b + slack);
+            let spread = patch.spread_mm.iter().all(|x| x.abs() <= LARGEST);
             if !(patch.area_mm2 >= 1e-4 && patch.area_mm2 <= LARGEST) {
                 return refuse(Field::PatchArea, index, patch.area_mm2);
             }
             if !place || !spread {
-                return refuse(Field::PatchPlace, index, zz);
+                return refuse(Field::PatchPlace, index, patch.middle_mm[0]);
             }
             for compliance in patch.compliance_mm_per_n {
                 if !(compliance >= 1e-4 && compliance <= LARGEST) {
@@ -137,7 +132,11 @@ impl Pad<'_> {
         }
         all(Field::BulkStiffening, &mut self.numbers.squash.iter().copied(), signed)?;
         all(Field::BulkStiffening, &mut (0..MODES).map(|k| self.numbers.squash[k * (k + 3) / 2]), [0.0, LARGEST])?;
-        all(Field::FirstTouch, &mut self.numbers.first_touch_mm.iter().chain(&self.numbers.middle_mm).copied(), signed)?;
+        all(
+            Field::FirstTouch,
+            &mut self.numbers.first_touch_mm.iter().chain(&self.numbers.middle_mm).copied(),
+            signed,
+        )?;
         all(Field::BulkStiffness, &mut law.softness.iter().copied(), [0.05, 20.0])?;
         all(Field::BulkStiffening, &mut law.stiffening.iter().copied(), [0.0, LARGEST])?;
         all(Field::BulkStiffening, &mut law.stiffening[1..].iter().copied(), positive)?;
@@ -216,7 +215,7 @@ mod tests {
         assert_eq!(refused(&|e| e.patches[3].area_mm2 = -1.0), (Field::PatchArea, 3));
         assert_eq!(refused(&|e| e.patches[2].compliance_mm_per_n[1] = 0.0), (Field::PatchCompliance, 2));
         assert_eq!(refused(&|e| e.patches[5].modes[1][4] = f32::NAN), (Field::BulkMode, 5));
-        assert_eq!(refused(&|e| e.patches[1].spread_mm2[3] = 9.0), (Field::PatchPlace, 1));
+        assert_eq!(refused(&|e| e.patches[1].spread_mm[3] = f32::NEG_INFINITY), (Field::PatchPlace, 1));
         assert_eq!(refused(&|e| e.numbers.law.friction[1] = 1.5), (Field::PressureExponent, 0));
         assert_eq!(refused(&|e| e.numbers.law.softness[1] = f32::INFINITY), (Field::BulkStiffness, 1));
         assert_eq!(refused(&|e| e.numbers.squash[2] = -0.1), (Field::BulkStiffening, 1));

@@ -2,8 +2,8 @@
 //!
 //! Main types: [`PadState`], [`PatchState`]. Uses vector.
 
-use crate::math::Elementary;
 use crate::Error;
+use crate::math::Elementary;
 
 use super::Pad;
 use super::vector::{Bulk, Packed, Vec3, zeros};

@@ -6,7 +6,7 @@ use crate::math::{Elementary, add};
 use crate::step::rare;
 use crate::{Motion, Regime, Response, Status};
 
-use super::body::Surface;
+use super::body::{Sides, Surface, spread};
 use super::equilibrium::{Acting, Equations, Frame, Placed, Stiffening, held};
 use super::patch::Compressed;
 use super::state::{PadState, PatchState};
@@ -21,6 +21,10 @@ const LARGEST: f32 = 1e9;
 const LONGEST_STEP: f32 = 64.0;
 /// Place of the origin of a plane from which on it is moved along, mm.
 const FAR: f32 = 16.0;
+/// Least mean square of the gaps within a patch, mm².
+const LEAST_SPREAD_MM2: f32 = 1e-8;
+/// From standard deviation to the place of one of six points.
+const ROOT_3: f32 = 1.732_050_8;
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
 /// Stretch beyond the bound by which a patch slips: as share and in mm. Rounding of its place stays below.
@@ -40,7 +44,8 @@ impl<T: Elementary> Pad<'_, T> {
     pub(crate) fn tilt(&self, [pitch, roll]: [T; 2]) -> ([T; 2], bool) {
         let numbers = self.numbers;
         let within = |x: T, [least, most]: [T; 2]| if x < least { least } else { x.at_most(most) };
-        let held = [within(pitch, numbers.pitch_range_deg), within(roll, [-numbers.roll_max_deg, numbers.roll_max_deg])];
+        let held =
+            [within(pitch, numbers.pitch_range_deg), within(roll, [-numbers.roll_max_deg, numbers.roll_max_deg])];
         let rad = T::of(RAD);
         ([(held[0] - numbers.neutral_pitch_deg) * rad, held[1] * rad], held == [pitch, roll])
     }
@@ -85,7 +90,8 @@ impl<T: Elementary> Pad<'_, T> {
         let mut acting = [Acting::nothing(); P];
         equations.solve(state, &mut acting);
         let response = self.settle(state, &equations, &acting);
-        let check = response.normal_force_n + response.friction_n[0] + response.friction_n[1] + response.spin_moment_n_mm;
+        let check =
+            response.normal_force_n + response.friction_n[0] + response.friction_n[1] + response.spin_moment_n_mm;
         if !check.is_number() {
             state.bulk = zeros();
             state.lift_off();
@@ -142,7 +148,9 @@ impl<T: Elementary> Pad<'_, T> {
         let spin = usual(motion.spin_increment_rad);
         if slide != [T::of(0.0); 2] || spin != T::of(0.0) {
             state.carry(slide, spin);
-            if body.is_plane() && (state.shift[0][0].magnitude() > T::of(FAR) || state.shift[1][0].magnitude() > T::of(FAR)) {
+            if body.is_plane()
+                && (state.shift[0][0].magnitude() > T::of(FAR) || state.shift[1][0].magnitude() > T::of(FAR))
+            {
                 state.move_origin();
             }
         }
@@ -162,13 +170,11 @@ impl<T: Elementary> Pad<'_, T> {
     fn frame<const P: usize>(&self, state: &PadState<P, T>) -> Frame<T> {
         let [along, across, normal] = axes(state.tilt);
         let (sin, cos) = state.angle[0].sin_cos();
-        let turned_axes = [
-            plus(&times(&along, cos), &times(&across, sin)),
-            minus(&times(&across, cos), &times(&along, sin)),
-            normal,
-        ];
+        let turned_axes =
+            [plus(&times(&along, cos), &times(&across, sin)), minus(&times(&across, cos), &times(&along, sin)), normal];
         let [across_soft, along_soft] = self.numbers.law.softness;
-        let soft = [times(&turned_axes[0], across_soft), times(&turned_axes[1], across_soft), times(&normal, along_soft)];
+        let soft =
+            [times(&turned_axes[0], across_soft), times(&turned_axes[1], across_soft), times(&normal, along_soft)];
         let [x, y] = [state.shift[0][0], state.shift[1][0]];
         let height = self.first_touch_mm(&normal) - dot(&normal, &state.pivot) + state.depth;
         Frame { axes: turned_axes, soft, apex: [cos * x + sin * y, cos * y - sin * x, height], pivot: state.pivot }
@@ -187,8 +193,9 @@ impl<T: Elementary> Pad<'_, T> {
         let placed = core::array::from_fn(|_| {
             let Some((patch, anchor)) = patches.next() else { return Placed::nothing() };
             let place = frame.place(patch);
-            let (_, inward) = body.overlap(&place);
-            let (spread, flat) = spread(patch, &turned_back(&frame.axes, &inward), law.flattening_mpa);
+            let sides = frame.sides(patch);
+            let spread = (spread(body, &place, &sides).variance + T::of(LEAST_SPREAD_MM2)).sqrt();
+            let flat = patch.area_mm2 * law.flattening_mpa[0] + flat_rate(patch, law.flattening_mpa) * spread;
             let (anchor, held_inward) = held(body, *anchor);
             Placed {
                 compressed: Compressed {
@@ -200,11 +207,18 @@ impl<T: Elementary> Pad<'_, T> {
                 },
                 place,
                 arm: minus(&patch.middle_mm, &self.numbers.middle_mm),
+                sides,
                 anchor,
                 inward: held_inward,
             }
         });
-        Equations { pad: Pad { patches: self.patches, numbers: self.numbers }, body, frame, placed, strength_factor: state.strength_factor }
+        Equations {
+            pad: Pad { patches: self.patches, numbers: self.numbers },
+            body,
+            frame,
+            placed,
+            strength_factor: state.strength_factor,
+        }
     }
 
     /// Moves what slips or is apart, and sums up.
@@ -236,7 +250,8 @@ impl<T: Elementary> Pad<'_, T> {
             }
             let now = now.at_most(T::of(1.0));
             let before = used.magnitude();
-            let grows = now - before > T::of(NOTICED) || ((now - before).magnitude() <= T::of(NOTICED) && *used >= zero);
+            let grows =
+                now - before > T::of(NOTICED) || ((now - before).magnitude() <= T::of(NOTICED) && *used >= zero);
             let share = if slips {
                 zero
             } else if grows {
@@ -255,19 +270,20 @@ impl<T: Elementary> Pad<'_, T> {
             moment = plus(&moment, &cross(&arm, &on_skin));
             middle = plus(&middle, &times(&arm, acting.strength));
             reach += acting.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
-            // The spread of the gaps within the patch changes as the body turns against it.
-            let frame = &equations.frame;
-            let (_, by_spread) = placed.compressed.energy(acting.overlap, acting.force, flat_rate(patch, law.flattening_mpa));
-            let pull = by_spread / placed.compressed.spread;
-            let (_, inward) = equations.body.overlap(&placed.place);
-            let pulled = turned(&frame.axes, &pulled(patch, &turned_back(&frame.axes, &inward)));
-            moment = plus(&moment, &times(&cross(&inward, &pulled), pull));
-            if !equations.body.is_plane() {
-                let on_skin = times(&equations.body.bend(&placed.place, &pulled), -pull);
-                let arm = plus(&placed.place, &[frame.apex[0], frame.apex[1], zero]);
-                force = plus(&force, &on_skin);
-                moment = plus(&moment, &cross(&arm, &on_skin));
-            }
+            // The spread of the gaps within the patch changes as the body turns against it, and the gaps' mean lies beside the middle.
+            let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
+            let energy = placed.compressed.energy(acting.overlap, acting.force, flat_rate(patch, law.flattening_mpa));
+            let pull = energy.1 / placed.compressed.spread;
+            let undeformed = spread(equations.body, &placed.place, &placed.sides);
+            let couple = if equations.body.is_plane() {
+                zeros()
+            } else {
+                spread(equations.body, &acting.place, &placed.sides).moment
+            };
+            let by_spread = times(&undeformed.variance_slope, -pull);
+            force = plus(&force, &by_spread);
+            moment = plus(&moment, &cross(&plus(&placed.place, &apex), &by_spread));
+            moment = minus(&moment, &plus(&times(&undeformed.variance_moment, pull), &times(&couple, acting.force)));
         }
         // Back from the body's axes to those of the plane.
         let (sin, cos) = state.angle[0].sin_cos();
@@ -433,13 +449,21 @@ impl<T: Elementary> Frame<T> {
     fn place(&self, patch: &Patch<T>) -> Vec3<T> {
         minus(&turned(&self.axes, &minus(&patch.middle_mm, &self.pivot)), &self.apex)
     }
+
+    /// Points beside the middle of a patch that have its second moment, three to either side, body's axes, mm.
+    #[inline(always)]
+    fn sides(&self, patch: &Patch<T>) -> Sides<T> {
+        let zero = T::of(0.0);
+        let [xx, xy, yy, xz, yz, zz] = patch.spread_mm.map(|x| x * T::of(ROOT_3));
+        [[xx, xy, xz], [zero, yy, yz], [zero, zero, zz]].map(|side| turned(&self.axes, &side))
+    }
 }
 
 impl<T: Elementary> Placed<T> {
     fn nothing() -> Self {
         let zero = T::of(0.0);
         let compressed = Compressed { compliance: zero, spread: zero, flat: zero, log_area: zero, log_full: zero };
-        Self { compressed, place: zeros(), arm: zeros(), anchor: zeros(), inward: zeros() }
+        Self { compressed, place: zeros(), arm: zeros(), sides: [zeros(); 3], anchor: zeros(), inward: zeros() }
     }
 }
 
@@ -454,20 +478,6 @@ fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
 fn foot<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
     let (overlap, inward) = body.overlap(place);
     [place[0] - overlap * inward[0], place[1] - overlap * inward[1]]
-}
-
-/// Spread matrix of a patch times a vector.
-#[inline(always)]
-fn pulled<T: Elementary>(patch: &Patch<T>, v: &Vec3<T>) -> Vec3<T> {
-    let [xx, yy, zz, xy, xz, yz] = patch.spread_mm2;
-    turned(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], v)
-}
-
-/// Spread of the gaps within a patch, mm, and the force at which all of it touches, N.
-#[inline(always)]
-fn spread<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>, flattening: [T; 2]) -> (T, T) {
-    let spread = (dot(direction, &pulled(patch, direction)) + T::of(1e-8)).sqrt();
-    (spread, patch.area_mm2 * flattening[0] + flat_rate(patch, flattening) * spread)
 }
 
 /// Change of that force with the spread, N/mm.

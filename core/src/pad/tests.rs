@@ -54,12 +54,8 @@ impl<'a, B: Surface<f64>> Trip<'a, B> {
 
     fn step(&mut self, next: [f64; 6]) {
         let way: [f64; 6] = core::array::from_fn(|k| next[k] - self.at[k]);
-        let motion = Motion {
-            depth_mm: next[2],
-            slide_increment_mm: [way[0], way[1]],
-            spin_increment_rad: way[3],
-            dt_s: 1e-3,
-        };
+        let motion =
+            Motion { depth_mm: next[2], slide_increment_mm: [way[0], way[1]], spin_increment_rad: way[3], dt_s: 1e-3 };
         let pose = [self.pad.numbers.neutral_pitch_deg + next[4].to_degrees(), next[5].to_degrees()];
         let answer = self.pad.step(&mut self.state, &self.body, motion, pose);
         let (before, after) = (self.wrench(&self.at, &self.last), self.wrench(&next, &answer));

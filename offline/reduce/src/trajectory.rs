@@ -3,8 +3,8 @@
 //! Main types: [`check_path`], [`simulate_path`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
 
 use fingerpad::{
-    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Pose, PoseTable, Regime, Response, Scaled, Scaling,
-    StateOf, Surroundings, Tangential,
+    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Pose, Regime, Response, Scaled, Scaling, StateOf,
+    Surroundings, Tangential,
 };
 
 use fingerpad_fe::load_path::{self, Drive, Path, Turn};
@@ -79,7 +79,7 @@ pub struct TrajectoryRow {
 }
 
 /// Depth or normal force, slides or frictions, then spin, pitch and roll.
-type Position = [f64; 6];
+pub(crate) type Position = [f64; 6];
 
 fn row(t_s: f64, at: Position, r: &Response) -> TrajectoryRow {
     let [depth_mm, slide_x_mm, slide_y_mm, spin_deg, pitch_deg, roll_deg] = at;
@@ -122,14 +122,7 @@ pub fn check_path<const M: usize, const N: usize>(
     has_effects: bool,
     path: &Path,
 ) -> Result<(), PathError> {
-    if path.drives[1] != path.drives[2] {
-        return Err(PathError::MixedSlides);
-    }
-    for (turn, (angle, moment)) in turns(path).into_iter().zip(TURNS) {
-        if turn.is_some_and(|turn| turn.drive == Drive::Force) {
-            return Err(PathError::Moment { moment, angle });
-        }
-    }
+    check_drives(path)?;
     if has_effects && let Some(axis) = path.drives.iter().position(|drive| *drive == Drive::Force) {
         return Err(PathError::ForceWithEffects { column: ["normal_force_n", "friction_x_n", "friction_y_n"][axis] });
     }
@@ -147,6 +140,19 @@ pub fn check_path<const M: usize, const N: usize>(
             if (value - fitted).abs() > 1e-3 {
                 return Err(PathError::OnePose { row: k + 1, column, value, pitch_deg: pose.pitch_deg });
             }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses slides that are driven in two ways, and moments.
+pub(crate) fn check_drives(path: &Path) -> Result<(), PathError> {
+    if path.drives[1] != path.drives[2] {
+        return Err(PathError::MixedSlides);
+    }
+    for (turn, (angle, moment)) in turns(path).into_iter().zip(TURNS) {
+        if turn.is_some_and(|turn| turn.drive == Drive::Force) {
+            return Err(PathError::Moment { moment, angle });
         }
     }
     Ok(())
@@ -209,7 +215,9 @@ fn driven<const M: usize, const N: usize, const P: usize>(
 ) -> Vec<TrajectoryRow> {
     let mut state = StateOf::<M, P>::default();
     let mut in_pose = InPose::new(model, path);
-    along(path, &model.data().pose, &mut |place: Place, at: &mut Position| match in_pose.at(place.target) {
+    along(path, model.data().pose.pitch_deg.into(), &mut |place: Place, at: &mut Position| match in_pose
+        .at(place.target)
+    {
         None => driven_step(model, &mut state, path.drives, &place, at),
         Some(posed) => driven_step(posed, &mut state, path.drives, &place, at),
     })
@@ -274,44 +282,47 @@ fn with_effects<const M: usize, const N: usize, const P: usize>(
     let mut contact = Contact::<M, P>::default();
     let mut in_pose = InPose::new(model, path);
     let mut now = surroundings;
-    along(path, &model.data().pose, &mut |Place { target, dt, before, share }: Place, at: &mut Position| {
-        now.series_s += dt as f32;
-        for (to, values) in now.own.iter_mut().zip(own) {
-            let at = |k: usize| values.as_ref().and_then(|v| v.get(k)).copied();
-            if let Some(from) = at(before) {
-                let next = at(before + 1).unwrap_or(from);
-                *to = if share < 1.0 { from + share * (next - from) } else { next } as f32;
+    along(
+        path,
+        model.data().pose.pitch_deg.into(),
+        &mut |Place { target, dt, before, share }: Place, at: &mut Position| {
+            now.series_s += dt as f32;
+            for (to, values) in now.own.iter_mut().zip(own) {
+                let at = |k: usize| values.as_ref().and_then(|v| v.get(k)).copied();
+                if let Some(from) = at(before) {
+                    let next = at(before + 1).unwrap_or(from);
+                    *to = if share < 1.0 { from + share * (next - from) } else { next } as f32;
+                }
             }
-        }
-        let motion = Motion {
-            depth_mm: target[0] as f32,
-            slide_increment_mm: [1, 2].map(|k| (target[k] - at[k]) as f32),
-            spin_increment_rad: (target[3] - at[3]).to_radians() as f32,
-            dt_s: dt.max(1e-6) as f32,
-        };
-        *at = target;
-        let mut response = match in_pose.at(target) {
-            None => effects.step(model, &mut contact, now, motion),
-            Some(posed) => effects.step(posed, &mut contact, now, motion),
-        };
-        let [normal, x, y] = effects.reading_under(&response, &contact, &now);
-        (response.normal_force_n, response.friction_n) = (normal, [x, y]);
-        response
-    })
+            let motion = Motion {
+                depth_mm: target[0] as f32,
+                slide_increment_mm: [1, 2].map(|k| (target[k] - at[k]) as f32),
+                spin_increment_rad: (target[3] - at[3]).to_radians() as f32,
+                dt_s: dt.max(1e-6) as f32,
+            };
+            *at = target;
+            let mut response = match in_pose.at(target) {
+                None => effects.step(model, &mut contact, now, motion),
+                Some(posed) => effects.step(posed, &mut contact, now, motion),
+            };
+            let [normal, x, y] = effects.reading_under(&response, &contact, &now);
+            (response.normal_force_n, response.friction_n) = (normal, [x, y]);
+            response
+        },
+    )
 }
 
 /// Steps that a path takes beyond one from each row to the next, as a float since a path may be absurdly long.
 pub fn steps_between_rows(path: &Path) -> f64 {
-    let pose = PoseTable::of_one_pose(0.0);
-    let corner = |k| corner(path, k, &pose);
+    let corner = |k| corner(path, k, 0.0);
     (1..path.waypoints.len()).map(|k| steps_between(path, corner(k - 1), corner(k)) - 1.0).sum()
 }
 
-/// Where a waypoint lies. Angles that the path does not have are those of the fitted pose.
-fn corner(path: &Path, index: usize, pose: &PoseTable) -> Position {
+/// Where a waypoint lies. Angles that the path does not have are those of the neutral pose.
+fn corner(path: &Path, index: usize, neutral_pitch_deg: f64) -> Position {
     let w = &path.waypoints[index];
     let [spin, pitch, roll] = turns(path).map(|turn| turn.and_then(|turn| turn.values.get(index)).copied());
-    [w.normal, w.x, w.y, spin.unwrap_or(0.0), pitch.unwrap_or(pose.pitch_deg.into()), roll.unwrap_or(0.0)]
+    [w.normal, w.x, w.y, spin.unwrap_or(0.0), pitch.unwrap_or(neutral_pitch_deg), roll.unwrap_or(0.0)]
 }
 
 fn steps_between(path: &Path, from: Position, to: Position) -> f64 {
@@ -324,10 +335,10 @@ fn steps_between(path: &Path, from: Position, to: Position) -> f64 {
 }
 
 /// Where one step leads.
-struct Place {
-    target: Position,
+pub(crate) struct Place {
+    pub target: Position,
     /// Duration, s.
-    dt: f64,
+    pub dt: f64,
     /// The last waypoint before it.
     before: usize,
     /// Share of the way from there to the next one.
@@ -335,18 +346,18 @@ struct Place {
 }
 
 /// One step: from where it leads and the position, which it moves, to the response there.
-type Step<'a> = dyn FnMut(Place, &mut Position) -> Response + 'a;
+pub(crate) type Step<'a> = dyn FnMut(Place, &mut Position) -> Response + 'a;
 
 /// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
-fn along(path: &Path, pose: &PoseTable, go: &mut Step) -> Vec<TrajectoryRow> {
+pub(crate) fn along(path: &Path, neutral_pitch_deg: f64, go: &mut Step) -> Vec<TrajectoryRow> {
     let by_force = |k: usize| path.drives.get(k) == Some(&Drive::Force);
-    let start = corner(path, 0, pose);
+    let start = corner(path, 0, neutral_pitch_deg);
     let mut at: Position = std::array::from_fn(|k| if by_force(k) { 0.0 } else { start[k] });
     let mut rows = Vec::new();
     let response = go(Place { target: start, dt: 1e-3, before: 0, share: 0.0 }, &mut at);
     rows.push(row(path.waypoints[0].t_s, at, &response));
     for (i, pair) in path.waypoints.windows(2).enumerate() {
-        let (from, to) = (corner(path, i, pose), corner(path, i + 1, pose));
+        let (from, to) = (corner(path, i, neutral_pitch_deg), corner(path, i + 1, neutral_pitch_deg));
         let steps = steps_between(path, from, to) as usize;
         let dt = (pair[1].t_s - pair[0].t_s) / steps as f64;
         for k in 1..=steps {

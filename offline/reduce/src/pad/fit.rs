@@ -1,7 +1,7 @@
 //! The few numbers of a pad that nonlinear runs decide.
 
-use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 use fingerpad::pad::Law;
+use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 use rayon::prelude::*;
 
 use super::score::{errors, largest};

@@ -5,6 +5,7 @@
 
 mod fit;
 mod patches;
+mod path;
 mod replay;
 mod score;
 
@@ -12,6 +13,7 @@ use fingerpad::pad::{Law, Numbers, Pad, Patch};
 
 pub use fit::{FitLimits, fit};
 pub use patches::{PadSize, pad};
+pub use path::simulate_path_on_pad;
 pub use replay::{Host, replay};
 pub use score::{PadScores, score_runs};
 
@@ -39,7 +41,7 @@ impl PadModel {
         model.numbers.law = tuning.law;
         for patch in &mut model.patches {
             (0..2).for_each(|k| patch.compliance_mm_per_n[k] *= tuning.local[k]);
-            patch.spread_mm2 = patch.spread_mm2.map(|x| x * tuning.spread * tuning.spread);
+            patch.spread_mm = patch.spread_mm.map(|x| x * tuning.spread);
         }
         model
     }

@@ -1,9 +1,9 @@
 //! Patches and bulk modes of a finger, from its compliance at rest.
 
+use fingerpad::pad::{FIRST_TOUCH_TERMS, MODES, Numbers, PACKED, first_touch_terms};
 use fingerpad_fe::contact::Outline;
 use fingerpad_fe::load_path::Finger;
 use fingerpad_fe::solve::RestCompliance;
-use fingerpad::pad::{FIRST_TOUCH_TERMS, MODES, Numbers, PACKED, first_touch_terms};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, Vector3};
 
 use super::{PadModel, Tuning};
@@ -57,12 +57,7 @@ pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
 ///
 /// # Errors
 /// [`ReduceError::Fit`] where the finger is not held or its pad too small for so many patches.
-pub fn pad(
-    finger: &Finger,
-    outline: &Outline,
-    size: PadSize,
-    depth_max_mm: f64,
-) -> Result<PadModel, ReduceError> {
+pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64) -> Result<PadModel, ReduceError> {
     let failed = |problem: String| ReduceError::Fit(problem);
     let compliance = RestCompliance::of(&finger.body).map_err(|e| failed(format!("compliance: {e}")))?;
     let nodes: Vec<Vector3<f64>> = compliance.nodes.iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
@@ -133,11 +128,12 @@ pub fn pad(
         law: Tuning::default().law,
     };
     let patches = patches.into_iter().map(|p| {
-        let m = p.spread;
+        // A patch of two nodes has no root of its own.
+        let root = (p.spread + Matrix3::identity() * 1e-6).cholesky().map_or(Matrix3::zeros(), |c| c.l());
         fingerpad::pad::Patch {
             middle_mm: p.middle.into(),
             area_mm2: p.area,
-            spread_mm2: [m[(0, 0)], m[(1, 1)], m[(2, 2)], m[(0, 1)], m[(0, 2)], m[(1, 2)]],
+            spread_mm: [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)].map(|place| root[place]),
             modes: std::array::from_fn(|axis| std::array::from_fn(|mode| p.modes[(axis, mode)])),
             compliance_mm_per_n: p.compliance,
         }

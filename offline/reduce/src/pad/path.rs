@@ -1,0 +1,123 @@
+//! A pad along a path of waypoints, driven by displacements or forces, in every pose and on every body.
+
+use fingerpad::pad::{Pad, PadState, Surface};
+use fingerpad::{Motion, Response, Status};
+use fingerpad_fe::load_path::{Drive, Path};
+
+use super::MOST_PATCHES;
+use crate::TrajectoryRow;
+use crate::trajectory::{PathError, Place, Position, along, check_drives};
+
+/// Rounds in which a step looks for the motion of a force, and how near it must come: of the largest force asked for, and N.
+const ROUNDS: usize = 25;
+const NEAR: [f64; 2] = [2e-4, 2e-5];
+/// Motion by which slopes of the force are taken, and the longest of a round, mm.
+const PROBE_MM: f64 = 2e-3;
+const LONGEST_MM: f64 = 0.2;
+
+/// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
+///
+/// * `body`: on a body other than a plane depth counts from where the plane through its apex would first touch
+///
+/// A force out of reach leaves the nearest state and its flag, a pose out of the range of the fit the state in the nearest pose.
+///
+/// # Errors
+/// [`PathError`] of slides that are driven in two ways, of moments, and of a row that no finger can follow.
+pub fn simulate_path_on_pad(
+    pad: &Pad<'_>,
+    body: &impl Surface<f32>,
+    path: &Path,
+) -> Result<Vec<TrajectoryRow>, PathError> {
+    check_drives(path)?;
+    if let Some((k, problem)) = (0..path.waypoints.len()).find_map(|k| path.refused(k).map(|problem| (k, problem))) {
+        return Err(PathError::Row { row: k + 1, problem });
+    }
+    let neutral = f64::from(pad.numbers.neutral_pitch_deg);
+    let first = [&path.turns.pitch, &path.turns.roll].map(|turn| turn.as_ref().and_then(|t| t.values.first()).copied());
+    let start = [first[0].unwrap_or(neutral) as f32, first[1].unwrap_or(0.0) as f32];
+    let state = if body.is_plane() { PadState::new(pad) } else { PadState::over(pad, start) };
+    let mut state: PadState<MOST_PATCHES> = state.map_err(|e| PathError::Row {
+        row: 1,
+        problem: format!("the pad has more than {MOST_PATCHES} patches: {e}"),
+    })?;
+    let forced: Vec<usize> = (0..3).filter(|&k| path.drives[k] == Drive::Force).collect();
+    Ok(along(path, neutral, &mut |Place { target, dt, .. }: Place, at: &mut Position| {
+        let pose = [target[4] as f32, target[5] as f32];
+        // The way of a step in depth and slides; turns come with the first attempt at it.
+        let go = |state: &PadState<MOST_PATCHES>, to: [f64; 3]| {
+            let mut state = *state;
+            let motion = Motion {
+                depth_mm: to[0] as f32,
+                slide_increment_mm: [(to[1] - at[1]) as f32, (to[2] - at[2]) as f32],
+                spin_increment_rad: (target[3] - at[3]).to_radians() as f32,
+                dt_s: dt.max(1e-6) as f32,
+            };
+            let response = pad.step(&mut state, body, motion, pose);
+            (state, response)
+        };
+        let mut to: [f64; 3] = std::array::from_fn(|k| if path.drives[k] == Drive::Force { at[k] } else { target[k] });
+        let (next, response) = if forced.is_empty() {
+            go(&state, to)
+        } else {
+            let mut best = go(&state, to);
+            let wanted: Vec<f64> = forced.iter().map(|&k| target[k]).collect();
+            let near = wanted.iter().fold(0.0, |most: f64, f| most.max(f.abs())) * NEAR[0] + NEAR[1];
+            let missing =
+                |r: &Response| -> Vec<f64> { forced.iter().zip(&wanted).map(|(&k, w)| w - force(r, k)).collect() };
+            let size = |m: &[f64]| m.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            for _ in 0..ROUNDS {
+                let missed = missing(&best.1);
+                if size(&missed) <= near {
+                    break;
+                }
+                let columns: Vec<Vec<f64>> = forced
+                    .iter()
+                    .map(|&k| {
+                        let mut probe = to;
+                        probe[k] += PROBE_MM;
+                        let left = missing(&go(&state, probe).1);
+                        missed.iter().zip(&left).map(|(a, b)| (a - b) / PROBE_MM).collect()
+                    })
+                    .collect();
+                let count = forced.len();
+                let matrix = nalgebra::DMatrix::from_fn(count, count, |row, column| columns[column][row]);
+                let way = matrix.lu().solve(&nalgebra::DVector::from_vec(missed.clone()));
+                // In the air a finger goes deeper; in full slip there is no more force to be had along the slide.
+                let way = way.unwrap_or_else(|| {
+                    nalgebra::DVector::from_fn(
+                        count,
+                        |k, _| if forced[k] == 0 { 0.1 * missed[k].signum() } else { 0.0 },
+                    )
+                });
+                let mut share = 1.0;
+                let mut better = None;
+                while share > 0.02 && better.is_none() {
+                    let mut next = to;
+                    for (way, &k) in way.iter().zip(&forced) {
+                        next[k] += (share * way).clamp(-LONGEST_MM, LONGEST_MM);
+                    }
+                    let tried = go(&state, next);
+                    let in_the_air = size(&missing(&tried.1)) == size(&missed) && tried.1.normal_force_n == 0.0;
+                    if size(&missing(&tried.1)) < size(&missed) || in_the_air {
+                        better = Some((next, tried));
+                    }
+                    share *= 0.4;
+                }
+                let Some((next, tried)) = better else { break };
+                (to, best) = (next, tried);
+            }
+            if size(&missing(&best.1)) > near {
+                best.1.status = best.1.status.with(Status::LOAD_NOT_REACHED);
+            }
+            best
+        };
+        state = next;
+        *at = [to[0], to[1], to[2], target[3], target[4], target[5]];
+        response
+    }))
+}
+
+/// The force that a motion along depth, x or y changes most.
+fn force(r: &Response, axis: usize) -> f64 {
+    if axis == 0 { r.normal_force_n.into() } else { r.friction_n[axis - 1].into() }
+}
