@@ -58,7 +58,7 @@ pub use grip::Grip;
 pub use math::{Elementary, Scalar};
 pub use model_file::{File, FileOf, MAGIC, VERSION};
 #[cfg(feature = "std")]
-pub use owned::ModelFile;
+pub use owned::{ModelFile, PadModelFile};
 pub use params::{Node, Params, ParamsOf, SpringParams};
 pub use pose::{POSE_COEFFICIENTS, Pose, PoseTable};
 pub use regime::{Regime, Status};

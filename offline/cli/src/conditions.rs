@@ -57,6 +57,19 @@ impl Conditions {
         ]
     }
 
+    /// Refuses every condition for a model without effects.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] with the first flag that is given.
+    pub fn refuse_for_pad(&self, model_name: &str) -> Result<(), Failure> {
+        match self.each().into_iter().find_map(|(flag, _, value)| value.map(|value| (flag, value))) {
+            Some((flag, value)) => {
+                Err(Failure::Input(anyhow!("{flag} {value}: {model_name} is a pad, which has no effects that read it")))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Refuses a condition that the model does not read, and a value out of range.
     ///
     /// # Errors

@@ -5,15 +5,20 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use fingerpad::effects::Column;
 use fingerpad::effects::OWN;
-use fingerpad::{Effects, File, ModelFile, Status};
+use fingerpad::{Effects, File, ModelFile, PadModelFile, Status, pad};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
+use fingerpad_fe::contact::RigidBody;
+use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Path as PlanePath, path_csv, response_csv};
+use fingerpad_reduce::pad::simulate_path_on_pad;
 use fingerpad_reduce::{
     PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
 };
 
 use super::conditions::{Conditions, read_by};
+use super::model::Loaded;
 use super::plausibility::{warn_of_depths, warn_of_force_unit, warn_of_no_contact};
+use super::rigid_body::BodyArgs;
 use super::{Failure, Mark, Outputs, model, outputs, progress::during};
 
 /// Follow a path of the plane with the reduced model
@@ -25,6 +30,8 @@ Examples:
   fingerpad eval --model model.fpm --path path.csv --out reduced.csv           your own model
   fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
   fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out reduced.csv
+  fingerpad eval --model pad.fpm --body sphere --radius-mm 10 --path path.csv --out reduced.csv
+                                                                               a pad, which `pad` writes
   fingerpad eval --path - --out - < path.csv                                   from and to a pipe
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg, pitch_deg
@@ -40,6 +47,10 @@ prints the root mean square residual: for the corrected.fpm of a diagnosis the g
 of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they
 change evenly; --column voltage_v=120 holds one at a value along the whole path.
 
+The model file of a pad answers in every pose and on a plane, a sphere, a cylinder or an edge (--body). On a body its depth_mm
+counts along the normal from where the plane through the body's apex would first touch in the pose; the apex lies under first touch of
+the pose in which the path starts. With a pad, forces may drive depth and slides as well.
+
 An earlier response of eval at --out is replaced, any other file only with --force. With --out - the response goes to
 standard output and messages to standard error; --path - and --runs - read standard input.")]
 pub struct Args {
@@ -54,6 +65,8 @@ pub struct Args {
     runs: Option<PathBuf>,
     #[command(flatten)]
     conditions: Conditions,
+    #[command(flatten)]
+    body: BodyArgs,
     /// Value along the path of a column of your own that the model reads and the path lacks, as column=value; may be repeated
     #[arg(long, value_name = "COLUMN=VALUE", value_parser = column_value, conflicts_with = "runs")]
     column: Vec<(String, f64)>,
@@ -156,12 +169,21 @@ const PREDICTION: &str = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (file, model_name) = model::load(args.model.as_deref())?;
+    let (file, model_name) = model::load_any(args.model.as_deref())?;
     let inputs = [("--model", &args.model), ("--path", &args.path), ("--runs", &args.runs)];
     let marks = [response_csv::header(true) + "\n", format!("{PREDICTION}\n")].map(Mark::beginning);
     let outputs = Outputs::beside(inputs.map(|(flag, path)| (flag, path.as_deref())))
         .stream("--out", &args.out, marks.into())
         .force(args.force);
+    let file = match file {
+        Loaded::Bed(file) => file,
+        Loaded::Pad(file) => return on_pad(args, &file, outputs, &model_name),
+    };
+    if args.body.is_given() {
+        return Err(Failure::Input(anyhow!(
+            "{model_name}: a bed of springs knows the plane only; a pad takes other bodies"
+        )));
+    }
     match (&args.runs, &args.path) {
         (Some(runs), _) => {
             outputs.prepare()?;
@@ -175,17 +197,111 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             outputs.prepare()?;
             warn_of_depths(&plane);
             let rows = during("path", |_| along_path(args, &file, &model_name, path, &plane, &own))?;
-            let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
-            let extra: Vec<_> =
-                rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
-            response_csv::check(&args.out, &responses)?;
-            during("writing", |_| outputs::write(&args.out, |w| response_csv::write_to(w, &responses, Some(&extra))))?;
-            outputs::say(&args.out, &format!("{}: {} rows", args.out.display(), rows.len()));
-            warn_of_flags(&rows, &file.file());
-            warn_of_no_contact(&plane, &responses);
-            Ok(())
+            write(args, &plane, &rows, &Range::of_bed(&file.file()))
         }
         (None, None) => Err(Failure::Input(anyhow!("--path is missing"))),
+    }
+}
+
+/// Writes the response and tells of its flags.
+fn write(args: &Args, path: &PlanePath, rows: &[TrajectoryRow], range: &Range) -> Result<(), Failure> {
+    let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
+    let extra: Vec<_> =
+        rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
+    response_csv::check(&args.out, &responses)?;
+    during("writing", |_| outputs::write(&args.out, |w| response_csv::write_to(w, &responses, Some(&extra))))?;
+    outputs::say(&args.out, &format!("{}: {} rows", args.out.display(), rows.len()));
+    warn_of_flags(rows, range);
+    warn_of_no_contact(path, &responses);
+    Ok(())
+}
+
+/// Follows a path with a pad.
+fn on_pad(args: &Args, file: &PadModelFile, outputs: Outputs, model_name: &str) -> Result<(), Failure> {
+    let Some(path_file) = &args.path else {
+        return Err(Failure::Input(anyhow!(
+            "{model_name}: a pad follows a --path; measured --runs need a bed of springs"
+        )));
+    };
+    if let Some((name, value)) = args.column.first() {
+        return Err(Failure::Input(anyhow!(
+            "--column {name}={value}: {model_name} is a pad, which reads no such column"
+        )));
+    }
+    args.conditions.refuse_for_pad(model_name)?;
+    let mut config = Config::default();
+    args.body.apply(&mut config).map_err(Failure::Input)?;
+    let body = config.rigid_body.read()?;
+    let (path, _) = during("reading", |_| read_any_path(path_file, &[]))?;
+    outputs.prepare()?;
+    if body.is_plane() {
+        warn_of_depths(&path);
+    }
+    let pad = file.file().pad;
+    let direction = |deg: f64| {
+        let (sin, cos) = deg.to_radians().sin_cos();
+        [cos as f32, sin as f32]
+    };
+    let rows = during("path", |_| {
+        Ok(match body {
+            RigidBody::Plane => simulate_path_on_pad(&pad, &pad::Plane, &path),
+            RigidBody::Sphere { radius_mm } => {
+                simulate_path_on_pad(&pad, &pad::Sphere { radius_mm: radius_mm as f32 }, &path)
+            }
+            RigidBody::Cylinder { radius_mm, axis_deg } => {
+                let body = pad::Cylinder { radius_mm: radius_mm as f32, axis: direction(axis_deg) };
+                simulate_path_on_pad(&pad, &body, &path)
+            }
+            RigidBody::Edge { radius_mm, axis_deg, angle_deg } => {
+                let face = direction(0.5 * (180.0 - angle_deg));
+                let body = pad::Edge { radius_mm: radius_mm as f32, axis: direction(axis_deg), face };
+                simulate_path_on_pad(&pad, &body, &path)
+            }
+            RigidBody::Groove { .. } | RigidBody::Heights(_) => {
+                return Err(Failure::Input(anyhow!(
+                    "--body: a pad takes a plane, a sphere, a cylinder and an edge; `simulate` takes others"
+                )));
+            }
+        })
+    })?;
+    let rows = rows.map_err(|e| Failure::Input(anyhow!("{}: {e}", path_file.display())))?;
+    write(args, &path, &rows, &Range::of_pad(&pad))
+}
+
+/// A path that is not absurdly long, with the columns of the user's own that its file has.
+fn read_any_path(path_file: &Path, more: &[path_csv::More<'_>]) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
+    let (path, varying) = path_csv::read_with(outputs::input(path_file), more)?;
+    let needed = steps_between_rows(&path);
+    if needed > MOST_STEPS {
+        return Err(Failure::Input(anyhow!(
+            "{}: the path takes {needed:.1e} steps of 0.02 mm, 0.4° or 5 mN between its rows, at most {MOST_STEPS:.0e} are \
+             followed (20 m of motion): shorten it or divide it",
+            path_file.display()
+        )));
+    }
+    Ok((path, varying))
+}
+
+/// What a model was fitted in.
+struct Range {
+    depth_max_mm: f32,
+    pitch_deg: [f32; 2],
+    roll_max_deg: f32,
+}
+
+impl Range {
+    fn of_bed(file: &File<'_>) -> Self {
+        let pose = &file.model.data().pose;
+        Self {
+            depth_max_mm: file.model.depth_max_mm(),
+            pitch_deg: pose.pitch_range_deg,
+            roll_max_deg: pose.roll_max_deg,
+        }
+    }
+
+    fn of_pad(pad: &pad::Pad<'_>) -> Self {
+        let n = pad.numbers;
+        Self { depth_max_mm: n.depth_max_mm, pitch_deg: n.pitch_range_deg, roll_max_deg: n.roll_max_deg }
     }
 }
 
@@ -198,7 +314,7 @@ fn read_path(
 ) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
     let more: Vec<path_csv::More<'_>> =
         columns.iter().map(|c| path_csv::More { name: &c.name, unit: &c.unit, range: c.range }).collect();
-    let (path, varying) = path_csv::read_with(outputs::input(path_file), &more)?;
+    let (path, varying) = read_any_path(path_file, &more)?;
     let file = model_file.file();
     check_path(&file.model, !file.effects.is_empty(), &path).map_err(|e| match e {
         PathError::OnePose { .. } | PathError::ForceWithEffects { .. } => {
@@ -206,14 +322,6 @@ fn read_path(
         }
         _ => Failure::Input(anyhow!("{}: {e}", path_file.display())),
     })?;
-    let needed = steps_between_rows(&path);
-    if needed > MOST_STEPS {
-        return Err(Failure::Input(anyhow!(
-            "{}: the path takes {needed:.1e} steps of 0.02 mm, 0.4° or 5 mN between its rows, at most {MOST_STEPS:.0e} are \
-             followed (20 m of motion): shorten it or divide it",
-            path_file.display()
-        )));
-    }
     Ok((path, varying))
 }
 
@@ -255,19 +363,16 @@ const FLAGS: [(Status, &str); 9] = [
 ];
 
 /// Counts the response's flags on standard error.
-fn warn_of_flags(rows: &[TrajectoryRow], file: &File<'_>) {
-    let pose = &file.model.data().pose;
-    let [least, most] = pose.pitch_range_deg;
-    let poses = format!(
-        "was fitted in (pitch {least} to {most}°, roll {0:+} to {1:+}°)",
-        -pose.roll_max_deg, pose.roll_max_deg
-    );
+fn warn_of_flags(rows: &[TrajectoryRow], range: &Range) {
+    let [least, most] = range.pitch_deg;
+    let roll = range.roll_max_deg;
+    let poses = format!("was fitted in (pitch {least} to {most}°, roll {0:+} to {roll:+}°)", -roll);
     for (flag, meaning) in FLAGS {
         let of_flag = |r: &&TrajectoryRow| r.response.status.contains(flag);
         let Some(first) = rows.iter().position(|r| of_flag(&r)) else { continue };
         let count = rows.iter().filter(of_flag).count();
         let meaning = meaning
-            .replace("was fitted:", &format!("was fitted ({:.4} mm):", file.model.depth_max_mm()))
+            .replace("was fitted:", &format!("was fitted ({:.4} mm):", range.depth_max_mm))
             .replace("was fitted in", &poses);
         let at = &rows[first].response;
         eprintln!(

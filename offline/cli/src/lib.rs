@@ -35,6 +35,7 @@ mod interrupt;
 mod mesh;
 mod model;
 mod outputs;
+mod pad;
 mod phantom;
 mod plausibility;
 mod probes;
@@ -87,6 +88,8 @@ enum Command {
     Finger(finger::Args),
     /// Fit the reduced model to finite-element runs, or make these runs
     Reduce(reduce::Args),
+    /// Make the pad of a finger: the reduced model for every pose, every rigid body and the forces of a hand
+    Pad(pad::Args),
     /// Follow a path of the plane with the reduced model
     Eval(eval::Args),
     /// Write a model as a Rust constant, a C array or JSON
@@ -237,6 +240,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Mesh(args) => mesh::run(&args),
         Command::Finger(args) => finger::run(&args),
         Command::Reduce(args) => reduce::run(&args),
+        Command::Pad(args) => pad::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Phantom(args) => phantom::run(&args),

@@ -3,14 +3,41 @@
 use std::path::Path;
 
 use anyhow::Context;
-use fingerpad::ModelFile;
+use fingerpad::{Error, ModelFile, PadModelFile};
 
 use super::Failure;
 
 /// The model that ships.
 const SHIPPED: &[u8] = include_bytes!("../data/models/fingertip.fpm");
 
-/// A model file and its name; without a path the one that ships.
+/// A bed of springs or a pad.
+pub enum Loaded {
+    /// A bed.
+    Bed(ModelFile),
+    /// A pad.
+    Pad(PadModelFile),
+}
+
+/// A model file of either kind and its name; without a path the bed that ships.
+pub fn load_any(path: Option<&Path>) -> Result<(Loaded, String), Failure> {
+    if let Some(path) = path {
+        let place = || path.display().to_string();
+        let bytes = std::fs::read(path).with_context(place).map_err(Failure::Input)?;
+        match PadModelFile::new(&bytes) {
+            Ok(pad) => return Ok((Loaded::Pad(pad), name_of(path))),
+            // No pad: what is wrong with a bed the reader of beds says.
+            Err(Error::Section { id: [b'P', b'A', b'D', b'N'] }) => {}
+            Err(error) => return Err(Failure::Input(anyhow::Error::new(error).context(place()))),
+        }
+    }
+    load(path).map(|(file, name)| (Loaded::Bed(file), name))
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+}
+
+/// A model file of a bed and its name; without a path the one that ships.
 pub fn load(path: Option<&Path>) -> Result<(ModelFile, String), Failure> {
     match path {
         None => {
@@ -21,8 +48,14 @@ pub fn load(path: Option<&Path>) -> Result<(ModelFile, String), Failure> {
         Some(path) => {
             let place = || path.display().to_string();
             let bytes = std::fs::read(path).with_context(place).map_err(Failure::Input)?;
+            if PadModelFile::new(&bytes).is_ok() {
+                return Err(Failure::Input(anyhow::anyhow!(
+                    "{}: a pad; this command takes the bed of springs that `reduce` and `finger` write",
+                    place()
+                )));
+            }
             let file = ModelFile::new(&bytes).with_context(place).map_err(Failure::Input)?;
-            Ok((file, path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())))
+            Ok((file, name_of(path)))
         }
     }
 }

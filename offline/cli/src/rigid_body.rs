@@ -24,6 +24,11 @@ pub struct BodyArgs {
 }
 
 impl BodyArgs {
+    /// Whether any of the flags is given.
+    pub fn is_given(&self) -> bool {
+        self.body.is_some() || self.radius_mm.is_some() || self.axis_deg.is_some() || self.angle_deg.is_some()
+    }
+
     /// Puts what is given in place of what the configuration says; another kind of body forgets its numbers too.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use clap::Parser;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, Path};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_reduce::pad::{FitLimits, Host, PadSize, Tuning, fit, pad, score_runs};
+use fingerpad_reduce::pad::{FitLimits, Host, PadScores, PadSize, Tuning, fit, pad, score_runs};
 use fingerpad_reduce::{Kind, Run};
 
 #[derive(Parser)]
@@ -27,6 +27,9 @@ struct Args {
     /// Law to start from (JSON)
     #[arg(long)]
     law: Option<PathBuf>,
+    /// Kind of runs of which each has a line of its own
+    #[arg(long, value_name = "KIND")]
+    each: Option<String>,
     /// Depth for which the pad is made, mm
     #[arg(long, default_value_t = 3.0)]
     depth: f64,
@@ -35,6 +38,21 @@ struct Args {
 fn deepest(run: &Run) -> f64 {
     let by_depth = run.path.drives[0] == Drive::Displacement;
     if by_depth { run.path.waypoints.iter().map(|w| w.normal).fold(0.0, f64::max) } else { f64::INFINITY }
+}
+
+/// A line of the table.
+fn line(name: &str, s: &PadScores) -> String {
+    format!(
+        "{name:<22} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2}",
+        s.runs,
+        100.0 * s.normal,
+        100.0 * s.friction,
+        100.0 * s.friction_of_limit,
+        s.stick,
+        s.centre_mm,
+        100.0 * s.moment,
+        100.0 * s.area
+    )
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -80,7 +98,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("{}", serde_json::to_string(&tuning)?);
     println!(
-        "{:<18} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
+        "{:<22} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
         "held out", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %"
     );
     for kind in Kind::ALL {
@@ -88,19 +106,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if own.is_empty() {
             continue;
         }
-        let s = score_runs(&at_rest.tuned(&tuning), &own, &host);
-        println!(
-            "{:<18} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2}",
-            kind.as_str(),
-            s.runs,
-            100.0 * s.normal,
-            100.0 * s.friction,
-            100.0 * s.friction_of_limit,
-            s.stick,
-            s.centre_mm,
-            100.0 * s.moment,
-            100.0 * s.area
-        );
+        let model = at_rest.tuned(&tuning);
+        println!("{}", line(kind.as_str(), &score_runs(&model, &own, &host)));
+        if args.each.as_deref() == Some(kind.as_str()) {
+            for run in own {
+                println!(
+                    "{}",
+                    line(&format!("  {} {:?}", run.name, run.body.kind), &score_runs(&model, &[run], &host))
+                );
+            }
+        }
     }
     Ok(())
 }

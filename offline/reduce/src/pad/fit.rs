@@ -120,7 +120,7 @@ impl Problem for OfRuns<'_> {
 pub fn fit(at_rest: &PadModel, start: &Tuning, runs: &[&Run], host: &Host<'_>, limits: FitLimits) -> Tuning {
     let mut problem = OfRuns { at_rest, runs, host };
     let minimiser =
-        LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-4).with_xtol(1e-3).with_stepbound(0.5);
+        LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-5).with_xtol(1e-4).with_stepbound(0.5);
     let (end, _) = minimise(&mut problem, &to_numbers(start), &minimiser);
     to_tuning(&end)
 }

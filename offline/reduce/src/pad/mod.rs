@@ -4,6 +4,7 @@
 //! Uses fe and runs.
 
 mod fit;
+mod make;
 mod patches;
 mod path;
 mod replay;
@@ -12,6 +13,7 @@ mod score;
 use fingerpad::pad::{Law, Numbers, Pad, Patch};
 
 pub use fit::{FitLimits, fit};
+pub use make::{MadePad, PadMeta, PadSettings, make_pad};
 pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;
 pub use replay::{Host, replay};

@@ -1,6 +1,6 @@
 //! How far a pad is from finite-element runs.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use fingerpad::Response;
 
@@ -8,7 +8,7 @@ use super::{Host, PadModel, replay};
 use crate::{Run, Sample};
 
 /// Errors, RMS over the rows of runs.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PadScores {
     /// Runs.
     pub runs: usize,
@@ -60,6 +60,9 @@ pub(super) fn errors(s: &Sample, a: &Response<f64>) -> [f64; 8] {
         a.contact_area_mm2 - f64::from(s.contact_area_mm2),
     ]
 }
+
+/// Turn from the neutral pose from which on a row counts as one in another pose, degrees.
+pub(super) const ANGLE_DEG: f64 = 0.5;
 
 /// Scores over runs.
 pub fn score_runs(model: &PadModel, runs: &[&Run], host: &Host<'_>) -> PadScores {

@@ -1,0 +1,122 @@
+//! `fingerpad pad`: the reduced model for every pose and body, from the finger's compliance and a few finite-element runs.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use fingerpad_fe::load_path;
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_formats::atomic_write;
+use fingerpad_reduce::pad::{FitLimits, MOST_PATCHES, MadePad, PadSettings, PadSize, make_pad};
+
+use super::progress::during;
+use super::reduce::read_runs;
+use super::{Failure, Model, Outputs, make_finger_for};
+
+/// Make the pad of a finger: the reduced model for every pose, every rigid body and the forces of a hand
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad pad --out pad.fpm                       from the runs that ship with the program
+  fingerpad pad --patches 24 --out small.fpm        smaller and faster on a microcontroller
+  fingerpad reduce --design --mesh-preset coarse --runs runs && \\
+  fingerpad pad --mesh-preset coarse --runs runs --out mine.fpm
+                                                    from runs of your own finger
+  fingerpad eval --model pad.fpm --path path.csv --out response.csv
+
+A pad is patches of the fingertip's skin on the finger's own compliance, which comes from one factorisation of its stiffness at
+rest; what nonlinear runs decide, 40 numbers, is fitted to some of them. Runs that are held out are not seen by the fit: the errors
+that the command prints are along them. The model file holds pad, bands and these errors.")]
+pub struct Args {
+    /// Model file to write
+    #[arg(long, value_name = "PAD.fpm")]
+    out: PathBuf,
+    /// Folder of finite-element runs of this finger [default: those that ship with the program, of the default settings]
+    #[arg(long, value_name = "DIR")]
+    runs: Option<PathBuf>,
+    /// Patches, nearly: they come in mirrored pairs
+    #[arg(long, value_name = "N", default_value_t = 37, value_parser = patches)]
+    patches: usize,
+    /// Runs to fit to, at most; the others that may be fitted to give the bands
+    #[arg(long, value_name = "N", default_value_t = 80)]
+    fit_runs: usize,
+    /// Patience of the fit: evaluations for each number at most
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    patience: usize,
+    /// Replace a file at --out, also a model
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    model: Model,
+}
+
+/// A number of patches for which pads are made.
+fn patches(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (6..=MOST_PATCHES - 2).contains(&count) => Ok(count),
+        _ => Err(format!("must be a whole number from 6 to {}", MOST_PATCHES - 2)),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut config = args.model.config()?;
+    if args.runs.is_none() && args.model.mesh_preset.is_none() {
+        // The mesh of the runs that ship.
+        config.mesh_preset = MeshPreset::Medium;
+    }
+    Outputs::beside(args.model.inputs(&config))
+        .file("--out", Some(args.out.as_path()), Vec::new())
+        .force(args.force)
+        .prepare()?;
+    let runs = read_runs(args.runs.as_deref())?;
+    let hash = fingerpad_reduce::settings_hash(&config)?;
+    if let Some(other) = runs.iter().find(|run| run.settings_hash != hash) {
+        return Err(Failure::Input(anyhow!(
+            "run {} is of other settings ({}) than this finger ({hash}): take the --config, --shape and --mesh-preset of its design",
+            other.name,
+            other.settings_hash
+        )));
+    }
+    let paths: Vec<&load_path::Path> = runs.iter().map(|run| &run.path).collect();
+    let finger = make_finger_for(&config, &paths)?.0;
+    let Some(outline) = finger.outline.clone() else {
+        return Err(Failure::Input(anyhow!("a pad needs a smooth finger, a shape: an imported mesh has none yet")));
+    };
+    let settings = PadSettings {
+        size: PadSize { patches: args.patches },
+        runs: args.fit_runs,
+        limits: FitLimits { patience: args.patience },
+        ..PadSettings::default()
+    };
+    let made = during("fit", |_| make_pad(&finger, &outline, &runs, &settings))?;
+    let bytes = made.file()?;
+    atomic_write(&args.out, |w| w.write_all(&bytes))?;
+    print_summary(&made, &args.out, bytes.len());
+    Ok(())
+}
+
+fn print_summary(made: &MadePad, out: &Path, bytes: usize) {
+    let [fitted, others] = made.meta.fitted_runs;
+    println!(
+        "{} patches, fitted to {fitted} runs, bands by {others}; along the held-out runs:",
+        made.model.patches.len()
+    );
+    println!("{:<18} {:>4} {:>9} {:>11} {:>7} {:>10}", "kind", "runs", "normal %", "friction %", "stick", "centre mm");
+    for (kind, s) in &made.meta.held_out {
+        println!(
+            "{kind:<18} {:>4} {:>9.2} {:>11.2} {:>7.3} {:>10.3}",
+            s.runs,
+            100.0 * s.normal,
+            100.0 * s.friction,
+            s.stick,
+            s.centre_mm
+        );
+    }
+    let percent = |[normal, friction]: [f64; 2]| {
+        format!("normal force {:.1} %, friction {:.1} %", 100.0 * normal, 100.0 * friction)
+    };
+    for (name, coverage) in ["all", "neutral pose", "other poses"].iter().zip(made.meta.coverage) {
+        println!("within the bands, {name}: {}", percent(coverage));
+    }
+    println!("{}: {bytes} bytes", out.display());
+}
