@@ -16,6 +16,7 @@ pub mod strokes;
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_semihosting::debug;
 use defmt_semihosting as _;
+use fingerpad::pad::{Pad, PadFile};
 use fingerpad::{Error, Model};
 
 /// Clock of the core and of SysTick, Hz. STM32F407 at full speed: 168_000_000.
@@ -24,6 +25,14 @@ pub const CORE_CLOCK_HZ: u32 = 25_000_000;
 /// The model that all programs run. Replace the file to run another finger.
 pub fn model() -> Result<Model<'static>, Error> {
     Model::from_bytes(fingerpad::include_fpm!("../../data/models/fingertip.fpm"))
+}
+
+/// Most patches of the pad.
+pub const PATCHES: usize = 38;
+
+/// The pad that the programs run which need other poses or bodies.
+pub fn pad() -> Result<Pad<'static>, Error> {
+    Ok(PadFile::from_bytes(fingerpad::include_fpm!("../../data/models/fingertip-pad.fpm"))?.pad)
 }
 
 /// Starts SysTick so that its exception comes `rate_hz` times a second.

@@ -4,9 +4,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::math::Arithmetic;
+use crate::math::{Arithmetic, Scalar};
 
-use super::vector::{Bulk, Packed, Vec3};
+use super::vector::{Bulk, Packed, Vec3, along};
 use super::{FIRST_TOUCH_TERMS, MODES};
 
 /// One patch of skin.
@@ -35,6 +35,8 @@ pub struct Numbers<T = f32> {
     pub rigid: [Bulk<T>; 6],
     /// Mean square of the skin's displacement along its normal, mm² per mJ: the lower triangle, row by row.
     pub squash: Packed<T>,
+    /// Largest displacement of a patch per change of the bulk, at most, mm per root of mJ: see [`Patch::reach`].
+    pub reach: T,
     /// Point about which the rotation of `rigid` is taken, mm.
     pub middle_mm: Vec3<T>,
     /// Height of the plane at first touch, mm: coefficients of [`first_touch_terms`].
@@ -123,6 +125,13 @@ mod plain {
     unsafe impl Pod for Numbers<f32> {}
 }
 
+impl<T: Scalar> Patch<T> {
+    /// Bound of its displacement per change of the bulk: the root of the sum of the squares of its modes, mm per root of mJ.
+    pub fn reach(&self) -> T {
+        self.modes.iter().fold(T::of(0.0), |sum, row| sum + along(row, row)).sqrt()
+    }
+}
+
 impl Patch {
     /// The same in another scalar.
     pub fn cast<U: Arithmetic>(&self) -> Patch<U> {
@@ -145,6 +154,7 @@ impl Numbers {
         Numbers {
             rigid: self.rigid.map(|row| row.map(of)),
             squash: self.squash.map(of),
+            reach: of(self.reach),
             middle_mm: self.middle_mm.map(of),
             first_touch_mm: self.first_touch_mm.map(of),
             neutral_pitch_deg: of(self.neutral_pitch_deg),

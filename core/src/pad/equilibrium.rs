@@ -16,10 +16,11 @@ use super::{Law, MODES, Pad, PadState};
 const ROUNDS: usize = 16;
 const HALVINGS: usize = 6;
 /// Change of the bulk below which it is in equilibrium, over its size, and the least size that counts, roots of mJ.
-const TOLERANCE: f32 = 1e-4;
+const TOLERANCE: f32 = 3e-4;
 const LEAST_SIZE: f32 = 3e-3;
-/// Share of the last round's misfit that a round with a kept factor must leave at most.
-const KEPT: f32 = 0.25;
+/// Share of the last round's misfit that a round must leave at most, else the stiffness is factored anew, at most so often in a step.
+const KEPT: f32 = 0.4;
+const FACTORS: usize = 2;
 
 /// Products of two of three numbers.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
@@ -42,6 +43,8 @@ pub(crate) struct Frame<T> {
 /// A patch in a place of the body: what does not change within a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<T> {
+    /// Whether it may touch in this step; of the others nothing is known.
+    pub is_awake: bool,
     pub compressed: Compressed<T>,
     /// Place of the undeformed patch, body's frame, mm.
     pub place: Vec3<T>,
@@ -56,7 +59,7 @@ pub(crate) struct Placed<T> {
 /// A patch in a state of the bulk.
 #[derive(Clone, Copy)]
 pub(crate) struct Acting<T> {
-    /// Whether it touches; the rest is read only then, but for the place.
+    /// Whether it touches; the rest is read only then, but for place and overlap.
     pub touches: bool,
     pub place: Vec3<T>,
     pub overlap: T,
@@ -119,17 +122,20 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         // Force on the skin, finger's axes, and what does work on the rigid motion.
         let (mut whole, mut by_turn) = (zeros::<T, 3>(), zeros::<T, 3>());
         for ((patch, placed), acting) in self.pad.patches.iter().zip(&self.placed).zip(acting) {
+            if !placed.is_awake {
+                continue;
+            }
             let linear = patch.modes.each_ref().map(|row| along(row, bulk));
             let swept = cross(&turn, &placed.arm);
             let second = plus(&lift, &times(&cross(&turn, &swept), half_turn));
             acting.place = plus(&placed.place, &turned(&self.frame.soft, &plus(&linear, &second)));
             let (overlap, inward) = mean(self.body, &acting.place, &placed.sides);
+            acting.overlap = overlap;
             acting.touches = placed.compressed.touches(overlap);
             if !acting.touches {
                 continue;
             }
             let borne = placed.compressed.press(overlap, law);
-            acting.overlap = overlap;
             acting.inward = inward;
             acting.force = borne.force;
             acting.slope = borne.slope;
@@ -229,41 +235,101 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         stiffness
     }
 
-    /// Brings the bulk to equilibrium by Newton's method, with the factor of an earlier step as long as that serves.
+    /// Brings the bulk to equilibrium by Newton's method, with the factor of an earlier step as long as that serves, and with secants
+    /// over the last rounds (Anderson 1965): the factor knows nothing of how strength follows pressure.
     pub fn solve(&self, state: &mut PadState<P, T>, acting: &mut [Acting<T>; P]) {
         let mut bulk = state.bulk;
         let mut misfit = self.misfit(&bulk, acting);
-        let mut is_fresh = false;
+        let mut secants = Secants::none();
+        let mut factors = 0;
+        let mut before = T::of(f32::MAX);
         for _ in 0..ROUNDS {
             if !state.is_factored {
                 state.factor = self.factor(&bulk, acting);
                 state.is_factored = true;
-                is_fresh = true;
+                factors += 1;
+                secants = Secants::none();
             }
             let step = solve(&state.factor, &misfit);
-            let off = along(&step, &misfit);
+            let off = along(&step, &misfit).magnitude();
             let size = along(&bulk, &bulk) + T::of(LEAST_SIZE * LEAST_SIZE);
             if !(off > T::of(TOLERANCE * TOLERANCE) * size) {
                 break;
             }
-            let mut scale = T::of(1.0);
-            let mut left = T::of(0.0);
+            // Squares of misfits.
+            if off > T::of(KEPT * KEPT) * before && factors < FACTORS && !secants.is_new() {
+                state.is_factored = false;
+                before = T::of(f32::MAX);
+                continue;
+            }
+            before = off;
+            let mut way = secants.shorten(&bulk, &step);
             let from = bulk;
             for _ in 0..HALVINGS {
-                bulk = core::array::from_fn(|k| from[k] - step[k] * scale);
+                bulk = core::array::from_fn(|k| from[k] - way[k]);
                 misfit = self.misfit(&bulk, acting);
-                left = along(&step, &misfit);
                 // Not far beyond the least energy along this direction.
-                if !(left < T::of(-0.5) * off) {
+                if !(along(&step, &misfit) < T::of(-0.5) * off) {
                     break;
                 }
-                scale = scale * T::of(0.5);
+                way = way.map(|x| x * T::of(0.5));
             }
-            let serves = left.magnitude() <= T::of(KEPT) * off && scale >= T::of(1.0);
-            state.is_factored = serves;
-            let _ = is_fresh;
         }
         state.bulk = bulk;
+    }
+}
+
+/// Rounds that secants reach back.
+const DEPTH: usize = 3;
+
+/// Changes of step and bulk over the last rounds, those of the step orthonormal.
+struct Secants<T> {
+    steps: [Bulk<T>; DEPTH],
+    bulks: [Bulk<T>; DEPTH],
+    count: usize,
+    last: Option<(Bulk<T>, Bulk<T>)>,
+}
+
+impl<T: Elementary> Secants<T> {
+    fn none() -> Self {
+        Self { steps: [zeros(); DEPTH], bulks: [zeros(); DEPTH], count: 0, last: None }
+    }
+
+    fn is_new(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The way to go from `bulk`, down, of which `step` is the one by the factor alone.
+    fn shorten(&mut self, bulk: &Bulk<T>, step: &Bulk<T>) -> Bulk<T> {
+        if let Some((last_bulk, last_step)) = self.last {
+            if self.count == DEPTH {
+                self.count = 0;
+            }
+            let mut change: Bulk<T> = core::array::from_fn(|k| step[k] - last_step[k]);
+            let mut moved: Bulk<T> = core::array::from_fn(|k| bulk[k] - last_bulk[k]);
+            let whole = along(&change, &change);
+            for (old, by) in self.steps.iter().zip(&self.bulks).take(self.count) {
+                let share = along(old, &change);
+                change = core::array::from_fn(|k| change[k] - share * old[k]);
+                moved = core::array::from_fn(|k| moved[k] - share * by[k]);
+            }
+            let left = along(&change, &change);
+            if left > T::of(1e-4) * whole {
+                let one = T::of(1.0) / left.sqrt();
+                if let (Some(to), Some(by)) = (self.steps.get_mut(self.count), self.bulks.get_mut(self.count)) {
+                    *to = change.map(|x| x * one);
+                    *by = moved.map(|x| x * one);
+                    self.count += 1;
+                }
+            }
+        }
+        self.last = Some((*bulk, *step));
+        let mut way = *step;
+        for (old, by) in self.steps.iter().zip(&self.bulks).take(self.count) {
+            let share = along(old, step);
+            way = core::array::from_fn(|k| way[k] - share * (old[k] - by[k]));
+        }
+        way
     }
 }
 

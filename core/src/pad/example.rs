@@ -70,14 +70,17 @@ impl ExamplePad {
         (rigid[3][3], rigid[4][4], rigid[5][5]) = (0.12, 0.12, 0.12);
         let mut lift = [[0.0; 12]; 2];
         (lift[0][0], lift[0][2], lift[0][6], lift[1][3]) = (0.04, -1.0, -0.05, 0.06);
+        let mut reach = 0.0;
         let mut squash = zeros();
         for patch in &patches {
             let patch: &Patch = patch;
+            reach = patch.reach().max(reach);
             add_square(&mut squash, &patch.modes[2], 1.0 / EXAMPLE_PATCHES as f32);
         }
         let numbers = Numbers {
             rigid,
             squash,
+            reach,
             middle_mm: [0.0, 0.0, 1.0],
             first_touch_mm,
             neutral_pitch_deg: 30.0,

@@ -120,7 +120,8 @@ impl Pad<'_> {
                     return refuse(Field::PatchCompliance, index, compliance);
                 }
             }
-            if !bounded(&patch.modes) {
+            // Patches that are asleep rely on it.
+            if !bounded(&patch.modes) || !(patch.reach() <= self.numbers.reach * 1.001) {
                 return refuse(Field::BulkMode, index, f32::NAN);
             }
         }
@@ -130,6 +131,7 @@ impl Pad<'_> {
         if !bounded(&self.numbers.rigid) {
             return refuse(Field::BulkMode, self.patches.len(), f32::NAN);
         }
+        all(Field::BulkMode, &mut core::iter::once(self.numbers.reach), positive)?;
         all(Field::BulkStiffening, &mut self.numbers.squash.iter().copied(), signed)?;
         all(Field::BulkStiffening, &mut (0..MODES).map(|k| self.numbers.squash[k * (k + 3) / 2]), [0.0, LARGEST])?;
         all(
@@ -215,6 +217,7 @@ mod tests {
         assert_eq!(refused(&|e| e.patches[3].area_mm2 = -1.0), (Field::PatchArea, 3));
         assert_eq!(refused(&|e| e.patches[2].compliance_mm_per_n[1] = 0.0), (Field::PatchCompliance, 2));
         assert_eq!(refused(&|e| e.patches[5].modes[1][4] = f32::NAN), (Field::BulkMode, 5));
+        assert_eq!(refused(&|e| e.numbers.reach *= 0.9), (Field::BulkMode, 0));
         assert_eq!(refused(&|e| e.patches[1].spread_mm[3] = f32::NEG_INFINITY), (Field::PatchPlace, 1));
         assert_eq!(refused(&|e| e.numbers.law.friction[1] = 1.5), (Field::PressureExponent, 0));
         assert_eq!(refused(&|e| e.numbers.law.softness[1] = f32::INFINITY), (Field::BulkStiffness, 1));

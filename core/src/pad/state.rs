@@ -8,6 +8,8 @@ use crate::math::Elementary;
 use super::Pad;
 use super::vector::{Bulk, Packed, Vec3, zeros};
 
+/// What stands for no share of the strength.
+pub(crate) const APART: f32 = 2.0;
 /// Least and largest strength factor.
 const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
@@ -18,11 +20,15 @@ const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 pub struct PadState<const P: usize, T = f32> {
     /// Coordinates of the bulk.
     pub(crate) bulk: Bulk<T>,
+    /// Change of the bulk in the last step, and the motion that brought it: depth, slides (mm), spin, pitch and roll (rad).
+    pub(crate) drift: Bulk<T>,
+    pub(crate) motion: [T; 6],
     /// Factor of the last tangent stiffness.
     pub(crate) factor: Packed<T>,
     /// Where each patch is held: the point of the surface over this place of the body's tangent plane, mm.
     pub(crate) anchors: [[T; 2]; P],
-    /// Used share of each patch's strength at the last step; negative if it was falling then.
+    /// Used share of the strength of each patch that touched at the last step, negative if it was falling then; of the others
+    /// [`APART`] and how far they are from touching at least, mm.
     pub(crate) used: [T; P],
     /// Place of the body's apex along the axes of the plane, from the point about which poses turn, mm: a number and what it lacks.
     pub(crate) shift: [[T; 2]; 2],
@@ -34,6 +40,8 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) depth: T,
     pub(crate) tilt: [T; 2],
     pub(crate) strength_factor: T,
+    /// Bound of how far the last motion brought the body nearer to any patch, mm.
+    pub(crate) travel: T,
     pub(crate) in_contact: bool,
     pub(crate) is_factored: bool,
 }
@@ -50,6 +58,8 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         }
         Ok(Self {
             bulk: zeros(),
+            drift: zeros(),
+            motion: zeros(),
             factor: zeros(),
             anchors: [zeros(); P],
             used: zeros(),
@@ -59,6 +69,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             depth: T::of(0.0),
             tilt: zeros(),
             strength_factor: T::of(1.0),
+            travel: T::of(0.0),
             in_contact: false,
             is_factored: false,
         })

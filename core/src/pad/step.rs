@@ -9,8 +9,8 @@ use crate::{Motion, Regime, Response, Status};
 use super::body::{Sides, Surface, spread};
 use super::equilibrium::{Acting, Equations, Frame, Placed, Stiffening, held};
 use super::patch::Compressed;
-use super::state::{PadState, PatchState};
-use super::vector::{Mat3, Vec3, cross, dot, minus, plus, times, turned, turned_back, zeros};
+use super::state::{APART, PadState, PatchState};
+use super::vector::{Bulk, Mat3, Vec3, along, cross, dot, minus, plus, times, turned, turned_back, zeros};
 use super::{Pad, Patch};
 
 /// Depth below which there is no contact, mm.
@@ -25,6 +25,12 @@ const FAR: f32 = 16.0;
 const LEAST_SPREAD_MM2: f32 = 1e-8;
 /// From standard deviation to the place of one of six points.
 const ROOT_3: f32 = 1.732_050_8;
+/// Way that the skin of a patch may go in a step before patches that are asleep are looked at, mm.
+const WAKE_MM: f32 = 0.2;
+/// Longest arm of a patch about the pivot, mm.
+const ARM_MM: f32 = 20.0;
+/// Slide that counts as much as a turn by 1 rad, mm.
+const TURN_MM: f32 = 5.0;
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
 /// Stretch beyond the bound by which a patch slips: as share and in mm. Rounding of its place stays below.
@@ -81,14 +87,29 @@ impl<T: Elementary> Pad<'_, T> {
         motion: Motion<T>,
         pose_deg: [T; 2],
     ) -> Response<T> {
-        let status = self.advance(state, body, motion, pose_deg);
+        let (status, motion) = self.advance(state, body, motion, pose_deg);
         if !(state.depth >= T::of(TOUCH_MM)) || self.patches.len() > P {
             state.lift_off();
             return Response { status, ..Response::default() };
         }
-        let equations = self.equations(state, body);
+        let start = state.bulk;
+        state.foresee(motion);
+        let mut equations = self.equations(state, body, Wake::Near);
         let mut acting = [Acting::nothing(); P];
         equations.solve(state, &mut acting);
+        if self.moved_mm(&start, &state.bulk) > T::of(WAKE_MM) {
+            // A patch that was taken to be far may touch.
+            rare();
+            equations = self.equations(state, body, Wake::All);
+            equations.solve(state, &mut acting);
+        }
+        state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
+        let travel = state.travel + self.moved_mm(&start, &state.bulk);
+        for (placed, used) in equations.placed.iter().zip(&mut state.used) {
+            if !placed.is_awake {
+                *used = *used - travel;
+            }
+        }
         let response = self.settle(state, &equations, &acting);
         let check =
             response.normal_force_n + response.friction_n[0] + response.friction_n[1] + response.spin_moment_n_mm;
@@ -107,12 +128,13 @@ impl<T: Elementary> Pad<'_, T> {
         body: &impl Surface<T>,
         motion: Motion<T>,
         pose_deg: [T; 2],
-    ) -> Status {
+    ) -> (Status, [T; 6]) {
         let mut status = Status::OK;
         if !motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST) {
             rare();
             status = status.with(Status::BAD_TIME_STEP);
         }
+        let (depth, tilt) = (state.depth, state.tilt);
         if motion.depth_mm.magnitude() <= T::of(LARGEST) {
             state.depth = motion.depth_mm;
         } else {
@@ -154,6 +176,11 @@ impl<T: Elementary> Pad<'_, T> {
                 state.move_origin();
             }
         }
+        let turned = (state.tilt[0] - tilt[0]).magnitude() + (state.tilt[1] - tilt[1]).magnitude();
+        state.travel = (state.depth - depth).magnitude() + turned * T::of(ARM_MM);
+        if !body.is_plane() {
+            state.travel += slide[0].magnitude() + slide[1].magnitude() + spin.magnitude() * T::of(ARM_MM);
+        }
         if state.depth >= T::of(TOUCH_MM) && !state.in_contact {
             let frame = self.frame(state);
             state.in_contact = true;
@@ -161,10 +188,13 @@ impl<T: Elementary> Pad<'_, T> {
             state.bulk = zeros();
             for ((patch, anchor), used) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.used) {
                 *anchor = foot(body, &frame.place(patch));
-                *used = T::of(0.0);
+                *used = T::of(APART);
             }
+            // The first step of a contact has no way behind it.
+            state.drift = zeros();
         }
-        status
+        let [x, y] = slide;
+        (status, [state.depth - depth, x, y, spin, state.tilt[0] - tilt[0], state.tilt[1] - tilt[1]])
     }
 
     fn frame<const P: usize>(&self, state: &PadState<P, T>) -> Frame<T> {
@@ -180,37 +210,36 @@ impl<T: Elementary> Pad<'_, T> {
         Frame { axes: turned_axes, soft, apex: [cos * x + sin * y, cos * y - sin * x, height], pivot: state.pivot }
     }
 
+    /// Bound of the way of any patch between two states of the bulk, mm.
+    fn moved_mm(&self, from: &Bulk<T>, to: &Bulk<T>) -> T {
+        let way: Bulk<T> = core::array::from_fn(|k| to[k] - from[k]);
+        // Half as much again for what is of second order.
+        T::of(1.5) * self.numbers.reach * along(&way, &way).sqrt()
+    }
+
     fn equations<'a, const P: usize, B: Surface<T>>(
         &'a self,
         state: &PadState<P, T>,
         body: &'a B,
+        wake: Wake,
     ) -> Equations<'a, P, T, B> {
         let law = &self.numbers.law;
         let frame = self.frame(state);
-        let log_full = law.area[1].ln();
-        let log_whole = law.area[0].ln();
-        let mut patches = self.patches.iter().zip(&state.anchors);
-        let placed = core::array::from_fn(|_| {
-            let Some((patch, anchor)) = patches.next() else { return Placed::nothing() };
-            let place = frame.place(patch);
-            let sides = frame.sides(patch);
-            let spread = (spread(body, &place, &sides).variance + T::of(LEAST_SPREAD_MM2)).sqrt();
-            let flat = patch.area_mm2 * law.flattening_mpa[0] + flat_rate(patch, law.flattening_mpa) * spread;
-            let (anchor, held_inward) = held(body, *anchor);
-            Placed {
-                compressed: Compressed {
-                    compliance: patch.compliance_mm_per_n[0],
-                    spread,
-                    flat,
-                    log_area: patch.area_mm2.ln() + log_whole,
-                    log_full: flat.ln() + log_full,
-                },
-                place,
-                arm: minus(&patch.middle_mm, &self.numbers.middle_mm),
-                sides,
-                anchor,
-                inward: held_inward,
+        let logs = [law.area[0].ln(), law.area[1].ln()];
+        let mut patches = self.patches.iter().zip(&state.anchors).zip(&state.used);
+        let near = T::of(APART + WAKE_MM) + state.travel;
+        let placed = core::array::from_fn(|_| match patches.next() {
+            Some(((patch, anchor), used)) if wake == Wake::All || *used <= near => {
+                let mut placed = self.placed(patch, *anchor, &frame, body, logs);
+                if *used >= T::of(APART) {
+                    // Where it is with the bulk as it was: apart it may be held anywhere.
+                    let moved = patch.modes.each_ref().map(|row| along(row, &state.bulk));
+                    let here = plus(&placed.place, &turned(&frame.soft, &moved));
+                    (placed.anchor, placed.inward) = held(body, foot(body, &here));
+                }
+                placed
             }
+            _ => Placed::nothing(),
         });
         Equations {
             pad: Pad { patches: self.patches, numbers: self.numbers },
@@ -218,6 +247,45 @@ impl<T: Elementary> Pad<'_, T> {
             frame,
             placed,
             strength_factor: state.strength_factor,
+        }
+    }
+
+    fn placed<B: Surface<T>>(
+        &self,
+        patch: &Patch<T>,
+        anchor: [T; 2],
+        frame: &Frame<T>,
+        body: &B,
+        [log_whole, log_full]: [T; 2],
+    ) -> Placed<T> {
+        let place = frame.place(patch);
+        let flattening = self.numbers.law.flattening_mpa;
+        let (sides, variance) = if body.is_plane() {
+            let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
+            let [x, y, z] = frame.axes[2];
+            let [a, b, c] = [xx * x + xy * y + xz * z, yy * y + yz * z, zz * z];
+            ([zeros(); 3], a * a + b * b + c * c)
+        } else {
+            let sides = frame.sides(patch);
+            (sides, spread(body, &place, &sides).variance)
+        };
+        let spread = (variance + T::of(LEAST_SPREAD_MM2)).sqrt();
+        let flat = patch.area_mm2 * flattening[0] + flat_rate(patch, flattening) * spread;
+        let (anchor, inward) = held(body, anchor);
+        Placed {
+            is_awake: true,
+            compressed: Compressed {
+                compliance: patch.compliance_mm_per_n[0],
+                spread,
+                flat,
+                log_area: patch.area_mm2.ln() + log_whole,
+                log_full: flat.ln() + log_full,
+            },
+            place,
+            arm: minus(&patch.middle_mm, &self.numbers.middle_mm),
+            sides,
+            anchor,
+            inward,
         }
     }
 
@@ -237,10 +305,18 @@ impl<T: Elementary> Pad<'_, T> {
         for (((patch, placed), acting), (anchor, used)) in
             self.patches.iter().zip(&equations.placed).zip(acting).zip(memory)
         {
+            if !placed.is_awake {
+                continue;
+            }
             if !acting.touches {
                 *anchor = foot(equations.body, &acting.place);
-                *used = zero;
+                *used = T::of(APART) - (acting.overlap + placed.compressed.spread);
                 continue;
+            }
+            if *used >= T::of(APART) {
+                // It touches anew.
+                *anchor = [placed.anchor[0], placed.anchor[1]];
+                *used = zero;
             }
             let now = acting.length / (acting.bound + T::of(f32::MIN_POSITIVE));
             let slips = acting.length > acting.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
@@ -274,12 +350,17 @@ impl<T: Elementary> Pad<'_, T> {
             let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
             let energy = placed.compressed.energy(acting.overlap, acting.force, flat_rate(patch, law.flattening_mpa));
             let pull = energy.1 / placed.compressed.spread;
+            if equations.body.is_plane() {
+                // The normal's way through the second moment.
+                let third = T::of(1.0 / 3.0);
+                for side in &equations.frame.sides(patch) {
+                    let couple = [-side[1] * side[2], side[0] * side[2], zero];
+                    moment = minus(&moment, &times(&couple, pull * third));
+                }
+                continue;
+            }
             let undeformed = spread(equations.body, &placed.place, &placed.sides);
-            let couple = if equations.body.is_plane() {
-                zeros()
-            } else {
-                spread(equations.body, &acting.place, &placed.sides).moment
-            };
+            let couple = spread(equations.body, &acting.place, &placed.sides).moment;
             let by_spread = times(&undeformed.variance_slope, -pull);
             force = plus(&force, &by_spread);
             moment = plus(&moment, &cross(&plus(&placed.place, &apex), &by_spread));
@@ -343,7 +424,7 @@ impl<T: Elementary> Pad<'_, T> {
         if !state.in_contact || self.patches.len() > P {
             return out;
         }
-        let equations = self.equations(state, body);
+        let equations = self.equations(state, body, Wake::All);
         let mut acting = [Acting::nothing(); P];
         equations.misfit(&state.bulk, &mut acting);
         let (sin, cos) = state.angle[0].sin_cos();
@@ -370,7 +451,7 @@ impl<T: Elementary> Pad<'_, T> {
 
     #[cfg(test)]
     pub(crate) fn misfit<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [T; super::MODES] {
-        self.equations(state, body).misfit(&state.bulk, &mut [Acting::nothing(); P])
+        self.equations(state, body, Wake::All).misfit(&state.bulk, &mut [Acting::nothing(); P])
     }
 
     /// Energy stored after the last step, mJ.
@@ -379,7 +460,7 @@ impl<T: Elementary> Pad<'_, T> {
         if !state.in_contact {
             return sum;
         }
-        let equations = self.equations(state, body);
+        let equations = self.equations(state, body, Wake::All);
         let mut acting = [Acting::nothing(); P];
         equations.misfit(&state.bulk, &mut acting);
         for x in &state.bulk {
@@ -398,6 +479,21 @@ impl<T: Elementary> Pad<'_, T> {
 }
 
 impl<const P: usize, T: Elementary> PadState<P, T> {
+    /// Starts a step from where the bulk would be if it went on as before, in a motion that goes on. At rest it starts where it is.
+    fn foresee(&mut self, motion: [T; 6]) {
+        let arm = T::of(TURN_MM);
+        let product = |a: &[T; 6], b: &[T; 6]| {
+            a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + arm * arm * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+        };
+        let before = product(&self.motion, &self.motion);
+        let share = product(&motion, &self.motion) / (before + T::of(f32::MIN_POSITIVE));
+        // What turns back or speeds up goes its own way.
+        if share >= T::of(0.5) && share <= T::of(1.5) {
+            self.bulk = core::array::from_fn(|k| self.bulk[k] + share * self.drift[k]);
+        }
+        self.motion = motion;
+    }
+
     /// Moves and turns the body.
     fn carry(&mut self, slide: [T; 2], spin: T) {
         let [x, y] = [self.shift[0][0], self.shift[1][0]];
@@ -459,11 +555,27 @@ impl<T: Elementary> Frame<T> {
     }
 }
 
+/// Which patches are looked at.
+#[derive(Clone, Copy, PartialEq)]
+enum Wake {
+    /// Those that touch or may touch in this step.
+    Near,
+    All,
+}
+
 impl<T: Elementary> Placed<T> {
     fn nothing() -> Self {
         let zero = T::of(0.0);
         let compressed = Compressed { compliance: zero, spread: zero, flat: zero, log_area: zero, log_full: zero };
-        Self { compressed, place: zeros(), arm: zeros(), sides: [zeros(); 3], anchor: zeros(), inward: zeros() }
+        Self {
+            is_awake: false,
+            compressed,
+            place: zeros(),
+            arm: zeros(),
+            sides: [zeros(); 3],
+            anchor: zeros(),
+            inward: zeros(),
+        }
     }
 }
 

@@ -278,7 +278,9 @@ fn bad_input_is_flagged_and_harmless() {
     assert_eq!(r.status, Status::DEPTH_ABOVE_RANGE.with(Status::POSE_OUT_OF_RANGE));
     assert!(r.normal_force_n.is_finite() && r.normal_force_n > before.normal_force_n);
     let r = pad.step(&mut state, &Plane, Motion { slide_increment_mm: [1e6, 0.0], ..press }, [30.0, 0.0]);
-    assert_eq!((r.status, r.regime), (Status::LARGE_INCREMENT, Regime::Slip));
+    assert_eq!(r.status, Status::LARGE_INCREMENT);
+    // What touches anew on the way has not slipped yet.
+    assert!(r.stick_ratio < 0.2, "{}", r.stick_ratio);
     let r = pad.step(&mut state, &Plane, Motion { depth_mm: -1.0, ..press }, [30.0, 0.0]);
     assert_eq!(r, Response::default());
 }
@@ -297,7 +299,7 @@ fn a_long_slide_is_steady() {
             friction = r.friction_n;
             assert_eq!(r.regime, Regime::Slip);
         } else if k > 1000 {
-            assert!((r.friction_n[0] - friction[0]).abs() < 2e-4 * friction[0], "{k}: {:?} {friction:?}", r.friction_n);
+            assert!((r.friction_n[0] - friction[0]).abs() < 2e-3 * friction[0], "{k}: {:?} {friction:?}", r.friction_n);
         }
     }
 }

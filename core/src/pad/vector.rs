@@ -66,19 +66,26 @@ pub(crate) fn along<T: Arithmetic>(a: &Bulk<T>, b: &Bulk<T>) -> T {
     sum
 }
 
+/// The rows of a lower triangle, the diagonal in the last place of each.
+#[inline(always)]
+fn rows<T>(m: &Packed<T>) -> impl DoubleEndedIterator<Item = &[T]> + ExactSizeIterator {
+    (0..MODES).map(|row| m.get(row * (row + 1) / 2..(row + 1) * (row + 2) / 2).unwrap_or(&[]))
+}
+
 /// A symmetric matrix times a vector.
 pub(crate) fn symmetric<T: Arithmetic>(m: &Packed<T>, v: &Bulk<T>) -> Bulk<T> {
-    let mut out = zeros();
-    let mut at = 0;
-    for row in 0..MODES {
-        for column in 0..row {
-            let x = m[at];
-            out[row] += x * v[column];
-            out[column] += x * v[row];
-            at += 1;
+    let mut out: Bulk<T> = zeros();
+    for (row, line) in rows(m).enumerate() {
+        let (by, mut sum) = (v[row], T::of(0.0));
+        // The diagonal goes into the sum alone.
+        for ((x, v), out) in line.iter().zip(v).zip(&mut out).take(row) {
+            sum += *x * *v;
+            *out += *x * by;
         }
-        out[row] += m[at] * v[row];
-        at += 1;
+        if let Some(diagonal) = line.last() {
+            sum += *diagonal * by;
+        }
+        out[row] += sum;
     }
     out
 }
@@ -86,13 +93,14 @@ pub(crate) fn symmetric<T: Arithmetic>(m: &Packed<T>, v: &Bulk<T>) -> Bulk<T> {
 /// Adds `scale` times v v'.
 #[inline(always)]
 pub(crate) fn add_square<T: Arithmetic>(m: &mut Packed<T>, v: &Bulk<T>, scale: T) {
-    let mut at = 0;
-    for row in 0..MODES {
-        let left = v[row] * scale;
-        for column in 0..=row {
-            m[at] += left * v[column];
-            at += 1;
+    let mut rest: &mut [T] = m;
+    for (row, x) in v.iter().enumerate() {
+        let (line, others) = rest.split_at_mut((row + 1).min(rest.len()));
+        let left = *x * scale;
+        for (to, x) in line.iter_mut().zip(v) {
+            *to += left * *x;
         }
+        rest = others;
     }
 }
 
@@ -128,24 +136,20 @@ pub(crate) fn factor<T: Arithmetic + PartialOrd>(m: &mut Packed<T>) {
 /// Solution with a factor of [`factor`].
 pub(crate) fn solve<T: Arithmetic>(m: &Packed<T>, right: &Bulk<T>) -> Bulk<T> {
     let mut x = *right;
-    let mut at = 0;
-    for row in 0..MODES {
+    for (row, line) in rows(m).enumerate() {
         let mut sum = x[row];
-        for column in 0..row {
-            sum = sum - m[at] * x[column];
-            at += 1;
+        for (l, x) in line.iter().zip(&x).take(row) {
+            sum = sum - *l * *x;
         }
         x[row] = sum;
-        at += 1;
     }
-    for row in 0..MODES {
-        x[row] = x[row] * m[row * (row + 3) / 2];
+    for (x, line) in x.iter_mut().zip(rows(m)) {
+        *x = *x * line.last().map_or(T::of(1.0), |inverse| *inverse);
     }
-    for row in (0..MODES).rev() {
-        let own = row * (row + 1) / 2;
+    for (row, line) in (0..MODES).zip(rows(m)).rev() {
         let value = x[row];
-        for column in 0..row {
-            x[column] = x[column] - m[own + column] * value;
+        for (l, x) in line.iter().zip(&mut x).take(row) {
+            *x = *x - *l * value;
         }
     }
     x

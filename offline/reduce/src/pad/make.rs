@@ -93,6 +93,7 @@ fn single_numbers(n: &Numbers<f64>) -> Numbers {
     Numbers {
         rigid: n.rigid.each_ref().map(single),
         squash: single(&n.squash),
+        reach: n.reach as f32,
         middle_mm: single(&n.middle_mm),
         first_touch_mm: single(&n.first_touch_mm),
         neutral_pitch_deg: n.neutral_pitch_deg as f32,

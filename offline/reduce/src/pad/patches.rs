@@ -43,7 +43,7 @@ const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.6, 3.0];
 /// Angle from the neutral pose within which most contacts lie, degrees, and the weight of skin that no contact reaches over that of skin
 /// that all do.
 const USUAL_DEG: f64 = 18.0;
-const LEAST_WEIGHT: f64 = 0.1;
+const LEAST_WEIGHT: f64 = 0.03;
 
 /// Turn of the body against a finger that is pitched and rolled by these angles from its neutral pose, rad.
 pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
@@ -117,6 +117,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
     let numbers = Numbers {
         rigid: std::array::from_fn(|row| std::array::from_fn(|mode| rigid[(row, mode)])),
         squash: packed,
+        reach: 0.0,
         middle_mm: middle.into(),
         first_touch_mm: reach(outline),
         neutral_pitch_deg: finger.neutral_pitch_deg,
@@ -138,7 +139,9 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
             compliance_mm_per_n: p.compliance,
         }
     });
-    Ok(PadModel { patches: patches.collect(), numbers })
+    let patches: Vec<fingerpad::pad::Patch<f64>> = patches.collect();
+    let reach = patches.iter().map(fingerpad::pad::Patch::reach).fold(0.0, f64::max);
+    Ok(PadModel { patches, numbers: Numbers { reach, ..numbers } })
 }
 
 /// Translation and rotation nearest to the motion of all patches in each mode, by least squares over the area.
