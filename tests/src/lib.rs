@@ -19,6 +19,7 @@ pub mod differences;
 pub mod equilibrium;
 pub mod half_space;
 pub mod memory;
+pub mod pads;
 pub mod problems;
 pub mod random;
 pub mod reference;

@@ -40,7 +40,7 @@ enum Chore {
     },
     /// A benchmark: `bindings` (ns of a step in every language, clean and disturbed), `calculix` (CPU time against CalculiX),
     /// `core` (a step: instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles,
-    /// against marks), `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets)
+    /// against marks), `pad` (instructions, errors along finite-element runs, memory, energy), `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets)
     /// or `mujoco` (an object held by the plugin and by MuJoCo's own contact)
     Bench {
         /// Which
@@ -99,6 +99,10 @@ fn main() -> anyhow::Result<()> {
             "memory" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_memory", "--"], &args)
             }
+            "pad" => {
+                cargo(&["xtask", "thumb", "count-pad"], &[])?;
+                cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_pad", "--"], &args)
+            }
             "diagnose" => {
                 cargo(&["run", "--release", "--package", "fingerpad-tests", "--bin", "bench_diagnose", "--"], &args)
             }
@@ -107,7 +111,9 @@ fn main() -> anyhow::Result<()> {
             }
             "mujoco" => mujoco::bench(&args),
             other => {
-                bail!("no benchmark {other}; there are: bindings, calculix, core, memory, diagnose, confirm, mujoco")
+                bail!(
+                    "no benchmark {other}; there are: bindings, calculix, core, memory, pad, diagnose, confirm, mujoco"
+                )
             }
         },
         Chore::Fuzz { seconds } => fuzz(seconds),

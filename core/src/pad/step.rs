@@ -355,7 +355,7 @@ impl<T: Elementary> Pad<'_, T> {
                 let third = T::of(1.0 / 3.0);
                 for side in &equations.frame.sides(patch) {
                     let couple = [-side[1] * side[2], side[0] * side[2], zero];
-                    moment = minus(&moment, &times(&couple, pull * third));
+                    moment = plus(&moment, &times(&couple, pull * third));
                 }
                 continue;
             }

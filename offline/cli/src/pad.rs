@@ -57,6 +57,18 @@ fn patches(text: &str) -> Result<usize, String> {
     }
 }
 
+/// Depth of the paths whose contacts the patches share out, mm. Deeper contacts lie on the same patches and on the bulk's stiffening:
+/// patches for their whole skin would be too large for the usual ones.
+const SKIN_MM: f64 = 3.0;
+
+/// Largest depth of a path, mm; that of a path which a force drives is not known.
+fn deepest_mm(path: &load_path::Path) -> f64 {
+    match path.drives[0] {
+        load_path::Drive::Displacement => path.waypoints.iter().map(|w| w.normal).fold(0.0, f64::max),
+        load_path::Drive::Force => f64::INFINITY,
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut config = args.model.config()?;
@@ -77,7 +89,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             other.settings_hash
         )));
     }
-    let paths: Vec<&load_path::Path> = runs.iter().map(|run| &run.path).collect();
+    let paths: Vec<&load_path::Path> =
+        runs.iter().map(|run| &run.path).filter(|path| deepest_mm(path) <= SKIN_MM).collect();
     let finger = make_finger_for(&config, &paths)?.0;
     let Some(outline) = finger.outline.clone() else {
         return Err(Failure::Input(anyhow!("a pad needs a smooth finger, a shape: an imported mesh has none yet")));

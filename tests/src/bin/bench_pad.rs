@@ -1,46 +1,62 @@
-//! The pad against finite-element runs: errors by kind of motion.
+//! The pad: errors along finite-element runs, memory, energy, steps, and what a step costs against the bed's.
 
+use std::hint::black_box;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Parser;
+use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere, Surface};
+use fingerpad::{ModelFile, Motion, PadModelFile, SpinState, step};
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Drive, Path};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_reduce::pad::{FitLimits, Host, PadScores, PadSize, Tuning, fit, pad, score_runs};
+use fingerpad_reduce::pad::{Host, PadModel, PadScores, score_runs};
 use fingerpad_reduce::{Kind, Run};
+use fingerpad_tests::pads::{PATCHES, Ride, START};
+use fingerpad_tests::random::Random;
 
 #[derive(Parser)]
-#[command(about = "Errors of the pad along stored runs", name = "bench_pad")]
+#[command(about = "The pad: errors along finite-element runs, memory, energy, steps, cost", name = "bench_pad")]
 struct Args {
-    /// Folders of runs
-    folders: Vec<PathBuf>,
-    /// Patches
-    #[arg(long, default_value_t = 37)]
-    patches: usize,
-    /// Every which run of the fit is fitted to; 0 fits nothing
-    #[arg(long, default_value_t = 6)]
-    every: usize,
-    /// Patience of the fit
-    #[arg(long, default_value_t = 2)]
-    patience: usize,
-    /// Law to start from (JSON)
-    #[arg(long)]
-    law: Option<PathBuf>,
+    /// Folder of runs
+    #[arg(long, default_value = "data/runs")]
+    runs: PathBuf,
+    /// Model file of a pad
+    #[arg(long, default_value = "data/models/fingertip-pad.fpm")]
+    model: PathBuf,
     /// Kind of runs of which each has a line of its own
     #[arg(long, value_name = "KIND")]
     each: Option<String>,
-    /// Depth for which the pad is made, mm
-    #[arg(long, default_value_t = 3.0)]
-    depth: f64,
+    /// Cycles of a held load
+    #[arg(long, default_value_t = 1000)]
+    cycles: usize,
+    /// Random closed paths on each body
+    #[arg(long, default_value_t = 40)]
+    paths: usize,
 }
 
-fn deepest(run: &Run) -> f64 {
-    let by_depth = run.path.drives[0] == Drive::Displacement;
-    if by_depth { run.path.waypoints.iter().map(|w| w.normal).fold(0.0, f64::max) } else { f64::INFINITY }
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let args = Args::parse();
+    let file = PadModelFile::new(&std::fs::read(&args.model)?)?;
+    let pad = file.file().pad;
+    println!(
+        "{}: {} patches, {} bytes; memory of a contact {} bytes and {} a patch",
+        args.model.display(),
+        pad.patches.len(),
+        file.bytes().len(),
+        size_of::<PadState<0>>(),
+        (size_of::<PadState<40>>() - size_of::<PadState<0>>()) / 40
+    );
+    let model = PadModel::of(&pad);
+    errors(&args, &model)?;
+    memory(&pad, args.cycles)?;
+    energy(&model.pad(), args.paths)?;
+    steps(&model.pad())?;
+    cost(&pad)
 }
 
-/// A line of the table.
+/// A line of the table of errors.
 fn line(name: &str, s: &PadScores) -> String {
     format!(
         "{name:<22} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2}",
@@ -55,67 +71,187 @@ fn line(name: &str, s: &PadScores) -> String {
     )
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let args = Args::parse();
+fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
     let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
     let mut runs = Vec::new();
-    for folder in &args.folders {
-        for entry in std::fs::read_dir(folder)? {
-            let file = entry?.path();
-            if file.extension().is_some_and(|e| e == "fprun") {
-                let run = Run::from_bytes(&std::fs::read(&file)?, &file)?;
-                if run.samples.len() > 3 {
-                    runs.push(run);
-                }
+    for entry in std::fs::read_dir(&args.runs)? {
+        let file = entry?.path();
+        if file.extension().is_some_and(|e| e == "fprun") {
+            let run = Run::from_bytes(&std::fs::read(&file)?, &file)?;
+            if run.held_out && run.samples.len() > 3 {
+                runs.push(run);
             }
         }
     }
     runs.sort_by(|a, b| a.name.cmp(&b.name));
-    let start = Instant::now();
-    let paths: Vec<&Path> = runs.iter().filter(|r| deepest(r) <= args.depth).map(|r| &r.path).collect();
-    let finger = config.finger_for(&paths)?.0;
-    let outline = finger.outline.clone().ok_or("a smooth finger")?;
-    let at_rest = pad(&finger, &outline, PadSize { patches: args.patches }, args.depth)?;
-    println!(
-        "{} patches in {:.1} s, from what {} paths touch",
-        at_rest.patches.len(),
-        start.elapsed().as_secs_f64(),
-        paths.len()
-    );
+    let outline = config.finger()?.0.outline.ok_or("a smooth finger")?;
     let host = Host { outline: &outline };
-    let mut tuning = match &args.law {
-        Some(file) => serde_json::from_str(&std::fs::read_to_string(file)?)?,
-        None => Tuning::default(),
-    };
-    if args.every > 0 {
-        let of_fit: Vec<&Run> = runs.iter().filter(|r| !r.held_out).step_by(args.every).collect();
-        let start = Instant::now();
-        println!("before: {:?}", score_runs(&at_rest.tuned(&tuning), &of_fit, &host));
-        println!("{:.1} s", start.elapsed().as_secs_f64());
-        tuning = fit(&at_rest, &tuning, &of_fit, &host, FitLimits { patience: args.patience });
-        println!("fit to {} runs in {:.0} s", of_fit.len(), start.elapsed().as_secs_f64());
-        println!("after: {:?}", score_runs(&at_rest.tuned(&tuning), &of_fit, &host));
-    }
-    println!("{}", serde_json::to_string(&tuning)?);
+    println!(
+        "\nerrors along held-out runs, RMS: normal force, friction over the path's largest and over the present limit,"
+    );
+    println!("stick ratio, centre of pressure, moment over the largest friction times 3 mm, area");
     println!(
         "{:<22} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-        "held out", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %"
+        "kind", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %"
     );
     for kind in Kind::ALL {
-        let own: Vec<&Run> = runs.iter().filter(|r| r.held_out && r.kind == kind).collect();
+        let own: Vec<&Run> = runs.iter().filter(|r| r.kind == kind).collect();
         if own.is_empty() {
             continue;
         }
-        let model = at_rest.tuned(&tuning);
-        println!("{}", line(kind.as_str(), &score_runs(&model, &own, &host)));
+        println!("{}", line(kind.as_str(), &score_runs(model, &own, &host)));
         if args.each.as_deref() == Some(kind.as_str()) {
             for run in own {
-                println!(
-                    "{}",
-                    line(&format!("  {} {:?}", run.name, run.body.kind), &score_runs(&model, &[run], &host))
-                );
+                let name = format!("  {} {:?}", run.name, run.body.kind);
+                println!("{}", line(&name, &score_runs(model, &[run], &host)));
             }
         }
     }
+    Ok(())
+}
+
+/// What a held load keeps under cycles of everything, in single precision.
+fn memory(pad: &Pad<'_>, cycles: usize) -> Result<(), Failure> {
+    println!("\na load held at 1 mm, friction kept over that before, after 1, 10 and {cycles} cycles of 8 steps:");
+    let rad = f64::to_radians;
+    // Depth, slides, spin, pitch and roll: mm and rad.
+    let cases: [(&str, [f64; 6]); 11] = [
+        ("depth 1 um", [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0]),
+        ("depth 10 um", [0.0, 0.0, 1e-2, 0.0, 0.0, 0.0]),
+        ("depth 100 um", [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]),
+        ("slides 5 um", [5e-3, 5e-3, 0.0, 0.0, 0.0, 0.0]),
+        ("poses 0.05 degrees", [0.0, 0.0, 0.0, 0.0, rad(0.05), rad(0.05)]),
+        ("spin 0.6 degrees", [0.0, 0.0, 0.0, rad(0.6), 0.0, 0.0]),
+        ("spin 3 degrees", [0.0, 0.0, 0.0, rad(3.0), 0.0, 0.0]),
+        ("circle of 0.5 degrees", [0.0, 0.0, 0.0, 0.0, rad(0.5), rad(0.5)]),
+        ("circle of 2 degrees", [0.0, 0.0, 0.0, 0.0, rad(2.0), rad(2.0)]),
+        ("all, small", [5e-3, 5e-3, 1e-2, rad(0.6), rad(0.5), rad(0.5)]),
+        ("all, large", [1e-2, 1e-2, 0.1, rad(3.0), rad(2.0), rad(2.0)]),
+    ];
+    for (name, size) in cases {
+        let mut ride = Ride::new(*pad, Plane)?;
+        ride.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
+        ride.to([0.4, 0.2, 1.0, 0.0, 0.0, 0.0], 50);
+        let (held, load) = (ride.at, ride.last.friction_n);
+        let length = |f: [f32; 2]| f64::from(f[0]).hypot(f64::from(f[1]));
+        let mut kept = Vec::new();
+        for cycle in 1..=cycles {
+            for k in 1..=8 {
+                let angle = f64::from(k) * std::f64::consts::FRAC_PI_4;
+                // Pitch and the like lag a quarter behind: circles.
+                let phase = |axis: usize| if axis % 2 == 0 { angle.sin() } else { 1.0 - angle.cos() };
+                ride.step(std::array::from_fn(|axis| held[axis] + size[axis] * phase(axis)));
+            }
+            if [1, 10, cycles].contains(&cycle) {
+                kept.push(length(ride.last.friction_n) / length(load));
+            }
+        }
+        let kept: Vec<String> = kept.iter().map(|k| format!("{k:.4}")).collect();
+        println!("{name:<24} {}", kept.join("  "));
+    }
+    Ok(())
+}
+
+/// Random closed paths in all six coordinates, the strength changing: work of the body over what goes in and out.
+fn energy(pad: &Pad<'_, f64>, paths: usize) -> Result<(), Failure> {
+    fn least<B: Surface<f64> + Clone>(pad: Pad<'_, f64>, body: B, paths: usize, steps: usize) -> Result<f64, Failure> {
+        let mut random = Random::new(5);
+        let mut least = f64::INFINITY;
+        for _ in 0..paths {
+            let mut ride = Ride::new(pad, body.clone())?;
+            ride.to([0.0, 0.0, 0.8 + 0.6 * random.number(), 0.0, 0.0, 0.0], steps);
+            for _ in 0..5 {
+                ride.state.set_strength_factor(1.0 + 0.5 * random.number());
+                let n = random.list(6);
+                ride.to([n[0], n[1], 0.8 + 0.7 * n[2], 0.3 * n[3], 0.2 * n[4], 0.2 * n[5]], steps);
+            }
+            ride.to([0.0, 0.0, ride.at[2], 0.0, 0.0, 0.0], steps);
+            ride.to(START, steps);
+            let [work, exchanged] = ride.work_mj;
+            least = least.min(work / exchanged);
+        }
+        Ok(least)
+    }
+    println!(
+        "\nleast work over what is exchanged, {paths} random closed paths in six coordinates, 200 and 2000 steps a leg:"
+    );
+    let axis = [0.6, 0.8];
+    for steps in [200, 2000] {
+        let paths = if steps > 1000 { paths.div_ceil(4) } else { paths };
+        println!(
+            "{steps:>5} steps: plane {:+.1e}, sphere of 8 mm {:+.1e}, cylinder of 10 mm {:+.1e}, edge of 2 mm {:+.1e}",
+            least(*pad, Plane, paths, steps)?,
+            least(*pad, Sphere { radius_mm: 8.0 }, paths, steps)?,
+            least(*pad, Cylinder { radius_mm: 10.0, axis }, paths, steps)?,
+            least(*pad, Edge { radius_mm: 2.0, axis, face: [0.8, 0.6] }, paths, steps)?
+        );
+    }
+    Ok(())
+}
+
+/// The same path in more and fewer steps, and a rest.
+fn steps(pad: &Pad<'_, f64>) -> Result<(), Failure> {
+    let corners = [
+        [0.0, 0.0, 1.2, 0.0, 0.0, 0.0],
+        [1.5, 0.5, 1.0, 0.1, 0.05, 0.0],
+        [0.5, 1.5, 1.3, -0.1, 0.0, 0.08],
+        [0.8, 1.0, 0.9, 0.0, -0.05, 0.05],
+    ];
+    let ends = |count: usize| -> Result<Vec<[f64; 3]>, Failure> {
+        let mut ride = Ride::new(*pad, Plane)?;
+        Ok(corners
+            .iter()
+            .map(|corner| {
+                ride.to(*corner, count);
+                [ride.last.friction_n[0], ride.last.friction_n[1], ride.last.friction_limit_n]
+            })
+            .collect())
+    };
+    let fine = ends(10_000)?;
+    println!("\nlargest change of friction over the limit at four corners against 10 000 steps a leg:");
+    for count in [10, 100, 1000] {
+        let off =
+            ends(count)?.iter().zip(&fine).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) / b[2]).fold(0.0, f64::max);
+        println!("{count:>5} steps: {:.2} %", 100.0 * off);
+    }
+    Ok(())
+}
+
+/// ns of a step, the bed and the pad in turns.
+fn cost(pad: &Pad<'_>) -> Result<(), Failure> {
+    let bed_file = ModelFile::new(&std::fs::read("data/models/fingertip.fpm")?)?;
+    let bed = bed_file.file().model;
+    let count = 20_000;
+    let motion = |k: usize| {
+        let t = k as f32 * 1e-3;
+        Motion {
+            depth_mm: 1.0 + 0.3 * (3.0 * t).sin(),
+            slide_increment_mm: [0.02 * (2.0 * t).cos(), 0.01 * (1.3 * t).sin()],
+            spin_increment_rad: 5e-4 * (1.7 * t).cos(),
+            dt_s: 1e-3,
+        }
+    };
+    let mut fastest = [f64::INFINITY; 2];
+    for _ in 0..5 {
+        let mut state = SpinState::default();
+        let start = Instant::now();
+        for k in 0..count {
+            black_box(step(&bed, &mut state, motion(k)));
+        }
+        fastest[0] = fastest[0].min(start.elapsed().as_secs_f64());
+        let mut state = PadState::<PATCHES>::new(pad)?;
+        let start = Instant::now();
+        for k in 0..count {
+            black_box(pad.step(&mut state, &Plane, motion(k), [30.0, 0.0]));
+        }
+        fastest[1] = fastest[1].min(start.elapsed().as_secs_f64());
+    }
+    let ns = fastest.map(|s| 1e9 * s / count as f64);
+    println!(
+        "\na step of strokes with spin on one core: bed {:.0} ns, pad {:.0} ns, {:.0} times",
+        ns[0],
+        ns[1],
+        ns[1] / ns[0]
+    );
     Ok(())
 }

@@ -37,6 +37,11 @@ impl PadModel {
         Pad { patches: &self.patches, numbers: &self.numbers }
     }
 
+    /// The same numbers as those of a model file.
+    pub fn of(pad: &Pad<'_>) -> Self {
+        Self { patches: pad.patches.iter().map(Patch::cast).collect(), numbers: pad.numbers.cast() }
+    }
+
     /// The pad of a finger at rest with what was fitted.
     pub fn tuned(&self, tuning: &Tuning) -> Self {
         let mut model = self.clone();
@@ -60,21 +65,25 @@ pub struct Tuning {
     pub spread: f64,
 }
 
+/// What was found for the finger that ships; the numbers of another one are near.
 impl Default for Tuning {
     fn default() -> Self {
         Self {
             law: Law {
-                softness: [1.0, 1.04],
-                stiffening: [0.3, 3.0],
-                flattening_mpa: [0.0004, 0.027],
-                area: [1.06, 1.8, 0.9],
-                friction: [0.084, 0.46],
-                onset: 6.5,
-                lift: [[0.0; 12]; 2],
-                turn: 1.0,
+                softness: [1.012, 0.9563],
+                stiffening: [0.1082, 403.4],
+                flattening_mpa: [0.0008771, 0.01556],
+                area: [0.8971, 1.499, 0.8585],
+                friction: [0.06995, 0.4279],
+                onset: 3.281,
+                lift: [
+                    [-0.1469, -0.2741, -6.683, -0.4429, -3.359, -1.957, -0.2119, -56.97, -2.048, 7.282, 0.06674, 2.415],
+                    [-0.1519, 1.245, -24.26, 0.1385, -6.445, 8.492, 0.4382, 76.71, 6.426, -11.26, 3.598, -41.5],
+                ],
+                turn: 5.77,
             },
-            local: [1.0, 1.0],
-            spread: 1.07,
+            local: [1.212, 2.646],
+            spread: 1.212,
         }
     }
 }

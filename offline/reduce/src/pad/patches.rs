@@ -43,7 +43,7 @@ const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.6, 3.0];
 /// Angle from the neutral pose within which most contacts lie, degrees, and the weight of skin that no contact reaches over that of skin
 /// that all do.
 const USUAL_DEG: f64 = 18.0;
-const LEAST_WEIGHT: f64 = 0.03;
+const LEAST_WEIGHT: f64 = 0.1;
 
 /// Turn of the body against a finger that is pitched and rolled by these angles from its neutral pose, rad.
 pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {

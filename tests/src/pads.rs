@@ -1,0 +1,112 @@
+//! A pad under way on a body, with the work that goes in and out.
+//!
+//! Main type: [`Ride`]. The same code in single and double precision.
+
+use fingerpad::pad::{Pad, PadState, Surface};
+use fingerpad::{Elementary, Error, Motion, Response};
+
+/// Most patches of a pad here.
+pub const PATCHES: usize = 64;
+
+/// A contact under way: slide x and y and depth (mm), spin, pitch from the neutral one and roll (rad).
+#[derive(Clone)]
+pub struct Ride<'a, T, B> {
+    /// The pad.
+    pub pad: Pad<'a, T>,
+    /// What it touches.
+    pub body: B,
+    /// Its memory.
+    pub state: PadState<PATCHES, T>,
+    /// Where it is.
+    pub at: [f64; 6],
+    /// What it answered last.
+    pub last: Response<T>,
+    /// Work of the body on the finger, and what went in and out, mJ.
+    pub work_mj: [f64; 2],
+    pivot_mm: [f64; 3],
+}
+
+/// Half a millimetre above the finger.
+pub const START: [f64; 6] = [0.0, 0.0, -0.5, 0.0, 0.0, 0.0];
+
+/// To the scalar of the core.
+pub trait Scalar: Elementary {
+    /// The nearest number.
+    fn near(x: f64) -> Self;
+}
+
+impl Scalar for f32 {
+    fn near(x: f64) -> Self {
+        x as Self
+    }
+}
+
+impl Scalar for f64 {
+    fn near(x: f64) -> Self {
+        x
+    }
+}
+
+impl<'a, T: Scalar + Into<f64>, B: Surface<T>> Ride<'a, T, B> {
+    /// A finger in the air over a body.
+    ///
+    /// # Errors
+    /// Those of [`PadState::new`].
+    pub fn new(pad: Pad<'a, T>, body: B) -> Result<Self, Error> {
+        // In the neutral pose bodies lie under the origin.
+        let state = PadState::new(&pad)?;
+        Ok(Self { pad, body, state, at: START, last: Response::default(), work_mj: [0.0; 2], pivot_mm: [0.0; 3] })
+    }
+
+    fn height_mm(&self, at: &[f64; 6]) -> f64 {
+        let normal = [-at[4].sin(), at[4].cos() * at[5].sin(), at[4].cos() * at[5].cos()];
+        let pivot: f64 = normal.iter().zip(&self.pivot_mm).map(|(a, b)| a * b).sum();
+        let first: f64 = self.pad.first_touch_mm(&normal.map(T::near)).into();
+        first - pivot + at[2]
+    }
+
+    /// Force along the plane's axes and moment about the point about which poses turn.
+    fn wrench(&self, at: &[f64; 6], r: &Response<T>) -> ([f64; 3], [f64; 3]) {
+        let n: f64 = r.normal_force_n.into();
+        let [x, y]: [f64; 2] = r.friction_n.map(Into::into);
+        let [cx, cy]: [f64; 2] = r.pressure_centre_mm.map(Into::into);
+        let height = self.height_mm(at);
+        ([x, y, n], [n * cy - height * y, -n * cx + height * x, r.spin_moment_n_mm.into()])
+    }
+
+    /// One step to a place.
+    pub fn step(&mut self, next: [f64; 6]) {
+        let way: [f64; 6] = std::array::from_fn(|k| next[k] - self.at[k]);
+        let motion = Motion {
+            depth_mm: T::near(next[2]),
+            slide_increment_mm: [T::near(way[0]), T::near(way[1])],
+            spin_increment_rad: T::near(way[3]),
+            dt_s: T::near(1e-3),
+        };
+        let neutral: f64 = self.pad.numbers.neutral_pitch_deg.into();
+        let pose = [T::near(neutral + next[4].to_degrees()), T::near(next[5].to_degrees())];
+        let answer = self.pad.step(&mut self.state, &self.body, motion, pose);
+        let (before, after) = (self.wrench(&self.at, &self.last), self.wrench(&next, &answer));
+        let mean = |k: usize| (0.5 * (before.0[k] + after.0[k]), 0.5 * (before.1[k] + after.1[k]));
+        // The plane turns against the finger when the finger is pitched and rolled.
+        let pitch = 0.5 * (self.at[4] + next[4]);
+        let rise = self.height_mm(&next) - self.height_mm(&self.at);
+        let turned = [-way[5] * pitch.cos(), -way[4], way[3] + way[5] * pitch.sin()];
+        let parts = [mean(0).0 * way[0], mean(1).0 * way[1], mean(2).0 * rise];
+        let turning = (0..3).map(|k| mean(k).1 * turned[k]);
+        let done: f64 = parts.into_iter().chain(turning).sum();
+        self.work_mj[0] += done;
+        self.work_mj[1] += done.abs();
+        self.last = answer;
+        self.at = next;
+    }
+
+    /// Straight to a place.
+    pub fn to(&mut self, to: [f64; 6], steps: usize) {
+        let from = self.at;
+        for step in 1..=steps {
+            let share = step as f64 / steps as f64;
+            self.step(std::array::from_fn(|k| if step == steps { to[k] } else { from[k] + share * (to[k] - from[k]) }));
+        }
+    }
+}
