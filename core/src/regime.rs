@@ -97,6 +97,9 @@ bitflags::bitflags! {
         const EFFECT_HELD = 1 << 8;
         /// A pose beyond those that the model was fitted in; the answer is that of the nearest of them.
         const POSE_OUT_OF_RANGE = 1 << 9;
+        /// A pad did not come to equilibrium within the rounds that a step has: a step too large, a body too sharp. The answer is of the
+        /// last round, and the next step goes on from there.
+        const NOT_CONVERGED = 1 << 10;
     }
 }
 

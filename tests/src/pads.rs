@@ -3,7 +3,7 @@
 //! Main type: [`Ride`]. The same code in single and double precision.
 
 use fingerpad::pad::{Pad, PadState, Surface};
-use fingerpad::{Elementary, Error, Motion, Response};
+use fingerpad::{Elementary, Error, Motion, Response, Status};
 
 /// Most patches of a pad here.
 pub const PATCHES: usize = 64;
@@ -23,7 +23,8 @@ pub struct Ride<'a, T, B> {
     pub last: Response<T>,
     /// Work of the body on the finger, and what went in and out, mJ.
     pub work_mj: [f64; 2],
-    pivot_mm: [f64; 3],
+    /// Steps that did not come to equilibrium.
+    pub open_steps: usize,
 }
 
 /// Half a millimetre above the finger.
@@ -55,14 +56,13 @@ impl<'a, T: Scalar + Into<f64>, B: Surface<T>> Ride<'a, T, B> {
     pub fn new(pad: Pad<'a, T>, body: B) -> Result<Self, Error> {
         // In the neutral pose bodies lie under the origin.
         let state = PadState::new(&pad)?;
-        Ok(Self { pad, body, state, at: START, last: Response::default(), work_mj: [0.0; 2], pivot_mm: [0.0; 3] })
+        Ok(Self { pad, body, state, at: START, last: Response::default(), work_mj: [0.0; 2], open_steps: 0 })
     }
 
     fn height_mm(&self, at: &[f64; 6]) -> f64 {
         let normal = [-at[4].sin(), at[4].cos() * at[5].sin(), at[4].cos() * at[5].cos()];
-        let pivot: f64 = normal.iter().zip(&self.pivot_mm).map(|(a, b)| a * b).sum();
         let first: f64 = self.pad.first_touch_mm(&normal.map(T::near)).into();
-        first - pivot + at[2]
+        first + at[2]
     }
 
     /// Force along the plane's axes and moment about the point about which poses turn.
@@ -97,6 +97,7 @@ impl<'a, T: Scalar + Into<f64>, B: Surface<T>> Ride<'a, T, B> {
         let done: f64 = parts.into_iter().chain(turning).sum();
         self.work_mj[0] += done;
         self.work_mj[1] += done.abs();
+        self.open_steps += usize::from(answer.status.contains(Status::NOT_CONVERGED));
         self.last = answer;
         self.at = next;
     }

@@ -18,6 +18,8 @@ const HALVINGS: usize = 6;
 /// Change of the bulk below which it is in equilibrium, over its size, and the least size that counts, roots of mJ.
 const TOLERANCE: f32 = 3e-4;
 const LEAST_SIZE: f32 = 3e-3;
+/// Change below which a step that runs out of rounds is still near enough.
+const MET: f32 = 3e-3;
 /// Share of the last round's misfit that a round must leave at most, else the stiffness is factored anew, at most so often in a step.
 const KEPT: f32 = 0.4;
 const FACTORS: usize = 2;
@@ -237,12 +239,15 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
 
     /// Brings the bulk to equilibrium by Newton's method, with the factor of an earlier step as long as that serves, and with secants
     /// over the last rounds (Anderson 1965): the factor knows nothing of how strength follows pressure.
-    pub fn solve(&self, state: &mut PadState<P, T>, acting: &mut [Acting<T>; P]) {
+    ///
+    /// Returns whether it is met.
+    pub fn solve(&self, state: &mut PadState<P, T>, acting: &mut [Acting<T>; P]) -> bool {
         let mut bulk = state.bulk;
         let mut misfit = self.misfit(&bulk, acting);
         let mut secants = Secants::none();
         let mut factors = 0;
         let mut before = T::of(f32::MAX);
+        let mut is_met = false;
         for _ in 0..ROUNDS {
             if !state.is_factored {
                 state.factor = self.factor(&bulk, acting);
@@ -253,6 +258,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             let step = solve(&state.factor, &misfit);
             let off = along(&step, &misfit).magnitude();
             let size = along(&bulk, &bulk) + T::of(LEAST_SIZE * LEAST_SIZE);
+            is_met = off <= T::of(MET * MET) * size;
             if !(off > T::of(TOLERANCE * TOLERANCE) * size) {
                 break;
             }
@@ -276,6 +282,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             }
         }
         state.bulk = bulk;
+        is_met
     }
 }
 

@@ -96,12 +96,12 @@ impl<T: Elementary> Pad<'_, T> {
         state.foresee(motion);
         let mut equations = self.equations(state, body, Wake::Near);
         let mut acting = [Acting::nothing(); P];
-        equations.solve(state, &mut acting);
+        let mut is_met = equations.solve(state, &mut acting);
         if self.moved_mm(&start, &state.bulk) > T::of(WAKE_MM) {
             // A patch that was taken to be far may touch.
             rare();
             equations = self.equations(state, body, Wake::All);
-            equations.solve(state, &mut acting);
+            is_met = equations.solve(state, &mut acting);
         }
         state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
         let travel = state.travel + self.moved_mm(&start, &state.bulk);
@@ -118,6 +118,7 @@ impl<T: Elementary> Pad<'_, T> {
             state.lift_off();
             return Response { status: status.with(Status::MEMORY_LOST), ..Response::default() };
         }
+        let status = if is_met { status } else { status.with(Status::NOT_CONVERGED) };
         Response { status, ..response }
     }
 
@@ -322,7 +323,7 @@ impl<T: Elementary> Pad<'_, T> {
             let slips = acting.length > acting.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
             if slips {
                 let way = times(&acting.stretch, acting.bound / acting.length);
-                *anchor = [acting.place[0] + way[0], acting.place[1] + way[1]];
+                *anchor = foot(equations.body, &plus(&acting.place, &way));
             }
             let now = now.at_most(T::of(1.0));
             let before = used.magnitude();

@@ -346,7 +346,7 @@ fn along_path(
 }
 
 /// What each flag of the status means.
-const FLAGS: [(Status, &str); 9] = [
+const FLAGS: [(Status, &str); 10] = [
     (Status::BAD_INPUT, "a depth or slide that is no number"),
     (Status::BAD_TIME_STEP, "a time step that is not positive"),
     (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted: the answer is that of the largest depth"),
@@ -359,6 +359,7 @@ const FLAGS: [(Status, &str); 9] = [
         "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number, a driver beyond \
          the table of a law",
     ),
+    (Status::NOT_CONVERGED, "no equilibrium within the rounds of a step: too large a step, or too sharp a body"),
     (Status::POSE_OUT_OF_RANGE, "a pose beyond those that the model was fitted in: the answer is that of the nearest"),
 ];
 

@@ -11,6 +11,7 @@ mod fe_sets;
 mod laws_files;
 mod laws_of_your_own;
 mod layout;
+mod pads;
 mod protocols;
 mod second_simulator;
 mod shipped;

@@ -12,6 +12,7 @@ mod geometry_commands;
 mod help_examples;
 mod identify;
 mod own_columns;
+mod pads;
 mod probes;
 mod rigid_bodies;
 mod wrong_files;

@@ -1,0 +1,112 @@
+//! `pad` and `eval` on a pad: from runs to a file to a response, on every body; what cannot be is refused.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/models/fingertip-pad.fpm");
+
+fn fingerpad(folder: &Path, words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fingerpad")).current_dir(folder).args(words).output().unwrap()
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The last value of a column.
+fn last(folder: &Path, name: &str) -> f64 {
+    let text = std::fs::read_to_string(folder.join("out.csv")).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let at = header.iter().position(|h| *h == name).unwrap();
+    text.lines().last().unwrap().split(',').nth(at).unwrap().parse().unwrap()
+}
+
+fn eval(folder: &Path, path: &str, more: &[&str]) -> Output {
+    std::fs::write(folder.join("path.csv"), path).unwrap();
+    let words = ["eval", "--model", SHIPPED, "--path", "path.csv", "--out", "out.csv", "--force"];
+    fingerpad(folder, &[&words[..], more].concat())
+}
+
+const STROKE: &str = "t_s,depth_mm,slide_x_mm,slide_y_mm\n0,0,0,0\n1,1,0,0\n3,1,4,0\n";
+
+#[test]
+fn a_pad_answers_on_every_body_and_on_a_smaller_one_with_less() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let mut normal = Vec::new();
+    for body in [
+        &[][..],
+        &["--body", "sphere", "--radius-mm", "10000"],
+        &["--body", "sphere", "--radius-mm", "40"],
+        &["--body", "cylinder", "--radius-mm", "10", "--axis-deg", "90"],
+        &["--body", "sphere", "--radius-mm", "10"],
+    ] {
+        let output = eval(folder, STROKE, body);
+        assert!(output.status.success(), "{body:?}: {}", told(&output));
+        normal.push(last(folder, "normal_force_n"));
+        assert!(last(folder, "friction_x_n") > 0.0);
+        assert!(last(folder, "band_normal_n") > 0.0);
+    }
+    assert!((normal[1] / normal[0] - 1.0).abs() < 5e-3, "a huge sphere is a plane: {normal:?}");
+    assert!(normal.windows(2).skip(1).all(|pair| pair[1] < 0.95 * pair[0]), "{normal:?}");
+}
+
+/// A driven force is met, and the same motion by displacement gives it back.
+#[test]
+fn forces_drive_depth_and_slides() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let path = "t_s,normal_force_n,friction_x_n,friction_y_n\n0,0,0,0\n1,0.5,0,0\n2,0.5,0.2,-0.1\n3,0.8,0.2,0.1\n";
+    let output = eval(folder, path, &[]);
+    assert!(output.status.success(), "{}", told(&output));
+    for (name, wanted) in [("normal_force_n", 0.8), ("friction_x_n", 0.2), ("friction_y_n", 0.1)] {
+        assert!((last(folder, name) - wanted).abs() < 1e-3, "{name}: {}", last(folder, name));
+    }
+    let output = eval(folder, "t_s,normal_force_n,friction_x_n,friction_y_n\n0,0,0,0\n1,0.5,0,0\n2,0.5,5,0\n", &[]);
+    assert!(output.status.success() && told(&output).contains("load_not_reached"), "{}", told(&output));
+}
+
+#[test]
+fn what_a_pad_cannot_is_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let refused = |output: &Output, what: &str| {
+        assert_eq!(output.status.code(), Some(2), "{}", told(output));
+        assert!(told(output).contains(what), "{what}: {}", told(output));
+    };
+    refused(&eval(folder, STROKE, &["--temperature-c", "30"]), "is a pad, which has no effects");
+    refused(&eval(folder, STROKE, &["--body", "groove", "--radius-mm", "3"]), "a pad takes a plane");
+    refused(
+        &fingerpad(folder, &["eval", "--path", "path.csv", "--body", "sphere", "--radius-mm", "9", "--out", "b.csv"]),
+        "a bed of springs knows the plane only",
+    );
+    refused(
+        &fingerpad(folder, &["export", "--model", SHIPPED, "--format", "json", "--out", "m.json"]),
+        "a pad; this command takes the bed",
+    );
+    // A damaged file is told as such.
+    let mut bytes = std::fs::read(SHIPPED).unwrap();
+    bytes[4000] ^= 1;
+    std::fs::write(folder.join("bad.fpm"), bytes).unwrap();
+    refused(
+        &fingerpad(folder, &["eval", "--model", "bad.fpm", "--path", "path.csv", "--out", "b.csv"]),
+        "checksum wrong",
+    );
+    // Runs of another finger.
+    refused(&fingerpad(folder, &["pad", "--shape", "b", "--out", "pad.fpm"]), "of other settings");
+    refused(&fingerpad(folder, &["pad", "--patches", "3", "--out", "pad.fpm"]), "from 6 to 62");
+}
+
+/// Few patches and a short fit: the file is written, its errors are told, and it is no model for the bed's commands.
+#[test]
+fn a_pad_is_made_from_the_runs_that_ship() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let output =
+        fingerpad(folder, &["pad", "--patches", "12", "--fit-runs", "4", "--patience", "1", "--out", "pad.fpm"]);
+    assert!(output.status.success(), "{}", told(&output));
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("combined") && text.contains("within the bands, other poses"), "{text}");
+    let output = fingerpad(folder, &["pad", "--out", "pad.fpm"]);
+    assert_eq!(output.status.code(), Some(2), "a model is not replaced unasked: {}", told(&output));
+}

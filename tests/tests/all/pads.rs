@@ -1,0 +1,121 @@
+//! The pad that ships: its file's own scores, what it remembers, and that no motion yields work.
+
+use std::path::Path;
+
+use fingerpad::PadModelFile;
+use fingerpad::pad::{Cylinder, Edge, Plane, Sphere, Surface};
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_reduce::pad::{Host, PadMeta, PadModel, score_runs};
+use fingerpad_reduce::{Kind, Run};
+use fingerpad_tests::pads::{Ride, START};
+use fingerpad_tests::random::Random;
+use fingerpad_tests::verify;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+fn shipped() -> PadModelFile {
+    PadModelFile::new(&std::fs::read(Path::new(ROOT).join("data/models/fingertip-pad.fpm")).unwrap()).unwrap()
+}
+
+/// The errors that the file states are those along the stored held-out runs, and they keep what the documentation says.
+#[test]
+fn the_errors_that_the_file_states_are_found_again() {
+    let file = shipped();
+    let meta: PadMeta = serde_json::from_str(file.file().meta).unwrap();
+    let model = PadModel::of(&file.file().pad);
+    let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
+    let outline = config.finger().unwrap().0.outline.unwrap();
+    let host = Host { outline: &outline };
+    let mut runs = Vec::new();
+    for entry in std::fs::read_dir(Path::new(ROOT).join("data/runs")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "fprun") {
+            let run = Run::from_bytes(&std::fs::read(&path).unwrap(), &path).unwrap();
+            if run.held_out && run.samples.len() > 3 {
+                runs.push(run);
+            }
+        }
+    }
+    for (kind, normal, friction) in [
+        (Kind::Straight, 2.5e-2, 3e-2),
+        (Kind::Random, 2e-2, 3e-2),
+        (Kind::Pose, 5e-2, 6e-2),
+        (Kind::PoseChange, 5e-2, 5e-2),
+        (Kind::Combined, 5e-2, 5.5e-2),
+        (Kind::Deep, 7e-2, 6e-2),
+    ] {
+        let own: Vec<&Run> = runs.iter().filter(|run| run.kind == kind).collect();
+        let found = score_runs(&model, &own, &host);
+        let stated = &meta.held_out[kind.as_str()];
+        verify(kind.as_str(), "normal force", found.normal, normal);
+        verify(kind.as_str(), "friction", found.friction, friction);
+        // In single precision in the file, in double precision when it was made.
+        assert!((found.friction - stated.friction).abs() < 5e-4, "{kind:?}: {} {}", found.friction, stated.friction);
+        assert!((found.normal - stated.normal).abs() < 5e-4, "{kind:?}: {} {}", found.normal, stated.normal);
+    }
+    for (name, [normal, friction]) in ["all", "neutral pose", "other poses"].iter().zip(meta.coverage) {
+        assert!((0.93..0.975).contains(&normal) && (0.93..0.975).contains(&friction), "{name}: {normal} {friction}");
+    }
+}
+
+/// What the first cycle of a vibration takes from a held load the others leave.
+#[test]
+fn a_held_load_is_the_same_after_a_thousand_cycles() {
+    let file = shipped();
+    for (name, size) in [
+        ("depth", [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]),
+        ("spin", [0.0, 0.0, 0.0, 0.05, 0.0, 0.0]),
+        ("circles of the pose", [0.0, 0.0, 0.0, 0.0, 0.035, 0.035]),
+        ("all", [5e-3, 5e-3, 1e-2, 0.01, 9e-3, 9e-3]),
+    ] {
+        let mut ride = Ride::new(file.file().pad, Plane).unwrap();
+        ride.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
+        ride.to([0.4, 0.2, 1.0, 0.0, 0.0, 0.0], 50);
+        let held = ride.at;
+        let mut after = Vec::new();
+        for _ in 0..1000 {
+            for k in 1..=8 {
+                let angle = f64::from(k) * std::f64::consts::FRAC_PI_4;
+                let phase = |axis: usize| if axis == 2 || axis == 5 { 1.0 - angle.cos() } else { angle.sin() };
+                ride.step(std::array::from_fn(|axis| held[axis] + size[axis] * phase(axis)));
+            }
+            after.push(ride.last.friction_n.map(f64::from));
+        }
+        let change = (after[999][0] - after[4][0]).hypot(after[999][1] - after[4][1]);
+        verify(
+            name,
+            "change from cycle 5 to 1000 over the limit",
+            change / f64::from(ride.last.friction_limit_n),
+            1e-3,
+        );
+    }
+}
+
+fn least_work<B: Surface<f64> + Clone>(name: &str, model: &PadModel, body: B) {
+    let mut random = Random::new(3);
+    let mut least = f64::INFINITY;
+    for _ in 0..10 {
+        let mut ride = Ride::new(model.pad(), body.clone()).unwrap();
+        ride.to([0.0, 0.0, 0.8 + 0.6 * random.number(), 0.0, 0.0, 0.0], 300);
+        for _ in 0..5 {
+            ride.state.set_strength_factor(1.0 + 0.5 * random.number());
+            let n = random.list(6);
+            ride.to([n[0], n[1], 0.8 + 0.7 * n[2], 0.3 * n[3], 0.2 * n[4], 0.2 * n[5]], 300);
+        }
+        ride.to([0.0, 0.0, ride.at[2], 0.0, 0.0, 0.0], 300);
+        ride.to(START, 300);
+        let [work, exchanged] = ride.work_mj;
+        least = least.min(work / exchanged);
+    }
+    verify(name, "work that comes out over what is exchanged", -least, 1e-3);
+}
+
+#[test]
+fn closed_paths_in_six_coordinates_yield_no_work() {
+    let model = PadModel::of(&shipped().file().pad);
+    least_work("plane", &model, Plane);
+    least_work("sphere of 8 mm", &model, Sphere { radius_mm: 8.0 });
+    least_work("cylinder of 10 mm", &model, Cylinder { radius_mm: 10.0, axis: [0.6, 0.8] });
+    least_work("edge of 2 mm", &model, Edge { radius_mm: 2.0, axis: [0.6, 0.8], face: [0.8, 0.6] });
+}
