@@ -1,6 +1,10 @@
 //! Sparsity of the stiffness and the order in which its unknowns are eliminated.
 
-use feral_metis::metis_order;
+use feral_metis::{MetisOptions, metis_order_full};
+
+/// Vertices of a part that is ordered by minimum degree and dissected no further; with the library's 200 the factors of fingers
+/// take 4 to 8 % more operations.
+const LEAF_VERTICES: u32 = 60;
 
 /// Lower triangle of a symmetric sparse matrix by columns; rows ascend within a column, the diagonal first.
 #[derive(Clone, Debug, Default)]
@@ -58,8 +62,9 @@ pub fn elimination_order(neighbours: &[Vec<u32>]) -> Vec<usize> {
         start.push(rows.len() as i32);
     }
     let pattern = feral_metis::CscPattern::new(n, &start, &rows).expect("a symmetric pattern");
-    let order: Vec<usize> = match metis_order(&pattern) {
-        Ok(order) => order.into_iter().map(|v| v as usize).collect(),
+    let options = MetisOptions { nd_to_amd_switch: LEAF_VERTICES, ..Default::default() };
+    let order: Vec<usize> = match metis_order_full(&pattern, &options) {
+        Ok((order, ..)) => order.into_iter().map(|v| v as usize).collect(),
         // The order only decides how fast the factorisation is.
         Err(_) => (0..n).collect(),
     };

@@ -31,6 +31,10 @@ const FREE_BELOW: f64 = 1e-2;
 /// The trapezoidal rule leaves a fifth of the work of a first touch (force with the power 1.5 of depth), a snap most of it.
 const LOST_SHARE: f64 = 0.3;
 
+/// Share of the stored energy below which a loss is rounding: an increment of a held load does next to no work, and what it
+/// stores is the difference of two energies.
+const ROUNDING_SHARE: f64 = 1e-12;
+
 /// Refuses an increment with a force-driven coordinate that went over a limit point at once: the body snaps there, and what
 /// it gives off would be lost from the sum of works without a word.
 ///
@@ -41,11 +45,12 @@ pub fn check_no_jump(solver: &Solver, from: &State, to: &State, target: &Target)
         return Ok(());
     }
     let works_mj = plane_works_mj_between(solver, from, to);
-    let taken_mj =
-        to.totals.dissipation - to.totals.elastic_energy_by_pressure + stored_mj(solver, to) - stored_mj(solver, from);
+    let (before_mj, after_mj) = (stored_mj(solver, from), stored_mj(solver, to));
+    let taken_mj = to.totals.dissipation - to.totals.elastic_energy_by_pressure + after_mj - before_mj;
     let lost_mj = works_mj.iter().sum::<f64>() - taken_mj;
     let size_mj: f64 = works_mj.iter().map(|work| work.abs()).sum();
-    if lost_mj > LOST_SHARE * size_mj { Err(SolveError::LimitPoint { lost_mj }) } else { Ok(()) }
+    let largest_mj = (LOST_SHARE * size_mj).max(ROUNDING_SHARE * before_mj.max(after_mj));
+    if lost_mj > largest_mj { Err(SolveError::LimitPoint { lost_mj }) } else { Ok(()) }
 }
 
 /// Energy of the body and of the elastic slip, mJ.

@@ -1,9 +1,11 @@
 //! The numbers of a Cholesky factor in single or double precision.
 
+use std::ops::{AddAssign, Div, DivAssign, Mul, SubAssign};
+
 use faer::{
-    Conj, Mat, MatMut, Par, Spec,
+    Mat, MatMut, Par, Spec,
     dyn_stack::{MemBuffer, MemStack},
-    linalg::{matmul::triangular, triangular_inverse, triangular_solve},
+    linalg::{matmul::triangular, triangular_inverse},
     sparse::{
         SparseColMatRef, SymbolicSparseColMatRef,
         linalg::cholesky::{
@@ -13,6 +15,8 @@ use faer::{
     },
     traits::RealField,
 };
+
+use wide::{f32x16, f64x8};
 
 use super::NotPositiveDefinite;
 use crate::assembly::Pattern;
@@ -26,10 +30,35 @@ pub(super) enum Half {
 }
 
 /// Precision of a factor.
-pub(super) trait Real: RealField + Copy {
+pub(super) trait Real:
+    RealField + Copy + Default + AddAssign + SubAssign + DivAssign + Mul<Output = Self> + Div<Output = Self>
+{
     fn from_f64(value: f64) -> Self;
     fn to_f64(self) -> f64;
     fn to_f32(self) -> f32;
+    /// `self a + b`, rounded once.
+    fn fused(self, a: Self, b: Self) -> Self;
+    /// Scalar product.
+    fn product(a: &[Self], b: &[Self]) -> Self;
+}
+
+/// Scalar product in vectors of `$width` lanes.
+macro_rules! product {
+    ($a:ident, $b:ident, $vector:ty, $width:literal) => {{
+        let ((a, a_rest), (b, b_rest)) = ($a.as_chunks::<$width>(), $b.as_chunks::<$width>());
+        let term = |k: usize, sum: $vector| <$vector>::new(a[k]).mul_add(<$vector>::new(b[k]), sum);
+        let count = a.len().min(b.len());
+        let mut sums = [<$vector>::ZERO; 4];
+        let fours = count / 4 * 4;
+        for first in (0..fours).step_by(4) {
+            sums = std::array::from_fn(|k| term(first + k, sums[k]));
+        }
+        for k in fours..count {
+            sums[0] = term(k, sums[0]);
+        }
+        let sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])).reduce_add();
+        a_rest.iter().zip(b_rest).fold(sum, |sum, (a, b)| a.mul_add(*b, sum))
+    }};
 }
 
 impl Real for f32 {
@@ -41,6 +70,14 @@ impl Real for f32 {
     }
     fn to_f32(self) -> f32 {
         self
+    }
+    #[inline(always)]
+    fn fused(self, a: Self, b: Self) -> Self {
+        self.mul_add(a, b)
+    }
+    #[inline(always)]
+    fn product(a: &[Self], b: &[Self]) -> Self {
+        product!(a, b, f32x16, 16)
     }
 }
 
@@ -54,6 +91,14 @@ impl Real for f64 {
     fn to_f32(self) -> f32 {
         self as f32
     }
+    #[inline(always)]
+    fn fused(self, a: Self, b: Self) -> Self {
+        self.mul_add(a, b)
+    }
+    #[inline(always)]
+    fn product(a: &[Self], b: &[Self]) -> Self {
+        product!(a, b, f64x8, 8)
+    }
 }
 
 /// The factor's numbers.
@@ -64,20 +109,21 @@ pub(super) struct Numeric<T> {
     trailing: Mat<T>,
     /// Compliance of the last contact dofs, shape (their number, their number).
     compliance: Mat<T>,
-    /// A right-hand side in the factor's precision.
+    /// A right-hand side in the factor's precision, and the part of it that a supernode reads and writes.
     work: Vec<T>,
+    part: Vec<T>,
 }
 
 impl<T: Real> Numeric<T> {
     pub fn new(symbolic: &SymbolicCholesky<usize>, contact: usize) -> Self {
         let numeric = symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Spec::default());
-        let solve = symbolic.solve_in_place_scratch::<T>(1, Par::Seq);
         Self {
             values: vec![T::from_f64(0.0); symbolic.len_val()],
-            scratch: MemBuffer::new(numeric.or(solve)),
+            scratch: MemBuffer::new(numeric),
             trailing: Mat::zeros(contact, contact),
             compliance: Mat::new(),
             work: Vec::new(),
+            part: Vec::new(),
         }
     }
 
@@ -141,7 +187,7 @@ impl<T: Real> Numeric<T> {
         triangular_inverse::invert_lower_triangular(inverse.as_mut(), last, Par::Seq);
         triangular::matmul(
             self.compliance.as_mut(),
-            triangular::BlockStructure::Rectangular,
+            triangular::BlockStructure::TriangularLower,
             faer::Accum::Replace,
             inverse.as_ref().transpose(),
             triangular::BlockStructure::TriangularUpper,
@@ -150,6 +196,22 @@ impl<T: Real> Numeric<T> {
             T::from_f64(1.0),
             Par::Seq,
         );
+        self.mirror_compliance();
+    }
+
+    /// Copies the compliance's lower half to its upper, tile by tile, since one of them is met across its columns.
+    fn mirror_compliance(&mut self) {
+        const TILE: usize = 32;
+        let size = self.compliance.nrows();
+        for left in (0..size).step_by(TILE) {
+            for top in (left..size).step_by(TILE) {
+                for column in left..(left + TILE).min(size) {
+                    for row in top.max(column + 1)..(top + TILE).min(size) {
+                        self.compliance[(column, row)] = self.compliance[(row, column)];
+                    }
+                }
+            }
+        }
     }
 
     /// `out += G force`, both of all contact dofs, none of which bears a force before those of the compliance.
@@ -187,13 +249,35 @@ impl<T: Real> Numeric<T> {
     }
 
     pub fn solve_half(&mut self, analysis: &SymbolicCholesky<usize>, x: &mut [f64], half: Half) {
-        let llt = SupernodalLltRef::new(supernodal(analysis), &self.values);
+        let symbolic = supernodal(analysis);
+        let llt = SupernodalLltRef::new(symbolic, &self.values);
         self.work.clear();
         self.work.extend(x.iter().map(|v| T::from_f64(*v)));
-        let stack = MemStack::new(&mut self.scratch);
+        let work = &mut self.work;
+        let part = &mut self.part;
+        let mut through = |s: usize| {
+            let node = llt.supernode(s);
+            let (matrix, below) = (node.val(), node.pattern());
+            let own = node.start()..node.start() + matrix.ncols();
+            let column = |j: usize| &matrix.col(j).try_as_col_major().expect("contiguous columns").as_slice()[j..];
+            part.clear();
+            part.extend_from_slice(&work[own.clone()]);
+            match half {
+                Half::Forward => {
+                    part.resize(matrix.nrows(), T::default());
+                    forward(own.len(), column, part);
+                    below.iter().zip(&part[own.len()..]).for_each(|(&row, by)| work[row] += *by);
+                }
+                Half::Backward => {
+                    part.extend(below.iter().map(|&row| work[row]));
+                    backward(own.len(), column, part);
+                }
+            }
+            work[own.clone()].copy_from_slice(&part[..own.len()]);
+        };
         match half {
-            Half::Forward => llt.l_solve_with_conj(Conj::No, column(&mut self.work), Par::Seq, stack),
-            Half::Backward => llt.l_transpose_solve_with_conj(Conj::No, column(&mut self.work), Par::Seq, stack),
+            Half::Forward => (0..symbolic.n_supernodes()).for_each(&mut through),
+            Half::Backward => (0..symbolic.n_supernodes()).rev().for_each(&mut through),
         }
         for (x, w) in x.iter_mut().zip(&self.work) {
             *x = w.to_f64();
@@ -203,12 +287,10 @@ impl<T: Real> Numeric<T> {
     pub fn solve_trailing(&mut self, x: &mut [f64], half: Half) {
         self.work.clear();
         self.work.extend(x.iter().map(|v| T::from_f64(*v)));
-        let lower = self.trailing.as_ref();
+        let column = |j: usize| &self.trailing.col_as_slice(j)[j..];
         match half {
-            Half::Forward => triangular_solve::solve_lower_triangular_in_place(lower, column(&mut self.work), Par::Seq),
-            Half::Backward => {
-                triangular_solve::solve_upper_triangular_in_place(lower.transpose(), column(&mut self.work), Par::Seq);
-            }
+            Half::Forward => forward(self.trailing.ncols(), column, &mut self.work),
+            Half::Backward => backward(self.trailing.ncols(), column, &mut self.work),
         }
         for (x, w) in x.iter_mut().zip(&self.work) {
             *x = w.to_f64();
@@ -235,6 +317,54 @@ impl<T: Real> Numeric<T> {
         }
         let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         norm(&residual) / norm(&load)
+    }
+}
+
+/// Columns of a factor that a solve takes at a time, so that each is read once and the right-hand side seldom.
+const BLOCK: usize = 8;
+
+/// Forward solve with the columns of a trapezoid: `x` is the right-hand side of its own `columns` rows and, after them, what
+/// the rows below have got so far. `column` gives a column from its diagonal on.
+#[inline(always)]
+fn forward<'a, T: Real + 'a>(columns: usize, column: impl Fn(usize) -> &'a [T], x: &mut [T]) {
+    let mut first = 0;
+    while first + BLOCK <= columns {
+        let block: [&[T]; BLOCK] = std::array::from_fn(|k| column(first + k));
+        let mut minus = [T::default(); BLOCK];
+        for k in 0..BLOCK {
+            let solved = x[first + k] / block[k][0];
+            x[first + k] = solved;
+            minus[k] -= solved;
+            for i in k + 1..BLOCK {
+                x[first + i] = block[k][i - k].fused(minus[k], x[first + i]);
+            }
+        }
+        let rest = &mut x[first + BLOCK..];
+        let below: [&[T]; BLOCK] = std::array::from_fn(|k| &block[k][BLOCK - k..][..rest.len()]);
+        for (i, x) in rest.iter_mut().enumerate() {
+            *x = (0..BLOCK).fold(*x, |sum, k| below[k][i].fused(minus[k], sum));
+        }
+        first += BLOCK;
+    }
+    for j in first..columns {
+        let column = column(j);
+        let solved = x[j] / column[0];
+        x[j] = solved;
+        let mut minus = T::default();
+        minus -= solved;
+        x[j + 1..].iter_mut().zip(&column[1..]).for_each(|(x, l)| *x = l.fused(minus, *x));
+    }
+}
+
+/// Backward solve with the columns of a trapezoid: `x` is the right-hand side of its own `columns` rows and, after them, the
+/// solution below.
+#[inline(always)]
+fn backward<'a, T: Real + 'a>(columns: usize, column: impl Fn(usize) -> &'a [T], x: &mut [T]) {
+    for j in (0..columns).rev() {
+        let column = column(j);
+        let (diagonal, below) = (column[0], &column[1..]);
+        x[j] -= T::product(below, &x[j + 1..]);
+        x[j] /= diagonal;
     }
 }
 
