@@ -7,6 +7,8 @@ pub mod convert;
 pub mod count;
 #[path = "../../core/tests/common/golden.rs"]
 pub mod golden;
+#[path = "../../core/tests/common/golden_pad.rs"]
+pub mod golden_pad;
 pub mod grip;
 pub mod noise;
 pub mod rivals;

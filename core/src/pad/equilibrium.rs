@@ -18,6 +18,8 @@ const HALVINGS: usize = 6;
 /// Change of the bulk below which it is in equilibrium, over its size, and the least size that counts, roots of mJ.
 const TOLERANCE: f32 = 3e-4;
 const LEAST_SIZE: f32 = 3e-3;
+/// Longest way of a round beyond the size of the bulk, roots of mJ.
+const LONGEST: f32 = 2.0;
 /// Change below which a step that runs out of rounds is still near enough.
 const MET: f32 = 3e-3;
 /// Share of the last round's misfit that a round must leave at most, else the stiffness is factored anew, at most so often in a step.
@@ -248,6 +250,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         let mut factors = 0;
         let mut before = T::of(f32::MAX);
         let mut is_met = false;
+        let mut best = (T::of(f32::MAX), bulk);
         for _ in 0..ROUNDS {
             if !state.is_factored {
                 state.factor = self.factor(&bulk, acting);
@@ -259,6 +262,9 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             let off = along(&step, &misfit).magnitude();
             let size = along(&bulk, &bulk) + T::of(LEAST_SIZE * LEAST_SIZE);
             is_met = off <= T::of(MET * MET) * size;
+            if off < best.0 {
+                best = (off, bulk);
+            }
             if !(off > T::of(TOLERANCE * TOLERANCE) * size) {
                 break;
             }
@@ -270,6 +276,13 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             }
             before = off;
             let mut way = secants.shorten(&bulk, &step);
+            // No round goes farther than from a finger in the air to a deep press.
+            let long = along(&way, &way);
+            let longest = size + T::of(LONGEST * LONGEST);
+            if long > longest {
+                let share = (longest / long).sqrt();
+                way = way.map(|x| x * share);
+            }
             let from = bulk;
             for _ in 0..HALVINGS {
                 bulk = core::array::from_fn(|k| from[k] - way[k]);
@@ -280,6 +293,12 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
                 }
                 way = way.map(|x| x * T::of(0.5));
             }
+        }
+        if !is_met {
+            // What came nearest, and the friction that belongs to it.
+            bulk = best.1;
+            self.misfit(&bulk, acting);
+            state.is_factored = false;
         }
         state.bulk = bulk;
         is_met

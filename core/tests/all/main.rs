@@ -7,6 +7,7 @@ mod common;
 mod control_loop;
 mod effects;
 mod file;
+mod pads;
 mod poses;
 mod properties;
 mod recipe;

@@ -3,6 +3,7 @@
 
 pub mod books;
 pub mod golden;
+pub mod golden_pad;
 pub mod law_vectors;
 pub mod vectors;
 

@@ -232,7 +232,8 @@ fn on_pad(args: &Args, file: &PadModelFile, outputs: Outputs, model_name: &str) 
     let mut config = Config::default();
     args.body.apply(&mut config).map_err(Failure::Input)?;
     let body = config.rigid_body.read()?;
-    let (path, _) = during("reading", |_| read_any_path(path_file, &[]))?;
+    let (path, _) = during("reading", |_| path_csv::read_with(outputs::input(path_file), &[]))?;
+    refuse_long(path_file, &path)?;
     outputs.prepare()?;
     if body.is_plane() {
         warn_of_depths(&path);
@@ -268,10 +269,9 @@ fn on_pad(args: &Args, file: &PadModelFile, outputs: Outputs, model_name: &str) 
     write(args, &path, &rows, &Range::of_pad(&pad))
 }
 
-/// A path that is not absurdly long, with the columns of the user's own that its file has.
-fn read_any_path(path_file: &Path, more: &[path_csv::More<'_>]) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
-    let (path, varying) = path_csv::read_with(outputs::input(path_file), more)?;
-    let needed = steps_between_rows(&path);
+/// Refuses a path that is absurdly long.
+fn refuse_long(path_file: &Path, path: &PlanePath) -> Result<(), Failure> {
+    let needed = steps_between_rows(path);
     if needed > MOST_STEPS {
         return Err(Failure::Input(anyhow!(
             "{}: the path takes {needed:.1e} steps of 0.02 mm, 0.4° or 5 mN between its rows, at most {MOST_STEPS:.0e} are \
@@ -279,7 +279,7 @@ fn read_any_path(path_file: &Path, more: &[path_csv::More<'_>]) -> Result<(Plane
             path_file.display()
         )));
     }
-    Ok((path, varying))
+    Ok(())
 }
 
 /// What a model was fitted in.
@@ -314,7 +314,7 @@ fn read_path(
 ) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
     let more: Vec<path_csv::More<'_>> =
         columns.iter().map(|c| path_csv::More { name: &c.name, unit: &c.unit, range: c.range }).collect();
-    let (path, varying) = read_any_path(path_file, &more)?;
+    let (path, varying) = path_csv::read_with(outputs::input(path_file), &more)?;
     let file = model_file.file();
     check_path(&file.model, !file.effects.is_empty(), &path).map_err(|e| match e {
         PathError::OnePose { .. } | PathError::ForceWithEffects { .. } => {
@@ -322,6 +322,7 @@ fn read_path(
         }
         _ => Failure::Input(anyhow!("{}: {e}", path_file.display())),
     })?;
+    refuse_long(path_file, &path)?;
     Ok((path, varying))
 }
 

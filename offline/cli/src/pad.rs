@@ -16,12 +16,12 @@ use super::{Failure, Model, Outputs, make_finger_for};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad pad --out pad.fpm                       from the runs that ship with the program
+  fingerpad pad --out my-pad.fpm                    from the runs that ship with the program
   fingerpad pad --patches 24 --out small.fpm        smaller and faster on a microcontroller
-  fingerpad reduce --design --mesh-preset coarse --runs runs && \\
-  fingerpad pad --mesh-preset coarse --runs runs --out mine.fpm
-                                                    from runs of your own finger
-  fingerpad eval --model pad.fpm --path path.csv --out response.csv
+  fingerpad pad --mesh-preset medium --runs runs --out mine.fpm
+                                                    from a folder of runs that `reduce --design` made
+
+`eval --model my-pad.fpm` follows paths with it, in every pose and on other bodies.
 
 A pad is patches of the fingertip's skin on the finger's own compliance, which comes from one factorisation of its stiffness at
 rest; what nonlinear runs decide, 40 numbers, is fitted to some of them. Runs that are held out are not seen by the fit: the errors

@@ -47,6 +47,7 @@ fn prepare(at: &Path) {
     for model in ["model.fpm", "corrected.fpm"] {
         copy(&data.join("models/fingertip.fpm"), model);
     }
+    copy(&data.join("models/fingertip-pad.fpm"), "pad.fpm");
     crate::common::charged::charged(&at.join("charged.fpm"));
     for table in ["data/yoshida2011.csv", "my.csv", "subjects/anna.csv", "subjects/bert.csv"] {
         copy(&data.join("yoshida2011.csv"), table);
@@ -125,8 +126,8 @@ fn runs(line: &str, at: &Path) -> Result<(), String> {
 }
 
 /// Commands of the program.
-const COMMANDS: [&str; 10] =
-    ["simulate", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "finger", "identify", "build"];
+const COMMANDS: [&str; 11] =
+    ["simulate", "pad", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "finger", "identify", "build"];
 
 /// A line ends where the next word would not fit, or with its paragraph: no text is broken twice.
 #[test]
