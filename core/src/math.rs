@@ -112,7 +112,7 @@ impl Elementary for f32 {
         let quarters = self * core::f32::consts::FRAC_2_PI;
         let quarter = if quarters < 0.0 { quarters - 0.5 } else { quarters + 0.5 } as i32;
         let turns = quarter as f32;
-        let x = (self - turns * 1.570_312_5) - turns * 4.838_267_9e-4;
+        let x = (self - turns * 1.570_312_5) - turns * 4.838_268e-4;
         let z = x * x;
         let sin = ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 1.666_665_5e-1) * (z * x) + x;
         let cos = ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * (z * z) - 0.5 * z + 1.0;

@@ -154,8 +154,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             let force = minus(&times(&acting.stretch, acting.grip), &times(&inward, borne.force));
             let force = turned_back(&self.frame.soft, &force);
             for (gradient, k) in gradient.iter_mut().zip(0..MODES) {
-                *gradient = *gradient
-                    - (patch.modes[0][k] * force[0] + patch.modes[1][k] * force[1] + patch.modes[2][k] * force[2]);
+                *gradient -= patch.modes[0][k] * force[0] + patch.modes[1][k] * force[1] + patch.modes[2][k] * force[2];
             }
             whole = plus(&whole, &force);
             // d/dr of r x (r x a), transposed: a (r.F) + (r.a) F − 2 r (a.F).
@@ -174,7 +173,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         }
         for (row, on) in numbers.rigid.iter().zip(on_motion) {
             for (gradient, share) in gradient.iter_mut().zip(row) {
-                *gradient = *gradient - *share * on;
+                *gradient -= *share * on;
             }
         }
         let stiffening = Stiffening::at(&numbers.squash, bulk, law);

@@ -116,7 +116,7 @@ impl Pad<'_> {
                 return refuse(Field::PatchPlace, index, patch.middle_mm[0]);
             }
             for compliance in patch.compliance_mm_per_n {
-                if !(compliance >= 1e-4 && compliance <= LARGEST) {
+                if !(1e-4..=LARGEST).contains(&compliance) {
                     return refuse(Field::PatchCompliance, index, compliance);
                 }
             }

@@ -54,7 +54,7 @@ impl<T: Elementary> Compressed<T> {
                 let value = (a * s + self.spread) * (s * s) - over;
                 let rise = (T::of(3.0) * a * s + T::of(2.0) * self.spread) * s;
                 let fall = value / (rise + T::of(f32::MIN_POSITIVE));
-                s = s - fall;
+                s -= fall;
                 if !(fall > T::of(ROOT) * s) {
                     break;
                 }

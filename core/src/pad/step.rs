@@ -107,7 +107,7 @@ impl<T: Elementary> Pad<'_, T> {
         let travel = state.travel + self.moved_mm(&start, &state.bulk);
         for (placed, used) in equations.placed.iter().zip(&mut state.used) {
             if !placed.is_awake {
-                *used = *used - travel;
+                *used -= travel;
             }
         }
         let response = self.settle(state, &equations, &acting);

@@ -315,14 +315,14 @@ fn the_misfit_is_the_slope_of_the_energy_over_the_bulk() {
         // Beside equilibrium.
         (0..MODES).for_each(|k| trip.state.bulk[k] += 0.02 * (k as f64 + 0.5).sin());
         let misfit = trip.pad.misfit(&trip.state, &trip.body);
-        for k in 0..MODES {
+        for (k, misfit) in misfit.into_iter().enumerate() {
             let energy = |by: f64| {
                 let mut state = trip.state;
                 state.bulk[k] += by;
                 trip.pad.energy_mj(&state, &trip.body)
             };
             let slope = (energy(1e-5) - energy(-1e-5)) / 2e-5;
-            assert!((slope - misfit[k]).abs() < 1e-5, "{name}, coordinate {k}: {slope:e} {:e}", misfit[k]);
+            assert!((slope - misfit).abs() < 1e-5, "{name}, coordinate {k}: {slope:e} {misfit:e}");
         }
     }
     on_every_body!(example.pad(), check);

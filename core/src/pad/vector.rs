@@ -118,14 +118,14 @@ pub(crate) fn factor<T: Arithmetic + PartialOrd>(m: &mut Packed<T>) {
             // m[own + column] holds (L D) so far.
             let mut x = m[own + column];
             for k in 0..column {
-                x = x - m[own + k] * m[other + k];
+                x -= m[own + k] * m[other + k];
             }
             m[own + column] = x;
         }
         for column in 0..row {
             let scaled = m[own + column];
             let l = scaled * m[start(column) + column];
-            pivot = pivot - scaled * l;
+            pivot -= scaled * l;
             m[own + column] = l;
         }
         let pivot = if pivot > T::of(LEAST_PIVOT) { pivot } else { T::of(1.0) };
@@ -139,17 +139,17 @@ pub(crate) fn solve<T: Arithmetic>(m: &Packed<T>, right: &Bulk<T>) -> Bulk<T> {
     for (row, line) in rows(m).enumerate() {
         let mut sum = x[row];
         for (l, x) in line.iter().zip(&x).take(row) {
-            sum = sum - *l * *x;
+            sum -= *l * *x;
         }
         x[row] = sum;
     }
     for (x, line) in x.iter_mut().zip(rows(m)) {
-        *x = *x * line.last().map_or(T::of(1.0), |inverse| *inverse);
+        *x *= line.last().map_or(T::of(1.0), |inverse| *inverse);
     }
     for (row, line) in (0..MODES).zip(rows(m)).rev() {
         let value = x[row];
         for (l, x) in line.iter().zip(&mut x).take(row) {
-            *x = *x - *l * value;
+            *x -= *l * value;
         }
     }
     x

@@ -38,8 +38,7 @@ pub fn digest(pad: &Pad<'_>, steps: u32) -> u32 {
             *at += 0.1 * (aim - *at);
         }
         let [x, y, spin] = way;
-        let mut motion =
-            Motion { depth_mm: at[0], slide_increment_mm: [x, y], spin_increment_rad: spin, dt_s: 1e-3 };
+        let mut motion = Motion { depth_mm: at[0], slide_increment_mm: [x, y], spin_increment_rad: spin, dt_s: 1e-3 };
         if i % 1009 == 1008 {
             motion.slide_increment_mm[0] = f32::from_bits(next());
         }
