@@ -135,12 +135,12 @@ fn side<T: Scalar>(radius: T) -> T {
 
 /// Length of a vector, never 0.
 fn length<T: Scalar>([x, y]: [T; 2], z: T) -> T {
-    (x * x + y * y + z * z + T::of(f32::MIN_POSITIVE)).sqrt()
+    (x * x + y * y + z * z + T::of(f32::MIN_POSITIVE)).magnitude().sqrt()
 }
 
 /// Height of a circle through the origin whose middle lies at -radius, from the square of the distance from its apex.
 fn arc<T: Scalar>(radius: T, square: T) -> T {
-    let rest = (radius * radius - square).not_negative().sqrt();
+    let rest = (radius * radius - square).not_negative().magnitude().sqrt();
     -side(radius) * square / (radius.magnitude() + rest)
 }
 

@@ -128,7 +128,7 @@ mod plain {
 impl<T: Scalar> Patch<T> {
     /// Bound of its displacement per change of the bulk: the root of the sum of the squares of its modes, mm per root of mJ.
     pub fn reach(&self) -> T {
-        self.modes.iter().fold(T::of(0.0), |sum, row| sum + along(row, row)).sqrt()
+        self.modes.iter().fold(T::of(0.0), |sum, row| sum + along(row, row)).magnitude().sqrt()
     }
 }
 

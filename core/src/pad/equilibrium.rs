@@ -146,7 +146,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             acting.strength = borne.strength * self.strength_factor;
             let across = minus(&placed.anchor, &acting.place);
             acting.stretch = minus(&across, &times(&placed.inward, dot(&across, &placed.inward)));
-            acting.length = (dot(&acting.stretch, &acting.stretch) + T::of(f32::MIN_POSITIVE)).sqrt();
+            acting.length = (dot(&acting.stretch, &acting.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
             let compliance = patch.compliance_mm_per_n[1];
             acting.bound = acting.strength * compliance;
             acting.grip =
@@ -279,7 +279,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             let long = along(&way, &way);
             let longest = size + T::of(LONGEST * LONGEST);
             if long > longest {
-                let share = (longest / long).sqrt();
+                let share = (longest / long).magnitude().sqrt();
                 way = way.map(|x| x * share);
             }
             let from = bulk;
@@ -340,7 +340,7 @@ impl<T: Elementary> Secants<T> {
             }
             let left = along(&change, &change);
             if left > T::of(1e-4) * whole {
-                let one = T::of(1.0) / left.sqrt();
+                let one = T::of(1.0) / left.magnitude().sqrt();
                 if let (Some(to), Some(by)) = (self.steps.get_mut(self.count), self.bulks.get_mut(self.count)) {
                     *to = change.map(|x| x * one);
                     *by = moved.map(|x| x * one);
@@ -363,7 +363,7 @@ fn tangents<T: Elementary>(inward: &Vec3<T>) -> (Vec3<T>, Vec3<T>) {
     let zero = T::of(0.0);
     // Across the direction and y; never short, since the direction is not y itself on the bodies' upper sides.
     let raw = [-inward[2], zero, inward[0]];
-    let length = (dot(&raw, &raw) + T::of(1e-12)).sqrt();
+    let length = (dot(&raw, &raw) + T::of(1e-12)).magnitude().sqrt();
     let first = times(&raw, T::of(1.0) / length);
     (first, cross(inward, &first))
 }
@@ -410,7 +410,7 @@ pub(crate) struct Stiffening<T> {
 impl<T: Elementary> Stiffening<T> {
     pub fn at(squash: &Packed<T>, bulk: &Bulk<T>, law: &Law<T>) -> Self {
         let pulled = symmetric(squash, bulk);
-        let q = (along(&pulled, bulk).not_negative() + T::of(1e-18)).sqrt();
+        let q = (along(&pulled, bulk).not_negative() + T::of(1e-18)).magnitude().sqrt();
         let one = T::of(1.0) / q;
         let [rate, end] = law.stiffening;
         let x = q / end;

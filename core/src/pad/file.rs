@@ -133,7 +133,11 @@ impl Pad<'_> {
         }
         all(Field::BulkMode, &mut core::iter::once(self.numbers.reach), positive)?;
         all(Field::BulkStiffening, &mut self.numbers.squash.iter().copied(), signed)?;
-        all(Field::BulkStiffening, &mut (0..MODES).map(|k| self.numbers.squash[k * (k + 3) / 2]), [0.0, LARGEST])?;
+        all(
+            Field::BulkStiffening,
+            &mut (0..MODES).map(|k| self.numbers.squash.get(k * (k + 3) / 2).copied().unwrap_or(f32::NAN)),
+            [0.0, LARGEST],
+        )?;
         all(
             Field::FirstTouch,
             &mut self.numbers.first_touch_mm.iter().chain(&self.numbers.middle_mm).copied(),

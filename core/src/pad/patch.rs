@@ -49,7 +49,7 @@ impl<T: Elementary> Compressed<T> {
             (overlap / self.compliance, T::of(1.0) / self.compliance)
         } else {
             // The left side is convex: Newton's method from above the root falls to it.
-            let mut s = (over / self.spread).at_most(T::of(1.0)).sqrt();
+            let mut s = (over / self.spread).at_most(T::of(1.0)).magnitude().sqrt();
             for _ in 0..ROUNDS {
                 let value = (a * s + self.spread) * (s * s) - over;
                 let rise = (T::of(3.0) * a * s + T::of(2.0) * self.spread) * s;

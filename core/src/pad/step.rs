@@ -66,7 +66,7 @@ impl<T: Elementary> Pad<'_, T> {
         let step = 1.0 / 1024.0;
         let height = |axis: usize, by: f32| {
             let raw = plus(&axes[2], &times(&axes[axis], T::of(by)));
-            let one = T::of(1.0) / dot(&raw, &raw).sqrt();
+            let one = T::of(1.0) / dot(&raw, &raw).magnitude().sqrt();
             self.first_touch_mm(&times(&raw, one))
         };
         let along = [0, 1].map(|k| (height(k, step) - height(k, -step)) / T::of(2.0 * step));
@@ -137,7 +137,8 @@ impl<T: Elementary> Pad<'_, T> {
         }
         let (depth, tilt) = (state.depth, state.tilt);
         if motion.depth_mm.magnitude() <= T::of(LARGEST) {
-            state.depth = motion.depth_mm;
+            // Twice as deep as it was fitted it has gone through its own bone.
+            state.depth = motion.depth_mm.at_most(T::of(2.0) * self.numbers.depth_max_mm);
         } else {
             rare();
             status = status.with(Status::BAD_INPUT);
@@ -215,7 +216,7 @@ impl<T: Elementary> Pad<'_, T> {
     fn moved_mm(&self, from: &Bulk<T>, to: &Bulk<T>) -> T {
         let way: Bulk<T> = core::array::from_fn(|k| to[k] - from[k]);
         // Half as much again for what is of second order.
-        T::of(1.5) * self.numbers.reach * along(&way, &way).sqrt()
+        T::of(1.5) * self.numbers.reach * along(&way, &way).magnitude().sqrt()
     }
 
     fn equations<'a, const P: usize, B: Surface<T>>(
@@ -270,7 +271,7 @@ impl<T: Elementary> Pad<'_, T> {
             let sides = frame.sides(patch);
             (sides, spread(body, &place, &sides).variance)
         };
-        let spread = (variance + T::of(LEAST_SPREAD_MM2)).sqrt();
+        let spread = (variance + T::of(LEAST_SPREAD_MM2)).magnitude().sqrt();
         let flat = patch.area_mm2 * flattening[0] + flat_rate(patch, flattening) * spread;
         let (anchor, inward) = held(body, anchor);
         Placed {
@@ -373,10 +374,10 @@ impl<T: Elementary> Pad<'_, T> {
         let (force, moment) = (back(&force), back(&moment));
         let normal = force[2].not_negative();
         let some = strength + T::of(f32::MIN_POSITIVE);
-        let friction = (force[0] * force[0] + force[1] * force[1]).sqrt();
+        let friction = (force[0] * force[0] + force[1] * force[1]).magnitude().sqrt();
         // Friction and moment about the middle of the strength against an ellipse.
         let middle = back(&times(&middle, T::of(1.0) / some));
-        let arm = (reach / some - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative().sqrt();
+        let arm = (reach / some - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative().magnitude().sqrt();
         let about_middle = moment[2] - (middle[0] * force[1] - middle[1] * force[0]);
         let (share, turning) = (friction / some, about_middle / (some * arm + T::of(1e-12)));
         let stick_ratio = if area > zero { stuck / area } else { zero };
@@ -388,7 +389,7 @@ impl<T: Elementary> Pad<'_, T> {
             stick_ratio,
             friction_limit_n: strength,
             slip_margin: if in_contact {
-                (T::of(1.0) - (share * share + turning * turning).sqrt()).not_negative()
+                (T::of(1.0) - (share * share + turning * turning).magnitude().sqrt()).not_negative()
             } else {
                 zero
             },
@@ -596,7 +597,7 @@ fn foot<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
 /// Change of that force with the spread, N/mm.
 #[inline(always)]
 fn flat_rate<T: Elementary>(patch: &Patch<T>, flattening: [T; 2]) -> T {
-    flattening[1] * patch.area_mm2.sqrt()
+    flattening[1] * patch.area_mm2.magnitude().sqrt()
 }
 
 /// Share of a patch that slips under a growing load.

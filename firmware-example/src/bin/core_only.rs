@@ -8,6 +8,7 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, Settings};
 use fingerpad::events::{Event, Queue, Watch};
+use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
 use fingerpad::{
     Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Params, Pose, Response,
     SPRINGS, SpinState, State, Surroundings, Tangential, Tuned, Tuning,
@@ -102,6 +103,24 @@ fn build(f: [f32; 4], out: &mut [u8]) -> Option<usize> {
     params.try_build().ok()?.write_file(&[], "", out).ok()
 }
 
+/// A pad on a plane and on other bodies.
+#[inline(never)]
+fn pads(bytes: &mut [u8], f: [f32; 4]) -> Option<Response> {
+    let pad = PadFile::from_bytes(bytes).ok()?.pad;
+    let mut state = PadState::<38>::new(&pad).ok()?;
+    let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: f[3], dt_s: f[3] };
+    state.set_strength_factor(f[1]);
+    black_box(pad.step(&mut state, &Plane, motion, [f[0], f[1]]));
+    black_box(pad.patch_states(&state, &Plane));
+    let mut over = PadState::<38>::over(&pad, [f[0], f[1]]).ok()?;
+    black_box(pad.step(&mut over, &Sphere { radius_mm: f[0] }, motion, [f[0], f[1]]));
+    black_box(pad.step(&mut over, &Cylinder { radius_mm: f[0], axis: [f[1], f[2]] }, motion, [f[0], f[1]]));
+    let edge = Edge { radius_mm: f[0], axis: [f[1], f[2]], face: [f[2], f[1]] };
+    let r = pad.step(&mut over, &edge, motion, [f[0], f[1]]);
+    black_box(pad.energy_mj(&over, &edge));
+    Some(r)
+}
+
 #[inline(never)]
 fn surroundings(r: &Response, f: [f32; 4], queue: &mut Queue<8>) -> (Option<Event>, Vector3<f32>) {
     let (mut producer, mut consumer) = queue.split();
@@ -125,6 +144,7 @@ fn main() -> ! {
         black_box(buffer[black_box(9000usize)]);
         let f = black_box([1.0f32, 0.1, 0.2, 1e-3]);
         black_box(build(f, black_box(&mut buffer)));
+        black_box(pads(black_box(&mut buffer), f));
         if let Some((r, state)) = setup(black_box(&buffer), f) {
             black_box(state);
             black_box(surroundings(&r, f, &mut queue));

@@ -46,7 +46,32 @@ const AREA: &str = "offline/fe/src/contact/area.rs";
 const STUCK_AREA: &str = "let Corners { place, level, .. } = Corners::of(facet, spots, level);
             facet.shares(&place, &level).iter().sum()";
 
+/// The pad's own tests.
+const PAD: &[&str] = &["-p", "fingerpad", "--features", "std", "--lib", "pad::tests::"];
+const PAD_STEP: &str = "core/src/pad/step.rs";
+
 const FAULTS: &[Fault] = &[
+    Fault {
+        name: "pad: couple of a spread patch turned round",
+        file: PAD_STEP,
+        sound: "moment = plus(&moment, &times(&couple, pull * third));",
+        faulty: "moment = minus(&moment, &times(&couple, pull * third));",
+        test: PAD,
+    },
+    Fault {
+        name: "pad: moment of a curved body about the patch's middle",
+        file: PAD_STEP,
+        sound: "&times(&couple, acting.force)",
+        faulty: "&times(&couple, zero)",
+        test: PAD,
+    },
+    Fault {
+        name: "pad: half of the bulk's second order in the force",
+        file: "core/src/pad/equilibrium.rs",
+        sound: "*on += turn * half_turn;",
+        faulty: "*on += T::of(0.5) * turn * half_turn;",
+        test: PAD,
+    },
     Fault {
         name: "direction from total slip",
         file: SURFACE,
