@@ -7,8 +7,8 @@ use crate::math::{Arithmetic, Elementary};
 use super::body::{Sides, Surface, mean, point};
 use super::patch::Compressed;
 use super::vector::{
-    Bulk, Mat3, Packed, Vec3, add_square, along, cross, dot, factor, minus, plus, solve, symmetric, times, turned,
-    turned_back, zeros,
+    Bulk, Mat3, Packed, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, solve, symmetric,
+    times, turned, turned_back, zeros,
 };
 use super::{Law, MODES, Pad, PadState};
 
@@ -25,14 +25,6 @@ const MET: f32 = 3e-3;
 /// Share of the last round's misfit that a round must leave at most, else the stiffness is factored anew, at most so often in a step.
 const KEPT: f32 = 0.4;
 const FACTORS: usize = 2;
-
-/// Products of two of three numbers.
-const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
-/// Places in a rigid motion of those that a mirror image about y = 0 leaves, and of those that it turns round.
-const EVEN: [usize; 3] = [0, 2, 4];
-const ODD: [usize; 3] = [1, 3, 5];
-/// Axes of [`Law::lift`].
-const LIFTED: [usize; 2] = [2, 0];
 
 /// Where the body is: from the finger's frame to that of the body.
 pub(crate) struct Frame<T> {
@@ -163,9 +155,9 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         }
         let slopes = lift_slopes(law, &motion);
         let mut on_motion: [T; 6] = zeros();
-        for (slope, axis) in slopes.iter().zip(LIFTED) {
+        for (slope, force) in slopes.iter().zip([whole[2], whole[0]]) {
             for (on, slope) in on_motion.iter_mut().zip(slope) {
-                *on += *slope * whole[axis];
+                *on += *slope * force;
             }
         }
         for (on, turn) in on_motion[3..].iter_mut().zip(by_turn) {
@@ -190,9 +182,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         let stiffening = Stiffening::at(&numbers.squash, bulk, self.law());
         let mut stiffness = numbers.squash.map(|x| x * stiffening.per_size);
         add_square(&mut stiffness, &stiffening.direction, stiffening.second - stiffening.per_size);
-        for k in 0..MODES {
-            stiffness[k * (k + 3) / 2] += T::of(1.0);
-        }
+        add_diagonal(&mut stiffness, T::of(1.0));
         let motion: [T; 6] = numbers.rigid.each_ref().map(|row| along(row, bulk));
         let slopes = lift_slopes(self.law(), &motion);
         let mut lifts: [Bulk<T>; 2] = [zeros(); 2];
@@ -368,31 +358,51 @@ fn tangents<T: Elementary>(inward: &Vec3<T>) -> (Vec3<T>, Vec3<T>) {
     (first, cross(inward, &first))
 }
 
-/// The part of the second order that is the same for all patches, mm.
-fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vec3<T> {
-    let mut lift = zeros::<T, 3>();
-    for (numbers, axis) in law.lift.iter().zip(LIFTED) {
-        for (set, numbers) in [EVEN, ODD].iter().zip(numbers.chunks(PAIRS.len())) {
-            for ([a, b], number) in PAIRS.iter().zip(numbers) {
-                lift[axis] += *number * (motion[set[*a]] * motion[set[*b]]);
-            }
-        }
-    }
-    lift
+/// Of a rigid motion the parts that a mirror image about y = 0 leaves, and those that it turns round: (t_x, t_z, r_y), (t_y, r_x, r_z).
+fn parts<T: Elementary>(m: &[T; 6]) -> [Vec3<T>; 2] {
+    [[m[0], m[2], m[4]], [m[1], m[3], m[5]]]
 }
 
-/// Its derivatives over the rigid motion, for the axes of [`LIFTED`].
-fn lift_slopes<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> [[T; 6]; 2] {
-    law.lift.each_ref().map(|numbers| {
-        let mut slope = zeros::<T, 6>();
-        for (set, numbers) in [EVEN, ODD].iter().zip(numbers.chunks(PAIRS.len())) {
-            for ([a, b], number) in PAIRS.iter().zip(numbers) {
-                let (a, b) = (set[*a], set[*b]);
-                slope[a] += *number * motion[b];
-                slope[b] += *number * motion[a];
-            }
+/// The six numbers of either part.
+fn numbers<T: Elementary>(lift: &[T; 12]) -> [[T; 6]; 2] {
+    let half = |half: &[T]| half.first_chunk().copied().unwrap_or(zeros());
+    let (even, odd) = lift.split_at(6);
+    [half(even), half(odd)]
+}
+
+/// The part of the second order that is the same for all patches, mm.
+fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vec3<T> {
+    let parts = parts(motion);
+    let [z, x] = law.lift.each_ref().map(|lift| {
+        let mut sum = T::of(0.0);
+        for ([a, b, c], n) in parts.iter().zip(numbers(lift)) {
+            sum += n[0] * (*a * *a);
+            sum += n[1] * (*b * *b);
+            sum += n[2] * (*c * *c);
+            sum += n[3] * (*a * *b);
+            sum += n[4] * (*a * *c);
+            sum += n[5] * (*b * *c);
         }
-        slope
+        sum
+    });
+    [x, T::of(0.0), z]
+}
+
+/// Its derivatives over the rigid motion, along z and along x.
+fn lift_slopes<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> [[T; 6]; 2] {
+    let parts = parts(motion);
+    law.lift.each_ref().map(|lift| {
+        let [even, odd] = numbers(lift);
+        let slope = |[a, b, c]: &Vec3<T>, n: &[T; 6]| -> Vec3<T> {
+            let twice = |n: T, x: T| n * x + n * x;
+            [
+                twice(n[0], *a) + n[3] * *b + n[4] * *c,
+                twice(n[1], *b) + n[3] * *a + n[5] * *c,
+                twice(n[2], *c) + n[4] * *a + n[5] * *b,
+            ]
+        };
+        let (e, o) = (slope(&parts[0], &even), slope(&parts[1], &odd));
+        [e[0], o[0], e[1], o[1], e[2], o[2]]
     })
 }
 

@@ -52,8 +52,9 @@ pub(crate) fn turned<T: Arithmetic>(m: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
 
 /// Transposed matrix times vector.
 #[inline(always)]
-pub(crate) fn turned_back<T: Arithmetic>(m: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
-    [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2])
+pub(crate) fn turned_back<T: Arithmetic>([a, b, c]: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
+    let row = |x: T, y: T, z: T| x * v[0] + y * v[1] + z * v[2];
+    [row(a[0], b[0], c[0]), row(a[1], b[1], c[1]), row(a[2], b[2], c[2])]
 }
 
 /// Sum of products over the bulk's coordinates.
@@ -75,7 +76,7 @@ fn rows<T>(m: &Packed<T>) -> impl DoubleEndedIterator<Item = &[T]> + ExactSizeIt
 /// A symmetric matrix times a vector.
 pub(crate) fn symmetric<T: Arithmetic>(m: &Packed<T>, v: &Bulk<T>) -> Bulk<T> {
     let mut out: Bulk<T> = zeros();
-    for (row, line) in rows(m).enumerate() {
+    for (row, line) in (0..MODES).zip(rows(m)) {
         let (by, mut sum) = (v[row], T::of(0.0));
         // The diagonal goes into the sum alone.
         for ((x, v), out) in line.iter().zip(v).zip(&mut out).take(row) {
@@ -107,36 +108,57 @@ pub(crate) fn add_square<T: Arithmetic>(m: &mut Packed<T>, v: &Bulk<T>, scale: T
 /// Least pivot of a factor, of a matrix that is at least about 1: none below it is met but by rounding.
 const LEAST_PIVOT: f32 = 0.25;
 
+/// Adds to the diagonal.
+pub(crate) fn add_diagonal<T: Arithmetic>(m: &mut Packed<T>, x: T) {
+    let mut rest: &mut [T] = m;
+    for row in 0..MODES {
+        let (line, others) = rest.split_at_mut((row + 1).min(rest.len()));
+        if let Some(diagonal) = line.last_mut() {
+            *diagonal += x;
+        }
+        rest = others;
+    }
+}
+
 /// Replaces a symmetric matrix by its factor: L D L' with ones on the diagonal of L, 1/D in their place.
 pub(crate) fn factor<T: Arithmetic + PartialOrd>(m: &mut Packed<T>) {
-    let start = |row: usize| row * (row + 1) / 2;
     for row in 0..MODES {
-        let own = start(row);
-        let mut pivot = m[own + row];
+        let (before, rest) = m.split_at_mut((row * (row + 1) / 2).min(PACKED));
+        let Some((own, diagonal)) = rest.get_mut(..=row).and_then(|own| own.split_last_mut().map(|(d, o)| (o, d)))
+        else {
+            return;
+        };
+        let mut others: &[T] = before;
+        // What is left of the row is that of L D so far.
         for column in 0..row {
-            let other = start(column);
-            // m[own + column] holds (L D) so far.
-            let mut x = m[own + column];
-            for k in 0..column {
-                x -= m[own + k] * m[other + k];
+            let (other, left) = others.split_at((column + 1).min(others.len()));
+            let (done, rest) = own.split_at_mut(column.min(own.len()));
+            if let Some(x) = rest.first_mut() {
+                for (a, b) in done.iter().zip(other) {
+                    *x -= *a * *b;
+                }
             }
-            m[own + column] = x;
+            others = left;
         }
-        for column in 0..row {
-            let scaled = m[own + column];
-            let l = scaled * m[start(column) + column];
-            pivot -= scaled * l;
-            m[own + column] = l;
+        let mut pivot = *diagonal;
+        let mut others: &[T] = before;
+        for (column, scaled) in own.iter_mut().enumerate() {
+            let (other, left) = others.split_at((column + 1).min(others.len()));
+            let inverse = other.last().map_or(T::of(0.0), |inverse| *inverse);
+            let l = *scaled * inverse;
+            pivot -= *scaled * l;
+            *scaled = l;
+            others = left;
         }
         let pivot = if pivot > T::of(LEAST_PIVOT) { pivot } else { T::of(1.0) };
-        m[own + row] = T::of(1.0) / pivot;
+        *diagonal = T::of(1.0) / pivot;
     }
 }
 
 /// Solution with a factor of [`factor`].
 pub(crate) fn solve<T: Arithmetic>(m: &Packed<T>, right: &Bulk<T>) -> Bulk<T> {
     let mut x = *right;
-    for (row, line) in rows(m).enumerate() {
+    for (row, line) in (0..MODES).zip(rows(m)) {
         let mut sum = x[row];
         for (l, x) in line.iter().zip(&x).take(row) {
             sum -= *l * *x;
@@ -162,9 +184,7 @@ mod tests {
     #[test]
     fn a_solution_solves() {
         let mut m: Packed<f64> = zeros();
-        for k in 0..MODES {
-            m[k * (k + 3) / 2] = 1.0;
-        }
+        add_diagonal(&mut m, 1.0);
         for seed in 0..5 {
             let v: Bulk<f64> = core::array::from_fn(|k| libm::sin((1 + k * (seed + 2) + seed) as f64));
             add_square(&mut m, &v, 0.5 + seed as f64);
