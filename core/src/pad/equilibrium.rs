@@ -22,7 +22,8 @@ const LEAST_SIZE: f32 = 3e-3;
 const LONGEST: f32 = 2.0;
 /// Change below which a step that runs out of rounds is still near enough.
 const MET: f32 = 3e-3;
-/// Share of the last round's misfit that a round must leave at most, else the stiffness is factored anew, at most so often in a step.
+/// A round that leaves more than this share of the misfit before it needs a new factor of the stiffness. A step computes at most
+/// `FACTORS` of them.
 const KEPT: f32 = 0.4;
 const FACTORS: usize = 2;
 

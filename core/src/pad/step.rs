@@ -79,7 +79,7 @@ impl<T: Elementary> Pad<'_, T> {
     ///   would first touch in the pose.
     /// * `pose_deg`: pitch and roll of the finger against the plane, at the end of the step
     ///
-    /// Bad input is flagged and leaves its axis where it was. With motion and pose at rest the state keeps its bits.
+    /// Bad input is flagged and leaves its axis where it was. From the second step at rest on, state and answer keep their bits.
     pub fn step<const P: usize>(
         &self,
         state: &mut PadState<P, T>,
@@ -316,7 +316,7 @@ impl<T: Elementary> Pad<'_, T> {
                 continue;
             }
             if *used >= T::of(APART) {
-                // It touches anew.
+                // It was apart at the end of the last step.
                 *anchor = [placed.anchor[0], placed.anchor[1]];
                 *used = zero;
             }
@@ -502,11 +502,10 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         let way = if spin == T::of(0.0) {
             slide
         } else {
-            let (sin, cos) = spin.sin_cos();
+            let (sin, _) = spin.sin_cos();
             let (half_sin, half_cos) = (T::of(0.5) * spin).sin_cos();
             // 1 − cos without loss of digits.
             let less = T::of(2.0) * half_sin * half_sin;
-            let _ = cos;
             [
                 half_cos * slide[0] - half_sin * slide[1] - less * x - sin * y,
                 half_sin * slide[0] + half_cos * slide[1] + sin * x - less * y,

@@ -279,7 +279,7 @@ fn bad_input_is_flagged_and_harmless() {
     assert!(r.normal_force_n.is_finite() && r.normal_force_n > before.normal_force_n);
     let r = pad.step(&mut state, &Plane, Motion { slide_increment_mm: [1e6, 0.0], ..press }, [30.0, 0.0]);
     assert_eq!(r.status, Status::LARGE_INCREMENT);
-    // What touches anew on the way has not slipped yet.
+    // A patch that comes into contact during this step has not slipped yet.
     assert!(r.stick_ratio < 0.2, "{}", r.stick_ratio);
     let r = pad.step(&mut state, &Plane, Motion { depth_mm: -1.0, ..press }, [30.0, 0.0]);
     assert_eq!(r, Response::default());

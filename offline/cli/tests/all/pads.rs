@@ -84,7 +84,7 @@ fn what_a_pad_cannot_is_refused_by_name() {
         &fingerpad(folder, &["export", "--model", SHIPPED, "--format", "json", "--out", "m.json"]),
         "a pad; this command takes the bed",
     );
-    // A damaged file is told as such.
+    // The message says that the file is damaged.
     let mut bytes = std::fs::read(SHIPPED).unwrap();
     bytes[4000] ^= 1;
     std::fs::write(folder.join("bad.fpm"), bytes).unwrap();
@@ -97,7 +97,7 @@ fn what_a_pad_cannot_is_refused_by_name() {
     refused(&fingerpad(folder, &["pad", "--patches", "3", "--out", "pad.fpm"]), "from 6 to 62");
 }
 
-/// Few patches and a short fit: the file is written, its errors are told, and it is no model for the bed's commands.
+/// A small pad with a short fit. The program writes the file, prints its errors and refuses to replace it.
 #[test]
 fn a_pad_is_made_from_the_runs_that_ship() {
     let dir = tempfile::tempdir().unwrap();
