@@ -95,6 +95,8 @@ pub trait Elementary: Scalar {
     fn exp(self) -> Self;
     /// Sine and cosine of an angle within ±4 rad. In `f32` within 1e-7.
     fn sin_cos(self) -> (Self, Self);
+    /// Pi, to the precision.
+    fn half_turn() -> Self;
 }
 
 impl Elementary for f32 {
@@ -105,6 +107,9 @@ impl Elementary for f32 {
     #[inline(always)]
     fn exp(self) -> Self {
         libm::expf(self)
+    }
+    fn half_turn() -> Self {
+        core::f32::consts::PI
     }
     /// libm's are in double precision, which is software on most microcontrollers.
     fn sin_cos(self) -> (Self, Self) {
@@ -130,6 +135,9 @@ impl Elementary for f64 {
     }
     fn sin_cos(self) -> (Self, Self) {
         double::sincos(self)
+    }
+    fn half_turn() -> Self {
+        core::f64::consts::PI
     }
 }
 

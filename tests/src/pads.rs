@@ -5,6 +5,8 @@
 use fingerpad::pad::{Pad, PadState, Surface};
 use fingerpad::{Elementary, Error, Motion, Response, Status};
 
+use crate::random::Random;
+
 /// Most patches of a pad here.
 pub const PATCHES: usize = 64;
 
@@ -110,4 +112,63 @@ impl<'a, T: Scalar + Into<f64>, B: Surface<T>> Ride<'a, T, B> {
             self.step(std::array::from_fn(|k| if step == steps { to[k] } else { from[k] + share * (to[k] - from[k]) }));
         }
     }
+}
+
+/// Depth, slides, spin, pitch and roll of a vibration about a held place, mm and rad, one step of eight of a cycle. Depth and roll lag a
+/// quarter behind, so that they go in circles. Slides and spin do not: the plane would creep on by the area of their loop.
+fn phase(size: &[f64; 6], held: &[f64; 6], k: u32) -> [f64; 6] {
+    let angle = f64::from(k) * std::f64::consts::FRAC_PI_4;
+    std::array::from_fn(|axis| {
+        let phase = if axis == 2 || axis == 5 { 1.0 - angle.cos() } else { angle.sin() };
+        held[axis] + size[axis] * phase
+    })
+}
+
+/// Friction of a load held at 1 mm after every cycle of a vibration, N, before the first one as well, and the limit at the end.
+///
+/// * `size`: amplitudes of slides, depth, spin, pitch and roll, mm and rad
+///
+/// # Errors
+/// Those of [`PadState::new`].
+pub fn held_load(pad: Pad<'_>, size: [f64; 6], cycles: usize) -> Result<(Vec<[f64; 2]>, f64), Error> {
+    let mut ride = Ride::new(pad, fingerpad::pad::Plane)?;
+    ride.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
+    ride.to([0.4, 0.2, 1.0, 0.0, 0.0, 0.0], 50);
+    let held = ride.at;
+    let mut after = vec![ride.last.friction_n.map(f64::from)];
+    for _ in 0..cycles {
+        (1..=8).for_each(|k| ride.step(phase(&size, &held, k)));
+        after.push(ride.last.friction_n.map(f64::from));
+    }
+    Ok((after, ride.last.friction_limit_n.into()))
+}
+
+/// Least work of the body over what goes in and out, along random closed paths in all six coordinates with a strength that changes.
+///
+/// * `steps`: steps of each of the eight legs of a path
+///
+/// # Errors
+/// Those of [`PadState::new`].
+pub fn least_work<B: Surface<f64> + Clone>(
+    pad: Pad<'_, f64>,
+    body: &B,
+    paths: usize,
+    steps: usize,
+) -> Result<f64, Error> {
+    let mut random = Random::new(5);
+    let mut least = f64::INFINITY;
+    for _ in 0..paths {
+        let mut ride = Ride::new(pad, body.clone())?;
+        ride.to([0.0, 0.0, 0.8 + 0.6 * random.number(), 0.0, 0.0, 0.0], steps);
+        for _ in 0..5 {
+            ride.state.set_strength_factor(1.0 + 0.5 * random.number());
+            let n = random.list(6);
+            ride.to([n[0], n[1], 0.8 + 0.7 * n[2], 0.3 * n[3], 0.2 * n[4], 0.2 * n[5]], steps);
+        }
+        ride.to([0.0, 0.0, ride.at[2], 0.0, 0.0, 0.0], steps);
+        ride.to(START, steps);
+        let [work, exchanged] = ride.work_mj;
+        least = least.min(work / exchanged);
+    }
+    Ok(least)
 }

@@ -2,7 +2,7 @@
 //!
 //! Main trait: [`Surface`]. In the body's frame z points out of it at its apex, which is the origin; the material is below.
 
-use crate::math::{Arithmetic, Scalar};
+use crate::math::{Arithmetic, Elementary, Scalar};
 
 use super::vector::{Vec3, cross, plus, times};
 
@@ -71,6 +71,13 @@ pub struct Cylinder<T = f32> {
     pub axis: [T; 2],
 }
 
+impl<T: Elementary> Cylinder<T> {
+    /// A cylinder whose axis points `axis_deg` degrees from x towards y, within ±180.
+    pub fn new(radius_mm: T, axis_deg: T) -> Self {
+        Self { radius_mm, axis: direction(axis_deg) }
+    }
+}
+
 impl<T: Scalar> Surface<T> for Cylinder<T> {
     fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
         let [cos, sin] = self.axis;
@@ -97,6 +104,58 @@ pub struct Edge<T = f32> {
     pub axis: [T; 2],
     /// Slope of the faces against the tangent plane: cosine and sine of an angle above 0 and below 90 degrees.
     pub face: [T; 2],
+}
+
+impl<T: Elementary> Edge<T> {
+    /// An edge that points `axis_deg` degrees from x towards y, within ±180.
+    ///
+    /// * `angle_deg`: angle between the faces inside the body, above 0 and below 180
+    pub fn new(radius_mm: T, axis_deg: T, angle_deg: T) -> Self {
+        let face = direction(T::of(0.5) * (T::of(180.0) - angle_deg));
+        Self { radius_mm, axis: direction(axis_deg), face }
+    }
+}
+
+/// Cosine and sine of an angle in degrees.
+fn direction<T: Elementary>(deg: T) -> [T; 2] {
+    // A degree in rad: 180 exactly is half a turn in double precision too.
+    let (sin, cos) = (deg / T::of(180.0) * T::half_turn()).sin_cos();
+    [cos, sin]
+}
+
+/// A body that is chosen while the program runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Body<T = f32> {
+    /// A plane.
+    Plane,
+    /// A sphere or a bowl.
+    Sphere(Sphere<T>),
+    /// A cylinder or a trough.
+    Cylinder(Cylinder<T>),
+    /// An edge.
+    Edge(Edge<T>),
+}
+
+impl<T: Scalar> Surface<T> for Body<T> {
+    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+        match self {
+            Self::Plane => Plane.overlap(place),
+            Self::Sphere(body) => body.overlap(place),
+            Self::Cylinder(body) => body.overlap(place),
+            Self::Edge(body) => body.overlap(place),
+        }
+    }
+    fn height(&self, place: [T; 2]) -> T {
+        match self {
+            Self::Plane => Plane.height(place),
+            Self::Sphere(body) => body.height(place),
+            Self::Cylinder(body) => body.height(place),
+            Self::Edge(body) => body.height(place),
+        }
+    }
+    fn is_plane(&self) -> bool {
+        matches!(self, Self::Plane)
+    }
 }
 
 impl<T: Scalar> Surface<T> for Edge<T> {

@@ -25,7 +25,7 @@ mod state;
 mod step;
 mod vector;
 
-pub use body::{Cylinder, Edge, Plane, Sphere, Surface};
+pub use body::{Body, Cylinder, Edge, Plane, Sphere, Surface};
 pub use data::{Law, Numbers, Pad, Patch, first_touch_terms};
 pub use example::{EXAMPLE_PATCHES, ExamplePad};
 pub use file::PadFile;

@@ -3,13 +3,15 @@
 //! Main types: [`PadState`], [`PatchState`]. Uses vector.
 
 use crate::Error;
-use crate::math::Elementary;
+use crate::math::{Elementary, add};
 
 use super::Pad;
 use super::vector::{Bulk, Packed, Vec3, zeros};
 
 /// What stands for no share of the strength.
 pub(crate) const APART: f32 = 2.0;
+/// Slide that counts as much as a turn by 1 rad, mm.
+const TURN_MM: f32 = 5.0;
 /// Least and largest strength factor.
 const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
@@ -106,6 +108,66 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
     pub(crate) fn lift_off(&mut self) {
         self.in_contact = false;
         self.is_factored = false;
+    }
+}
+
+impl<const P: usize, T: Elementary> PadState<P, T> {
+    /// Starts a step from where the bulk would be if it went on as before, in a motion that goes on. At rest it starts where it is.
+    pub(crate) fn foresee(&mut self, motion: [T; 6]) {
+        let arm = T::of(TURN_MM);
+        let product = |a: &[T; 6], b: &[T; 6]| {
+            a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + arm * arm * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+        };
+        let before = product(&self.motion, &self.motion);
+        let share = product(&motion, &self.motion) / (before + T::of(f32::MIN_POSITIVE));
+        // What turns back or speeds up goes its own way.
+        if share >= T::of(0.5) && share <= T::of(1.5) {
+            self.bulk = core::array::from_fn(|k| self.bulk[k] + share * self.drift[k]);
+        }
+        self.motion = motion;
+    }
+
+    /// Moves and turns the body.
+    pub(crate) fn carry(&mut self, slide: [T; 2], spin: T) {
+        let [x, y] = [self.shift[0][0], self.shift[1][0]];
+        let way = if spin == T::of(0.0) {
+            slide
+        } else {
+            let (sin, _) = spin.sin_cos();
+            let (half_sin, half_cos) = (T::of(0.5) * spin).sin_cos();
+            // 1 − cos without loss of digits.
+            let less = T::of(2.0) * half_sin * half_sin;
+            [
+                half_cos * slide[0] - half_sin * slide[1] - less * x - sin * y,
+                half_sin * slide[0] + half_cos * slide[1] + sin * x - less * y,
+            ]
+        };
+        for (part, way) in self.shift.iter_mut().zip(way) {
+            let (sum, low) = add(part[0], part[1], way);
+            *part = [sum, low];
+        }
+        let (sum, low) = add(self.angle[0], self.angle[1], spin);
+        let turn = T::of(core::f32::consts::TAU);
+        // What the turn in single precision lacks.
+        let rest = T::of(-1.748_455_6e-7);
+        self.angle = if sum > T::of(core::f32::consts::PI) {
+            [sum - turn, low - rest]
+        } else if sum < T::of(-core::f32::consts::PI) {
+            [sum + turn, low + rest]
+        } else {
+            [sum, low]
+        };
+    }
+
+    /// Puts the origin of a plane where the finger is.
+    pub(crate) fn move_origin(&mut self) {
+        let (sin, cos) = self.angle[0].sin_cos();
+        let [x, y] = [self.shift[0][0], self.shift[1][0]];
+        let by = [cos * x + sin * y, cos * y - sin * x];
+        for anchor in &mut self.anchors {
+            *anchor = [anchor[0] + by[0], anchor[1] + by[1]];
+        }
+        self.shift = [zeros(); 2];
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Main functions: [`Pad::step`], [`Pad::patch_states`]. Uses equilibrium and state.
 
-use crate::math::{Elementary, add};
+use crate::math::Elementary;
 use crate::step::rare;
 use crate::{Motion, Regime, Response, Status};
 
@@ -29,8 +29,6 @@ const ROOT_3: f32 = 1.732_050_8;
 const WAKE_MM: f32 = 0.2;
 /// Longest arm of a patch about the pivot, mm.
 const ARM_MM: f32 = 20.0;
-/// Slide that counts as much as a turn by 1 rad, mm.
-const TURN_MM: f32 = 5.0;
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
 /// Stretch beyond the bound by which a patch slips: as share and in mm. Rounding of its place stays below.
@@ -477,66 +475,6 @@ impl<T: Elementary> Pad<'_, T> {
             }
         }
         sum
-    }
-}
-
-impl<const P: usize, T: Elementary> PadState<P, T> {
-    /// Starts a step from where the bulk would be if it went on as before, in a motion that goes on. At rest it starts where it is.
-    fn foresee(&mut self, motion: [T; 6]) {
-        let arm = T::of(TURN_MM);
-        let product = |a: &[T; 6], b: &[T; 6]| {
-            a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + arm * arm * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
-        };
-        let before = product(&self.motion, &self.motion);
-        let share = product(&motion, &self.motion) / (before + T::of(f32::MIN_POSITIVE));
-        // What turns back or speeds up goes its own way.
-        if share >= T::of(0.5) && share <= T::of(1.5) {
-            self.bulk = core::array::from_fn(|k| self.bulk[k] + share * self.drift[k]);
-        }
-        self.motion = motion;
-    }
-
-    /// Moves and turns the body.
-    fn carry(&mut self, slide: [T; 2], spin: T) {
-        let [x, y] = [self.shift[0][0], self.shift[1][0]];
-        let way = if spin == T::of(0.0) {
-            slide
-        } else {
-            let (sin, _) = spin.sin_cos();
-            let (half_sin, half_cos) = (T::of(0.5) * spin).sin_cos();
-            // 1 − cos without loss of digits.
-            let less = T::of(2.0) * half_sin * half_sin;
-            [
-                half_cos * slide[0] - half_sin * slide[1] - less * x - sin * y,
-                half_sin * slide[0] + half_cos * slide[1] + sin * x - less * y,
-            ]
-        };
-        for (part, way) in self.shift.iter_mut().zip(way) {
-            let (sum, low) = add(part[0], part[1], way);
-            *part = [sum, low];
-        }
-        let (sum, low) = add(self.angle[0], self.angle[1], spin);
-        let turn = T::of(core::f32::consts::TAU);
-        // What the turn in single precision lacks.
-        let rest = T::of(-1.748_455_6e-7);
-        self.angle = if sum > T::of(core::f32::consts::PI) {
-            [sum - turn, low - rest]
-        } else if sum < T::of(-core::f32::consts::PI) {
-            [sum + turn, low + rest]
-        } else {
-            [sum, low]
-        };
-    }
-
-    /// Puts the origin of a plane where the finger is.
-    fn move_origin(&mut self) {
-        let (sin, cos) = self.angle[0].sin_cos();
-        let [x, y] = [self.shift[0][0], self.shift[1][0]];
-        let by = [cos * x + sin * y, cos * y - sin * x];
-        for anchor in &mut self.anchors {
-            *anchor = [anchor[0] + by[0], anchor[1] + by[1]];
-        }
-        self.shift = [zeros(); 2];
     }
 }
 

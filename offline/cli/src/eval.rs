@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use fingerpad::effects::Column;
 use fingerpad::effects::OWN;
-use fingerpad::{Effects, File, ModelFile, PadModelFile, Status, pad};
+use fingerpad::{Effects, File, ModelFile, PadModelFile, Status, pad, pad::Body};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
-use fingerpad_fe::contact::RigidBody;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Path as PlanePath, path_csv, response_csv};
-use fingerpad_reduce::pad::simulate_path_on_pad;
+use fingerpad_reduce::pad::{body_of, simulate_path_on_pad};
 use fingerpad_reduce::{
     PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
 };
@@ -231,40 +230,19 @@ fn on_pad(args: &Args, file: &PadModelFile, outputs: Outputs, model_name: &str) 
     args.conditions.refuse_for_pad(model_name)?;
     let mut config = Config::default();
     args.body.apply(&mut config).map_err(Failure::Input)?;
-    let body = config.rigid_body.read()?;
+    let Some(body) = body_of(&config.rigid_body.read()?, |x| x as f32) else {
+        return Err(Failure::Input(anyhow!(
+            "--body: a pad takes a plane, a sphere, a cylinder and an edge; `simulate` takes others"
+        )));
+    };
     let (path, _) = during("reading", |_| path_csv::read_with(outputs::input(path_file), &[]))?;
     refuse_long(path_file, &path)?;
     outputs.prepare()?;
-    if body.is_plane() {
+    if body == Body::Plane {
         warn_of_depths(&path);
     }
     let pad = file.file().pad;
-    let direction = |deg: f64| {
-        let (sin, cos) = deg.to_radians().sin_cos();
-        [cos as f32, sin as f32]
-    };
-    let rows = during("path", |_| {
-        Ok(match body {
-            RigidBody::Plane => simulate_path_on_pad(&pad, &pad::Plane, &path),
-            RigidBody::Sphere { radius_mm } => {
-                simulate_path_on_pad(&pad, &pad::Sphere { radius_mm: radius_mm as f32 }, &path)
-            }
-            RigidBody::Cylinder { radius_mm, axis_deg } => {
-                let body = pad::Cylinder { radius_mm: radius_mm as f32, axis: direction(axis_deg) };
-                simulate_path_on_pad(&pad, &body, &path)
-            }
-            RigidBody::Edge { radius_mm, axis_deg, angle_deg } => {
-                let face = direction(0.5 * (180.0 - angle_deg));
-                let body = pad::Edge { radius_mm: radius_mm as f32, axis: direction(axis_deg), face };
-                simulate_path_on_pad(&pad, &body, &path)
-            }
-            RigidBody::Groove { .. } | RigidBody::Heights(_) => {
-                return Err(Failure::Input(anyhow!(
-                    "--body: a pad takes a plane, a sphere, a cylinder and an edge; `simulate` takes others"
-                )));
-            }
-        })
-    })?;
+    let rows = during("path", |_| simulate_path_on_pad(&pad, &body, &path));
     let rows = rows.map_err(|e| Failure::Input(anyhow!("{}: {e}", path_file.display())))?;
     write(args, &path, &rows, &Range::of_pad(&pad))
 }

@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Parser;
-use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere, Surface};
+use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere};
 use fingerpad::{ModelFile, Motion, PadModelFile, SpinState, step};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_reduce::pad::{Host, PadModel, PadScores, score_runs};
+use fingerpad_reduce::pad::{PadModel, PadScores, score_runs};
 use fingerpad_reduce::{Kind, Run};
-use fingerpad_tests::pads::{PATCHES, Ride, START};
-use fingerpad_tests::random::Random;
+use fingerpad_tests::pads::{PATCHES, Ride, held_load, least_work};
 
 #[derive(Parser)]
 #[command(about = "The pad: errors along finite-element runs, memory, energy, steps, cost", name = "bench_pad")]
@@ -85,7 +84,6 @@ fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
     }
     runs.sort_by(|a, b| a.name.cmp(&b.name));
     let outline = config.finger()?.0.outline.ok_or("a smooth finger")?;
-    let host = Host { outline: &outline };
     println!(
         "\nerrors along held-out runs, RMS: normal force, friction over the path's largest and over the present limit,"
     );
@@ -99,11 +97,11 @@ fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
         if own.is_empty() {
             continue;
         }
-        println!("{}", line(kind.as_str(), &score_runs(model, &own, &host)));
+        println!("{}", line(kind.as_str(), &score_runs(model, &own, &outline)));
         if args.each.as_deref() == Some(kind.as_str()) {
             for run in own {
                 let name = format!("  {} {:?}", run.name, run.body.kind);
-                println!("{}", line(&name, &score_runs(model, &[run], &host)));
+                println!("{}", line(&name, &score_runs(model, &[run], &outline)));
             }
         }
     }
@@ -129,23 +127,9 @@ fn memory(pad: &Pad<'_>, cycles: usize) -> Result<(), Failure> {
         ("all, large", [1e-2, 1e-2, 0.1, rad(3.0), rad(2.0), rad(2.0)]),
     ];
     for (name, size) in cases {
-        let mut ride = Ride::new(*pad, Plane)?;
-        ride.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
-        ride.to([0.4, 0.2, 1.0, 0.0, 0.0, 0.0], 50);
-        let (held, load) = (ride.at, ride.last.friction_n);
-        let length = |f: [f32; 2]| f64::from(f[0]).hypot(f64::from(f[1]));
-        let mut kept = Vec::new();
-        for cycle in 1..=cycles {
-            for k in 1..=8 {
-                let angle = f64::from(k) * std::f64::consts::FRAC_PI_4;
-                // Depth and roll lag a quarter behind: circles. Slides and spin do not: the plane would creep on by the area of their loop.
-                let phase = |axis: usize| if axis == 2 || axis == 5 { 1.0 - angle.cos() } else { angle.sin() };
-                ride.step(std::array::from_fn(|axis| held[axis] + size[axis] * phase(axis)));
-            }
-            if [1, 10, cycles].contains(&cycle) {
-                kept.push(length(ride.last.friction_n) / length(load));
-            }
-        }
+        let (after, _) = held_load(*pad, size, cycles)?;
+        let length = |k: usize| after[k.min(cycles)][0].hypot(after[k.min(cycles)][1]);
+        let kept = [1, 10, cycles].map(|k| length(k) / length(0));
         let kept: Vec<String> = kept.iter().map(|k| format!("{k:.4}")).collect();
         println!("{name:<24} {}", kept.join("  "));
     }
@@ -154,24 +138,6 @@ fn memory(pad: &Pad<'_>, cycles: usize) -> Result<(), Failure> {
 
 /// Random closed paths in all six coordinates, the strength changing: work of the body over what goes in and out.
 fn energy(pad: &Pad<'_, f64>, paths: usize) -> Result<(), Failure> {
-    fn least<B: Surface<f64> + Clone>(pad: Pad<'_, f64>, body: B, paths: usize, steps: usize) -> Result<f64, Failure> {
-        let mut random = Random::new(5);
-        let mut least = f64::INFINITY;
-        for _ in 0..paths {
-            let mut ride = Ride::new(pad, body.clone())?;
-            ride.to([0.0, 0.0, 0.8 + 0.6 * random.number(), 0.0, 0.0, 0.0], steps);
-            for _ in 0..5 {
-                ride.state.set_strength_factor(1.0 + 0.5 * random.number());
-                let n = random.list(6);
-                ride.to([n[0], n[1], 0.8 + 0.7 * n[2], 0.3 * n[3], 0.2 * n[4], 0.2 * n[5]], steps);
-            }
-            ride.to([0.0, 0.0, ride.at[2], 0.0, 0.0, 0.0], steps);
-            ride.to(START, steps);
-            let [work, exchanged] = ride.work_mj;
-            least = least.min(work / exchanged);
-        }
-        Ok(least)
-    }
     println!(
         "\nleast work over what is exchanged, {paths} random closed paths in six coordinates, 200 and 2000 steps a leg:"
     );
@@ -179,10 +145,10 @@ fn energy(pad: &Pad<'_, f64>, paths: usize) -> Result<(), Failure> {
     for steps in [200, 2000] {
         println!(
             "{steps:>5} steps: plane {:+.1e}, sphere of 8 mm {:+.1e}, cylinder of 10 mm {:+.1e}, edge of 2 mm {:+.1e}",
-            least(*pad, Plane, paths, steps)?,
-            least(*pad, Sphere { radius_mm: 8.0 }, paths, steps)?,
-            least(*pad, Cylinder { radius_mm: 10.0, axis }, paths, steps)?,
-            least(*pad, Edge { radius_mm: 2.0, axis, face: [0.8, 0.6] }, paths, steps)?
+            least_work(*pad, &Plane, paths, steps)?,
+            least_work(*pad, &Sphere { radius_mm: 8.0 }, paths, steps)?,
+            least_work(*pad, &Cylinder { radius_mm: 10.0, axis }, paths, steps)?,
+            least_work(*pad, &Edge { radius_mm: 2.0, axis, face: [0.8, 0.6] }, paths, steps)?
         );
     }
     Ok(())

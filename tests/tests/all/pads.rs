@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use fingerpad::PadModelFile;
-use fingerpad::pad::{Cylinder, Edge, Plane, Sphere, Surface};
+use fingerpad::pad::{Cylinder, Edge, Plane, Sphere};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_reduce::pad::{Host, PadMeta, PadModel, score_runs};
+use fingerpad_reduce::pad::{PadMeta, PadModel, score_runs};
 use fingerpad_reduce::{Kind, Run};
-use fingerpad_tests::pads::{Ride, START};
-use fingerpad_tests::random::Random;
+use fingerpad_tests::pads::{held_load, least_work};
 use fingerpad_tests::verify;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -26,7 +25,6 @@ fn the_errors_that_the_file_states_are_found_again() {
     let model = PadModel::of(&file.file().pad);
     let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
     let outline = config.finger().unwrap().0.outline.unwrap();
-    let host = Host { outline: &outline };
     let mut runs = Vec::new();
     for entry in std::fs::read_dir(Path::new(ROOT).join("data/runs")).unwrap() {
         let path = entry.unwrap().path();
@@ -46,7 +44,7 @@ fn the_errors_that_the_file_states_are_found_again() {
         (Kind::Deep, 7e-2, 6e-2),
     ] {
         let own: Vec<&Run> = runs.iter().filter(|run| run.kind == kind).collect();
-        let found = score_runs(&model, &own, &host);
+        let found = score_runs(&model, &own, &outline);
         let stated = &meta.held_out[kind.as_str()];
         verify(kind.as_str(), "normal force", found.normal, normal);
         verify(kind.as_str(), "friction", found.friction, friction);
@@ -69,53 +67,23 @@ fn a_held_load_is_the_same_after_a_thousand_cycles() {
         ("circles of the pose", [0.0, 0.0, 0.0, 0.0, 0.035, 0.035]),
         ("all", [5e-3, 5e-3, 1e-2, 0.01, 9e-3, 9e-3]),
     ] {
-        let mut ride = Ride::new(file.file().pad, Plane).unwrap();
-        ride.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
-        ride.to([0.4, 0.2, 1.0, 0.0, 0.0, 0.0], 50);
-        let held = ride.at;
-        let mut after = Vec::new();
-        for _ in 0..1000 {
-            for k in 1..=8 {
-                let angle = f64::from(k) * std::f64::consts::FRAC_PI_4;
-                let phase = |axis: usize| if axis == 2 || axis == 5 { 1.0 - angle.cos() } else { angle.sin() };
-                ride.step(std::array::from_fn(|axis| held[axis] + size[axis] * phase(axis)));
-            }
-            after.push(ride.last.friction_n.map(f64::from));
-        }
-        let change = (after[999][0] - after[4][0]).hypot(after[999][1] - after[4][1]);
-        verify(
-            name,
-            "change from cycle 5 to 1000 over the limit",
-            change / f64::from(ride.last.friction_limit_n),
-            1e-3,
-        );
+        let (after, limit) = held_load(file.file().pad, size, 1000).unwrap();
+        let change = (after[1000][0] - after[5][0]).hypot(after[1000][1] - after[5][1]);
+        verify(name, "change from cycle 5 to 1000 over the limit", change / limit, 1e-3);
     }
-}
-
-fn least_work<B: Surface<f64> + Clone>(name: &str, model: &PadModel, body: B) {
-    let mut random = Random::new(3);
-    let mut least = f64::INFINITY;
-    for _ in 0..10 {
-        let mut ride = Ride::new(model.pad(), body.clone()).unwrap();
-        ride.to([0.0, 0.0, 0.8 + 0.6 * random.number(), 0.0, 0.0, 0.0], 300);
-        for _ in 0..5 {
-            ride.state.set_strength_factor(1.0 + 0.5 * random.number());
-            let n = random.list(6);
-            ride.to([n[0], n[1], 0.8 + 0.7 * n[2], 0.3 * n[3], 0.2 * n[4], 0.2 * n[5]], 300);
-        }
-        ride.to([0.0, 0.0, ride.at[2], 0.0, 0.0, 0.0], 300);
-        ride.to(START, 300);
-        let [work, exchanged] = ride.work_mj;
-        least = least.min(work / exchanged);
-    }
-    verify(name, "work that comes out over what is exchanged", -least, 1e-3);
 }
 
 #[test]
 fn closed_paths_in_six_coordinates_yield_no_work() {
     let model = PadModel::of(&shipped().file().pad);
-    least_work("plane", &model, Plane);
-    least_work("sphere of 8 mm", &model, Sphere { radius_mm: 8.0 });
-    least_work("cylinder of 10 mm", &model, Cylinder { radius_mm: 10.0, axis: [0.6, 0.8] });
-    least_work("edge of 2 mm", &model, Edge { radius_mm: 2.0, axis: [0.6, 0.8], face: [0.8, 0.6] });
+    let pad = model.pad();
+    let work = [
+        ("plane", least_work(pad, &Plane, 10, 300)),
+        ("sphere of 8 mm", least_work(pad, &Sphere { radius_mm: 8.0 }, 10, 300)),
+        ("cylinder of 10 mm", least_work(pad, &Cylinder::new(10.0, 53.0), 10, 300)),
+        ("edge of 2 mm", least_work(pad, &Edge::new(2.0, 53.0, 106.0), 40, 300)),
+    ];
+    for (name, least) in work {
+        verify(name, "work that comes out over what is exchanged", -least.unwrap(), 1e-3);
+    }
 }

@@ -1,11 +1,12 @@
 //! The few numbers of a pad that nonlinear runs decide.
 
 use fingerpad::pad::Law;
+use fingerpad_fe::contact::Outline;
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 use rayon::prelude::*;
 
 use super::score::{errors, largest};
-use super::{Host, PadModel, Tuning, replay};
+use super::{PadModel, Tuning, replay};
 use crate::Run;
 
 /// How long a fit may take.
@@ -67,7 +68,7 @@ fn to_tuning(numbers: &[f64]) -> Tuning {
 struct OfRuns<'a> {
     at_rest: &'a PadModel,
     runs: &'a [&'a Run],
-    host: &'a Host<'a>,
+    outline: &'a Outline,
 }
 
 impl OfRuns<'_> {
@@ -77,7 +78,7 @@ impl OfRuns<'_> {
             let [normal, friction, area] = largest(run);
             let weight = 1.0 / (run.samples.len() as f64).sqrt();
             let mut out = Vec::with_capacity(8 * run.samples.len());
-            for (s, a) in run.samples.iter().zip(replay(&model, run, self.host)) {
+            for (s, a) in run.samples.iter().zip(replay(&model, run, self.outline)) {
                 let e = errors(s, &a);
                 let [n, f, stick, centre, moment, contact] = WEIGHTS.map(|w| w * weight);
                 let bears = if f64::from(s.normal_force_n) > 0.1 * normal { 1.0 } else { 0.0 };
@@ -117,8 +118,8 @@ impl Problem for OfRuns<'_> {
 /// What fits `runs` best, from `start`.
 ///
 /// * `at_rest`: the pad as [`super::pad`] gives it
-pub fn fit(at_rest: &PadModel, start: &Tuning, runs: &[&Run], host: &Host<'_>, limits: FitLimits) -> Tuning {
-    let mut problem = OfRuns { at_rest, runs, host };
+pub fn fit(at_rest: &PadModel, start: &Tuning, runs: &[&Run], outline: &Outline, limits: FitLimits) -> Tuning {
+    let mut problem = OfRuns { at_rest, runs, outline };
     let minimiser =
         LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-5).with_xtol(1e-4).with_stepbound(0.5);
     let (end, _) = minimise(&mut problem, &to_numbers(start), &minimiser);

@@ -9,7 +9,7 @@ use fingerpad_fe::load_path::Finger;
 use serde::{Deserialize, Serialize};
 
 use super::score::ANGLE_DEG;
-use super::{FitLimits, Host, PadModel, PadScores, PadSize, Tuning, fit, pad, replay, score_runs};
+use super::{FitLimits, PadModel, PadScores, PadSize, Tuning, fit, pad, replay, score_runs};
 use crate::{ReduceError, Run, Sample};
 
 /// How a pad is made.
@@ -132,18 +132,17 @@ pub fn make_pad(
     if of_fit.is_empty() {
         return Err(ReduceError::Fit("no runs to fit the pad to".into()));
     }
-    let host = Host { outline };
     let deepest =
         |runs: &[&Run]| runs.iter().flat_map(|run| &run.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let at_rest = pad(finger, outline, settings.size, deepest(&of_fit))?;
     let every = of_fit.len().div_ceil(settings.runs.max(1)).max(1);
     let fitted: Vec<&Run> = of_fit.iter().copied().step_by(every).collect();
-    let tuning = fit(&at_rest, &settings.start, &fitted, &host, settings.limits);
+    let tuning = fit(&at_rest, &settings.start, &fitted, outline, settings.limits);
     let mut model = at_rest.tuned(&tuning);
     let others: Vec<&Run> =
         of_fit.iter().copied().enumerate().filter(|(k, _)| k % every != 0).map(|(_, run)| run).collect();
     let of_bands = if others.is_empty() { &fitted } else { &others };
-    band(&mut model, of_bands, &host);
+    band(&mut model, of_bands, outline);
     let mut by_kind: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
     for run in &held_out {
         by_kind.entry(run.kind.as_str().to_owned()).or_default().push(run);
@@ -153,8 +152,8 @@ pub fn make_pad(
         settings_hash: runs.first().map_or_else(String::new, |run| run.settings_hash.clone()),
         fitted_runs: [fitted.len(), of_bands.len()],
         tuning,
-        held_out: by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(&model, &runs, &host))).collect(),
-        coverage: coverage(&model, &held_out, &host),
+        held_out: by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(&model, &runs, outline))).collect(),
+        coverage: coverage(&model, &held_out, outline),
     };
     Ok(MadePad { model, meta })
 }
@@ -182,12 +181,12 @@ fn is_away(s: &Sample, neutral_pitch_deg: f64) -> bool {
 }
 
 /// Sets the bands to what holds [`COVERAGE`] of the rows of each class.
-fn band(model: &mut PadModel, runs: &[&Run], host: &Host<'_>) {
+fn band(model: &mut PadModel, runs: &[&Run], outline: &Outline) {
     let neutral = model.numbers.neutral_pitch_deg;
     let mut errors: [[[Vec<f64>; 3]; 2]; 2] = Default::default();
     // Other bodies have larger errors of their own.
     for run in runs.iter().filter(|run| run.body.is_plane()) {
-        for (s, r) in run.samples.iter().zip(replay(model, run, host)) {
+        for (s, r) in run.samples.iter().zip(replay(model, run, outline)) {
             let Some([normal, x, y]) = shares(s, &r) else { continue };
             let class = PARTS.iter().filter(|part| r.stick_ratio > **part).count();
             let away = usize::from(is_away(s, neutral));
@@ -215,11 +214,11 @@ fn quantile(mut values: Vec<f64>) -> f64 {
     values.get(place.saturating_sub(1)).copied().unwrap_or(0.0)
 }
 
-fn coverage(model: &PadModel, runs: &[&Run], host: &Host<'_>) -> [[f64; 2]; 3] {
+fn coverage(model: &PadModel, runs: &[&Run], outline: &Outline) -> [[f64; 2]; 3] {
     let neutral = model.numbers.neutral_pitch_deg;
     let mut counts = [[[0.0; 2]; 2]; 3];
     for run in runs.iter().filter(|run| run.body.is_plane()) {
-        for (s, r) in run.samples.iter().zip(replay(model, run, host)) {
+        for (s, r) in run.samples.iter().zip(replay(model, run, outline)) {
             let Some([normal, x, y]) = shares(s, &r) else { continue };
             let (most_normal, most_friction) =
                 (r.band_normal_n / r.normal_force_n, r.band_friction_n / r.friction_limit_n);

@@ -3,6 +3,7 @@
 //! Main types: [`PadModel`] (what [`fingerpad::pad`] steps), [`Tuning`] (what is fitted); main functions: [`pad`], [`fit`], [`replay`].
 //! Uses fe and runs.
 
+mod bodies;
 mod fit;
 mod make;
 mod patches;
@@ -12,14 +13,15 @@ mod score;
 
 use fingerpad::pad::{Law, Numbers, Pad, Patch};
 
+pub use bodies::body_of;
 pub use fit::{FitLimits, fit};
 pub use make::{MadePad, PadMeta, PadSettings, make_pad};
 pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;
-pub use replay::{Host, replay};
+pub use replay::replay;
 pub use score::{PadScores, score_runs};
 
-/// Most patches of a pad on the host.
+/// Most patches of a pad on the outline.
 pub const MOST_PATCHES: usize = 64;
 
 /// The numbers of a pad.

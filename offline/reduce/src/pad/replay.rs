@@ -1,9 +1,10 @@
 //! A stored run's motion through a pad.
 
-use fingerpad::pad::{Cylinder, Edge, PadState, Plane, Sphere, Surface};
+use fingerpad::pad::{Body, PadState, Plane, Surface};
 use fingerpad::{Motion, Response};
 use fingerpad_fe::contact::{Outline, Reach, RigidBody};
 
+use super::bodies::body_of;
 use super::patches::tilt;
 use super::{MOST_PATCHES, PadModel};
 use crate::{Run, Sample};
@@ -12,12 +13,6 @@ use crate::{Run, Sample};
 const STEP_MM: f64 = 0.1;
 const STEP_DEG: f64 = 2.0;
 
-/// What a run needs beside the pad: where its body first touches.
-pub struct Host<'a> {
-    /// Undeformed surface of the finger.
-    pub outline: &'a Outline,
-}
-
 /// Slide x and y, depth (mm), spin, pitch, roll (degrees) of a sample.
 fn place(sample: &Sample, neutral_pitch_deg: f64) -> [f64; 6] {
     let [spin, pitch, roll] =
@@ -25,36 +20,21 @@ fn place(sample: &Sample, neutral_pitch_deg: f64) -> [f64; 6] {
     [f64::from(sample.slide_mm[0]), f64::from(sample.slide_mm[1]), f64::from(sample.depth_mm), spin, pitch, roll]
 }
 
-/// Answers at every sample of a run.
-pub fn replay(model: &PadModel, run: &Run, host: &Host<'_>) -> Vec<Response<f64>> {
-    let Ok(body) = run.body.read() else { return vec![Response::default(); run.samples.len()] };
-    match body {
-        RigidBody::Plane => follow(model, run, &Plane, &|_| 0.0),
-        body => {
-            let reach = on_body(model, run, host, &body);
-            match body {
-                RigidBody::Sphere { radius_mm } => follow(model, run, &Sphere { radius_mm }, &reach),
-                RigidBody::Cylinder { radius_mm, axis_deg } => {
-                    follow(model, run, &Cylinder { radius_mm, axis: direction(axis_deg) }, &reach)
-                }
-                RigidBody::Edge { radius_mm, axis_deg, angle_deg } => {
-                    let face = direction(0.5 * (180.0 - angle_deg));
-                    follow(model, run, &Edge { radius_mm, axis: direction(axis_deg), face }, &reach)
-                }
-                _ => vec![Response::default(); run.samples.len()],
-            }
-        }
+/// Answers at every sample of a run; none for a body that a pad does not take.
+///
+/// * `outline`: undeformed surface of the finger, from which depth counts on a curved body
+pub fn replay(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Response<f64>> {
+    let Ok(rigid) = run.body.read() else { return Vec::new() };
+    match body_of(&rigid, |x| x) {
+        None => Vec::new(),
+        Some(Body::Plane) => follow(model, run, &Plane, &|_| 0.0),
+        Some(body) => follow(model, run, &body, &on_body(model, run, outline, &rigid)),
     }
-}
-
-fn direction(deg: f64) -> [f64; 2] {
-    let (sin, cos) = deg.to_radians().sin_cos();
-    [cos, sin]
 }
 
 /// What the depth from first touch of a body in a pose (pitch against the neutral one and roll, degrees) lacks to that of the plane
 /// through its apex, mm.
-fn on_body<'a>(model: &'a PadModel, run: &Run, host: &Host<'_>, body: &RigidBody) -> impl Fn([f64; 2]) -> f64 + 'a {
+fn on_body<'a>(model: &'a PadModel, run: &Run, outline: &Outline, body: &RigidBody) -> impl Fn([f64; 2]) -> f64 + 'a {
     let neutral = model.numbers.neutral_pitch_deg;
     let start = run.samples.first().map_or([0.0, 0.0, 0.0, 0.0, neutral, 0.0], |s| place(s, neutral));
     let turned = move |[pitch, roll]: [f64; 2]| tilt((pitch - neutral).to_radians(), roll.to_radians());
@@ -67,7 +47,7 @@ fn on_body<'a>(model: &'a PadModel, run: &Run, host: &Host<'_>, body: &RigidBody
         (start[4] - neutral).to_radians(),
         start[5].to_radians(),
     ]);
-    let reach = Reach::new(host.outline.clone(), body.clone(), &plane);
+    let reach = Reach::new(outline.clone(), body.clone(), &plane);
     let pivot = if first.angle() == 0.0 { nalgebra::Vector3::zeros() } else { reach.pivot_mm() };
     move |pose| {
         let tilt = turned(pose);
@@ -90,7 +70,7 @@ fn follow(
     } else {
         PadState::over(&pad, [now[4], now[5]])
     };
-    let Ok(mut state) = state else { return vec![Response::default(); run.samples.len()] };
+    let Ok(mut state) = state else { return Vec::new() };
     let mut answers = Vec::with_capacity(run.samples.len());
     for sample in &run.samples {
         let to = place(sample, neutral);

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use fingerpad::Response;
+use fingerpad_fe::contact::Outline;
 
-use super::{Host, PadModel, replay};
+use super::{PadModel, replay};
 use crate::{Run, Sample};
 
 /// Errors, RMS over the rows of runs.
@@ -65,11 +66,11 @@ pub(super) fn errors(s: &Sample, a: &Response<f64>) -> [f64; 8] {
 pub(super) const ANGLE_DEG: f64 = 0.5;
 
 /// Scores over runs.
-pub fn score_runs(model: &PadModel, runs: &[&Run], host: &Host<'_>) -> PadScores {
+pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScores {
     let (mut sums, mut rows, mut centres, mut lights) = ([0.0; 8], 0.0, 0.0, 0.0);
     for run in runs {
         let [normal, friction, area] = largest(run);
-        for (s, a) in run.samples.iter().zip(replay(model, run, host)) {
+        for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
             if s.normal_force_n <= 0.0 {
                 continue;
             }

@@ -1,0 +1,24 @@
+//! The rigid bodies of the finite elements that a pad knows.
+
+use fingerpad::Elementary;
+use fingerpad::pad::{Body, Cylinder, Edge, Sphere};
+use fingerpad_fe::contact::RigidBody;
+
+/// The same body for a pad; None of a groove and of heights, which a pad does not take.
+///
+/// * `near`: the nearest number in the pad's precision
+pub fn body_of<T: Elementary>(body: &RigidBody, near: impl Fn(f64) -> T) -> Option<Body<T>> {
+    // Directions of an axis are the same half a turn on.
+    let axis = |deg: f64| near((deg + 90.0).rem_euclid(180.0) - 90.0);
+    match *body {
+        RigidBody::Plane => Some(Body::Plane),
+        RigidBody::Sphere { radius_mm } => Some(Body::Sphere(Sphere { radius_mm: near(radius_mm) })),
+        RigidBody::Cylinder { radius_mm, axis_deg } => {
+            Some(Body::Cylinder(Cylinder::new(near(radius_mm), axis(axis_deg))))
+        }
+        RigidBody::Edge { radius_mm, axis_deg, angle_deg } => {
+            Some(Body::Edge(Edge::new(near(radius_mm), axis(axis_deg), near(angle_deg))))
+        }
+        RigidBody::Groove { .. } | RigidBody::Heights(_) => None,
+    }
+}
