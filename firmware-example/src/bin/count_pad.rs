@@ -79,7 +79,13 @@ fn all() -> Result<(), Error> {
     row("pad, plane, strokes and spin", Plane, [30.0, 0.0], [0.0; 2], &spins)?;
     row("pad, plane, strokes, spin, rolling", Plane, [38.0, 6.0], [3.0; 2], &spins)?;
     row("pad, sphere of 10 mm, strokes", Sphere { radius_mm: 10.0 }, [30.0, 0.0], [0.0; 2], &strokes)?;
-    row("pad, cylinder of 10 mm, strokes", Cylinder { radius_mm: 10.0, axis: [0.0, 1.0] }, [30.0, 0.0], [0.0; 2], &strokes)?;
+    row(
+        "pad, cylinder of 10 mm, strokes",
+        Cylinder { radius_mm: 10.0, axis: [0.0, 1.0] },
+        [30.0, 0.0],
+        [0.0; 2],
+        &strokes,
+    )?;
     let rest = [[1.0, 0.0, 0.0, 0.0]; 64];
     row("pad, plane, at rest", Plane, [30.0, 0.0], [0.0; 2], &rest[8..])
 }
@@ -88,6 +94,10 @@ fn all() -> Result<(), Error> {
 fn main() -> ! {
     let Some(mut p) = cortex_m::Peripherals::take() else { exit(Err(())) };
     start(&mut p.SYST);
-    defmt::println!("a pad of {=usize} patches; {=usize} bytes of memory", pad().map_or(0, |p| p.patches.len()), size_of::<PadState<PATCHES>>());
+    defmt::println!(
+        "a pad of {=usize} patches; {=usize} bytes of memory",
+        pad().map_or(0, |p| p.patches.len()),
+        size_of::<PadState<PATCHES>>()
+    );
     exit(all().map_err(|_| ()))
 }

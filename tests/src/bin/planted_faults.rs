@@ -73,6 +73,13 @@ const FAULTS: &[Fault] = &[
         test: PAD,
     },
     Fault {
+        name: "pad: slipping patch held above its place",
+        file: PAD_STEP,
+        sound: "*anchor = foot(equations.body, &plus(&acting.place, &way));",
+        faulty: "*anchor = [acting.place[0] + way[0], acting.place[1] + way[1]];",
+        test: &["-p", "fingerpad-tests", "--test", "all", "pads::closed_paths"],
+    },
+    Fault {
         name: "direction from total slip",
         file: SURFACE,
         sound: RETURN_MAP,
