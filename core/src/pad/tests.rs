@@ -327,3 +327,21 @@ fn the_misfit_is_the_slope_of_the_energy_over_the_bulk() {
     }
     on_every_body!(example.pad(), check);
 }
+
+/// A step that is too large for its rounds says so, and the next ones find equilibrium again.
+#[test]
+fn a_step_without_equilibrium_is_flagged() {
+    let mut example = ExamplePad::new();
+    example.numbers.law.friction = [500.0, 0.46];
+    let pad = example.pad();
+    let mut state = PadState::<N>::new(&pad).unwrap();
+    let press = Motion { depth_mm: 1.5, dt_s: 1e-3, ..Motion::default() };
+    pad.step(&mut state, &Plane, press, [30.0, 0.0]);
+    let far = Motion { slide_increment_mm: [60.0, 60.0], spin_increment_rad: 3.0, ..press };
+    let r = pad.step(&mut state, &Plane, far, [50.0, 20.0]);
+    assert_eq!(r.status, Status::NOT_CONVERGED, "{r:?}");
+    let gone = Motion { depth_mm: -1.0, ..press };
+    pad.step(&mut state, &Plane, gone, [30.0, 0.0]);
+    let r = pad.step(&mut state, &Plane, press, [30.0, 0.0]);
+    assert_eq!(r.status, Status::OK, "{r:?}");
+}
