@@ -115,6 +115,9 @@
 // Flag of `status`: a pose beyond those that the model was fitted in; the answer is that of the nearest of them.
 #define FINGERPAD_STATUS_POSE_OUT_OF_RANGE 512
 
+// Flag of `status`: a pad did not come to equilibrium within the rounds of a step; the answer is that of the last round.
+#define FINGERPAD_STATUS_NOT_CONVERGED 1024
+
 // The finger touches: the value of `change` in an event.
 #define FINGERPAD_TOUCH 0
 

@@ -29,6 +29,8 @@ pub const FINGERPAD_STATUS_MEMORY_LOST: u16 = 128;
 pub const FINGERPAD_STATUS_EFFECT_HELD: u16 = 256;
 /// Flag of `status`: a pose beyond those that the model was fitted in; the answer is that of the nearest of them.
 pub const FINGERPAD_STATUS_POSE_OUT_OF_RANGE: u16 = 512;
+/// Flag of `status`: a pad did not come to equilibrium within the rounds of a step; the answer is that of the last round.
+pub const FINGERPAD_STATUS_NOT_CONVERGED: u16 = 1024;
 
 const _: () = {
     assert!(FINGERPAD_STATUS_BAD_INPUT == Status::BAD_INPUT.0);
@@ -40,6 +42,7 @@ const _: () = {
     assert!(FINGERPAD_STATUS_MEMORY_LOST == Status::MEMORY_LOST.0);
     assert!(FINGERPAD_STATUS_EFFECT_HELD == Status::EFFECT_HELD.0);
     assert!(FINGERPAD_STATUS_POSE_OUT_OF_RANGE == Status::POSE_OUT_OF_RANGE.0);
+    assert!(FINGERPAD_STATUS_NOT_CONVERGED == Status::NOT_CONVERGED.0);
 };
 
 /// What the plane does in one step.

@@ -80,6 +80,7 @@ class Status(IntFlag):
     MEMORY_LOST = 1 << 7
     EFFECT_HELD = 1 << 8
     POSE_OUT_OF_RANGE = 1 << 9
+    NOT_CONVERGED = 1 << 10
 
 
 class Pose(NamedTuple):
