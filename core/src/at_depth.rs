@@ -20,8 +20,6 @@ pub(crate) struct AtDepth<'a, const M: usize, T> {
     pub(crate) growth: T,
     pub(crate) limit: T,
     pub(crate) stiffness: [T; 2],
-    /// Share of the stiffness that bears in a pose.
-    pub(crate) bearing: T,
 }
 
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
@@ -33,7 +31,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         state: &StateOf<M, P, T>,
         mut depth: T,
         status: &mut Status,
-    ) -> (Self, [T; 2]) {
+    ) -> (Self, T) {
         let (data, scale) = (model.data, &model.scale);
         let per_mm = scale.per_mm(data.cells_per_mm);
         let mut cells = depth * per_mm;
@@ -43,7 +41,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             // The end of the last cell, with its slopes: the normal force does not jump there.
             index = N - 2;
             t = T::of(1.0);
-            depth = scale.depth(data.depth_max);
+            depth = scale.length(data.depth_max);
             let last = T::of((N - 1) as f32);
             if cells > last {
                 *status = status.with(Status::DEPTH_ABOVE_RANGE);
@@ -52,32 +50,19 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
         }
         let row = &data.rows[index];
         let plain = row.limit.at(t);
-        let limit = scale.limit(plain, scale.area(row.area.at(t), depth), depth);
-        let mut press_slide = [scale.depth(row.press_slide.at(t)), T::of(-0.0)];
-        if S::POSED {
-            let [press_x, press_y] = scale.press();
-            press_slide = [press_slide[0] + press_x * depth, press_y * depth];
-        }
+        let limit = scale.limit(plain, scale.area(row.area.at(t)));
+        let press_slide = scale.length(row.press_slide.at(t));
         let at = Self {
             row,
             t,
             cells,
             depth,
             radius: scale.radius(plain, limit) * state.strength_factor,
-            growth: if S::RESCALED { growth(row, t, depth, per_mm, scale) } else { T::of(0.0) },
+            growth: if S::RESCALED { growth(row, t, per_mm, scale) } else { T::of(0.0) },
             limit: limit * state.strength_factor,
-            stiffness: scale.stiffnesses([row.stiffness_x.at(t), row.stiffness_y.at(t)]),
-            bearing: T::of(1.0),
+            stiffness: [&row.stiffness_x, &row.stiffness_y].map(|k| scale.stiffness(k.at(t))),
         };
         (at, press_slide)
-    }
-
-    /// Lets a share of the stiffness bear: limits stay, so that springs slip after a longer displacement.
-    #[inline(always)]
-    pub(crate) fn bears(&mut self, share: T) {
-        self.bearing = share;
-        self.stiffness = self.stiffness.map(|k| k * share);
-        self.radius = self.radius / share;
     }
 }
 
@@ -85,7 +70,7 @@ impl<const M: usize, T: Arithmetic> AtDepth<'_, M, T> {
     /// Contact area without shear, mm².
     #[inline(always)]
     pub(crate) fn area<S: Scaling<T>>(&self, scale: &S) -> T {
-        scale.area(self.row.area.at(self.t), self.depth)
+        scale.area(self.row.area.at(self.t))
     }
 
     /// About the change of the limit with depth, N/mm: that of the fitted finger, in proportion.
@@ -98,35 +83,22 @@ impl<const M: usize, T: Arithmetic> AtDepth<'_, M, T> {
     #[inline(always)]
     pub(crate) fn stiffness_slope<S: Scaling<T>>(&self, cells_per_mm: T, scale: &S) -> [T; 2] {
         let per_mm = scale.per_mm(cells_per_mm);
-        let slopes =
-            scale.stiffnesses([&self.row.stiffness_x, &self.row.stiffness_y].map(|k| k.slope_at(self.t) * per_mm));
-        if S::POSED { slopes.map(|k| k * self.bearing) } else { slopes }
+        [&self.row.stiffness_x, &self.row.stiffness_y].map(|k| scale.stiffness(k.slope_at(self.t) * per_mm))
     }
 
-    /// Slides that a depth increment amounts to, mm/mm.
+    /// Slide along x that a depth increment amounts to, mm/mm.
     #[inline(always)]
-    pub(crate) fn press_coupling<S: Scaling<T>>(&self, cells_per_mm: T, scale: &S) -> [T; 2] {
-        let fitted = self.row.press_slide.slope_at(self.t) * cells_per_mm;
-        if !S::POSED {
-            return [fitted, T::of(0.0)];
-        }
-        let [x, y] = scale.press();
-        [fitted + x, y]
+    pub(crate) fn press_coupling(&self, cells_per_mm: T) -> T {
+        self.row.press_slide.slope_at(self.t) * cells_per_mm
     }
 }
 
 /// Share by which the factor on the springs' radii grows with depth, 1/mm: that of a fraction of two lines.
 #[inline(always)]
-pub(crate) fn growth<const M: usize, T: Scalar, S: Scaling<T>>(
-    row: &Row<M, T>,
-    t: T,
-    depth: T,
-    per_mm: T,
-    scale: &S,
-) -> T {
+pub(crate) fn growth<const M: usize, T: Scalar, S: Scaling<T>>(row: &Row<M, T>, t: T, per_mm: T, scale: &S) -> T {
     let (plain, area) = (row.limit.at(t), row.area.at(t));
-    let limit = |plain: T, area: T| scale.limit(plain, scale.area(area, depth), depth);
+    let limit = |plain: T, area: T| scale.limit(plain, scale.area(area));
     let strength = limit(plain, area);
-    let grown = limit(row.limit.change * per_mm, row.area.change * per_mm) + scale.limit_slope(plain, area, depth);
+    let grown = limit(row.limit.change * per_mm, row.area.change * per_mm);
     grown / strength - row.limit.change * per_mm / plain
 }

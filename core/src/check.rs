@@ -70,7 +70,9 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
             }
         }
         in_range(Field::PressureExponent, 0, self.pressure_exponent, -1.0, 2.0)?;
-        self.pose.check()?;
+        let [pitch, roll] = self.pose_deg;
+        in_range(Field::Pose, 0, pitch, 10.0, 70.0)?;
+        in_range(Field::Pose, 1, roll, -30.0, 30.0)?;
         let mut stiffness = T::of(0.0);
         for (j, spring) in self.springs.iter().enumerate() {
             in_range(Field::StiffnessShare, j, spring.stiffness, 0.0, 1.0)?;

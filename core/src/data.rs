@@ -5,7 +5,6 @@
 use bytemuck::{AnyBitPattern, Zeroable};
 
 use crate::math::{Arithmetic, Scalar};
-use crate::pose::PoseTable;
 use crate::rescaling::{Fitted, Scaled, Scaling};
 use crate::table::Row;
 use crate::{Motion, Response, StateOf, step};
@@ -19,8 +18,6 @@ pub const NODES: usize = 37;
 pub type Model<'a> = ModelOf<'a, SPRINGS, NODES>;
 /// The default model retuned to another finger; see [`ModelOf::tuned`].
 pub type Tuned<'a> = ModelOf<'a, SPRINGS, NODES, Scaled>;
-/// The default model in another pose; see [`ModelOf::posed`].
-pub type Posed<'a> = ModelOf<'a, SPRINGS, NODES, Scaled<f32, true>>;
 /// The numbers of the default model; see [`DataOf`].
 pub type Data = DataOf<SPRINGS, NODES>;
 
@@ -73,8 +70,8 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     pub band_friction: [T; 3],
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: T,
-    /// How the contact depends on the pose.
-    pub pose: PoseTable<T>,
+    /// Pitch and roll of the pose that the model was fitted in, degrees.
+    pub pose_deg: [T; 2],
     /// The springs.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub springs: [Spring<T>; M],
@@ -106,15 +103,14 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
 
     /// Largest depth for which the model was fitted, mm.
     pub fn depth_max_mm(&self) -> T {
-        self.scale.depth(self.data.depth_max)
+        self.scale.length(self.data.depth_max)
     }
 
     /// Where friction in full slip acts at a depth, mm along x and y from the point under first touch. The moment about this
     /// point is the one that the slip margin counts beside friction: [`Response::spin_moment_n_mm`] less x F_y − y F_x.
     pub fn friction_centre_mm(&self, depth_mm: T) -> [T; 2] {
         let (row, t, _) = self.cell(depth_mm);
-        let [x, y] = self.scale.place();
-        [self.scale.length(row.friction_centre.at(t)) + x, y]
+        [self.scale.length(row.friction_centre.at(t)), T::of(0.0)]
     }
 
     /// [`step()`] as a method.
@@ -133,21 +129,16 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
 }
 
 impl<T: Arithmetic> Spring<T> {
-    /// Place of the pair's middle, mm.
+    /// Place of the pair's middle along x, mm.
     #[inline(always)]
-    pub(crate) fn centre<S: Scaling<T>>(&self, scale: &S) -> [T; 2] {
-        let x = scale.length(self.centre_mm);
-        if !S::POSED {
-            return [x, T::of(-0.0)];
-        }
-        let [offset_x, offset_y] = scale.place();
-        [x + offset_x, offset_y]
+    pub(crate) fn centre<S: Scaling<T>>(&self, scale: &S) -> T {
+        scale.length(self.centre_mm)
     }
 
     /// From there to one of the pair, mm; the other is opposite.
     #[inline(always)]
     pub(crate) fn arm<S: Scaling<T>>(&self, scale: &S) -> [T; 2] {
-        self.arm_mm.map(|mm| scale.arm(mm))
+        self.arm_mm.map(|mm| scale.length(mm))
     }
 }
 
@@ -172,7 +163,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             band_normal: self.band_normal.map(of),
             band_friction: self.band_friction.map(of),
             pressure_exponent: of(self.pressure_exponent),
-            pose: self.pose.map(of),
+            pose_deg: self.pose_deg.map(of),
             springs: self.springs.map(|s| Spring {
                 stiffness: of(s.stiffness),
                 sharpness: of(s.sharpness),

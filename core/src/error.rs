@@ -113,7 +113,7 @@ pub enum Field {
     BandFriction,
     BandSlip,
     PressureExponent,
-    /// Pitch (0) or roll (1), degrees; in a file, the coefficients of the poses.
+    /// Pitch (0) or roll (1), degrees.
     Pose,
     Size,
     Stiffness,

@@ -60,7 +60,7 @@ impl<const M: usize, const N: usize> ParamsOf<M, N> {
             band_friction_middle: 0.02,
             band_friction_slip: 0.03,
             pressure_exponent: 0.46,
-            pose: crate::PoseTable::of_one_pose(30.0),
+            pose_deg: [30.0, 0.0],
         }
     }
 }

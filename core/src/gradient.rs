@@ -38,28 +38,25 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let direction = direction.map(|d| if d.is_number() { d } else { zero });
         let (row, t, per_mm) = self.cell(state.depth);
         let stiffness = [&row.stiffness_x, &row.stiffness_y];
-        let bearing = if S::POSED { state.rolled.bearing_share() } else { one };
-        let stiffnesses = |of: [T; 2]| scale.stiffnesses(of).map(|k| k * bearing);
+        let stiffnesses = |of: [T; 2]| of.map(|k| scale.stiffness(k));
         let [kx, ky] = stiffnesses(stiffness.map(|k| k.at(t)));
         let [dkx, dky] = stiffnesses(stiffness.map(|k| k.slope_at(t) * per_mm));
         let [ddkx, ddky] = stiffnesses(stiffness.map(|k| two * k.bend * per_mm * per_mm));
-        let [pose_x, press_y] = scale.press();
-        let press = row.press_slide.slope_at(t) * data.cells_per_mm + pose_x;
+        let press = row.press_slide.slope_at(t) * data.cells_per_mm;
         let dpress = two * row.press_slide.bend * data.cells_per_mm * per_mm;
-        let press_slide = scale.depth(row.press_slide.at(t)) + pose_x * state.depth;
+        let press_slide = scale.length(row.press_slide.at(t));
         let plain = row.limit.at(t);
-        let strength = scale.limit(plain, scale.area(row.area.at(t), state.depth), state.depth);
-        let radius_factor = scale.radius(plain, strength) * state.strength_factor / bearing;
-        let growth = if S::RESCALED { growth(row, t, state.depth, per_mm, scale) } else { zero };
+        let strength = scale.limit(plain, scale.area(row.area.at(t)));
+        let radius_factor = scale.radius(plain, strength) * state.strength_factor;
+        let growth = if S::RESCALED { growth(row, t, per_mm, scale) } else { zero };
         let dradius_factor = radius_factor * growth;
-        let ([shift, shift_y], dshift) = (scale.tilt(row.yield_shift.at(t)), row.yield_shift.change * per_mm);
-        let [anisotropy, danisotropy] =
-            [row.anisotropy.at(t), row.anisotropy.change * per_mm].map(|x| scale.anisotropy(x));
+        let (shift, dshift) = (row.yield_shift.at(t), row.yield_shift.change * per_mm);
+        let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
-        let wide = one + shift * shift + shift_y * shift_y;
+        let wide = one + shift * shift;
         let odd = Odd(data.odd / radius_factor);
         let share = T::of(1.0 / P as f32);
-        let here = [state.position[0][0] + press_slide, state.position[0][1] + press_y * state.depth, state.angle[0]];
+        let here = [state.position[0][0] + press_slide, state.position[0][1], state.angle[0]];
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
         let mut sums = Sums::new();
@@ -73,12 +70,11 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
             }
             for (anchor, [x, y]) in pair.iter().zip(carried::<P, T, S>(here, spring, scale)) {
                 let (ux, uy) = (x - anchor[0], y - anchor[1]);
-                let (vx, vy) = (ux - shift * radius, uy * anisotropy - shift_y * radius);
-                let mut rate = [[press, one, zero], [press_y, zero, one]];
+                let (vx, vy) = (ux - shift * radius, uy * anisotropy);
+                let mut rate = [[press, one, zero], [zero, zero, one]];
                 // Half of the rate of v² − R² (1 + alpha²).
                 let outward = [
-                    vx * (press - dshift * radius - shift * dradius)
-                        + vy * (uy * danisotropy + anisotropy * press_y - shift_y * dradius)
+                    vx * (press - dshift * radius - shift * dradius) + vy * (uy * danisotropy)
                         - radius * dradius * wide
                         - radius * radius * shift * dshift,
                     vx,
@@ -117,17 +113,10 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
         let mut normal: [T; 3] = core::array::from_fn(|i| {
-            press * friction[0][i]
-                + press_y * friction[1][i]
-                + dkx * energy_rate[0][i]
-                + dky * energy_rate[1][i]
-                + kx * dodd * odd_rate[i]
+            press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i] + kx * dodd * odd_rate[i]
         });
-        normal[0] += scale.normal(row.normal.change * per_mm, state.depth)
-            + scale.normal_slope(row.normal.at(t), state.depth)
-            + dpress * kx * force[0]
-            + ddkx * energy[0]
-            + ddky * energy[1];
+        normal[0] +=
+            scale.normal(row.normal.change * per_mm) + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         if state.depth >= self.depth_max_mm() {
             (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);
         }

@@ -25,13 +25,13 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// Normal force without shear at `depth`, N.
     pub(crate) fn normal_at(&self, depth: f32) -> f32 {
         let (row, t, _) = self.cell(depth);
-        self.scale.normal(row.normal.at(t), depth)
+        self.scale.normal(row.normal.at(t))
     }
 
     /// Friction in full slip along x at `depth`, the geometric mean of both directions, at a strength factor of 1, N.
     pub(crate) fn limit_at(&self, depth: f32) -> f32 {
         let (row, t, _) = self.cell(depth);
-        self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t), depth), depth)
+        self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t)))
     }
 
     /// Stiffness along x while everything sticks at `depth`, N/mm.
@@ -45,7 +45,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         let cell_mm = 1.0 / self.scale.per_mm(self.data.cells_per_mm);
         let normal = |index: usize, t: f32| {
             let line = &self.data.rows[index.min(N - 1)].normal;
-            self.scale.normal(line.value + line.change * t, (index as f32 + t) * cell_mm)
+            self.scale.normal(line.value + line.change * t)
         };
         let (mut low, mut high) = (0, N - 1);
         while high - low > 1 {
@@ -57,11 +57,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             }
         }
         let [begin, end] = [0.0, 1.0].map(|t| normal(low, t));
-        let mut t = if end > begin { ((force - begin) / (end - begin)).min(1.0) } else { 1.0 };
-        if S::POSED && end > begin {
-            // The factor of the pose bends the cell's line a little: one step of the secant method.
-            t = (t + (force - normal(low, t)) / (end - begin)).clamp(0.0, 1.0);
-        }
+        let t = if end > begin { ((force - begin) / (end - begin)).min(1.0) } else { 1.0 };
         ((low as f32 + t) * cell_mm).max(1e-6)
     }
 
@@ -85,15 +81,11 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
             return Grip::default();
         }
         let need = load / (1.0 - margin.clamp(0.0, 0.95));
-        let mut band = self.data.band_friction[0];
-        if S::POSED {
-            let ([_, [stays, ..]], [_, [rolled, ..]]) = (self.data.pose.band, self.data.pose.band_rolled);
-            band += self.scale.elsewhere() * (stays + rolled.max(0.0));
-        }
+        let band = self.data.band_friction[0];
         let factor = strength_factor.clamp(0.1, 5.0);
         let strength = |depth: f32| {
             let (row, t, _) = self.cell(depth);
-            self.limit_at(depth) * factor / share_of_limit(row, t, &self.scale, [x / load, y / load])
+            self.limit_at(depth) * factor / share_of_limit(row, t, [x / load, y / load])
         };
         let holds = |depth: f32| strength(depth) - band * self.limit_at(depth) * factor >= need;
         let at = |depth: f32| self.grip_at(depth, load_n, (load / strength(depth)).min(1.0));
@@ -116,20 +108,18 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// Depth and normal force under friction `load_n` that came without turning back and uses `share` of the limit.
     fn grip_at(&self, depth: f32, load_n: [f32; 2], share: f32) -> Grip {
         let (row, t, per_mm) = self.cell(depth);
-        let [x, y] = load_n;
         // Energy of the springs over what one that only sticks would hold: near full slip the first have slipped for long.
         let grown = 0.5 + 0.25 * share * share;
         let stiffness = [&row.stiffness_x, &row.stiffness_y];
-        let now = self.scale.stiffnesses(stiffness.map(|k| k.at(t)));
-        let slope = self.scale.stiffnesses(stiffness.map(|k| k.slope_at(t) * per_mm));
+        let now = stiffness.map(|k| self.scale.stiffness(k.at(t)));
+        let slope = stiffness.map(|k| self.scale.stiffness(k.slope_at(t) * per_mm));
         let sheared = |axis: usize| {
             let displacement = load_n[axis] / now[axis];
             slope[axis] * grown * displacement * displacement
         };
-        let [press_x, press_y] = self.scale.press();
-        let press = (row.press_slide.slope_at(t) * self.data.cells_per_mm + press_x) * x + press_y * y;
+        let press = row.press_slide.slope_at(t) * self.data.cells_per_mm * load_n[0];
         let shear = sheared(0) + sheared(1);
-        let normal = self.scale.normal(row.normal.at(t), depth) + press + shear;
+        let normal = self.scale.normal(row.normal.at(t)) + press + shear;
         Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
     }
 }

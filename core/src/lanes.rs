@@ -110,7 +110,7 @@ impl Arithmetic for Lanes {
 }
 
 /// Numbers of a begun step that [`Together`] keeps side by side.
-const NUMBERS: usize = 15;
+const NUMBERS: usize = 14;
 
 /// Steps of up to eight contacts, begun and waiting for their springs to move together.
 pub(crate) struct Together<'a, const M: usize, const N: usize, S: Wide> {
@@ -187,12 +187,11 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
             return false;
         }
         // A batch tells no bands.
-        let answer = answer::<M, 0, P, Lanes, _>(&model, &begun.at, &load, Lanes::of(0.0));
+        let answer = answer::<M, 0, P, Lanes, _>(&model, &begun.at, &load);
         let [friction_x, friction_y] = answer.friction_n;
         let numbers = [answer.normal_force_n, friction_x, friction_y, answer.spin_moment_n_mm, answer.slip_margin];
         let [normal, friction_x, friction_y, moment, margin] = numbers.map(|number| number.0.to_array());
         let stick_ratio = answer.stick_ratio.0.to_array();
-        let of_model = self.model.scale.status();
         for (k, &contact) in self.contact.iter().enumerate() {
             forces.normal_force_n[contact] = normal[k];
             forces.friction_x_n[contact] = friction_x[k];
@@ -201,7 +200,7 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
             forces.slip_margin[contact] = margin[k];
             forces.stick_ratio[contact] = stick_ratio[k];
             forces.regime[contact] = regime_of(stick_ratio[k]);
-            forces.status[contact] = self.status[k].with(of_model);
+            forces.status[contact] = self.status[k];
         }
         apart(anchor.as_flattened().as_flattened(), |k, first, numbers| {
             let anchor = states[self.contact[k]].anchor.as_flattened_mut().as_flattened_mut();
@@ -216,14 +215,14 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
 fn numbers_of<const M: usize>(begun: &Begun<'_, M, f32>) -> [f32; NUMBERS] {
     let Begun { at, here, way, .. } = begun;
     let ([kx, ky], [x, y, z], Way([a, b, c])) = (at.stiffness, *here, way);
-    [at.t, at.cells, at.depth, at.radius, at.growth, at.limit, kx, ky, at.bearing, x, y, z, *a, *b, *c]
+    [at.t, at.cells, at.depth, at.radius, at.growth, at.limit, kx, ky, x, y, z, *a, *b, *c]
 }
 
 /// The step of these numbers.
 #[inline(always)]
 fn begun_of<T: Arithmetic, const M: usize>(row: &Row<M, T>, status: Status, of: [T; NUMBERS]) -> Begun<'_, M, T> {
-    let [t, cells, depth, radius, growth, limit, kx, ky, bearing, x, y, z, a, b, c] = of;
-    let at = AtDepth { row, t, cells, depth, radius, growth, limit, stiffness: [kx, ky], bearing };
+    let [t, cells, depth, radius, growth, limit, kx, ky, x, y, z, a, b, c] = of;
+    let at = AtDepth { row, t, cells, depth, radius, growth, limit, stiffness: [kx, ky] };
     Begun { at, here: [x, y, z], way: Way([a, b, c]), status }
 }
 

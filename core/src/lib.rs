@@ -30,11 +30,9 @@ mod owned;
 pub mod pad;
 mod params;
 mod plane;
-mod pose;
 mod regime;
 mod rescaling;
 mod response;
-mod rolling;
 mod save;
 mod scaling;
 mod sections;
@@ -46,7 +44,7 @@ mod stick_ratio;
 mod table;
 
 pub use batch::{BatchLength, Forces, Motions};
-pub use data::{Data, DataOf, Model, ModelOf, NODES, Posed, SPRINGS, Spring, Tuned};
+pub use data::{Data, DataOf, Model, ModelOf, NODES, SPRINGS, Spring, Tuned};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use dual::Dual;
 pub use effects::{Contact, Effects, Surroundings};
@@ -60,7 +58,6 @@ pub use model_file::{File, FileOf, MAGIC, VERSION};
 #[cfg(feature = "std")]
 pub use owned::{ModelFile, PadModelFile};
 pub use params::{Node, Params, ParamsOf, SpringParams};
-pub use pose::{POSE_COEFFICIENTS, Pose, PoseTable};
 pub use regime::{Regime, Status};
 pub use rescaling::{Fitted, Scaled, Scaling, Tuning, Wide};
 pub use response::{Motion, Response};

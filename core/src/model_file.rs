@@ -9,7 +9,7 @@ use crate::{DataOf, Error, ModelOf};
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
 /// Format version that this library reads and writes.
-pub const VERSION: u32 = 9;
+pub const VERSION: u32 = 10;
 
 const HEADER: usize = 20;
 const ENTRY: usize = 12;
@@ -312,13 +312,13 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             self.slip_lead[1],
             self.gyration,
         ];
-        let bands = self.band_normal.into_iter().chain(self.band_friction).chain([self.pressure_exponent]);
-        let poses = self.pose.numbers();
+        let bands =
+            self.band_normal.into_iter().chain(self.band_friction).chain([self.pressure_exponent]).chain(self.pose_deg);
         let springs = self.springs.iter().flat_map(|s| {
             let [x, y] = s.arm_mm;
             [s.stiffness, s.sharpness, s.centre_mm, x, y]
         });
-        head.into_iter().chain(bands).chain(poses).chain(springs).chain(self.rows.iter().flat_map(crate::Row::numbers))
+        head.into_iter().chain(bands).chain(springs).chain(self.rows.iter().flat_map(crate::Row::numbers))
     }
 
     /// Checksum of the numbers, by which a saved state knows its model. Costs about 20 instructions a byte.

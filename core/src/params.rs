@@ -4,7 +4,6 @@
 
 use crate::data::{NODES, SPRINGS, Spring};
 use crate::math::Scalar;
-use crate::pose::PoseTable;
 use crate::spring::Odd;
 use crate::table::{Line, Parabola, Row};
 use crate::{DataOf, Error};
@@ -122,8 +121,8 @@ pub struct ParamsOf<const M: usize, const N: usize, T = f32> {
     pub band_friction_slip: T,
     /// beta of the local friction law tau = lambda sigma^beta, for retuning, −1 to 2.
     pub pressure_exponent: T,
-    /// How the contact depends on pitch and roll.
-    pub pose: PoseTable<T>,
+    /// Pitch and roll of the finger in the pose that the model is of, degrees: 10 to 70, and −30 to 30.
+    pub pose_deg: [T; 2],
 }
 
 /// Height of the tables at depth 0, where force, area and strength vanish, over that at the first node.
@@ -171,7 +170,7 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
             band_normal: parabola(self.band_normal_slip, self.band_normal_middle, one),
             band_friction: parabola(self.band_friction_slip, self.band_friction_middle, self.band_friction_stick),
             pressure_exponent: self.pressure_exponent,
-            pose: self.pose,
+            pose_deg: self.pose_deg,
             springs: [Spring::default(); M],
             rows: [Row::default(); N],
         };

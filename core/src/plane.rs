@@ -1,18 +1,15 @@
 //! The plane under a contact: how it carries the springs, and where the state counts from.
 //!
-//! Main functions: [`carried`], [`move_plane`], [`roll`]. Uses data, state, rolling and math.
+//! Main functions: [`carried`], [`move_plane`]. Uses data, state and math.
 
 use core::array::from_fn;
 
-use crate::at_depth::AtDepth;
 use crate::data::Spring;
 use crate::math::{Arithmetic, Scalar, add};
 use crate::rescaling::Scaling;
 use crate::step::rare;
 use crate::{DataOf, ModelOf, Motion, StateOf, Status};
 
-/// Rolling length of a finger that keeps its stretch, over the radius of the contact.
-const ENDLESS: f32 = 1e12;
 /// Longest slide in one step, mm, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
 const SLIDE_MAX_MM: f32 = 64.0;
 const SPIN_MAX_RAD: f32 = 8.0;
@@ -25,7 +22,7 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     model: &ModelOf<'_, M, N, S, T>,
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
-    press_slide: [T; 2],
+    press_slide: T,
     status: &mut Status,
 ) {
     let is_far = |place: &Place<T>| {
@@ -105,12 +102,12 @@ fn bounded<const P: usize, T: Scalar>([mut x, mut y]: [T; 2], mut spin: T, statu
 #[inline(always)]
 fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     state: &mut StateOf<M, P, T>,
-    [press_x, press_y]: [T; 2],
+    press_slide: T,
     data: &DataOf<M, N, T>,
     scale: &S,
 ) {
     let [x, y] = state.position[0];
-    let here = [x + press_x, y + press_y, state.angle[0]];
+    let here = [x + press_slide, y, state.angle[0]];
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
         for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
             *anchor = [anchor[0] - to[0], anchor[1] - to[1]];
@@ -119,9 +116,7 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sca
     for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
         *place = [place[0] - here[0], place[1] - here[1], place[2] - here[2]];
     }
-    let [rolled_x, rolled_y] = state.rolled.slide;
-    state.rolled.slide = [rolled_x - here[0], rolled_y - here[1]];
-    state.position[0] = [-press_x, -press_y];
+    state.position[0] = [-press_slide, T::of(-0.0)];
     state.angle[0] = T::of(0.0);
 }
 
@@ -138,23 +133,6 @@ pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S
     }
 }
 
-/// Turns the stretch of the springs with the plane: what holds them there goes round with it.
-#[inline(always)]
-pub(crate) fn carry_round<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
-    state: &mut StateOf<M, P, T>,
-    here: [T; 3],
-    spin: T,
-    data: &DataOf<M, N, T>,
-    scale: &S,
-) {
-    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
-        for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
-            let u = [to[0] - anchor[0], to[1] - anchor[1]];
-            *anchor = [anchor[0] + spin * u[1], anchor[1] - spin * u[0]];
-        }
-    }
-}
-
 /// Where the plane has carried a spring, or the two of its pair.
 #[inline(always)]
 pub(crate) fn carried<const P: usize, T: Arithmetic, S: Scaling<T>>(
@@ -165,8 +143,7 @@ pub(crate) fn carried<const P: usize, T: Arithmetic, S: Scaling<T>>(
     if P == 1 {
         return [[x, y]; P];
     }
-    let [ahead, aside] = spring.centre(scale);
-    let middle = [if S::POSED { x - aside * angle } else { x }, y + ahead * angle];
+    let middle = [x, y + spring.centre(scale) * angle];
     let [arm_x, arm_y] = spring.arm(scale);
     let turned = [arm_y * angle, arm_x * angle];
     from_fn(|k| {
@@ -176,31 +153,4 @@ pub(crate) fn carried<const P: usize, T: Arithmetic, S: Scaling<T>>(
             [middle[0] + turned[0], middle[1] - turned[1]]
         }
     })
-}
-
-/// Rolls the finger to where the contact lies in the pose: springs lose the stretch of what has left, and are carried by the slide
-/// that turning to there amounts to.
-#[inline(never)]
-pub(crate) fn roll<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
-    state: &mut StateOf<M, P, T>,
-    model: &ModelOf<'_, M, N, S, T>,
-    at: &AtDepth<'_, M, T>,
-    here: [T; 3],
-) {
-    let (data, scale) = (model.data, &model.scale);
-    let posture = scale.posture();
-    let radii = data.pose.rolling_length;
-    // A finger of length 0 keeps its stretch.
-    let radii = if radii > T::of(0.0) { radii } else { T::of(ENDLESS) };
-    let length = radii * (at.area(scale) * T::of(core::f32::consts::FRAC_1_PI)).magnitude().sqrt();
-    let full = at.limit / at.stiffness[0];
-    let [x, y] = state.position[0];
-    let [turned_x, turned_y] = data.pose.slide(state.rolled.angles, posture.angles).map(|mm| scale.length(mm));
-    let lost = T::of(1.0) - state.rolled.roll_to(posture, [x, y], full, length);
-    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
-        for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
-            let [x, y] = *anchor;
-            *anchor = [x + lost * (to[0] - x) - turned_x, y + lost * (to[1] - y) - turned_y];
-        }
-    }
 }

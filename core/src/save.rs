@@ -5,18 +5,17 @@
 use crate::data::SPRINGS;
 use crate::error::Field;
 use crate::model_file::crc32;
-use crate::rolling::Rolled;
 use crate::step::TOUCH_MM;
 use crate::{DataOf, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Largest number of a state: a place that stays behind a slide without end, mm. The origin moves on by some mm at a time, which is
 /// less than the rounding of a place that far away.
 const REACH: f32 = 1e9;
-/// Words beside the anchors: version, model, position, angle, three places of the way, where the contact has rolled, two limits,
-/// depth, strength factor, checksum.
-const BESIDE: usize = 2 + 4 + 2 + 9 + 13 + 4 + 1;
+/// Words beside the anchors: version, model, position, angle, three places of the way, two limits, depth,
+/// strength factor, checksum.
+const BESIDE: usize = 2 + 4 + 2 + 9 + 4 + 1;
 
 /// Bytes of a saved state of the default model.
 pub const STATE_BYTES: usize = state_bytes(SPRINGS, 1);
@@ -27,16 +26,13 @@ pub const fn state_bytes(springs: usize, pairs: usize) -> usize {
 }
 
 impl<const M: usize, const P: usize> StateOf<M, P> {
-    /// Numbers of a state: anchors, position, angle, turn, reached, turn before, rolled, limits there, depth, strength factor.
+    /// Numbers of a state: anchors, position, angle, turn, reached, turn before, limits there, depth, strength factor.
     fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
         let anchors = self.anchor.as_flattened().as_flattened().iter();
         let places = self.position.as_flattened().iter().chain(&self.angle);
         let way = self.turn.iter().chain(&self.reached).chain(&self.turn_before);
-        let Rolled { range, place, slide, angles, play, .. } = &self.rolled;
-        let rolled = range.as_flattened().iter().chain(place).chain(slide).chain(angles).chain([play]);
-        let stiffness = [self.rolled.stiffness, self.rolled.bearing];
         let numbers = [self.limit_reached, self.limit_before, self.depth, self.strength_factor];
-        anchors.chain(places).chain(way).chain(rolled).copied().chain(stiffness).chain(numbers)
+        anchors.chain(places).chain(way).copied().chain(numbers)
     }
 
     /// Writes the state into `out`, little-endian with version, checksum of the model's numbers ([`DataOf::checksum`]) and
@@ -60,10 +56,8 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let anchors = self.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
         let places = self.position.as_flattened_mut().iter_mut().chain(&mut self.angle);
         let way = self.turn.iter_mut().chain(&mut self.reached).chain(&mut self.turn_before);
-        let Rolled { range, place, slide, play, angles, stiffness, bearing } = &mut self.rolled;
-        let rolled = range.as_flattened_mut().iter_mut().chain(place).chain(slide).chain(angles);
         let last = [&mut self.limit_reached, &mut self.limit_before, &mut self.depth, &mut self.strength_factor];
-        anchors.chain(places).chain(way).chain(rolled).chain([play, stiffness, bearing]).chain(last)
+        anchors.chain(places).chain(way).chain(last)
     }
 
     /// A state from what [`StateOf::write_bytes`] wrote with the same model. Refuses damage, another version, another
@@ -109,23 +103,13 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         if !(self.depth >= TOUCH_MM || self == air) {
             return Err(bad(last - 5, self.depth));
         }
-        if let Some([least, _]) = self.rolled.range.iter().find(|[least, most]| !(least <= most)) {
-            return Err(bad(last - 20, *least));
-        }
-        let Rolled { play, bearing, .. } = self.rolled;
-        if !(play >= 0.0) {
-            return Err(bad(last - 10, play));
-        }
-        if !self.rolled.bears() {
-            return Err(bad(last - 8, bearing));
-        }
         if !(self.limit_reached >= 0.0) {
             return Err(bad(last - 7, self.limit_reached));
         }
         if !(self.limit_before >= 0.0) {
             return Err(bad(last - 6, self.limit_before));
         }
-        if !self.is_consistent(true) {
+        if !self.is_consistent() {
             return Err(bad(last - 4, self.strength_factor));
         }
         Ok(self)
@@ -151,7 +135,7 @@ impl State {
 mod with_serde {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    use super::{Rolled, StateOf};
+    use super::StateOf;
 
     #[derive(Serialize, Deserialize)]
     struct Plain<const M: usize, const P: usize> {
@@ -164,7 +148,6 @@ mod with_serde {
         limit_reached_n: f32,
         turn_before: [f32; 3],
         limit_before_n: f32,
-        rolled: Rolled<f32>,
         depth_mm: f32,
         strength_factor: f32,
     }
@@ -190,7 +173,6 @@ mod with_serde {
                 limit_reached_n: self.limit_reached,
                 turn_before: self.turn_before,
                 limit_before_n: self.limit_before,
-                rolled: self.rolled,
                 depth_mm: self.depth,
                 strength_factor: self.strength_factor,
             };
@@ -210,7 +192,6 @@ mod with_serde {
                 limit_reached: plain.limit_reached_n,
                 turn_before: plain.turn_before,
                 limit_before: plain.limit_before_n,
-                rolled: plain.rolled,
                 depth: plain.depth_mm,
                 strength_factor: plain.strength_factor,
             };
@@ -222,7 +203,7 @@ mod with_serde {
 #[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
-    use crate::{Data, ModelFile, Motion, Pose, Response, Status, step};
+    use crate::{Data, ModelFile, Motion, Response, Status, step};
 
     /// Uniform in −1 to 1, the same every time.
     struct Noise(u64);
@@ -257,41 +238,21 @@ mod tests {
         Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s: 1e-3 }
     }
 
-    /// A range over which the contact has rolled shrinks with the slide; rounding must not turn its ends round.
-    #[test]
-    fn a_contact_that_rolled_to_and_fro_is_restored() {
-        let data = shipped();
-        let model = data.model().unwrap();
-        let mut state = State::default();
-        for (roll_deg, x) in [(0.0, 0.0), (-4.0, 0.0), (5.5, 0.0), (-1.0, 0.0), (-1.0, 4.0), (-1.0, 0.0)] {
-            let posed = model.posed(Pose { pitch_deg: 33.0, roll_deg }).unwrap();
-            step(&posed, &mut state, moved(0.5, x, 0.0, 0.0));
-            assert_eq!(restored(&state), Ok(state), "roll {roll_deg}, slide {x}");
-        }
-    }
-
-    /// Random paths of depth, slide, spin and pose, small and large, with reversals and lift-offs: every state is restored.
+    /// Random paths of depth, slide and spin, small and large, with reversals and lift-offs: every state is restored.
     fn random_paths_are_restored<const P: usize>() {
         let data = shipped();
         let model = data.model().unwrap();
         let mut noise = Noise(3);
         for _ in 0..3000 {
             let mut state = StateOf::<SPRINGS, P>::default();
-            let (mut pitch_deg, mut roll_deg) = (40.0, 0.0);
-            let (turn, slide) = ([0.01, 1.0, 8.0][noise.below(3)], [1e-3, 0.1, 4.0][noise.below(3)]);
+            let slide = [1e-3, 0.1, 4.0][noise.below(3)];
             for _ in 0..60 {
-                let turns = noise.below(3) > 0;
-                if turns {
-                    pitch_deg = (pitch_deg + turn * noise.next()).clamp(10.0, 70.0);
-                    roll_deg = (roll_deg + turn * noise.next()).clamp(-30.0, 30.0);
-                }
                 let depth_mm = if noise.below(40) == 0 { 0.0 } else { 1.0 + 0.9 * noise.next() };
                 let spin = if P == 1 { 0.0 } else { 0.3 * noise.next() };
-                let slide = if turns { 0.0 } else { slide };
                 let motion = moved(depth_mm, slide * noise.next(), slide * noise.next(), spin);
                 let before = state;
-                step(&model.posed(Pose { pitch_deg, roll_deg }).unwrap(), &mut state, motion);
-                assert_eq!(restored(&state), Ok(state), "{pitch_deg} {roll_deg} {motion:?} {before:?}");
+                step(&model, &mut state, motion);
+                assert_eq!(restored(&state), Ok(state), "{motion:?} {before:?}");
             }
         }
     }
@@ -340,7 +301,7 @@ mod tests {
             && (0.1..=5.0).contains(&state.strength_factor())
     }
 
-    /// A state of which some numbers are overwritten at random, in contact or in the air, plain, with spin and in a pose: the next
+    /// A state of which some numbers are overwritten at random, in contact or in the air, plain and with spin: the next
     /// steps reset and flag it, or give sound answers.
     fn overwritten_memory_is_answered<const P: usize>() {
         let data = shipped();
@@ -349,14 +310,9 @@ mod tests {
         let (mut lost, mut kept) = (0, 0);
         for _ in 0..100_000 {
             let mut state = StateOf::<SPRINGS, P>::default();
-            let pose = (noise.below(2) == 0).then(|| Pose { pitch_deg: 40.0 + 25.0 * noise.next(), roll_deg: 0.0 });
-            let go = |state: &mut StateOf<SPRINGS, P>, motion: Motion, roll_deg: f32| match pose {
-                Some(pose) => step(&model.posed(Pose { roll_deg, ..pose }).unwrap(), state, motion),
-                None => step(&model, state, motion),
-            };
             let spin = if P == 1 { 0.0 } else { 0.1 };
-            for k in 0..4 {
-                go(&mut state, moved(0.9, 0.2 * noise.next(), 0.1, spin * noise.next()), 3.0 * k as f32);
+            for _ in 0..4 {
+                step(&model, &mut state, moved(0.9, 0.2 * noise.next(), 0.1, spin * noise.next()));
             }
             let count = state.numbers_mut().count();
             for _ in 0..=noise.below(3) {
@@ -367,7 +323,7 @@ mod tests {
             for k in 0..4 {
                 let depth = [1.0 + 0.3 * noise.next(), 0.0, f32::NAN][[0, 0, 0, 0, 0, 0, 1, 2][noise.below(8)]];
                 let motion = moved(depth, 0.3 * noise.next(), 0.3 * noise.next(), spin * noise.next());
-                let r = go(&mut state, motion, 10.0 + 3.0 * noise.next());
+                let r = step(&model, &mut state, motion);
                 let flagged = r.status.contains(Status::MEMORY_LOST);
                 (lost, kept) = (lost + u32::from(flagged), kept + u32::from(!flagged));
                 assert!(is_sound(&state, &r), "{k}: {r:?} of {before:?} now {state:?}");
@@ -383,18 +339,13 @@ mod tests {
         overwritten_memory_is_answered::<2>();
     }
 
-    /// What a step would not survive is refused: numbers of which a part of the stiffness or none is left.
+    /// What a step would not survive is refused: a strength factor that none can set.
     #[test]
     fn an_inconsistent_state_is_refused() {
         let data = shipped();
         let mut state = State::default();
         step(&data.model().unwrap(), &mut state, moved(1.0, 0.3, 0.0, 0.0));
         assert!(restored(&state).is_ok());
-        for bearing in [1e-45, 0.0, -1.0, 1e-9, 2.0, f32::NAN] {
-            let mut bad = state;
-            bad.rolled.bearing = bearing;
-            assert!(restored(&bad).is_err(), "{bearing}");
-        }
         for factor in [-1.2, 0.0, 0.09, 5.1, f32::NAN] {
             let mut bad = state;
             bad.strength_factor = factor;

@@ -89,9 +89,9 @@ impl<T: Arithmetic> Sums<T> {
 
 /// The limit of a spring with displacement u and radius R: (u_x − alpha R)² + (b u_y)² = R² (1 + alpha²).
 pub(crate) struct Limit<T> {
-    /// alpha along x and y, and twice that.
-    shift: [T; 2],
-    twice: [T; 2],
+    /// alpha, and twice that.
+    pub(crate) shift: T,
+    twice: T,
     /// b: stiffness along y over that along x, over the ratio of the strengths.
     pub(crate) anisotropy: T,
     /// Stiffness along y over that along x.
@@ -110,28 +110,17 @@ pub(crate) struct Seen<T> {
 
 impl<T: Arithmetic> Limit<T> {
     #[inline(always)]
-    pub(crate) fn new(shift: [T; 2], anisotropy: T, ratio: T) -> Self {
-        let [x, y] = shift;
-        let wide = (T::of(1.0) + (x * x + y * y)) * T::of(1.0 - SLACK);
-        Self { shift, twice: [x + x, y + y], anisotropy, ratio, wide }
+    pub(crate) fn new(shift: T, anisotropy: T, ratio: T) -> Self {
+        let wide = (T::of(1.0) + shift * shift) * T::of(1.0 - SLACK);
+        Self { shift, twice: shift + shift, anisotropy, ratio, wide }
     }
 
     /// Whether and by how much a displacement is beyond the limit: u_x² + w² − R (R + 2 alpha u_x), with a slack for rounding.
-    /// `ALONG_Y`: the limit may be tilted along y.
     #[inline(always)]
-    pub(crate) fn see<const ALONG_Y: bool>(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
+    pub(crate) fn see(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
         let w = uy * self.anisotropy;
-        let mut most = (radius + T::of(SLACK_MM)) + self.twice[0] * ux;
-        if ALONG_Y {
-            most += self.twice[1] * w;
-        }
+        let most = (radius + T::of(SLACK_MM)) + self.twice * ux;
         Seen { w, over: ux * ux + w * w - radius * most }
-    }
-
-    /// Middle of the limit of a spring, in the direction of a way, over its radius.
-    #[inline(always)]
-    pub(crate) fn middle_along<const ALONG_Y: bool>(&self, [x, y]: [T; 2]) -> T {
-        if ALONG_Y { self.shift[0] * x + self.shift[1] * y } else { self.shift[0] * x }
     }
 
     /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy; and what it is along y
@@ -142,23 +131,18 @@ impl<T: Arithmetic> Limit<T> {
     /// one. Then `v` is scaled to the radius. The slack decides whether a spring slips and is part of the overshoot: if scaling removed
     /// it, slow slip would turn friction towards the middle of the limit.
     #[inline(always)]
-    pub(crate) fn return_map<const ALONG_Y: bool>(&self, [ux, uy]: [T; 2], w: T, radius: T) -> ([T; 2], T) {
-        let middle = self.shift.map(|shift| shift * radius);
-        let vx = ux - middle[0];
-        let vy = if ALONG_Y { w - middle[1] } else { w };
+    pub(crate) fn return_map(&self, [ux, uy]: [T; 2], w: T, radius: T) -> ([T; 2], T) {
+        let middle = self.shift * radius;
+        let vx = ux - middle;
         let square = radius * radius * self.wide;
-        let over = vx * vx + vy * vy - square;
-        let along = ux * vx + self.ratio * (w * vy);
+        let over = vx * vx + w * w - square;
+        let along = ux * vx + self.ratio * (w * w);
         let share = over / (over + (along + along).magnitude());
         let back_y = T::of(1.0) - self.ratio * share;
         let nx = vx - share * ux;
-        let ny = if ALONG_Y { vy - self.ratio * share * w } else { w * back_y };
+        let ny = w * back_y;
         let scale = (square / (nx * nx + ny * ny + T::of(NOTHING))).magnitude().sqrt();
-        let to_x = middle[0] + nx * scale;
-        if ALONG_Y {
-            let to_w = middle[1] + ny * scale;
-            return ([to_x, to_w / self.anisotropy], to_w);
-        }
+        let to_x = middle + nx * scale;
         let back_y = back_y * scale;
         ([to_x, uy * back_y], w * back_y)
     }
@@ -177,32 +161,23 @@ mod tests {
                 for tilt in [-0.25f64, -0.1, 0.0, 0.03, 0.25] {
                     for q in [-0.44f64, -0.1, 0.0, 0.2, 0.44] {
                         let anisotropy = ratio / strength;
-                        for tilt_y in [0.0, -0.25, 0.1] {
-                            let (limit, odd) = (Limit::new([tilt, tilt_y], anisotropy, ratio), Odd(q));
-                            for degrees in (0..360).step_by(5) {
-                                for overshoot in [1e-4f64, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 1000.0] {
-                                    let (s, c) = f64::from(degrees).to_radians().sin_cos();
-                                    let radius = 0.7;
-                                    let length =
-                                        radius * (1.0 + tilt * tilt + tilt_y * tilt_y).sqrt() * (1.0 + overshoot);
-                                    let u = [tilt * radius + c * length, (tilt_y * radius + s * length) / anisotropy];
-                                    let seen = limit.see::<true>(u, radius);
-                                    let to = limit.return_map::<true>(u, seen.w, radius).0;
-                                    if tilt_y == 0.0 {
-                                        let plain = limit.return_map::<false>(u, seen.w, radius).0;
-                                        assert!((plain[0] - to[0]).abs() + (plain[1] - to[1]).abs() < 1e-12);
-                                    }
-                                    assert!(
-                                        seen.over > 0.0 && (tilt_y != 0.0 || (q * to[0]).abs() <= f64::from(ODD_MAX))
-                                    );
-                                    assert!(limit.see::<true>(to, radius).over <= 0.0);
-                                    let slip = [u[0] - to[0], u[1] - to[1]];
-                                    let lost = odd.force(to[0]) * slip[0] + ratio * to[1] * slip[1];
-                                    assert!(
-                                        lost >= -1e-12,
-                                        "ratio {ratio} strength {strength} tilt {tilt} q {q} {degrees} deg {overshoot}: {lost}"
-                                    );
-                                }
+                        let (limit, odd) = (Limit::new(tilt, anisotropy, ratio), Odd(q));
+                        for degrees in (0..360).step_by(5) {
+                            for overshoot in [1e-4f64, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 1000.0] {
+                                let (s, c) = f64::from(degrees).to_radians().sin_cos();
+                                let radius = 0.7;
+                                let length = radius * (1.0 + tilt * tilt).sqrt() * (1.0 + overshoot);
+                                let u = [tilt * radius + c * length, s * length / anisotropy];
+                                let seen = limit.see(u, radius);
+                                let to = limit.return_map(u, seen.w, radius).0;
+                                assert!(seen.over > 0.0 && (q * to[0]).abs() <= f64::from(ODD_MAX));
+                                assert!(limit.see(to, radius).over <= 0.0);
+                                let slip = [u[0] - to[0], u[1] - to[1]];
+                                let lost = odd.force(to[0]) * slip[0] + ratio * to[1] * slip[1];
+                                assert!(
+                                    lost >= -1e-12,
+                                    "ratio {ratio} strength {strength} tilt {tilt} q {q} {degrees} deg {overshoot}: {lost}"
+                                );
                             }
                         }
                     }

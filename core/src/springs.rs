@@ -49,14 +49,9 @@ pub(crate) fn carry<const M: usize, const N: usize, const P: usize, T: Arithmeti
     let bed = move_springs(anchor, model, at, here, way, &odd);
     let ([x, y], [energy_x, energy_y]) = (bed.sums.force(&odd), bed.sums.energy(&odd));
     let friction = [at.stiffness[0] * x, at.stiffness[1] * y];
-    let (coupling, slope) = (at.press_coupling(data.cells_per_mm, scale), at.stiffness_slope(data.cells_per_mm, scale));
-    let mut normal = scale.normal(at.row.normal.at(at.t), at.depth)
-        + coupling[0] * friction[0]
-        + slope[0] * energy_x
-        + slope[1] * energy_y;
-    if S::POSED {
-        normal += coupling[1] * friction[1];
-    }
+    let (coupling, slope) = (at.press_coupling(data.cells_per_mm), at.stiffness_slope(data.cells_per_mm, scale));
+    let mut normal =
+        scale.normal(at.row.normal.at(at.t)) + coupling * friction[0] + slope[0] * energy_x + slope[1] * energy_y;
     if S::RESCALED {
         // The odd term changes with depth where the strength grows otherwise than that of the fitted finger.
         let [_, energy] = bed.sums.odd_rates();
@@ -65,15 +60,12 @@ pub(crate) fn carry<const M: usize, const N: usize, const P: usize, T: Arithmeti
     Load { normal, friction, moment: bed.moment, stick_ratio: bed.stick_ratio }
 }
 
-/// Does the same for every spring: without spin for four and six, those of the shipped models, written out one after the other,
-/// which spares a loop's registers and counters.
+/// Does the same for every spring: without spin for the four of the default model, written out one after the other, which
+/// spares a loop's registers and counters.
 macro_rules! springs_in_turn {
     ($count:ident, $index:ident, $what:block) => {
-        if P == 1 && ($count == 4 || $count == 6) {
+        if P == 1 && $count == 4 {
             springs_in_turn!($index, $what, 0, 1, 2, 3);
-            if $count == 6 {
-                springs_in_turn!($index, $what, 4, 5);
-            }
         } else {
             #[allow(clippy::needless_range_loop, reason = "the same block stands for written-out springs")]
             for $index in 0..$count $what
@@ -113,11 +105,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
     odd: &Odd<T>,
 ) -> Carried<T> {
     let (data, scale) = (model.data, &model.scale);
-    let limit = Limit::new(
-        scale.tilt(at.row.yield_shift.at(at.t)),
-        scale.anisotropy(at.row.anisotropy.at(at.t)),
-        at.stiffness[1] / at.stiffness[0],
-    );
+    let limit = Limit::new(at.row.yield_shift.at(at.t), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
     let (none, share) = (T::of(-0.0), T::of(1.0 / P as f32));
     let mut bed = Carried { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let mut levered = none;
@@ -128,18 +116,14 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         let mut slipping = none;
         let (to, gone) = (carried::<P, T, S>(here, &spring, scale), carried::<P, T, S>(way.0, &spring, scale));
         for (k, anchor) in pair.iter_mut().enumerate() {
-            let ([ux, uy], placed) = move_spring::<T, S>(anchor, to[k], &limit, radius);
+            let ([ux, uy], placed) = move_spring(anchor, to[k], &limit, radius);
             let [along, bent, across] = bed.sums.add(spring.stiffness, [ux, uy]);
             if P == 1 {
                 alone[j] = placed;
             } else {
-                slipping += slip_of::<T, S>(&limit, radius, gone[k], placed, spring.sharpness);
-                let ([x, y], [arm_x, arm_y]) = (spring.centre(scale), spring.arm(scale));
-                let mut lever = if k == 0 { [x + arm_x, y + arm_y] } else { [x - arm_x, y - arm_y] };
-                if S::POSED {
-                    // What holds the spring on the plane goes round with it.
-                    lever = [lever[0] + ux, lever[1] + uy];
-                }
+                slipping += slip_of(&limit, radius, gone[k], placed, spring.sharpness);
+                let (x, [arm_x, arm_y]) = (spring.centre(scale), spring.arm(scale));
+                let lever = if k == 0 { [x + arm_x, arm_y] } else { [x - arm_x, -arm_y] };
                 bed.moment[0] += lever[1] * along;
                 bed.moment[1] += lever[0] * across;
                 levered += lever[1] * bent;
@@ -153,7 +137,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         let [x, y, _] = way.0;
         springs_in_turn!(M, j, {
             let radius = at.row.radius[j].at(at.t) * at.radius;
-            let slipping = slip_of::<T, S>(&limit, radius, [x, y], alone[j], data.springs[j].sharpness);
+            let slipping = slip_of(&limit, radius, [x, y], alone[j], data.springs[j].sharpness);
             bed.stick_ratio -= at.row.area_share[j].at(at.t) * slipping;
         });
     } else {
@@ -169,22 +153,13 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
 /// A spring that is carried to a place: its displacement, mm, and how that lies in its limit. One that slips is held elsewhere
 /// afterwards.
 #[inline(always)]
-fn move_spring<T: Arithmetic, S: Scaling<T>>(
-    anchor: &mut [T; 2],
-    to: [T; 2],
-    limit: &Limit<T>,
-    radius: T,
-) -> ([T; 2], Placed<T>) {
+fn move_spring<T: Arithmetic>(anchor: &mut [T; 2], to: [T; 2], limit: &Limit<T>, radius: T) -> ([T; 2], Placed<T>) {
     let u = [to[0] - anchor[0], to[1] - anchor[1]];
-    let seen = if S::POSED { limit.see::<true>(u, radius) } else { limit.see::<false>(u, radius) };
+    let seen = limit.see(u, radius);
     let ([mut ux, mut uy], mut w, mut over) = (u, seen.w, seen.over);
     let [held_x, held_y] = anchor;
     seen.over.where_positive([held_x, held_y, &mut ux, &mut uy, &mut w, &mut over], || {
-        let (u, w) = if S::POSED {
-            limit.return_map::<true>(u, seen.w, radius)
-        } else {
-            limit.return_map::<false>(u, seen.w, radius)
-        };
+        let (u, w) = limit.return_map(u, seen.w, radius);
         [to[0] - u[0], to[1] - u[1], u[0], u[1], w, T::of(0.0)]
     });
     ([ux, uy], [ux, w, over])
@@ -192,7 +167,7 @@ fn move_spring<T: Arithmetic, S: Scaling<T>>(
 
 /// Share of a spring's area that slips, after a way since the motion last turned back.
 #[inline(always)]
-fn slip_of<T: Arithmetic, S: Scaling<T>>(
+fn slip_of<T: Arithmetic>(
     limit: &Limit<T>,
     radius: T,
     [way_x, way_y]: [T; 2],
@@ -200,8 +175,7 @@ fn slip_of<T: Arithmetic, S: Scaling<T>>(
     sharpness: T,
 ) -> T {
     let way = [way_x, way_y * limit.anisotropy];
-    let middle = if S::POSED { limit.middle_along::<true>(way) } else { limit.middle_along::<false>(way) };
-    let ahead = way[0] * ux + way[1] * w - middle * radius;
+    let ahead = way[0] * ux + way[1] * w - limit.shift * way[0] * radius;
     let p = share_of_way(way[0] * way[0] + way[1] * way[1], ahead, over);
     let square = p * p;
     square - square * (sharpness * (T::of(1.0) - square))

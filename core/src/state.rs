@@ -4,7 +4,6 @@
 
 use crate::data::SPRINGS;
 use crate::math::Scalar;
-use crate::rolling::{Posture, Rolled};
 
 /// The memory of the default model; see [`StateOf`].
 pub type State = StateOf<SPRINGS>;
@@ -37,8 +36,6 @@ pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
     pub(crate) turn_before: [T; 3],
     /// Friction limit then, N; 0 if the contact has not grown or the slide has gone on since.
     pub(crate) limit_before: T,
-    /// Where the contact has rolled; read and written in a pose alone.
-    pub(crate) rolled: Rolled<T>,
     pub(crate) depth: T,
     pub(crate) strength_factor: T,
 }
@@ -55,7 +52,6 @@ impl<const M: usize, const P: usize, T: Scalar> Default for StateOf<M, P, T> {
             limit_reached: zero,
             turn_before: [zero; 3],
             limit_before: zero,
-            rolled: Rolled::at(Posture { place: [zero; 2], angles: [zero; 2], stiffness: T::of(1.0) }, [zero; 2]),
             depth: zero,
             strength_factor: T::of(1.0),
         }
@@ -78,14 +74,12 @@ impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
         self.strength_factor
     }
 
-    /// Whether the numbers by which a step multiplies or divides are within their range. A step and a restored state are both checked
-    /// with it. No other finite number makes a response leave its bounds.
-    ///
-    /// * `posed`: whether the step reads where the contact has rolled
+    /// Whether the number by which a step multiplies is within its range. A step and a restored state are both checked with it. No
+    /// other finite number makes a response leave its bounds.
     #[inline(always)]
-    pub(crate) fn is_consistent(&self, posed: bool) -> bool {
+    pub(crate) fn is_consistent(&self) -> bool {
         let [least, most] = STRENGTH_FACTOR;
-        self.strength_factor.is_between(least, most) & (!posed || self.rolled.bears())
+        self.strength_factor.is_between(least, most)
     }
 
     /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,
@@ -114,15 +108,6 @@ impl<const M: usize, const P: usize> StateOf<M, P, f64> {
             limit_reached: of(self.limit_reached),
             turn_before: self.turn_before.map(of),
             limit_before: of(self.limit_before),
-            rolled: Rolled {
-                range: self.rolled.range.map(|ends| ends.map(of)),
-                place: self.rolled.place.map(of),
-                slide: self.rolled.slide.map(of),
-                play: of(self.rolled.play),
-                angles: self.rolled.angles.map(of),
-                stiffness: of(self.rolled.stiffness),
-                bearing: of(self.rolled.bearing),
-            },
             depth: of(self.depth),
             strength_factor: of(self.strength_factor),
         }

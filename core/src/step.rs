@@ -4,9 +4,8 @@
 
 use crate::at_depth::AtDepth;
 use crate::math::{Arithmetic, Scalar};
-use crate::plane::{carried, carry_round, move_plane, roll, touch};
+use crate::plane::{carried, move_plane, touch};
 use crate::rescaling::Scaling;
-use crate::rolling::Rolled;
 use crate::spring::NOTHING;
 use crate::springs::{Load, carry, check_sum};
 use crate::stick_ratio::{Course, NOTICED_DEPTH_MM, Way, regime_of};
@@ -77,7 +76,7 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
     let (data, scale) = (model.data, &model.scale);
     let mut status = Status::OK;
     let mut depth = motion.depth_mm;
-    if !state.is_consistent(S::POSED) {
+    if !state.is_consistent() {
         return Err(memory_lost(state, status));
     }
     if !(depth.is_between(TOUCH_MM, LARGEST) & motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST)) {
@@ -90,25 +89,16 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
             return Err(in_the_air(state, motion, status));
         }
     }
-    let (mut at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
+    let (at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
     let fresh = !state.in_contact();
     move_plane(model, state, motion, press_slide, &mut status);
     state.depth = at.depth;
     let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
-    let [press_x, press_y] = press_slide;
-    let here = [slid[0] + press_x, slid[1] + press_y, slid[2]];
+    let here = [slid[0] + press_slide, slid[1], slid[2]];
     if fresh {
         touch(state, here, data, scale);
         state.turn = slid;
         state.reached = slid;
-        state.rolled = Rolled::at(scale.posture(), [slid[0], slid[1]]);
-    }
-    if S::POSED && !state.rolled.rests_at(scale.posture().angles) {
-        roll(state, model, &at, here);
-        at.bears(state.rolled.bearing_share());
-    }
-    if S::POSED && P > 1 && motion.spin_increment_rad.is_number() {
-        carry_round(state, here, motion.spin_increment_rad, data, scale);
     }
     let course = Course {
         here: slid,
@@ -138,59 +128,40 @@ pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: 
     if !check_sum::<P, T>(&load, &begun.way).is_number() {
         return memory_lost(state, begun.status);
     }
-    let rolled = if S::POSED { state.rolled.share() } else { T::of(0.0) };
-    let mut response = answer::<M, N, P, T, S>(model, at, &load, rolled);
+    let mut response = answer::<M, N, P, T, S>(model, at, &load);
     response.regime = regime_of(load.stick_ratio);
-    response.status = begun.status.with(model.scale.status());
+    response.status = begun.status;
     response
 }
 
 /// The answer of a contact with this load, without regime and status.
-///
-/// * `rolled`: share in which a change of pose counts in the bands
 #[inline(always)]
 pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
     model: &ModelOf<'_, M, N, S, T>,
     at: &AtDepth<'_, M, T>,
     load: &Load<T>,
-    rolled: T,
 ) -> Response<T> {
     let (data, scale) = (model.data, &model.scale);
     let Load { normal, friction, moment, stick_ratio } = *load;
     // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
     let per_limit = T::of(1.0) / at.limit;
     let [along, across] = friction.map(|f| f * per_limit);
-    let alone = share_of_limit(at.row, at.t, scale, [along, across]).at_most(T::of(1.0));
+    let alone = share_of_limit(at.row, at.t, [along, across]).at_most(T::of(1.0));
     let magnitude = (along * along + T::of(NOTHING) + across * across).sqrt();
-    let mut centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
+    let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
     let leaning = friction.map(|f| scale.per_newton(scale.length(f)));
-    // A contact that is softer in a pose leans the more.
-    let leaning = if S::POSED { leaning.map(|f| f / scale.posture().stiffness) } else { leaning };
     let [lean_x, lean_y] = [0, 1].map(|k| data.pressure_centre_per_n[k] * leaning[k]);
-    let mut pressure_centre = [scale.length(at.row.pressure_centre.at(at.t)) + lean_x, lean_y];
-    if S::POSED {
-        let [offset_x, offset_y] = scale.place();
-        centre += offset_x * friction[1] - offset_y * friction[0];
-        pressure_centre = [pressure_centre[0] + offset_x, pressure_centre[1] + offset_y];
-    }
+    let pressure_centre = [scale.length(at.row.pressure_centre.at(at.t)) + lean_x, lean_y];
     let spin_moment = if P == 1 { centre } else { at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0] };
     let margin = if P == 1 {
         T::of(1.0) - alone
     } else {
-        let most = scale.arm(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING);
+        let most = scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING);
         let moment = (spin_moment - centre) * per_limit / most;
         let cross = data.spin_cross * (moment * alone).magnitude();
         (T::of(1.0) - (alone * alone + moment * moment + cross).magnitude().sqrt()).not_negative()
     };
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
-    let (mut band_normal, mut band_friction) = (T::of(-0.0), T::of(-0.0));
-    if S::POSED {
-        let ([normal_stays, limit_stays], [normal_rolled, limit_rolled]) = (&data.pose.band, &data.pose.band_rolled);
-        let of_normal = band(normal_stays) + rolled * band(normal_rolled);
-        let of_limit = band(limit_stays) + rolled * band(limit_rolled);
-        let elsewhere = scale.elsewhere();
-        (band_normal, band_friction) = (elsewhere * of_normal * normal.not_negative(), elsewhere * of_limit);
-    }
     let area = at.area(scale);
     Response {
         normal_force_n: normal.not_negative(),
@@ -201,8 +172,8 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
         spin_moment_n_mm: spin_moment,
         pressure_centre_mm: pressure_centre,
         contact_area_mm2: area + area * data.area_tilt * along,
-        band_normal_n: scale.normal(at.row.band_normal.at(at.t), at.depth) * band(&data.band_normal) + band_normal,
-        band_friction_n: at.limit * (band(&data.band_friction) + band_friction),
+        band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
+        band_friction_n: at.limit * band(&data.band_friction),
         regime: Regime::NoContact,
         status: Status::OK,
     }
@@ -210,20 +181,10 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
 
 /// Share of what a contact holds in the direction of a friction, given over the strength.
 #[inline(always)]
-pub(crate) fn share_of_limit<const M: usize, T: Arithmetic, S: Scaling<T>>(
-    row: &Row<M, T>,
-    t: T,
-    scale: &S,
-    [along, across]: [T; 2],
-) -> T {
+pub(crate) fn share_of_limit<const M: usize, T: Arithmetic>(row: &Row<M, T>, t: T, [along, across]: [T; 2]) -> T {
     let square = along * along + T::of(NOTHING);
     let stretched = across / row.limit_ratio.at(t);
-    let mut shifted = row.limit_shift.at(t) * along;
-    if S::POSED {
-        let fitted = row.yield_shift.at(t);
-        let [tilt_x, tilt_y] = scale.tilt(fitted);
-        shifted += (tilt_x - fitted) * along + tilt_y * stretched;
-    }
+    let shifted = row.limit_shift.at(t) * along;
     (square + stretched * stretched + shifted * shifted).sqrt() - shifted
 }
 

@@ -5,7 +5,7 @@ mod rivals;
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use fingerpad::{
-    Drive, Forces, Grip, Motion, Motions, Normal, Params, ParamsOf, Pose, Regime, State, StateOf, Status, Tangential,
+    Drive, Forces, Grip, Motion, Motions, Normal, Params, ParamsOf, Regime, State, StateOf, Status, Tangential,
     Tuning, step,
 };
 
@@ -99,16 +99,6 @@ fn tuned(bencher: Bencher) {
     let data = Params::example().try_build().expect("the example is valid");
     let model = data.model().expect("the example is valid");
     bencher.bench_local(move || model.tuned(black_box(Tuning { stiffness: 1.3, ..Tuning::default() })));
-}
-
-#[divan::bench]
-fn posed(bencher: Bencher) {
-    let mut params = Params::example();
-    params.pose.coefficients[..3].copy_from_slice(&[0.1, 0.0, 0.1]);
-    (params.pose.pitch_range_deg, params.pose.roll_max_deg) = ([20.0, 50.0], 15.0);
-    let data = params.try_build().expect("the example is valid");
-    let model = data.model().expect("the example is valid");
-    bencher.bench_local(move || model.posed(black_box(Pose { pitch_deg: 40.0, roll_deg: 10.0 })));
 }
 
 /// Contacts of a batch.

@@ -1,9 +1,9 @@
-//! Any motions of any bits, while strength, tuning and pose change in mid-path: no panic, nothing out of its range, nothing bad
+//! Any motions of any bits, while strength and tuning change in mid-path: no panic, nothing out of its range, nothing bad
 //! unflagged. `cargo +nightly fuzz run step -- -max_total_time=60`
 #![no_main]
 
 use fingerpad::{
-    Drive, Motion, Normal, Params, Pose, Posed, Response, SpinState, State, Status, Tangential, Tuning, step,
+    Drive, Motion, Normal, Params, Response, SpinState, State, Status, Tangential, Tuned, Tuning, step,
 };
 use libfuzzer_sys::fuzz_target;
 
@@ -19,7 +19,7 @@ fn in_range(r: &Response) {
 }
 
 /// Requests that leave the state alone.
-fn ask(model: &Posed<'_>, state: &State, f: [f32; 5]) {
+fn ask(model: &Tuned<'_>, state: &State, f: [f32; 5]) {
     let g = model.gradient(state, [f[0], f[1], f[2]]);
     assert!(g.normal_n_mm.iter().chain(g.friction_n_mm.as_flattened()).all(|x| x.is_finite()), "{g:?}");
     let grip = model.least_grip([f[0], f[1]], f[2], f[3]);
@@ -27,20 +27,15 @@ fn ask(model: &Posed<'_>, state: &State, f: [f32; 5]) {
 }
 
 fuzz_target!(|input: &[u8]| {
-    let mut params = Params::example();
-    for (i, x) in params.pose.coefficients.iter_mut().enumerate() {
-        *x = if i % 2 == 0 { 0.1 } else { -0.01 * i as f32 };
-    }
-    let Ok(data) = params.try_build() else { return };
+    let Ok(data) = Params::example().try_build() else { return };
     let Ok(fitted) = data.model() else { return };
     let mut tuning = Tuning::default();
-    let mut pose = Pose { pitch_deg: data.pose.pitch_deg, roll_deg: 0.0 };
     let (mut state, mut spinning) = (State::default(), SpinState::default());
     for words in input.chunks_exact(COMMAND) {
         let f: [f32; 5] = core::array::from_fn(|i| f32::from_le_bytes(core::array::from_fn(|k| words[1 + 4 * i + k])));
         let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: f[4], dt_s: f[3] };
-        let Ok(model) = fitted.tuned(tuning).and_then(|model| model.posed(pose)) else { return };
-        match words[0] % 6 {
+        let Ok(model) = fitted.tuned(tuning) else { return };
+        match words[0] % 5 {
             0 => {
                 state.set_strength_factor(f[3]);
                 spinning.set_strength_factor(f[3]);
@@ -51,11 +46,6 @@ fuzz_target!(|input: &[u8]| {
                 continue;
             }
             2 => {
-                let to = Pose { pitch_deg: f[0], roll_deg: f[1] };
-                pose = fitted.posed(to).map_or(pose, |_| to);
-                continue;
-            }
-            3 => {
                 let drive = Drive {
                     normal: Normal::ForceN(f[0]),
                     tangential: Tangential::FrictionN([f[1], f[2]]),
@@ -66,7 +56,7 @@ fuzz_target!(|input: &[u8]| {
                 in_range(&model.step_driven(&mut spinning, drive).response);
                 continue;
             }
-            4 => ask(&model, &state, f),
+            3 => ask(&model, &state, f),
             _ => {}
         }
         let r = step(&model, &mut state, motion);

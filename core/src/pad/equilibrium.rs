@@ -242,9 +242,9 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         let mut is_met = false;
         let mut best = (T::of(f32::MAX), bulk);
         for _ in 0..ROUNDS {
-            if !state.is_factored {
+            if !state.is_factored() {
                 state.factor = self.factor(&bulk, acting);
-                state.is_factored = true;
+                state.set_factored(true);
                 factors += 1;
                 secants = Secants::none();
             }
@@ -260,7 +260,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             }
             // Squares of misfits.
             if off > T::of(KEPT * KEPT) * before && factors < FACTORS && !secants.is_new() {
-                state.is_factored = false;
+                state.set_factored(false);
                 before = T::of(f32::MAX);
                 continue;
             }
@@ -288,7 +288,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             // What came nearest, and the friction that belongs to it.
             bulk = best.1;
             self.misfit(&bulk, acting);
-            state.is_factored = false;
+            state.set_factored(false);
         }
         state.bulk = bulk;
         is_met

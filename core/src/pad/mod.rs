@@ -21,15 +21,19 @@ mod equilibrium;
 mod example;
 mod file;
 mod patch;
+mod save;
 mod state;
 mod step;
+mod tuned;
 mod vector;
 
 pub use body::{Body, Cylinder, Edge, Plane, Sphere, Surface};
 pub use data::{Law, Numbers, Pad, Patch, first_touch_terms};
 pub use example::{EXAMPLE_PATCHES, ExamplePad};
 pub use file::PadFile;
+pub use save::pad_state_bytes;
 pub use state::{PadState, PatchState};
+pub use tuned::{PadTuning, TunedPad};
 
 /// Coordinates of the bulk.
 pub const MODES: usize = 16;

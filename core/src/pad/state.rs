@@ -17,8 +17,9 @@ const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
 /// All that a contact remembers, for a pad of up to `P` patches. [`PadState::new`] is a finger in the air.
 ///
-/// Plain data: copy it to save it. A state belongs to one pad and one body.
+/// Plain data: copy it to go back to it, or use [`PadState::write_bytes`]. A state belongs to one pad, one tuning and one body.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct PadState<const P: usize, T = f32> {
     /// Coordinates of the bulk.
     pub(crate) bulk: Bulk<T>,
@@ -44,9 +45,21 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) strength_factor: T,
     /// Bound of how far the last motion brought the body nearer to any patch, mm.
     pub(crate) travel: T,
-    pub(crate) in_contact: bool,
-    pub(crate) is_factored: bool,
+    /// [`IN_CONTACT`] and [`FACTORED`].
+    pub(crate) flags: u32,
 }
+
+/// Flag: the last step left the finger in contact.
+const IN_CONTACT: u32 = 1;
+/// Flag: there is a factor of the tangent stiffness.
+const FACTORED: u32 = 2;
+
+// SAFETY: `repr(C)` over 32-bit floats and one u32: no padding, and any bits are a value.
+#[allow(unsafe_code)]
+unsafe impl<const P: usize> bytemuck::Zeroable for PadState<P> {}
+// SAFETY: as above.
+#[allow(unsafe_code)]
+unsafe impl<const P: usize> bytemuck::Pod for PadState<P> {}
 
 impl<const P: usize, T: Elementary> PadState<P, T> {
     /// A finger in the air over a plane.
@@ -58,7 +71,12 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         if patches > P {
             return Err(Error::Shape { elements: patches as u32, nodes: P as u32 });
         }
-        Ok(Self {
+        Ok(Self::in_the_air())
+    }
+
+    /// A finger in the air over a plane.
+    pub(crate) fn in_the_air() -> Self {
+        Self {
             bulk: zeros(),
             drift: zeros(),
             motion: zeros(),
@@ -72,9 +90,8 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             tilt: zeros(),
             strength_factor: T::of(1.0),
             travel: T::of(0.0),
-            in_contact: false,
-            is_factored: false,
-        })
+            flags: 0,
+        }
     }
 
     /// A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns.
@@ -104,10 +121,45 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         self.depth
     }
 
+    /// The factor on all strengths; 1 unless set.
+    pub fn strength_factor(&self) -> T {
+        self.strength_factor
+    }
+
+    /// Whether the last step left the finger in contact.
+    pub fn in_contact(&self) -> bool {
+        self.flags & IN_CONTACT != 0
+    }
+
+    pub(crate) fn is_factored(&self) -> bool {
+        self.flags & FACTORED != 0
+    }
+
+    pub(crate) fn set_factored(&mut self, is_factored: bool) {
+        self.flags = if is_factored { self.flags | FACTORED } else { self.flags & !FACTORED };
+    }
+
+    /// Begins a contact with nothing known of the stiffness.
+    pub(crate) fn touch(&mut self) {
+        self.flags = IN_CONTACT;
+    }
+
     /// Forgets the contact; where the body is stays known.
     pub(crate) fn lift_off(&mut self) {
-        self.in_contact = false;
-        self.is_factored = false;
+        self.flags = 0;
+    }
+
+    /// Forgets all but the strength factor, where that is in order.
+    pub(crate) fn forget(&mut self) {
+        let factor = self.strength_factor;
+        *self = Self::in_the_air();
+        self.set_strength_factor(factor);
+    }
+
+    /// Whether the strength factor is one that can be set.
+    pub(crate) fn is_consistent(&self) -> bool {
+        let [least, most] = STRENGTH_FACTOR;
+        self.strength_factor.is_between(least, most)
     }
 }
 

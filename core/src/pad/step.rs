@@ -85,6 +85,24 @@ impl<T: Elementary> Pad<'_, T> {
         motion: Motion<T>,
         pose_deg: [T; 2],
     ) -> Response<T> {
+        self.step_with(state, body, motion, pose_deg, T::of(1.0))
+    }
+
+    /// The same with all strengths multiplied by `strength`, beside the state's own factor.
+    #[inline(always)]
+    pub(crate) fn step_with<const P: usize>(
+        &self,
+        state: &mut PadState<P, T>,
+        body: &impl Surface<T>,
+        motion: Motion<T>,
+        pose_deg: [T; 2],
+        strength: T,
+    ) -> Response<T> {
+        if !state.is_consistent() {
+            rare();
+            state.forget();
+            return Response { status: Status::MEMORY_LOST, ..Response::default() };
+        }
         let (status, motion) = self.advance(state, body, motion, pose_deg);
         if !(state.depth >= T::of(TOUCH_MM)) || self.patches.len() > P {
             state.lift_off();
@@ -92,13 +110,13 @@ impl<T: Elementary> Pad<'_, T> {
         }
         let start = state.bulk;
         state.foresee(motion);
-        let mut equations = self.equations(state, body, Wake::Near);
+        let mut equations = self.equations(state, body, strength, Wake::Near);
         let mut acting = [Acting::nothing(); P];
         let mut is_met = equations.solve(state, &mut acting);
         if self.moved_mm(&start, &state.bulk) > T::of(WAKE_MM) {
             // A patch that was taken to be far may touch.
             rare();
-            equations = self.equations(state, body, Wake::All);
+            equations = self.equations(state, body, strength, Wake::All);
             is_met = equations.solve(state, &mut acting);
         }
         state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
@@ -109,11 +127,11 @@ impl<T: Elementary> Pad<'_, T> {
             }
         }
         let response = self.settle(state, &equations, &acting);
-        let check =
-            response.normal_force_n + response.friction_n[0] + response.friction_n[1] + response.spin_moment_n_mm;
-        if !check.is_number() {
-            state.bulk = zeros();
-            state.lift_off();
+        // Beyond what any contact bears something was overwritten: squares of it may have become what is no number.
+        let [x, y] = response.friction_n;
+        let borne = response.normal_force_n + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
+        if !(borne <= T::of(LARGEST)) {
+            state.forget();
             return Response { status: status.with(Status::MEMORY_LOST), ..Response::default() };
         }
         let status = if is_met { status } else { status.with(Status::NOT_CONVERGED) };
@@ -181,10 +199,9 @@ impl<T: Elementary> Pad<'_, T> {
         if !body.is_plane() {
             state.travel += slide[0].magnitude() + slide[1].magnitude() + spin.magnitude() * T::of(ARM_MM);
         }
-        if state.depth >= T::of(TOUCH_MM) && !state.in_contact {
+        if state.depth >= T::of(TOUCH_MM) && !state.in_contact() {
             let frame = self.frame(state);
-            state.in_contact = true;
-            state.is_factored = false;
+            state.touch();
             state.bulk = zeros();
             for ((patch, anchor), used) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.used) {
                 *anchor = foot(body, &frame.place(patch));
@@ -221,6 +238,7 @@ impl<T: Elementary> Pad<'_, T> {
         &'a self,
         state: &PadState<P, T>,
         body: &'a B,
+        strength: T,
         wake: Wake,
     ) -> Equations<'a, P, T, B> {
         let law = &self.numbers.law;
@@ -246,7 +264,7 @@ impl<T: Elementary> Pad<'_, T> {
             body,
             frame,
             placed,
-            strength_factor: state.strength_factor,
+            strength_factor: state.strength_factor * strength,
         }
     }
 
@@ -420,11 +438,20 @@ impl<T: Elementary> Pad<'_, T> {
     ///
     /// Costs as much as a round of a step.
     pub fn patch_states<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [PatchState<T>; P] {
+        self.patch_states_with(state, body, T::of(1.0))
+    }
+
+    pub(crate) fn patch_states_with<const P: usize>(
+        &self,
+        state: &PadState<P, T>,
+        body: &impl Surface<T>,
+        strength: T,
+    ) -> [PatchState<T>; P] {
         let mut out = [PatchState::default(); P];
-        if !state.in_contact || self.patches.len() > P {
+        if !state.in_contact() || self.patches.len() > P {
             return out;
         }
-        let equations = self.equations(state, body, Wake::All);
+        let equations = self.equations(state, body, strength, Wake::All);
         let mut acting = [Acting::nothing(); P];
         equations.misfit(&state.bulk, &mut acting);
         let (sin, cos) = state.angle[0].sin_cos();
@@ -451,16 +478,16 @@ impl<T: Elementary> Pad<'_, T> {
 
     #[cfg(test)]
     pub(crate) fn misfit<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [T; super::MODES] {
-        self.equations(state, body, Wake::All).misfit(&state.bulk, &mut [Acting::nothing(); P])
+        self.equations(state, body, T::of(1.0), Wake::All).misfit(&state.bulk, &mut [Acting::nothing(); P])
     }
 
     /// Energy stored after the last step, mJ.
     pub fn energy_mj<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> T {
         let mut sum = T::of(0.0);
-        if !state.in_contact {
+        if !state.in_contact() {
             return sum;
         }
-        let equations = self.equations(state, body, Wake::All);
+        let equations = self.equations(state, body, T::of(1.0), Wake::All);
         let mut acting = [Acting::nothing(); P];
         equations.misfit(&state.bulk, &mut acting);
         for x in &state.bulk {

@@ -345,3 +345,118 @@ fn a_step_without_equilibrium_is_flagged() {
     let r = pad.step(&mut state, &Plane, press, [30.0, 0.0]);
     assert_eq!(r.status, Status::OK, "{r:?}");
 }
+
+/// Memory that was overwritten: the next steps reset and flag it, or give finite answers; then the contact goes on as a new one.
+#[test]
+fn overwritten_memory_is_reset_or_sound() {
+    let example = ExamplePad::new();
+    let pad = example.pad();
+    let mut seed = 11u64;
+    let mut bits = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 32) as u32
+    };
+    let at =
+        |depth_mm: f32, x: f32| Motion { depth_mm, slide_increment_mm: [x, 0.01], dt_s: 1e-3, ..Motion::default() };
+    let (mut lost, mut kept) = (0, 0);
+    for case in 0..3000 {
+        let mut state = PadState::<EXAMPLE_PATCHES>::new(&pad).unwrap();
+        for _ in 0..3 {
+            pad.step(&mut state, &Plane, at(0.9, 0.05), [30.0, 0.0]);
+        }
+        let words: &mut [u32] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut state));
+        for _ in 0..=case % 3 {
+            let place = bits() as usize % words.len();
+            words[place] = match bits() % 4 {
+                0 => bits(),
+                1 => f32::NAN.to_bits(),
+                2 => f32::MAX.to_bits(),
+                _ => (1e3 * (bits() as f32 / 2e9 - 1.0)).to_bits(),
+            };
+        }
+        let mut was_lost = false;
+        for k in 0..4 {
+            let r = pad.step(&mut state, &Plane, at(0.9, 0.02 * k as f32), [32.0, 4.0]);
+            was_lost |= r.status.contains(crate::Status::MEMORY_LOST);
+            let numbers = [r.normal_force_n, r.friction_n[0], r.friction_n[1], r.spin_moment_n_mm, r.contact_area_mm2];
+            assert!(numbers.iter().all(|x| x.is_finite()) && r.normal_force_n >= 0.0, "{case}: {r:?}");
+            assert!((0.0..=1.0).contains(&r.stick_ratio) && (0.0..=1.0).contains(&r.slip_margin), "{case}: {r:?}");
+        }
+        (lost, kept) = (lost + u32::from(was_lost), kept + u32::from(!was_lost));
+    }
+    assert!(lost > 100 && kept > 100, "{lost} {kept}");
+}
+
+/// A finger of another size, stiffness and lambda on a body of another size: `tuned` against a pad whose every number is changed by hand.
+#[test]
+fn a_tuned_pad_is_the_pad_of_the_other_finger() {
+    let example = ExamplePad::new().cast::<f64>();
+    let pad = example.pad();
+    let (s, e, lambda) = (1.25, 2.0, 0.75);
+    let tuning = PadTuning { size: s as f32, stiffness: e as f32, lambda: lambda as f32 };
+    let tuned = pad.tuned(tuning).unwrap();
+    let mut other = ExamplePad::new().cast::<f64>();
+    // Coordinates of the bulk are roots of energies.
+    let root = f64::sqrt(e * s * s * s);
+    let scaled = |row: [f64; MODES], by: f64| row.map(|x| x * by);
+    for patch in &mut other.patches {
+        patch.middle_mm = patch.middle_mm.map(|x| x * s);
+        patch.area_mm2 *= s * s;
+        patch.spread_mm = patch.spread_mm.map(|x| x * s);
+        patch.modes = patch.modes.map(|row| scaled(row, s / root));
+        patch.compliance_mm_per_n = patch.compliance_mm_per_n.map(|c| c / (e * s));
+    }
+    let numbers = &mut other.numbers;
+    for (k, row) in numbers.rigid.iter_mut().enumerate() {
+        *row = scaled(*row, if k < 3 { s / root } else { 1.0 / root });
+    }
+    numbers.squash = numbers.squash.map(|x| x / (e * s));
+    numbers.reach *= s / root;
+    numbers.middle_mm = numbers.middle_mm.map(|x| x * s);
+    numbers.first_touch_mm = numbers.first_touch_mm.map(|x| x * s);
+    numbers.depth_max_mm *= s;
+    let law = &mut numbers.law;
+    law.stiffening = [law.stiffening[0] * e, law.stiffening[1] * s];
+    law.flattening_mpa = law.flattening_mpa.map(|x| x * e);
+    law.friction[0] *= lambda;
+    for axis in &mut law.lift {
+        for (k, x) in axis.iter_mut().enumerate() {
+            // Products of two translations, of one and a rotation, of two rotations.
+            *x *= [1.0 / s, 1.0 / s, s, 1.0 / s, 1.0, 1.0, 1.0 / s, s, s, 1.0, 1.0, s][k];
+        }
+    }
+    let other = other.pad();
+    assert!((tuned.depth_max_mm() - other.numbers.depth_max_mm).abs() < 1e-6);
+    let body = Sphere { radius_mm: 12.0 };
+    let mut states = [tuned.over::<N>([30.0, 0.0]).unwrap(), PadState::<N, f64>::over(&other, [30.0, 0.0]).unwrap()];
+    let mut largest = [0.0f64; 3];
+    for k in 0..60 {
+        let x = if k % 30 < 20 { 0.05 } else { -0.06 };
+        let motion = Motion {
+            depth_mm: 0.9 + 0.01 * f64::from(k),
+            slide_increment_mm: [x, 0.02],
+            spin_increment_rad: 0.01,
+            dt_s: 1e-3,
+        };
+        let pose = [30.0 + 0.2 * f64::from(k), 3.0];
+        let [before, after] = &mut states;
+        let a = tuned.step(before, &body, motion, pose);
+        let b = other.step(after, &body, motion, pose);
+        let limit = b.friction_limit_n;
+        largest[0] = largest[0].max((a.normal_force_n - b.normal_force_n).abs() / b.normal_force_n);
+        for k in 0..2 {
+            largest[1] = largest[1].max((a.friction_n[k] - b.friction_n[k]).abs() / limit);
+            largest[1] = largest[1].max((a.pressure_centre_mm[k] - b.pressure_centre_mm[k]).abs() / 10.0);
+        }
+        largest[2] = largest[2].max((a.spin_moment_n_mm - b.spin_moment_n_mm).abs() / (limit * 5.0));
+        assert_eq!(a.regime, b.regime, "{k}");
+    }
+    assert!(largest.iter().all(|x| *x < 2e-3), "{largest:?}");
+    for (tuning, what) in [
+        (PadTuning { size: 3.0, ..tuning }, crate::error::Field::Size),
+        (PadTuning { stiffness: f32::NAN, ..tuning }, crate::error::Field::Stiffness),
+        (PadTuning { lambda: 0.0, ..tuning }, crate::error::Field::Lambda),
+    ] {
+        assert!(matches!(pad.tuned(tuning), Err(crate::Error::Range { what: found, .. }) if found == what));
+    }
+}

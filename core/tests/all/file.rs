@@ -29,7 +29,7 @@ fn the_shipped_file_reads_and_writes_back() {
     bytemuck::cast_slice_mut::<u64, u8>(&mut old)[4] = 3;
     let old = File::from_bytes(&bytemuck::cast_slice::<u64, u8>(&old)[..SHIPPED.len()]).unwrap_err();
     assert_eq!(old, Error::Version { found: 3 });
-    assert!(old.to_string().contains("version 3; this library reads version 9"), "{old}");
+    assert!(old.to_string().contains("version 3; this library reads version 10"), "{old}");
 }
 
 #[test]

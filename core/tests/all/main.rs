@@ -1,4 +1,4 @@
-//! The integration tests of the core in one binary: `cargo test -p fingerpad --test all poses::` runs those of one file.
+//! The integration tests of the core in one binary: `cargo test -p fingerpad --test all properties::` runs those of one file.
 
 mod batch;
 mod calibration;
@@ -7,8 +7,8 @@ mod common;
 mod control_loop;
 mod effects;
 mod file;
+mod held_load;
 mod pads;
-mod poses;
 mod properties;
 mod recipe;
 mod requests;

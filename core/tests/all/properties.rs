@@ -38,19 +38,14 @@ fn follow<const P: usize>(data: &Data, path: &DisturbedPath) {
     for at in &path.0 {
         state.set_strength_factor(at.factor);
         let model = plain.tuned(at.tuning).unwrap();
-        let r = match at.pose.filter(|_| data.pose.knows_poses()) {
-            Some(pose) => step(&model.posed(pose).unwrap(), &mut state, at.motion),
-            None => step(&model, &mut state, at.motion),
-        };
+        let r = step(&model, &mut state, at.motion);
         assert_sane(data, 5.0 * 10.0 * 4.0 * 5.0 * 8.0, &r);
         assert!(
             StateOf::<SPRINGS, P>::read_bytes(7, &saved(&state)).is_ok_and(|again| again == state),
             "{at:?} {state:?}"
         );
         let deep = at.motion.depth_mm > model.depth_max_mm() * (1.0 - 1e-6);
-        let beyond = at.pose.is_some() && data.pose.knows_poses();
-        let told = [(deep, Status::DEPTH_ABOVE_RANGE), (beyond, Status::POSE_OUT_OF_RANGE)];
-        let may = told.iter().filter(|(may, _)| *may).fold(Status::OK, |all, (_, flag)| all.with(*flag));
+        let may = if deep { Status::DEPTH_ABOVE_RANGE } else { Status::OK };
         assert!(may.contains(r.status), "{at:?} {r:?}");
     }
 }
@@ -292,7 +287,7 @@ fn twin_of(params: &Params) -> fingerpad::ParamsOf<SPRINGS, { fingerpad::NODES }
         band_friction_middle: params.band_friction_middle.into(),
         band_friction_slip: params.band_friction_slip.into(),
         pressure_exponent: params.pressure_exponent.into(),
-        pose: params.pose.map(f64::from),
+        pose_deg: params.pose_deg.map(f64::from),
     }
 }
 

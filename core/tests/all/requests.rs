@@ -3,8 +3,8 @@
 use crate::common::{Noise, closed_path, example, motion, shipped};
 use fingerpad::events::{Change, Queue, Watch};
 use fingerpad::{
-    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Pose, Regime, Response, SPRINGS, SpinState,
-    State, Status, Surroundings, Tangential, step,
+    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Regime, Response, SPRINGS, SpinState, State,
+    Status, Surroundings, Tangential, step,
 };
 use proptest::prelude::*;
 
@@ -235,15 +235,13 @@ fn serde_round_trips() {
 }
 
 /// Without contact nothing is held: the slip margin is 0, never that of a safe grip. Fingers that bounce, by noise on the depth, with
-/// slides that turn back: plain, with spin, in a pose, tuned by effects, driven by force, and in a batch.
+/// slides that turn back: plain, with spin, tuned by effects, driven by force, and in a batch.
 #[test]
 fn the_margin_is_zero_without_contact() {
     let data = shipped();
     let model = data.model().unwrap();
-    let posed = model.posed(Pose { pitch_deg: 45.0, roll_deg: 10.0 }).unwrap();
     let effects = Effects::new(&[]).unwrap();
-    let (mut plain, mut spun, mut turned, mut driven) =
-        (State::default(), SpinState::default(), State::default(), State::default());
+    let (mut plain, mut spun, mut driven) = (State::default(), SpinState::default(), State::default());
     let mut contact: Contact<SPRINGS> = Contact::default();
     let mut many = [State::default(); 16];
     let (mut noise, mut lifted) = (Noise(5), 0);
@@ -268,7 +266,6 @@ fn the_margin_is_zero_without_contact() {
         let responses = [
             step(&model, &mut plain, motion(depth, x, 0.0)),
             step(&model, &mut spun, motion(depth, x, 0.0)),
-            step(&posed, &mut turned, motion(depth, x, 0.0)),
             effects.step(&model, &mut contact, Surroundings::default(), motion(depth, x, 0.0)),
             model.step_driven(&mut State::default(), drive).response,
             by_force,

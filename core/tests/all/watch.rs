@@ -2,7 +2,7 @@
 
 use core::f64::consts::FRAC_1_SQRT_2;
 
-use crate::common::{Noise, accurate, shipped};
+use crate::common::{Noise, shipped};
 use fingerpad::events::{Change, Event, Watch};
 use fingerpad::{DataOf, Motion, NODES, StateOf, step};
 
@@ -102,10 +102,9 @@ fn largest_shift<const M: usize>(name: &str, data: &DataOf<M, NODES>) -> f64 {
     largest
 }
 
-/// In the model with six springs noise of the depth unloads a small spring at the rim: first slip along y at 1.5 mm comes later.
 #[test]
 fn one_first_slip_for_each_slide_and_none_at_rest() {
-    let (shipped, accurate) = (largest_shift("shipped", &shipped()), largest_shift("accurate", &accurate()));
-    println!("first slip through noise: {:.1} and {:.1} % of the slide apart", 100.0 * shipped, 100.0 * accurate);
-    assert!(shipped < 0.1 && accurate < 0.2, "{shipped} {accurate}");
+    let shift = largest_shift("shipped", &shipped());
+    println!("first slip through noise: {:.1} % of the slide apart", 100.0 * shift);
+    assert!(shift < 0.1, "{shift}");
 }

@@ -7,7 +7,7 @@ pub mod golden_pad;
 pub mod law_vectors;
 pub mod vectors;
 
-use fingerpad::{Data, DataOf, Error, FileOf, Motion, NODES, Params, ParamsOf, Pose, Response, State, Tuning, step};
+use fingerpad::{Data, Error, FileOf, Motion, Params, ParamsOf, Response, State, Tuning, step};
 use proptest::prelude::*;
 
 pub fn example() -> Data {
@@ -20,18 +20,13 @@ pub fn models() -> Vec<(&'static str, Data)> {
     [("example", example())].into_iter().chain(shipped.map(|data| ("shipped", data))).collect()
 }
 
-/// The shipped model, which has poses.
+/// The shipped model.
 pub fn shipped() -> Data {
     read(include_bytes!("../data/fingertip.fpm")).unwrap()
 }
 
-/// The shipped model with six springs.
-pub fn accurate() -> DataOf<6, NODES> {
-    read(include_bytes!("../data/fingertip-accurate.fpm")).unwrap()
-}
-
 /// The model of a file, from a copy that is aligned as the reader asks.
-fn read<const M: usize>(bytes: &[u8]) -> Result<DataOf<M, NODES>, Error> {
+fn read(bytes: &[u8]) -> Result<Data, Error> {
     let words: Vec<u64> =
         bytes.chunks(8).map(|c| u64::from_ne_bytes(core::array::from_fn(|i| c.get(i).copied().unwrap_or(0)))).collect();
     FileOf::from_bytes(&bytemuck::cast_slice(&words)[..bytes.len()]).map(|file| *file.model.data())
@@ -112,12 +107,10 @@ pub fn run(data: &Data, path: &[[f64; 3]], mut each: impl FnMut([f64; 3], &Respo
 pub struct Disturbed {
     pub factor: f32,
     pub tuning: Tuning,
-    /// Of models that know poses; only on paths on which the tuning changes.
-    pub pose: Option<Pose>,
     pub motion: Motion,
 }
 
-/// A path on which depth, slide and angle are noisy and strength factor, tuning and pose change now and then, or in every step.
+/// A path on which depth, slide and angle are noisy and strength factor and tuning change now and then, or in every step.
 #[derive(Clone)]
 pub struct DisturbedPath(pub Vec<Disturbed>);
 
@@ -133,7 +126,7 @@ pub fn any_tuning() -> impl Strategy<Value = Tuning> {
     ranges.prop_map(|(size, stiffness, lambda, tau0_mpa)| Tuning { size, stiffness, lambda, tau0_mpa })
 }
 
-/// Disturbed paths; `turns` with spin, `tuned` with changes of the tuning and the pose.
+/// Disturbed paths; `turns` with spin, `tuned` with changes of the tuning.
 pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = DisturbedPath> {
     let angle = if turns { -0.6f32..0.6 } else { 0.0..0.0001 };
     let tuning = if tuned { prop::option::of(any_tuning()).boxed() } else { Just(None).boxed() };
@@ -145,7 +138,6 @@ pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = Disturb
             let mut noisy = Noise(seed);
             let (mut steps, mut here) = (vec![], [-0.05f32, 0.0, 0.0, 0.0]);
             let (mut factor, mut tuning) = (1.0f32, Tuning::default());
-            let mut pose = None;
             for ((d, x, y, angle), new_factor, new_tuning) in corners {
                 let to = [d, x, y, if turns { angle } else { 0.0 }];
                 let span = (0..4).map(|i| (to[i] - here[i]).abs()).fold(0.0, f32::max);
@@ -154,8 +146,6 @@ pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = Disturb
                 factor = new_factor.unwrap_or(factor);
                 if let Some(new) = new_tuning {
                     tuning = new;
-                    let pitch_deg = 40.0 + 30.0 * noisy.next();
-                    pose = Some(Pose { pitch_deg, roll_deg: 30.0 * noisy.next() });
                 }
                 for k in 1..=n as usize {
                     let depth_mm = here[0] + by[0] * k as f32 + noise * noisy.next();
@@ -165,10 +155,6 @@ pub fn disturbed_path(turns: bool, tuned: bool) -> impl Strategy<Value = Disturb
                     steps.push(Disturbed {
                         factor: factor * wave,
                         tuning: Tuning { lambda: (tuning.lambda * wave).clamp(0.1, 10.0), ..tuning },
-                        pose: pose.map(|Pose { pitch_deg, roll_deg }| Pose {
-                            pitch_deg: (pitch_deg + 20.0 * noise * noisy.next()).clamp(10.0, 70.0),
-                            roll_deg: (roll_deg + 20.0 * noise * noisy.next()).clamp(-30.0, 30.0),
-                        }),
                         motion: Motion { depth_mm, slide_increment_mm, spin_increment_rad, dt_s: 1e-3 },
                     });
                 }

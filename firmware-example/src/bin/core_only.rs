@@ -10,7 +10,7 @@ use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, S
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
 use fingerpad::{
-    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Params, Pose, Response,
+    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Params, Response,
     SPRINGS, SpinState, State, Surroundings, Tangential, Tuned, Tuning,
 };
 use nalgebra::{Matrix3, Vector3};
@@ -64,13 +64,11 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     let file = File::from_bytes(bytes).ok()?;
     let model = file.model;
     let tuned = model.tuned(Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] }).ok()?;
-    let posed = tuned.posed(Pose { pitch_deg: f[0], roll_deg: f[1] }).ok()?;
-    black_box((file.meta, posed.depth_max_mm()));
+    black_box((file.meta, tuned.depth_max_mm()));
     let mut state = State::default();
     state.set_strength_factor(f[3]);
     let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
     let r = one_step(&model, &mut state, &motion);
-    black_box(fingerpad::step(&posed, &mut state, motion));
     black_box(one_tuned_step(&tuned, &mut state, &motion));
     let mut spinning = SpinState::default();
     black_box(one_spin_step(&model, &mut spinning, &Motion { spin_increment_rad: f[1], ..motion }));

@@ -7,7 +7,7 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::calibration::{Calibration, Measured, Settings};
 use fingerpad::{
-    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Pose, Posed, Response,
+    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response,
     SPRINGS, StateOf, Surroundings, Tangential, Tuned, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
@@ -108,7 +108,6 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
     row::<3>(["step M=3, N F limit margin", "step M=3"], samples)?;
     row::<4>(["step M=4, N F limit margin", "step M=4 default"], samples)?;
     row::<5>(["step M=5, N F limit margin", "step M=5"], samples)?;
-    row::<6>(["step M=6, N F limit margin", "step M=6"], samples)?;
     row::<8>(["step M=8, N F limit margin", "step M=8"], samples)?;
     spin_row::<3>(["spin M=3, N F Mz limit margin", "spin M=3"], samples)?;
     spin_row::<4>(["spin M=4, N F Mz limit margin", "spin M=4"], samples)?;
@@ -119,7 +118,7 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
     print("step_driven by normal force", count(driven, &mut bench, samples));
     print("tuned", count(tuned, &mut bench, samples));
     effects(samples)?;
-    poses_and_calibration(samples)?;
+    calibration(samples)?;
     let mut rivals = Rivals::default();
     print("LuGre 2-D + powf + bilinear table", count(lugre, &mut rivals, samples));
     print("interpn cubic + powf + nalgebra Iwan 8", count(crates, &mut rivals, samples));
@@ -232,33 +231,9 @@ extern "C" fn worked(b: &mut CalibrationBench<'_>, _: &[f32; 4]) {
     b.calibration.work();
 }
 
-/// Poses all over those of the shipped model.
-extern "C" fn posed(b: &mut Bench<'_, SPRINGS>, s: &[f32; 4]) {
-    let pose = Pose { pitch_deg: 12.0 + 23.5 * s[0], roll_deg: 49.0 * s[1] };
-    let _ = black_box(b.model.posed(pose));
-}
-
-struct PosedBench<'a> {
-    model: Posed<'a>,
-    state: StateOf<SPRINGS>,
-    response: Response,
-}
-
-extern "C" fn ours_posed(b: &mut PosedBench<'_>, s: &[f32; 4]) {
-    let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: 0.0, dt_s: s[3] };
-    b.response = step(&b.model, &mut b.state, motion);
-}
-
-/// A change of pose, a step in a pose, and the two halves of a step of calibration.
-fn poses_and_calibration(samples: &[[f32; 4]]) -> Result<(), Error> {
+/// The two halves of a step of calibration.
+fn calibration(samples: &[[f32; 4]]) -> Result<(), Error> {
     let model = fingerpad_firmware::model()?;
-    let mut bench = Bench::<SPRINGS>::new(model);
-    print("posed, a change of pose", count(posed, &mut bench, samples));
-    let pose = Pose { pitch_deg: 35.0, roll_deg: 5.0 };
-    let mut in_pose =
-        PosedBench { model: model.posed(pose)?, state: StateOf::default(), response: Response::default() };
-    print("step, in a pose", count(ours_posed, &mut in_pose, samples));
-    black_box(&in_pose.response);
     let measured = Measured { normal_force_n: 0.4, friction_n: [0.1, 0.0] };
     let mut bench = CalibrationBench { calibration: Calibration::new(&model, Settings::default())?, measured };
     print("calibration, a reading", count(recorded, &mut bench, samples));

@@ -102,12 +102,7 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
             100.0 * friction
         );
     }
-    super::reduce::fit::<{ fingerpad::SPRINGS }>(
-        &runs,
-        config.friction.beta,
-        &fingerpad_reduce::Settings::default(),
-        &model_file,
-    )?;
+    super::reduce::fit(&runs, &[], config.friction.beta, &fingerpad_reduce::Settings::default(), &model_file)?;
     Ok(())
 }
 

@@ -8,7 +8,7 @@ use fingerpad::effects::OWN;
 use fingerpad::{Effects, File, ModelFile, PadModelFile, Status, pad, pad::Body};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Path as PlanePath, path_csv, response_csv};
+use fingerpad_fe::load_path::{Drive, Path as PlanePath, Turn, path_csv, response_csv};
 use fingerpad_reduce::pad::{body_of, simulate_path_on_pad};
 use fingerpad_reduce::{
     PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
@@ -29,26 +29,27 @@ Examples:
   fingerpad eval --model model.fpm --path path.csv --out reduced.csv           your own model
   fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
   fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out reduced.csv
-  fingerpad eval --model pad.fpm --body sphere --radius-mm 10 --path path.csv --out reduced.csv
-                                                                               a pad, which `pad` writes
+  fingerpad eval --body sphere --radius-mm 10 --path path.csv --out reduced.csv  the shipped pad on a ball
+  fingerpad eval --model pad.fpm --path path.csv --out reduced.csv             a pad, which `pad` writes
   fingerpad eval --path - --out - < path.csv                                   from and to a pipe
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg, pitch_deg
 and roll_deg, which change evenly between rows as the others do. Moments in place of angles are refused. The response has
 the columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
 95 % of the finite-element runs lie that the fit did not see. Steps are at most 0.02 mm and 0.4 degrees; all arithmetic is
-that of the package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached, a
-pose out of the range of the fit the nearest pose and pose_out_of_range. Flags of the column status are counted on standard
-error.
+that of the package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached.
+Flags of the column status are counted on standard error.
 
 --runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
 prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law
 of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they
 change evenly; --column voltage_v=120 holds one at a value along the whole path.
 
-The model file of a pad answers in every pose and on a plane, a sphere, a cylinder or an edge (--body). On a body its depth_mm
-counts along the normal from where the plane through the body's apex would first touch in the pose; the apex lies under first touch of
-the pose in which the path starts. With a pad, forces may drive depth and slides as well.
+A model file is a bed of springs, which knows one pose of the finger on a plane, or a pad, which answers in every pose and on
+a plane, a sphere, a cylinder or an edge (--body). Without --model the shipped bed is taken, and the shipped pad where the
+path leaves the bed's pose or depth or --body is given. On a body depth_mm counts along the normal from where the plane through
+the body's apex would first touch in the pose; the apex lies under first touch of the pose in which the path starts. A pose out of
+the range of a pad's fit leaves the nearest pose and the status pose_out_of_range.
 
 An earlier response of eval at --out is replaced, any other file only with --force. With --out - the response goes to
 standard output and messages to standard error; --path - and --runs - read standard input.")]
@@ -168,20 +169,29 @@ const PREDICTION: &str = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (file, model_name) = model::load_any(args.model.as_deref())?;
+    let (mut file, mut model_name) = model::load_any(args.model.as_deref())?;
     let inputs = [("--model", &args.model), ("--path", &args.path), ("--runs", &args.runs)];
     let marks = [response_csv::header(true) + "\n", format!("{PREDICTION}\n")].map(Mark::beginning);
     let outputs = Outputs::beside(inputs.map(|(flag, path)| (flag, path.as_deref())))
         .stream("--out", &args.out, marks.into())
         .force(args.force);
+    // Standard input can be read once only.
+    let mut shipped_path = None;
+    if let (None, Some(path_file), Loaded::Bed(bed)) = (&args.model, &args.path, &file) {
+        let read = during("reading", |_| path_csv::read_with(outputs::input(path_file), &[]))?;
+        if let Some(reason) = needs_pad(args, &bed.file(), &read.0) {
+            let (pad, name) = model::shipped_pad()?;
+            eprintln!("{name}: {reason}");
+            (file, model_name) = (Loaded::Pad(pad), name);
+        }
+        shipped_path = Some(read);
+    }
     let file = match file {
         Loaded::Bed(file) => file,
-        Loaded::Pad(file) => return on_pad(args, &file, outputs, &model_name),
+        Loaded::Pad(file) => return on_pad(args, &file, outputs, &model_name, shipped_path),
     };
     if args.body.is_given() {
-        return Err(Failure::Input(anyhow!(
-            "{model_name}: a bed of springs knows the plane only; a pad takes other bodies"
-        )));
+        return Err(Failure::Input(anyhow!("{model_name}: a bed of springs knows the plane only; a pad takes other bodies")));
     }
     match (&args.runs, &args.path) {
         (Some(runs), _) => {
@@ -191,7 +201,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (None, Some(path)) => {
             let columns = own_columns(&file.file());
             args.conditions.check(&file.file(), &model_name)?;
-            let (plane, varying) = during("reading", |_| read_path(path, &columns, &file, &model_name))?;
+            let (plane, varying) = match shipped_path {
+                Some(read) => read,
+                None => during("reading", |_| read_path(path, &columns))?,
+            };
+            check(path, &plane, &file, &model_name)?;
             let own = AlongPath::of(args, &columns, varying, &model_name, path)?;
             outputs.prepare()?;
             warn_of_depths(&plane);
@@ -200,6 +214,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         (None, None) => Err(Failure::Input(anyhow!("--path is missing"))),
     }
+}
+
+/// Why a path needs the pad that ships instead of the bed, if it does.
+fn needs_pad(args: &Args, bed: &File<'_>, path: &PlanePath) -> Option<String> {
+    if args.body.is_given() {
+        return Some("--body asks for a pad".into());
+    }
+    let [pitch, roll] = bed.model.data().pose_deg;
+    let turned = |turn: &Option<Turn>, of_bed: f32| {
+        turn.as_ref().is_some_and(|turn| turn.values.iter().any(|deg| (deg - f64::from(of_bed)).abs() > 1e-3))
+    };
+    if turned(&path.turns.pitch, pitch) || turned(&path.turns.roll, roll) {
+        return Some(format!("the path leaves the pose of the shipped bed of springs (pitch {pitch}°, roll {roll}°)"));
+    }
+    let deepest = path.waypoints.iter().map(|w| w.normal).fold(0.0, f64::max);
+    let most = bed.model.depth_max_mm();
+    let is_deeper = path.drives[0] == Drive::Displacement && deepest > f64::from(most) + 1e-6;
+    is_deeper.then(|| format!("the path is deeper than the shipped bed of springs was fitted ({most:.2} mm)"))
 }
 
 /// Writes the response and tells of its flags.
@@ -216,7 +248,13 @@ fn write(args: &Args, path: &PlanePath, rows: &[TrajectoryRow], range: &Range) -
 }
 
 /// Follows a path with a pad.
-fn on_pad(args: &Args, file: &PadModelFile, outputs: Outputs, model_name: &str) -> Result<(), Failure> {
+fn on_pad(
+    args: &Args,
+    file: &PadModelFile,
+    outputs: Outputs,
+    model_name: &str,
+    read: Option<ReadPath>,
+) -> Result<(), Failure> {
     let Some(path_file) = &args.path else {
         return Err(Failure::Input(anyhow!(
             "{model_name}: a pad follows a --path; measured --runs need a bed of springs"
@@ -235,7 +273,10 @@ fn on_pad(args: &Args, file: &PadModelFile, outputs: Outputs, model_name: &str) 
             "--body: a pad takes a plane, a sphere, a cylinder and an edge; `simulate` takes others"
         )));
     };
-    let (path, _) = during("reading", |_| path_csv::read_with(outputs::input(path_file), &[]))?;
+    let (path, _) = match read {
+        Some(read) => read,
+        None => during("reading", |_| path_csv::read_with(outputs::input(path_file), &[]))?,
+    };
     refuse_long(path_file, &path)?;
     outputs.prepare()?;
     if body == Body::Plane {
@@ -265,43 +306,52 @@ struct Range {
     depth_max_mm: f32,
     pitch_deg: [f32; 2],
     roll_max_deg: f32,
+    /// What an answer beyond the depth is.
+    beyond: &'static str,
 }
 
 impl Range {
     fn of_bed(file: &File<'_>) -> Self {
-        let pose = &file.model.data().pose;
+        let [pitch_deg, roll_deg] = file.model.data().pose_deg;
         Self {
             depth_max_mm: file.model.depth_max_mm(),
-            pitch_deg: pose.pitch_range_deg,
-            roll_max_deg: pose.roll_max_deg,
+            pitch_deg: [pitch_deg; 2],
+            roll_max_deg: roll_deg.abs(),
+            beyond: "the answer is that of the largest depth",
         }
     }
 
     fn of_pad(pad: &pad::Pad<'_>) -> Self {
         let n = pad.numbers;
-        Self { depth_max_mm: n.depth_max_mm, pitch_deg: n.pitch_range_deg, roll_max_deg: n.roll_max_deg }
+        Self {
+            depth_max_mm: n.depth_max_mm,
+            pitch_deg: n.pitch_range_deg,
+            roll_max_deg: n.roll_max_deg,
+            beyond: "the answer goes on beyond the fit, up to twice that depth",
+        }
     }
 }
 
-/// A path that the reduced model can follow, with the columns of the user's own that its file has.
-fn read_path(
-    path_file: &Path,
-    columns: &[OwnColumn],
-    model_file: &ModelFile,
-    model_name: &str,
-) -> Result<(PlanePath, Vec<Option<Vec<f64>>>), Failure> {
+/// A path and the columns of the user's own that its file has.
+type ReadPath = (PlanePath, Vec<Option<Vec<f64>>>);
+
+/// Reads a path with the columns of the user's own that a model reads.
+fn read_path(path_file: &Path, columns: &[OwnColumn]) -> Result<ReadPath, Failure> {
     let more: Vec<path_csv::More<'_>> =
         columns.iter().map(|c| path_csv::More { name: &c.name, unit: &c.unit, range: c.range }).collect();
-    let (path, varying) = path_csv::read_with(outputs::input(path_file), &more)?;
+    Ok(path_csv::read_with(outputs::input(path_file), &more)?)
+}
+
+/// Refuses a path that a bed cannot follow.
+fn check(path_file: &Path, path: &PlanePath, model_file: &ModelFile, model_name: &str) -> Result<(), Failure> {
     let file = model_file.file();
-    check_path(&file.model, !file.effects.is_empty(), &path).map_err(|e| match e {
+    check_path(&file.model, !file.effects.is_empty(), path).map_err(|e| match e {
         PathError::OnePose { .. } | PathError::ForceWithEffects { .. } => {
             Failure::Input(anyhow!("{} with {model_name}: {e}", path_file.display()))
         }
         _ => Failure::Input(anyhow!("{}: {e}", path_file.display())),
     })?;
-    refuse_long(path_file, &path)?;
-    Ok((path, varying))
+    refuse_long(path_file, path)
 }
 
 fn along_path(
@@ -328,7 +378,7 @@ fn along_path(
 const FLAGS: [(Status, &str); 10] = [
     (Status::BAD_INPUT, "a depth or slide that is no number"),
     (Status::BAD_TIME_STEP, "a time step that is not positive"),
-    (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted: the answer is that of the largest depth"),
+    (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted:"),
     (Status::LARGE_INCREMENT, "a slide of one step beyond 64 mm, cut to that"),
     (Status::LOAD_NOT_REACHED, "a force out of reach: the nearest state stands there"),
     (Status::SPIN_IGNORED, "a turn of the plane, which was left out"),
@@ -352,7 +402,7 @@ fn warn_of_flags(rows: &[TrajectoryRow], range: &Range) {
         let Some(first) = rows.iter().position(|r| of_flag(&r)) else { continue };
         let count = rows.iter().filter(of_flag).count();
         let meaning = meaning
-            .replace("was fitted:", &format!("was fitted ({:.4} mm):", range.depth_max_mm))
+            .replace("was fitted:", &format!("was fitted ({:.4} mm): {}", range.depth_max_mm, range.beyond))
             .replace("was fitted in", &poses);
         let at = &rows[first].response;
         eprintln!(

@@ -7,8 +7,9 @@ use fingerpad::{Error, ModelFile, PadModelFile};
 
 use super::Failure;
 
-/// The model that ships.
+/// The bed and the pad that ship.
 const SHIPPED: &[u8] = include_bytes!("../data/models/fingertip.fpm");
+const SHIPPED_PAD: &[u8] = include_bytes!("../data/models/fingertip-pad.fpm");
 
 /// A bed of springs or a pad.
 pub enum Loaded {
@@ -31,6 +32,13 @@ pub fn load_any(path: Option<&Path>) -> Result<(Loaded, String), Failure> {
         }
     }
     load(path).map(|(file, name)| (Loaded::Bed(file), name))
+}
+
+/// The pad that ships and its name.
+pub fn shipped_pad() -> Result<(PadModelFile, String), Failure> {
+    let file = PadModelFile::new(SHIPPED_PAD)
+        .map_err(|e| Failure::Numerics(anyhow::anyhow!("the pad that ships cannot be used: {e}")))?;
+    Ok((file, "fingertip-pad.fpm (shipped)".into()))
 }
 
 fn name_of(path: &Path) -> String {

@@ -3,9 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use fingerpad_fe::contact::Outline;
+use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::atomic_write;
+use fingerpad_reduce::Run;
 use fingerpad_reduce::pad::{FitLimits, MOST_PATCHES, MadePad, PadSettings, PadSize, make_pad};
 
 use super::progress::during;
@@ -89,23 +92,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             other.settings_hash
         )));
     }
-    let paths: Vec<&load_path::Path> =
-        runs.iter().map(|run| &run.path).filter(|path| deepest_mm(path) <= SKIN_MM).collect();
-    let finger = make_finger_for(&config, &paths)?.0;
-    let Some(outline) = finger.outline.clone() else {
-        return Err(Failure::Input(anyhow!("a pad needs a smooth finger, a shape: an imported mesh has none yet")));
-    };
     let settings = PadSettings {
         size: PadSize { patches: args.patches },
         runs: args.fit_runs,
-        limits: FitLimits { patience: args.patience },
+        limits: FitLimits { patience: args.patience, hold: false },
         ..PadSettings::default()
     };
-    let made = during("fit", |_| make_pad(&finger, &outline, &runs, &settings))?;
-    let bytes = made.file()?;
-    atomic_write(&args.out, |w| w.write_all(&bytes))?;
-    print_summary(&made, &args.out, bytes.len());
+    make(&config, &runs, &settings, &args.out)?;
     Ok(())
+}
+
+/// Makes the pad of a finger from its runs, writes its model file and prints the errors along held-out runs.
+pub(super) fn make(config: &Config, runs: &[Run], settings: &PadSettings, out: &Path) -> Result<Vec<u8>, Failure> {
+    let paths: Vec<&load_path::Path> =
+        runs.iter().map(|run| &run.path).filter(|path| deepest_mm(path) <= SKIN_MM).collect();
+    let finger = make_finger_for(config, &paths)?.0;
+    let outline = finger.outline.clone().unwrap_or_else(|| {
+        let pad = finger.mesh.pad_nodes().into_iter().map(|node| finger.mesh.nodes[node as usize]).collect();
+        Outline::of_points(pad, &finger.mesh.nodes)
+    });
+    let made = during("fit of the pad", |_| make_pad(&finger, &outline, runs, settings))?;
+    let bytes = made.file()?;
+    atomic_write(out, |w| w.write_all(&bytes))?;
+    print_summary(&made, out, bytes.len());
+    Ok(bytes)
 }
 
 fn print_summary(made: &MadePad, out: &Path, bytes: usize) {

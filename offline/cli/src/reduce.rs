@@ -6,7 +6,6 @@ use std::{
 };
 
 use anyhow::Context;
-use fingerpad::SPRINGS;
 use fingerpad_formats::atomic_write;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::{
@@ -62,25 +61,11 @@ pub struct Args {
     /// Fits from beside the best one so far; the best on the paths of the fit is kept
     #[arg(long, value_name = "N", default_value_t = 12)]
     restarts: usize,
-    /// Springs of the model: 4, which firmware takes by default, or 6, more accurate at a higher cost of a step
-    #[arg(long, value_name = "N", default_value_t = SPRINGS, value_parser = springs, conflicts_with = "report")]
-    springs: usize,
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
     #[arg(long, value_name = "N", value_parser = super::jobs)]
     jobs: Option<usize>,
-}
-
-/// Springs of the accurate model.
-const ACCURATE: usize = 6;
-
-/// A number of springs for which models are made.
-fn springs(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count @ (SPRINGS | ACCURATE)) => Ok(count),
-        _ => Err(format!("models have {SPRINGS} or {ACCURATE} springs")),
-    }
 }
 
 /// Files of the report.
@@ -132,22 +117,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let runs = representable(runs);
     let settings = Settings { restarts: args.restarts, ..Settings::default() };
-    if args.springs == ACCURATE {
-        fit::<ACCURATE>(&runs, config.friction.beta, &settings, out)?;
-        return Ok(());
-    }
-    let reduced = fit(&runs, config.friction.beta, &settings, out)?;
+    let reduced = fit(&runs, &[], config.friction.beta, &settings, out)?;
     if let Some(folder) = &args.report {
         write_report(folder, &runs, &reduced, config.friction.beta, args.curve.then_some(&settings))?;
     }
     Ok(())
 }
 
-/// The runs that the spring bed knows; tells which ones are left out of the fit: deep ones, combined motion, other bodies, and spin that a
-/// moment drives.
+/// The runs that a bed of springs in the pose of most of them is made for; tells which ones are left out of the fit: other poses, deep
+/// ones, combined motion, other bodies, and spin that a moment drives.
 pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
     let (known, left): (Vec<Run>, Vec<Run>) =
-        runs.into_iter().partition(|run| run.is_representable() || reduce::is_posed(run));
+        runs.into_iter().partition(|run| run.is_representable());
     let of_kind = |kind: Kind| left.iter().filter(|run| run.kind == kind).count();
     let kinds: Vec<String> = (Kind::ALL.iter())
         .filter(|&&kind| of_kind(kind) > 0)
@@ -164,18 +145,25 @@ pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
 }
 
 /// Fits, prints the errors and writes the model file.
-pub(super) fn fit<const M: usize>(
+///
+/// * `beside`: runs of a pad of the same finger, which the fit sees as well
+pub(super) fn fit(
     runs: &[Run],
+    beside: &[Run],
     exponent: f64,
     settings: &Settings,
     out: &Path,
-) -> Result<Reduced<M>, Failure> {
+) -> Result<Reduced, Failure> {
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     let hash = runs.first().map_or("", |r| &r.settings_hash);
     println!("{} runs of settings {hash}, {early} ended early", runs.len());
+    if !beside.is_empty() {
+        println!("beside them {} runs of the pad", beside.len());
+    }
     let bar = counter("fit", 1, "minimisations");
-    let reduced = reduce::reduce::<M>(
+    let reduced = reduce::reduce(
         runs,
+        beside,
         exponent,
         settings,
         &FitProgress::new(&|at: FitStage| {
@@ -258,7 +246,7 @@ pub(super) fn read_runs(folder: Option<&Path>) -> Result<Vec<Run>, Failure> {
 }
 
 /// What the same paths cost both models.
-fn print_speed<const M: usize>(runs: &[Run], reduced: &Reduced<M>) -> Result<(), Failure> {
+fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
     let model = reduced.data.model().map_err(ReduceError::from)?;
     println!(
         "                         finite elements, s a path   reduced, us a path   steps   ns a step        ratio"
@@ -293,7 +281,7 @@ fn print_speed<const M: usize>(runs: &[Run], reduced: &Reduced<M>) -> Result<(),
     Ok(())
 }
 
-fn print_summary<const M: usize>(reduced: &Reduced<M>) {
+fn print_summary(reduced: &Reduced) {
     println!("cost {:.4e} -> {:.4e}; {}", reduced.cost[0], reduced.cost[1], reduced.ended);
     println!("                         N, of range   F, of limit   stick straight   turned   regime right   paths");
     let line = |name: &str, s: &Scores| {
@@ -318,18 +306,6 @@ fn print_summary<const M: usize>(reduced: &Reduced<M>) {
     for (name, c) in ["all", "stick", "partial slip", "slip"].iter().zip(&reduced.meta.coverage) {
         let (normal, friction) = (100.0 * c.normal, 100.0 * c.friction);
         println!("band of 95 %, {name}: normal force {normal:.1} %, friction {friction:.1} % of {} rows", c.rows);
-    }
-    if let Some([fixed, changing]) = &reduced.meta.poses {
-        for (what, s) in [("that stay", fixed), ("that change in contact", changing)] {
-            println!(
-                "other poses {what}, {} paths held out: normal force {:.1} % of the largest, friction {:.1} % of the limit, \
-                 centre of pressure {:.2} mm",
-                s.runs,
-                100.0 * s.normal_of_largest,
-                100.0 * s.friction_of_limit,
-                s.centre_mm
-            );
-        }
     }
     let (share, name) = &reduced.meta.held_out.worst_friction;
     println!("worst path held out: {name}, friction {:.1} % of the limit", 100.0 * share);

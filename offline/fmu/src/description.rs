@@ -75,14 +75,9 @@ pub const BUILD_DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fmiBuildDescription>
 "#;
 
-/// The inputs of a model: the motion, the pose if it knows others, what its effects read.
+/// The inputs of a model: the motion, and what its effects read.
 fn inputs(file: &File<'_>) -> Vec<Variable> {
-    let pose = &file.model.data().pose;
     let mut all = MOTION.to_vec();
-    if pose.knows_poses() {
-        all.push((6, "pitch_deg", "deg", f64::from(pose.pitch_deg), "Angle of the finger with the plane, 10 to 70"));
-        all.push((7, "roll_deg", "deg", 0.0, "Turn of the finger about its axis, -30 to 30, positive towards y"));
-    }
     if !file.effects.is_empty() {
         let Surroundings { hydration_au, temperature_c, finger_width_mm, .. } = Surroundings::default();
         all.push((8, "hydration_au", "", f64::from(hydration_au), "Moisture of the skin, corneometer units"));
@@ -99,7 +94,7 @@ const FIRST_OWN: u32 = 12;
 /// Name of a column of the user's own among the unit's variables: its own one, or `own_` before it where that is taken.
 fn own_name(name: &str) -> String {
     let numbers = MOTION.iter().chain(&PARAMETERS).chain(&OUTPUTS).map(|v| v.1);
-    let mut taken = numbers.chain(INTEGERS.iter().map(|v| v.1)).chain(["time", "pitch_deg", "roll_deg"]);
+    let mut taken = numbers.chain(INTEGERS.iter().map(|v| v.1)).chain(["time"]);
     if taken.any(|known| known == name) { format!("own_{name}") } else { name.to_owned() }
 }
 

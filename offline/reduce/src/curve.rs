@@ -24,7 +24,7 @@ fn point<const M: usize, const N: usize>(
     exponent: f64,
     settings: &Settings,
 ) -> Result<CurvePoint, ReduceError> {
-    let fitted = fit::<M, N>(runs, exponent, settings, &FitProgress::default())?;
+    let fitted = fit::<M, N>(runs, &[], exponent, settings, &FitProgress::default())?;
     let data = fitted.params.try_build()?;
     let scores = score(&data.model()?, runs);
     Ok(CurvePoint { springs: M, nodes: N, bytes: size_of_val(&data), held_out: Scores::of(&scores, |s| s.held_out) })

@@ -4,12 +4,11 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::{DataOf, EffectSlot, ModelOf, NODES, ParamsOf, PoseTable, SPRINGS};
+use fingerpad::{DataOf, EffectSlot, ModelOf, NODES, ParamsOf, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
 use super::fit::minimisations;
-use super::poses::{MINIMISATIONS, PoseScores, crossed_coverage, fit_poses, is_posed, pose_band, pose_scores};
 use super::{FitProgress, Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
 
 /// Contents of a model file's META section.
@@ -25,8 +24,11 @@ pub struct Meta {
     pub settings_hash: String,
     /// Ranges that the model was fitted in.
     pub ranges: Ranges,
-    /// Paths of the fit and paths held out.
+    /// Paths of the fit and paths held out, by finite elements.
     pub paths: [usize; 2],
+    /// Paths of a pad that the fit saw as well.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub paths_of_pad: usize,
     /// Errors along the held-out paths.
     pub held_out: Scores,
     /// The same for each kind of motion.
@@ -34,13 +36,15 @@ pub struct Meta {
     /// Share of held-out rows within the band, over all and in stick, partial slip, slip; each half of the held-out
     /// paths against a band from the other half.
     pub coverage: [Coverage; 4],
-    /// Errors in other poses, held out: in a pose that stays, and in one that changes in contact.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub poses: Option<[PoseScores; 2]>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl Meta {
-    /// Replaces the errors in the fitted pose by those of the present core along the runs that are not in other poses.
+    /// Replaces the errors by those of the present core.
     pub fn rescore<const M: usize, const N: usize>(&mut self, model: &ModelOf<'_, M, N>, runs: &[Run]) {
         let scores = score(model, runs);
         (self.held_out, self.kinds) = (Scores::of(&scores, |s| s.held_out), kinds(&scores));
@@ -92,6 +96,7 @@ pub struct Reduced<const M: usize = SPRINGS> {
 
 /// Fits, replays and checks a model of `M` springs.
 ///
+/// * `beside`: runs of a pad of the same finger that the fit sees as well, see [`crate::pad::runs_for_bed`]
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
@@ -99,6 +104,7 @@ pub struct Reduced<const M: usize = SPRINGS> {
 /// [`ReduceError::Model`] if the core refuses the numbers.
 pub fn reduce<const M: usize>(
     runs: &[Run],
+    beside: &[Run],
     pressure_exponent: f64,
     settings: &Settings,
     progress: &FitProgress<'_>,
@@ -110,18 +116,16 @@ pub fn reduce<const M: usize>(
             first.name, first.settings_hash, other.name, other.settings_hash
         )));
     }
-    let (posed, runs): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| is_posed(run));
-    let runs: Vec<Run> = runs.into_iter().cloned().collect();
-    let runs = runs.as_slice();
     if let Some(other) = runs.iter().find(|r| !r.is_representable()) {
         return Err(ReduceError::Runs(format!(
             "{} drives the spin of the plane by a moment, which the reduced model does not know; leave it out of the fit",
             other.name
         )));
     }
+    let pose_deg = pose_of(runs)?;
     // The last stage replays all runs for bands and scores.
-    progress.expect(minimisations(M, settings) + if posed.is_empty() { 0 } else { MINIMISATIONS } + 1);
-    let fitted = fit::<M, NODES>(runs, pressure_exponent, settings, progress)?;
+    progress.expect(minimisations(M, settings) + 1);
+    let fitted = fit::<M, NODES>(runs, beside, pressure_exponent, settings, progress)?;
     let mut params = fitted.params;
     let plain = params.try_build()?;
     let model = plain.model()?;
@@ -138,8 +142,7 @@ pub fn reduce<const M: usize>(
     };
     let (a, b) = (crossed(0, 1)?, crossed(1, 0)?);
     Band::of(&model, &held_out).put(&mut params);
-    params.pose = PoseTable::of_one_pose(fitted_pitch_deg(runs));
-    let poses = add_poses(&mut params, &posed, progress)?;
+    params.pose_deg = pose_deg;
     let data = params.try_build()?;
     let meta = Meta {
         name: "fingertip".into(),
@@ -148,41 +151,33 @@ pub fn reduce<const M: usize>(
         settings_hash: first.settings_hash.clone(),
         ranges: ranges(runs),
         paths: [runs.len() - held_out.len(), held_out.len()],
+        paths_of_pad: beside.len(),
         held_out: Scores::of(&scores, |s| s.held_out),
         kinds: kinds(&scores),
         coverage: std::array::from_fn(|i| a[i].together(b[i])),
-        poses,
     };
     Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended })
 }
 
-/// Pitch of the pose in which a model is fitted, degrees; that of the shipped finger where the runs do not tell one.
-fn fitted_pitch_deg(runs: &[Run]) -> f32 {
-    let first = runs.iter().flat_map(|run| &run.samples).find_map(|sample| sample.turned);
-    let pitch_deg = first.map_or(0.0, |turned| (1e3 * turned.pitch_deg).round() / 1e3);
-    if (10.0..=70.0).contains(&pitch_deg) { pitch_deg } else { 30.0 }
-}
-
-/// Adds the dependence on pitch and roll, and the band that it needs, to a model that is fitted in one pose; returns the
-/// errors along held-out runs in a pose that stays, and in one that changes in contact. None without enough runs.
-fn add_poses<const M: usize>(
-    params: &mut ParamsOf<M, NODES>,
-    posed: &[&Run],
-    progress: &FitProgress<'_>,
-) -> Result<Option<[PoseScores; 2]>, ReduceError> {
-    let [held_out, fitted]: [Vec<&Run>; 2] =
-        [true, false].map(|held_out| posed.iter().copied().filter(|run| run.held_out == held_out).collect());
-    let of = |is: fn(Kind) -> bool| -> Vec<&Run> { held_out.iter().copied().filter(|run| is(run.kind)).collect() };
-    let mut data = params.try_build()?.cast::<f64>();
-    let Some(table) = fit_poses(&data, &fitted, progress)? else { return Ok(None) };
-    data.pose = table;
-    let scores = [Kind::is_in_pose, Kind::changes_pose].map(|is| PoseScores {
-        coverage: crossed_coverage(&data, &held_out, |run| is(run.kind)),
-        ..pose_scores(&data, &of(is))
-    });
-    [data.pose.band, data.pose.band_rolled] = pose_band(&data, &held_out);
-    params.pose = data.pose.map(|x| x as f32);
-    Ok(Some(scores))
+/// The pose that all runs are in, degrees; that of the shipped finger where the runs do not tell one.
+fn pose_of(runs: &[Run]) -> Result<[f32; 2], ReduceError> {
+    let mut found: Option<(&Run, [f32; 2])> = None;
+    for run in runs.iter().filter(|run| run.samples.iter().any(|sample| sample.turned.is_some())) {
+        let Some(pose_deg) = run.pose_deg() else {
+            return Err(ReduceError::Runs(format!("{} changes its pose, but a bed of springs has one pose", run.name)));
+        };
+        match found {
+            None => found = Some((run, pose_deg)),
+            Some((other, of_other)) if of_other != pose_deg => {
+                return Err(ReduceError::Runs(format!(
+                    "a bed of springs has one pose, but {} is in pitch {}° and roll {}°, {} in {}° and {}°",
+                    other.name, of_other[0], of_other[1], run.name, pose_deg[0], pose_deg[1]
+                )));
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(found.map_or([30.0, 0.0], |(_, pose_deg)| pose_deg))
 }
 
 fn kinds(scores: &[RunScore]) -> BTreeMap<String, KindScores> {
@@ -266,7 +261,7 @@ mod tests {
         }
         runs[0].samples.iter_mut().for_each(|s| s.turned = None);
         let settings = Settings { iterations: 7, ..Settings::default() };
-        let reduced: Reduced = reduce(&runs, 0.46, &settings, &FitProgress::default()).unwrap();
+        let reduced: Reduced = reduce(&runs, &[], 0.46, &settings, &FitProgress::default()).unwrap();
         let held_out = &reduced.meta.held_out;
         assert!(held_out.paths >= 60);
         assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
@@ -276,19 +271,19 @@ mod tests {
             let [found, there] = [&reduced.data, &planted].map(|data| strength(&data.model().unwrap(), depth_mm));
             assert!((found / there - 1.0).abs() < 0.02, "limit at {depth_mm} mm: {found} for {there}");
         }
-        assert_eq!((reduced.data.pose.pitch_deg, reduced.data.pose.pitch_range_deg), (45.0, [45.0; 2]));
+        assert_eq!(reduced.data.pose_deg, [45.0, 0.0]);
         assert!(held_out.moment_of_limit < 0.03, "{held_out:?}");
         let bytes = reduced.file(&[]).unwrap();
         let file = fingerpad::ModelFile::new(&bytes).unwrap();
         assert_eq!(*file.file().model.data(), reduced.data);
         assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
         runs[3].settings_hash = "other".into();
-        let message = reduce::<SPRINGS>(&runs, 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
+        let message = reduce::<SPRINGS>(&runs, &[], 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
         assert!(message.contains("has other"), "{message}");
         runs[3].settings_hash = "twin".into();
         let moment = Turn { drive: Drive::Force, values: vec![1.0; runs[3].path.waypoints.len()] };
         runs[3].path.turns.spin = Some(moment);
-        let message = reduce::<SPRINGS>(&runs, 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
+        let message = reduce::<SPRINGS>(&runs, &[], 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
         assert!(message.starts_with(&runs[3].name) && message.contains("by a moment"), "{message}");
     }
 }

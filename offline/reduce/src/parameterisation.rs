@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use fingerpad::{Node, ParamsOf, PoseTable, SpringParams};
+use fingerpad::{Node, ParamsOf, SpringParams};
 
 use super::tables::Knots;
 
@@ -267,7 +267,7 @@ impl Parameterisation {
             band_friction_middle: 0.0,
             band_friction_slip: 0.0,
             pressure_exponent: self.pressure_exponent,
-            pose: PoseTable::of_one_pose(30.0),
+            pose_deg: [30.0, 0.0],
         }
     }
 }
@@ -308,7 +308,7 @@ pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> Param
         band_friction_middle: p.band_friction_middle as f32,
         band_friction_slip: p.band_friction_slip as f32,
         pressure_exponent: p.pressure_exponent as f32,
-        pose: p.pose.map(|v| v as f32),
+        pose_deg: p.pose_deg.map(|v| v as f32),
     }
 }
 

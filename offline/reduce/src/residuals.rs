@@ -46,8 +46,8 @@ impl Compared {
 
 /// Replays of the runs, compared with the finite elements.
 pub struct Replay<'a, const M: usize, const N: usize> {
-    /// The runs.
-    pub runs: &'a [&'a Run],
+    /// The runs and what a row of them counts.
+    pub runs: &'a [(&'a Run, f64)],
     /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
     pub limit: [f64; 2],
     /// Meaning of the vector.
@@ -111,7 +111,8 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
         let data = self.layout.params::<M, N>(&theta).build_unchecked();
         let model = data.model_unchecked();
         let mut out = Vec::new();
-        for run in self.runs {
+        for (run, weight) in self.runs {
+            let before = out.len();
             let most = |of: fn(&Sample) -> f32| f64::from(run.samples.iter().map(of).fold(0.0f32, f32::max));
             let most = [most(|s| s.normal_force_n).max(1e-3), most(|s| s.contact_area_mm2).max(1.0)];
             for (sample, r) in run.samples.iter().zip(&replay_coarsely(&model, run, COARSE)) {
@@ -121,6 +122,8 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
                     out.extend(vec![0.0; self.compared.count()]);
                 }
             }
+            let root = weight.sqrt();
+            out[before..].iter_mut().for_each(|residual| *residual *= root);
         }
         let bends = self.layout.of_bends(M);
         let prior = |k: usize| {

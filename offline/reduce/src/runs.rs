@@ -124,6 +124,17 @@ struct PlainPath<'a> {
 }
 
 impl Run {
+    /// Pitch and roll of the finger along the run, degrees to three digits; None where they change or the run does not tell them.
+    pub fn pose_deg(&self) -> Option<[f32; 2]> {
+        let mut poses = self
+            .samples
+            .iter()
+            .filter_map(|sample| sample.turned)
+            .map(|turned| [turned.pitch_deg, turned.roll_deg].map(|deg| (1e3 * deg).round() / 1e3));
+        let first = poses.next()?;
+        poses.all(|pose| pose == first).then_some(first)
+    }
+
     /// Whether the spring bed knows the motion of its path, [`is_representable`], and is fitted to such paths.
     pub fn is_representable(&self) -> bool {
         self.kind.is_for_springs() && is_representable(&self.path)

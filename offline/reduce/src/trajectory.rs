@@ -1,10 +1,9 @@
-//! The reduced model along a path of waypoints, driven by displacements or forces, in every pose.
+//! The reduced model along a path of waypoints, driven by displacements or forces.
 //!
 //! Main types: [`check_path`], [`simulate_path`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
 
 use fingerpad::{
-    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Pose, Regime, Response, Scaled, Scaling, StateOf,
-    Surroundings, Tangential,
+    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Regime, Response, StateOf, Surroundings, Tangential,
 };
 
 use fingerpad_fe::load_path::{self, Drive, Path, Turn};
@@ -41,9 +40,11 @@ pub enum PathError {
         /// The column of the angle.
         angle: &'static str,
     },
-    /// A pose for a model that has one pose.
+    /// Another pose than that of the bed.
     #[error(
-        "data row {row}: column `{column}` is {value}, but the model was fitted in one pose (pitch {pitch_deg}°, roll 0°)"
+        "data row {row}: column `{column}` is {value}, but this bed of springs has one pose (pitch {0}°, roll {1}°); a pad follows \
+         every pose",
+        pose_deg[0], pose_deg[1]
     )]
     OnePose {
         /// Row, from 1.
@@ -52,8 +53,8 @@ pub enum PathError {
         column: &'static str,
         /// Its value, degrees.
         value: f64,
-        /// Pitch of the model's pose, degrees.
-        pitch_deg: f32,
+        /// Pitch and roll of the model's pose, degrees.
+        pose_deg: [f32; 2],
     },
     /// A driven force for a model with effects.
     #[error("column `{column}`: a model with effects cannot be driven by force; prescribe depth and slides")]
@@ -126,19 +127,16 @@ pub fn check_path<const M: usize, const N: usize>(
     if has_effects && let Some(axis) = path.drives.iter().position(|drive| *drive == Drive::Force) {
         return Err(PathError::ForceWithEffects { column: ["normal_force_n", "friction_x_n", "friction_y_n"][axis] });
     }
-    let pose = &model.data().pose;
+    let pose_deg = model.data().pose_deg;
     for k in 0..path.waypoints.len() {
         if let Some(problem) = path.refused(k) {
             return Err(PathError::Row { row: k + 1, problem });
         }
-        if pose.knows_poses() {
-            continue;
-        }
-        let fitted = [0.0, f64::from(pose.pitch_deg), 0.0];
+        let fitted = [0.0, f64::from(pose_deg[0]), f64::from(pose_deg[1])];
         for ((turn, (column, _)), fitted) in turns(path).into_iter().zip(TURNS).zip(fitted).skip(1) {
             let value = turn.map_or(fitted, |turn| turn.values[k]);
             if (value - fitted).abs() > 1e-3 {
-                return Err(PathError::OnePose { row: k + 1, column, value, pitch_deg: pose.pitch_deg });
+                return Err(PathError::OnePose { row: k + 1, column, value, pose_deg });
             }
         }
     }
@@ -164,39 +162,10 @@ fn turns(path: &Path) -> [Option<&Turn>; 3] {
     [spin.as_ref(), pitch.as_ref(), roll.as_ref()]
 }
 
-/// A model in the pose of each step.
-struct InPose<'a, 'm, const M: usize, const N: usize> {
-    model: &'a ModelOf<'m, M, N>,
-    /// The last pose and the model in it.
-    last: Option<(Pose, ModelOf<'m, M, N, Scaled<f32, true>>)>,
-    /// Whether the path has a pitch or a roll, and the model answers for them.
-    is_posed: bool,
-}
-
-impl<'a, 'm, const M: usize, const N: usize> InPose<'a, 'm, M, N> {
-    fn new(model: &'a ModelOf<'m, M, N>, path: &Path) -> Self {
-        let is_posed = model.data().pose.knows_poses() && turns(path)[1..].iter().any(Option::is_some);
-        Self { model, last: None, is_posed }
-    }
-
-    /// The model in the pose of a place, None for the pose of the fit.
-    fn at(&mut self, [.., pitch, roll]: Position) -> Option<&ModelOf<'m, M, N, Scaled<f32, true>>> {
-        if !self.is_posed {
-            return None;
-        }
-        let pose = Pose { pitch_deg: pitch as f32, roll_deg: roll as f32 };
-        if self.last.as_ref().is_none_or(|(before, _)| *before != pose) {
-            // No pose that `check_path` passes is refused.
-            self.last = self.model.posed(pose).ok().map(|posed| (pose, posed));
-        }
-        self.last.as_ref().map(|(_, posed)| posed)
-    }
-}
-
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
-/// Pitch, roll and spin change evenly between waypoints, as depth and slides do. Slides driven by force start from 0; a force
-/// out of reach leaves the nearest state and its flag, a pose out of the range of the fit the state in the nearest pose.
+/// Spin changes evenly between waypoints, as depth and slides do. Slides driven by force start from 0; a force out of reach leaves the
+/// nearest state and its flag.
 ///
 /// # Errors
 /// Those of [`check_path`].
@@ -214,17 +183,13 @@ fn driven<const M: usize, const N: usize, const P: usize>(
     path: &Path,
 ) -> Vec<TrajectoryRow> {
     let mut state = StateOf::<M, P>::default();
-    let mut in_pose = InPose::new(model, path);
-    along(path, model.data().pose.pitch_deg.into(), &mut |place: Place, at: &mut Position| match in_pose
-        .at(place.target)
-    {
-        None => driven_step(model, &mut state, path.drives, &place, at),
-        Some(posed) => driven_step(posed, &mut state, path.drives, &place, at),
+    along(path, model.data().pose_deg[0].into(), &mut |place: Place, at: &mut Position| {
+        driven_step(model, &mut state, path.drives, &place, at)
     })
 }
 
-fn driven_step<const M: usize, const N: usize, const P: usize, S: Scaling<f32>>(
-    model: &ModelOf<'_, M, N, S>,
+fn driven_step<const M: usize, const N: usize, const P: usize>(
+    model: &ModelOf<'_, M, N>,
     state: &mut StateOf<M, P>,
     drives: [Drive; 3],
     &Place { target, dt, .. }: &Place,
@@ -280,11 +245,10 @@ fn with_effects<const M: usize, const N: usize, const P: usize>(
     path: &Path,
 ) -> Vec<TrajectoryRow> {
     let mut contact = Contact::<M, P>::default();
-    let mut in_pose = InPose::new(model, path);
     let mut now = surroundings;
     along(
         path,
-        model.data().pose.pitch_deg.into(),
+        model.data().pose_deg[0].into(),
         &mut |Place { target, dt, before, share }: Place, at: &mut Position| {
             now.series_s += dt as f32;
             for (to, values) in now.own.iter_mut().zip(own) {
@@ -301,10 +265,7 @@ fn with_effects<const M: usize, const N: usize, const P: usize>(
                 dt_s: dt.max(1e-6) as f32,
             };
             *at = target;
-            let mut response = match in_pose.at(target) {
-                None => effects.step(model, &mut contact, now, motion),
-                Some(posed) => effects.step(posed, &mut contact, now, motion),
-            };
+            let mut response = effects.step(model, &mut contact, now, motion);
             let [normal, x, y] = effects.reading_under(&response, &contact, &now);
             (response.normal_force_n, response.friction_n) = (normal, [x, y]);
             response

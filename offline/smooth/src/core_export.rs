@@ -232,7 +232,7 @@ fn params(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed, varying:
         band_friction_middle: middle_of(friction_slip, friction_rate, friction_bend),
         band_friction_slip: friction_slip,
         pressure_exponent: model.load_exponent.clamp(-1.0, 2.0) as f32,
-        pose: data.pose,
+        pose_deg: data.pose_deg,
     }
 }
 

@@ -1,15 +1,12 @@
-//! Writes the scores that the present core has along the stored runs into the shipped model files, whose numbers stay.
+//! Writes the scores that the present core has along the stored runs into the shipped model file, whose numbers stay.
 //!
 //! `cargo xtask model --scores` runs this where the bits of a step have changed, but no model is to be fitted.
 
 use std::path::{Path, PathBuf};
 
-use fingerpad::{DataOf, FileOf, NODES, SPRINGS};
+use fingerpad::{Data, File};
 use fingerpad_reduce::{Meta, Run};
 use fingerpad_tests::Failure;
-
-/// Springs of the more accurate model.
-const ACCURATE: usize = 6;
 
 fn main() -> Result<(), Failure> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data");
@@ -19,22 +16,21 @@ fn main() -> Result<(), Failure> {
     files.sort();
     let runs: Vec<Run> =
         files.iter().map(|file| Ok(Run::from_bytes(&std::fs::read(file)?, file)?)).collect::<Result<_, Failure>>()?;
-    rescore::<SPRINGS>(&data.join("models/fingertip.fpm"), &runs)?;
-    rescore::<ACCURATE>(&data.join("models/fingertip-accurate.fpm"), &runs)
+    rescore(&data.join("models/fingertip.fpm"), &runs)
 }
 
-fn rescore<const M: usize>(path: &Path, runs: &[Run]) -> Result<(), Failure> {
+fn rescore(path: &Path, runs: &[Run]) -> Result<(), Failure> {
     let bytes = std::fs::read(path)?;
     let mut aligned = vec![0u64; bytes.len().div_ceil(8)];
     let whole: &mut [u8] = bytemuck::cast_slice_mut(&mut aligned);
     whole[..bytes.len()].copy_from_slice(&bytes);
-    let file = FileOf::<M, NODES>::from_bytes(&whole[..bytes.len()]).map_err(|e| format!("{}: {e}", path.display()))?;
+    let file = File::from_bytes(&whole[..bytes.len()]).map_err(|e| format!("{}: {e}", path.display()))?;
     let mut meta: Meta = serde_json::from_str(file.meta)?;
     let of_fit = |run: &&Run| run.settings_hash == meta.settings_hash && run.is_representable();
     let of_fit: Vec<Run> = runs.iter().filter(of_fit).cloned().collect();
     meta.rescore(&file.model, &of_fit);
     let text = serde_json::to_string(&meta)?;
-    let mut out = vec![0; DataOf::<M, NODES>::file_length(file.effects, &text)];
+    let mut out = vec![0; Data::file_length(file.effects, &text)];
     file.model.data().write_file(file.effects, &text, &mut out)?;
     std::fs::write(path, out)?;
     println!("{}: {:?}", path.display(), meta.held_out);

@@ -3,10 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fingerpad::ModelFile;
-use fingerpad_reduce::{
-    Coverage, DesignSettings, Kind, Meta, Run, Scores, design, is_posed, pose_scores, pressure_centre,
-    replay_with_pose, score,
-};
+use fingerpad_reduce::{Coverage, DesignSettings, Meta, Run, Scores, design, pressure_centre, replay, score};
 
 fn data(below: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(below)
@@ -18,7 +15,7 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
     let bytes = std::fs::read(data("models/fingertip.fpm")).unwrap();
     let file = ModelFile::new(&bytes).unwrap();
     let meta: Meta = serde_json::from_str(file.file().meta).unwrap();
-    let (mut runs, mut posed) = (Vec::new(), Vec::new());
+    let mut runs = Vec::new();
     for experiment in design(&DesignSettings::default()).unwrap() {
         let path = data("runs").join(Run::file_name(&experiment, &meta.settings_hash));
         let Ok(bytes) = std::fs::read(&path) else { continue };
@@ -26,8 +23,6 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
         assert_eq!((&run.name, run.held_out, &run.path), (&experiment.name, experiment.held_out, &experiment.path));
         if run.is_representable() {
             runs.push(run);
-        } else if is_posed(&run) {
-            posed.push(run);
         }
     }
     let held_out: Vec<&Run> = runs.iter().filter(|run| run.held_out).collect();
@@ -48,23 +43,14 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
         let mend = "cargo xtask model --scores";
         assert!((found - told).abs() <= 1e-9, "{name}: the file states {told}, the runs give {found}: {mend}");
     }
-    // The file's table of poses is in single precision.
-    let of_kinds = |is: fn(Kind) -> bool| posed.iter().filter(|run| run.held_out && is(run.kind)).collect::<Vec<_>>();
-    let poses = meta.poses.expect("fitted to runs in other poses as well");
-    for (told, is) in poses.iter().zip([Kind::is_in_pose, Kind::changes_pose]) {
-        let found = pose_scores(&model.data().cast::<f64>(), &of_kinds(is));
-        println!("{found:?}");
-        assert!((found.friction_of_limit - told.friction_of_limit).abs() < 1e-4, "{found:?} {told:?}");
-        assert!((found.normal_of_largest - told.normal_of_largest).abs() < 1e-4, "{found:?} {told:?}");
-    }
     // Friction lets the pressure lean its way, along y as along x: by up to 2 mm.
     let (mut squares, mut largest, mut rows) = ([0.0; 2], [0.0; 2], 0.0);
     for run in &held_out {
-        for (sample, r) in run.samples.iter().zip(replay_with_pose(&model.data().cast::<f64>(), run)) {
+        for (sample, r) in run.samples.iter().zip(replay(&model, run)) {
             let Some(centre) = pressure_centre(sample).filter(|_| sample.normal_force_n > 0.02) else { continue };
             rows += 1.0;
             for k in 0..2 {
-                squares[k] += (r.pressure_centre_mm[k] - centre[k]).powi(2);
+                squares[k] += (f64::from(r.pressure_centre_mm[k]) - centre[k]).powi(2);
                 largest[k] = f64::max(largest[k], centre[k].abs());
             }
         }

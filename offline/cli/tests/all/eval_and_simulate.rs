@@ -5,12 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{refused, run, write};
-use fingerpad::{Data, EffectSlot, ModelFile};
+use fingerpad::{Data, EffectSlot, ModelFile, PadModelFile, pad};
 use fingerpad_fe::load_path::{self, Drive, Turn};
-use fingerpad_reduce::{Kind, Run, Sample, replay, replay_with_pose};
+use fingerpad_reduce::{Kind, Run, Sample, replay};
 
 const HEAD: &str = "t_s,depth_mm,slide_x_mm,slide_y_mm";
 const SHIPPED: &[u8] = include_bytes!("../../data/models/fingertip.fpm");
+const PAD: &[u8] = include_bytes!("../../data/models/fingertip-pad.fpm");
 
 /// Runs `eval`, which must succeed; standard error.
 fn eval(arguments: &[&str], at: &Path) -> String {
@@ -92,21 +93,18 @@ fn finely(run: &Run) -> (Run, Vec<usize>) {
 }
 
 #[test]
-fn a_spin_and_a_pose_along_a_path_give_the_numbers_of_the_replay_of_the_stored_runs() {
+fn a_spin_along_a_path_gives_the_numbers_of_the_replay_of_the_stored_runs() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let file = ModelFile::new(SHIPPED).unwrap();
     let precise = file.file().model.data().cast::<f64>();
     let mut compared = 0;
     let mut from_finite_elements = Vec::new();
-    for kind in [Kind::Spin, Kind::SpinSlide, Kind::Pose, Kind::PoseChange, Kind::WidePose, Kind::WidePoseChange] {
+    for kind in [Kind::Spin, Kind::SpinSlide, Kind::SpinReversal] {
         let runs = stored(kind);
         for stored in runs.iter().take(5) {
             let (fine, corners) = finely(stored);
-            let replayed = match stored.path.turns.pitch {
-                Some(_) => replay_with_pose(&precise, &fine),
-                None => replay(&precise.model().unwrap(), &fine),
-            };
+            let replayed = replay(&precise.model().unwrap(), &fine);
             write(at, "path.csv", &path_csv(&stored.path));
             eval(&["--path", "path.csv", "--out", "response.csv"], at);
             let found = columns(&at.join("response.csv"));
@@ -162,7 +160,9 @@ fn each_pitch_gives_forces_of_its_own_and_a_spin_its_moment() {
     let mut forces = Vec::new();
     for pitch in [12.0, 20.0, 30.0, 40.0, 50.0] {
         write(at, "p.csv", &press_and_slide(1.0, &[("pitch_deg", pitch)]));
-        assert_eq!(eval(&["--path", "p.csv", "--out", "r.csv"], at), "");
+        let said = eval(&["--path", "p.csv", "--out", "r.csv"], at);
+        let by_pad = said.contains("fingertip-pad.fpm (shipped): the path leaves the pose");
+        assert_eq!((by_pad, said.lines().count()), (pitch != 30.0, usize::from(by_pad)), "{said}");
         let found = columns(&at.join("r.csv"));
         let last = |name: &str| *found[name].last().unwrap();
         assert_eq!((last("pitch_deg"), last("roll_deg")), (pitch, 0.0));
@@ -239,13 +239,17 @@ fn effect(kind: u32, values: [f32; 6]) -> EffectSlot {
 fn a_pose_beyond_those_of_the_fit_is_flagged_and_one_that_no_model_has_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    model(&at.join("narrow.fpm"), |data| data.pose.pitch_range_deg = [20.0, 40.0], &[]);
+    let pad = PadModelFile::new(PAD).unwrap();
+    let numbers = pad::Numbers { pitch_range_deg: [20.0, 40.0], ..*pad.file().pad.numbers };
+    let narrow = pad::Pad { numbers: &numbers, ..pad.file().pad };
+    let mut bytes = vec![0; narrow.file_length("{}")];
+    narrow.write_file("{}", &mut bytes).unwrap();
+    fs::write(at.join("narrow.fpm"), bytes).unwrap();
     write(at, "p.csv", &press_and_slide(1.0, &[("pitch_deg", 55.0)]));
     let stderr = eval(&["--model", "narrow.fpm", "--path", "p.csv", "--out", "r.csv"], at);
     assert!(stderr.contains("pose_out_of_range in") && stderr.contains("20 to 40"), "{stderr}");
     assert!(fs::read_to_string(at.join("r.csv")).unwrap().contains(",pose_out_of_range,"));
-    let one_pose = |data: &mut Data| data.pose = fingerpad::PoseTable::of_one_pose(30.0);
-    model(&at.join("one.fpm"), one_pose, &[]);
+    model(&at.join("one.fpm"), |_| {}, &[]);
     let one = ["eval", "--model", "one.fpm", "--path", "p.csv", "--out", "r.csv", "--force"];
     refused(&one, at, &["p.csv", "pitch_deg", "one.fpm", "one pose", "30"]);
     // Its own pose is one that it has.
@@ -254,22 +258,20 @@ fn a_pose_beyond_those_of_the_fit_is_flagged_and_one_that_no_model_has_is_refuse
 }
 
 #[test]
-fn effects_act_in_a_pose_and_under_a_spin() {
+fn effects_act_under_a_spin() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     // Temperature: 3 % less strength a degree below 32.
     model(&at.join("warm.fpm"), |_| {}, &[effect(17, [0.03, 0.0, 0.0, 0.0, 0.0, 0.0])]);
-    for more in [("pitch_deg", 45.0), ("spin_deg", 0.0)] {
-        write(at, "p.csv", &press_and_slide(1.0, &[more]));
-        let last = |out: &str, arguments: &[&str]| {
-            eval(&[&["--path", "p.csv", "--out", out][..], arguments].concat(), at);
-            *columns(&at.join(out))["friction_x_n"].last().unwrap()
-        };
-        let plain = last("a.csv", &[]);
-        let warm = last("b.csv", &["--model", "warm.fpm"]);
-        let cold = last("c.csv", &["--model", "warm.fpm", "--temperature-c", "29"]);
-        assert!((warm / plain - 1.0).abs() < 1e-4 && (cold / plain - 0.91).abs() < 5e-3, "{plain} {warm} {cold}");
-    }
+    write(at, "p.csv", &press_and_slide(1.0, &[("spin_deg", 0.0)]));
+    let last = |out: &str, arguments: &[&str]| {
+        eval(&[&["--path", "p.csv", "--out", out][..], arguments].concat(), at);
+        *columns(&at.join(out))["friction_x_n"].last().unwrap()
+    };
+    let plain = last("a.csv", &[]);
+    let warm = last("b.csv", &["--model", "warm.fpm"]);
+    let cold = last("c.csv", &["--model", "warm.fpm", "--temperature-c", "29"]);
+    assert!((warm / plain - 1.0).abs() < 1e-4 && (cold / plain - 0.91).abs() < 5e-3, "{plain} {warm} {cold}");
 }
 
 #[test]

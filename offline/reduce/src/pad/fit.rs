@@ -14,6 +14,8 @@ use crate::Run;
 pub struct FitLimits {
     /// Evaluations of the minimiser for each parameter.
     pub patience: usize,
+    /// Whether the numbers are held near their start, as few runs need it.
+    pub hold: bool,
 }
 
 /// Step of the difference quotients, of parameters that are logarithms.
@@ -65,8 +67,15 @@ fn to_tuning(numbers: &[f64]) -> Tuning {
     Tuning { law, local: [n[4], n[5]], spread: n[8] }
 }
 
+/// Error along a run that counts as much as a change by [`HELD_LOG`] of a number that is a logarithm, or by [`HELD_SIGNED`] of another.
+const HELD_ERROR: f64 = 0.02;
+const HELD_LOG: f64 = 0.3;
+const HELD_SIGNED: f64 = 0.1;
+
 struct OfRuns<'a> {
     at_rest: &'a PadModel,
+    /// Where the numbers are held, if they are.
+    near: Option<&'a [f64]>,
     runs: &'a [&'a Run],
     outline: &'a Outline,
 }
@@ -95,7 +104,11 @@ impl OfRuns<'_> {
             }
             out
         };
-        self.runs.par_iter().map(of_run).collect::<Vec<_>>().concat()
+        let mut out = self.runs.par_iter().map(of_run).collect::<Vec<_>>().concat();
+        for (k, (number, start)) in numbers.iter().zip(self.near.unwrap_or_default()).enumerate() {
+            out.push(HELD_ERROR * (number - start) / if k < NUMBERS { HELD_LOG } else { HELD_SIGNED });
+        }
+        out
     }
 }
 
@@ -119,9 +132,11 @@ impl Problem for OfRuns<'_> {
 ///
 /// * `at_rest`: the pad as [`super::pad`] gives it
 pub fn fit(at_rest: &PadModel, start: &Tuning, runs: &[&Run], outline: &Outline, limits: FitLimits) -> Tuning {
-    let mut problem = OfRuns { at_rest, runs, outline };
+    let origin = to_numbers(start);
+    let near = limits.hold.then_some(origin.as_slice());
+    let mut problem = OfRuns { at_rest, near, runs, outline };
     let minimiser =
         LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-5).with_xtol(1e-4).with_stepbound(0.5);
-    let (end, _) = minimise(&mut problem, &to_numbers(start), &minimiser);
+    let (end, _) = minimise(&mut problem, &origin, &minimiser);
     to_tuning(&end)
 }

@@ -27,7 +27,12 @@ pub struct PadSettings {
 
 impl Default for PadSettings {
     fn default() -> Self {
-        Self { size: PadSize { patches: 37 }, runs: 80, limits: FitLimits { patience: 20 }, start: Tuning::default() }
+        Self {
+            size: PadSize { patches: 37 },
+            runs: 80,
+            limits: FitLimits { patience: 20, hold: false },
+            start: Tuning::default(),
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod bodies;
 mod fit;
+mod for_bed;
 mod make;
 mod patches;
 mod path;
@@ -15,10 +16,11 @@ use fingerpad::pad::{Law, Numbers, Pad, Patch};
 
 pub use bodies::body_of;
 pub use fit::{FitLimits, fit};
+pub use for_bed::runs_for_bed;
 pub use make::{MadePad, PadMeta, PadSettings, make_pad};
 pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;
-pub use replay::replay;
+pub use replay::{replay, replay_on_plane};
 pub use score::{PadScores, score_runs};
 
 /// Most patches of a pad on the outline.

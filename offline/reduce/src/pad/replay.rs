@@ -32,6 +32,11 @@ pub fn replay(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Response<f6
     }
 }
 
+/// Answers at every sample of a run on a plane.
+pub fn replay_on_plane(model: &PadModel, run: &Run) -> Vec<Response<f64>> {
+    follow(model, run, &Plane, &|_| 0.0)
+}
+
 /// What the depth from first touch of a body in a pose (pitch against the neutral one and roll, degrees) lacks to that of the plane
 /// through its apex, mm.
 fn on_body<'a>(model: &'a PadModel, run: &Run, outline: &Outline, body: &RigidBody) -> impl Fn([f64; 2]) -> f64 + 'a {

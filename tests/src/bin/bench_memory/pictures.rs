@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use fingerpad::events::{Change, Queue, Watch};
-use fingerpad::{Model, NODES, Response, SPRINGS, State, step};
-use fingerpad_reduce::{FullSlip, Run, in_full_slip, replay_with_pose};
+use fingerpad::{Model, NODES, SPRINGS, State, step};
+use fingerpad_reduce::{FullSlip, Run, in_full_slip, replay};
 use fingerpad_report::{Trace, TraceChart, traces_png};
 
 use crate::row::{Noise, Row, full_slip_slide_mm, motion};
@@ -19,7 +19,6 @@ pub fn draw(model: &Model<'_>, runs: &Path, seed: u64, folder: &Path) -> Result<
         ("memory-vibration.png", vibration(model, runs)?),
         ("memory-first-slip.png", first_slip(model, seed)),
         ("memory-limit-surface.png", limit_surface(model, runs)?),
-        ("memory-poses.png", poses(model, runs)?),
     ];
     for (name, charts) in pictures {
         let file = folder.join(name);
@@ -47,10 +46,6 @@ fn held_out(folder: &Path, kind: &str) -> Result<Vec<Run>, String> {
     if runs.is_empty() { Err(format!("{}: no held-out runs of the kind {kind}", folder.display())) } else { Ok(runs) }
 }
 
-fn answers(model: &Model<'_>, run: &Run) -> Vec<Response<f64>> {
-    replay_with_pose::<SPRINGS, NODES>(&model.data().cast(), run)
-}
-
 fn chart(title: impl Into<String>, labels: [&str; 2], traces: Vec<Trace>) -> TraceChart {
     TraceChart { title: title.into(), labels: labels.map(str::to_owned), least: [0.0; 2], traces }
 }
@@ -73,11 +68,11 @@ fn vibration(model: &Model<'_>, folder: &Path) -> Result<Vec<TraceChart>, String
     runs.retain(|run| run.samples.iter().all(|s| s.turned.is_none_or(|t| t.spin_deg == 0.0)));
     runs.sort_by(|a, b| swing(b).total_cmp(&swing(a)));
     let charts = runs.iter().take(2).map(|run| {
-        let replayed = answers(model, run);
+        let replayed = replay(model, run);
         let most = |f: &[f32; 2]| f64::from(f[0].hypot(f[1]));
         let elements = run.samples.iter().map(|s| [f64::from(s.t_s), most(&s.friction_n)]).collect();
         let of_model = run.samples.iter().zip(&replayed);
-        let of_model = of_model.map(|(s, r)| [f64::from(s.t_s), r.friction_n[0].hypot(r.friction_n[1])]);
+        let of_model = of_model.map(|(s, r)| [f64::from(s.t_s), most(&r.friction_n)]);
         let depth = run.samples.iter().map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
         chart(
             format!("Load held under vibration of {:.0} % of {depth:.1} mm ({})", 100.0 * swing(run) / depth, run.name),
@@ -163,37 +158,4 @@ pub fn limit_row(model: &Model<'_>, folder: &Path) -> Result<Row, String> {
     let rms = (points.iter().map(off).sum::<f64>() / points.len() as f64).sqrt();
     let what = format!("{} rows of held-out FE runs in full slip with spin: friction and moment, RMS", points.len());
     Ok(Row::new(what, 100.0 * rms, [3.0, 2.0], "% of the limit"))
-}
-
-/// Two held-out paths on which pitch and roll change in contact.
-fn poses(model: &Model<'_>, folder: &Path) -> Result<Vec<TraceChart>, String> {
-    let runs = held_out(folder, "pose_change")?;
-    let charts = runs.iter().take(2).flat_map(|run| {
-        let replayed = answers(model, run);
-        let time = |s: &fingerpad_reduce::Sample| f64::from(s.t_s);
-        let turned = || run.samples.iter().filter_map(|s| s.turned);
-        let range = |of: fn(&fingerpad_reduce::Turned) -> f32| {
-            let (least, most) = turned().map(|t| of(&t)).fold((f32::MAX, f32::MIN), |(a, b), x| (a.min(x), b.max(x)));
-            format!("{least:.0} to {most:.0}°")
-        };
-        let (pitch, roll) = (range(|t| t.pitch_deg), range(|t| t.roll_deg));
-        let pairs = || run.samples.iter().zip(&replayed);
-        let normal = vec![
-            line("model", pairs().map(|(s, r)| [time(s), r.normal_force_n]).collect()),
-            dots("finite elements", run.samples.iter().map(|s| [time(s), f64::from(s.normal_force_n)]).collect()),
-        ];
-        let friction = vec![
-            line("model", pairs().map(|(s, r)| [time(s), r.friction_n[0].hypot(r.friction_n[1])]).collect()),
-            dots(
-                "finite elements",
-                run.samples.iter().map(|s| [time(s), f64::from(s.friction_n[0].hypot(s.friction_n[1]))]).collect(),
-            ),
-        ];
-        let name = &run.name;
-        [
-            chart(format!("{name}: pitch {pitch}, roll {roll}"), ["Time t, s", "Normal force N, newton"], normal),
-            chart(name.clone(), ["Time t, s", "Friction F, newton"], friction),
-        ]
-    });
-    Ok(charts.collect())
 }

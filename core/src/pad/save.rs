@@ -1,0 +1,154 @@
+//! Saving and restoring the state of a contact of a pad.
+//!
+//! Uses state, model_file and error.
+
+use crate::Error;
+use crate::error::Field;
+use crate::model_file::crc32;
+
+use super::{Numbers, Pad, PadState, Patch};
+
+/// Version of the layout of a saved state.
+const VERSION: u32 = 1;
+/// Largest number of a state.
+const LARGEST: f32 = 1e9;
+
+/// Bytes of a saved state for a pad of up to `patches` patches.
+pub const fn pad_state_bytes(patches: usize) -> usize {
+    size_of::<PadState<0>>() + 3 * 4 * patches + 12
+}
+
+impl Pad<'_> {
+    /// Checksum of the numbers, by which a saved state knows its pad. Costs about 20 instructions a byte.
+    pub fn checksum(&self) -> u32 {
+        let numbers: &[u8] = bytemuck::bytes_of::<Numbers>(self.numbers);
+        let patches: &[u8] = bytemuck::cast_slice::<Patch, u8>(self.patches);
+        crc32(numbers) ^ crc32(patches).rotate_left(1)
+    }
+}
+
+impl<const P: usize> PadState<P> {
+    /// Writes the state into `out`, little-endian with version, checksum of the pad's numbers ([`Pad::checksum`]) and a checksum of its
+    /// own at the end; returns the number of bytes, [`pad_state_bytes`].
+    ///
+    /// # Errors
+    /// [`Error::Buffer`] if `out` is too short.
+    pub fn write_bytes(&self, pad: u32, out: &mut [u8]) -> Result<usize, Error> {
+        let needed = pad_state_bytes(P);
+        let short = Error::Buffer { needed: needed as u32 };
+        let out = out.get_mut(..needed).ok_or(short)?;
+        let (body, end) = out.split_last_chunk_mut::<4>().ok_or(short)?;
+        let words: &[u32] = bytemuck::cast_slice(core::slice::from_ref(self));
+        let words = [VERSION, pad].into_iter().chain(words.iter().copied());
+        for (slot, word) in body.as_chunks_mut::<4>().0.iter_mut().zip(words) {
+            *slot = word.to_le_bytes();
+        }
+        *end = crc32(body).to_le_bytes();
+        Ok(needed)
+    }
+
+    /// A state from what [`PadState::write_bytes`] wrote with the same pad.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::Checksum`] for damage, [`Error::Version`], [`Error::OtherModel`], and [`Error::Range`] for a value that
+    /// no step leaves behind.
+    pub fn read_bytes(pad: u32, bytes: &[u8]) -> Result<Self, Error> {
+        let expected = pad_state_bytes(P);
+        if bytes.len() != expected {
+            return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
+        }
+        let (body, end) = bytes.split_last_chunk::<4>().ok_or(Error::Checksum)?;
+        if crc32(body) != u32::from_le_bytes(*end) {
+            return Err(Error::Checksum);
+        }
+        let mut found = body.as_chunks::<4>().0.iter().map(|four| u32::from_le_bytes(*four));
+        let (version, of) = (found.next().unwrap_or(0), found.next().unwrap_or(0));
+        if version != VERSION {
+            return Err(Error::Version { found: version });
+        }
+        if of != pad {
+            return Err(Error::OtherModel { found: of, expected: pad });
+        }
+        let mut state = Self::in_the_air();
+        let words: &mut [u32] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut state));
+        for (slot, word) in words.iter_mut().zip(found) {
+            *slot = word;
+        }
+        state.check()
+    }
+
+    /// The state itself if a step could have left it behind.
+    fn check(self) -> Result<Self, Error> {
+        let words: &[u32] = bytemuck::cast_slice(core::slice::from_ref(&self));
+        let (flags, numbers) = words.split_last().ok_or(Error::Checksum)?;
+        let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
+        for (index, bits) in numbers.iter().enumerate() {
+            let value = f32::from_bits(*bits);
+            if !(value.abs() <= LARGEST) {
+                return Err(bad(index, value));
+            }
+        }
+        if !self.is_consistent() {
+            return Err(bad(numbers.len(), self.strength_factor));
+        }
+        if *flags > 3 {
+            return Err(bad(numbers.len(), *flags as f32));
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Motion;
+    use crate::pad::{EXAMPLE_PATCHES, ExamplePad, Plane};
+
+    const BYTES: usize = pad_state_bytes(EXAMPLE_PATCHES);
+
+    fn held() -> (ExamplePad, PadState<EXAMPLE_PATCHES>) {
+        let example = ExamplePad::new();
+        let mut state = PadState::new(&example.pad()).unwrap();
+        for _ in 0..10 {
+            let motion = Motion { depth_mm: 1.0, slide_increment_mm: [0.05, 0.02], dt_s: 1e-3, ..Motion::default() };
+            example.pad().step(&mut state, &Plane, motion, [30.0, 5.0]);
+        }
+        (example, state)
+    }
+
+    #[test]
+    fn a_saved_state_goes_on_bit_for_bit() {
+        let (example, mut state) = held();
+        let pad = example.pad();
+        let mut bytes = [0; BYTES];
+        assert_eq!(state.write_bytes(pad.checksum(), &mut bytes), Ok(BYTES));
+        let mut again = PadState::<EXAMPLE_PATCHES>::read_bytes(pad.checksum(), &bytes).unwrap();
+        assert_eq!(again, state);
+        let motion = Motion { depth_mm: 0.9, slide_increment_mm: [-0.05, 0.02], dt_s: 1e-3, ..Motion::default() };
+        let [a, b] = [&mut state, &mut again].map(|state| pad.step(state, &Plane, motion, [31.0, 5.0]));
+        assert_eq!((a, state), (b, again));
+    }
+
+    #[test]
+    fn damage_is_refused() {
+        let (example, state) = held();
+        let pad = example.pad().checksum();
+        let mut bytes = [0; BYTES];
+        state.write_bytes(pad, &mut bytes).unwrap();
+        type State = PadState<EXAMPLE_PATCHES>;
+        assert_eq!(State::read_bytes(pad ^ 1, &bytes), Err(Error::OtherModel { found: pad, expected: pad ^ 1 }));
+        assert!(matches!(State::read_bytes(pad, &bytes[1..]), Err(Error::Length { .. })));
+        for at in 0..BYTES {
+            bytes[at] ^= 0x10;
+            assert!(State::read_bytes(pad, &bytes).is_err(), "{at}");
+            bytes[at] ^= 0x10;
+        }
+        for bits in [f32::NAN.to_bits(), f32::INFINITY.to_bits(), 1e20f32.to_bits()] {
+            let mut bad = state;
+            bytemuck::cast_slice_mut::<_, u32>(core::slice::from_mut(&mut bad))[20] = bits;
+            bad.write_bytes(pad, &mut bytes).unwrap();
+            assert!(matches!(State::read_bytes(pad, &bytes), Err(Error::Range { what: Field::State, index: 20, .. })));
+        }
+        assert!(matches!(state.write_bytes(pad, &mut [0; 20]), Err(Error::Buffer { .. })));
+    }
+}

@@ -1,0 +1,169 @@
+//! Runs of a pad from which a bed of springs learns its form.
+//!
+//! Main function: [`runs_for_bed`]. Uses path, replay and design.
+
+use fingerpad::pad::{Body, Pad};
+use fingerpad_fe::experiment::RigidBodySettings;
+
+use super::{PadModel, replay_on_plane, simulate_path_on_pad};
+use crate::{DesignSettings, ReduceError, Run, Sample, design, is_representable};
+
+/// Depths at which the ratios to the finite elements are given, over the largest.
+const NODES: [f64; 9] = [0.008, 0.02, 0.04, 0.08, 0.16, 0.32, 0.48, 0.72, 1.0];
+/// Depth below which rows tell nothing, mm.
+const LEAST_DEPTH_MM: f64 = 0.01;
+/// Stick ratio up to which finite elements, and a pad, count as slipping as a whole.
+const SLIPS: [f64; 2] = [0.03, 0.05];
+/// How little the ratio changes from node to node, over what the rows of one node tell: holds nodes that have no rows.
+const SMOOTH: f64 = 0.03;
+/// Most by which the moment of spin follows the ratio of friction: a light contact is about one patch, without an arm of its own.
+const MOMENT_MOST: f64 = 1.1;
+
+/// How far a pad is from the finite elements over depth: factors on its normal force and on its friction.
+struct Ratios {
+    deepest_mm: f64,
+    /// Logarithms at [`NODES`].
+    normal: [f64; NODES.len()],
+    friction: [f64; NODES.len()],
+}
+
+impl Ratios {
+    /// From rows of runs on a plane that stay in the neutral pose.
+    fn of(model: &PadModel, runs: &[&Run], deepest_mm: f64) -> Self {
+        let (mut normal, mut friction) = (Vec::new(), Vec::new());
+        let length = |f: [f64; 2]| f[0].hypot(f[1]);
+        for run in runs {
+            for (s, r) in run.samples.iter().zip(replay_on_plane(model, run)) {
+                let depth = f64::from(s.depth_mm);
+                if depth < LEAST_DEPTH_MM {
+                    continue;
+                }
+                let (of_fe, of_pad) = (f64::from(s.normal_force_n), r.normal_force_n);
+                if of_fe > 0.0 && of_pad > 0.0 {
+                    normal.push((depth, (of_fe / of_pad).ln(), of_fe.sqrt()));
+                }
+                let (of_fe, of_pad) = (length(s.friction_n.map(f64::from)), length(r.friction_n));
+                let both_slip = f64::from(s.stick_ratio) < SLIPS[0] && r.stick_ratio < SLIPS[1];
+                if both_slip && of_fe > 0.0 && of_pad > 0.0 {
+                    friction.push((depth, (of_fe / of_pad).ln(), 1.0));
+                }
+            }
+        }
+        let fitted = |rows: &[(f64, f64, f64)]| over_depth(rows, deepest_mm);
+        Self { deepest_mm, normal: fitted(&normal), friction: fitted(&friction) }
+    }
+
+    /// Brings a sample of the pad to the finite elements.
+    fn apply(&self, sample: &mut Sample) {
+        let depth = f64::from(sample.depth_mm);
+        let [normal, friction] = [&self.normal, &self.friction].map(|logs| {
+            let weights = weights(depth, self.deepest_mm);
+            weights.iter().zip(logs).map(|(w, log)| w * log).sum::<f64>().exp()
+        });
+        sample.normal_force_n *= normal as f32;
+        sample.friction_n = sample.friction_n.map(|f| f * friction as f32);
+        if let Some(turned) = &mut sample.turned {
+            let [x, y, z] = turned.moment_n_mm;
+            turned.moment_n_mm = [x * normal as f32, y * normal as f32, z * friction.min(MOMENT_MOST) as f32];
+        }
+    }
+}
+
+/// Weights of the nodes at a depth: linear between them over the logarithm of the depth.
+fn weights(depth_mm: f64, deepest_mm: f64) -> [f64; NODES.len()] {
+    let x = (depth_mm / deepest_mm).clamp(NODES[0], 1.0).ln();
+    let at = |k: usize| NODES[k].ln();
+    let cell = (1..NODES.len() - 1).rev().find(|k| x >= at(*k)).unwrap_or(0);
+    let t = (x - at(cell)) / (at(cell + 1) - at(cell));
+    let mut weights = [0.0; NODES.len()];
+    (weights[cell], weights[cell + 1]) = (1.0 - t, t);
+    weights
+}
+
+/// Values at the nodes by least squares over rows of depth, value and weight, held smooth; 0 without rows.
+fn over_depth(rows: &[(f64, f64, f64)], deepest_mm: f64) -> [f64; NODES.len()] {
+    const N: usize = NODES.len();
+    if rows.is_empty() {
+        return [0.0; N];
+    }
+    let mut matrix = nalgebra::SMatrix::<f64, N, N>::zeros();
+    let mut right = nalgebra::SVector::<f64, N>::zeros();
+    for (depth, value, weight) in rows {
+        let of_nodes = nalgebra::SVector::<f64, N>::from(weights(*depth, deepest_mm));
+        matrix += of_nodes * of_nodes.transpose() * *weight;
+        right += of_nodes * (*weight * value);
+    }
+    let smooth = SMOOTH * rows.iter().map(|(_, _, weight)| weight).sum::<f64>() / N as f64;
+    for k in 1..N {
+        for (i, j, sign) in [(k, k, 1.0), (k - 1, k - 1, 1.0), (k, k - 1, -1.0), (k - 1, k, -1.0)] {
+            matrix[(i, j)] += sign * smooth;
+        }
+    }
+    matrix.lu().solve(&right).map_or([0.0; N], Into::into)
+}
+
+/// Runs of a pad along the paths of a design that a bed of springs in its neutral pose is fitted to, brought to the finite elements at
+/// each depth by the ratios along `runs`. None is held out.
+///
+/// * `runs`: finite-element runs of the same finger; those that are held out are not looked at
+/// * `settings`: ranges and numbers of paths
+///
+/// # Errors
+/// [`ReduceError::Design`] for settings that make no design, [`ReduceError::Runs`] for a path that a pad cannot follow.
+pub fn runs_for_bed(
+    pad: &Pad<'_>,
+    runs: &[Run],
+    settings: &DesignSettings,
+    settings_hash: &str,
+) -> Result<Vec<Run>, ReduceError> {
+    let model = PadModel::of(pad);
+    let neutral = [pad.numbers.neutral_pitch_deg, 0.0];
+    let of_ratios: Vec<&Run> =
+        runs.iter().filter(|run| !run.held_out && run.body.is_plane() && run.pose_deg() == Some(neutral)).collect();
+    let ratios = Ratios::of(&model, &of_ratios, settings.depth_mm[1]);
+    let mut made = Vec::new();
+    for experiment in design(settings)? {
+        let path = experiment.path;
+        let stays = path.turns.pitch.is_none() && path.turns.roll.is_none();
+        if !(experiment.kind.is_for_springs() && stays && is_representable(&path)) {
+            continue;
+        }
+        let rows = simulate_path_on_pad(pad, &Body::Plane, &path)
+            .map_err(|error| ReduceError::Runs(format!("path {}: {error}", experiment.name)))?;
+        let mut samples: Vec<Sample> = rows.iter().map(|row| Sample::from(&row.response)).collect();
+        samples.iter_mut().for_each(|sample| ratios.apply(sample));
+        made.push(Run {
+            name: format!("pad-{}", experiment.name),
+            kind: experiment.kind,
+            held_out: false,
+            settings_hash: settings_hash.to_owned(),
+            body: RigidBodySettings::default(),
+            path,
+            samples,
+            ended_early: None,
+            cpu_s: 0.0,
+        });
+    }
+    Ok(made)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_are_found_where_rows_tell_them_and_held_elsewhere() {
+        let rows: Vec<(f64, f64, f64)> =
+            (1..=200).map(|k| (0.01 * f64::from(k), 0.2 - 0.1 * f64::from(k) / 200.0, 1.0)).collect();
+        let found = over_depth(&rows, 2.5);
+        for (node, value) in NODES.iter().zip(found) {
+            let depth = 2.5 * node;
+            let wanted = 0.2 - 0.05 * depth.min(2.0);
+            assert!((value - wanted).abs() < 0.02, "{depth}: {value} {wanted}");
+        }
+        for depth in [0.0, 0.005, 0.3, 2.5, 7.0] {
+            assert!((weights(depth, 2.5).iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+        assert_eq!(over_depth(&[], 2.5), [0.0; NODES.len()]);
+    }
+}
