@@ -41,7 +41,8 @@ pub struct Args {
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(super) out: PathBuf,
-    /// Fit a reduced model, DIR/model.fpm, to stored runs of these settings (minutes)
+    /// Fit a reduced model, DIR/model.fpm, to stored runs of these settings; without such runs, make pad.fpm and model.fpm as
+    /// `finger` does (minutes)
     #[arg(long)]
     pub(super) fit: bool,
     /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (407
@@ -86,6 +87,7 @@ const NAMES: &[&str] = &[
     "report.json",
     "report.html",
     "model.fpm",
+    "pad.fpm",
     "mesh.vtu",
     "runs/",
     "design/",

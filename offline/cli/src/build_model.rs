@@ -54,7 +54,8 @@ pub(super) fn print_reduced(depths: &[DepthResult], reduced: &ReducedModel) {
     }
 }
 
-/// The reduced model of this finger: from stored runs of these settings, with `--full` from runs made here.
+/// The reduced models of this finger: a bed from stored runs of these settings or, with `--full`, from runs made here; without stored
+/// runs a pad and a bed as `finger` makes them.
 pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<(), Failure> {
     let hash = reduce::settings_hash(config)?;
     let made = args.out.join("design");
@@ -70,9 +71,15 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
     hashes.extend(other_meshes.into_iter().collect::<Result<Vec<_>, _>>()?);
     let found = hashes.iter().find(|hash| all.iter().any(|run| run.settings_hash == **hash));
     let runs: Vec<Run> = all.into_iter().filter(|run| Some(&run.settings_hash) == found).collect();
+    if runs.is_empty() && args.runs.is_none() {
+        println!("no stored runs of settings {hash}: a quick design, as by `fingerpad finger`");
+        super::design::run(config, &design.clone().quick(), &made, Share::ALL, args.jobs)?;
+        let files = ["pad.fpm", "model.fpm"].map(|name| args.out.join(name));
+        return super::finger::models(config, &made, design, true, [&files[0], &files[1]]).map(|_| ());
+    }
     if runs.is_empty() {
         let place = folder.map_or("the program".into(), |f| f.display().to_string());
-        println!("no reduced model: {place} has no runs of settings {hash}; --full makes them");
+        println!("no reduced model: {place} has no runs of settings {hash}");
         return Ok(());
     }
     let runs = super::reduce::representable(runs);

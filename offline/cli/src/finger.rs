@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::ValueEnum;
 use fingerpad::{ModelFile, PadModelFile};
+use fingerpad_fe::experiment::Config;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::pad::{FitLimits, PadMeta, PadSettings, runs_for_bed};
-use fingerpad_reduce::{self as reduce, DesignSettings, ReduceError, Settings};
+use fingerpad_reduce::{self as reduce, DesignSettings, ReduceError, Reduced, Run, Settings};
 
 use super::build_model::meta_of;
 use super::reduce::{fit, read_runs, representable, write_report};
@@ -97,21 +98,38 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     design::run(&config, &settings, &runs_folder, Share::ALL, args.jobs)?;
-    let mut runs = read_runs(Some(&runs_folder))?;
-    runs.retain(|run| run.settings_hash == hash);
     let is_quick = args.design == Design::Quick;
+    let (runs, fitted) = models(&config, &runs_folder, &ranges, is_quick, [&pad_file, &model_file])?;
+    write_report(&args.out, &runs, &fitted, config.friction.beta, None)
+}
+
+/// Makes the pad and the bed of a finger from its runs in a folder; the runs that the bed is scored along, and the bed.
+///
+/// * `ranges`: of the paths of the pad beside which the bed is fitted
+/// * `is_quick`: whether the runs are few, so that the bed is fitted beside paths of the pad
+/// * `files`: to write the pad and the bed to
+pub(super) fn models(
+    config: &Config,
+    folder: &Path,
+    ranges: &DesignSettings,
+    is_quick: bool,
+    [pad_file, model_file]: [&Path; 2],
+) -> Result<(Vec<Run>, Reduced), Failure> {
+    let hash = reduce::settings_hash(config)?;
+    let mut runs = read_runs(Some(folder))?;
+    runs.retain(|run| run.settings_hash == hash);
     let limits = FitLimits { patience: 20, hold: is_quick };
-    let bytes = pad::make(&config, &runs, &PadSettings { limits, ..PadSettings::default() }, &pad_file)?;
+    let bytes = pad::make(config, &runs, &PadSettings { limits, ..PadSettings::default() }, pad_file)?;
     let pad = PadModelFile::new(&bytes).map_err(ReduceError::from)?;
     let beside = if is_quick {
-        let paths = DesignSettings { paths: DesignSettings::default().paths, ..ranges };
+        let paths = DesignSettings { paths: DesignSettings::default().paths, ..ranges.clone() };
         runs_for_bed(&pad.file().pad, &runs, &paths, &hash)?
     } else {
         Vec::new()
     };
     let runs = representable(runs);
-    let fitted = fit(&runs, &beside, config.friction.beta, &Settings::default(), &model_file)?;
-    write_report(&args.out, &runs, &fitted, config.friction.beta, None)
+    let fitted = fit(&runs, &beside, config.friction.beta, &Settings::default(), model_file)?;
+    Ok((runs, fitted))
 }
 
 /// Refuses to replace a file that is not an earlier pad of the same finger.
