@@ -5,8 +5,8 @@ mod rivals;
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use fingerpad::{
-    Drive, Forces, Grip, Motion, Motions, Normal, Params, ParamsOf, Regime, State, StateOf, Status, Tangential,
-    Tuning, step,
+    Drive, Forces, Grip, Motion, Motions, Normal, Params, ParamsOf, Regime, State, StateOf, Status, Tangential, Tuning,
+    step,
 };
 
 fn main() {

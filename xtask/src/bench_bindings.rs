@@ -10,7 +10,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::thumb::tools::{C_LIBRARY, cargo_command};
-use crate::{c_release, c_test, fmu_test, mujoco, root, run, web, wheel};
+use crate::{c_release, c_test, fmu_test, mujoco, root, run, wheel};
 
 const MODEL: &str = "data/models/fingertip.fpm";
 /// Paths, and what is told of them.
@@ -44,8 +44,6 @@ pub fn main() -> Result<()> {
         Row::over_paths("C", || c(&setup))?,
         Row::over_paths("Python, batch of 4096", || Ok(again(&python)))?,
         Row::over_paths("FMU (inputs set, forces read)", || fmu(&setup))?,
-        // With pose and the skin's laws in every step.
-        Row::over_paths("the page's module in V8", web::bench_path)?,
         // A held object in place of the path: geometry, forces on both bodies, trial and step taken.
         Row::held("MuJoCo plugin, held object", "fingerpad")?,
         Row::held("MuJoCo's own contact, the same", "best")?,

@@ -71,14 +71,6 @@ pub fn test() -> Result<()> {
     node(&["--test", "--test-reporter=spec", "page.test.js"], None)
 }
 
-/// Builds the page; returns the command that times its module over a path.
-pub fn bench_path() -> Result<Command> {
-    build()?;
-    let mut command = Command::new("node");
-    command.current_dir(root().join(WEB).join("test")).arg("bench_path.js");
-    Ok(command)
-}
-
 fn build() -> Result<()> {
     let tools = Compiler::prepare(Route::Auto, TARGET)?;
     packages()?;

@@ -1,21 +1,45 @@
 //! The core without Python, for its tests and measurements.
 //!
-//! `native steps MODEL.fpm spin|plain` reads rows of eight little-endian floats (depth, slide x, slide y, spin, dt, strength factor,
-//! pitch, roll; a pitch that is NaN stands for the fitted pose) and writes the fourteen words of each response.
+//! `native bed MODEL.fpm spin|plain` and `native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL` read rows of eight little-endian floats
+//! (depth, slide x, slide y, spin, dt, strength factor, pitch, roll; beds pass the last two over) and write the fourteen words of each
+//! response, and of a pad behind them the nine floats of each of its patches. PITCH and ROLL are the pose over the body's apex.
 
-use std::io::{Read, Write};
+use std::io::{BufWriter, Read, StdoutLock, Write};
 
-use fingerpad::{Model, ModelFile, Motion, Pose, Response, StateOf};
+use fingerpad::pad::{Body, Cylinder, Edge, PadState, Plane, Sphere, Surface};
+use fingerpad::{Model, ModelFile, Motion, PadModelFile, Response, StateOf};
 
 type Failure = Box<dyn std::error::Error>;
+
+/// Patches of the pads that are stepped here.
+const PATCHES: usize = 37;
 
 fn main() -> Result<(), Failure> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words[..] {
-        ["steps", model, "plain"] => steps::<1>(&load(model)?.file().model),
-        ["steps", model, "spin"] => steps::<2>(&load(model)?.file().model),
-        _ => Err("usage: native steps MODEL.fpm spin|plain".into()),
+        ["bed", model, "plain"] => on_bed::<1>(&load(model)?.file().model),
+        ["bed", model, "spin"] => on_bed::<2>(&load(model)?.file().model),
+        ["pad", model, body, radius, axis, angle, pitch, roll] => {
+            let file = PadModelFile::new(&std::fs::read(model)?)?;
+            let pad = file.file().pad;
+            let (radius_mm, axis_deg): (f32, f32) = (radius.parse()?, axis.parse()?);
+            let pose = [pitch.parse()?, roll.parse()?];
+            match body {
+                "Plane" => on_pad(&pad, &Plane, PadState::new(&pad)?),
+                "Sphere" => on_pad(&pad, &Sphere { radius_mm }, PadState::over(&pad, pose)?),
+                "Cylinder" => on_pad(&pad, &Cylinder::new(radius_mm, axis_deg), PadState::over(&pad, pose)?),
+                "Edge" => {
+                    let edge = Body::Edge(Edge::new(radius_mm, axis_deg, angle.parse()?));
+                    on_pad(&pad, &edge, PadState::over(&pad, pose)?)
+                }
+                _ => Err(format!("{body} is no body").into()),
+            }
+        }
+        _ => {
+            Err("usage: native bed MODEL.fpm spin|plain, or native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL"
+                .into())
+        }
     }
 }
 
@@ -23,25 +47,48 @@ fn load(path: &str) -> Result<ModelFile, Failure> {
     Ok(ModelFile::new(&std::fs::read(path)?)?)
 }
 
-fn steps<const P: usize>(model: &Model) -> Result<(), Failure> {
+/// Motion, strength factor and pose of every row on standard input.
+fn rows() -> Result<Vec<(Motion, f32, [f32; 2])>, Failure> {
     let mut bytes = Vec::new();
     std::io::stdin().read_to_end(&mut bytes)?;
-    let mut state = StateOf::<4, P>::default();
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-    for row in bytes.as_chunks::<32>().0 {
+    let row = |row: &[u8; 32]| {
         let number = |i: usize| f32::from_le_bytes(std::array::from_fn(|k| row[4 * i + k]));
-        let [depth_mm, x, y, spin_increment_rad, dt_s, strength, pitch_deg, roll_deg] = std::array::from_fn(number);
+        let [depth_mm, x, y, spin_increment_rad, dt_s, strength, pitch, roll] = std::array::from_fn(number);
+        (Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s }, strength, [pitch, roll])
+    };
+    Ok(bytes.as_chunks::<32>().0.iter().map(row).collect())
+}
+
+fn on_bed<const P: usize>(model: &Model) -> Result<(), Failure> {
+    let mut state = StateOf::<4, P>::default();
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    for (motion, strength, _) in rows()? {
         state.set_strength_factor(strength);
-        let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
-        let response = match pitch_deg.is_nan() {
-            true => model.step(&mut state, motion),
-            false => model.posed(Pose { pitch_deg, roll_deg })?.step(&mut state, motion),
-        };
-        for word in words(&response) {
-            out.write_all(&word.to_le_bytes())?;
+        write(&mut out, &words(&model.step(&mut state, motion)))?;
+    }
+    Ok(out.flush()?)
+}
+
+fn on_pad(
+    pad: &fingerpad::pad::Pad<'_>,
+    body: &impl Surface<f32>,
+    mut state: PadState<PATCHES>,
+) -> Result<(), Failure> {
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    for (motion, strength, pose) in rows()? {
+        state.set_strength_factor(strength);
+        write(&mut out, &words(&pad.step(&mut state, body, motion, pose)))?;
+        for p in &pad.patch_states(&state, body)[..pad.patches.len()] {
+            let ([x, y, z], [tx, ty]) = (p.place_mm, p.traction_mpa);
+            let floats = [x, y, z, p.pressure_mpa, tx, ty, p.contact_area_mm2, p.stick_ratio, p.used];
+            write(&mut out, &floats.map(f32::to_bits))?;
         }
     }
     Ok(out.flush()?)
+}
+
+fn write(out: &mut BufWriter<StdoutLock>, words: &[u32]) -> std::io::Result<()> {
+    words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))
 }
 
 fn words(r: &Response) -> [u32; 14] {

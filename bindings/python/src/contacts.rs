@@ -1,27 +1,27 @@
-//! Contacts as Python sees them: a lock around a [`Bed`], the interpreter released while it computes.
+//! Contacts as Python sees them: a lock around a [`Group`], the interpreter released while it computes.
 //!
 //! Main type: [`Contacts`].
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use fingerpad::events::{Change, WatchSettings};
-use fingerpad::{Pose, SPRINGS};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::bed::{Bed, BedOf, DRIVEN, FORCES, Given, RESPONSE, Row};
+use crate::bed::Springs;
 use crate::error;
-use crate::model::{ACCURATE, Model, Numbers};
-
-/// Steps of single contacts between two looks for Ctrl-C: some milliseconds.
-const STEPS_BETWEEN_LOOKS: usize = 1 << 16;
+use crate::group::{Bed, DRIVEN, FORCES, Given, Group, PATCH, RESPONSE, Refused, Row};
+use crate::model::Model;
+use crate::pad::{self, Pad, Patches};
 
 /// Contacts of one model.
 #[pyclass(frozen, module = "fingerpad._native")]
 pub struct Contacts {
-    bed: Mutex<Box<dyn Bed>>,
+    group: Mutex<Box<dyn Group>>,
     count: usize,
+    /// Of a pad.
+    patches: usize,
 }
 
 type Matrix<'py> = PyReadonlyArray2<'py, f32>;
@@ -90,58 +90,102 @@ fn wrong_length(expected: usize, found: usize) -> PyErr {
     error::input(format!("{found} numbers where {expected} are needed"))
 }
 
+fn no_room(count: usize) -> PyErr {
+    error::input(format!("count: there is no memory for {count} fingers"))
+}
+
 impl Contacts {
-    /// The contacts, once no other thread steps them. Called without the interpreter, which that thread may need.
-    fn lock(&self) -> MutexGuard<'_, Box<dyn Bed>> {
-        self.bed.lock().unwrap_or_else(PoisonError::into_inner)
+    fn of(group: Box<dyn Group>, count: usize, patches: usize) -> Self {
+        Self { group: Mutex::new(group), count, patches }
     }
 
-    /// Does `step` for every row. Whatever ends it early (Ctrl-C, a pose that is refused) leaves the contacts as they were.
-    fn advance(
-        &self,
-        inputs: &Inputs,
-        out: &mut [u32],
-        step: impl Fn(&mut dyn Bed, &Row, &mut [u32]) -> Result<(), fingerpad::Error>,
-    ) -> PyResult<()> {
+    /// The contacts, once no other thread steps them. Called without the interpreter, which that thread may need.
+    fn lock(&self) -> MutexGuard<'_, Box<dyn Group>> {
+        self.group.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Steps all contacts along every row, and looks for Ctrl-C on the way, which leaves the contacts as they were.
+    fn advance(&self, inputs: &Inputs, out: &mut [u32]) -> PyResult<()> {
         let rows = inputs.dt_s.len();
         if rows == 0 || self.count == 0 {
             return Ok(());
         }
-        let mut bed = self.lock();
-        inputs.rows().try_for_each(|row| bed.check_poses(&row)).map_err(error::model)?;
-        let before = (rows > 1).then(|| bed.copy());
-        let words = out.len() / rows;
+        let mut group = self.lock();
+        let most = group.steps_between_looks();
+        let before = (rows > 1 || self.count > most).then(|| group.copy());
+        let words = out.len() / (rows * self.count);
         let mut since_look = 0;
-        for (row, out) in inputs.rows().zip(out.chunks_exact_mut(words)) {
-            let mut looked = Ok(());
-            if since_look >= STEPS_BETWEEN_LOOKS {
-                since_look = 0;
-                looked = Python::attach(|py| py.check_signals());
-            }
-            since_look += self.count;
-            let done = looked.and_then(|()| step(&mut **bed, &row, out).map_err(error::model));
-            if let Err(error) = done {
-                if let Some(before) = before {
-                    *bed = before;
+        for (row, out) in inputs.rows().zip(out.chunks_exact_mut(words * self.count)) {
+            for start in (0..self.count).step_by(most) {
+                let end = (start + most).min(self.count);
+                let mut looked = Ok(());
+                if since_look >= most {
+                    since_look = 0;
+                    looked = Python::attach(|py| py.check_signals());
                 }
-                return Err(error);
+                since_look += end - start;
+                let (row, out) = (row.part(start, end), &mut out[words * start..words * end]);
+                let done = looked.and_then(|()| group.step(start, &row, out).map_err(error::model));
+                if let Err(error) = done {
+                    if let Some(before) = before {
+                        *group = before;
+                    }
+                    return Err(error);
+                }
             }
         }
         Ok(())
+    }
+
+    /// Does what only beds can do.
+    fn on_bed(&self, what: &str, work: impl FnOnce(&mut dyn Bed) -> Result<(), fingerpad::Error>) -> PyResult<()> {
+        match self.lock().as_bed() {
+            Some(bed) => work(bed).map_err(error::model),
+            None => {
+                Err(error::input(format!("{what}: fingers of a pad cannot; those of a bed of springs (Model) can")))
+            }
+        }
     }
 }
 
 #[pymethods]
 impl Contacts {
-    #[new]
-    fn new(model: &Model, count: usize, spin: bool) -> Self {
-        let bed: Box<dyn Bed> = match (&model.numbers, spin) {
-            (Numbers::Default(data), false) => Box::new(BedOf::<SPRINGS, 1>::new(data.clone(), model.tuning, count)),
-            (Numbers::Default(data), true) => Box::new(BedOf::<SPRINGS, 2>::new(data.clone(), model.tuning, count)),
-            (Numbers::Accurate(data), false) => Box::new(BedOf::<ACCURATE, 1>::new(data.clone(), model.tuning, count)),
-            (Numbers::Accurate(data), true) => Box::new(BedOf::<ACCURATE, 2>::new(data.clone(), model.tuning, count)),
+    #[staticmethod]
+    fn of_bed(model: &Model, count: usize, spin: bool) -> PyResult<Self> {
+        fn of<const P: usize>(model: &Model, count: usize) -> PyResult<Box<dyn Group>> {
+            let made = Springs::<P>::new(model.data.clone(), model.tuning, count);
+            Ok(Box::new(made.ok_or_else(|| no_room(count))?))
+        }
+        Ok(Self::of(if spin { of::<2>(model, count)? } else { of::<1>(model, count)? }, count, 0))
+    }
+
+    /// * `kind`, `numbers`, `description`: the body's class, its radius (mm), axis and angle (degrees), and what it is in words
+    /// * `poses_deg`: pitch and roll of each contact
+    #[staticmethod]
+    fn of_pad(
+        pad: &Pad,
+        kind: &str,
+        numbers: [f32; 3],
+        description: String,
+        poses_deg: PyReadonlyArray2<'_, f32>,
+    ) -> PyResult<Self> {
+        fn of<const P: usize>(
+            pad: &Pad,
+            body: fingerpad::pad::Body,
+            description: String,
+            poses_deg: &[[f32; 2]],
+        ) -> PyResult<Box<dyn Group>> {
+            let made = Patches::<P>::new(pad, body, description, poses_deg.to_vec()).map_err(error::model)?;
+            Ok(Box::new(made.ok_or_else(|| no_room(poses_deg.len()))?))
+        }
+        let body = pad::body(kind, numbers).ok_or_else(|| error::input(format!("body: {kind} is none")))?;
+        let poses_deg = poses_deg.as_slice()?.as_chunks::<2>().0;
+        let patches = pad.patches();
+        let group = match patches {
+            ..=pad::USUAL => of::<{ pad::USUAL }>(pad, body, description, poses_deg)?,
+            _ => of::<{ pad::MOST }>(pad, body, description, poses_deg)?,
         };
-        Self { bed: Mutex::new(bed), count }
+        Ok(Self::of(group, poses_deg.len(), patches))
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -165,7 +209,7 @@ impl Contacts {
         if ![FORCES, RESPONSE].contains(&(out.len() / steps.max(1))) && steps > 0 {
             return Err(wrong_length(RESPONSE * steps, out.len()));
         }
-        py.detach(|| self.advance(&inputs, out, |bed, row, out| bed.step(row, out)))
+        py.detach(|| self.advance(&inputs, out))
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -177,28 +221,28 @@ impl Contacts {
         along_y: Matrix<'py>,
         spin_rad: Option<Matrix<'py>>,
         strength_factor: Option<Matrix<'py>>,
-        pitch_deg: Option<Matrix<'py>>,
-        roll_deg: Option<Matrix<'py>>,
         by_normal_force: bool,
         by_friction: bool,
         dt_s: PyReadonlyArray1<'py, f32>,
         mut out: PyReadwriteArray2<'py, u32>,
     ) -> PyResult<()> {
         let given = Given { normal_force: by_normal_force, friction: by_friction };
-        let more = [&spin_rad, &strength_factor, &pitch_deg, &roll_deg];
+        let more = [&spin_rad, &strength_factor, &None, &None];
         let inputs = Inputs::new(self.count, &dt_s, [&normal, &along_x, &along_y], more)?;
         let out = out.as_slice_mut()?;
         if out.len() != DRIVEN * inputs.depth_mm.len() {
             return Err(wrong_length(DRIVEN * inputs.depth_mm.len(), out.len()));
         }
-        py.detach(|| self.advance(&inputs, out, |bed, row, out| bed.step_driven(row, given, out)))
+        py.detach(|| match inputs.rows().next() {
+            Some(row) => self.on_bed("step_driven", |bed| bed.step_driven(&row, given, out)),
+            None => Ok(()),
+        })
     }
 
     fn gradient<'py>(
         &self,
         py: Python<'py>,
         direction: Matrix<'py>,
-        pose: Option<(f32, f32)>,
         mut out: PyReadwriteArray1<'py, f32>,
     ) -> PyResult<()> {
         let (direction, out) = (direction.as_slice()?, out.as_slice_mut()?);
@@ -207,8 +251,19 @@ impl Contacts {
                 return Err(wrong_length(expected, found));
             }
         }
-        let pose = pose.map(|(pitch_deg, roll_deg)| Pose { pitch_deg, roll_deg });
-        py.detach(|| self.lock().gradient(direction, pose, out)).map_err(error::model)
+        py.detach(|| self.on_bed("gradient", |bed| bed.gradient(direction, out)))
+    }
+
+    /// What patches bear, [`PATCH`] floats each.
+    fn patches<'py>(&self, py: Python<'py>, mut out: PyReadwriteArray1<'py, f32>) -> PyResult<()> {
+        let (expected, out) = (PATCH * self.patches * self.count, out.as_slice_mut()?);
+        if out.len() != expected {
+            return Err(wrong_length(expected, out.len()));
+        }
+        if self.patches > 0 {
+            py.detach(|| self.lock().patches(out));
+        }
+        Ok(())
     }
 
     fn state(&self, py: Python<'_>) -> (Vec<f32>, Vec<f32>) {
@@ -227,7 +282,10 @@ impl Contacts {
     }
 
     fn restore(&self, py: Python<'_>, data: &[u8]) -> PyResult<()> {
-        py.detach(|| self.lock().restore(data)).map_err(error::model)
+        py.detach(|| self.lock().restore(data)).map_err(|refused| match refused {
+            Refused::Core(error) => error::model(error),
+            Refused::Text(text) => error::model_text(text),
+        })
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -244,17 +302,17 @@ impl Contacts {
     ) {
         let settings =
             WatchSettings { first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks };
-        py.detach(|| self.lock().watch(settings));
+        py.detach(|| self.lock().watches().start(settings, self.count));
     }
 
     /// Ticks, contacts and names of what changed.
     fn take_events(&self, py: Python<'_>) -> Vec<(u32, u32, &'static str)> {
-        let events = py.detach(|| self.lock().take_events());
+        let events = py.detach(|| self.lock().watches().take());
         events.into_iter().map(|(contact, event)| (event.tick, contact, name(event.change))).collect()
     }
 
     fn copy(&self, py: Python<'_>) -> Self {
-        Self { bed: Mutex::new(py.detach(|| self.lock().copy())), count: self.count }
+        Self::of(py.detach(|| self.lock().copy()), self.count, self.patches)
     }
 }
 

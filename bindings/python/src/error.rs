@@ -1,22 +1,48 @@
 //! Exceptions of the package, which its Python part defines.
 
+use std::path::Path;
+
 use pyo3::prelude::*;
 
 /// An exception of `fingerpad._errors` by its name.
-pub fn raise(py: Python<'_>, class: &str, text: String) -> PyErr {
-    let made = py.import("fingerpad._errors").and_then(|module| module.getattr(class)?.call1((text,)));
-    match made {
-        Ok(exception) => PyErr::from_value(exception),
-        Err(error) => error,
-    }
+fn raise(class: &str, text: String) -> PyErr {
+    Python::attach(|py| {
+        let made = py.import("fingerpad._errors").and_then(|module| module.getattr(class)?.call1((text,)));
+        match made {
+            Ok(exception) => PyErr::from_value(exception),
+            Err(error) => error,
+        }
+    })
 }
 
 /// Input that is refused.
 pub fn input(text: impl Into<String>) -> PyErr {
-    Python::attach(|py| raise(py, "InputError", text.into()))
+    raise("InputError", text.into())
 }
 
-/// A model, a state or a pose that is refused.
+/// A model or a state that is refused.
 pub fn model(error: fingerpad::Error) -> PyErr {
-    Python::attach(|py| raise(py, "ModelError", error.to_string()))
+    model_text(error.to_string())
+}
+
+/// The same in other words.
+pub fn model_text(text: String) -> PyErr {
+    raise("ModelError", text)
+}
+
+/// The bytes of a file.
+pub fn read(path: &Path) -> PyResult<Vec<u8>> {
+    std::fs::read(path).map_err(|e| input(format!("{}: {e}", path.display())))
+}
+
+/// Refuses a factor of a tuning that is out of range by its name.
+pub fn check_tuning(size: f32, stiffness: f32, lambda_factor: f32) -> PyResult<()> {
+    let ranges =
+        [("size", size, 0.5, 2.0), ("stiffness", stiffness, 0.2, 5.0), ("lambda_factor", lambda_factor, 0.1, 10.0)];
+    for (name, value, low, high) in ranges {
+        if !(value >= low && value <= high) {
+            return Err(model_text(format!("{name}: {value} is not between {low} and {high}")));
+        }
+    }
+    Ok(())
 }

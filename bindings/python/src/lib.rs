@@ -1,4 +1,4 @@
-//! The compiled part of the Python package: models, contacts over numpy arrays, and the program `fingerpad`.
+//! The compiled part of the Python package: beds and pads, contacts of them over numpy arrays, and the program `fingerpad`.
 //!
 //! Names and shapes of what users see are in `python/fingerpad`; arrays arrive here checked and contiguous.
 
@@ -11,7 +11,9 @@ compile_error!(
 mod bed;
 mod contacts;
 mod error;
+mod group;
 mod model;
+mod pad;
 
 use std::ffi::OsString;
 
@@ -37,7 +39,10 @@ fn status_words(bits: u16) -> String {
 /// The compiled part of the package `fingerpad`.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<model::Model>()?;
+    module.add_class::<pad::Pad>()?;
+    module.add_function(wrap_pyfunction!(model::load, module)?)?;
     module.add_class::<contacts::Contacts>()?;
     module.add_function(wrap_pyfunction!(run_program, module)?)?;
     module.add_function(wrap_pyfunction!(status_words, module)?)

@@ -2,64 +2,36 @@
 //!
 //! Main type: [`Model`].
 
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use fingerpad::effects::{LAWS, tables::TABLE};
-use fingerpad::{DataOf, EffectSlot, Error, FileOf, Grip, NODES, Pose, SPRINGS, TableColumn, Tuning};
+use fingerpad::{Data, EffectSlot, Error, Grip, ModelFile, PadModelFile, TableColumn, Tuning};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error;
+use crate::pad::{self, Pad};
 
 /// The model that ships.
 const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
 
-/// Springs of the accurate model.
-pub const ACCURATE: usize = 6;
-
-/// The numbers of a model of either size.
-#[derive(Clone)]
-pub enum Numbers {
-    /// The default model.
-    Default(Arc<DataOf<SPRINGS, NODES>>),
-    /// The accurate one.
-    Accurate(Arc<DataOf<ACCURATE, NODES>>),
-}
-
-/// Does the same with the numbers of either size.
-macro_rules! with_numbers {
-    ($numbers:expr, |$data:ident| $work:expr) => {
-        match $numbers {
-            $crate::model::Numbers::Default($data) => $work,
-            $crate::model::Numbers::Accurate($data) => $work,
+/// Does the same with a model as fitted or retuned; `?` leaves for a tuning that is refused.
+macro_rules! with_model {
+    ($data:expr, $tuning:expr, |$model:ident| $work:expr) => {
+        match $tuning {
+            None => {
+                let $model = $data.model_unchecked();
+                $work
+            }
+            Some(tuning) => {
+                let $model = $data.model_unchecked().tuned(tuning)?;
+                $work
+            }
         }
     };
-}
-
-/// Does the same with a model as fitted, retuned, or posed; `?` leaves for a tuning or a pose that is refused.
-macro_rules! with_model {
-    ($data:expr, $tuning:expr, $pose:expr, |$model:ident| $work:expr) => {{
-        let fitted = $data.model_unchecked();
-        match ($tuning, $pose) {
-            (None, None) => {
-                let $model = fitted;
-                $work
-            }
-            (Some(tuning), None) => {
-                let $model = fitted.tuned(tuning)?;
-                $work
-            }
-            (None, Some(pose)) => {
-                let $model = fitted.posed(pose)?;
-                $work
-            }
-            (Some(tuning), Some(pose)) => {
-                let $model = fitted.tuned(tuning)?.posed(pose)?;
-                $work
-            }
-        }
-    }};
 }
 pub(crate) use with_model;
 
@@ -70,30 +42,55 @@ pub struct Model {
     meta: String,
     effects: Vec<EffectSlot>,
     columns: Vec<TableColumn>,
-    pub numbers: Numbers,
+    pub data: Arc<Data>,
     pub tuning: Option<Tuning>,
 }
 
 impl Model {
     /// Takes a file's bytes.
     fn new(bytes: &[u8]) -> Result<Self, Error> {
-        let mut words = vec![0u64; bytes.len().div_ceil(8)];
-        let aligned: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
-        aligned[..bytes.len()].copy_from_slice(bytes);
-        let aligned: &[u8] = &bytemuck::cast_slice(&words)[..bytes.len()];
-        let (numbers, effects, columns, meta) = match FileOf::<SPRINGS, NODES>::from_bytes(aligned) {
-            Ok(file) => (Numbers::Default(Arc::new(*file.model.data())), file.effects, file.columns, file.meta),
-            Err(refused @ Error::Shape { elements, .. }) if elements as usize == ACCURATE => {
-                let file = FileOf::<ACCURATE, NODES>::from_bytes(aligned).map_err(|error| match error {
-                    Error::Shape { .. } => refused,
-                    other => other,
-                })?;
-                (Numbers::Accurate(Arc::new(*file.model.data())), file.effects, file.columns, file.meta)
-            }
-            Err(error) => return Err(error),
-        };
-        let (effects, columns) = (effects.to_vec(), columns.to_vec());
-        Ok(Self { meta: meta.to_owned(), effects, columns, bytes: bytes.to_vec(), numbers, tuning: None })
+        let file = ModelFile::new(bytes)?;
+        let file = file.file();
+        Ok(Self {
+            bytes: bytes.to_vec(),
+            meta: file.meta.to_owned(),
+            effects: file.effects.to_vec(),
+            columns: file.columns.to_vec(),
+            data: Arc::new(*file.model.data()),
+            tuning: None,
+        })
+    }
+}
+
+/// Text of the error for a file that is no bed.
+fn error_text(bytes: &[u8], error: &Error) -> String {
+    match error {
+        Error::Section { .. } if PadModelFile::new(bytes).is_ok() => {
+            "a pad, not a bed of springs: use fingerpad.load, or Pad in place of Model".to_owned()
+        }
+        other => other.to_string(),
+    }
+}
+
+/// What a file or its bytes hold: a [`Model`] or a [`Pad`].
+#[pyfunction]
+pub fn load<'py>(py: Python<'py>, source: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let (bytes, place) = match source.cast::<PyBytes>() {
+        Ok(bytes) => (bytes.as_bytes().to_vec(), String::new()),
+        Err(_) => {
+            let path: PathBuf = source.extract()?;
+            (error::read(&path)?, format!("{}: ", path.display()))
+        }
+    };
+    let refused = |text: String| error::model_text(format!("{place}{text}"));
+    match Pad::new(&bytes) {
+        Ok(pad) => Ok(Bound::new(py, pad)?.into_any()),
+        // No pad: what is wrong with a bed the reader of beds says.
+        Err(Error::Section { id: [b'P', b'A', b'D', b'N'] }) => {
+            let model = Model::new(&bytes).map_err(|e| refused(e.to_string()))?;
+            Ok(Bound::new(py, model)?.into_any())
+        }
+        Err(error) => Err(refused(pad::error_text(&error))),
     }
 }
 
@@ -104,14 +101,13 @@ type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 4]>);
 impl Model {
     #[staticmethod]
     fn from_bytes(data: &[u8]) -> PyResult<Self> {
-        Self::new(data).map_err(error::model)
+        Self::new(data).map_err(|e| error::model_text(error_text(data, &e)))
     }
 
     #[staticmethod]
-    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let told = |text: String| format!("{}: {text}", path.display());
-        let bytes = std::fs::read(&path).map_err(|e| error::raise(py, "InputError", told(e.to_string())))?;
-        Self::new(&bytes).map_err(|e| error::raise(py, "ModelError", told(e.to_string())))
+    fn from_file(path: PathBuf) -> PyResult<Self> {
+        let bytes = error::read(&path)?;
+        Self::new(&bytes).map_err(|e| error::model_text(format!("{}: {}", path.display(), error_text(&bytes, &e))))
     }
 
     #[staticmethod]
@@ -125,27 +121,18 @@ impl Model {
 
     #[getter]
     fn springs(&self) -> usize {
-        with_numbers!(&self.numbers, |data| data.springs.len())
+        self.data.springs.len()
     }
 
     #[getter]
     fn depth_max_mm(&self) -> PyResult<f32> {
-        let depth = || -> Result<f32, Error> {
-            with_numbers!(&self.numbers, |data| with_model!(data, self.tuning, None::<Pose>, |model| Ok(
-                model.depth_max_mm()
-            )))
-        };
+        let depth = || -> Result<f32, Error> { Ok(with_model!(self.data, self.tuning, |model| model.depth_max_mm())) };
         depth().map_err(error::model)
     }
 
     #[getter]
-    fn pitch_deg(&self) -> f32 {
-        with_numbers!(&self.numbers, |data| data.pose.pitch_deg)
-    }
-
-    #[getter]
-    fn knows_poses(&self) -> bool {
-        with_numbers!(&self.numbers, |data| data.pose.knows_poses())
+    fn pose_deg(&self) -> (f32, f32) {
+        self.data.pose_deg.into()
     }
 
     #[getter]
@@ -176,14 +163,18 @@ impl Model {
 
     #[pyo3(signature = (*, size=1.0, stiffness=1.0, lambda_factor=1.0, tau0_mpa=0.0))]
     fn tuned(&self, size: f32, stiffness: f32, lambda_factor: f32, tau0_mpa: f32) -> PyResult<Self> {
+        error::check_tuning(size, stiffness, lambda_factor)?;
+        if !(0.0..=0.1).contains(&tau0_mpa) {
+            return Err(error::model_text(format!("tau0_mpa: {tau0_mpa} is not between 0 and 0.1")));
+        }
         let tuning = Tuning { size, stiffness, lambda: lambda_factor, tau0_mpa };
-        with_numbers!(&self.numbers, |data| data.model_unchecked().tuned(tuning).map(|_| ())).map_err(error::model)?;
+        self.data.model_unchecked().tuned(tuning).map_err(error::model)?;
         Ok(Self {
             bytes: self.bytes.clone(),
             meta: self.meta.clone(),
             effects: self.effects.clone(),
             columns: self.columns.clone(),
-            numbers: self.numbers.clone(),
+            data: self.data.clone(),
             tuning: Some(tuning),
         })
     }
@@ -196,10 +187,9 @@ impl Model {
         margin: f32,
         strength_factor: f32,
     ) -> PyResult<(f32, f32, u16)> {
+        let load = [friction_x_n, friction_y_n];
         let grip = || -> Result<Grip, Error> {
-            with_numbers!(&self.numbers, |data| with_model!(data, self.tuning, None::<Pose>, |model| Ok(
-                model.least_grip([friction_x_n, friction_y_n], margin, strength_factor)
-            )))
+            Ok(with_model!(self.data, self.tuning, |model| model.least_grip(load, margin, strength_factor)))
         };
         let Grip { depth_mm, normal_force_n, status } = grip().map_err(error::model)?;
         Ok((depth_mm, normal_force_n, status.0))
@@ -207,8 +197,22 @@ impl Model {
 
     fn __repr__(&self) -> String {
         let words = if self.tuning.is_some() { ", tuned" } else { "" };
-        let depth = self.depth_max_mm().unwrap_or(f32::NAN);
-        format!("<fingerpad.Model: {} springs, to {depth} mm, {} effects{words}>", self.springs(), self.effects.len())
+        let (depth, (pitch, roll)) = (self.depth_max_mm().unwrap_or(f32::NAN), self.pose_deg());
+        format!(
+            "<fingerpad.Model: {} springs, depth 0 to {depth:.2} mm, pitch {pitch} deg, roll {roll} deg, {} effects{words}>",
+            self.springs(),
+            self.effects.len()
+        )
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.bytes == other.bytes && self.tuning() == other.tuning()
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.bytes.hash(&mut hasher);
+        hasher.finish()
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {

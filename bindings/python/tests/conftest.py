@@ -1,4 +1,4 @@
-"""What the tests start from: models, the documented vectors, the core without Python."""
+"""What the tests start from: models, the pad, the documented vectors, the core without Python."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import fingerpad
 
 ROOT = Path(__file__).resolve().parents[3]
 MODEL = ROOT / "data/models/fingertip.fpm"
-ACCURATE = ROOT / "data/models/fingertip-accurate.fpm"
+PAD = ROOT / "data/models/fingertip-pad.fpm"
 #: What the native example reads of a step, and what it writes.
 STEP = np.dtype([(n, "<f4") for n in ("depth_mm", "x", "y", "spin_rad", "dt_s", "strength", "pitch_deg", "roll_deg")])
 
@@ -27,6 +27,11 @@ def root() -> Path:
 @pytest.fixture(scope="session")
 def model() -> fingerpad.Model:
     return fingerpad.Model.from_file(MODEL)
+
+
+@pytest.fixture(scope="session")
+def pad() -> fingerpad.Pad:
+    return fingerpad.Pad.from_file(PAD)
 
 
 @pytest.fixture(scope="session")

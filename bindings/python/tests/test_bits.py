@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ACCURATE, MODEL, STEP
+from conftest import MODEL, PAD, STEP
 
 import fingerpad
-from fingerpad import Fingers, Model, Pose, Status
+from fingerpad import Cylinder, Edge, Fingers, Model, Pad, Plane, Sphere, Status
 
 #: Seed of all random numbers here; printed with a failure.
 SEED = 20
@@ -37,7 +37,7 @@ def clean_path() -> Any:
     rows = np.zeros(1200, STEP)
     rows["depth_mm"] = np.minimum(np.arange(1200) / 400, 1.2)
     rows["x"] = np.where(np.arange(1200) > 400, 0.004, 0)
-    rows["dt_s"], rows["strength"], rows["pitch_deg"] = 1e-3, 1, np.nan
+    rows["dt_s"], rows["strength"] = 1e-3, 1
     return rows
 
 
@@ -58,18 +58,8 @@ def disturbed_path(spin: bool) -> Any:
     return rows
 
 
-def posed_path(spin: bool) -> Any:
-    """The disturbed path in poses that change in contact."""
-    rows = disturbed_path(spin)
-    t = np.arange(len(rows))
-    rows["pitch_deg"] = 30 + 10 * np.sin(t // 40)
-    rows["roll_deg"] = 8 * np.cos(t // 40)
-    rows["pitch_deg"][:100] = np.nan
-    return rows
-
-
 def of_native(native: Path, rows: Any, spin: bool) -> Any:
-    command = [native, "steps", MODEL, "spin" if spin else "plain"]
+    command = [native, "bed", MODEL, "spin" if spin else "plain"]
     done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
     return np.frombuffer(done.stdout, "<u4").reshape(len(rows), 14)
 
@@ -77,16 +67,15 @@ def of_native(native: Path, rows: Any, spin: bool) -> Any:
 def of_python(fingers: Fingers, rows: Any) -> Any:
     out = []
     for r in rows:
-        pose = None if np.isnan(r["pitch_deg"]) else Pose(float(r["pitch_deg"]), float(r["roll_deg"]))
         response = fingers.step(
-            r["depth_mm"], r["x"], r["y"], r["spin_rad"], dt_s=r["dt_s"], strength_factor=r["strength"], pose=pose, outputs="all"
+            r["depth_mm"], r["x"], r["y"], r["spin_rad"], dt_s=r["dt_s"], strength_factor=r["strength"], outputs="all"
         )
         out.append(words(response)[0])
     return np.array(out)
 
 
 @pytest.mark.parametrize("spin", [False, True])
-@pytest.mark.parametrize("path", [lambda _: clean_path(), disturbed_path, posed_path], ids=["clean", "disturbed", "posed"])
+@pytest.mark.parametrize("path", [lambda _: clean_path(), disturbed_path], ids=["clean", "disturbed"])
 def test_bits_of_the_core(native: Path, model: Model, path: Any, spin: bool) -> None:
     rows = path(spin)
     expected = of_native(native, rows, spin)
@@ -115,20 +104,85 @@ def test_a_run_of_many_is_each_alone(native: Path, model: Model, spin: bool) -> 
         np.testing.assert_array_equal(words(everything[:, k].copy()), of_native(native, alone, spin), err_msg=f"finger {k}")
 
 
-def test_poses_of_many(native: Path, model: Model) -> None:
-    """Each finger in a pose of its own, neighbours in the same and in others."""
-    rows = posed_path(False)[100:400]
-    pitch = np.array([20, 20, 30, 45, 45, 20], np.float32)
-    roll = np.array([0, 0, 0, 10, -10, 0], np.float32)
-    fingers = Fingers(model, len(pitch))
-    found = [
-        words(fingers.step(r["depth_mm"], r["x"], r["y"], strength_factor=r["strength"], pose=Pose(pitch, roll), outputs="all"))
-        for r in rows
-    ]
-    for k in range(len(pitch)):
-        alone = rows.copy()
-        alone["dt_s"], alone["pitch_deg"], alone["roll_deg"] = 1e-3, pitch[k], roll[k]
-        np.testing.assert_array_equal(np.array(found)[:, k], of_native(native, alone, False), err_msg=f"finger {k}")
+#: Bodies and the poses over their apex.
+BODIES = [
+    (Plane(), (30.0, 0.0)),
+    (Sphere(20.0), (25.0, 5.0)),
+    (Sphere(-40.0), (30.0, 0.0)),
+    (Cylinder(10.0, 90.0), (40.0, -10.0)),
+    (Cylinder(12.5, 30.0), (30.0, 0.0)),
+    (Edge(4.0, 20.0, 120.0), (30.0, 0.0)),
+]
+
+
+def pad_path(seed: int = SEED, count: int = 500) -> Any:
+    """A press, slides, spins and lift-offs in poses that change, noise and changing strength, and numbers that are none."""
+    random = np.random.default_rng(seed)
+    rows = np.zeros(count, STEP)
+    t = np.arange(count)
+    rows["depth_mm"] = np.minimum(t / 60, 1.4) + 0.1 * np.sin(0.2 * t) + random.normal(0, 0.002, count)
+    rows["depth_mm"][count // 2 : count // 2 + 10] = -0.1
+    rows["x"] = np.where(t % 150 < 80, 0.03, -0.04)
+    rows["y"] = random.normal(0, 0.01, count)
+    rows["spin_rad"] = np.where(t % 90 < 30, 0.005, 0)
+    rows["strength"] = np.where(t < 250, 1, random.uniform(0.5, 2, count))
+    rows["pitch_deg"] = 35 + 12 * np.sin(t / 60)
+    rows["roll_deg"] = 10 * np.cos(t / 45)
+    rows["pitch_deg"][::149] = 85
+    for name, every in {"x": 97, "depth_mm": 131, "pitch_deg": 163, "roll_deg": 167}.items():
+        rows[name][every::every] = np.nan
+    rows["dt_s"] = 1e-3
+    rows["dt_s"][::211] = -1
+    return rows
+
+
+def on_native_pad(native: Path, rows: Any, body: Any, pose: tuple[float, float]) -> tuple[Any, Any]:
+    """Words of the responses and floats of the patches as bits."""
+    numbers = [getattr(body, name, 0.0) for name in ("radius_mm", "axis_deg", "angle_deg")]
+    command = [native, "pad", PAD, type(body).__name__, *map(str, [*numbers, *pose])]
+    done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
+    whole = np.frombuffer(done.stdout, "<u4").reshape(len(rows), -1)
+    return whole[:, :14], whole[:, 14:]
+
+
+@pytest.mark.parametrize(("body", "pose"), BODIES, ids=lambda case: str(case))
+def test_bits_of_the_core_on_a_pad(native: Path, pad: Pad, body: Any, pose: tuple[float, float]) -> None:
+    """Steps and patches, on all bodies and in poses that change."""
+    rows = pad_path()
+    expected, expected_patches = on_native_pad(native, rows, body, pose)
+    fingers = Fingers(pad, body=body, pitch_deg=pose[0], roll_deg=pose[1])
+    for i, r in enumerate(rows):
+        response = fingers.step(
+            r["depth_mm"], r["x"], r["y"], r["spin_rad"], dt_s=r["dt_s"], strength_factor=r["strength"],
+            pitch_deg=r["pitch_deg"], roll_deg=r["roll_deg"], outputs="all",
+        )  # fmt: skip
+        assert (words(response)[0] == expected[i]).all(), f"seed {SEED}, step {i}: {r} gives {response}"
+        assert (fingers.patches().view(np.uint32).reshape(-1) == expected_patches[i]).all(), f"seed {SEED}, step {i}: {r}"
+    flags = np.bitwise_or.reduce(expected[:, 7])
+    assert flags & Status.BAD_INPUT and flags & Status.BAD_TIME_STEP and flags & Status.POSE_OUT_OF_RANGE
+    assert len(set(expected[:, 6])) == 4, "every regime"
+
+
+@pytest.mark.parametrize("tuned", [False, True])
+def test_many_fingers_of_a_pad_are_each_alone(pad: Pad, tuned: bool) -> None:
+    """Fingers with paths and poses of their own; more of them than are stepped between two looks for Ctrl-C."""
+    made = pad.tuned(size=1.1, stiffness=0.8, lambda_factor=1.2) if tuned else pad
+    count, rows = 1100, pad_path()[:40]
+    rows["depth_mm"] = np.minimum(0.1 + np.arange(40) / 40, 1.2)
+    shifted = np.array([np.roll(rows, k) for k in range(count)]).T
+    pitch, roll = np.linspace(12, 68, count), np.linspace(-28, 28, count)
+    inputs = (shifted["depth_mm"], shifted["x"], shifted["y"], shifted["spin_rad"])
+    many = Fingers(made, count, body=Sphere(18), pitch_deg=pitch, roll_deg=roll)
+    forces = many.copy().run(*inputs, strength_factor=shifted["strength"])
+    found = many.run(*inputs, strength_factor=shifted["strength"], outputs="all")
+    patches = many.patches()
+    for name in fingerpad.FORCES.names or ():
+        np.testing.assert_array_equal(forces[name].view(np.uint32), found[name].view(np.uint32), err_msg=name)
+    for k in (0, 1, 511, 1023, 1024, 1099):
+        alone = Fingers(made, body=Sphere(18), pitch_deg=pitch[k], roll_deg=roll[k])
+        expected = alone.run(*(x[:, k] for x in inputs), strength_factor=shifted["strength"][:, k], outputs="all")
+        np.testing.assert_array_equal(words(found[:, k].copy()), words(expected[:, 0].copy()), err_msg=f"finger {k}")
+        np.testing.assert_array_equal(patches[k], alone.patches()[0], err_msg=f"finger {k}")
 
 
 def test_strides_and_types_change_nothing(model: Model) -> None:
@@ -144,16 +198,30 @@ def test_strides_and_types_change_nothing(model: Model) -> None:
         np.testing.assert_array_equal(words(Fingers(model, 64).step(wide[:, 1], x)), words(plain))
 
 
-def test_the_accurate_model_and_tuning() -> None:
-    """Six springs carry as four do, roughly; a larger finger carries its size squared (exact by the core's rule)."""
-    four, six = Model.from_file(MODEL), Model.from_file(ACCURATE)
-    assert (four.springs, six.springs) == (4, 6)
-    forces = [Fingers(m).step(1.0, 0.5)["normal_force_n"][0] for m in (four, six)]
-    assert forces[1] == pytest.approx(forces[0], rel=0.1)
-    large = four.tuned(size=1.25)
-    assert large.depth_max_mm == pytest.approx(1.25 * four.depth_max_mm)
-    pressed = [Fingers(m).step(d)["normal_force_n"][0] for m, d in ((four, 0.8), (large, 1.0))]
+def test_tuning_of_a_bed(model: Model) -> None:
+    """A larger finger carries its size squared (exact by the core's rule)."""
+    large = model.tuned(size=1.25)
+    assert large.depth_max_mm == pytest.approx(1.25 * model.depth_max_mm)
+    pressed = [Fingers(m).step(d)["normal_force_n"][0] for m, d in ((model, 0.8), (large, 1.0))]
     assert pressed[1] / pressed[0] == pytest.approx(1.25**2, rel=1e-5)
+
+
+def test_tuning_of_a_pad(pad: Pad) -> None:
+    """A geometrically similar finger on a similar ball: forces go with size squared and stiffness, exactly."""
+    tuned = pad.tuned(size=1.25, stiffness=2, lambda_factor=1.5)
+    assert tuned.depth_max_mm == pytest.approx(1.25 * pad.depth_max_mm)
+    assert tuned.patch_areas_mm2 == pytest.approx([1.25**2 * area for area in pad.patch_areas_mm2])
+    pair = [Fingers(pad, body=Sphere(20)), Fingers(tuned, body=Sphere(25))]
+    path = np.minimum(np.arange(1, 41) / 40, 1.0)
+    small, large = (f.run(k * path, outputs="all")[:, 0] for f, k in zip(pair, (1, 1.25)))
+    np.testing.assert_allclose(large["normal_force_n"], 2 * 1.25**2 * small["normal_force_n"], rtol=2e-4)
+    np.testing.assert_allclose(large["contact_area_mm2"], 1.25**2 * small["contact_area_mm2"], rtol=2e-4)
+    np.testing.assert_allclose(pair[1].depth_mm, 1.25, rtol=1e-6)
+    slid = [f.run(np.full(60, k), 0.1 * k, outputs="all")[-1, 0] for f, k in zip(pair, (1, 1.25))]
+    beta = np.log(slid[1]["friction_limit_n"] / slid[0]["friction_limit_n"] / (1.5 * 1.25**2)) / np.log(2)
+    assert 0.3 < beta < 1, "strength goes with stiffness to the power of the friction law"
+    pressure = [f.patches()[0]["pressure_mpa"].max() for f in pair]
+    assert pressure[1] / pressure[0] == pytest.approx(2, rel=0.02)
 
 
 def test_gradient_is_a_difference_of_steps(model: Model) -> None:

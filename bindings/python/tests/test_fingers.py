@@ -1,4 +1,4 @@
-"""What Fingers and Model refuse and remember, alone and in threads."""
+"""What Fingers, Model and Pad refuse and remember, alone and in threads."""
 
 from __future__ import annotations
 
@@ -16,10 +16,25 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import MODEL
+from conftest import MODEL, PAD
 
 import fingerpad
-from fingerpad import EVENT, FORCES, Fingers, InputError, Model, ModelError, Pose, Regime, Status
+from fingerpad import (
+    EVENT,
+    FORCES,
+    PATCH,
+    Cylinder,
+    Edge,
+    Fingers,
+    InputError,
+    Model,
+    ModelError,
+    Pad,
+    Plane,
+    Regime,
+    Sphere,
+    Status,
+)
 
 SEED = 7
 
@@ -32,13 +47,96 @@ def test_spellings_are_those_of_the_core() -> None:
 
 def test_properties(model: Model) -> None:
     assert Model.shipped().to_bytes() == MODEL.read_bytes()
-    assert model.springs == 4 and 1 < model.depth_max_mm < 5 and 10 <= model.pitch_deg <= 70 and model.knows_poses
+    assert model.springs == 4 and 1 < model.depth_max_mm < 5 and model.pose_deg == (30.0, 0.0)
+    assert f"4 springs, depth 0 to {model.depth_max_mm:.2f} mm" in repr(model) and " mm, pitch 30 deg, roll 0 deg, 0 effects" in repr(model)
     assert "held_out" in str(model.meta) and model.effects == []
     depth, normal, status = model.least_grip(0.2, margin=0.2)
     assert status == 0
     assert Fingers(model).step(depth)["normal_force_n"][0] == pytest.approx(normal, rel=0.05)
     with pytest.raises(AttributeError):
         model.springs = 5  # type: ignore[misc]
+
+
+def test_properties_of_a_pad(pad: Pad) -> None:
+    assert Pad.shipped().to_bytes() == PAD.read_bytes()
+    assert pad.patches == len(pad.patch_areas_mm2) == 37 and 4 < pad.depth_max_mm < 8 and pad.neutral_pitch_deg == 30
+    assert pad.pitch_range_deg == (10, 70) and pad.roll_range_deg == (-30, 30) and pad.tuning == (1, 1, 1)
+    assert "37 patches, depth 0 to " in repr(pad) and " mm, pitch 10 to 70 deg, roll -30 to 30 deg" in repr(pad)
+    assert repr(pad.tuned(size=1.1)).endswith(", tuned>") and isinstance(pad.meta, dict) and pad.meta
+    fingers = Fingers(pad, 3, body=Sphere(20))
+    assert fingers.spin and fingers.body == Sphere(20) and repr(fingers).endswith(" on Sphere(radius_mm=20.0)>")
+    assert Fingers(pad).body == Plane()
+
+
+def test_a_file_tells_what_it_holds(tmp_path: Path, model: Model, pad: Pad) -> None:
+    for path, expected in ((MODEL, model), (PAD, pad)):
+        for found in (fingerpad.load(path), fingerpad.load(str(path)), fingerpad.load(path.read_bytes())):
+            assert type(found) is type(expected) and found == expected
+    with pytest.raises(ModelError, match="a pad, not a bed of springs: use fingerpad.load"):
+        Model.from_bytes(pad.to_bytes())
+    with pytest.raises(ModelError, match=r"fingertip\.fpm: a bed of springs, not a pad: use fingerpad.load"):
+        Pad.from_file(MODEL)
+    damaged = tmp_path / "damaged.fpm"
+    for whole in (model.to_bytes(), pad.to_bytes()):
+        for data, text in ((whole[:900], "900 bytes where"), (whole[:-9] + b"?" + whole[-8:], "checksum wrong"), (b"PNG!" + whole[4:], "not a model")):
+            with pytest.raises(ModelError, match=f"^{text}"):
+                fingerpad.load(data)
+            damaged.write_bytes(data)
+            with pytest.raises(ModelError, match=rf"damaged\.fpm: {text}"):
+                fingerpad.load(damaged)
+    with pytest.raises(InputError, match=r"none\.fpm: No such file"):
+        fingerpad.load(tmp_path / "none.fpm")
+    with pytest.raises(TypeError):
+        fingerpad.load(3)  # type: ignore[arg-type]
+
+
+def with_patches(data: bytes, count: int) -> bytes:
+    """A pad's file with as many patches, the first ones and then copies of the last one, after core/docs/fpm-format.md."""
+    (number,) = struct.unpack_from("<I", data, 16)
+    sections = {name: data[at : at + length] for name, at, length in (struct.unpack_from("<4sII", data, 20 + 12 * k) for k in range(number))}
+    size = 4 * (12 + 3 * 16)
+    patches = [sections[b"PADP"][k : k + size] for k in range(0, len(sections[b"PADP"]), size)]
+    sections[b"PADP"] = b"".join((patches + [patches[-1]] * count)[:count])
+    at, entries = 20 + 12 * number, b""
+    for name, section in sections.items():
+        entries += struct.pack("<4sII", name, at, len(section))
+        at += len(section)
+    rest = struct.pack("<I", number) + entries + b"".join(sections.values())
+    return data[:8] + struct.pack("<II", at, zlib.crc32(rest)) + rest
+
+
+def test_pads_of_other_sizes(pad: Pad) -> None:
+    assert with_patches(pad.to_bytes(), 37) == pad.to_bytes()
+    depth = np.linspace(0.05, 1, 20)
+    usual = Fingers(pad, body=Sphere(20)).run(depth)
+    for count in (12, 36, 38, 128):
+        made = Pad.from_bytes(with_patches(pad.to_bytes(), count))
+        fingers = Fingers(made, 2, body=Sphere(20))
+        r = fingers.run(depth[:, None])
+        assert made.patches == count and fingers.patches().shape == (2, count)
+        assert (r["status"] == 0).all() and r["normal_force_n"][-1, 0] > 0.05
+        saved = fingers.save()
+        expected = fingers.step(0.9, 0.1)
+        fingers.restore(saved)
+        np.testing.assert_array_equal(fingers.step(0.9, 0.1), expected)
+        if count == 38:
+            # The last patch is apart here, and so is its copy.
+            np.testing.assert_array_equal(r[:, :1], usual)
+    with pytest.raises(ModelError, match="129 patches; at most 128 are used here"):
+        Pad.from_bytes(with_patches(pad.to_bytes(), 129))
+
+
+def test_equal_models_are_of_equal_numbers(model: Model, pad: Pad) -> None:
+    assert model == Model.shipped() and pad == Pad.shipped() and model != pad and model != 3
+    assert pad.tuned(size=1.1) == pad.tuned(size=1.1) != pad and pad.tuned() == pad
+    assert model.tuned(lambda_factor=2) == model.tuned(lambda_factor=2) != model and model.tuned() == model
+    assert len({model, Model.shipped(), pad, Pad.shipped(), pad.tuned(), pad.tuned(size=2)}) == 3
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    from importlib.metadata import version
+
+    assert fingerpad.__version__ == version("fingerpad")
 
 
 def test_effects_are_not_left_out_in_silence(root: Path) -> None:
@@ -77,7 +175,7 @@ def test_bad_models(tmp_path: Path) -> None:
     whole = MODEL.read_bytes()
     cases: dict[str, bytes] = {
         "not a model file": b"PNG!" + whole[4:],
-        "format version 10": whole[:4] + b"\x0a\0\0\0" + whole[8:],
+        "format version 9": whole[:4] + b"\x09\0\0\0" + whole[8:],
         "bytes where": whole[: len(whole) // 2],
         "checksum wrong": whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:],
     }
@@ -95,8 +193,19 @@ def test_bad_models(tmp_path: Path) -> None:
         Model.from_file(tmp_path / "none.fpm")
     with pytest.raises(TypeError):
         Model.from_bytes("text")  # type: ignore[arg-type]
-    with pytest.raises(ModelError, match="Size.*3 is out of range"):
-        Model.shipped().tuned(size=3)
+
+
+@pytest.mark.parametrize("kind", [Model, Pad])
+def test_tunings_out_of_range(kind: Any) -> None:
+    for name, value, text in (
+        ("size", 3, "size: 3 is not between 0.5 and 2"),
+        ("stiffness", 0.1, "stiffness: 0.1 is not between 0.2 and 5"),
+        ("lambda_factor", float("nan"), "lambda_factor: NaN is not between 0.1 and 10"),
+    ):
+        with pytest.raises(ModelError, match=text):
+            kind.shipped().tuned(**{name: value})
+    with pytest.raises(ModelError, match="tau0_mpa: -1 is not between 0 and 0.1"):
+        Model.shipped().tuned(tau0_mpa=-1)
 
 
 @pytest.mark.parametrize(
@@ -112,9 +221,8 @@ def test_bad_models(tmp_path: Path) -> None:
         ({"depth_mm": 1, "outputs": "some"}, "outputs: 'some'"),
         ({"depth_mm": 1, "out": np.zeros(4)}, "out: an array of shape"),
         ({"depth_mm": 1, "out": np.zeros(8, FORCES)[::2]}, "contiguous"),
-        ({"depth_mm": 1, "pose": Pose(80)}, r"Pose\[0\] = 80 is out of range"),
-        ({"depth_mm": 1, "pose": Pose(30, [0, 0, 0, 45])}, r"Pose\[1\] = 45 is out of range"),
-        ({"depth_mm": 1, "pose": Pose(float("nan"))}, "out of range"),
+        ({"depth_mm": 1, "pitch_deg": 40}, r"pitch_deg: 40, but a bed of springs is of one pose \(pitch 30 deg, roll 0 deg\)"),
+        ({"depth_mm": 1, "roll_deg": [0, 0, 0, 45]}, r"roll_deg: an array of shape \(4,\), but a bed of springs is of one pose"),
     ],
 )
 def test_bad_arrays_move_nothing(model: Model, arguments: dict[str, Any], text: str) -> None:
@@ -132,12 +240,201 @@ def test_bad_runs(model: Model) -> None:
         fingers.run(1.0, 0.1)
     with pytest.raises(InputError, match=r"depth_mm: an array of shape \(5, 4\) where \(6, 4\)"):
         fingers.run(np.ones((5, 4)), np.ones((6, 4)))
-    with pytest.raises(InputError, match="-1 fingers"):
-        Fingers(model, -1)
+    for pitch in (1.0, np.ones((6, 4))):
+        with pytest.raises(InputError, match="pitch_deg: .* a bed of springs is of one pose"):
+            fingers.run(np.ones((6, 4)), pitch_deg=pitch)
     with pytest.raises(InputError, match="and not both"):
         fingers.step_driven(depth_mm=1, normal_force_n=1)
     assert fingers.run(np.ones((0, 4))).shape == (0, 4)
     assert Fingers(model, 0).step(1.0).shape == (0,)
+
+
+@pytest.mark.parametrize(("kind", "most"), [(Model, 1 << 24), (Pad, 1 << 20)])
+def test_hostile_counts(kind: Any, most: int) -> None:
+    for count in (-1, most + 1, 10**12, 2**63, 2**64, 10**30):
+        with pytest.raises(InputError, match=f"count: {count} is not between 0 and {most}"):
+            Fingers(kind.shipped(), count)
+    for count in (2.5, "3", None):
+        with pytest.raises(InputError, match=f"count: {count!r} where a whole number is needed"):
+            Fingers(kind.shipped(), count)
+    with pytest.raises(InputError, match="model: str where a Model or a Pad"):
+        Fingers("fingertip.fpm")  # type: ignore[arg-type]
+    assert len(Fingers(kind.shipped(), np.int64(3))) == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"pitch_deg": 80}, "pitch_deg: 80 is not between 10 and 70"),
+        ({"roll_deg": [0, 31, 0, 0]}, "roll_deg: 31 is not between -30 and 30"),
+        ({"pitch_deg": float("nan")}, "pitch_deg: nan is not between 10 and 70"),
+        ({"pitch_deg": [30, 40]}, r"pitch_deg: an array of shape \(2,\) where \(4,\)"),
+        ({"body": "plane"}, "body: 'plane' where a Plane, Sphere, Cylinder or Edge"),
+        ({"body": Sphere}, "body: .* where a Plane, Sphere"),
+    ],
+)
+def test_bad_fingers_of_a_pad(model: Model, pad: Pad, options: dict[str, Any], text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        Fingers(pad, 4, **options)
+    with pytest.raises(InputError, match=f"{next(iter(options))}: .*a bed of springs is of one pose"):
+        Fingers(model, 4, **options)
+
+
+@pytest.mark.parametrize(
+    ("body", "numbers", "text"),
+    [
+        (Sphere, (0,), "radius_mm: 0 is not between 0.1 and 1000000, or the negative of that"),
+        (Sphere, (float("nan"),), "radius_mm: nan is not"),
+        (Sphere, (1e300,), "radius_mm: 1e[+]300 is not"),
+        (Cylinder, (float("inf"), 0), "radius_mm: inf is not"),
+        (Cylinder, (10, 270), "axis_deg: 270 is not between -180 and 180"),
+        (Cylinder, ("wide",), "radius_mm: 'wide' where a number"),
+        (Edge, (-2,), "radius_mm: -2 is not between 0.1 and 1000000$"),
+        (Edge, (2, 0, 180), "angle_deg: 180 is not between 1 and 179"),
+        (Edge, (2, None), "axis_deg: None where a number"),
+    ],
+)
+def test_bad_bodies(body: Any, numbers: tuple[Any, ...], text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        body(*numbers)
+
+
+def test_what_a_pad_cannot(model: Model, pad: Pad) -> None:
+    fingers = Fingers(pad, 2)
+    with pytest.raises(InputError, match="step_driven: fingers of a pad cannot"):
+        fingers.step_driven(normal_force_n=1)
+    with pytest.raises(InputError, match="gradient: fingers of a pad cannot"):
+        fingers.gradient()
+    with pytest.raises(InputError, match="patches: a bed of springs has none"):
+        Fingers(model).patches()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"depth_mm": np.zeros(3)}, r"depth_mm: an array of shape \(3,\) where"),
+        ({"depth_mm": 1, "pitch_deg": [[1, 2]]}, "pitch_deg: an array of shape"),
+        ({"depth_mm": 1, "roll_deg": "left"}, "roll_deg: <U4 where real numbers"),
+        ({"depth_mm": 1, "outputs": "some"}, "outputs: 'some'"),
+    ],
+)
+def test_bad_arrays_move_no_finger_of_a_pad(pad: Pad, arguments: dict[str, Any], text: str) -> None:
+    fingers = Fingers(pad, 4)
+    fingers.step(0.8, 0.3)
+    before = fingers.save()
+    with pytest.raises(InputError, match=text):
+        fingers.step(**arguments)
+    assert fingers.save() == before
+
+
+def test_patches_add_up(pad: Pad) -> None:
+    """Pressure over the patches is the normal force, traction the friction; what is apart bears nothing."""
+    area = np.array(pad.patch_areas_mm2)
+    fingers = Fingers(pad, 3, pitch_deg=[30, 45, 20], roll_deg=[0, 10, -10])
+    air = fingers.patches()
+    assert air.shape == (3, 37) and air.dtype == PATCH and not air.view(np.float32).any()
+    depth = np.linspace(0.05, 1.0, 20)[:, None]
+    fingers.run(depth)
+    r = fingers.run(np.full((20, 1), 1.0), 0.02, 0.01, outputs="all")[-1]
+    patches = fingers.patches()
+    np.testing.assert_allclose((patches["pressure_mpa"] * area).sum(1), r["normal_force_n"], rtol=1e-4)
+    for axis in "xy":
+        traction = (patches[f"traction_{axis}_mpa"] * area).sum(1)
+        np.testing.assert_allclose(traction, r[f"friction_{axis}_n"], rtol=2e-3, atol=1e-4)
+    np.testing.assert_allclose(patches["contact_area_mm2"].sum(1), r["contact_area_mm2"], rtol=1e-4)
+    mean = (patches["stick_ratio"] * patches["contact_area_mm2"]).sum(1) / patches["contact_area_mm2"].sum(1)
+    assert (r["regime"] == Regime.PARTIAL_SLIP).all() and (np.abs(mean - r["stick_ratio"]) < 0.2).all()
+    apart = patches["contact_area_mm2"] == 0
+    assert apart.any() and not apart.all() and (patches["used_share"] <= 1).all()
+    for name in ("pressure_mpa", "traction_x_mpa", "traction_y_mpa", "stick_ratio", "used_share"):
+        assert (patches[name][apart] == 0).all()
+    assert (patches["pressure_mpa"][~apart] > 0).all()
+
+
+def test_a_ball_presses_less_than_a_plane_and_in_the_middle(pad: Pad) -> None:
+    depth = np.linspace(0.05, 1.0, 20)[:, None]
+    pressed = {}
+    for body in (Plane(), Sphere(1e6), Sphere(20), Cylinder(20, 0), Sphere(-60)):
+        fingers = Fingers(pad, body=body)
+        r = fingers.run(depth, outputs="all")[-1, 0]
+        assert r["status"] == 0 and r["normal_force_n"] > 0.1, body
+        pressed[body] = r
+    assert pressed[Sphere(1e6)]["normal_force_n"] == pytest.approx(pressed[Plane()]["normal_force_n"], rel=0.03)
+    names = ("normal_force_n", "contact_area_mm2")
+    for name in names:
+        ball, rod, plane, bowl = (float(pressed[b][name]) for b in (Sphere(20), Cylinder(20, 0), Plane(), Sphere(-60)))
+        assert ball < rod < plane < bowl, name
+
+
+def test_a_pose_that_changes_in_contact(pad: Pad) -> None:
+    """Rolling and pitching back and forth under load: the finger comes to every pose, and poses of a step are those of no other."""
+    fingers = Fingers(pad, 2)
+    fingers.run(np.linspace(0.05, 1.0, 20)[:, None])
+    t = np.linspace(0, 2 * np.pi, 201)[1:, None]
+    r = fingers.run(1.0 + 0 * t, pitch_deg=30 + np.array([15, 0]) * np.sin(t), roll_deg=np.array([0, 20]) * np.sin(t), outputs="all")
+    assert (r["status"] == 0).all()
+    assert np.ptp(r["pressure_centre_x_mm"][:, 0]) > 0.5 and np.ptp(r["pressure_centre_y_mm"][:, 1]) > 0.5
+    assert np.ptp(r["normal_force_n"][:, 0]) > 0.01
+    # Without a pose a step is in that in which the fingers were made, which is where they are now.
+    np.testing.assert_allclose(fingers.step(1.0)["normal_force_n"], r["normal_force_n"][-1], rtol=1e-3)
+    held = fingers.save()
+    beyond = fingers.step(1.0, pitch_deg=[90, 30], roll_deg=[0, -45])
+    assert (beyond["status"] == Status.POSE_OUT_OF_RANGE).all()
+    fingers.restore(held)
+    nearest = fingers.step(1.0, pitch_deg=[70, 30], roll_deg=[0, -30])
+    np.testing.assert_array_equal(beyond["normal_force_n"], nearest["normal_force_n"])
+    lost = fingers.step(1.0, pitch_deg=[float("nan"), 30], roll_deg=[0, float("nan")])
+    assert (lost["status"] == Status.BAD_INPUT).all() and (lost["normal_force_n"] > 0).all()
+
+
+def test_a_state_belongs_to_one_pad_body_and_tuning(pad: Pad) -> None:
+    fingers = Fingers(pad, 2, body=Sphere(20), pitch_deg=[30, 50])
+    fingers.run(np.linspace(0.05, 1, 20)[:, None], 0.01, strength_factor=1.4)
+    saved, copied, pickled = fingers.save(), fingers.copy(), pickle.loads(pickle.dumps(fingers))
+    assert pickled.body == Sphere(20) and pickled.model == pad
+    expected = fingers.run(np.full((20, 1), 0.9), 0.02)
+    fingers.restore(saved)
+    for again in (fingers, copied, pickled):
+        np.testing.assert_array_equal(again.run(np.full((20, 1), 0.9), 0.02), expected)
+    np.testing.assert_allclose(fingers.strength_factor, 1.4)
+    for other, text in (
+        (Fingers(pad, 2), r"saved with Sphere\(radius_mm=20.0\), .* here it is Plane\(\), size 1"),
+        (Fingers(pad, 2, body=Sphere(21)), r"here it is Sphere\(radius_mm=21.0\)"),
+        (Fingers(pad.tuned(size=1.2), 2, body=Sphere(20)), "here it is .*, size 1.2"),
+    ):
+        before = other.save()
+        with pytest.raises(ModelError, match=text):
+            other.restore(saved)
+        assert other.save() == before
+    with pytest.raises(ModelError, match="bytes where"):
+        Fingers(pad, 3, body=Sphere(20)).restore(saved)
+    Fingers(pad, 2, body=Sphere(np.float32(20)), pitch_deg=[30, 50]).restore(saved)
+    before = fingers.save()
+    for k in range(0, len(saved), 7):
+        with pytest.raises(ModelError):
+            fingers.restore(saved[:k])
+        with pytest.raises(ModelError):
+            fingers.restore(saved[:k] + bytes([saved[k] ^ 8]) + saved[k + 1 :])
+    assert fingers.save() == before
+    with pytest.raises(ModelError, match="bytes where"):
+        fingers.restore(Fingers(Model.shipped(), 2).save())
+
+
+def test_nonsense_is_flagged_by_a_pad(pad: Pad) -> None:
+    """Bits at random in every input, on every body: all that is answered is a number within its range."""
+    random = np.random.default_rng(SEED)
+    for body in (Plane(), Sphere(10), Sphere(-12), Cylinder(8, 40), Edge(3, 90, 60)):
+        fingers = Fingers(pad, 64, body=body)
+        for _ in range(60):
+            depth, x, y, spin, strength, pitch, roll = random.integers(0, 2**32, (7, 64), np.uint32).view(np.float32)
+            depth = np.where(random.random(64) < 0.7, random.normal(0.7, 1, 64), depth)
+            r = fingers.step(
+                depth, x, y, spin, dt_s=float(random.normal()), strength_factor=strength, pitch_deg=pitch, roll_deg=roll, outputs="all"
+            )
+            floats = np.array([r[n] for n in r.dtype.names or () if r.dtype[n] == np.float32])
+            assert np.isfinite(floats).all() and np.isfinite(fingers.patches().view(np.float32)).all(), f"seed {SEED}, {body}"
+            assert ((r["slip_margin"] >= 0) & (r["slip_margin"] <= 1)).all()
+        assert (fingers.step([1e300] * 64)["status"] & Status.BAD_INPUT).all()
 
 
 @pytest.mark.parametrize("spin", [False, True])
@@ -194,6 +491,12 @@ def test_reset(model: Model) -> None:
     assert fingers.save() == Fingers(model, 3).save()
     with pytest.raises(InputError, match="which: int64"):
         fingers.reset([0, 1, 2])
+    on_ball = Fingers(Pad.shipped(), 2, body=Sphere(15), pitch_deg=50)
+    on_ball.step(0.9, 0.5, strength_factor=2)
+    on_ball.reset([True, False])
+    np.testing.assert_array_equal(on_ball.depth_mm, np.array([0, 0.9], np.float32))
+    on_ball.reset()
+    assert on_ball.save() == Fingers(Pad.shipped(), 2, body=Sphere(15), pitch_deg=50).save()
 
 
 def test_events_through_noise(model: Model) -> None:
@@ -229,23 +532,26 @@ def test_what_was_freed_is_not_used() -> None:
     np.testing.assert_array_equal(r, expected)
 
 
-def test_threads(model: Model) -> None:
+@pytest.mark.parametrize(("kind", "count"), [(Model, 64), (Pad, 4)])
+def test_threads(kind: Any, count: int) -> None:
     """Fingers of their own in each thread give the same bits; the same fingers in all threads wait for each other."""
-    path = np.random.default_rng(SEED).normal(0, 0.05, (400, 64))
-    expected = Fingers(model, 64).run(0.9 + path, path)
+    model = kind.shipped()
+    path = np.random.default_rng(SEED).normal(0, 0.05, (400, count))
+    expected = Fingers(model, count).run(0.9 + path, path)
     with ThreadPoolExecutor(4) as pool:
-        for found in pool.map(lambda _: Fingers(model, 64).run(0.9 + path, path), range(16)):
+        for found in pool.map(lambda _: Fingers(model, count).run(0.9 + path, path), range(16)):
             np.testing.assert_array_equal(found, expected)
-    shared, one = Fingers(model, 64), Fingers(model, 64)
+    shared, one = Fingers(model, count), Fingers(model, count)
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(lambda _: shared.run(np.full((200, 1), 0.9), 0.001), range(8)))
     one.run(np.full((1600, 1), 0.9), 0.001)
     assert shared.save() == one.save()
 
 
-def test_the_interpreter_is_free_during_a_run(model: Model) -> None:
-    fingers, count = Fingers(model, 4096), 0
-    path = np.full((2000, 1), 0.9)
+@pytest.mark.parametrize(("kind", "steps"), [(Model, 2000), (Pad, 20)])
+def test_the_interpreter_is_free_during_a_run(kind: Any, steps: int) -> None:
+    fingers, count = Fingers(kind.shipped(), 4096), 0
+    path = np.full((steps, 1), 0.9)
     thread = threading.Thread(target=lambda: fingers.run(path, 0.001))
     thread.start()
     while thread.is_alive():
@@ -254,16 +560,18 @@ def test_the_interpreter_is_free_during_a_run(model: Model) -> None:
     assert count > 20
 
 
-def test_ctrl_c_leaves_the_fingers_as_they_were() -> None:
-    script = """
+@pytest.mark.parametrize(("kind", "count", "steps"), [("Model", 4096, 4000), ("Pad", 4096, 100), ("Pad", 20_000, 1)])
+def test_ctrl_c_leaves_the_fingers_as_they_were(kind: str, count: int, steps: int) -> None:
+    """Also in the midst of a long single step."""
+    script = f"""
 import numpy as np, fingerpad, signal, threading, os
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
-fingers = fingerpad.Fingers(fingerpad.Model.shipped(), 4096)
+fingers = fingerpad.Fingers(fingerpad.{kind}.shipped(), {count})
 fingers.step(0.5, 0.1)
 before = fingers.save()
 try:
     threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
-    fingers.run(np.full((4000, 1), 0.9), 0.001)
+    fingers.run(np.full(({steps}, 1), 0.9), 0.001)
 except KeyboardInterrupt:
     print("stopped" if fingers.save() == before else "moved")
 """

@@ -1,12 +1,13 @@
 // A canvas that is sharp at every size, and the page's colours.
 
-const NAMES = ["ink", "muted", "faint", "line", "card", "stick", "between", "slip", "flesh", "skin", "bone", "nail", "glass", "warn"];
+const NAMES = ["ink", "muted", "faint", "line", "card", "stick", "between", "slip", "flesh", "skin", "bone", "nail", "glass", "warn", "low", "high"];
 export const colour = {};
 
 /** Reads the colours of the present scheme. */
 export function readColours() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) colour[name] = style.getPropertyValue(`--${name}`).trim();
+  for (let i = 0; i <= 16; i++) load[i] = mix(colour.low, colour.high, i / 16);
   for (let i = 0; i <= 8; i++) blend[i] = i < 4 ? mix(colour.slip, colour.between, i / 4) : mix(colour.between, colour.stick, i / 4 - 1);
 }
 
@@ -14,6 +15,12 @@ const blend = [];
 /** From slip (0) to stick (1). */
 export function byStick(ratio) {
   return blend[Math.round(8 * Math.min(Math.max(ratio, 0), 1))];
+}
+
+const load = [];
+/** From no pressure (0) to the largest (1). */
+export function byPressure(share) {
+  return load[Math.round(16 * Math.min(Math.max(share, 0), 1))];
 }
 
 function mix(a, b, t) {

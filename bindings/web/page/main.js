@@ -1,12 +1,12 @@
-// Joins the model, the hand that moves the plate, and the views.
+// Joins the model, the hand that moves the body, and the views.
 
 import { colour, fixed, readColours, Sheet } from "./draw.js";
 import { Hand, STEP_S } from "./hand.js";
-import { LAWS, MOTION, Model } from "./model.js";
+import { ContactMap } from "./map.js";
+import { LAWS, Model } from "./model.js";
 import { EXAMPLE, parsePath, Walk } from "./path.js";
-import { halfLength, Patch } from "./patch.js";
 import { LimitSurface, Loop, Record, Trace } from "./plots.js";
-import { Side } from "./side.js";
+import { Side, tip } from "./side.js";
 import { formulas, held, numbers, remarks, verdict } from "./words.js";
 
 /** Longest time that one frame makes up for, s: a page that was hidden does not run after it. */
@@ -16,16 +16,26 @@ const TOLD_S = 0.12;
 const AXES = ["depth", "x", "y", "spin", "pitch", "roll"];
 /** Words, range, step and unit of every slider. */
 const SLIDERS = {
-  depth: ["Depth", -0.3, 2.5, 0.01, " mm"],
+  depth: ["Depth", -0.3, 5, 0.01, " mm"],
   x: ["Slide along", -6, 6, 0.02, " mm"],
   y: ["Slide across", -6, 6, 0.02, " mm"],
   spin: ["Twist", -60, 60, 0.5, "°"],
-  pitch: ["Pitch", 20, 50, 0.5, "°"],
-  roll: ["Roll", -15, 15, 0.5, "°"],
+  pitch: ["Pitch", 10, 70, 0.5, "°"],
+  roll: ["Roll", -30, 30, 0.5, "°"],
+  radius: ["Radius", 5, 60, 0.5, " mm"],
+  axis: ["Direction", -90, 90, 5, "°"],
+  angle: ["Angle of the edge", 30, 150, 5, "°"],
   moisture: ["Moisture", 5, 100, 1, " a.u."],
   temperature: ["Temperature", 20, 42, 0.5, " °C"],
   speed: ["Speed of sliding", -1, 2, 0.02, " mm/s"],
   noise: ["Size", 1, 10, 1, " µm"],
+};
+/** Numbers that bodies have: least, largest and usual radius (mm), usual axis and angle (degrees). */
+const SHAPES = {
+  plane: {},
+  sphere: { radius: [8, 60, 20] },
+  cylinder: { radius: [5, 60, 10], axis: 90 },
+  edge: { radius: [2, 10, 4], axis: 90, angle: 90 },
 };
 const NUMBERS = { normal: "Normal force", friction: "Friction", limit: "Friction limit", band: "95 % band", moment: "Moment", area: "Contact area" };
 const SKIN = { moisture: "hydration_au", temperature: "temperature_c", speed: "speed_mm_s" };
@@ -39,6 +49,9 @@ class Page {
   constructor(model) {
     this.model = model;
     this.hand = new Hand(model.pitch);
+    this.shape = { kind: "plane", radius: 20, axis: 90, angle: 90 };
+    /** Pitch and roll in which the point about which poses turn is the one of first touch. */
+    this.start_deg = [model.pitch, 0];
     this.record = new Record();
     this.r = model.response(0);
     this.work = [];
@@ -48,7 +61,7 @@ class Page {
     this.loops = false;
     this.views = {
       side: new Side(new Sheet(el("side"))),
-      patch: new Patch(new Sheet(el("patch"))),
+      patch: new ContactMap(new Sheet(el("patch"))),
       loop: new Loop(new Sheet(el("loop"))),
       limit: new LimitSurface(new Sheet(el("limit"))),
       trace: new Trace(new Sheet(el("trace"))),
@@ -84,7 +97,7 @@ class Page {
         hand.write(model.motions, i);
         places.push([...hand.at, hand.time]);
       }
-      model.run(0, count);
+      model.run(count);
       places.forEach((place, i) => {
         this.r = model.response(i);
         record.add(place, this.r, place[6]);
@@ -104,30 +117,42 @@ class Page {
     }
   }
 
-  /** The response of a copy that is pressed to `depth` and moved along `motions`, each a slide along x and a spin. */
-  probe(depth, skin, motions) {
+  /** Lifts the finger off; the body begins anew under it. */
+  lift() {
     const { model, hand } = this;
-    model.wasm.lift(1);
-    [[0, 0], ...motions].forEach(([slide, spin], i) => {
-      model.motions.set([depth, slide, 0, spin, STEP_S, hand.at[4], hand.at[5], skin.hydration_au, skin.temperature_c, skin.speed_mm_s], i * MOTION);
-    });
-    model.run(1, motions.length + 1);
-    return model.response(motions.length);
+    model.wasm.lift(hand.at[4], hand.at[5]);
+    hand.body = [0, 0, 0];
+    this.start_deg = this.shape.kind === "plane" ? [model.pitch, 0] : hand.at.slice(4);
+    this.r = { ...this.r, regime: 0, area_mm2: 0 };
   }
 
-  /** Largest moment at the present depth: a copy is turned until all of it slips. */
-  turning() {
-    if (!this.r.regime) return 0;
-    const p = this.probe(this.hand.at[0], this.hand.skin, [[0, 1.5], [0, 1.5]]);
-    const moment = p.moment_n_mm - p.centre_x_mm * p.friction_y_n + p.centre_y_mm * p.friction_x_n;
-    return (Math.abs(moment) / Math.max(p.limit_n, 1e-9)) * this.r.limit_n;
+  /** Puts another body under the finger, which then presses it as deep as before. */
+  touch(change) {
+    this.take();
+    const { hand, model } = this;
+    const { radius, axis, angle } = SHAPES[change.kind ?? this.shape.kind];
+    if (change.kind) change = { radius: radius?.[2] ?? 20, axis: axis ?? 90, angle: angle ?? 90, ...change };
+    Object.assign(this.shape, change);
+    model.touch(this.shape);
+    const [depth, , , , pitch, roll] = hand.target;
+    hand.at = [-0.3, 0, 0, 0, pitch, roll];
+    hand.target = [depth, 0, 0, 0, pitch, roll];
+    this.lift();
+    this.record.clear();
+    this.shaped();
   }
 
-  /** Factor of the skin's state on the strength: the limit of a sliding copy over that with the skin at rest. */
-  strength() {
-    const slide = Array.from({ length: 8 }, () => [1, 0]);
-    const limit = (skin) => this.probe(1, skin, slide).limit_n;
-    return limit(this.hand.skin) / limit(REST);
+  /** Shows the numbers that the body has. */
+  shaped() {
+    const { shape } = this;
+    const has = SHAPES[shape.kind];
+    el("kind").value = shape.kind;
+    if (has.radius) [el("radius").min, el("radius").max] = has.radius;
+    for (const id of ["radius", "axis", "angle"]) {
+      document.querySelector(`[for=${id}]`).hidden = !(id in has);
+      el(id).value = shape[id];
+      output(el(id), fixed(shape[id], id === "radius" ? 1 : 0));
+    }
   }
 
   // Views
@@ -137,13 +162,16 @@ class Page {
     const scene = {
       at: hand.at,
       r,
-      a: halfLength(r.area_mm2),
+      patches: r.regime > 0 ? model.patches() : [],
       touch: r.regime > 0,
       focus: document.activeElement === el("patch"),
       record,
-      cross: model.cross,
-      turning: this.turning(),
       time: hand.time,
+      body: hand.body,
+      shape: this.shape,
+      start: this.start_deg,
+      tip: tip(hand.at[4], this.start_deg[0]),
+      height: model.wasm.height,
     };
     for (const view of Object.values(this.views)) view.draw(scene);
     this.tell();
@@ -177,7 +205,7 @@ class Page {
     say("held", held(this.held.friction, this.average, hand.time - this.held.time));
   }
 
-  /** Sliders show where the plate is. */
+  /** Sliders show where the body is. */
   follow() {
     const { hand } = this;
     AXES.forEach((name, i) => {
@@ -195,21 +223,21 @@ class Page {
   take() {
     if (!this.hand.walk) return;
     this.hand.take();
-    this.walked("Stopped: the plate is yours.");
+    this.walked("Stopped: the body is yours.");
   }
 
   /** Asks for a place, within what the sliders allow. */
   ask(axis, value) {
     const input = el(AXES[axis]);
-    if (!input.disabled) this.hand.target[axis] = Math.min(Math.max(value, Number(input.min)), Number(input.max));
+    this.hand.target[axis] = Math.min(Math.max(value, Number(input.min)), Number(input.max));
   }
 
   play(path, loops, words) {
     this.path = path;
     this.loops = loops;
-    this.model.wasm.lift(0);
     if (!loops || this.record.trace.length === 0) this.record.clear();
     this.hand.follow(new Walk(path, STEP_S, this.model.pitch));
+    this.lift();
     el("play").textContent = "Stop";
     if (words) say("walk", words);
   }
@@ -225,13 +253,14 @@ class Page {
     this.walked("");
     this.hand.at = [-0.3, 0, 0, 0, this.model.pitch, 0];
     this.hand.target = [...this.hand.at];
-    this.model.wasm.lift(0);
+    this.lift();
     this.record.clear();
     gauge("progress", 0);
   }
 
   skinChanged() {
-    const factor = this.strength();
+    const { hydration_au, temperature_c, speed_mm_s } = this.hand.skin;
+    const factor = this.model.wasm.strength(hydration_au, temperature_c, speed_mm_s);
     el("factor").textContent = Math.abs(factor - 1) < 5e-4 ? "" : `strength × ${fixed(factor, 2)}`;
   }
 
@@ -246,6 +275,7 @@ class Page {
         notice("");
       } else {
         this.model.load(bytes);
+        this.lift();
         this.record.clear();
         this.named(file.name);
         notice(`${file.name} is in use now.`, true);
@@ -257,10 +287,10 @@ class Page {
 
   /** Shows which model is in use. */
   named(name) {
-    const { model, hand } = this;
-    el("model").textContent = `${name}, fitted to ${fixed(model.depthMax, 1)} mm`;
-    for (const id of ["pitch", "roll"]) el(id).disabled = !model.poses;
-    if (!model.poses) [hand.target[4], hand.target[5]] = [model.pitch, 0];
+    const { model } = this;
+    el("model").textContent = `${name}, ${model.areas.length} patches, fitted to ${fixed(model.depthMax, 1)} mm`;
+    const ranges = { depth: [-0.3, Math.floor(100 * model.depthMax) / 100], pitch: [model.pitchLow, model.pitchHigh], roll: [-model.rollMax, model.rollMax] };
+    for (const [id, [low, high]] of Object.entries(ranges)) [el(id).min, el(id).max] = [low, high];
     el("formulas").textContent = formulas(model, LAWS).join("\n");
     this.skinChanged();
   }
@@ -325,6 +355,10 @@ function controls(page) {
   el("noise").value = 5;
   for (const id of ["noisy", "noise", "vibrates"]) on(el(id), "input", disturb);
   disturb();
+  on(el("kind"), "change", (event) => page.touch({ kind: event.target.value }));
+  for (const id of ["radius", "axis", "angle"]) on(el(id), "input", (event) => page.touch({ [id]: Number(event.target.value) }));
+  page.shaped();
+  for (const shows of ["pressure", "stick"]) on(el(`by-${shows}`), "change", () => { page.views.patch.shows = shows; });
   on(el("play"), "click", () => (hand.walk ? page.take() : page.play(parsePath(EXAMPLE), false, "The example path.")));
   on(el("reset"), "click", () => page.reset());
   on(el("open"), "change", (event) => {
@@ -333,7 +367,7 @@ function controls(page) {
   });
 }
 
-/** Dragging the plate in a view. */
+/** Dragging in a view: the body, from the side also the finger, which it pitches. */
 function pointers(page) {
   const { hand } = page;
   for (const name of ["side", "patch"]) {
@@ -345,14 +379,15 @@ function pointers(page) {
       canvas.setPointerCapture(event.pointerId);
       const [x, y] = [event.offsetX, event.offsetY];
       const twists = name === "patch" && Math.hypot(x - view.knob(hand.at[3])[0], y - view.knob(hand.at[3])[1]) < 26;
-      drag = { x, y, from: [...hand.target], twists, angle: angle(view, x, y) };
+      const pitches = name === "side" && y < view.origin[1] - 4 * view.scale;
+      drag = { x, y, from: [...hand.target], twists, pitches, angle: angle(view, x, y) };
     });
     on(canvas, "pointermove", (event) => {
       if (!drag) return;
       const [dx, dy] = [(event.offsetX - drag.x) / view.scale, (event.offsetY - drag.y) / view.scale];
-      if (drag.twists) {
-        const now = angle(view, event.offsetX, event.offsetY);
-        page.ask(3, drag.from[3] + ((now - drag.angle + 540) % 360) - 180);
+      if (drag.twists || drag.pitches) {
+        const turned = ((angle(view, event.offsetX, event.offsetY) - drag.angle + 540) % 360) - 180;
+        page.ask(drag.twists ? 3 : 4, drag.from[drag.twists ? 3 : 4] + turned);
       } else {
         page.ask(1, drag.from[1] + dx);
         page.ask(name === "side" ? 0 : 2, name === "side" ? drag.from[0] - dy : drag.from[2] + dy);
@@ -362,16 +397,16 @@ function pointers(page) {
   }
 }
 
-/** Angle of a place about the middle of the patch's view, degrees. */
+/** Angle of a place about the contact in a view, clockwise in the picture, degrees. */
 function angle(view, x, y) {
-  if (!view.middle) return 0;
-  return (Math.atan2(y - view.middle[1], x - view.middle[0]) * 180) / Math.PI;
+  const [mx, my] = view.middle ?? view.origin;
+  return (Math.atan2(y - my, x - mx) * 180) / Math.PI;
 }
 
 /** Keys in the two views: axis and step. */
 const KEYS = {
-  side: { ArrowLeft: [1, -0.1], ArrowRight: [1, 0.1], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05] },
-  patch: { ArrowLeft: [1, -0.1], ArrowRight: [1, 0.1], ArrowUp: [2, -0.1], ArrowDown: [2, 0.1], q: [3, -2], e: [3, 2] },
+  side: { ArrowLeft: [1, -0.1], ArrowRight: [1, 0.1], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05], w: [4, 1], s: [4, -1] },
+  patch: { ArrowLeft: [1, -0.1], ArrowRight: [1, 0.1], ArrowUp: [2, -0.1], ArrowDown: [2, 0.1], q: [3, -2], e: [3, 2], a: [5, -1], d: [5, 1] },
 };
 
 function keys(page) {
@@ -406,13 +441,13 @@ async function begin() {
   const bytes = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
   const { body } = await fetch("fingerpad.wasm.deflate");
   const model = await Model.start(await bytes(body.pipeThrough(new DecompressionStream("deflate-raw"))));
-  model.load(await bytes((await fetch("fingertip.fpm")).body));
+  model.load(await bytes((await fetch("fingertip-pad.fpm")).body));
   const page = new Page(model);
   controls(page);
   pointers(page);
   keys(page);
   drops(page);
-  page.named("fingertip.fpm");
+  page.named("fingertip-pad.fpm");
   if (calm.matches) {
     page.hand.target = [1.1, 1.6, 0, 0, model.pitch, 0];
     page.hand.at[0] = 1.1;

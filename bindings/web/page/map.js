@@ -1,40 +1,53 @@
-// The contact patch from below, through the plate: area, place and stuck share are the model's, the outline is a drawing.
+// The contact from below, through the body: each patch of skin where it is, coloured by its pressure or by how much of it sticks.
 
-import { colour, fixed } from "./draw.js";
+import { byPressure, byStick, colour, fixed, nice } from "./draw.js";
 
-/** Exponent of the outline |x/a|^n + |y/b|^n = 1 and its area over a b; length over width, as in the finite elements at 1 mm. */
-const POWER = 2.6;
-const FULL = 3.4066;
-const ASPECT = 1.28;
-const RIDGE_MM = 0.62;
+/** Corners of the circle in which a patch is drawn, and how far it goes beyond the patch's area in contact. */
+const CORNERS = Array.from({ length: 20 }, (_, i) => [Math.cos((i * Math.PI) / 10), Math.sin((i * Math.PI) / 10)]);
+const BEYOND = 1.2;
+/** Share of a step by which the scale of the pressure follows it down. */
+const FADE = 0.01;
 
-/** Half-length of a patch of an area, mm. */
-export function halfLength(area) {
-  return Math.sqrt((area * ASPECT) / FULL);
+/** Cells of patches: each a circle, cut halfway to every other one. */
+export function cells(patches) {
+  return patches.map((p) => {
+    let cell = CORNERS.map(([c, s]) => [p.x + c * p.radius * BEYOND, p.y + s * p.radius * BEYOND]);
+    for (const q of patches) {
+      const [dx, dy] = [q.x - p.x, q.y - p.y];
+      const far = Math.hypot(dx, dy);
+      if (q === p || far > BEYOND * (p.radius + q.radius) || far < 1e-6) continue;
+      // The border lies nearer to the smaller one.
+      const half = 0.5 * (far * far + p.radius * p.radius - q.radius * q.radius);
+      const side = ([x, y]) => (x - p.x) * dx + (y - p.y) * dy - half;
+      cell = cell.flatMap((a, i) => {
+        const b = cell[(i + 1) % cell.length];
+        const [u, v] = [side(a), side(b)];
+        const cut = u < 0 !== v < 0 ? [[a[0] + ((b[0] - a[0]) * u) / (u - v), a[1] + ((b[1] - a[1]) * u) / (u - v)]] : [];
+        return u < 0 ? [a, ...cut] : cut;
+      });
+    }
+    return cell;
+  });
 }
 
-const ROUND = Array.from({ length: 72 }, (_, i) => {
-  const t = (i / 72) * 2 * Math.PI;
-  const [c, s] = [Math.cos(t), Math.sin(t)];
-  return [Math.sign(c) * Math.abs(c) ** (2 / POWER), Math.sign(s) * Math.abs(s) ** (2 / POWER)];
-});
-
-export class Patch {
+export class ContactMap {
   constructor(sheet) {
     this.sheet = sheet;
+    this.shows = "pressure";
+    this.most = 10;
   }
 
   get scale() {
-    return Math.min(this.sheet.w / 25, this.sheet.h / 21);
+    return Math.min(this.sheet.w / 32, this.sheet.h / 27.4);
   }
 
   get middle() {
-    return [this.sheet.w * 0.5, this.sheet.h * 0.49];
+    return [this.sheet.w * 0.5, this.sheet.h * 0.48];
   }
 
-  /** Radius of the ring by which the plate is turned, px. */
+  /** Radius of the ring by which the body is turned, px. */
   get ring() {
-    return 8.9 * this.scale;
+    return 12.4 * this.scale;
   }
 
   /** Where the ring's knob is, px. */
@@ -43,57 +56,68 @@ export class Patch {
     return [this.middle[0] + this.ring * Math.cos(t), this.middle[1] + this.ring * Math.sin(t)];
   }
 
-  draw({ at, r, a, touch, focus }) {
+  draw({ at, r, patches, touch, focus, body, shape, start, tip }) {
     const { sheet, scale: s } = this;
     const ctx = sheet.begin();
     const [mx, my] = this.middle;
-    const [, x, y, spin] = at;
-    this.grid(x, y, (spin * Math.PI) / 180);
+    this.marks(body, shape);
     ctx.save();
     ctx.translate(mx, my);
     ctx.scale(s, s);
-    this.finger(at[5]);
-    if (touch) this.touching(r, a, at[5]);
+    this.finger(tip, at[5], start[1]);
     ctx.restore();
     if (touch) {
-      const [px, py] = [mx + (r.pressure_x_mm - 0.6) * s, my + r.pressure_y_mm * s];
-      const reach = (3.6 * s) / Math.max(r.limit_n, 1e-6);
+      this.patches(patches);
+      const [px, py] = [mx + r.pressure_x_mm * s, my + r.pressure_y_mm * s];
+      const reach = (4.5 * s) / Math.max(r.limit_n, 1e-6);
       sheet.arrow(px, py, r.friction_x_n * reach, r.friction_y_n * reach, "#fff", 5);
       sheet.arrow(px, py, r.friction_x_n * reach, r.friction_y_n * reach, "#111", 2.2);
       sheet.dot(px, py, 3, "#111", "#fff");
     }
-    this.turning(spin, focus);
-    sheet.polyline([[14, sheet.h - 14], [14 + 5 * s, sheet.h - 14]], colour.ink, 1.5);
-    sheet.text("5 mm", 14 + 5 * s + 8, sheet.h - 10, { fill: colour.ink });
+    this.turning(at[3], focus);
+    this.legend();
   }
 
-  /** The plate's own marks, which slide and turn with it. */
-  grid(x, y, spin) {
+  /** The body's own marks, which move and turn with it, and its outline. */
+  marks([x, y, angle], shape) {
     const { sheet, scale: s } = this;
     const [mx, my] = this.middle;
-    const [c, n] = [Math.cos(spin), Math.sin(spin)];
-    const back = ([px, py]) => [c * (px - x) + n * (py - y), c * (py - y) - n * (px - x)];
+    const [c, n] = [Math.cos(angle), Math.sin(angle)];
     const { ctx } = sheet;
+    const to = ([gx, gy]) => [mx + (x + c * gx - n * gy) * s, my + (y + n * gx + c * gy) * s];
+    const [bx, by] = [-c * x - n * y, n * x - c * y].map((v) => 2 * Math.round(v / 2));
+    const [axis, round] = [(shape.axis * Math.PI) / 180, shape.radius];
+    const across = ([gx, gy]) => (shape.kind === "sphere" ? Math.hypot(gx, gy) : Math.cos(axis) * gy - Math.sin(axis) * gx);
+    const bounded = shape.kind === "sphere" || shape.kind === "cylinder";
     ctx.beginPath();
-    const [bx, by] = back([0, 0]).map((v) => 2 * Math.round(v / 2));
-    for (let i = -10; i <= 10; i++) {
-      for (let j = -10; j <= 10; j++) {
-        const [gx, gy] = [bx + 2 * i, by + 2 * j];
-        const [px, py] = [mx + (x + c * gx - n * gy) * s, my + (y + n * gx + c * gy) * s];
-        if (px < -4 || py < -4 || px > sheet.w + 4 || py > sheet.h + 4) continue;
+    for (let i = -12; i <= 12; i++) {
+      for (let j = -12; j <= 12; j++) {
+        const mark = [bx + 2 * i, by + 2 * j];
+        const [px, py] = to(mark);
+        if (px < -4 || py < -4 || px > sheet.w + 4 || py > sheet.h + 4 || (bounded && Math.abs(across(mark)) > round)) continue;
         ctx.rect(px - 1.2, py - 1.2, 2.4, 2.4);
       }
     }
     sheet.fill(colour.faint);
+    const along = (offset) => [-60, 60].map((t) => to([t * Math.cos(axis) - offset * Math.sin(axis), t * Math.sin(axis) + offset * Math.cos(axis)]));
+    if (shape.kind === "sphere") {
+      ctx.beginPath();
+      ctx.arc(...to([0, 0]), round * s, 0, 7);
+      sheet.stroke(colour.muted, 1.25);
+    }
+    if (shape.kind === "cylinder") for (const side of [-round, round]) sheet.polyline(along(side), colour.muted, 1.25);
+    if (shape.kind === "edge") sheet.polyline(along(0), colour.muted, 1.25);
   }
 
-  /** Silhouette of the finger behind the plate. */
-  finger(roll) {
+  /** Silhouette of the finger behind the body, its tip at `tip` mm. */
+  finger(tip, roll, start) {
     const { ctx } = this.sheet;
+    const sine = (deg) => Math.sin((deg * Math.PI) / 180);
+    ctx.translate(tip - 9.4, 7.5 * (sine(start) - sine(roll)));
     ctx.beginPath();
     ctx.moveTo(-40, -8.5);
     ctx.lineTo(-4, -8.5);
-    ctx.bezierCurveTo(5, -8.4, 9.4, -6, 9.4, 0.05 * roll);
+    ctx.bezierCurveTo(5, -8.4, 9.4, -6, 9.4, 0);
     ctx.bezierCurveTo(9.4, 6, 5, 8.4, -4, 8.5);
     ctx.lineTo(-40, 8.5);
     ctx.closePath();
@@ -103,46 +127,52 @@ export class Patch {
     this.sheet.stroke(colour.line, 1.2 / this.scale);
   }
 
-  outline(x, y, a, b) {
-    this.sheet.trace(ROUND.map(([u, v]) => [x + a * u, y + b * v]));
-    this.sheet.ctx.closePath();
-  }
-
-  /** The patch: slips where it is amber, sticks where it is blue, with the ridges of the skin that friction carries along. */
-  touching(r, a, roll) {
-    const { sheet } = this;
-    const { ctx } = sheet;
-    const b = a / ASPECT;
-    const [x, y] = [r.pressure_x_mm - 0.6, r.pressure_y_mm];
-    ctx.save();
-    this.outline(x, y, a, b);
-    sheet.fill(colour.slip);
-    ctx.clip();
-    const core = Math.sqrt(r.stick_ratio);
-    if (core > 0.02) {
-      this.outline(x, y, a * core, b * core);
-      sheet.fill(colour.stick);
-    }
-    this.ridges(r.stretch_x_mm, r.stretch_y_mm - 0.03 * roll);
-    ctx.restore();
-    this.outline(x, y, a, b);
-    sheet.stroke(colour.ink, 1.1 / this.scale);
-  }
-
-  /** A fingerprint's loops. */
-  ridges(dx, dy) {
-    const { ctx } = this.sheet;
-    for (let k = 1; k < 24; k++) {
-      const q = k * RIDGE_MM;
-      ctx.beginPath();
-      ctx.moveTo(-12 + dx, 1.02 * q + 1.2 + dy);
-      ctx.bezierCurveTo(-4 + dx, 1.0 * q + 0.9 + dy, -1 + 0.75 * q + dx, 0.95 * q + 0.4 + dy, 0.8 + 0.78 * q + dx, 0.2 + dy);
-      ctx.bezierCurveTo(0.9 + 0.7 * q + dx, -0.95 * q + dy, -3 + dx, -0.92 * q - 0.2 + dy, -12 + dx, -0.75 * q - 0.1 + dy);
-      this.sheet.stroke("#fff5", 0.24);
+  /** Every patch in contact, with a line that reaches its rim where friction uses all of its strength. */
+  patches(patches) {
+    const { sheet, scale: s } = this;
+    const [mx, my] = this.middle;
+    const most = Math.max(1, ...patches.map((p) => p.kpa));
+    this.most = Math.max(most, this.most * (1 - FADE));
+    const [full, isPressure] = [nice(this.most), this.shows === "pressure"];
+    cells(patches).forEach((cell, i) => {
+      const p = patches[i];
+      sheet.trace(cell.map(([x, y]) => [mx + x * s, my + y * s]));
+      sheet.ctx.closePath();
+      sheet.fill(isPressure ? byPressure(p.kpa / full) : byStick(p.stick));
+      sheet.stroke(colour.card, 1);
+    });
+    for (const p of patches) {
+      const pull = Math.hypot(p.tx, p.ty);
+      if (pull < 1e-9) continue;
+      const reach = (0.9 * p.radius * p.used * s) / pull;
+      const [x, y] = [mx + p.x * s, my + p.y * s];
+      sheet.polyline([[x, y], [x + p.tx * reach, y + p.ty * reach]], isPressure ? colour.slip : colour.card, 1.75);
     }
   }
 
-  /** The ring that turns the plate. */
+  /** What the colours say, and the scale. */
+  legend() {
+    const { sheet, scale: s } = this;
+    sheet.ctx.globalAlpha = 0.8;
+    sheet.ctx.fillStyle = colour.card;
+    sheet.ctx.fillRect(0, sheet.h - 27, sheet.w, 27);
+    sheet.ctx.globalAlpha = 1;
+    sheet.polyline([[14, sheet.h - 14], [14 + 5 * s, sheet.h - 14]], colour.ink, 1.5);
+    sheet.text("5 mm", 14 + 5 * s + 8, sheet.h - 10, { fill: colour.ink });
+    const isPressure = this.shows === "pressure";
+    const [wide, y] = [84, sheet.h - 19];
+    const words = isPressure ? ["0", `${fixed(nice(this.most), 0)} kPa`] : ["slips", "sticks"];
+    const x = sheet.w - wide - (isPressure ? 62 : 58);
+    const tone = isPressure ? byPressure : byStick;
+    for (let i = 0; i < 12; i++) {
+      sheet.ctx.fillStyle = tone(i / 11);
+      sheet.ctx.fillRect(x + (i * wide) / 12, y, wide / 12 + 0.5, 9);
+    }
+    sheet.text(words[0], x - 6, y + 9, { align: "right", fill: colour.ink });
+    sheet.text(words[1], x + wide + 6, y + 9, { fill: colour.ink });
+  }
+
+  /** The ring that turns the body. */
   turning(spin, focus) {
     const { sheet } = this;
     const { ctx } = sheet;

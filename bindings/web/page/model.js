@@ -1,4 +1,4 @@
-// The model: a WebAssembly module that holds the file, the contact and its own memory.
+// The pad: a WebAssembly module that holds the file, the body, the contact and its own memory.
 
 /** Numbers of a motion: depth, slide x, y in mm, spin in rad, dt in s, pitch, roll in degrees, moisture, temperature, speed. */
 export const MOTION = 10;
@@ -16,17 +16,17 @@ const RESPONSE = [
   "area_mm2",
   "band_normal_n",
   "band_friction_n",
-  "centre_x_mm",
-  "centre_y_mm",
-  "stretch_x_mm",
-  "stretch_y_mm",
   "regime",
   "status",
 ];
-const WORDS = RESPONSE.length;
+export const WORDS = RESPONSE.length;
+/** Numbers of a patch: place x, y, z, pressure, traction x, y, area in contact, stick ratio, used share of the strength. */
+const PATCH = 9;
 export const LAWS = { moisture: 1, speed: 2, temperature: 17 };
+/** Bodies by their numbers in the module. */
+export const BODIES = ["plane", "sphere", "cylinder", "edge"];
 
-const FIELDS = "DepthMax NormalForce ContactArea FrictionLimit TangentialStiffness StiffnessSlope StiffnessShare StiffnessRatio StrengthRatio YieldSlide AreaShare Sharpness SpringArm SpinLimit SpinCross PressureCentre PressCoupling TiltX OddStiffness AreaTilt BandNormal BandFriction BandSlip PressureExponent Pose Size Stiffness Lambda Tau0 EffectValue State TableValue".split(" ");
+const FIELDS = "DepthMax NormalForce ContactArea FrictionLimit TangentialStiffness StiffnessSlope StiffnessShare StiffnessRatio StrengthRatio YieldSlide AreaShare Sharpness SpringArm SpinLimit SpinCross SlipLead PressureCentre PressCoupling TiltX OddStiffness AreaTilt BandNormal BandFriction BandSlip PressureExponent Pose Size Stiffness Lambda Tau0 EffectValue State PatchArea PatchPlace PatchCompliance BulkMode BulkStiffness BulkStiffening Flattening FirstTouch Lift TableValue".split(" ");
 
 export class Model {
   /** Starts the module from its bytes. */
@@ -42,9 +42,10 @@ export class Model {
     this.motions = new Float32Array(memory, wasm.motions(), MOTION * this.most);
     this.floats = new Float32Array(memory, wasm.results(), WORDS * this.most);
     this.words = new Uint32Array(memory, wasm.results(), WORDS * this.most);
+    this.bears = new Float32Array(memory, wasm.patch_states(), PATCH * 64);
   }
 
-  /** Uses a model file from now on. Throws in plain words if it is none; the one in use then stays. */
+  /** Uses a pad's model file from now on. Throws in plain words if it is none; the one in use then stays. */
   load(bytes) {
     const { wasm } = this;
     if (bytes.length > wasm.incoming_bytes()) {
@@ -52,10 +53,8 @@ export class Model {
     }
     new Uint8Array(wasm.memory.buffer, wasm.incoming(), bytes.length).set(bytes);
     if (wasm.load(bytes.length) !== 0) throw new Error(this.refusal());
-    this.depthMax = wasm.depth_max_mm();
-    this.pitch = wasm.fitted_pitch_deg();
-    this.cross = wasm.spin_cross();
-    this.poses = wasm.knows_poses() === 1;
+    [this.depthMax, this.pitchLow, this.pitchHigh, this.rollMax, this.pitch] = [0, 1, 2, 3, 4].map((i) => wasm.fitted(i));
+    this.areas = Array.from({ length: wasm.patches() }, (_, i) => wasm.patch_area_mm2(i));
   }
 
   /** The reason for which the last file was refused, as the core puts it. */
@@ -63,24 +62,26 @@ export class Model {
     const words = new Uint32Array(this.wasm.memory.buffer, this.wasm.refusal(), 5);
     const floats = new Float32Array(words.buffer, words.byteOffset, 5);
     const [reason, a, b] = words;
-    const field = FIELDS[a];
     switch (reason) {
       case 1: return "not a model file (it does not start with FPM1)";
       case 2: return `format version ${a}; this library reads version ${b}`;
       case 3: return `${b} bytes where ${a} are expected`;
       case 4: return "checksum wrong: the file is damaged";
-      case 6: return `made for ${a} springs and ${b} table nodes, which is not what is used here`;
-      case 7: return `section ${String.fromCharCode(a & 255, (a >> 8) & 255, (a >> 16) & 255, a >>> 24)} is missing or not understood`;
-      case 8: return `${field}[${b}] = ${number(floats[3])} is out of range`;
-      case 9: return `${field} falls at [${b}]`;
-      case 10: return `${field} in cell ${b} could create energy: ${number(floats[3])} where ${number(floats[4])} is allowed`;
+      case 6: return b === 0 ? `a pad of ${a} modes, which is not what is used here` : `${a} patches; at most ${b} are used here`;
+      case 7: return section(a);
+      case 8: return `${FIELDS[a]}[${b}] = ${number(floats[3])} is out of range`;
       default: return `refused for reason ${reason}`;
     }
   }
 
-  /** Advances a contact by the motions that were written; at most `most` at once. */
-  run(contact, count) {
-    return this.wasm.run(contact, count);
+  /** Puts a body under the finger, which must be lifted then. */
+  touch({ kind, radius, axis, angle }) {
+    if (this.wasm.set_body(BODIES.indexOf(kind), radius, axis, angle) !== 0) throw new Error(`no ${kind} of these numbers`);
+  }
+
+  /** Advances the finger by the motions that were written; at most `most` at once. */
+  run(count) {
+    return this.wasm.run(count);
   }
 
   /** One response as an object. */
@@ -91,14 +92,26 @@ export class Model {
     return r;
   }
 
-  /** Where a law's size comes from: 2 the file, 1 typical, 0 not there. */
-  origin(kind) {
-    return this.wasm.law_origin(kind);
+  /** The patches that touch after the last step: place, radius of their own area and of the area in contact in mm, pressure in kPa. */
+  patches() {
+    const count = this.wasm.look();
+    const found = [];
+    for (let i = 0; i < count; i++) {
+      const [x, y, , mpa, tx, ty, area, stick, used] = this.bears.subarray(PATCH * i, PATCH * (i + 1));
+      if (area > 0) found.push({ x, y, kpa: 1000 * mpa, tx, ty, stick, used, radius: Math.sqrt(area / Math.PI), own: Math.sqrt(this.areas[i] / Math.PI) });
+    }
+    return found;
   }
 
   value(kind, index) {
     return this.wasm.law_value(kind, index);
   }
+}
+
+/** What is said of a file without a section. */
+function section(word) {
+  const name = String.fromCharCode(word & 255, (word >> 8) & 255, (word >> 16) & 255, word >>> 24);
+  return name === "PADN" ? "a bed of springs; this page takes pads" : `section ${name} is missing or not understood`;
 }
 
 /** The shortest decimal number with these 32 bits. */

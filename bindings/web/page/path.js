@@ -1,22 +1,23 @@
-// A recorded path of the plane: the project's CSV, checked, and read at any time.
+// A recorded path of the body: the project's CSV, checked, and read at any time.
 
 const NEEDED = ["t_s", "depth_mm", "slide_x_mm", "slide_y_mm"];
 const TURNS = ["spin_deg", "pitch_deg", "roll_deg"];
 const FORCES = ["normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "moment_y_n_mm", "moment_x_n_mm"];
 
-export const EXAMPLE = `t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg
-0,-0.2,0,0,0
-1,1.2,0,0,0
-3,1.2,4,0,0
-6,1.2,-3,0,0
-8,1.2,1,0,0
-9,1.2,1,0,24
-10,1.2,1,0,-10
-11,1.7,1,0,-10
-13,1.7,2.5,2.6,-10
-14.5,1.7,1,-0.5,0
-15.5,-0.2,0,0,0
-16,-0.2,0,0,0
+export const EXAMPLE = `t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg,pitch_deg,roll_deg
+0,-0.2,0,0,0,30,0
+1,1.2,0,0,0,30,0
+3,1.2,4,0,0,30,0
+6,1.2,-3,0,0,30,0
+8,1.2,1,0,0,30,0
+9,1.2,1,0,24,30,0
+10,1.2,1,0,-10,30,0
+11.5,1.6,1,0,-10,48,0
+13,1.6,1,0,-10,30,16
+14.5,2.6,2.5,2.6,-10,22,-8
+16,1.4,1,-0.5,0,30,0
+17,-0.2,0,0,0,30,0
+17.5,-0.2,0,0,0,30,0
 `;
 
 /** Cells of a line; quotes may stand around one. */

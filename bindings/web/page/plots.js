@@ -27,7 +27,7 @@ export class Record {
     this.last = null;
   }
 
-  /** Takes note of a step: place of the plane, forces, time. */
+  /** Takes note of a step: place of the body, forces, time. */
   add(at, r, time) {
     const x = [at[1], at[2], at[3]];
     const y = [r.friction_x_n, r.friction_y_n, r.moment_n_mm];
@@ -47,6 +47,11 @@ export class Record {
       this.trace.push({ time, normal: r.normal_n, friction: Math.hypot(r.friction_x_n, r.friction_y_n), limit: r.limit_n, stick: r.stick_ratio });
       while (this.trace[0].time < time - WINDOW_S) this.trace.shift();
     }
+  }
+
+  /** Largest force of the last seconds, N. */
+  get most() {
+    return Math.max(...this.trace.map((p) => Math.max(p.normal, p.friction)), 0);
   }
 
   /** The axis that has moved most of late. */
@@ -130,16 +135,13 @@ export class Loop {
   }
 }
 
-/** Shares of their limits that friction and the moment about the centre of friction use; with signs. */
-export function shares(r, cross) {
+/** Shares of their limits that friction and the moment about the normal use; the moment's with the sign of that about the pressure. */
+export function shares(r) {
   if (!r.regime) return [0, 0];
   const friction = Math.min(Math.hypot(r.friction_x_n, r.friction_y_n) / Math.max(r.limit_n, 1e-9), 1);
   const used = 1 - r.margin;
-  // Solves used² = f² + m² + c f m for m.
-  const half = 0.5 * cross * friction;
-  const moment = Math.max(0, Math.sqrt(Math.max(0, half * half + used * used - friction * friction)) - half);
-  const about = r.moment_n_mm - r.centre_x_mm * r.friction_y_n + r.centre_y_mm * r.friction_x_n;
-  return [friction, Math.sign(about) * moment];
+  const about = r.moment_n_mm - r.pressure_x_mm * r.friction_y_n + r.pressure_y_mm * r.friction_x_n;
+  return [friction, Math.sign(about) * Math.sqrt(Math.max(0, used * used - friction * friction))];
 }
 
 export class LimitSurface {
@@ -148,37 +150,33 @@ export class LimitSurface {
     this.way = [];
   }
 
-  draw({ r, cross, turning, record }) {
+  draw({ r, record }) {
     const { sheet } = this;
     const ctx = sheet.begin();
-    const [friction, moment] = shares(r, cross);
+    const [friction, moment] = shares(r);
     const ahead = record.axis === 1 ? r.friction_y_n : r.friction_x_n;
-    const here = [(ahead < 0 ? -1 : 1) * friction, moment];
-    const [most, turn] = [Math.max(r.limit_n, 1e-3), Math.max(turning, 1e-3)];
-    const [wide, high] = [nice(Math.max(0.3, most * 1.02)), nice(Math.max(1, turn * 1.02))];
-    const f = frame(sheet, [-wide, wide], [-high, high]);
-    ticks(sheet, f, wide, high);
+    const most = Math.max(r.limit_n, 1e-3);
+    const here = [(ahead < 0 ? -1 : 1) * friction * most, 100 * moment];
+    const wide = nice(Math.max(0.3, most * 1.02));
+    const f = frame(sheet, [-wide, wide], [-108, 108]);
+    ticks(sheet, f, wide, 100);
     if (!r.regime) {
       this.way = [];
       sheet.text("no contact, no limit", (f.box[0] + f.box[2]) / 2, f.y(0) - 10, { align: "center" });
     } else {
-      sheet.trace(Array.from({ length: 121 }, (_, i) => {
-        const [c, s] = [Math.cos((i * Math.PI) / 60), Math.sin((i * Math.PI) / 60)];
-        const radius = 1 / Math.sqrt(1 + cross * Math.abs(c * s));
-        return [f.x(c * radius * most), f.y(s * radius * turn)];
-      }));
+      sheet.trace(Array.from({ length: 121 }, (_, i) => [f.x(Math.cos((i * Math.PI) / 60) * most), f.y(100 * Math.sin((i * Math.PI) / 60))]));
       ctx.globalAlpha = 0.13;
       sheet.fill(colour.stick);
       ctx.globalAlpha = 1;
       sheet.stroke(colour.slip, 2.5);
-      const [x, y] = [f.x(here[0] * most), f.y(here[1] * turn)];
-      this.way.push([here[0] * most, here[1] * turn]);
+      const [x, y] = [f.x(here[0]), f.y(here[1])];
+      this.way.push(here);
       if (this.way.length > 90) this.way.shift();
       sheet.polyline(this.way.map(([a, b]) => [f.x(a), f.y(b)]), colour.faint, 2);
       sheet.arrow(f.x(0), f.y(0), x - f.x(0), y - f.y(0), colour.stick, 2.5);
       sheet.dot(x, y, 4.5, colour.ink, colour.card);
     }
-    sheet.text("moment, N mm", 8, 14, { size: 11.5 });
+    sheet.text("twist, % of its limit", 8, 14, { size: 11.5 });
     sheet.text("friction, N", sheet.w - 12, sheet.h - 29, { align: "right" });
   }
 }

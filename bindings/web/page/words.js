@@ -3,13 +3,13 @@
 import { fixed } from "./draw.js";
 
 const REGIMES = [
-  ["In the air", "Drag the plate up, or raise the depth, until it touches the pad."],
-  ["It sticks", "All of the pad holds on to the plate. Push, and it stretches like rubber; let go, and it comes back."],
-  ["It slips at the rim", "The blue middle still holds, the amber rim already slides. The grip is not lost, but its reserve shrinks."],
-  ["It slips", "The whole pad slides over the plate, and friction cannot grow. Press harder or turn back."],
+  ["In the air", "Drag the body up, or raise the depth, until it touches the pad."],
+  ["It sticks", "All of the contact holds on. Push, and it stretches like rubber; let go, and it comes back."],
+  ["It slips at the rim", "The middle of the contact still holds, its rim already slides. The grip is not lost, but its reserve shrinks."],
+  ["It slips", "The whole contact slides, and friction cannot grow. Press harder or turn back."],
 ];
 
-const FLAGS = [[2, "a motion was no number"], [8, "deeper than the model knows: held at its largest depth"], [16, "a step beyond 64 mm was cut"], [128, "the contact began anew"], [256, "an effect is at the end of its range"]];
+const FLAGS = [[2, "a motion was no number"], [8, "deeper than the pad was fitted for"], [16, "a step beyond 64 mm was cut"], [128, "the contact began anew"], [256, "an effect is at the end of its range"], [512, "a pose beyond what the pad knows: the nearest one"], [1024, "no equilibrium in a step: the motion is too fast"]];
 
 export const verdict = (r) => REGIMES[r.regime];
 
@@ -30,15 +30,15 @@ export function numbers(r) {
   };
 }
 
-/** Formulas of the skin's laws with the sizes in use. */
+/** Formulas of the skin's laws, with the sizes that their sources give as typical. */
 export function formulas(model, laws) {
   const of = (kind, i) => fixed(model.value(kind, i), 3).replace(/\.?0+$/, "");
-  const source = (kind) => ["", "typical size, none in the file", "size from the file"][model.origin(kind)];
   const { moisture: m, speed: v, temperature: t } = laws;
   return [
-    `Moisture h: × 1 + ${of(m, 0)} [g(h) − g(35)], g(h) = exp(−½ ((h − ${of(m, 1)})/${of(m, 2)})²) (${source(m)}).`,
-    `Temperature T: × 1 + ${of(t, 0)} (T − 32 °C) (${source(t)}).`,
-    `Speed v: × 1 + ${of(v, 0)} ln(v / 2 mm/s) while the plate moves (${source(v)}).`,
+    `Moisture h: × 1 + ${of(m, 0)} [g(h) − g(35)], g(h) = exp(−½ ((h − ${of(m, 1)})/${of(m, 2)})²).`,
+    `Temperature T: × 1 + ${of(t, 0)} (T − 32 °C).`,
+    `Speed v: × 1 + ${of(v, 0)} ln(v / 2 mm/s) while the body moves.`,
+    "Sizes are typical ones of the laws' sources.",
   ];
 }
 

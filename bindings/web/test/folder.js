@@ -9,4 +9,4 @@ export const SITE = join(WEB, "site");
 export const MODULE = join(WEB, "target/wasm32-unknown-unknown/release/fingerpad_web.wasm");
 /** The same without what is not needed. */
 export const OPTIMISED = join(WEB, "target/fingerpad.wasm");
-export const MODEL = join(WEB, "../../data/models/fingertip.fpm");
+export const MODEL = join(WEB, "../../data/models/fingertip-pad.fpm");

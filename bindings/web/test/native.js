@@ -25,10 +25,19 @@ export function withFile(name, bytes, use) {
   }
 }
 
-/** Words of the responses to motions, 16 each. */
-export function nativeSteps(motions, model = MODEL) {
-  const out = withFile("motions", Buffer.from(motions.buffer), (file) => reference("steps", model, file));
+/** Whole numbers of 32 bits that the reference wrote. */
+export function words(out) {
   return new Uint32Array(out.buffer.slice(out.byteOffset, out.byteOffset + out.length));
+}
+
+/** What the reference is told of a body over whose apex the finger is in a pose. */
+export function bodyWords({ kind, radius, axis, angle }, [pitch, roll]) {
+  return [["plane", "sphere", "cylinder", "edge"].indexOf(kind), radius, axis, angle, pitch, roll].join(",");
+}
+
+/** Words of the responses to motions, 14 each, then those of the patches, 9 each. */
+export function nativeSteps(motions, body, pose) {
+  return words(withFile("motions", Buffer.from(motions.buffer), (file) => reference("steps", MODEL, bodyWords(body, pose), file)));
 }
 
 /** Numbers between 0 and 1 from a seed (Marsaglia 2003, xorshift). */
@@ -44,24 +53,26 @@ export function random(seed) {
 
 /**
  * A random path of `count` motions: presses, slides with reversals, spins, lift-offs. Disturbed, it also has noise on the depth,
- * other poses, a skin that changes, and now and then a motion that is no number.
+ * poses that change, a skin that changes, and now and then a motion that is no number.
  */
 export function path(count, seed, disturbed) {
   const next = random(seed);
   const between = (low, high) => low + (high - low) * next();
   const motions = new Float32Array(10 * count);
   let [depth, aim, x, y, spin, pitch, roll] = [0, 1, 0, 0, 0, 30, 0];
-  let skin = [35, 32, 2];
+  let [skin, turn] = [[35, 32, 2], [0, 0]];
   for (let i = 0; i < count; i++) {
     if (i % 97 === 0) {
       aim = between(-0.2, 2.7);
       [x, y, spin] = [between(-0.05, 0.05), between(-0.05, 0.05), next() < 0.5 ? 0 : between(-0.02, 0.02)];
     }
     if (disturbed && i % 61 === 0) {
-      [pitch, roll] = [between(20, 50), between(-15, 15)];
+      turn = [(between(15, 65) - pitch) / 61, (between(-25, 25) - roll) / 61];
       skin = [between(5, 100), between(20, 42), next() < 0.3 ? 0 : between(0.2, 50)];
     }
     depth += 0.1 * (aim - depth);
+    pitch += turn[0];
+    roll += turn[1];
     const shake = disturbed ? between(-0.01, 0.01) : 0;
     motions.set([depth + shake, x, y, spin, 0.001, pitch, roll, ...skin], 10 * i);
     if (disturbed && i % 1009 === 500) motions[10 * i + (i % 4)] = NaN;

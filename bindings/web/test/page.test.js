@@ -4,11 +4,22 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { crc32 } from "node:zlib";
 import { MODEL, SITE, WEB } from "./folder.js";
-import { nativeSteps, path, reference, withFile } from "./native.js";
+import { bodyWords, nativeSteps, path, reference, withFile, words } from "./native.js";
+import { PATH } from "./paths.js";
 import { browser, open, serve } from "./serve.js";
 
-const STEPS = 20_000;
+const STEPS = 6000;
+/** Words of a response and of a patch. */
+const [RESULT, PATCH] = [14, 9];
+/** Bodies and the poses over their apex. */
+const BODIES = [
+  [{ kind: "plane", radius: 20, axis: 0, angle: 90 }, [30, 0]],
+  [{ kind: "sphere", radius: 20, axis: 0, angle: 90 }, [45, -10]],
+  [{ kind: "cylinder", radius: 10, axis: 90, angle: 90 }, [30, 0]],
+  [{ kind: "edge", radius: 4, axis: 30, angle: 100 }, [25, 5]],
+];
 const ROOT = join(WEB, "../..");
 let server, running, shared;
 const opened = [];
@@ -30,95 +41,94 @@ after(async () => {
   server.close();
 });
 
-/** Steps in the page's module, in batches: 16 words each, those that the core answers with. */
-function steps(page, motions) {
-  return page.evaluate((numbers) => {
+/** Steps in the page's module, in batches: the words of all responses, then of the patches after the last one. */
+function steps(page, motions, body, pose) {
+  return page.evaluate(([numbers, body, pose, result]) => {
     const { model } = globalThis.fingerpad;
     const [motions, words] = [Float32Array.from(numbers, (x) => x ?? NaN), []];
-    model.wasm.lift(0);
+    model.touch(body);
+    model.wasm.lift(...pose);
     for (let from = 0; from < motions.length / 10; from += model.most) {
       const batch = motions.subarray(10 * from, 10 * (from + model.most));
       model.motions.set(batch);
-      model.run(0, batch.length / 10);
-      for (let i = 0; i < batch.length / 10; i++) {
-        for (const k of [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 16, 17]) words.push(model.words[18 * i + k]);
-      }
+      model.run(batch.length / 10);
+      words.push(...model.words.subarray(0, (result * batch.length) / 10));
     }
-    return words;
-  }, Array.from(motions, (x) => (Number.isNaN(x) ? null : x)));
+    const count = model.wasm.look();
+    return [...words, ...new Uint32Array(model.bears.buffer, model.bears.byteOffset, 9 * count)];
+  }, [Array.from(motions, (x) => (Number.isNaN(x) ? null : x)), body, pose, RESULT]);
 }
 
 function same(page, native, what) {
   assert.equal(page.length, native.length, what);
   for (let i = 0; i < native.length; i++) {
-    if (page[i] !== native[i]) assert.fail(`${what}: step ${Math.floor(i / 16)}, output ${i % 16}: ${page[i].toString(16)} in the page, ${native[i].toString(16)} on the host`);
+    if (page[i] !== native[i]) assert.fail(`${what}: step ${Math.floor(i / RESULT)}, output ${i % RESULT}: ${page[i].toString(16)} in the page, ${native[i].toString(16)} on the host`);
   }
 }
 
 const text = (page, id) => page.locator(`#${id}`).textContent();
 const friction = async (page) => parseFloat(await text(page, "n-friction"));
 
-for (const disturbed of [false, true]) {
-  test(`the page has the host's bits on a ${disturbed ? "disturbed" : "clean"} path`, async () => {
-    const seed = (Date.now() % 1e9) + Number(disturbed);
-    console.log(`seed ${seed}`);
-    const motions = path(STEPS, seed, disturbed);
-    const native = nativeSteps(motions);
-    const regimes = new Set(native.filter((_, i) => i % 16 === 14));
-    assert.deepEqual([...regimes].sort(), [0, 1, 2, 3], "the path must see air, stick, partial slip and slip");
-    same(await steps(shared, motions), native, `seed ${seed}`);
-  });
+for (const [body, pose] of BODIES) {
+  for (const disturbed of [false, true]) {
+    test(`the page has the host's bits on a ${disturbed ? "disturbed" : "clean"} path, steps and patches: ${body.kind}`, async () => {
+      const seed = (Date.now() % 1e9) + Number(disturbed);
+      console.log(`seed ${seed}`);
+      const page = await start({ reducedMotion: "reduce" });
+      const motions = path(STEPS, seed, disturbed);
+      const native = nativeSteps(motions, body, pose);
+      const responses = native.subarray(0, RESULT * STEPS);
+      const regimes = new Set(responses.filter((_, i) => i % RESULT === RESULT - 2));
+      assert.deepEqual([...regimes].sort(), [0, 1, 2, 3], "the path must see air, stick, partial slip and slip");
+      assert.equal(native.length, RESULT * STEPS + 37 * PATCH);
+      same(await steps(page, motions, body, pose), native, `seed ${seed}`);
+      await page.close();
+    });
+  }
 }
-
-test("a model with effects of its own has the host's bits", async () => {
-  const page = await start();
-  await page.setInputFiles("#open", join(ROOT, "firmware-example/corrected.fpm"));
-  await page.waitForFunction(() => document.getElementById("model").textContent.startsWith("corrected.fpm"));
-  const motions = path(5000, 7, true);
-  same(await steps(page, motions), nativeSteps(motions, join(ROOT, "firmware-example/corrected.fpm")), "corrected.fpm");
-  await page.close();
-});
-
-test("a contact that was copied goes on with the same bits", async () => {
-  const equal = await shared.evaluate(() => {
-    const { model } = globalThis.fingerpad;
-    const run = (contact) => {
-      for (let i = 0; i < 200; i++) model.motions.set([1 + 0.01 * Math.sin(i), 0.01, -0.004, 0.002, 0.001, 30, 0, 35, 32, 2], 10 * i);
-      model.run(contact, 200);
-      return Array.from(model.words.subarray(0, 18 * 200));
-    };
-    model.wasm.lift(0);
-    const fresh = run(0);
-    model.wasm.copy(0, 1);
-    const [on, saved] = [run(0), run(1)];
-    return [on.every((word, i) => word === saved[i]), fresh.every((word, i) => word === on[i])];
-  });
-  assert.deepEqual(equal, [true, false]);
-});
 
 test("a recorded path is replayed with the host's bits", async () => {
   const file = join(ROOT, "data/examples/path.csv");
   const turned = "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg,pitch_deg,roll_deg\n0,0.3,0,0,0,30,0\n0.5,1.3,0.2,0,0,30,0\n1.1,1.3,2.5,-1,20,35,5\n1.7,0.9,-1,0.5,-15,25,-5\n2,-0.1,0,0,0,30,0\n";
+  const [body, pose] = [{ kind: "sphere", radius: 15, axis: 0, angle: 90 }, [30, 0]];
+  const page = await start({ reducedMotion: "reduce" });
   for (const csv of [readFileSync(file, "utf8"), turned]) {
-    const bits = await shared.evaluate((csv) => {
-      const { model, hand, parsePath, Walk } = globalThis.fingerpad;
-      const before = [...hand.at];
+    const bits = await page.evaluate(([csv, body, result]) => {
+      const page = globalThis.fingerpad;
+      const { model, hand, parsePath, Walk } = page;
+      Object.assign(page.shape, body);
+      model.touch(body);
       const walk = new Walk(parsePath(csv), 0.001, model.pitch);
       hand.follow(walk);
-      model.wasm.lift(0);
+      page.lift();
       const words = [];
       while (!walk.done) {
         hand.write(model.motions, 0);
-        model.run(0, 1);
-        for (const k of [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 16, 17]) words.push(model.words[k]);
+        model.run(1);
+        words.push(...model.words.subarray(0, result));
       }
       hand.take();
-      hand.at = before;
-      return words;
-    }, csv);
-    const out = withFile("path.csv", csv, (name) => reference("path", MODEL, name, "0.001"));
-    same(bits, new Uint32Array(out.buffer.slice(out.byteOffset, out.byteOffset + out.length)), "path");
+      const count = model.wasm.look();
+      return [...words, ...new Uint32Array(model.bears.buffer, model.bears.byteOffset, 9 * count)];
+    }, [csv, body, RESULT]);
+    const out = withFile("path.csv", csv, (name) => reference("path", MODEL, bodyWords(body, pose), name, "0.001"));
+    same(bits, words(out), "path");
   }
+  await page.close();
+});
+
+test("a load that is held at the end of a path stays", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  const [stopped, held] = await page.evaluate((csv) => {
+    const page = globalThis.fingerpad;
+    page.play(page.parsePath(csv), false, "");
+    page.advance(8205);
+    const stopped = page.r.friction_x_n;
+    page.advance(700);
+    return [stopped, page.r.friction_x_n];
+  }, PATH);
+  assert.ok(stopped > 0.2 && Math.abs(held / stopped - 1) < 0.01, `${stopped} ${held} N`);
+  await page.close();
 });
 
 test("the work of a frame leaves room for 60 a second", async () => {
@@ -157,7 +167,7 @@ test("time is the clock's: steps of 1 ms, as many as have passed", async () => {
   assert.ok(steps <= clock + 0.06 && steps > 0.5 * clock, `${steps} s of steps in ${clock} s`);
 });
 
-test("keys move the plate, and the words follow", async () => {
+test("keys move body and finger, and the words follow", async () => {
   const page = await start({ reducedMotion: "reduce" });
   assert.equal(await page.evaluate(() => globalThis.fingerpad.hand.walk), null, "nothing moves by itself");
   await page.click("#reset");
@@ -173,17 +183,21 @@ test("keys move the plate, and the words follow", async () => {
   assert.ok((await friction(page)) > 0.1);
   await page.focus("#patch");
   await page.keyboard.press("Shift+E");
-  assert.equal(await page.evaluate(() => globalThis.fingerpad.hand.target[3]), 10);
+  await page.keyboard.press("Shift+D");
+  await page.focus("#side");
+  await page.keyboard.press("Shift+W");
+  assert.deepEqual(await page.evaluate(() => globalThis.fingerpad.hand.target.slice(3)), [10, 35, 5]);
+  await page.focus("#patch");
   const ring = await page.evaluate(() => getComputedStyle(document.getElementById("patch")).outlineStyle);
   assert.equal(ring, "solid", "the focus is seen");
   const labels = await page.evaluate(() => [...document.querySelectorAll("input[type=range]")].map((input) => input.labels[0].firstChild.textContent.trim()));
-  for (const label of ["Depth", "Slide along", "Slide across", "Twist", "Pitch", "Roll", "Moisture", "Temperature", "Speed of sliding"]) {
+  for (const label of ["Depth", "Slide along", "Slide across", "Twist", "Pitch", "Roll", "Radius", "Direction", "Angle of the edge", "Moisture", "Temperature", "Speed of sliding"]) {
     assert.ok(labels.includes(label), `${label}: ${labels}`);
   }
   await page.close();
 });
 
-test("a hand drags and twists the plate", async () => {
+test("a hand drags and twists the body and pitches the finger", async () => {
   const page = await start({ reducedMotion: "reduce" });
   const target = () => page.evaluate(() => globalThis.fingerpad.hand.target);
   const from = await target();
@@ -202,6 +216,92 @@ test("a hand drags and twists the plate", async () => {
   await page.mouse.move(patch.x + knob[0] + 30, patch.y + knob[1] + 40, { steps: 4 });
   await page.mouse.up();
   assert.ok((await target())[3] > 5, "twisted");
+  const pitch = (await target())[4];
+  await page.mouse.move(box.x + 100, box.y + 120);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 140, box.y + 80, { steps: 4 });
+  await page.mouse.up();
+  const after = await target();
+  assert.ok(after[4] > pitch + 5 && after[4] <= 70, `pitched to ${after[4]}`);
+  await page.close();
+});
+
+test("the finger touches what is chosen, up to the pad's largest depth, and the map shows its patches", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  const pressed = {};
+  for (const kind of ["plane", "sphere", "cylinder", "edge"]) {
+    await page.selectOption("#kind", kind);
+    assert.equal(await page.isVisible("#radius"), kind !== "plane", kind);
+    assert.equal(await page.isVisible("#angle"), kind === "edge", kind);
+    pressed[kind] = await page.evaluate(() => {
+      const page = globalThis.fingerpad;
+      page.ask(0, 100);
+      page.advance(1500);
+      const patches = page.model.patches();
+      const force = patches.reduce((sum, p) => sum + 1e-3 * p.kpa * Math.PI * p.own ** 2, 0);
+      return { normal: page.r.normal_n, force, touching: patches.length, depth: page.hand.at[0], max: page.model.depthMax, status: page.r.status };
+    });
+    const p = pressed[kind];
+    assert.ok(Math.abs(p.depth - p.max) < 0.011 && p.status === 0, JSON.stringify(p));
+    assert.ok(p.touching > 4 && p.touching <= 37);
+  }
+  assert.ok(pressed.plane.normal > 5.5 && pressed.plane.normal < 7.5, `${pressed.plane.normal} N`);
+  assert.ok(Math.abs(pressed.plane.force / pressed.plane.normal - 1) < 1e-3, "pressure times area adds up to the normal force");
+  for (const kind of ["sphere", "cylinder", "edge"]) assert.ok(pressed[kind].normal < 0.7 * pressed.plane.normal, kind);
+  // A larger ball carries more; the finger is pressed as before.
+  const before = await page.evaluate(() => globalThis.fingerpad.touch({ kind: "sphere" }) ?? globalThis.fingerpad.advance(1500) ?? globalThis.fingerpad.r.normal_n);
+  const larger = await page.evaluate(() => globalThis.fingerpad.touch({ radius: 60 }) ?? globalThis.fingerpad.advance(1500) ?? globalThis.fingerpad.r.normal_n);
+  assert.ok(larger > 1.1 * before, `${before} ${larger}`);
+  const picture = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(document.getElementById("patch").toDataURL())))));
+  const pressure = await picture();
+  await page.check("#by-stick");
+  assert.notEqual(await picture(), pressure, "the colours of the map follow the choice");
+  await page.close();
+});
+
+test("the body is drawn where the core has it", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  // A patch that sticks moves with the body: twist and slide in turns, then compare what the page follows with a patch's way.
+  const [drawn, patch] = await page.evaluate(() => {
+    const page = globalThis.fingerpad;
+    page.touch({ kind: "plane" });
+    page.hand.target = [2, 0, 0, 0, 30, 0];
+    page.advance(1500);
+    const middle = (all) => all.reduce((a, b) => (b.kpa > a.kpa ? b : a));
+    const from = middle(page.model.patches());
+    page.hand.target = [2, 0.1, -0.05, 3, 30, 0];
+    page.advance(1500);
+    const to = page.model.patches().reduce((a, b) => (Math.hypot(b.x - from.x, b.y - from.y) < Math.hypot(a.x - from.x, a.y - from.y) ? b : a));
+    const [x, y, angle] = page.hand.body;
+    const [c, n] = [Math.cos(angle), Math.sin(angle)];
+    return [[x + c * from.x - n * from.y - from.x, y + n * from.x + c * from.y - from.y], [to.x - from.x, to.y - from.y, to.stick]];
+  });
+  assert.ok(patch[2] > 0.9, "the patch sticks");
+  assert.ok(Math.hypot(patch[0] - drawn[0], patch[1] - drawn[1]) < 0.5 * Math.hypot(...drawn), `${drawn} ${patch}`);
+  await page.close();
+});
+
+test("a bed of springs is refused in plain words", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  await page.setInputFiles("#open", join(ROOT, "data/models/fingertip.fpm"));
+  await page.waitForFunction(() => document.getElementById("alert").textContent !== "");
+  assert.equal(await text(page, "alert"), "fingertip.fpm was not opened: a bed of springs; this page takes pads. Nothing has changed.");
+  await page.close();
+});
+
+test("a number out of range is named as the core names it", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  // Beta of the friction law, 27 numbers before the end of the section of numbers, and then a checksum that holds.
+  const file = Buffer.from(readFileSync(MODEL));
+  const entry = [...Array(3).keys()].map((k) => 20 + 12 * k).find((at) => file.toString("latin1", at, at + 4) === "PADN");
+  const end = file.readUInt32LE(entry + 4) + file.readUInt32LE(entry + 8);
+  file.writeFloatLE(1.5, end - 4 * 27);
+  file.writeUInt32LE(crc32(file.subarray(16)), 12);
+  const why = withFile("beta.fpm", file, (name) => reference("refusal", name)).toString().trim();
+  assert.match(why, /^PressureExponent\[0\] = 1.5 is out of range$/);
+  await page.setInputFiles("#open", { name: "beta.fpm", mimeType: "application/octet-stream", buffer: file });
+  await page.waitForFunction(() => document.getElementById("alert").textContent !== "");
+  assert.equal(await text(page, "alert"), `beta.fpm was not opened: ${why}. Nothing has changed.`);
   await page.close();
 });
 
@@ -244,26 +344,26 @@ test("files that are none are refused in the core's words, and nothing is lost",
   await page.setInputFiles("#open", { name: "p.csv", mimeType: "text/csv", buffer: Buffer.from([0x74, 0xff, 0xfe]) });
   await page.waitForFunction(() => document.getElementById("alert").textContent.includes("line 1: no column `t_s`"));
   await page.setInputFiles("#open", MODEL);
-  await page.waitForFunction(() => document.getElementById("alert").textContent === "fingertip.fpm is in use now.");
+  await page.waitForFunction(() => document.getElementById("alert").textContent === "fingertip-pad.fpm is in use now.");
   await page.close();
 });
 
-test("the module bears contacts, counts and lengths that it does not have", async () => {
+test("the module bears counts, lengths and bodies that it does not have", async () => {
   const page = await start({ reducedMotion: "reduce" });
-  const [steps, codes, after] = await page.evaluate(() => {
+  const [steps, codes, bodies, after] = await page.evaluate(() => {
     const { model } = globalThis.fingerpad;
     const { wasm } = model;
     model.motions.set([1, 0.1, 0, 0, 0.001, 30, 0, 35, 32, 2]);
-    const steps = [wasm.run(2, 1), wasm.run(-1, 1), wasm.run(0, 0), wasm.run(0, model.most + 1)];
-    wasm.lift(7);
-    wasm.copy(7, 0);
-    wasm.copy(0, 7);
-    const codes = [wasm.load(wasm.incoming_bytes() + 1), wasm.load(-1), wasm.law_value(99, 99)];
-    wasm.lift(0);
-    return [steps, codes, wasm.run(0, 1) === 1 && model.floats[0] > 0];
+    const steps = [wasm.run(0), wasm.run(model.most + 1), wasm.run(-1)];
+    wasm.lift(NaN, Infinity);
+    const codes = [wasm.load(wasm.incoming_bytes() + 1), wasm.load(-1), wasm.law_value(99, 99), wasm.patch_area_mm2(99)];
+    const bodies = [[1, 0, 0, 0], [1, NaN, 0, 0], [2, 10, 400, 0], [3, 4, 0, 180], [4, 10, 0, 90]].map((body) => wasm.set_body(...body));
+    wasm.lift(30, 0);
+    return [steps, codes, bodies, wasm.run(1) === 1 && model.floats[0] > 0];
   });
-  assert.deepEqual(steps, [0, 0, 0, 512]);
-  assert.deepEqual(codes, [3, 3, 0]);
+  assert.deepEqual(steps, [0, 512, 512]);
+  assert.deepEqual(codes, [3, 3, 0, 0]);
+  assert.deepEqual(bodies, [1, 1, 1, 1, 1]);
   assert.ok(after, "the model in use goes on");
   await page.close();
 });
@@ -294,16 +394,16 @@ test("a held load stays under noise and vibration", async () => {
         let sum = 0;
         for (let i = 0; i < 50; i++) {
           page.advance(10);
-          sum += page.model.floats[18 * 9 + 1];
+          sum += page.model.floats[14 * 9 + 1];
         }
         return sum / 50;
       };
       page.advance(1000);
       const first = mean();
-      page.advance(120_000);
+      page.advance(60_000);
       return mean() / first - 1;
     });
-    console.log(`${id}: friction changes by ${(100 * change).toFixed(3)} % in two minutes`);
+    console.log(`${id}: friction changes by ${(100 * change).toFixed(3)} % in a minute`);
     assert.ok(Math.abs(change) < 0.01, `${change}`);
     await page.waitForFunction(() => document.getElementById("held").textContent.startsWith("Shaken for"));
     await page.uncheck(`#${id}`);

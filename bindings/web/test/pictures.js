@@ -3,17 +3,9 @@
 import { mkdirSync, statSync } from "node:fs";
 import { join } from "node:path";
 import { SITE } from "./folder.js";
+import { PATH } from "./paths.js";
 import { browser, open, serve } from "./serve.js";
 
-/** There and back and there again, with a twist on the way, held before all of it slips. */
-const PATH = `t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg
-0,-0.2,0,0,0
-1,1.2,0,0,0
-1.3,1.2,0,0,0
-3.2,1.2,3.9,0,0
-6.4,1.2,-3.2,0,0
-8.2,1.2,1.3,0.3,9
-9,1.2,1.3,0.3,9`;
 const MOST = 200_000;
 
 /** Goes along the path and holds still at its end. */

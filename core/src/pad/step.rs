@@ -476,6 +476,44 @@ impl<T: Elementary> Pad<'_, T> {
         out
     }
 
+    /// Friction along x and y, N, and its moment about the normal, N mm, if all patches that touch after the last step slipped under a
+    /// motion of the body: slides along x and y and an angle, in any unit of time. The points over all motions are the limit surface.
+    ///
+    /// The moment counts about the point about which poses turn, as that of a response. 0 without contact, and of no motion. Costs as much
+    /// as a round of a step.
+    pub fn full_slip<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>, motion: [T; 3]) -> [T; 3] {
+        self.full_slip_with(state, body, motion, T::of(1.0))
+    }
+
+    pub(crate) fn full_slip_with<const P: usize>(
+        &self,
+        state: &PadState<P, T>,
+        body: &impl Surface<T>,
+        [along_x, along_y, turn]: [T; 3],
+        strength: T,
+    ) -> [T; 3] {
+        let mut limit = [T::of(0.0); 3];
+        if !state.in_contact() || self.patches.len() > P {
+            return limit;
+        }
+        let equations = self.equations(state, body, strength, Wake::All);
+        let mut acting = [Acting::nothing(); P];
+        equations.misfit(&state.bulk, &mut acting);
+        let (sin, cos) = state.angle[0].sin_cos();
+        for acting in acting.iter().filter(|acting| acting.touches) {
+            let [x, y] = [0, 1].map(|k| acting.place[k] + equations.frame.apex[k]);
+            let [x, y] = [cos * x - sin * y, sin * x + cos * y];
+            let way = [along_x - turn * y, along_y + turn * x];
+            let length = (way[0] * way[0] + way[1] * way[1]).magnitude().sqrt();
+            if !(length > T::of(f32::MIN_POSITIVE)) {
+                continue;
+            }
+            let [fx, fy] = way.map(|part| part * (acting.strength / length));
+            limit = [limit[0] + fx, limit[1] + fy, limit[2] + (x * fy - y * fx)];
+        }
+        limit
+    }
+
     #[cfg(test)]
     pub(crate) fn misfit<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [T; super::MODES] {
         self.equations(state, body, T::of(1.0), Wake::All).misfit(&state.bulk, &mut [Acting::nothing(); P])

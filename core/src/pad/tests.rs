@@ -460,3 +460,38 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
         assert!(matches!(pad.tuned(tuning), Err(crate::Error::Range { what: found, .. }) if found == what));
     }
 }
+
+/// What a contact bears after a long slide or spin is what its limit surface says of that motion, and nothing inside is beyond it.
+#[test]
+fn full_slip_ends_on_the_limit_surface() {
+    let example = ExamplePad::new().cast::<f64>();
+    let pad = example.pad();
+    let motion = |[x, y, spin]: [f64; 3]| Motion {
+        depth_mm: 1.0,
+        slide_increment_mm: [x, y],
+        spin_increment_rad: spin,
+        dt_s: 1e-3,
+    };
+    for step in [[0.05, 0.0, 0.0], [-0.02, 0.04, 0.0], [0.0, 0.0, 0.02], [0.01, 0.0, 0.02]] {
+        let mut state = PadState::<N, f64>::new(&pad).unwrap();
+        assert_eq!(pad.full_slip(&state, &Plane, step), [0.0; 3]);
+        let mut last = Response::default();
+        for _ in 0..200 {
+            last = pad.step(&mut state, &Plane, motion(step), [30.0, 0.0]);
+        }
+        // Velocities are those about where the body is: the spin goes about the point under first touch.
+        let limit = pad.full_slip(&state, &Plane, step);
+        let found = [last.friction_n[0], last.friction_n[1], last.spin_moment_n_mm];
+        let scale = [last.friction_limit_n, last.friction_limit_n, 3.0 * last.friction_limit_n];
+        for k in 0..3 {
+            assert!((found[k] - limit[k]).abs() < 0.02 * scale[k], "{step:?}: {found:?} {limit:?}");
+        }
+        // Work against any motion is at most that of the limit surface.
+        for of in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.1], [-1.0, 0.3, -0.5], [0.0, 0.0, 1.0]] {
+            let most = pad.full_slip(&state, &Plane, of);
+            let work = |f: &[f64; 3]| f[0] * of[0] + f[1] * of[1] + f[2] * of[2];
+            assert!(work(&found) <= work(&most) * (1.0 + 1e-3) + 1e-9, "{step:?} {of:?}");
+        }
+    }
+    assert_eq!(pad.full_slip(&PadState::<N, f64>::new(&pad).unwrap(), &Plane, [0.0; 3]), [0.0; 3]);
+}

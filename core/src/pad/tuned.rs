@@ -156,4 +156,17 @@ impl<'a, T: Elementary> TunedPad<'a, T> {
             ..patch
         })
     }
+
+    /// Friction and moment if all patches that touch slipped under a motion; see [`Pad::full_slip`].
+    pub fn full_slip<const P: usize>(
+        &self,
+        state: &PadState<P, T>,
+        body: &impl Surface<T>,
+        [x, y, turn]: [T; 3],
+    ) -> [T; 3] {
+        let motion = [x * self.per_length, y * self.per_length, turn];
+        let [fx, fy, moment] = self.pad.full_slip_with(state, &self.in_units(body), motion, self.strength);
+        let force = self.pressure * self.length * self.length;
+        [fx * force, fy * force, moment * (force * self.length)]
+    }
 }

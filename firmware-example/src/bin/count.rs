@@ -7,8 +7,8 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::calibration::{Calibration, Measured, Settings};
 use fingerpad::{
-    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response,
-    SPRINGS, StateOf, Surroundings, Tangential, Tuned, Tuning, step,
+    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response, SPRINGS, StateOf,
+    Surroundings, Tangential, Tuned, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;

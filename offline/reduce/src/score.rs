@@ -70,7 +70,7 @@ pub struct Scores {
 const BAND: f32 = 0.02;
 
 /// Whether the regime of a row with this stick ratio is certain.
-fn outside_band(stick_ratio: f32) -> bool {
+pub(super) fn outside_band(stick_ratio: f32) -> bool {
     // The extremes themselves are the regimes; only what lies between them and the band's end is uncertain.
     let near_slip = stick_ratio > 0.0 && stick_ratio < 0.01 + BAND;
     let near_stick = stick_ratio < 1.0 && stick_ratio > 0.99 - BAND;

@@ -58,7 +58,7 @@ fn main() -> Result<(), Failure> {
 /// A line of the table of errors.
 fn line(name: &str, s: &PadScores) -> String {
     format!(
-        "{name:<22} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2}",
+        "{name:<22} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2} {:>7.1}",
         s.runs,
         100.0 * s.normal,
         100.0 * s.friction,
@@ -66,7 +66,8 @@ fn line(name: &str, s: &PadScores) -> String {
         s.stick,
         s.centre_mm,
         100.0 * s.moment,
-        100.0 * s.area
+        100.0 * s.area,
+        100.0 * s.regime_right
     )
 }
 
@@ -87,10 +88,12 @@ fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
     println!(
         "\nerrors along held-out runs, RMS: normal force, friction over the path's largest and over the present limit,"
     );
-    println!("stick ratio, centre of pressure, moment over the largest friction times 3 mm, area");
     println!(
-        "{:<22} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-        "kind", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %"
+        "stick ratio, centre of pressure, moment over the largest friction times 3 mm, area; rows with the right regime"
+    );
+    println!(
+        "{:<22} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
+        "kind", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %", "regime"
     );
     for kind in Kind::ALL {
         let own: Vec<&Run> = runs.iter().filter(|r| r.kind == kind).collect();

@@ -12,7 +12,7 @@ class InputError(Error, ValueError):
 
 
 class ModelError(InputError):
-    """A model file, a saved state, a tuning or a pose that is refused."""
+    """A model file, a saved state or a tuning that is refused."""
 
 
 class NumericsError(Error, ArithmeticError):

@@ -1,16 +1,19 @@
-"""Many contacts of one model over numpy arrays."""
+"""Many contacts of one model or pad over numpy arrays."""
 
 from __future__ import annotations
 
+import operator
 import warnings
 from enum import IntEnum, IntFlag
-from typing import Any, Literal, NamedTuple, Union, final
+from typing import Any, Literal, SupportsIndex, Union, final
 
 import numpy as np
 import numpy.typing as npt
 
+from fingerpad import _bodies
+from fingerpad._bodies import Body, Plane
 from fingerpad._errors import InputError
-from fingerpad._native import Contacts, Model
+from fingerpad._native import Contacts, Model, Pad
 
 #: What a contact answers with outputs="forces": forces that the plane exerts on the finger, N, and moment, N mm. The slip margin is
 #: 1 less the share of its limit that the load uses; 0 without contact.
@@ -48,11 +51,29 @@ DRIVEN = np.dtype(
         ("spin_rad", np.float32),
     ]
 )
+#: What a patch of a pad bears: place of its middle along the axes of the plane, from the point about which poses turn; pressure and
+#: traction on the finger over the patch's own area; area in contact, the share of it that sticks, and the share of its strength in use.
+PATCH = np.dtype(
+    [
+        ("place_x_mm", np.float32),
+        ("place_y_mm", np.float32),
+        ("place_z_mm", np.float32),
+        ("pressure_mpa", np.float32),
+        ("traction_x_mpa", np.float32),
+        ("traction_y_mpa", np.float32),
+        ("contact_area_mm2", np.float32),
+        ("stick_ratio", np.float32),
+        ("used_share", np.float32),
+    ]
+)
 #: An event: step since Fingers.watch, number of the finger, and touch, first_slip, full_slip, restick or lift_off.
 EVENT = np.dtype([("tick", np.uint32), ("finger", np.uint32), ("change", "U10")])
 
 #: What a step may leave out.
 OPTIONAL = ("spin_rad", "strength_factor", "pitch_deg", "roll_deg")
+
+#: Most fingers of a bed and of a pad: 2 GB of memory.
+MOST_FINGERS = {Model: 1 << 24, Pad: 1 << 20}
 
 #: Numbers, or an array of them that broadcasts to the fingers.
 Numbers = Union[float, npt.ArrayLike]
@@ -83,46 +104,93 @@ class Status(IntFlag):
     NOT_CONVERGED = 1 << 10
 
 
-class Pose(NamedTuple):
-    """Pitch (10 to 70, angle of the finger's long axis with the plane) and roll (-30 to 30), degrees; numbers, or one a
-    finger."""
-
-    pitch_deg: Numbers
-    roll_deg: Numbers = 0.0
-
-
 @final
 class Fingers:
     """Contacts of one model, which know nothing of each other and step together.
 
-    A contact remembers where its springs are held on the plane, and nothing else: at rest it keeps its bits. Frame: x along
-    the finger from proximal to distal, z out of the plane into the finger. Steps are the same bits as those of the core on
-    a microcontroller. While they are computed other threads run; threads that step the same fingers wait for each other.
-    A number that is NaN or infinite is flagged in `status` and leaves its axis where it was.
+    A contact of a bed (`Model`) remembers where its springs are held on the plane, one of a pad (`Pad`) where its patches are held on
+    the body and how the finger is deformed, and nothing else: at rest it keeps its bits. Frame: x along the finger from proximal to
+    distal, z out of the body into the finger. Steps are the same bits as those of the core on a microcontroller. While they are
+    computed other threads run; threads that step the same fingers wait for each other. A number that is NaN or infinite is flagged in
+    `status` and leaves its axis where it was.
     """
 
-    def __init__(self, model: Model, count: int = 1, *, spin: bool = False) -> None:
+    def __init__(
+        self,
+        model: Model | Pad,
+        count: SupportsIndex = 1,
+        *,
+        spin: bool = False,
+        body: Body | None = None,
+        pitch_deg: Numbers | None = None,
+        roll_deg: Numbers | None = None,
+    ) -> None:
         """Fingers in the air.
 
-        model: kept by its numbers, the object may go. count: how many. spin: whether contacts follow a turn of the plane
-        about its normal, which costs about twice a plain step; others flag it.
+        model: a bed or a pad, kept by its numbers, the object may go. count: how many. spin: whether contacts of a bed follow a turn
+        of the plane about its normal, which costs about twice a plain step; others flag it. Those of a pad always do.
+
+        Of a pad only: body: what all fingers touch, a plane without. pitch_deg, roll_deg: the pose in which the body's apex lies
+        under first touch, and that of steps which name none; numbers or one a finger, the pad's neutral pitch and no roll without.
         """
-        if count < 0:
-            raise InputError(f"count: {count} fingers")
+        kind = Pad if isinstance(model, Pad) else Model
+        if not isinstance(model, kind):
+            raise InputError(f"model: {type(model).__name__} where a Model or a Pad is needed")
+        try:
+            self._count = operator.index(count)
+        except TypeError:
+            raise InputError(f"count: {count!r} where a whole number is needed") from None
+        if not 0 <= self._count <= MOST_FINGERS[kind]:
+            raise InputError(f"count: {self._count} is not between 0 and {MOST_FINGERS[kind]}")
+        self._model: Model | Pad = model
+        self._body: Body = Plane() if body is None else body
+        self._poses: npt.NDArray[np.float32] | None = None
+        if isinstance(model, Pad):
+            self._init_pad(model, pitch_deg, roll_deg)
+        else:
+            for name, value in {"body": body, "pitch_deg": pitch_deg, "roll_deg": roll_deg}.items():
+                if value is not None:
+                    raise InputError(f"{name}: {_short(value)}, but {_one_pose(model)}")
+            self._init_bed(model, bool(spin))
+
+    def _init_bed(self, model: Model, spin: bool) -> None:
         if model.effects:
             names = ", ".join(name for name, _ in model.effects)
-            warnings.warn(f"the steps of Fingers leave out the effects of this model file: {names}", stacklevel=2)
-        self._model, self._count, self._spin = model, int(count), bool(spin)
-        self._contacts = Contacts(model, self._count, self._spin)
+            warnings.warn(f"the steps of Fingers leave out the effects of this model file: {names}", stacklevel=3)
+        self._spin = spin
+        self._contacts = Contacts.of_bed(model, self._count, spin)
+
+    def _init_pad(self, pad: Pad, pitch_deg: Numbers | None, roll_deg: Numbers | None) -> None:
+        if not isinstance(self._body, (_bodies.Plane, _bodies.Sphere, _bodies.Cylinder, _bodies.Edge)):
+            raise InputError(f"body: {self._body!r} where a Plane, Sphere, Cylinder or Edge is needed")
+        given = {
+            "pitch_deg": (pad.neutral_pitch_deg if pitch_deg is None else pitch_deg, pad.pitch_range_deg),
+            "roll_deg": (0.0 if roll_deg is None else roll_deg, pad.roll_range_deg),
+        }
+        columns = []
+        for name, (value, (least, most)) in given.items():
+            column = _broadcast(name, value, (self._count,))
+            outside = column[~((column >= least) & (column <= most))]
+            if outside.size:
+                raise InputError(f"{name}: {outside[0]:g} is not between {least:g} and {most:g}")
+            columns.append(column)
+        self._spin, poses, body = True, np.ascontiguousarray(np.stack(columns, axis=1)), self._body
+        self._poses = poses
+        self._contacts = Contacts.of_pad(pad, type(body).__name__, _bodies.numbers(body), repr(body), poses)
 
     @property
-    def model(self) -> Model:
-        """The model."""
+    def model(self) -> Model | Pad:
+        """The bed or the pad."""
         return self._model
 
     @property
+    def body(self) -> Body:
+        """What the fingers touch; a plane for those of a bed."""
+        return self._body
+
+    @property
     def spin(self) -> bool:
-        """Whether contacts follow a turn of the plane."""
+        """Whether contacts follow a turn of the body."""
         return self._spin
 
     def __len__(self) -> int:
@@ -130,7 +198,8 @@ class Fingers:
         return self._count
 
     def __repr__(self) -> str:
-        return f"<fingerpad.Fingers: {self._count} of {self._model!r}{', with spin' if self._spin else ''}>"
+        more = f" on {self._body!r}" if isinstance(self._model, Pad) else ", with spin" if self._spin else ""
+        return f"<fingerpad.Fingers: {self._count} of {self._model!r}{more}>"
 
     def step(
         self,
@@ -141,20 +210,24 @@ class Fingers:
         *,
         dt_s: float = 1e-3,
         strength_factor: Numbers | None = None,
-        pose: Pose | tuple[Numbers, Numbers] | None = None,
+        pitch_deg: Numbers | None = None,
+        roll_deg: Numbers | None = None,
         outputs: Literal["forces", "all"] = "forces",
         out: npt.NDArray[np.void] | None = None,
     ) -> npt.NDArray[np.void]:
         """Advances every finger by one step; returns an array of `FORCES` or `RESPONSE`, one a finger.
 
         depth_mm: at the end of the step, positive into the finger, 0 or less is no contact. slide_x_mm, slide_y_mm: slide of
-        the plane during the step. spin_rad: turn of the plane during the step, counter-clockwise seen from the finger.
-        strength_factor: on the friction, 0.1 to 5, kept until it is set again. pose: of this step; the fitted one without.
-        out: an array of an earlier step to write into. Raises InputError for arrays that do not fit, ModelError for a pose
-        out of range; no finger moves then.
+        the body during the step. spin_rad: turn of the body during the step, counter-clockwise seen from the finger.
+        strength_factor: on the friction, 0.1 to 5, kept until it is set again. pitch_deg, roll_deg: of a pad, the pose at the end
+        of the step; without, that in which the fingers were made; beyond the pad's range the nearest one, flagged. out: an array of
+        an earlier step to write into. Raises InputError for arrays that do not fit; no finger moves then.
+
+        On a curved body depth counts from where the plane through its apex would touch.
         """
         names = {"depth_mm": depth_mm, "slide_x_mm": slide_x_mm, "slide_y_mm": slide_y_mm, "spin_rad": spin_rad}
-        first, x, y, spin, strength, pitch, roll = self._arrays(1, names, strength_factor, pose)
+        names |= self._pose(pitch_deg, roll_deg)
+        first, x, y, spin, strength, pitch, roll = self._arrays(1, names | {"strength_factor": strength_factor})
         record = _record(outputs)
         result = _target(out, record, (self._count,))
         words = _words(result, 1)
@@ -170,7 +243,8 @@ class Fingers:
         *,
         dt_s: Numbers = 1e-3,
         strength_factor: Numbers | None = None,
-        pose: Pose | tuple[Numbers, Numbers] | None = None,
+        pitch_deg: Numbers | None = None,
+        roll_deg: Numbers | None = None,
         outputs: Literal["forces", "all"] = "forces",
         out: npt.NDArray[np.void] | None = None,
     ) -> npt.NDArray[np.void]:
@@ -181,8 +255,9 @@ class Fingers:
         and leaves the fingers as they were before.
         """
         names = {"depth_mm": depth_mm, "slide_x_mm": slide_x_mm, "slide_y_mm": slide_y_mm, "spin_rad": spin_rad}
-        steps = self._steps(names, strength_factor, pose, dt_s)
-        first, x, y, spin, strength, pitch, roll = self._arrays(steps, names, strength_factor, pose)
+        names |= self._pose(pitch_deg, roll_deg) | {"strength_factor": strength_factor}
+        steps = self._steps(names, dt_s)
+        first, x, y, spin, strength, pitch, roll = self._arrays(steps, names)
         record = _record(outputs)
         result = _target(out, record, (steps, self._count))
         words = _words(result, steps)
@@ -201,10 +276,9 @@ class Fingers:
         spin_rad: Numbers | None = None,
         dt_s: float = 1e-3,
         strength_factor: Numbers | None = None,
-        pose: Pose | tuple[Numbers, Numbers] | None = None,
         out: npt.NDArray[np.void] | None = None,
     ) -> npt.NDArray[np.void]:
-        """Advances every finger by one step that leads to forces; returns an array of `DRIVEN`, one a finger.
+        """Advances every finger of a bed by one step that leads to forces; returns an array of `DRIVEN`, one a finger.
 
         Give depth or normal force at the end of the step, and slides or friction (0 where one of the two is left out). A force
         out of reach leads to the nearest state that was found and the status LOAD_NOT_REACHED; a load that is there already
@@ -222,18 +296,15 @@ class Fingers:
             else {"slide_x_mm": slide_x_mm, "slide_y_mm": slide_y_mm}
         )
         plane = {name: 0.0 if value is None else value for name, value in plane.items()}
-        first, x, y, spin, strength, pitch, roll = self._arrays(1, normal | plane | {"spin_rad": spin_rad}, strength_factor, pose)
+        names = normal | plane | {"spin_rad": spin_rad, "strength_factor": strength_factor}
+        first, x, y, spin, strength, _, _ = self._arrays(1, names)
         result = _target(out, DRIVEN, (self._count,))
         words, by_force = _words(result, 1), normal_force_n is not None
-        self._contacts.step_driven(
-            first, x, y, spin, strength, pitch, roll, by_force, by_friction, _times(dt_s, 1), words
-        )
+        self._contacts.step_driven(first, x, y, spin, strength, by_force, by_friction, _times(dt_s, 1), words)
         return result
 
-    def gradient(
-        self, direction: npt.ArrayLike = (0.0, 0.0, 0.0), *, pose: Pose | tuple[float, float] | None = None
-    ) -> npt.NDArray[np.float32]:
-        """How forces change with a further motion, N/mm: shape (fingers, 3, 3), rows normal force, friction x, friction y,
+    def gradient(self, direction: npt.ArrayLike = (0.0, 0.0, 0.0)) -> npt.NDArray[np.float32]:
+        """How forces of a bed's fingers change with a further motion, N/mm: shape (fingers, 3, 3), rows normal force, friction x, friction y,
         columns depth, slide x, slide y.
 
         direction: depth, slide x and slide y along which the motion goes on, of any length, for all fingers or one a finger:
@@ -241,7 +312,19 @@ class Fingers:
         """
         directions = _broadcast("direction", direction, (self._count, 3))
         result = np.empty((self._count, 3, 3), np.float32)
-        self._contacts.gradient(directions, None if pose is None else _one_pose(pose), result.reshape(-1))
+        self._contacts.gradient(directions, result.reshape(-1))
+        return result
+
+    def patches(self) -> npt.NDArray[np.void]:
+        """What the patches of a pad bear after the last step: an array of `PATCH` of shape (fingers, patches).
+
+        The sum of pressure times area (`Pad.patch_areas_mm2`) is the normal force on a plane. A patch that is apart has a place and
+        zeros; of a finger in the air all is 0. Costs about as much as a round of a step.
+        """
+        if not isinstance(self._model, Pad):
+            raise InputError("patches: a bed of springs has none; a pad has them: fingerpad.Pad.shipped()")
+        result = np.zeros((self._count, self._model.patches), PATCH)
+        self._contacts.patches(result.view(np.float32).reshape(-1))
         return result
 
     @property
@@ -262,7 +345,8 @@ class Fingers:
         self._contacts.reset(np.ascontiguousarray(_fit("which", chosen, (self._count,))))
 
     def save(self) -> bytes:
-        """The state of all fingers, each with its checksum and that of the model. Watches and their events are not in it."""
+        """The state of all fingers, each with its checksum and that of the model; of a pad also its body and tuning. Watches and
+        their events are not in it."""
         return self._contacts.save()
 
     def restore(self, data: bytes) -> None:
@@ -273,6 +357,7 @@ class Fingers:
         """The same fingers again, in the same state."""
         made = Fingers.__new__(Fingers)
         made._model, made._count, made._spin = self._model, self._count, self._spin
+        made._body, made._poses = self._body, self._poses
         made._contacts = self._contacts.copy()
         return made
 
@@ -303,20 +388,25 @@ class Fingers:
         """What happened since `watch`, or since it was last asked: an array of `EVENT`."""
         return np.array(self._contacts.take_events(), EVENT)
 
-    def __reduce__(self) -> tuple[Any, tuple[Model, int, bool, bytes]]:
+    def __reduce__(self) -> tuple[Any, tuple[Model | Pad, int, dict[str, Any], bytes]]:
         from fingerpad import _pickle
 
-        return _pickle.fingers, (self._model, self._count, self._spin, self.save())
+        options: dict[str, Any] = {"spin": self._spin}
+        if self._poses is not None:
+            options = {"body": self._body, "pitch_deg": self._poses[:, 0], "roll_deg": self._poses[:, 1]}
+        return _pickle.fingers, (self._model, self._count, options, self.save())
 
-    def _steps(
-        self,
-        names: dict[str, Numbers | None],
-        strength_factor: Numbers | None,
-        pose: Pose | tuple[Numbers, Numbers] | None,
-        dt_s: Numbers,
-    ) -> int:
+    def _pose(self, pitch_deg: Numbers | None, roll_deg: Numbers | None) -> dict[str, Numbers | None]:
+        """The pose of a step by its names; refused for a bed."""
+        pose = {"pitch_deg": pitch_deg, "roll_deg": roll_deg}
+        if isinstance(self._model, Model):
+            for name, value in pose.items():
+                if value is not None:
+                    raise InputError(f"{name}: {_short(value)}, but {_one_pose(self._model)}")
+        return pose
+
+    def _steps(self, given: dict[str, Numbers | None], dt_s: Numbers) -> int:
         """Number of steps: that of the arrays that have a row a step."""
-        given = {**names, "strength_factor": strength_factor, **_pose_names(pose)}
         lengths = {name: _rows(np.shape(_number(name, value)), self._count) for name, value in given.items() if value is not None}
         lengths["dt_s"] = len(np.atleast_1d(_number("dt_s", dt_s)))
         steps = max(lengths.values())
@@ -324,33 +414,24 @@ class Fingers:
             raise InputError(f"run needs an array with a row a step, of shape (steps, {self._count}) or (steps, 1)")
         return steps if all(lengths.values()) else 0
 
-    def _arrays(
-        self,
-        steps: int,
-        names: dict[str, Numbers | None],
-        strength_factor: Numbers | None,
-        pose: Pose | tuple[Numbers, Numbers] | None,
-    ) -> Any:
-        """The arrays in the order of the compiled part, each of shape (steps, fingers), or None."""
+    def _arrays(self, steps: int, given: dict[str, Numbers | None]) -> Any:
+        """The motion's three arrays, then the optional ones in the order of the compiled part; each (steps, fingers), or None."""
         shape = (steps, self._count)
-        given = {**names, "strength_factor": strength_factor, **_pose_names(pose)}
-        return [
-            None if value is None and name in OPTIONAL else _broadcast(name, value, shape) for name, value in given.items()
-        ]
+        motion = [_broadcast(name, value, shape) for name, value in given.items() if name not in OPTIONAL]
+        more = [(name, given.get(name)) for name in OPTIONAL]
+        return motion + [None if value is None else _broadcast(name, value, shape) for name, value in more]
 
 
-def _pose_names(pose: Pose | tuple[Numbers, Numbers] | None) -> dict[str, Numbers | None]:
-    if pose is None:
-        return {"pitch_deg": None, "roll_deg": None}
-    pitch_deg, roll_deg = pose
-    return {"pitch_deg": pitch_deg, "roll_deg": roll_deg}
+def _short(value: Any) -> str:
+    return repr(value) if np.ndim(value) == 0 else f"an array of shape {np.shape(value)}"
 
 
-def _one_pose(pose: Pose | tuple[Numbers, Numbers]) -> tuple[float, float]:
-    pitch_deg, roll_deg = pose
-    if np.ndim(pitch_deg) or np.ndim(roll_deg):
-        raise InputError("pose: one for all fingers is needed here")
-    return float(pitch_deg), float(roll_deg)  # type: ignore[arg-type]
+def _one_pose(model: Model) -> str:
+    pitch_deg, roll_deg = model.pose_deg
+    return (
+        f"a bed of springs is of one pose (pitch {pitch_deg:g} deg, roll {roll_deg:g} deg) on a plane; "
+        "a pad follows others: fingerpad.Pad.shipped()"
+    )
 
 
 def _rows(shape: tuple[int, ...], count: int) -> int:

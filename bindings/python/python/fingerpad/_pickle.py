@@ -1,9 +1,11 @@
-"""What pickles of models and fingers are made from."""
+"""What pickles of models, pads and fingers are made from."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from fingerpad._fingers import Fingers
-from fingerpad._native import Model
+from fingerpad._native import Model, Pad
 
 
 def model(data: bytes, tuning: tuple[float, float, float, float] | None) -> Model:
@@ -15,8 +17,17 @@ def model(data: bytes, tuning: tuple[float, float, float, float] | None) -> Mode
     return made.tuned(size=size, stiffness=stiffness, lambda_factor=lambda_factor, tau0_mpa=tau0_mpa)
 
 
-def fingers(model: Model, count: int, spin: bool, saved: bytes) -> Fingers:
+def pad(data: bytes, tuning: tuple[float, float, float] | None) -> Pad:
+    """The pad of a file's bytes, retuned if it was."""
+    made = Pad.from_bytes(data)
+    if tuning is None:
+        return made
+    size, stiffness, lambda_factor = tuning
+    return made.tuned(size=size, stiffness=stiffness, lambda_factor=lambda_factor)
+
+
+def fingers(model: Model | Pad, count: int, options: dict[str, Any], saved: bytes) -> Fingers:
     """Fingers in a saved state."""
-    made = Fingers(model, count, spin=spin)
+    made = Fingers(model, count, **options)
     made.restore(saved)
     return made

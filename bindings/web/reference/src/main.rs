@@ -1,21 +1,28 @@
 //! What the page must show, computed by the core on the host.
 //!
 //! ```text
-//! fingerpad-web-reference steps MODEL.fpm MOTIONS        ten 32-bit floats a motion on; writes 16 words a response
-//! fingerpad-web-reference path MODEL.fpm PATH.csv DT_S   a path of the plane in steps of DT_S; likewise
-//! fingerpad-web-reference refusal FILE                   why a file is no model, in the core's words
-//! fingerpad-web-reference bench MODEL.fpm MOTIONS        ns a step, as JSON
+//! fingerpad-web-reference steps PAD.fpm BODY MOTIONS        ten 32-bit floats a motion on; writes 14 words a response
+//! fingerpad-web-reference path PAD.fpm BODY PATH.csv DT_S   a path of the body in steps of DT_S; likewise
+//! fingerpad-web-reference refusal FILE                      why a file is no pad, in the core's words
+//! fingerpad-web-reference bench PAD.fpm BODY MOTIONS        us a step, as JSON
 //! ```
+//!
+//! BODY is kind, radius, axis, angle, pitch and roll, as in `2,10,90,0,30,0`: plane 0, sphere 1, cylinder 2, edge 3. After the last
+//! response come the nine floats of each patch.
 
 use std::error::Error;
 use std::io::Write;
 use std::time::Instant;
 
-use fingerpad::effects::find;
-use fingerpad::{Contact, EffectSlot, Effects, Model, ModelFile, Motion, Pose, Posed, Response, SPRINGS, Surroundings};
+use fingerpad::effects::hydration_bell::HydrationBell;
+use fingerpad::effects::speed_log::SpeedLog;
+use fingerpad::effects::temperature::Temperature;
+use fingerpad::effects::{Change, Conditions, Effect, VALUES};
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Sphere};
+use fingerpad::{Motion, PadModelFile, Response, Status};
 
-/// Laws with which the page's sliders act where a file has none of their own, in this order, at their typical size.
-const DRIVEN: [&str; 3] = ["hydration_bell", "speed_log", "temperature"];
+/// Patches of the pads that are stepped here.
+const PATCHES: usize = 64;
 
 type Failure = Box<dyn Error>;
 
@@ -23,22 +30,25 @@ fn main() -> Result<(), Failure> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words[..] {
-        ["steps", model, motions] => write_out(&replay(&read(model)?, &read_motions(motions)?)?),
-        ["path", model, path, dt] => write_out(&replay(&read(model)?, &along(path, dt.parse()?)?)?),
+        ["steps", pad, body, motions] => write_out(&replay(&read(pad)?, body, &read_motions(motions)?)?),
+        ["path", pad, body, path, dt] => write_out(&replay(&read(pad)?, body, &along(path, dt.parse()?)?)?),
         ["refusal", file] => {
-            match ModelFile::new(&std::fs::read(file)?) {
+            match PadModelFile::new(&std::fs::read(file)?) {
                 Ok(_) => println!("accepted"),
                 Err(error) => println!("{error}"),
             }
             Ok(())
         }
-        ["bench", model, motions] => bench(&read(model)?, &read_motions(motions)?),
-        _ => Err("usage: steps MODEL MOTIONS | path MODEL PATH DT_S | refusal FILE | bench MODEL MOTIONS".into()),
+        ["bench", pad, body, motions] => bench(&read(pad)?, body, &read_motions(motions)?),
+        _ => {
+            Err("usage: steps PAD BODY MOTIONS | path PAD BODY PATH DT_S | refusal FILE | bench PAD BODY MOTIONS"
+                .into())
+        }
     }
 }
 
-fn read(model: &str) -> Result<ModelFile, Failure> {
-    Ok(ModelFile::new(&std::fs::read(model)?)?)
+fn read(pad: &str) -> Result<PadModelFile, Failure> {
+    Ok(PadModelFile::new(&std::fs::read(pad)?)?)
 }
 
 fn read_motions(file: &str) -> Result<Vec<[f32; 10]>, Failure> {
@@ -47,66 +57,81 @@ fn read_motions(file: &str) -> Result<Vec<[f32; 10]>, Failure> {
     Ok(numbers.chunks_exact(10).map(|motion| std::array::from_fn(|i| motion[i])).collect())
 }
 
-/// The effects of a file and those that the page adds.
-fn slots(file: &ModelFile) -> Vec<EffectSlot> {
-    let mut slots = file.file().effects.to_vec();
-    for law in DRIVEN.iter().filter_map(|name| find(name)) {
-        if file.file().effects.iter().all(|slot| slot.kind != law.kind) {
-            let mut slot = EffectSlot { kind: law.kind, ..EffectSlot::default() };
-            for (value, parameter) in slot.values.iter_mut().zip(law.parameters) {
-                *value = parameter.typical as f32;
-            }
-            slots.push(slot);
-        }
-    }
-    slots
-}
-
-/// A contact with spin, effects and a pose that changes.
+/// A contact over a body, on a skin that changes.
 struct Finger<'a> {
-    model: Model<'a>,
-    posed: Posed<'a>,
-    pose: Pose,
-    effects: Effects<'a>,
-    contact: Contact<SPRINGS, 2>,
+    pad: Pad<'a>,
+    body: Body,
+    contact: PadState<PATCHES>,
 }
 
 impl<'a> Finger<'a> {
-    fn new(file: &'a ModelFile, slots: &'a [EffectSlot]) -> Result<Self, Failure> {
-        let model = file.file().model;
-        let fitted = Pose { pitch_deg: model.data().pose.pitch_deg, roll_deg: 0.0 };
-        let (posed, effects) = (model.posed(fitted)?, Effects::new(slots)?);
-        Ok(Self { model, posed, pose: fitted, effects, contact: Contact::default() })
+    fn new(pad: Pad<'a>, body: &str) -> Result<Self, Failure> {
+        let numbers: Vec<f32> = body.split(',').map(str::parse).collect::<Result<_, _>>()?;
+        let [kind, radius_mm, axis_deg, angle_deg, pitch_deg, roll_deg] = numbers[..] else {
+            return Err("a body has six numbers".into());
+        };
+        let body = match kind as u32 {
+            0 => Body::Plane,
+            1 => Body::Sphere(Sphere { radius_mm }),
+            2 => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
+            3 => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
+            _ => return Err("no such body".into()),
+        };
+        let is_plane = body == Body::Plane;
+        let contact = if is_plane { PadState::new(&pad)? } else { PadState::over(&pad, [pitch_deg, roll_deg])? };
+        Ok(Self { pad, body, contact })
     }
 
     fn step(&mut self, motion: &[f32; 10]) -> Response {
-        let &[depth_mm, x, y, spin, dt_s, pitch_deg, roll_deg, hydration_au, temperature_c, speed] = motion;
-        let pose = Pose { pitch_deg, roll_deg };
-        if pose != self.pose
-            && let Ok(posed) = self.model.posed(pose)
-        {
-            (self.posed, self.pose) = (posed, pose);
+        let &[depth_mm, x, y, spin_increment_rad, dt_s, pitch, roll, hydration_au, temperature_c, speed] = motion;
+        let moved = (x * x + y * y).sqrt();
+        let moves = depth_mm > 0.0 && moved > 1e-6 && moved < 1e3;
+        let counted = if dt_s > 0.0 && dt_s < 1e3 { moved / dt_s } else { 0.0 };
+        let speed_mm_s = match moves {
+            true if speed > 0.0 => speed,
+            true => counted,
+            false => 0.0,
+        };
+        let at = Conditions { hydration_au, temperature_c, speed_mm_s, ..Conditions::default() };
+        let mut change = Change::default();
+        act::<HydrationBell>(&at, &mut change);
+        act::<SpeedLog>(&at, &mut change);
+        act::<Temperature>(&at, &mut change);
+        let is_held = self.contact.set_strength_factor(change.strength) != change.strength;
+        let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
+        let mut r = self.pad.step(&mut self.contact, &self.body, motion, [pitch, roll]);
+        if is_held {
+            r.status = r.status.with(Status::EFFECT_HELD);
         }
-        let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: spin, dt_s };
-        let speed_mm_s = if speed > 0.0 { Some(speed) } else { None };
-        let around = Surroundings { hydration_au, temperature_c, speed_mm_s, ..Surroundings::default() };
-        self.effects.step(&self.posed, &mut self.contact, around, motion)
+        r
     }
 }
 
-/// The words of every response.
-fn replay(file: &ModelFile, motions: &[[f32; 10]]) -> Result<Vec<u32>, Failure> {
-    let slots = slots(file);
-    let mut finger = Finger::new(file, &slots)?;
-    let mut words = Vec::with_capacity(16 * motions.len());
+/// A law of the skin with the parameters that its source gives as typical.
+fn act<E: Effect>(at: &Conditions<f32>, change: &mut Change<f32>) {
+    let mut values = [0.0; VALUES];
+    for (value, parameter) in values.iter_mut().zip(E::LAW.parameters) {
+        *value = parameter.typical as f32;
+    }
+    E::act(&values, at, change);
+}
+
+/// The words of every response, and at the end the patches.
+fn replay(file: &PadModelFile, body: &str, motions: &[[f32; 10]]) -> Result<Vec<u32>, Failure> {
+    let mut finger = Finger::new(file.file().pad, body)?;
+    let mut words = Vec::with_capacity(14 * motions.len());
     for motion in motions {
         let r = finger.step(motion);
-        let [centre_x, centre_y] = finger.posed.friction_centre_mm(finger.contact.state.depth_mm());
         let numbers = [r.normal_force_n, r.friction_n[0], r.friction_n[1], r.stick_ratio, r.friction_limit_n];
         let places = [r.spin_moment_n_mm, r.pressure_centre_mm[0], r.pressure_centre_mm[1], r.contact_area_mm2];
-        let bands = [r.band_normal_n, r.band_friction_n, centre_x, centre_y];
+        let bands = [r.band_normal_n, r.band_friction_n];
         words.extend(numbers.iter().chain([&r.slip_margin]).chain(&places).chain(&bands).map(|x| x.to_bits()));
         words.extend([r.regime as u32, u32::from(r.status.0)]);
+    }
+    for p in &finger.pad.patch_states(&finger.contact, &finger.body)[..finger.pad.patches.len()] {
+        let ([x, y, z], [tx, ty]) = (p.place_mm, p.traction_mpa);
+        let numbers = [x, y, z, p.pressure_mpa, tx, ty, p.contact_area_mm2, p.stick_ratio, p.used];
+        words.extend(numbers.map(f32::to_bits));
     }
     Ok(words)
 }
@@ -116,7 +141,7 @@ fn write_out(words: &[u32]) -> Result<(), Failure> {
     Ok(std::io::stdout().write_all(&bytes)?)
 }
 
-/// A path of the plane, straight between rows, as motions of `dt_s`: each increment is a difference in 64 bits, rounded once.
+/// A path of the body, straight between rows, as motions of `dt_s`: each increment is a difference in 64 bits, rounded once.
 fn along(path: &str, dt_s: f64) -> Result<Vec<[f32; 10]>, Failure> {
     let text = std::fs::read_to_string(path)?;
     let mut lines = text.lines();
@@ -150,9 +175,8 @@ fn along(path: &str, dt_s: f64) -> Result<Vec<[f32; 10]>, Failure> {
 }
 
 /// Best of some rounds over the motions.
-fn bench(file: &ModelFile, motions: &[[f32; 10]]) -> Result<(), Failure> {
-    let slots = slots(file);
-    let mut finger = Finger::new(file, &slots)?;
+fn bench(file: &PadModelFile, body: &str, motions: &[[f32; 10]]) -> Result<(), Failure> {
+    let mut finger = Finger::new(file.file().pad, body)?;
     let mut best = f64::INFINITY;
     for _ in 0..30 {
         let start = Instant::now();
@@ -161,6 +185,6 @@ fn bench(file: &ModelFile, motions: &[[f32; 10]]) -> Result<(), Failure> {
         }
         best = best.min(start.elapsed().as_secs_f64());
     }
-    println!("{{\"row\":\"rust\",\"ns_per_step\":{:.1}}}", best * 1e9 / motions.len() as f64);
+    println!("{{\"row\":\"rust\",\"us_per_step\":{:.2}}}", best * 1e6 / motions.len() as f64);
     Ok(())
 }

@@ -1,28 +1,35 @@
-//! The reduced model as a WebAssembly module: a model file and motions in, responses out, all in the module's own memory.
+//! The pad as a WebAssembly module: a model file and motions in, responses out, all in the module's own memory.
 //!
-//! The page writes a file to [`incoming`] and calls [`load`], writes motions to [`motions`] and calls [`run`], and reads
-//! responses from [`results`]. Nothing is imported, nothing is allocated, and no panic is linked. A module runs on one thread.
+//! The page writes a file to [`incoming`] and calls [`load`], chooses a rigid body with [`set_body`], writes motions to [`motions`] and
+//! calls [`run`], and reads responses from [`results`] and what the patches bear from [`patch_states`]. Nothing is imported, nothing is
+//! allocated, and no panic is linked. A module runs on one thread.
 #![no_std]
 
 mod skin;
 
 use core::cell::UnsafeCell;
 
-use fingerpad::{Contact, File, Model, Motion, NODES, Pose, Posed, SPRINGS, Surroundings};
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, PadState, PatchState, Sphere, Surface};
+use fingerpad::{Error, Motion, Scalar, Status};
 use panic_never as _;
-
-use skin::Slots;
 
 /// Largest model file, bytes.
 const FILE_BYTES: usize = 1 << 16;
+/// Most patches of a pad.
+const PATCHES: usize = 64;
 /// Most steps of one call of [`run`].
 const MOST_STEPS: usize = 512;
 /// Numbers of a motion; see [`motions`].
 const MOTION: usize = 10;
 /// Words of a response; see [`results`].
-const RESULT: usize = 18;
-/// Contacts that the module holds: the page's own, and one to which it can be copied and from which it can be restored.
-const CONTACTS: usize = 2;
+const RESULT: usize = 14;
+/// Numbers of a patch; see [`patch_states`].
+const PATCH: usize = 9;
+/// Least and largest radius of a body, mm.
+const RADIUS_MM: core::ops::RangeInclusive<f32> = 0.1..=1e6;
+
+/// Shorter motions are none, mm.
+const LEAST_MM: f32 = 1e-6;
 
 /// Memory that the page shares with the module.
 struct Shared<T>(UnsafeCell<T>);
@@ -40,22 +47,26 @@ impl<T> Shared<T> {
 #[repr(C, align(8))]
 struct Bytes([u8; FILE_BYTES]);
 
-/// A model in use and what it is stepped with.
+/// A pad in use, what it touches, and all that its contact remembers.
 struct Finger {
-    model: Model<'static>,
-    /// The model in the pose of the last step.
-    posed: Posed<'static>,
-    pose: Pose,
-    slots: Slots,
+    pad: Pad<'static>,
+    body: Body,
+    contact: PadState<PATCHES>,
 }
 
 static INCOMING: Shared<Bytes> = Shared::new(Bytes([0; FILE_BYTES]));
 static FILE: Shared<Bytes> = Shared::new(Bytes([0; FILE_BYTES]));
 static FINGER: Shared<Option<Finger>> = Shared::new(None);
-static CONTACT: Shared<Option<[Contact<SPRINGS, 2>; CONTACTS]>> = Shared::new(None);
 static MOTIONS: Shared<[[f32; MOTION]; MOST_STEPS]> = Shared::new([[0.0; MOTION]; MOST_STEPS]);
 static RESULTS: Shared<[[u32; RESULT]; MOST_STEPS]> = Shared::new([[0; RESULT]; MOST_STEPS]);
+static PATCH_STATES: Shared<[[f32; PATCH]; PATCHES]> = Shared::new([[0.0; PATCH]; PATCHES]);
 static REFUSAL: Shared<[u32; 5]> = Shared::new([0; 5]);
+
+/// The finger in use.
+fn finger() -> Option<&'static mut Finger> {
+    // SAFETY: one thread, and every function of this module takes it once.
+    unsafe { &mut *FINGER.0.get() }.as_mut()
+}
 
 /// Where a model file is written before [`load`]; room for [`incoming_bytes`].
 #[unsafe(no_mangle)]
@@ -77,13 +88,19 @@ pub extern "C" fn motions() -> *mut f32 {
     MOTIONS.0.get().cast()
 }
 
-/// Where [`run`] writes responses, 18 words each: floats for normal force, friction x, y, N; stick ratio; friction limit, N;
+/// Where [`run`] writes responses, 14 words each: floats for normal force, friction x, y, N; stick ratio; friction limit, N;
 /// slip margin; moment about the normal, N mm; centre of pressure x, y, mm; contact area, mm²; half-widths of the bands of
-/// normal force and friction, N; centre of friction x, y, mm; mean stretch of the skin x, y, mm; then regime and status as
-/// whole numbers.
+/// normal force and friction, N; then regime and status as whole numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn results() -> *const u32 {
     RESULTS.0.get().cast_const().cast()
+}
+
+/// Where [`look`] writes what patches bear, nine floats each: place x, y, z, mm; pressure, MPa; traction x, y, MPa; area in
+/// contact, mm²; stick ratio; used share of the strength.
+#[unsafe(no_mangle)]
+pub extern "C" fn patch_states() -> *const f32 {
+    PATCH_STATES.0.get().cast_const().cast()
 }
 
 /// Most steps of one call of [`run`].
@@ -98,8 +115,8 @@ pub extern "C" fn refusal() -> *const u32 {
     REFUSAL.0.get().cast_const().cast()
 }
 
-/// Checks the file of `length` bytes at [`incoming`] and uses it from now on, with a finger in the air. Returns 0; or the reason
-/// for which it was refused, and then everything stays as it was.
+/// Checks the file of `length` bytes at [`incoming`] and uses it from now on, with a finger in the air over the body in use. Returns 0;
+/// or the reason for which it was refused, and then everything stays as it was.
 #[unsafe(no_mangle)]
 pub extern "C" fn load(length: usize) -> u32 {
     // SAFETY: one thread; the page writes between calls only, and nothing else borrows these.
@@ -108,6 +125,7 @@ pub extern "C" fn load(length: usize) -> u32 {
         *refusal = skin::words(error);
         return refusal[0];
     }
+    let body = finger().map_or(Body::Plane, |finger| finger.body);
     // SAFETY: one thread; the finger, which borrows the file, ends before the file is overwritten.
     let file: &'static Bytes = unsafe {
         *FINGER.0.get() = None;
@@ -115,169 +133,177 @@ pub extern "C" fn load(length: usize) -> u32 {
         &*FILE.0.get()
     };
     match check(file, length) {
-        Ok(finger) => {
-            // SAFETY: one thread, and nothing borrows these.
-            unsafe {
-                *FINGER.0.get() = Some(finger);
-                *CONTACT.0.get() = Some([Contact::default(); CONTACTS]);
-            }
+        Ok((pad, contact)) => {
+            // SAFETY: one thread, and nothing borrows it.
+            unsafe { *FINGER.0.get() = Some(Finger { pad, body, contact }) };
             0
         }
         Err(error) => skin::words(error)[0],
     }
 }
 
-/// A finger from the first `length` bytes.
-fn check(bytes: &'static Bytes, length: usize) -> Result<Finger, fingerpad::Error> {
-    let too_long = fingerpad::Error::Length { expected: FILE_BYTES as u32, found: length as u32 };
-    let file = File::from_bytes(bytes.0.get(..length).ok_or(too_long)?)?;
-    let slots = Slots::of(file.effects, file.tables)?;
-    let pose = Pose { pitch_deg: file.model.data().pose.pitch_deg, roll_deg: 0.0 };
-    Ok(Finger { model: file.model, posed: file.model.posed(pose)?, pose, slots })
+/// A pad and a finger in the air from the first `length` bytes.
+fn check(bytes: &'static Bytes, length: usize) -> Result<(Pad<'static>, PadState<PATCHES>), Error> {
+    let too_long = Error::Length { expected: FILE_BYTES as u32, found: length as u32 };
+    let pad = PadFile::from_bytes(bytes.0.get(..length).ok_or(too_long)?)?.pad;
+    Ok((pad, PadState::new(&pad)?))
 }
 
-/// Largest depth of the model in the fitted pose, mm; 0 without a model.
+/// Patches of the pad in use; 0 without one.
 #[unsafe(no_mangle)]
-pub extern "C" fn depth_max_mm() -> f32 {
-    // SAFETY: one thread, and nothing else borrows it.
-    unsafe { &*FINGER.0.get() }.as_ref().map_or(0.0, |finger| finger.model.depth_max_mm())
+pub extern "C" fn patches() -> usize {
+    finger().map_or(0, |finger| finger.pad.patches.len())
 }
 
-/// Pitch of the fitted pose, degrees.
+/// Area of a patch, mm²; 0 for none.
 #[unsafe(no_mangle)]
-pub extern "C" fn fitted_pitch_deg() -> f32 {
-    // SAFETY: one thread, and nothing else borrows it.
-    unsafe { &*FINGER.0.get() }.as_ref().map_or(0.0, |finger| finger.model.data().pose.pitch_deg)
+pub extern "C" fn patch_area_mm2(patch: usize) -> f32 {
+    finger().and_then(|finger| finger.pad.patches.get(patch)).map_or(0.0, |patch| patch.area_mm2)
 }
 
-/// Whether the model knows other poses than the fitted one: 1 or 0.
+/// What the pad was fitted for: largest depth, mm (0); least and largest pitch (1, 2), largest roll to either side (3) and neutral
+/// pitch (4), degrees.
 #[unsafe(no_mangle)]
-pub extern "C" fn knows_poses() -> u32 {
-    // SAFETY: one thread, and nothing else borrows it.
-    unsafe { &*FINGER.0.get() }.as_ref().map_or(0, |finger| u32::from(finger.model.data().pose.knows_poses()))
+pub extern "C" fn fitted(what: u32) -> f32 {
+    finger().map_or(0.0, |finger| {
+        let numbers = finger.pad.numbers;
+        let [least, most] = numbers.pitch_range_deg;
+        match what {
+            0 => numbers.depth_max_mm,
+            1 => least,
+            2 => most,
+            3 => numbers.roll_max_deg,
+            _ => numbers.neutral_pitch_deg,
+        }
+    })
 }
 
-/// How the weight of friction times moment enters the limit surface f² + m² + c |f| |m| = 1.
+/// Puts another body under the finger: a plane (0), a sphere (1), a cylinder (2) or an edge (3). The finger must be lifted then. Returns 0;
+/// or 1 for numbers of which no body can be made, and then everything stays as it was.
+///
+/// * `radius_mm`: of sphere and cylinder, or of the rounding of an edge
+/// * `axis_deg`: direction of cylinder or edge from x
+/// * `angle_deg`: between the faces of an edge
 #[unsafe(no_mangle)]
-pub extern "C" fn spin_cross() -> f32 {
-    // SAFETY: one thread, and nothing else borrows it.
-    unsafe { &*FINGER.0.get() }.as_ref().map_or(0.0, |finger| finger.model.data().spin_cross)
+pub extern "C" fn set_body(kind: u32, radius_mm: f32, axis_deg: f32, angle_deg: f32) -> u32 {
+    let Some(finger) = finger() else { return 1 };
+    let is_round = RADIUS_MM.contains(&radius_mm) && (-180.0..=180.0).contains(&axis_deg);
+    finger.body = match kind {
+        0 => Body::Plane,
+        1 if is_round => Body::Sphere(Sphere { radius_mm }),
+        2 if is_round => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
+        3 if is_round && (1.0..=179.0).contains(&angle_deg) => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
+        _ => return 1,
+    };
+    0
 }
 
-/// Whether the law of this number is the file's own (2), of typical size because the file has none (1), or not in use (0).
+/// Height of the body over a place of the tangent plane at its apex, mm.
 #[unsafe(no_mangle)]
-pub extern "C" fn law_origin(kind: u32) -> u32 {
-    // SAFETY: one thread, and nothing else borrows it.
-    unsafe { &*FINGER.0.get() }.as_ref().map_or(0, |finger| finger.slots.origin(kind))
+pub extern "C" fn height(x_mm: f32, y_mm: f32) -> f32 {
+    finger().map_or(0.0, |finger| finger.body.height([x_mm, y_mm]))
 }
 
-/// A parameter of the law of this number, 0 beyond what there is.
+/// Size of a law of the skin by its number; 0 beyond what there is.
 #[unsafe(no_mangle)]
 pub extern "C" fn law_value(kind: u32, index: usize) -> f32 {
-    // SAFETY: one thread, and nothing else borrows it.
-    unsafe { &*FINGER.0.get() }.as_ref().map_or(0.0, |finger| finger.slots.value(kind, index))
+    skin::value(kind, index)
 }
 
-/// Lifts a contact off: it forgets everything.
+/// Factor on the strength of moisture (corneometer units), temperature (°C) and speed (mm/s).
 #[unsafe(no_mangle)]
-pub extern "C" fn lift(contact: usize) {
-    // SAFETY: one thread, and nothing else borrows it.
-    if let Some(contact) = unsafe { &mut *CONTACT.0.get() }.as_mut().and_then(|all| all.get_mut(contact)) {
-        *contact = Contact::default();
+pub extern "C" fn strength(hydration_au: f32, temperature_c: f32, speed_mm_s: f32) -> f32 {
+    skin::strength(hydration_au, temperature_c, speed_mm_s)
+}
+
+/// Lifts the finger off: it forgets everything. The body's apex then lies under first touch of the pose.
+#[unsafe(no_mangle)]
+pub extern "C" fn lift(pitch_deg: f32, roll_deg: f32) {
+    let Some(Finger { pad, body, contact }) = finger() else { return };
+    let state = if *body == Body::Plane { PadState::new(pad) } else { PadState::over(pad, [pitch_deg, roll_deg]) };
+    if let Ok(state) = state {
+        *contact = state;
     }
 }
 
-/// Copies all that one contact remembers to another: to save it, or to go back to it.
+/// Advances the finger by the first `count` motions; returns how many steps were made. Cannot fail, whatever the motions.
 #[unsafe(no_mangle)]
-pub extern "C" fn copy(from: usize, to: usize) {
-    // SAFETY: one thread, and nothing else borrows it.
-    let Some(all) = (unsafe { &mut *CONTACT.0.get() }) else { return };
-    let Some(saved) = all.get(from).copied() else { return };
-    if let Some(to) = all.get_mut(to) {
-        *to = saved;
-    }
-}
-
-/// Advances a contact by the first `count` motions; returns how many steps were made. Cannot fail, whatever the motions. A pose
-/// out of range leaves the last one.
-#[unsafe(no_mangle)]
-pub extern "C" fn run(contact: usize, count: usize) -> usize {
+pub extern "C" fn run(count: usize) -> usize {
+    let Some(Finger { pad, body, contact }) = finger() else { return 0 };
     // SAFETY: one thread, and nothing else borrows these.
-    let (finger, contacts) = unsafe { (&mut *FINGER.0.get(), &mut *CONTACT.0.get()) };
-    // SAFETY: as above.
     let (motions, results) = unsafe { (&*MOTIONS.0.get(), &mut *RESULTS.0.get()) };
-    let (Some(finger), Some(contacts)) = (finger, contacts) else { return 0 };
-    let Some(contact) = contacts.get_mut(contact) else { return 0 };
     let count = count.min(MOST_STEPS);
     for (motion, result) in motions.iter().zip(results).take(count) {
         #[cfg(feature = "panics")]
         core::hint::black_box([0u8; 4][core::hint::black_box(motion[0] as usize)]);
-        *result = finger.step(contact, motion);
+        *result = step(pad, body, contact, motion);
     }
     count
 }
 
-impl Finger {
-    /// One step; see [`motions`] and [`results`].
-    fn step(&mut self, contact: &mut Contact<SPRINGS, 2>, motion: &[f32; MOTION]) -> [u32; RESULT] {
-        let &[depth_mm, x, y, spin_increment_rad, dt_s, pitch_deg, roll_deg, hydration_au, temperature_c, speed] =
-            motion;
-        self.turn_to(Pose { pitch_deg, roll_deg });
-        let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
-        let speed_mm_s = (speed > 0.0).then_some(speed);
-        let around = Surroundings { hydration_au, temperature_c, speed_mm_s, ..Surroundings::default() };
-        let r = match self.slots.effects() {
-            Ok(effects) => effects.step(&self.posed, contact, around, motion),
-            // They were accepted when the file was loaded.
-            Err(_) => fingerpad::Response::IN_THE_AIR,
-        };
-        let depth = contact.state.depth_mm();
-        let [centre_x, centre_y] = self.posed.friction_centre_mm(depth);
-        let [stretch_x, stretch_y] = self.stretch(depth, r.friction_n);
-        let numbers = [
-            r.normal_force_n,
-            r.friction_n[0],
-            r.friction_n[1],
-            r.stick_ratio,
-            r.friction_limit_n,
-            r.slip_margin,
-            r.spin_moment_n_mm,
-            r.pressure_centre_mm[0],
-            r.pressure_centre_mm[1],
-            r.contact_area_mm2,
-            r.band_normal_n,
-            r.band_friction_n,
-            centre_x,
-            centre_y,
-            stretch_x,
-            stretch_y,
-        ];
-        let mut words = [0; RESULT];
-        for (word, number) in words.iter_mut().zip(numbers) {
-            *word = number.to_bits();
-        }
-        words[RESULT - 2] = r.regime as u32;
-        words[RESULT - 1] = u32::from(r.status.0);
-        words
+/// One step; see [`motions`] and [`results`].
+fn step(
+    pad: &Pad<'_>,
+    body: &Body,
+    contact: &mut PadState<PATCHES>,
+    &[depth_mm, x, y, spin_increment_rad, dt_s, pitch_deg, roll_deg, hydration_au, temperature_c, speed]: &[f32;
+         MOTION],
+) -> [u32; RESULT] {
+    let strength = skin::strength(hydration_au, temperature_c, speed_of([x, y], depth_mm, dt_s, speed));
+    let is_held = contact.set_strength_factor(strength) != strength;
+    let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
+    let r = pad.step(contact, body, motion, [pitch_deg, roll_deg]);
+    let status = if is_held { r.status.with(Status::EFFECT_HELD) } else { r.status };
+    let numbers = [
+        r.normal_force_n,
+        r.friction_n[0],
+        r.friction_n[1],
+        r.stick_ratio,
+        r.friction_limit_n,
+        r.slip_margin,
+        r.spin_moment_n_mm,
+        r.pressure_centre_mm[0],
+        r.pressure_centre_mm[1],
+        r.contact_area_mm2,
+        r.band_normal_n,
+        r.band_friction_n,
+    ];
+    let mut words = [0; RESULT];
+    for (word, number) in words.iter_mut().zip(numbers) {
+        *word = number.to_bits();
     }
+    words[RESULT - 2] = r.regime as u32;
+    words[RESULT - 1] = u32::from(status.0);
+    words
+}
 
-    /// Brings the model into a pose, where it is another one that the model knows.
-    fn turn_to(&mut self, pose: Pose) {
-        if pose != self.pose
-            && let Ok(posed) = self.model.posed(pose)
-        {
-            (self.posed, self.pose) = (posed, pose);
-        }
+/// Speed of a slide, mm/s: the nominal one where it is given; 0 in the air and for what is no motion, as the core's effects count it.
+fn speed_of([x, y]: [f32; 2], depth_mm: f32, dt_s: f32, nominal: f32) -> f32 {
+    let moved = root(x * x + y * y);
+    if !(depth_mm > 0.0 && moved > LEAST_MM && moved < 1e3) {
+        return 0.0;
     }
+    match nominal > 0.0 {
+        true => nominal,
+        false if dt_s > 0.0 && dt_s < 1e3 => moved / dt_s,
+        false => 0.0,
+    }
+}
 
-    /// How far friction stretches skin and tissue, mm, for the drawing: over the stiffness in the fitted pose.
-    fn stretch(&self, depth_mm: f32, [x, y]: [f32; 2]) -> [f32; 2] {
-        let data = self.model.data();
-        let at = depth_mm * data.cells_per_mm;
-        let index = (at as usize).min(NODES - 1);
-        let t = (at - index as f32).min(1.0);
-        let Some(row) = data.rows.get(index) else { return [0.0; 2] };
-        let stiffness = |k: &fingerpad::Parabola| (k.value + t * (k.slope + t * k.bend)).max(1e-3);
-        [x / stiffness(&row.stiffness_x), y / stiffness(&row.stiffness_y)]
+/// The core's square root, by way of a bound since `core` has none.
+fn root<T: Scalar>(x: T) -> T {
+    x.magnitude().sqrt()
+}
+
+/// Writes what the patches bear after the last step to [`patch_states`]; returns how many there are.
+#[unsafe(no_mangle)]
+pub extern "C" fn look() -> usize {
+    let Some(Finger { pad, body, contact }) = finger() else { return 0 };
+    // SAFETY: one thread, and nothing else borrows it.
+    let out = unsafe { &mut *PATCH_STATES.0.get() };
+    for (patch, out) in pad.patch_states(contact, body).iter().zip(out) {
+        let PatchState { place_mm: [x, y, z], pressure_mpa, traction_mpa: [tx, ty], contact_area_mm2, .. } = *patch;
+        *out = [x, y, z, pressure_mpa, tx, ty, contact_area_mm2, patch.stick_ratio, patch.used];
     }
+    pad.patches.len()
 }

@@ -1,79 +1,52 @@
-//! The laws by which moisture, temperature and speed change the skin's strength, and a refused file in numbers.
+//! What moisture, temperature and speed do to the skin's strength, and a refused file in numbers.
 //!
-//! Main type: [`Slots`]. All formulas are the core's.
+//! Main function: [`strength`]. All formulas are the core's.
 
 use fingerpad::effects::hydration_bell::HydrationBell;
 use fingerpad::effects::speed_log::SpeedLog;
 use fingerpad::effects::temperature::Temperature;
-use fingerpad::effects::{Effect, Law, VALUES};
-use fingerpad::{EffectSlot, Effects, Error, Field};
+use fingerpad::effects::{Change, Conditions, Effect, Law, VALUES};
+use fingerpad::{Error, Field};
 
-/// Laws that the page's sliders drive. A file that lacks one gets it with the size that its source gives as typical; at the
-/// sliders' rest it changes nothing.
-const DRIVEN: [EffectSlot; 3] = [typical(&HydrationBell::LAW), typical(&SpeedLog::LAW), typical(&Temperature::LAW)];
-/// Most laws in use at once.
-const MOST: usize = 24;
+/// Sizes of the laws, those that their sources give as typical.
+const MOISTURE: [f32; VALUES] = typical(&HydrationBell::LAW);
+const SPEED: [f32; VALUES] = typical(&SpeedLog::LAW);
+const TEMPERATURE: [f32; VALUES] = typical(&Temperature::LAW);
 
-/// A law with its typical parameters. Evaluated when compiling, so that the module holds no text of a law.
-const fn typical(law: &Law) -> EffectSlot {
-    let mut slot = EffectSlot { kind: law.kind, reserved: 0, values: [0.0; VALUES] };
+/// The typical parameters of a law. Evaluated when compiling, so that the module holds no text of a law.
+const fn typical(law: &Law) -> [f32; VALUES] {
+    let mut values = [0.0; VALUES];
     let mut k = 0;
     while k < law.parameters.len() {
-        slot.values[k] = law.parameters[k].typical as f32;
+        values[k] = law.parameters[k].typical as f32;
         k += 1;
     }
-    slot
+    values
 }
 
-/// Effects of the file, and behind them those that it lacks.
-pub struct Slots {
-    tables: &'static [f32],
-    slots: [EffectSlot; MOST],
-    of_file: usize,
-    all: usize,
+/// A parameter of the law of this number; 0 if there is none.
+pub fn value(kind: u32, index: usize) -> f32 {
+    let values = match kind {
+        _ if kind == HydrationBell::LAW.kind => &MOISTURE,
+        _ if kind == SpeedLog::LAW.kind => &SPEED,
+        _ if kind == Temperature::LAW.kind => &TEMPERATURE,
+        _ => return 0.0,
+    };
+    values.get(index).copied().unwrap_or(0.0)
 }
 
-impl Slots {
-    /// The laws in use with a file that holds `file`.
-    pub fn of(file: &[EffectSlot], tables: &'static [f32]) -> Result<Self, Error> {
-        let too_many = Error::Buffer { needed: size_of_val(file) as u32 };
-        let mut slots = [EffectSlot::default(); MOST];
-        let of_file = file.len();
-        slots.get_mut(..of_file).ok_or(too_many)?.copy_from_slice(file);
-        let mut all = of_file;
-        for law in DRIVEN.iter().filter(|law| !file.iter().any(|slot| slot.kind == law.kind)) {
-            *slots.get_mut(all).ok_or(too_many)? = *law;
-            all += 1;
-        }
-        let slots = Self { tables, slots, of_file, all };
-        slots.effects()?;
-        Ok(slots)
-    }
-
-    /// The effects that they are, with the file's tables.
-    pub fn effects(&self) -> Result<Effects<'_>, Error> {
-        Effects::with_tables(self.all(), self.tables)
-    }
-
-    /// All of them.
-    pub fn all(&self) -> &[EffectSlot] {
-        self.slots.get(..self.all).unwrap_or(&[])
-    }
-
-    /// 2 for a law of the file, 1 for one of typical size, 0 for none.
-    pub fn origin(&self, kind: u32) -> u32 {
-        match self.all().iter().position(|slot| slot.kind == kind) {
-            Some(at) if at < self.of_file => 2,
-            Some(_) => 1,
-            None => 0,
-        }
-    }
-
-    /// A parameter of a law; 0 if there is none.
-    pub fn value(&self, kind: u32, index: usize) -> f32 {
-        let slot = self.all().iter().find(|slot| slot.kind == kind);
-        slot.and_then(|slot| slot.values.get(index)).copied().unwrap_or(0.0)
-    }
+/// Factor on the strength. What is no number changes nothing.
+///
+/// * `hydration_au`: moisture, corneometer units
+/// * `temperature_c`: of the skin, °C
+/// * `speed_mm_s`: of the body over the skin, 0 at rest
+pub fn strength(hydration_au: f32, temperature_c: f32, speed_mm_s: f32) -> f32 {
+    let at = Conditions { hydration_au, temperature_c, speed_mm_s, ..Conditions::default() };
+    let mut change = Change::default();
+    HydrationBell::act(&MOISTURE, &at, &mut change);
+    SpeedLog::act(&SPEED, &at, &mut change);
+    Temperature::act(&TEMPERATURE, &at, &mut change);
+    change.strength
 }
 
 /// Why a file was refused, for the page to put into words: reason, then up to four numbers.
@@ -88,13 +61,8 @@ pub fn words(error: Error) -> [u32; 5] {
         Error::Shape { elements, nodes } => [6, elements, nodes, 0, 0],
         Error::Section { id } => [7, u32::from_le_bytes(id), 0, 0, 0],
         Error::Range { what, index, value } => [8, field(what), u32::from(index), value.to_bits(), 0],
-        Error::NotMonotone { what, index } => [9, field(what), u32::from(index), 0, 0],
-        Error::NotPassive { what, index, value, limit } => {
-            [10, field(what), u32::from(index), value.to_bits(), limit.to_bits()]
-        }
         Error::Buffer { needed } => [11, needed, 0, 0, 0],
-        Error::OtherModel { found, expected } => [12, found, expected, 0, 0],
-        // An error of a later version of the core.
+        // What only beds and saved states are refused for, and errors of a later version of the core.
         _ => [13, 0, 0, 0, 0],
     }
 }

@@ -6,6 +6,7 @@ use fingerpad::Response;
 use fingerpad_fe::contact::Outline;
 
 use super::{PadModel, replay};
+use crate::score::outside_band;
 use crate::{Run, Sample};
 
 /// Errors, RMS over the rows of runs.
@@ -27,6 +28,9 @@ pub struct PadScores {
     pub moment: f64,
     /// Area over the run's largest.
     pub area: f64,
+    /// Share of the rows with the right regime, where the finite elements are not about to change theirs.
+    #[serde(default)]
+    pub regime_right: f64,
 }
 
 /// Friction law by which the limit of a run without much friction (a press, a spin) is taken: factor and exponent.
@@ -67,7 +71,7 @@ pub(super) const ANGLE_DEG: f64 = 0.5;
 
 /// Scores over runs.
 pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScores {
-    let (mut sums, mut rows, mut centres, mut lights) = ([0.0; 8], 0.0, 0.0, 0.0);
+    let (mut sums, mut rows, mut centres, mut lights, mut regimes) = ([0.0; 8], 0.0, 0.0, 0.0, [0.0; 2]);
     for run in runs {
         let [normal, friction, area] = largest(run);
         for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
@@ -90,6 +94,10 @@ pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScor
             }
             sums[5] += (e[6] / (3.0 * friction)).powi(2);
             sums[6] += (e[7] / area).powi(2);
+            if outside_band(s.stick_ratio) {
+                regimes[0] += f64::from(u8::from(a.regime == s.regime));
+                regimes[1] += 1.0;
+            }
         }
     }
     let rms = |sum: f64, rows: f64| if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 };
@@ -102,5 +110,6 @@ pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScor
         centre_mm: rms(sums[4], centres),
         moment: rms(sums[5], rows),
         area: rms(sums[6], rows),
+        regime_right: if regimes[1] > 0.0 { regimes[0] / regimes[1] } else { 1.0 },
     }
 }

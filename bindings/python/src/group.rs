@@ -1,0 +1,179 @@
+//! Contacts that step together, numbers of a kind side by side in memory that numpy owns.
+//!
+//! Main types: [`Group`], [`Row`], [`Watches`]. Uses the core's responses and events.
+
+use fingerpad::events::{Event, Queue, Watch, WatchSettings};
+use fingerpad::{Error, Motion, Regime, Response};
+
+/// Words of the forces of one contact: six floats, regime and status.
+pub const FORCES: usize = 8;
+/// Words of all that a contact answers: limit, area, centre of pressure and bands as well.
+pub const RESPONSE: usize = 14;
+/// Place of the stick ratio and of the regime among a contact's words.
+const STICK_RATIO: usize = 5;
+pub const REGIME: usize = 6;
+
+/// One time step of contacts; slices are as long as there are contacts, or empty where the caller left them out.
+#[derive(Clone, Copy)]
+pub struct Row<'a> {
+    pub depth_mm: &'a [f32],
+    pub slide_x_mm: &'a [f32],
+    pub slide_y_mm: &'a [f32],
+    pub spin_rad: &'a [f32],
+    pub strength_factor: &'a [f32],
+    pub pitch_deg: &'a [f32],
+    pub roll_deg: &'a [f32],
+    pub dt_s: f32,
+}
+
+impl<'a> Row<'a> {
+    /// The contacts from `start` to `end`.
+    pub fn part(&self, start: usize, end: usize) -> Self {
+        let of = |slice: &'a [f32]| slice.get(start..end).unwrap_or(&[]);
+        Self {
+            depth_mm: of(self.depth_mm),
+            slide_x_mm: of(self.slide_x_mm),
+            slide_y_mm: of(self.slide_y_mm),
+            spin_rad: of(self.spin_rad),
+            strength_factor: of(self.strength_factor),
+            pitch_deg: of(self.pitch_deg),
+            roll_deg: of(self.roll_deg),
+            dt_s: self.dt_s,
+        }
+    }
+
+    /// The motion of one contact.
+    pub fn motion(&self, i: usize) -> Motion {
+        Motion {
+            depth_mm: self.depth_mm[i],
+            slide_increment_mm: [self.slide_x_mm[i], self.slide_y_mm[i]],
+            spin_increment_rad: self.spin_rad.get(i).copied().unwrap_or(0.0),
+            dt_s: self.dt_s,
+        }
+    }
+}
+
+/// Why a saved state is refused.
+pub enum Refused {
+    /// The core refuses it.
+    Core(Error),
+    /// It belongs to other contacts.
+    Text(String),
+}
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Self {
+        Self::Core(error)
+    }
+}
+
+/// Contacts of one model.
+pub trait Group: Send {
+    /// Steps of single contacts between two looks for Ctrl-C: some milliseconds.
+    fn steps_between_looks(&self) -> usize;
+    /// Advances the contacts from `first` on, as many as the row has; `out` has [`FORCES`] words a contact, or [`RESPONSE`].
+    fn step(&mut self, first: usize, row: &Row, out: &mut [u32]) -> Result<(), Error>;
+    /// Depth of each contact, mm, and its strength factor.
+    fn state(&self) -> (Vec<f32>, Vec<f32>);
+    /// Lifts the contacts of `which` off and forgets all that they remember, the strength factor as well.
+    fn reset(&mut self, which: &[bool]);
+    /// All contacts as bytes.
+    fn save(&self) -> Result<Vec<u8>, Error>;
+    /// What [`Group::save`] wrote; nothing changes if it is refused.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Refused>;
+    /// What contacts report of themselves.
+    fn watches(&mut self) -> &mut Watches;
+    /// The same contacts again.
+    fn copy(&self) -> Box<dyn Group>;
+    /// What a bed can do beyond this.
+    fn as_bed(&mut self) -> Option<&mut dyn Bed> {
+        None
+    }
+    /// What the patches of a pad bear: [`PATCH`] floats a patch, one contact after the other. Empty for a bed.
+    fn patches(&self, _out: &mut [f32]) {}
+}
+
+/// Floats of a patch: place x, y, z, pressure, traction x and y, area in contact, stick ratio, used share of the strength.
+pub const PATCH: usize = 9;
+
+/// Whether a driven step is given forces (N) in place of depth and of slides (mm).
+#[derive(Clone, Copy)]
+pub struct Given {
+    pub normal_force: bool,
+    pub friction: bool,
+}
+
+/// Words of a driven contact: those of its response, then depth, slides and spin.
+pub const DRIVEN: usize = RESPONSE + 4;
+
+/// Contacts of a bed of springs.
+pub trait Bed {
+    /// Advances all contacts by displacements or forces; `out` has [`DRIVEN`] words a contact.
+    fn step_driven(&mut self, row: &Row, given: Given, out: &mut [u32]) -> Result<(), Error>;
+    /// Derivatives of normal force and friction (N) with depth and slides (mm), nine numbers a contact, for motions that go
+    /// on in `direction`, three numbers a contact.
+    fn gradient(&self, direction: &[f32], out: &mut [f32]) -> Result<(), Error>;
+}
+
+/// Events of contacts: one watch a contact, none before [`Watches::start`].
+#[derive(Clone, Default)]
+pub struct Watches {
+    watches: Vec<Watch>,
+    events: Vec<(u32, Event)>,
+}
+
+impl Watches {
+    /// Sees the events of `count` contacts from now on, with the ticks counted from here.
+    pub fn start(&mut self, settings: WatchSettings, count: usize) {
+        // The number of a contact is kept beside its events, since it may not fit into the watch's own.
+        self.watches = vec![Watch::with_settings(0, settings); count];
+        self.events.clear();
+    }
+
+    /// Number of the contact and event, since they were last taken.
+    pub fn take(&mut self) -> Vec<(u32, Event)> {
+        std::mem::take(&mut self.events)
+    }
+
+    /// Shows the watches from `first` on what their contacts answered, `words` a contact.
+    pub fn look(&mut self, first: usize, out: &[u32], words: usize) {
+        let watches = self.watches.get_mut(first..).unwrap_or(&mut []);
+        for ((i, watch), contact) in watches.iter_mut().enumerate().zip(out.chunks_exact(words)) {
+            let mut response = Response::default();
+            response.stick_ratio = f32::from_bits(contact[STICK_RATIO]);
+            response.regime = [Regime::NoContact, Regime::Stick, Regime::PartialSlip, Regime::Slip]
+                .into_iter()
+                .find(|regime| *regime as u32 == contact[REGIME])
+                .unwrap_or_default();
+            let mut queue: Queue<4> = Queue::new();
+            let (mut producer, mut consumer) = queue.split();
+            watch.look(&response, &mut producer);
+            let events = std::iter::from_fn(|| consumer.dequeue());
+            self.events.extend(events.map(|event| ((first + i) as u32, event)));
+        }
+    }
+}
+
+pub fn write_floats<const N: usize>(numbers: [f32; N], out: &mut [u32]) {
+    for (word, number) in out.iter_mut().zip(numbers) {
+        *word = number.to_bits();
+    }
+}
+
+/// Writes the forces that a contact answers, and behind them the rest where `out` has room for it.
+pub fn write_response(r: &Response, out: &mut [u32]) {
+    let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
+    write_floats([r.normal_force_n, x, y, r.spin_moment_n_mm, r.slip_margin, r.stick_ratio], out);
+    out[REGIME] = r.regime as u32;
+    out[REGIME + 1] = u32::from(r.status.0);
+    let rest = [r.friction_limit_n, r.contact_area_mm2, centre_x, centre_y, r.band_normal_n, r.band_friction_n];
+    write_floats(rest, &mut out[FORCES..]);
+}
+
+/// Room for `count` states, or none where there is not that much memory.
+pub fn states<T: Clone>(state: T, count: usize) -> Option<Vec<T>> {
+    let mut states = Vec::new();
+    states.try_reserve_exact(count).ok()?;
+    states.resize(count, state);
+    Some(states)
+}

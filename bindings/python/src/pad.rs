@@ -1,0 +1,351 @@
+//! A pad that owns its numbers, and contacts of it on one rigid body.
+//!
+//! Main types: [`Pad`], [`Patches`].
+
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fingerpad::pad::{
+    Body, Cylinder, Edge, Numbers, Pad as PadInPlace, PadState, PadTuning, Patch, PatchState, Plane, Sphere, Surface,
+    pad_state_bytes,
+};
+use fingerpad::{Error, Motion, PadModelFile, Response};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::error;
+use crate::group::{Group, PATCH, Refused, Row, Watches, states, write_response};
+
+/// The pad that ships.
+const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip-pad.fpm");
+/// Its patches.
+pub const USUAL: usize = 37;
+/// Most patches of a pad.
+pub const MOST: usize = 128;
+
+/// The numbers of a pad.
+pub struct Tables {
+    patches: Vec<Patch>,
+    numbers: Numbers,
+}
+
+impl Tables {
+    fn pad(&self) -> PadInPlace<'_> {
+        PadInPlace { patches: &self.patches, numbers: &self.numbers }
+    }
+}
+
+/// A fitted pad: a file's numbers, checked and copied; see `_native.pyi`.
+#[pyclass(frozen, module = "fingerpad")]
+pub struct Pad {
+    bytes: Vec<u8>,
+    meta: String,
+    pub tables: Arc<Tables>,
+    pub tuning: Option<PadTuning>,
+}
+
+impl Pad {
+    /// Takes a file's bytes.
+    pub fn new(bytes: &[u8]) -> Result<Self, Error> {
+        let file = PadModelFile::new(bytes)?;
+        let file = file.file();
+        let patches = file.pad.patches.to_vec();
+        if patches.len() > MOST {
+            return Err(Error::Shape { elements: patches.len() as u32, nodes: MOST as u32 });
+        }
+        let tables = Arc::new(Tables { patches, numbers: *file.pad.numbers });
+        Ok(Self { bytes: bytes.to_vec(), meta: file.meta.to_owned(), tables, tuning: None })
+    }
+
+    fn size(&self) -> f32 {
+        self.tuning.map_or(1.0, |tuning| tuning.size)
+    }
+}
+
+/// What a pad is made from anew: its file and, of a tuned one, size, stiffness, lambda.
+type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 3]>);
+
+/// Text of the error for a file that is no pad.
+pub fn error_text(error: &Error) -> String {
+    match error {
+        Error::Section { id: [b'P', b'A', b'D', b'N'] } => {
+            "a bed of springs, not a pad: use fingerpad.load, or Model in place of Pad".to_owned()
+        }
+        Error::Shape { elements, nodes } if *nodes != 0 => format!("{elements} patches; at most {nodes} are used here"),
+        Error::Shape { elements, .. } => format!("a pad of {elements} modes, which is not what is used here"),
+        other => other.to_string(),
+    }
+}
+
+#[pymethods]
+impl Pad {
+    #[staticmethod]
+    fn from_bytes(data: &[u8]) -> PyResult<Self> {
+        Self::new(data).map_err(|e| error::model_text(error_text(&e)))
+    }
+
+    #[staticmethod]
+    fn from_file(path: PathBuf) -> PyResult<Self> {
+        let bytes = error::read(&path)?;
+        Self::new(&bytes).map_err(|e| error::model_text(format!("{}: {}", path.display(), error_text(&e))))
+    }
+
+    #[staticmethod]
+    fn shipped() -> PyResult<Self> {
+        Self::from_bytes(SHIPPED)
+    }
+
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.bytes)
+    }
+
+    #[getter]
+    pub fn patches(&self) -> usize {
+        self.tables.patches.len()
+    }
+
+    #[getter]
+    fn patch_areas_mm2(&self) -> Vec<f32> {
+        let size = self.size();
+        self.tables.patches.iter().map(|patch| patch.area_mm2 * (size * size)).collect()
+    }
+
+    #[getter]
+    fn depth_max_mm(&self) -> f32 {
+        self.tables.numbers.depth_max_mm * self.size()
+    }
+
+    #[getter]
+    fn pitch_range_deg(&self) -> (f32, f32) {
+        self.tables.numbers.pitch_range_deg.into()
+    }
+
+    #[getter]
+    fn roll_range_deg(&self) -> (f32, f32) {
+        let most = self.tables.numbers.roll_max_deg;
+        (-most, most)
+    }
+
+    #[getter]
+    fn neutral_pitch_deg(&self) -> f32 {
+        self.tables.numbers.neutral_pitch_deg
+    }
+
+    #[getter]
+    fn meta<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (&self.meta,))
+    }
+
+    #[getter]
+    fn tuning(&self) -> (f32, f32, f32) {
+        let PadTuning { size, stiffness, lambda } = self.tuning.unwrap_or_default();
+        (size, stiffness, lambda)
+    }
+
+    #[pyo3(signature = (*, size=1.0, stiffness=1.0, lambda_factor=1.0))]
+    fn tuned(&self, size: f32, stiffness: f32, lambda_factor: f32) -> PyResult<Self> {
+        error::check_tuning(size, stiffness, lambda_factor)?;
+        let tuning = PadTuning { size, stiffness, lambda: lambda_factor };
+        self.tables.pad().tuned(tuning).map_err(error::model)?;
+        Ok(Self {
+            bytes: self.bytes.clone(),
+            meta: self.meta.clone(),
+            tables: self.tables.clone(),
+            tuning: Some(tuning),
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        let ((low, high), most) = (self.pitch_range_deg(), self.tables.numbers.roll_max_deg);
+        let words = if self.tuning.is_some() { ", tuned" } else { "" };
+        format!(
+            "<fingerpad.Pad: {} patches, depth 0 to {:.2} mm, pitch {low} to {high} deg, roll {} to {most} deg{words}>",
+            self.patches(),
+            self.depth_max_mm(),
+            -most
+        )
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.bytes == other.bytes && self.tuning() == other.tuning()
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.bytes.hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
+        let py = slf.py();
+        let this = slf.get();
+        let values = this.tuning.map(|t| [t.size, t.stiffness, t.lambda]);
+        let unpickle = py.import("fingerpad._pickle")?.getattr("pad")?;
+        Ok((unpickle, (this.to_bytes(py), values)))
+    }
+}
+
+/// The rigid body of a kind, from its radius (mm), axis and angle (degrees), which Python has checked.
+pub fn body(kind: &str, [radius_mm, axis_deg, angle_deg]: [f32; 3]) -> Option<Body> {
+    Some(match kind {
+        "Plane" => Body::Plane,
+        "Sphere" => Body::Sphere(Sphere { radius_mm }),
+        "Cylinder" => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
+        "Edge" => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
+        _ => return None,
+    })
+}
+
+/// Contacts of a pad of at most `P` patches on one body.
+#[derive(Clone)]
+pub struct Patches<const P: usize> {
+    tables: Arc<Tables>,
+    tuning: Option<PadTuning>,
+    body: Body,
+    /// Body and tuning in words: a saved state belongs to one of each.
+    description: String,
+    /// Poses in which the body's apex lies under first touch, and of steps that name none: pitch and roll, degrees.
+    poses_deg: Vec<[f32; 2]>,
+    states: Vec<PadState<P>>,
+    watches: Watches,
+}
+
+impl<const P: usize> Patches<P> {
+    /// Contacts in the air, one for each pose; none where there is no memory for them.
+    pub fn new(pad: &Pad, body: Body, description: String, poses_deg: Vec<[f32; 2]>) -> Result<Option<Self>, Error> {
+        let (tables, tuning) = (pad.tables.clone(), pad.tuning);
+        let Some(states) = states(PadState::new(&tables.pad())?, poses_deg.len()) else { return Ok(None) };
+        let (size, stiffness, lambda) = pad.tuning();
+        let description = format!("{description}, size {size}, stiffness {stiffness}, lambda {lambda}");
+        let mut made = Self { tables, tuning, body, description, poses_deg, states, watches: Watches::default() };
+        made.reset(&vec![true; made.states.len()]);
+        Ok(Some(made))
+    }
+
+    /// What saved states begin with: body and tuning in words behind their length.
+    fn head(&self) -> Vec<u8> {
+        let length = self.description.len() as u16;
+        [&length.to_le_bytes(), self.description.as_bytes()].concat()
+    }
+
+    /// A contact in the air over the body. In a plane every pose turns about the same point.
+    fn in_the_air(&self, pose_deg: [f32; 2]) -> PadState<P> {
+        let pad = self.tables.pad();
+        let made = if self.body == Body::Plane { PadState::new(&pad) } else { PadState::over(&pad, pose_deg) };
+        made.expect("`new` has made one of as many patches")
+    }
+}
+
+/// What saved states begin with, nothing if they end before.
+fn head_of(bytes: &[u8]) -> &[u8] {
+    let length = bytes.first_chunk().map_or(usize::MAX, |length| 2 + usize::from(u16::from_le_bytes(*length)));
+    bytes.get(..length).unwrap_or(&[])
+}
+
+/// Advances contacts on one body.
+fn step_all<const P: usize, B: Surface<f32>>(
+    step: impl Fn(&mut PadState<P>, &B, Motion, [f32; 2]) -> Response,
+    body: &B,
+    (states, poses_deg): (&mut [PadState<P>], &[[f32; 2]]),
+    row: &Row,
+    out: &mut [u32],
+) {
+    let words = out.len() / states.len().max(1);
+    for (i, (state, out)) in states.iter_mut().zip(out.chunks_exact_mut(words)).enumerate() {
+        if let Some(factor) = row.strength_factor.get(i) {
+            state.set_strength_factor(*factor);
+        }
+        let [pitch, roll] = poses_deg[i];
+        let pose = [row.pitch_deg.get(i).copied().unwrap_or(pitch), row.roll_deg.get(i).copied().unwrap_or(roll)];
+        write_response(&step(state, body, row.motion(i), pose), out);
+    }
+}
+
+impl<const P: usize> Group for Patches<P> {
+    fn steps_between_looks(&self) -> usize {
+        1 << 10
+    }
+
+    fn step(&mut self, first: usize, row: &Row, out: &mut [u32]) -> Result<(), Error> {
+        let count = row.depth_mm.len();
+        let words = out.len() / count.max(1);
+        let pad = self.tables.pad();
+        let contacts = (&mut self.states[first..first + count], &self.poses_deg[first..first + count]);
+        match (self.tuning, self.body) {
+            (None, Body::Plane) => step_all(|s, b, m, p| pad.step(s, b, m, p), &Plane, contacts, row, out),
+            (None, body) => step_all(|s, b, m, p| pad.step(s, b, m, p), &body, contacts, row, out),
+            (Some(tuning), body) => {
+                let tuned = pad.tuned(tuning)?;
+                step_all(|s, b, m, p| tuned.step(s, b, m, p), &body, contacts, row, out);
+            }
+        }
+        self.watches.look(first, out, words);
+        Ok(())
+    }
+
+    fn state(&self) -> (Vec<f32>, Vec<f32>) {
+        let size = self.tuning.map_or(1.0, |tuning| tuning.size);
+        self.states.iter().map(|state| (state.depth_mm() * size, state.strength_factor())).unzip()
+    }
+
+    fn reset(&mut self, which: &[bool]) {
+        for (i, _) in which.iter().enumerate().take(self.states.len()).filter(|(_, chosen)| **chosen) {
+            self.states[i] = self.in_the_air(self.poses_deg[i]);
+        }
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Error> {
+        let (one, pad) = (pad_state_bytes(P), self.tables.pad().checksum());
+        let mut bytes = self.head();
+        let head = bytes.len();
+        bytes.resize(head + one * self.states.len(), 0);
+        for (state, out) in self.states.iter().zip(bytes[head..].chunks_exact_mut(one)) {
+            state.write_bytes(pad, out)?;
+        }
+        Ok(bytes)
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Refused> {
+        let (one, pad) = (pad_state_bytes(P), self.tables.pad().checksum());
+        let found = head_of(bytes);
+        let states = &bytes[found.len()..];
+        let expected = one * self.states.len();
+        if found.is_empty() || states.len() != expected {
+            let (expected, found) = (self.head().len() + expected, bytes.len());
+            return Err(Error::Length { expected: expected as u32, found: found as u32 }.into());
+        }
+        let restored: Vec<_> =
+            states.chunks_exact(one).map(|saved| PadState::read_bytes(pad, saved)).collect::<Result<_, _>>()?;
+        if found != self.head() {
+            let found = String::from_utf8_lossy(&found[2..]);
+            return Err(Refused::Text(format!("the state was saved with {found}; here it is {}", self.description)));
+        }
+        self.states = restored;
+        Ok(())
+    }
+
+    fn watches(&mut self) -> &mut Watches {
+        &mut self.watches
+    }
+
+    fn copy(&self) -> Box<dyn Group> {
+        Box::new(self.clone())
+    }
+
+    fn patches(&self, out: &mut [f32]) {
+        let pad = self.tables.pad();
+        let tuned = self.tuning.and_then(|tuning| pad.tuned(tuning).ok());
+        for (state, out) in self.states.iter().zip(out.chunks_exact_mut(PATCH * pad.patches.len())) {
+            let patches = match &tuned {
+                Some(tuned) => tuned.patch_states(state, &self.body),
+                None => pad.patch_states(state, &self.body),
+            };
+            for (patch, out) in patches.iter().zip(out.as_chunks_mut::<PATCH>().0) {
+                let PatchState { place_mm: [x, y, z], pressure_mpa, traction_mpa: [tx, ty], .. } = *patch;
+                *out = [x, y, z, pressure_mpa, tx, ty, patch.contact_area_mm2, patch.stick_ratio, patch.used];
+            }
+        }
+    }
+}
