@@ -7,13 +7,18 @@
  *   gives the code's words.
  * - Numbers go in by value. What is remembered and what comes back goes by pointer; the caller owns that memory. No memory is
  *   allocated, nothing is global, nothing is printed, nothing waits.
- * - Null and misaligned pointers are refused, and models, states, contacts and watches that were not set up, were zeroed or
- *   unloaded. Not checked can be: whether a pointer shows as much memory as its type or length says, and whether another
+ * - Null and misaligned pointers are refused, and models, pads, states, contacts and watches that were not set up, were zeroed
+ *   or unloaded. Not checked can be: whether a pointer shows as much memory as its type or length says, and whether another
  *   thread changes it during the call.
  * - Different states may be stepped by different threads at once, also with one model.
  *
- * Lengths in mm, forces in N, time in s. Frame: z out of the plane into the finger, x along the finger from proximal to
- * distal; spin is counter-clockwise seen from the finger. Forces are those that the plane exerts on the finger.
+ * Two models of the finger stand behind the same response. A bed of springs (fingerpad_model_..., fingerpad_step) is of one pose of
+ * the finger on a plane, and cheap. A pad (fingerpad_pad_...) follows every pose on planes, spheres, cylinders and edges, at ten to
+ * a hundred times the cost. Each kind of model file has its own load function.
+ *
+ * Lengths in mm, forces in N, time in s, pitch and roll in degrees, spin in rad. Frame: z out of the plane (of the tangent plane at
+ * the apex of a pad's body) into the finger, x along the finger from proximal to distal; spin is counter-clockwise seen from the
+ * finger. Forces are those that the plane or body exerts on the finger.
  */
 
 #ifndef FINGERPAD_H
@@ -40,10 +45,12 @@
 // A pointer is not aligned as its type asks; a model file must lie at an address divisible by 4.
 #define FINGERPAD_ALIGNMENT 5
 
-// Another number of springs or table nodes than this library was built for.
+// Another number of springs, table nodes or modes than this library was built for, or more than FINGERPAD_PATCHES_MAX patches.
 #define FINGERPAD_SHAPE 6
 
-// A section of the file is missing, or an effect in it is unknown.
+// A section of the file is missing, or an effect in it is unknown. From `fingerpad_model_load`: the file is not that of a bed;
+// a pad's file goes to `fingerpad_pad_load`. From `fingerpad_pad_load`: the file is not that of a pad; a bed's file goes to
+// `fingerpad_model_load`.
 #define FINGERPAD_SECTION 7
 
 // A value is no number or out of its range.
@@ -67,14 +74,32 @@
 // A pointer is null.
 #define FINGERPAD_NULL 14
 
-// A model, state, contact or watch that was not set up: never initialised, zeroed or unloaded.
+// A model, pad, state, contact or watch that was not set up: never initialised, zeroed or unloaded.
 #define FINGERPAD_NOT_SET_UP 15
 
+// Most patches of a pad, two more than the program `fingerpad pad` makes at most.
+#define FINGERPAD_PATCHES_MAX 64
+
+// A plane: the value of `kind` in a body.
+#define FINGERPAD_BODY_PLANE 0
+
+// A sphere; a bowl with a negative radius.
+#define FINGERPAD_BODY_SPHERE 1
+
+// A circular cylinder along the tangent plane; a trough with a negative radius.
+#define FINGERPAD_BODY_CYLINDER 2
+
+// Two planes that meet in a rounded edge, which points at the finger.
+#define FINGERPAD_BODY_EDGE 3
+
+// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` tells how many a pad's states have.
+#define FINGERPAD_PAD_STATE_BYTES 1536
+
 // Bytes of a saved state.
-#define FINGERPAD_STATE_BYTES 172
+#define FINGERPAD_STATE_BYTES 120
 
 // Bytes of a saved state of a contact that spins.
-#define FINGERPAD_SPIN_STATE_BYTES 204
+#define FINGERPAD_SPIN_STATE_BYTES 152
 
 // No contact: the value of `regime` in a response.
 #define FINGERPAD_NO_CONTACT 0
@@ -136,16 +161,16 @@
 // Most events that one look can tell: a finger that lands slipping.
 #define FINGERPAD_EVENTS_A_LOOK 3
 
-// A model file in use. Set it up with `fingerpad_model_load`; the file must stay where it is. May be copied, and read by
-// several threads as long as none changes it.
+// The model file of a bed of springs in use: one pose of the finger, on a plane. Set it up with `fingerpad_model_load`; the file
+// must stay where it is. May be copied, and read by several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[34];
+  uint64_t opaque[16];
 } fingerpad_model;
 
 // All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same
 // program (a step that is tried and rejected); `fingerpad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint32_t opaque[40];
+  uint32_t opaque[27];
 } fingerpad_state;
 
 // Motions of many contacts, `count` numbers in each array; see `fingerpad_motion`.
@@ -198,7 +223,7 @@ typedef struct {
 
 // The same of a contact that also spins. Set it up with `fingerpad_spin_state_init`.
 typedef struct {
-  uint32_t opaque[48];
+  uint32_t opaque[35];
 } fingerpad_spin_state;
 
 // What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.
@@ -225,7 +250,7 @@ typedef struct {
 // All that a contact with effects remembers: a state, and the clocks and paths that effects read. Set it up with
 // `fingerpad_contact_init`. Plain memory: copy it to go back to it.
 typedef struct {
-  uint32_t opaque[52];
+  uint32_t opaque[39];
 } fingerpad_contact;
 
 // What the plane does in one step.
@@ -269,12 +294,12 @@ typedef struct {
 
 // What a model file says of itself.
 typedef struct {
-  // Largest depth for which the model was fitted, mm, for the finger and pose in use.
+  // Largest depth for which the model was fitted, mm, for the finger in use.
   float depth_max_mm;
-  // Pitch of the pose in which it was fitted, degrees.
-  float fitted_pitch_deg;
-  // 1 if it knows other poses, else 0.
-  uint32_t knows_poses;
+  // Pitch of the finger against the plane in the one pose that the model is of, degrees.
+  float pitch_deg;
+  // Its roll, degrees.
+  float roll_deg;
   // Number of effects in the file.
   uint32_t effects;
   // Checksum of the numbers, by which a saved state knows its model.
@@ -300,6 +325,93 @@ typedef struct {
   // The value under which the model was calibrated.
   float reference;
 } fingerpad_own_column;
+
+// The model file of a pad in use: every pose of the finger, on planes, spheres, cylinders and edges. Set it up with
+// `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
+typedef struct {
+  uint64_t opaque[9];
+} fingerpad_pad;
+
+// What a pad's file says of itself.
+typedef struct {
+  // Number of patches of skin.
+  uint32_t patches;
+  // Largest depth for which the pad was fitted, mm, for the finger in use.
+  float depth_max_mm;
+  // Pitch in which the finger's axes are those of the plane, degrees.
+  float neutral_pitch_deg;
+  // Least pitch of the fit, degrees.
+  float pitch_min_deg;
+  // Largest pitch of the fit, degrees.
+  float pitch_max_deg;
+  // Largest roll of the fit to either side, degrees.
+  float roll_max_deg;
+  // Checksum of the numbers, by which a saved state knows its pad.
+  uint32_t checksum;
+  // Bytes of a saved state: 1212 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+  uint32_t state_bytes;
+  // The file's description, JSON in UTF-8 without an end mark, inside the file.
+  const char *meta;
+  // Its length in bytes.
+  size_t meta_length;
+} fingerpad_pad_info;
+
+// All that a contact of a pad remembers: 1528 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+// without being compiled anew. A pad of up to 37 patches, the usual number, uses the first 1204 bytes and a step made for so many,
+// which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
+// one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
+// rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
+typedef struct {
+  uint32_t opaque[382];
+} fingerpad_pad_state;
+
+// The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers
+// that a kind has no use for are not read.
+typedef struct {
+  // FINGERPAD_BODY_PLANE, FINGERPAD_BODY_SPHERE, FINGERPAD_BODY_CYLINDER or FINGERPAD_BODY_EDGE.
+  uint32_t kind;
+  // Radius of sphere, cylinder or the edge's rounding, mm: 0.1 to 1e6. Negative for a bowl or a trough.
+  float radius_mm;
+  // Direction of the axis of a cylinder or of an edge in the tangent plane, from x towards y, degrees: -180 to 180.
+  float axis_deg;
+  // Angle between the faces of an edge inside the body, degrees: 1 to 179.
+  float angle_deg;
+} fingerpad_body;
+
+// What the body does in one step, and the finger's pose at its end.
+typedef struct {
+  // Depth at the end of the step, mm, positive into the finger, along the normal at the body's apex: from where a plane there
+  // would first touch the finger in its pose. 0 or less is no contact.
+  float depth_mm;
+  // Slide of the body along x during the step, mm.
+  float slide_x_mm;
+  // Slide of the body along y during the step, mm.
+  float slide_y_mm;
+  // Turn of the body about the normal during the step, rad, counter-clockwise seen from the finger.
+  float spin_rad;
+  // Pitch of the finger against the tangent plane at the body's apex at the end of the step, degrees.
+  float pitch_deg;
+  // Its roll, degrees.
+  float roll_deg;
+  // Length of the step, s.
+  float dt_s;
+} fingerpad_pad_motion;
+
+// What one patch of skin bears.
+typedef struct {
+  // Its middle now along x, y and z of the tangent plane, from the point about which poses turn, mm.
+  float place_mm[3];
+  // Mean pressure over its own area, MPa.
+  float pressure_mpa;
+  // Mean traction along x and y over its own area, MPa.
+  float traction_mpa[2];
+  // Area in contact, mm².
+  float contact_area_mm2;
+  // Share of that area which sticks.
+  float stick_ratio;
+  // Share of its strength that friction uses.
+  float used;
+} fingerpad_patch;
 
 // Derivatives of the forces for a motion that goes on, N/mm; each with depth, slide x and slide y.
 typedef struct {
@@ -440,7 +552,8 @@ int32_t fingerpad_step_driven(const fingerpad_model *model,
 // Checks a model file and prepares a model that reads it in place: `length` bytes at an address divisible by 4, which live and
 // stay unchanged as long as the model. Takes some 20 instructions a byte.
 //
-// Returns FINGERPAD_OK, or why the file is refused; then the model is as one that was unloaded.
+// Returns FINGERPAD_OK, or why the file is refused; then the model is as one that was unloaded. FINGERPAD_SECTION: the file has
+// no bed in it; if it is the file of a pad, use `fingerpad_pad_load`.
 int32_t fingerpad_model_load(fingerpad_model *model,
                              const uint8_t *file,
                              size_t length);
@@ -449,7 +562,7 @@ int32_t fingerpad_model_load(fingerpad_model *model,
 int32_t fingerpad_model_unload(fingerpad_model *model);
 
 // Changes the model to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5)
-// and lambda (0.1 to 10), and tau_0 in MPa (0 to 0.1). The pose stays.
+// and lambda (0.1 to 10), and tau_0 in MPa (0 to 0.1).
 //
 // Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
 int32_t fingerpad_model_tune(fingerpad_model *model,
@@ -457,14 +570,6 @@ int32_t fingerpad_model_tune(fingerpad_model *model,
                              float stiffness,
                              float lambda,
                              float tau0_mpa);
-
-// Brings the model into another pose: pitch of the finger against the plane, 10 to 70 degrees, and roll, -30 to 30. A state
-// may be carried over. The fitted pose is `fitted_pitch_deg` of `fingerpad_model_info` with roll 0.
-//
-// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose out of range or a model that knows one pose alone; then nothing changes.
-int32_t fingerpad_model_pose(fingerpad_model *model,
-                             float pitch_deg,
-                             float roll_deg);
 
 // What a model file says of itself.
 int32_t fingerpad_model_describe(const fingerpad_model *model, fingerpad_model_info *info);
@@ -475,6 +580,105 @@ int32_t fingerpad_model_describe(const fingerpad_model *model, fingerpad_model_i
 int32_t fingerpad_model_own_column(const fingerpad_model *model,
                                    uint32_t index,
                                    fingerpad_own_column *column);
+
+// Checks a pad's model file and prepares a pad that reads it in place: `length` bytes at an address divisible by 4, which live
+// and stay unchanged as long as the pad. Takes some 20 instructions a byte.
+//
+// Returns FINGERPAD_OK, or why the file is refused; then the pad is as one that was unloaded. FINGERPAD_SECTION: the file has no
+// pad in it; if it is the file of a bed, use `fingerpad_model_load`. FINGERPAD_SHAPE: more than FINGERPAD_PATCHES_MAX patches.
+int32_t fingerpad_pad_load(fingerpad_pad *pad,
+                           const uint8_t *file,
+                           size_t length);
+
+// Marks a pad as not set up, so that using it after its file is gone is refused.
+int32_t fingerpad_pad_unload(fingerpad_pad *pad);
+
+// Changes the pad to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5) and
+// lambda (0.1 to 10). A state belongs to one tuning: set states up anew afterwards.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
+int32_t fingerpad_pad_tune(fingerpad_pad *pad,
+                           float size,
+                           float stiffness,
+                           float lambda);
+
+// What a pad's file says of itself.
+int32_t fingerpad_pad_describe(const fingerpad_pad *pad, fingerpad_pad_info *info);
+
+// The point of the undeformed finger that a plane touches first in a pose, into an array of three numbers: mm along the finger's
+// axes from the finger's origin, which touches first in the neutral pose (within 0.1 mm, the error of the fit). Depth 0 of a pose
+// is where the plane passes through this point. A pose beyond those of the fit gives the point of the nearest of them.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number; then nothing is written.
+int32_t fingerpad_pad_first_touch(const fingerpad_pad *pad,
+                                  float pitch_deg,
+                                  float roll_deg,
+                                  float *place_mm);
+
+// A finger in the air over a plane, with a strength factor of 1. Poses turn about the point of first touch in the neutral pose.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad.
+int32_t fingerpad_pad_state_init(const fingerpad_pad *pad,
+                                 fingerpad_pad_state *state);
+
+// A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns: for spheres,
+// cylinders and edges. A pose beyond those of the fit counts as the nearest of them; the first step flags it.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+int32_t fingerpad_pad_state_init_over(const fingerpad_pad *pad,
+                                      fingerpad_pad_state *state,
+                                      float pitch_deg,
+                                      float roll_deg);
+
+// Sets the factor on all strengths, 0.1 to 5, from the next step on: what moisture, speed or dwell make of the friction. Returns
+// FINGERPAD_OK, or FINGERPAD_RANGE; then the factor stays.
+int32_t fingerpad_pad_state_set_strength_factor(fingerpad_pad_state *state,
+                                                float factor);
+
+// Advances a contact of a pad on a body by one step. A motion of any bits is taken; what is wrong with it is told in `status` of
+// the response: also a pose beyond the fit (FINGERPAD_STATUS_POSE_OUT_OF_RANGE) and a step without equilibrium
+// (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches) and ten to a hundred times the
+// time of `fingerpad_step`.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+// FINGERPAD_NOT_SET_UP, also for the state of a pad of another size; then nothing changes.
+int32_t fingerpad_pad_step(const fingerpad_pad *pad,
+                           fingerpad_pad_state *state,
+                           fingerpad_body body,
+                           fingerpad_pad_motion motion,
+                           fingerpad_response *response);
+
+// What each patch bears after the last step, on the body of that step: into an array of `count` patches, of which the first
+// `patches` of `fingerpad_pad_info` are written. Costs as much as a round of a step, and
+// 2 to 4 kB more stack than one.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_BUFFER if `count` is less than that number, FINGERPAD_RANGE for a body that cannot be,
+// FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing is written.
+int32_t fingerpad_pad_patches(const fingerpad_pad *pad,
+                              const fingerpad_pad_state *state,
+                              fingerpad_body body,
+                              fingerpad_patch *patches,
+                              size_t count);
+
+// Writes a state as `state_bytes` (`fingerpad_pad_info`) bytes with version, checksum of the pad and checksum of its own into a buffer of
+// `length` bytes. The pad's checksum is computed each time, some 20 instructions a byte of the file.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_BUFFER if `length` is too small; then nothing is written.
+int32_t fingerpad_pad_state_save(const fingerpad_pad *pad,
+                                 const fingerpad_pad_state *state,
+                                 uint8_t *bytes,
+                                 size_t length);
+
+// Reads a state that `fingerpad_pad_state_save` wrote with the same pad's file; `state` need not be set up.
+//
+// Returns FINGERPAD_OK, or: FINGERPAD_LENGTH if `length` is not `state_bytes`, FINGERPAD_CHECKSUM if damaged,
+// FINGERPAD_VERSION_UNKNOWN, FINGERPAD_OTHER_MODEL, FINGERPAD_RANGE for a value that no step leaves behind; then the state
+// stays as it was.
+int32_t fingerpad_pad_state_restore(const fingerpad_pad *pad,
+                                    fingerpad_pad_state *state,
+                                    const uint8_t *bytes,
+                                    size_t length);
 
 // The gradient at a state for a motion that goes on in the direction (depth, slide x, slide y; any length). One-sided where
 // the law has kinks: springs on their limit slip if the direction loads them further; with zeros all springs stick. 0 without

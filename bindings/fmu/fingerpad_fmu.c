@@ -14,8 +14,8 @@
 /* Value references, as modelDescription.xml has them. */
 enum {
     TIME = 0,
-    DEPTH_MM = 1, SLIDE_X_MM, SLIDE_Y_MM, SPIN_RAD, STRENGTH_FACTOR, PITCH_DEG, ROLL_DEG,
-    HYDRATION_AU, TEMPERATURE_C, FINGER_WIDTH_MM, SERIES_S,
+    DEPTH_MM = 1, SLIDE_X_MM, SLIDE_Y_MM, SPIN_RAD, STRENGTH_FACTOR,
+    HYDRATION_AU = 8, TEMPERATURE_C, FINGER_WIDTH_MM, SERIES_S,
     OWN = 12, INPUTS_END = 16, /* columns of the user's own */
     SIZE = 21, STIFFNESS, LAMBDA, TAU0_MPA, PARAMETERS_END,
     NORMAL_FORCE_N = 41, FRICTION_X_N, FRICTION_Y_N, SPIN_MOMENT_N_MM, STICK_RATIO, FRICTION_LIMIT_N, SLIP_MARGIN,
@@ -45,12 +45,11 @@ typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED } phase;
 typedef struct {
     phase phase;
     memory now;
-    /* The model as it is used, its file, and the pose that it was brought into. */
+    /* The model as it is used, and its file. */
     fingerpad_model model;
     fingerpad_model_info info;
     uint64_t *file;
     size_t length;
-    double pose[2];
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
     int logging;
@@ -118,8 +117,6 @@ static void begin(unit *u)
     (void)memset(m, 0, sizeof *m);
     m->number[STRENGTH_FACTOR] = m->number[SIZE] = m->number[STIFFNESS] = m->number[LAMBDA] = 1.0;
     m->number[SLIP_MARGIN] = 1.0;
-    m->number[PITCH_DEG] = u->pose[0] = (double)u->info.fitted_pitch_deg;
-    u->pose[1] = 0.0;
     (void)fingerpad_model_load(&u->model, (const uint8_t *)u->file, u->length);
     (void)fingerpad_model_surroundings(&u->model, &around);
     for (k = 0; k < INPUTS_END - OWN; k++) {
@@ -269,7 +266,8 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
     }
     for (i = 0; i < nValues; i++) {
         const fmi3ValueReference r = valueReferences[i];
-        const int is_input = r > TIME && r < INPUTS_END, is_parameter = r >= SIZE && r < PARAMETERS_END;
+        const int is_input = (r > TIME && r <= STRENGTH_FACTOR) || (r >= HYDRATION_AU && r < INPUTS_END);
+        const int is_parameter = r >= SIZE && r < PARAMETERS_END;
         if (!is_input && !(is_parameter && u->phase <= INITIALIZATION)) {
             return say(u, fmi3Error, "the variable with the value reference %u cannot be set now", (unsigned)r);
         }
@@ -316,20 +314,11 @@ static void keep(memory *m, const fingerpad_response *r)
     m->status = r->status;
 }
 
-/* Brings pose and strength up to the inputs; what is out of range is refused before anything has changed. */
+/* Brings the strength up to the input; what is out of range is refused before anything has changed. */
 static fmi3Status set_up_step(unit *u)
 {
     const double *n = u->now.number;
     int32_t code;
-    if (n[PITCH_DEG] != u->pose[0] || n[ROLL_DEG] != u->pose[1]) {
-        code = fingerpad_model_pose(&u->model, (float)n[PITCH_DEG], (float)n[ROLL_DEG]);
-        if (code != FINGERPAD_OK) {
-            return say(u, fmi3Discard, "pitch_deg %g, roll_deg %g: %s", n[PITCH_DEG], n[ROLL_DEG],
-                       fingerpad_error_text(code));
-        }
-        u->pose[0] = n[PITCH_DEG];
-        u->pose[1] = n[ROLL_DEG];
-    }
     code = fingerpad_spin_state_set_strength_factor(&u->now.state, (float)n[STRENGTH_FACTOR]);
     if (code == FINGERPAD_OK) {
         code = fingerpad_contact_set_strength_factor(&u->now.contact, (float)n[STRENGTH_FACTOR]);

@@ -46,7 +46,8 @@ STATUS = {
     8: "depth_above_range",
     16: "large_increment",
     128: "memory_lost",
-    4096: "pose_held",
+    512: "pose_out_of_range",
+    1024: "not_converged",
 }
 
 

@@ -19,12 +19,8 @@ const PRIVATE: [&str; 4] = ["--exclude", "fingerpad-tests", "--exclude", "xtask"
 /// What every package holds beside its sources.
 const FILES: [&str; 5] = ["Cargo.lock", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 /// What the core's holds as well.
-const CORE_FILES: [&str; 4] = [
-    "docs/fpm-format.md",
-    "docs/add-an-effect.md",
-    "tests/data/fingertip.fpm",
-    "tests/data/law-vectors.csv",
-];
+const CORE_FILES: [&str; 4] =
+    ["docs/fpm-format.md", "docs/add-an-effect.md", "tests/data/fingertip.fpm", "tests/data/law-vectors.csv"];
 /// What a registry takes, in bytes.
 const MOST: u64 = 10 << 20;
 

@@ -10,6 +10,9 @@
 #include <string.h>
 
 #define MODEL_WORDS 4096
+/* The pad that ships, and one of more patches. */
+#define PAD_NAME "fingertip-pad.fpm"
+#define HALVED_NAME "halved-pad.fpm"
 
 /* A model file, at an address divisible by 8. */
 typedef struct {
@@ -31,6 +34,16 @@ static inline void read_file(model_file *file, const char *path)
     }
     file->length = fread(file->words, 1, sizeof file->words, from);
     (void)fclose(from);
+}
+
+/* A pad that lies beside another model file. */
+static inline void read_pad(model_file *file, const char *name, const char *beside)
+{
+    char path[4096];
+    const char *const slash = strrchr(beside, '/');
+    const int folder = slash == NULL ? 0 : (int)(slash - beside + 1);
+    (void)snprintf(path, sizeof path, "%.*s%s", folder, beside, name);
+    read_file(file, path);
 }
 
 static inline void must(int32_t code, const char *what)

@@ -1,5 +1,5 @@
 /* What a caller gets wrong is answered by a code, and changes nothing: misuse MODEL.fpm CHARGED.fpm
- * CHARGED.fpm is the story's model with tables over a voltage. */
+ * CHARGED.fpm is the story's model with tables over a voltage; the story's pads lie beside it. */
 #include "common.h"
 
 static int failures;
@@ -78,7 +78,6 @@ static void handles(const model_file *file)
     expect(fingerpad_step(&zeroed, &state, pressed, &r), FINGERPAD_NOT_SET_UP, "a zeroed model");
     expect(fingerpad_model_describe(&zeroed, &info), FINGERPAD_NOT_SET_UP, "a zeroed model described");
     expect(fingerpad_model_tune(&zeroed, 1.0f, 1.0f, 1.0f, 0.0f), FINGERPAD_NOT_SET_UP, "a zeroed model tuned");
-    expect(fingerpad_model_pose(&zeroed, 30.0f, 0.0f), FINGERPAD_NOT_SET_UP, "a zeroed model posed");
     before = state;
     expect(fingerpad_step(&model, NULL, pressed, &r), FINGERPAD_NULL, "no state");
     expect(fingerpad_step(NULL, &state, pressed, &r), FINGERPAD_NULL, "no model");
@@ -86,6 +85,7 @@ static void handles(const model_file *file)
     expect_true(memcmp(&before, &state, sizeof state) == 0, "a refused step leaves the state");
     must(fingerpad_model_describe(&model, &info), "info");
     expect_true(info.meta_length > 0 && info.meta[0] == '{', "the description is JSON");
+    expect_true(info.pitch_deg == 30.0f && info.roll_deg == 0.0f, "the pose that the bed is of");
     must(fingerpad_model_unload(&model), "unload");
     expect(fingerpad_step(&model, &state, pressed, &r), FINGERPAD_NOT_SET_UP, "a model that was unloaded");
     expect_true(memcmp(&before, &state, sizeof state) == 0, "a refused step leaves the state");
@@ -166,7 +166,6 @@ static void numbers(fingerpad_model *model)
     expect(fingerpad_state_set_strength_factor(&state, NAN), FINGERPAD_RANGE, "a strength factor of NaN");
     expect(fingerpad_state_set_strength_factor(&state, 9.0f), FINGERPAD_RANGE, "a strength factor of 9");
     expect(fingerpad_model_tune(model, NAN, 1.0f, 1.0f, 0.0f), FINGERPAD_RANGE, "a size of NaN");
-    expect(fingerpad_model_pose(model, 5.0f, 0.0f), FINGERPAD_RANGE, "a pitch of 5 degrees");
     must(fingerpad_watch_settings_default(&settings), "settings");
     must(fingerpad_watch_init(&watch, 0, settings), "watch");
     r.regime = 77;
@@ -227,9 +226,218 @@ static void own_columns(const fingerpad_model *plain, const fingerpad_model *cha
            "a reading of a regime that is none");
 }
 
+static const fingerpad_body plane = {FINGERPAD_BODY_PLANE, 0.0f, 0.0f, 0.0f};
+static const fingerpad_body ball = {FINGERPAD_BODY_SPHERE, 20.0f, 0.0f, 0.0f};
+static const fingerpad_pad_motion rolled = {0.8f, 0.01f, 0.0f, 0.0f, 40.0f, 5.0f, 1e-3f};
+
+static void pad_files(const model_file *bed, const model_file *good)
+{
+    static model_file other;
+    fingerpad_model model;
+    fingerpad_pad pad;
+    fingerpad_pad_state state;
+    fingerpad_response r;
+    size_t length;
+    expect(fingerpad_model_load(&model, bytes_of(good), good->length), FINGERPAD_SECTION, "a pad loaded as a bed");
+    expect(fingerpad_pad_load(&pad, bytes_of(bed), bed->length), FINGERPAD_SECTION, "a bed loaded as a pad");
+    expect_true(strstr(fingerpad_error_text(FINGERPAD_SECTION), "fingerpad_pad_load") != NULL
+                    && strstr(fingerpad_error_text(FINGERPAD_SECTION), "fingerpad_model_load") != NULL,
+                "the text names the function to use");
+    for (length = 0; length < good->length; length++) {
+        expect_true(fingerpad_pad_load(&pad, bytes_of(good), length) != FINGERPAD_OK, "a truncated pad is refused");
+    }
+    other = *good;
+    ((uint8_t *)other.words)[300] ^= 1;
+    expect(fingerpad_pad_load(&pad, bytes_of(&other), length), FINGERPAD_CHECKSUM, "a flipped bit of a pad");
+    expect(fingerpad_pad_describe(&pad, NULL), FINGERPAD_NOT_SET_UP, "a pad that was refused");
+    (void)memmove((uint8_t *)other.words + 1, bytes_of(good), length);
+    expect(fingerpad_pad_load(&pad, bytes_of(&other) + 1, length), FINGERPAD_ALIGNMENT, "a pad at an odd address");
+    expect(fingerpad_pad_load(&pad, NULL, length), FINGERPAD_NULL, "no file of a pad");
+    expect(fingerpad_pad_load(NULL, bytes_of(good), length), FINGERPAD_NULL, "no pad");
+    must(fingerpad_pad_load(&pad, bytes_of(good), length), PAD_NAME);
+    must(fingerpad_pad_state_init(&pad, &state), "state of the pad");
+    must(fingerpad_pad_unload(&pad), "unload");
+    expect(fingerpad_pad_step(&pad, &state, plane, rolled, &r), FINGERPAD_NOT_SET_UP, "a pad that was unloaded");
+}
+
+static void pad_handles(const fingerpad_pad *pad)
+{
+    uint64_t room[256];
+    uint8_t *const odd = (uint8_t *)room + 1;
+    fingerpad_pad zeroed;
+    fingerpad_pad_state state, before;
+    fingerpad_pad_info info;
+    fingerpad_response r;
+    fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
+    float place_mm[3];
+    (void)memset(&zeroed, 0, sizeof zeroed);
+    (void)memset(&state, 0, sizeof state);
+    expect(fingerpad_pad_step(pad, &state, plane, rolled, &r), FINGERPAD_NOT_SET_UP, "a zeroed state of a pad");
+    expect(fingerpad_pad_patches(pad, &state, plane, patches, 64), FINGERPAD_NOT_SET_UP, "patches of a zeroed state");
+    expect(fingerpad_pad_state_set_strength_factor(&state, 1.0f), FINGERPAD_NOT_SET_UP, "strength of a zeroed state");
+    expect(fingerpad_pad_state_init(&zeroed, &state), FINGERPAD_NOT_SET_UP, "a state of a zeroed pad");
+    expect(fingerpad_pad_state_init_over(&zeroed, &state, 30.0f, 0.0f), FINGERPAD_NOT_SET_UP, "the same over a body");
+    expect(fingerpad_pad_tune(&zeroed, 1.0f, 1.0f, 1.0f), FINGERPAD_NOT_SET_UP, "a zeroed pad tuned");
+    expect(fingerpad_pad_first_touch(&zeroed, 30.0f, 0.0f, place_mm), FINGERPAD_NOT_SET_UP, "first touch of a zeroed pad");
+    must(fingerpad_pad_describe(pad, &info), "info of the pad");
+    expect_true(info.patches == 37 && info.roll_max_deg == 30.0f && info.neutral_pitch_deg == 30.0f, "what the pad is");
+    expect_true(info.depth_max_mm > 4.0f && info.meta_length > 0 && info.meta[0] == '{', "its depth and description");
+    must(fingerpad_pad_state_init(pad, &state), "state of the pad");
+    must(fingerpad_pad_step(pad, &state, plane, rolled, &r), "step of the pad");
+    before = state;
+    expect(fingerpad_pad_step(pad, NULL, plane, rolled, &r), FINGERPAD_NULL, "no state of a pad");
+    expect(fingerpad_pad_step(NULL, &state, plane, rolled, &r), FINGERPAD_NULL, "no pad to step");
+    expect(fingerpad_pad_step(pad, &state, plane, rolled, NULL), FINGERPAD_NULL, "no response of a pad");
+    expect(fingerpad_pad_state_init(pad, (fingerpad_pad_state *)(void *)odd), FINGERPAD_ALIGNMENT, "a state at an odd address");
+    expect(fingerpad_pad_step((const fingerpad_pad *)(void *)odd, &state, plane, rolled, &r), FINGERPAD_ALIGNMENT,
+           "a pad at an odd address");
+    expect(fingerpad_pad_step(pad, &state, plane, rolled, (fingerpad_response *)(void *)odd), FINGERPAD_ALIGNMENT,
+           "a response at an odd address");
+    expect(fingerpad_pad_patches(pad, &state, plane, (fingerpad_patch *)(void *)odd, 64), FINGERPAD_ALIGNMENT,
+           "patches at an odd address");
+    expect(fingerpad_pad_patches(pad, &state, plane, NULL, 64), FINGERPAD_NULL, "no patches");
+    expect(fingerpad_pad_patches(pad, &state, plane, patches, info.patches - 1), FINGERPAD_BUFFER, "too few patches");
+    expect(fingerpad_pad_first_touch(pad, 30.0f, 0.0f, NULL), FINGERPAD_NULL, "no place");
+    expect_true(memcmp(&before, &state, sizeof state) == 0, "a refused step leaves the state");
+}
+
+static void pads_of_other_sizes(const fingerpad_pad *few, const fingerpad_pad *many)
+{
+    fingerpad_pad_state small, large, before;
+    fingerpad_pad_info info;
+    fingerpad_response r;
+    fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
+    uint8_t bytes[FINGERPAD_PAD_STATE_BYTES];
+    must(fingerpad_pad_describe(many, &info), "info of the larger pad");
+    expect_true(info.patches == 57 && info.state_bytes == FINGERPAD_PAD_STATE_BYTES, "a pad of 57 patches");
+    must(fingerpad_pad_state_init(few, &small), "state of the smaller pad");
+    must(fingerpad_pad_state_init_over(many, &large, 40.0f, 5.0f), "state of the larger pad");
+    must(fingerpad_pad_step(many, &large, ball, rolled, &r), "step of the larger pad");
+    before = small;
+    expect(fingerpad_pad_step(many, &small, ball, rolled, &r), FINGERPAD_NOT_SET_UP, "a state of a smaller pad");
+    expect(fingerpad_pad_patches(many, &small, ball, patches, 64), FINGERPAD_NOT_SET_UP, "patches of a smaller pad");
+    expect_true(memcmp(&before, &small, sizeof small) == 0, "a refused step leaves the state");
+    expect(fingerpad_pad_step(few, &large, ball, rolled, &r), FINGERPAD_NOT_SET_UP, "a state of a larger pad");
+    must(fingerpad_pad_state_save(many, &large, bytes, sizeof bytes), "save the state of the larger pad");
+    expect(fingerpad_pad_state_restore(few, &small, bytes, sizeof bytes), FINGERPAD_LENGTH, "a saved state of a larger pad");
+    must(fingerpad_pad_state_restore(many, &small, bytes, sizeof bytes), "restore the state of the larger pad");
+    expect_true(memcmp(&large, &small, sizeof small) == 0, "the same state");
+    must(fingerpad_pad_describe(few, &info), "info of the smaller pad");
+    must(fingerpad_pad_state_init(few, &small), "state of the smaller pad");
+    must(fingerpad_pad_state_save(few, &small, bytes, info.state_bytes), "save the state of the smaller pad");
+    bytes[5] ^= 1;
+    expect(fingerpad_pad_state_restore(few, &large, bytes, info.state_bytes), FINGERPAD_CHECKSUM, "a damaged state");
+}
+
+static void pad_buffers(fingerpad_pad *pad)
+{
+    fingerpad_pad_info info;
+    fingerpad_pad_state state, restored;
+    fingerpad_response r;
+    uint8_t bytes[FINGERPAD_PAD_STATE_BYTES];
+    must(fingerpad_pad_state_init_over(pad, &state, 40.0f, 5.0f), "state of the pad");
+    must(fingerpad_pad_step(pad, &state, ball, rolled, &r), "step of the pad");
+    must(fingerpad_pad_describe(pad, &info), "info of the pad");
+    restored = state;
+    expect(fingerpad_pad_state_save(pad, &state, bytes, info.state_bytes - 1), FINGERPAD_BUFFER, "a buffer too small");
+    expect(fingerpad_pad_state_save(pad, &state, NULL, sizeof bytes), FINGERPAD_NULL, "no buffer");
+    must(fingerpad_pad_state_save(pad, &state, bytes, sizeof bytes), "save the pad's state");
+    expect(fingerpad_pad_state_restore(pad, &restored, bytes, info.state_bytes - 1), FINGERPAD_LENGTH, "a cut state of a pad");
+    bytes[20] ^= 1;
+    expect(fingerpad_pad_state_restore(pad, &restored, bytes, info.state_bytes), FINGERPAD_CHECKSUM, "a damaged state of a pad");
+    expect_true(memcmp(&restored, &state, sizeof state) == 0, "a refused restore leaves the state");
+}
+
+static void pad_bodies(const fingerpad_pad *pad)
+{
+    static const fingerpad_body refused[] = {
+        {7, 20.0f, 0.0f, 0.0f},
+        {FINGERPAD_BODY_SPHERE, 0.0f, 0.0f, 0.0f},
+        {FINGERPAD_BODY_SPHERE, NAN, 0.0f, 0.0f},
+        {FINGERPAD_BODY_SPHERE, 0.05f, 0.0f, 0.0f},
+        {FINGERPAD_BODY_CYLINDER, INFINITY, 0.0f, 0.0f},
+        {FINGERPAD_BODY_CYLINDER, 5.0f, 181.0f, 0.0f},
+        {FINGERPAD_BODY_CYLINDER, 5.0f, NAN, 0.0f},
+        {FINGERPAD_BODY_EDGE, -5.0f, 0.0f, 90.0f},
+        {FINGERPAD_BODY_EDGE, 1.0f, 0.0f, 180.0f},
+        {FINGERPAD_BODY_EDGE, 1.0f, 0.0f, NAN},
+    };
+    static const fingerpad_body taken[] = {
+        {FINGERPAD_BODY_PLANE, NAN, NAN, NAN},          {FINGERPAD_BODY_SPHERE, -60.0f, NAN, NAN},
+        {FINGERPAD_BODY_CYLINDER, 4.0f, -180.0f, NAN}, {FINGERPAD_BODY_EDGE, 2.0f, 30.0f, 90.0f},
+    };
+    fingerpad_pad_state state, before;
+    fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
+    fingerpad_response r;
+    size_t i;
+    must(fingerpad_pad_state_init(pad, &state), "state of the pad");
+    before = state;
+    for (i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        expect(fingerpad_pad_step(pad, &state, refused[i], rolled, &r), FINGERPAD_RANGE, "a body that cannot be");
+        expect(fingerpad_pad_patches(pad, &state, refused[i], patches, 64), FINGERPAD_RANGE, "patches on such a body");
+    }
+    expect_true(memcmp(&before, &state, sizeof state) == 0, "a refused body leaves the state");
+    for (i = 0; i < sizeof taken / sizeof taken[0]; i++) {
+        must(fingerpad_pad_state_init_over(pad, &state, 40.0f, 5.0f), "state of the pad");
+        must(fingerpad_pad_step(pad, &state, taken[i], rolled, &r), "a body that can be");
+        expect_true(r.normal_force_n > 0.01f && r.status == 0, "the finger touches it");
+    }
+}
+
+static void pad_numbers(fingerpad_pad *pad)
+{
+    fingerpad_pad_state state, fresh;
+    fingerpad_response r, larger;
+    fingerpad_pad_motion motion = rolled;
+    float place_mm[3], other_mm[3];
+    must(fingerpad_pad_state_init(pad, &state), "state of the pad");
+    motion.pitch_deg = 5.0f;
+    must(fingerpad_pad_step(pad, &state, plane, motion, &r), "step of the pad");
+    expect_true((r.status & FINGERPAD_STATUS_POSE_OUT_OF_RANGE) != 0, "a pitch of 5 degrees is flagged");
+    motion.pitch_deg = NAN;
+    must(fingerpad_pad_step(pad, &state, plane, motion, &r), "step of the pad");
+    expect_true((r.status & FINGERPAD_STATUS_BAD_INPUT) != 0, "a pitch of NaN is flagged");
+    fresh = state;
+    expect(fingerpad_pad_state_set_strength_factor(&state, NAN), FINGERPAD_RANGE, "a strength factor of NaN");
+    expect(fingerpad_pad_state_set_strength_factor(&state, 6.0f), FINGERPAD_RANGE, "a strength factor of 6");
+    expect(fingerpad_pad_state_init_over(pad, &state, NAN, 0.0f), FINGERPAD_RANGE, "a state over a pitch of NaN");
+    expect_true(memcmp(&fresh, &state, sizeof state) == 0, "what is refused leaves the state");
+    expect(fingerpad_pad_tune(pad, NAN, 1.0f, 1.0f), FINGERPAD_RANGE, "a size of NaN");
+    expect(fingerpad_pad_tune(pad, 1.0f, 6.0f, 1.0f), FINGERPAD_RANGE, "a stiffness of 6");
+    expect(fingerpad_pad_first_touch(pad, 30.0f, INFINITY, place_mm), FINGERPAD_RANGE, "a roll of infinity");
+    must(fingerpad_pad_first_touch(pad, 30.0f, 0.0f, place_mm), "first touch");
+    expect_true(fabsf(place_mm[0]) + fabsf(place_mm[1]) + fabsf(place_mm[2]) < 0.2f, "the origin touches in the neutral pose");
+    must(fingerpad_pad_first_touch(pad, 60.0f, 10.0f, place_mm), "first touch");
+    expect_true(place_mm[0] > 2.0f && place_mm[1] != 0.0f && place_mm[2] > 0.2f, "a steep finger touches nearer to its tip");
+    must(fingerpad_pad_state_init(pad, &state), "state of the pad");
+    must(fingerpad_pad_step(pad, &state, plane, rolled, &r), "step of the pad");
+    must(fingerpad_pad_tune(pad, 2.0f, 1.0f, 1.0f), "tune");
+    must(fingerpad_pad_first_touch(pad, 60.0f, 10.0f, other_mm), "first touch");
+    expect_true(fabsf(other_mm[0] - 2.0f * place_mm[0]) < 1e-4f, "places scale with the size");
+    must(fingerpad_pad_state_init(pad, &state), "state of the pad");
+    motion = rolled;
+    motion.depth_mm *= 2.0f;
+    must(fingerpad_pad_step(pad, &state, plane, motion, &larger), "step of the pad");
+    expect_true(fabsf(larger.normal_force_n / r.normal_force_n - 4.0f) < 1e-3f, "forces with its square");
+    must(fingerpad_pad_tune(pad, 1.0f, 1.0f, 1.0f), "tune");
+}
+
+static void pads(const model_file *bed, const model_file *file, const model_file *halved)
+{
+    fingerpad_pad pad, many;
+    pad_files(bed, file);
+    must(fingerpad_pad_load(&pad, bytes_of(file), file->length), PAD_NAME);
+    must(fingerpad_pad_load(&many, bytes_of(halved), halved->length), HALVED_NAME);
+    pads_of_other_sizes(&pad, &many);
+    pad_handles(&pad);
+    pad_buffers(&pad);
+    pad_bodies(&pad);
+    pad_numbers(&pad);
+}
+
 int main(int argc, char **argv)
 {
-    static model_file file, more;
+    static model_file file, more, pad, halved;
     fingerpad_model model, charged;
     if (argc != 3) {
         return 2;
@@ -245,6 +453,9 @@ int main(int argc, char **argv)
     buffers(&model);
     batches(&model);
     numbers(&model);
+    read_pad(&pad, PAD_NAME, argv[2]);
+    read_pad(&halved, HALVED_NAME, argv[2]);
+    pads(&file, &pad, &halved);
     (void)printf("%d failures\n", failures);
     return failures != 0;
 }

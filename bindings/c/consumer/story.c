@@ -8,6 +8,11 @@ static fingerpad_spin_state spin;
 static fingerpad_contact contact;
 static fingerpad_surroundings around;
 static fingerpad_watch watch;
+static model_file pad_file;
+static fingerpad_pad pad;
+static fingerpad_pad_info pad_info;
+static fingerpad_body body;
+static fingerpad_pad_state pad_state;
 
 /* The words of a line behind its name; a line has at most eleven. */
 static size_t words_of(const char *line, float *numbers)
@@ -209,16 +214,136 @@ static void grip(const float *f)
     (void)printf(" %x", (unsigned)least.status);
 }
 
+static void tune_pad(const float *f)
+{
+    (void)printf("%d", (int)fingerpad_pad_tune(&pad, f[0], f[1], f[2]));
+}
+
+static void begin_over(const char *line)
+{
+    fingerpad_body wanted;
+    fingerpad_pad_motion nothing = {0.0f, 0.0f, 0.0f, 0.0f, 30.0f, 0.0f, 1e-3f};
+    fingerpad_response r;
+    float f[11];
+    unsigned kind;
+    int used = 0;
+    int32_t code;
+    if (sscanf(line, "%x%n", &kind, &used) != 1 || words_of(line + used, f) != 5) {
+        (void)printf("not understood");
+        return;
+    }
+    wanted.kind = kind;
+    wanted.radius_mm = f[0];
+    wanted.axis_deg = f[1];
+    wanted.angle_deg = f[2];
+    /* Whether the body can be is asked with a copy, so that the contact goes on over the old one where it cannot. */
+    {
+        fingerpad_pad_state tried = pad_state;
+        code = fingerpad_pad_step(&pad, &tried, wanted, nothing, &r);
+    }
+    if (code == FINGERPAD_OK) {
+        body = wanted;
+        code = kind == FINGERPAD_BODY_PLANE ? fingerpad_pad_state_init(&pad, &pad_state)
+                                            : fingerpad_pad_state_init_over(&pad, &pad_state, f[3], f[4]);
+    }
+    (void)printf("%d", (int)code);
+}
+
+static void pad_step(const float *f)
+{
+    fingerpad_pad_motion motion;
+    fingerpad_response r;
+    motion.depth_mm = f[0];
+    motion.slide_x_mm = f[1];
+    motion.slide_y_mm = f[2];
+    motion.spin_rad = f[3];
+    motion.pitch_deg = f[4];
+    motion.roll_deg = f[5];
+    motion.dt_s = f[6];
+    must(fingerpad_pad_step(&pad, &pad_state, body, motion, &r), "step of the pad");
+    print_response(&r);
+}
+
+static void print_patches(void)
+{
+    static fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
+    uint32_t i;
+    must(fingerpad_pad_patches(&pad, &pad_state, body, patches, FINGERPAD_PATCHES_MAX), "patches");
+    for (i = 0; i < pad_info.patches; i++) {
+        const fingerpad_patch *p = &patches[i];
+        print_words(p->place_mm, 3);
+        print_words(&p->pressure_mpa, 1);
+        print_words(p->traction_mpa, 2);
+        print_words(&p->contact_area_mm2, 1);
+        print_words(&p->stick_ratio, 1);
+        print_words(&p->used, 1);
+    }
+}
+
+static void save_pad(void)
+{
+    uint8_t bytes[FINGERPAD_PAD_STATE_BYTES];
+    must(fingerpad_pad_state_save(&pad, &pad_state, bytes, sizeof bytes), "save the pad's state");
+    (void)memset(&pad_state, 0, sizeof pad_state);
+    must(fingerpad_pad_state_restore(&pad, &pad_state, bytes, pad_info.state_bytes), "restore the pad's state");
+    print_bytes(bytes, pad_info.state_bytes);
+}
+
+/* The next words of a pad's file; those of another pad begin after it was loaded. */
+static void take_words(const float *words, size_t count)
+{
+    (void)memcpy((uint8_t *)pad_file.words + pad_file.length, words, 4 * count);
+    pad_file.length += 4 * count;
+    (void)printf("0");
+}
+
+/* The file ends where its header says, less than a word before the last one handed over. */
+static void use_pad(void)
+{
+    const fingerpad_body plane = {FINGERPAD_BODY_PLANE, 0.0f, 0.0f, 0.0f};
+    uint32_t length;
+    (void)memcpy(&length, bytes_of(&pad_file) + 8, sizeof length);
+    must(fingerpad_pad_load(&pad, bytes_of(&pad_file), length), "pad");
+    pad_file.length = 0;
+    must(fingerpad_pad_describe(&pad, &pad_info), "info of the pad");
+    must(fingerpad_pad_state_init(&pad, &pad_state), "state of the pad");
+    body = plane;
+    (void)printf("%" PRIu32, pad_info.patches);
+}
+
+/* Answers what is asked of the pad; 0 if the request is none of its. */
+static int answer_of_pad(const char *name, const char *rest, const float *f, size_t count)
+{
+    if (strcmp(name, "pad-words") == 0) {
+        take_words(f, count);
+    } else if (strcmp(name, "pad-load") == 0) {
+        use_pad();
+    } else if (strcmp(name, "pad") == 0) {
+        tune_pad(f);
+    } else if (strcmp(name, "body") == 0) {
+        begin_over(rest);
+    } else if (strcmp(name, "pad-factor") == 0) {
+        (void)printf("%d", (int)fingerpad_pad_state_set_strength_factor(&pad_state, f[0]));
+    } else if (strcmp(name, "pad-step") == 0) {
+        pad_step(f);
+    } else if (strcmp(name, "patches") == 0) {
+        print_patches();
+    } else if (strcmp(name, "pad-save") == 0) {
+        save_pad();
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
 static void answer(const char *name, const char *rest)
 {
     float f[11] = {0};
-    (void)words_of(rest, f);
+    const size_t count = words_of(rest, f);
     if (strcmp(name, "model") == 0) {
         use_model(rest[1] == '1');
     } else if (strcmp(name, "tune") == 0) {
         (void)printf("%d", (int)fingerpad_model_tune(&model, f[0], f[1], f[2], f[3]));
-    } else if (strcmp(name, "pose") == 0) {
-        (void)printf("%d", (int)fingerpad_model_pose(&model, f[0], f[1]));
     } else if (strcmp(name, "factor") == 0) {
         factor(f[0]);
     } else if (strcmp(name, "around") == 0) {
@@ -235,7 +360,7 @@ static void answer(const char *name, const char *rest)
         grip(f);
     } else if (strcmp(name, "save") == 0) {
         save();
-    } else {
+    } else if (!answer_of_pad(name, rest, f, count)) {
         (void)printf("not understood: %s", name);
     }
     (void)printf("\n");

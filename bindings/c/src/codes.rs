@@ -16,9 +16,11 @@ pub const FINGERPAD_LENGTH: i32 = 3;
 pub const FINGERPAD_CHECKSUM: i32 = 4;
 /// A pointer is not aligned as its type asks; a model file must lie at an address divisible by 4.
 pub const FINGERPAD_ALIGNMENT: i32 = 5;
-/// Another number of springs or table nodes than this library was built for.
+/// Another number of springs, table nodes or modes than this library was built for, or more than FINGERPAD_PATCHES_MAX patches.
 pub const FINGERPAD_SHAPE: i32 = 6;
-/// A section of the file is missing, or an effect in it is unknown.
+/// A section of the file is missing, or an effect in it is unknown. From `fingerpad_model_load`: the file is not that of a bed;
+/// a pad's file goes to `fingerpad_pad_load`. From `fingerpad_pad_load`: the file is not that of a pad; a bed's file goes to
+/// `fingerpad_model_load`.
 pub const FINGERPAD_SECTION: i32 = 7;
 /// A value is no number or out of its range.
 pub const FINGERPAD_RANGE: i32 = 8;
@@ -34,7 +36,7 @@ pub const FINGERPAD_OTHER_MODEL: i32 = 12;
 pub const FINGERPAD_UNKNOWN: i32 = 13;
 /// A pointer is null.
 pub const FINGERPAD_NULL: i32 = 14;
-/// A model, state, contact or watch that was not set up: never initialised, zeroed or unloaded.
+/// A model, pad, state, contact or watch that was not set up: never initialised, zeroed or unloaded.
 pub const FINGERPAD_NOT_SET_UP: i32 = 15;
 
 /// The code of an error of the core.
@@ -74,15 +76,15 @@ pub extern "C" fn fingerpad_error_text(code: i32) -> *const c_char {
         FINGERPAD_LENGTH => c"shorter or longer than it says itself: cut off?",
         FINGERPAD_CHECKSUM => c"the checksum does not agree: damaged",
         FINGERPAD_ALIGNMENT => c"a pointer is not aligned (a model file must lie at an address divisible by 4)",
-        FINGERPAD_SHAPE => c"made for another number of springs or table nodes",
-        FINGERPAD_SECTION => c"a section of the file is missing, or an effect in it is unknown",
+        FINGERPAD_SHAPE => c"made for another number of springs, table nodes, modes or patches",
+        FINGERPAD_SECTION => c"the file has another content (load a pad with fingerpad_pad_load, a bed with fingerpad_model_load), or an unknown effect",
         FINGERPAD_RANGE => c"a value is no number or out of its range",
         FINGERPAD_NOT_MONOTONE => c"a table of the file falls where it must not",
         FINGERPAD_NOT_PASSIVE => c"the file's numbers would let a closed path create energy",
         FINGERPAD_BUFFER => c"a buffer is too small, or arrays of a batch are of different length",
         FINGERPAD_OTHER_MODEL => c"the state was saved with another model",
         FINGERPAD_NULL => c"a pointer is null",
-        FINGERPAD_NOT_SET_UP => c"a model, state, contact or watch that was not set up",
+        FINGERPAD_NOT_SET_UP => c"a model, pad, state, contact or watch that was not set up",
         _ => c"unknown error",
     };
     text.as_ptr()

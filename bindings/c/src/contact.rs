@@ -3,7 +3,7 @@
 use fingerpad::{Contact, SPRINGS, Surroundings};
 
 use crate::codes::{FINGERPAD_RANGE, FINGERPAD_SECTION, answer};
-use crate::model::{fingerpad_model, loaded, with_model};
+use crate::model::{fingerpad_model, loaded};
 use crate::pointer::{check, exclusive, shared, write};
 use crate::state::{set_strength_factor, set_up};
 use crate::types::{fingerpad_motion, fingerpad_response, read_back};
@@ -12,7 +12,7 @@ use crate::types::{fingerpad_motion, fingerpad_response, read_back};
 /// `fingerpad_contact_init`. Plain memory: copy it to go back to it.
 #[repr(C)]
 pub struct fingerpad_contact {
-    opaque: [u32; 52],
+    opaque: [u32; 39],
 }
 
 /// What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.
@@ -149,7 +149,7 @@ pub unsafe extern "C" fn fingerpad_contact_step(
         check(response)?;
         let effects = loaded.effects.ok_or(FINGERPAD_SECTION)?;
         let (surroundings, motion) = (surroundings.into(), motion.into());
-        let forces = with_model!(loaded, model => effects.step(model, contact, surroundings, motion));
+        let forces = effects.step(&loaded.model, contact, surroundings, motion);
         // SAFETY: the caller's promise.
         unsafe { write(response, forces.into()) }
     };

@@ -3,7 +3,7 @@
 use fingerpad::{Drive, Driven, Normal, Tangential};
 
 use crate::codes::answer;
-use crate::model::{fingerpad_model, loaded, with_model};
+use crate::model::{fingerpad_model, loaded};
 use crate::pointer::{check, write};
 use crate::state::{fingerpad_state, memory};
 use crate::types::{fingerpad_motion, fingerpad_response};
@@ -81,7 +81,7 @@ pub unsafe fn step_driven<C, const P: usize>(
     if !motion.is_null() {
         check(motion)?;
     }
-    let Driven { response: forces, motion: led } = with_model!(model, model => model.step_driven(state, drive.into()));
+    let Driven { response: forces, motion: led } = model.model.step_driven(state, drive.into());
     if !motion.is_null() {
         // SAFETY: the caller's promise.
         unsafe { write(motion, led.into()) }?;

@@ -1,4 +1,4 @@
-//! The reduced model for C. No allocation, no panic, no global state; the caller owns all memory.
+//! The real-time models for C: bed and pad. No allocation, no panic, no global state; the caller owns all memory.
 //!
 //! Each function checks its pointers and handles before it touches anything and answers with a code ([`codes`]). What C sees
 //! is in [`types`] (plain numbers) and beside the functions (memory whose inside is the library's own). The C header is
@@ -13,6 +13,8 @@ mod codes;
 mod contact;
 mod driven;
 mod model;
+mod pad;
+mod pad_state;
 mod pointer;
 mod requests;
 mod spin;

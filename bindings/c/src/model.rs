@@ -1,28 +1,28 @@
-//! A model file in use: load, tune, pose, ask.
+//! The model file of a bed in use: load, tune, describe.
 
 use core::ffi::c_char;
 
-use fingerpad::{Effects, File, Model, Pose, Posed, TableColumn, Tuned, Tuning};
+use fingerpad::{Effects, File, TableColumn, Tuned, Tuning};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, answer, code};
 use crate::pointer::{exclusive, items, shared, write};
 
-/// A model file in use. Set it up with `fingerpad_model_load`; the file must stay where it is. May be copied, and read by
-/// several threads as long as none changes it.
+/// The model file of a bed of springs in use: one pose of the finger, on a plane. Set it up with `fingerpad_model_load`; the file
+/// must stay where it is. May be copied, and read by several threads as long as none changes it.
 #[repr(C)]
 pub struct fingerpad_model {
-    opaque: [u64; 34],
+    opaque: [u64; 16],
 }
 
 /// What a model file says of itself.
 #[repr(C)]
 pub struct fingerpad_model_info {
-    /// Largest depth for which the model was fitted, mm, for the finger and pose in use.
+    /// Largest depth for which the model was fitted, mm, for the finger in use.
     pub depth_max_mm: f32,
-    /// Pitch of the pose in which it was fitted, degrees.
-    pub fitted_pitch_deg: f32,
-    /// 1 if it knows other poses, else 0.
-    pub knows_poses: u32,
+    /// Pitch of the finger against the plane in the one pose that the model is of, degrees.
+    pub pitch_deg: f32,
+    /// Its roll, degrees.
+    pub roll_deg: f32,
     /// Number of effects in the file.
     pub effects: u32,
     /// Checksum of the numbers, by which a saved state knows its model.
@@ -50,12 +50,6 @@ pub struct fingerpad_own_column {
     pub reference: f32,
 }
 
-/// A model as it is used: of the fitted pose, or of another one.
-pub enum Used {
-    Fitted(Tuned<'static>),
-    Posed(Posed<'static>),
-}
-
 /// Mark of a model that was loaded.
 const LOADED: u32 = 0x4650_4d21;
 
@@ -64,10 +58,8 @@ const LOADED: u32 = 0x4650_4d21;
 pub struct Loaded {
     /// Read before anything else: whatever lies there is a number.
     mark: u32,
-    /// Whether there is a pose other than the fitted one.
-    pose: Option<Pose>,
-    tuning: Tuning,
-    pub used: Used,
+    /// The model as it is used.
+    pub model: Tuned<'static>,
     /// None if the file has effects that this library does not know.
     pub effects: Option<Effects<'static>>,
     /// Number of effects in the file.
@@ -82,37 +74,10 @@ const _: () = {
     assert!(align_of::<Loaded>() <= align_of::<fingerpad_model>());
 };
 
-/// Does the same with a model of the fitted pose and with one of another pose.
-macro_rules! with_model {
-    ($loaded:expr, $model:ident => $action:expr) => {
-        match &$loaded.used {
-            $crate::model::Used::Fitted($model) => $action,
-            $crate::model::Used::Posed($model) => $action,
-        }
-    };
-}
-pub(crate) use with_model;
-
 impl Loaded {
-    /// The numbers of the file.
-    fn model(&self) -> Model<'static> {
-        with_model!(self, model => model.data().model_unchecked())
-    }
-
-    /// The same finger and pose after a change of either.
-    fn use_as(&mut self, tuning: Tuning, pose: Option<Pose>) -> Result<(), i32> {
-        let tuned = self.model().tuned(tuning).map_err(code)?;
-        self.used = match pose {
-            None => Used::Fitted(tuned),
-            Some(pose) => Used::Posed(tuned.posed(pose).map_err(code)?),
-        };
-        (self.tuning, self.pose) = (tuning, pose);
-        Ok(())
-    }
-
     /// Checksum of the numbers.
     pub fn checksum(&self) -> u32 {
-        with_model!(self, model => model.data().checksum())
+        self.model.data().checksum()
     }
 }
 
@@ -138,7 +103,8 @@ unsafe fn loaded_mut<'a>(model: *mut fingerpad_model) -> Result<&'a mut Loaded, 
 /// Checks a model file and prepares a model that reads it in place: `length` bytes at an address divisible by 4, which live and
 /// stay unchanged as long as the model. Takes some 20 instructions a byte.
 ///
-/// Returns FINGERPAD_OK, or why the file is refused; then the model is as one that was unloaded.
+/// Returns FINGERPAD_OK, or why the file is refused; then the model is as one that was unloaded. FINGERPAD_SECTION: the file has
+/// no bed in it; if it is the file of a pad, use `fingerpad_pad_load`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_model_load(model: *mut fingerpad_model, file: *const u8, length: usize) -> i32 {
     // SAFETY: the caller's promise.
@@ -147,18 +113,17 @@ pub unsafe extern "C" fn fingerpad_model_load(model: *mut fingerpad_model, file:
 
 unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    unsafe { write(model, fingerpad_model { opaque: [0; 34] }) }?;
+    unsafe { write(model, fingerpad_model { opaque: [0; 16] }) }?;
     if file.is_null() {
         return Err(FINGERPAD_NULL);
     }
     // SAFETY: the caller's promise.
     let bytes = unsafe { items(file, length) }?;
     let file = File::from_bytes(bytes).map_err(code)?;
-    let tuning = Tuning::default();
-    let tuned = file.model.tuned(tuning).map_err(code)?;
+    let model_in_use = file.model.tuned(Tuning::default()).map_err(code)?;
     let effects = Effects::of_file(&file).ok();
     let (slots, columns, meta) = (file.effects.len() as u32, file.columns, file.meta);
-    let inside = Loaded { mark: LOADED, pose: None, tuning, used: Used::Fitted(tuned), effects, slots, columns, meta };
+    let inside = Loaded { mark: LOADED, model: model_in_use, effects, slots, columns, meta };
     // SAFETY: the caller's promise; size and alignment were checked above.
     unsafe { write(model.cast::<Loaded>(), inside) }
 }
@@ -167,11 +132,11 @@ unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> R
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_model_unload(model: *mut fingerpad_model) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { write(model, fingerpad_model { opaque: [0; 34] }) })
+    answer(unsafe { write(model, fingerpad_model { opaque: [0; 16] }) })
 }
 
 /// Changes the model to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5)
-/// and lambda (0.1 to 10), and tau_0 in MPa (0 to 0.1). The pose stays.
+/// and lambda (0.1 to 10), and tau_0 in MPa (0 to 0.1).
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
 #[unsafe(no_mangle)]
@@ -183,23 +148,10 @@ pub unsafe extern "C" fn fingerpad_model_tune(
     tau0_mpa: f32,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { loaded_mut(model) }.and_then(|model| {
-        let pose = model.pose;
-        model.use_as(Tuning { size, stiffness, lambda, tau0_mpa }, pose)
-    }))
-}
-
-/// Brings the model into another pose: pitch of the finger against the plane, 10 to 70 degrees, and roll, -30 to 30. A state
-/// may be carried over. The fitted pose is `fitted_pitch_deg` of `fingerpad_model_info` with roll 0.
-///
-/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose out of range or a model that knows one pose alone; then nothing changes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fingerpad_model_pose(model: *mut fingerpad_model, pitch_deg: f32, roll_deg: f32) -> i32 {
-    // SAFETY: the caller's promise.
-    answer(unsafe { loaded_mut(model) }.and_then(|model| {
-        let is_fitted = pitch_deg == model.model().data().pose.pitch_deg && roll_deg == 0.0;
-        let tuning = model.tuning;
-        model.use_as(tuning, if is_fitted { None } else { Some(Pose { pitch_deg, roll_deg }) })
+    answer(unsafe { loaded_mut(model) }.and_then(|loaded| {
+        let fitted = loaded.model.data().model_unchecked();
+        loaded.model = fitted.tuned(Tuning { size, stiffness, lambda, tau0_mpa }).map_err(code)?;
+        Ok(())
     }))
 }
 
@@ -211,11 +163,11 @@ pub unsafe extern "C" fn fingerpad_model_describe(
 ) -> i32 {
     // SAFETY: the caller's promise.
     answer(unsafe { loaded(model) }.and_then(|loaded| {
-        let pose = &loaded.model().data().pose;
+        let [pitch_deg, roll_deg] = loaded.model.data().pose_deg;
         let says = fingerpad_model_info {
-            depth_max_mm: with_model!(loaded, model => model.depth_max_mm()),
-            fitted_pitch_deg: pose.pitch_deg,
-            knows_poses: u32::from(pose.knows_poses()),
+            depth_max_mm: loaded.model.depth_max_mm(),
+            pitch_deg,
+            roll_deg,
             effects: loaded.slots,
             checksum: loaded.checksum(),
             meta: loaded.meta.as_ptr().cast(),

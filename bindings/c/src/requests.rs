@@ -3,7 +3,7 @@
 use fingerpad::Gradient;
 
 use crate::codes::answer;
-use crate::model::{Loaded, fingerpad_model, loaded, with_model};
+use crate::model::{Loaded, fingerpad_model, loaded};
 use crate::pointer::write;
 use crate::state::{Memory, fingerpad_spin_state, fingerpad_state, memory_to_read};
 
@@ -32,7 +32,7 @@ pub struct fingerpad_grip {
 
 fn gradient<const P: usize>(model: &Loaded, state: &Memory<P>, direction: [f32; 3]) -> fingerpad_gradient {
     let Gradient { normal_n_mm, friction_n_mm: [friction_x_n_mm, friction_y_n_mm] } =
-        with_model!(model, model => model.gradient(state, direction));
+        model.model.gradient(state, direction);
     fingerpad_gradient { normal_n_mm, friction_x_n_mm, friction_y_n_mm }
 }
 
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn fingerpad_least_grip(
 ) -> i32 {
     // SAFETY: the caller's promise.
     answer(unsafe { loaded(model) }.and_then(|model| {
-        let found = with_model!(model, model => model.least_grip([load_x_n, load_y_n], margin, strength_factor));
+        let found = model.model.least_grip([load_x_n, load_y_n], margin, strength_factor);
         let found =
             fingerpad_grip { depth_mm: found.depth_mm, normal_force_n: found.normal_force_n, status: found.status.0 };
         // SAFETY: the caller's promise.

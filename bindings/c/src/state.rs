@@ -7,23 +7,23 @@ use crate::model::{Loaded, fingerpad_model, loaded};
 use crate::pointer::{exclusive, items, items_mut, shared, write};
 
 /// Bytes of a saved state.
-pub const FINGERPAD_STATE_BYTES: usize = 172;
+pub const FINGERPAD_STATE_BYTES: usize = 120;
 /// Bytes of a saved state of a contact that spins.
-pub const FINGERPAD_SPIN_STATE_BYTES: usize = 204;
+pub const FINGERPAD_SPIN_STATE_BYTES: usize = 152;
 
 /// All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same
 /// program (a step that is tried and rejected); `fingerpad_state_save` makes bytes that can be checked when they are read.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_state {
-    opaque: [u32; 40],
+    opaque: [u32; 27],
 }
 
 /// The same of a contact that also spins. Set it up with `fingerpad_spin_state_init`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_spin_state {
-    opaque: [u32; 48],
+    opaque: [u32; 35],
 }
 
 // A state is floats throughout: whatever lies there are numbers.

@@ -1,7 +1,7 @@
 //! One step of a contact that slides.
 
 use crate::codes::answer;
-use crate::model::{Loaded, fingerpad_model, loaded, with_model};
+use crate::model::{Loaded, fingerpad_model, loaded};
 use crate::pointer::{check, write};
 use crate::state::{Memory, fingerpad_state, memory};
 use crate::types::{fingerpad_motion, fingerpad_response};
@@ -9,7 +9,7 @@ use crate::types::{fingerpad_motion, fingerpad_response};
 /// Advances a contact by one step.
 #[inline(always)]
 pub fn advance<const P: usize>(model: &Loaded, state: &mut Memory<P>, motion: fingerpad_motion) -> fingerpad_response {
-    with_model!(model, model => fingerpad::step(model, state, motion.into())).into()
+    fingerpad::step(&model.model, state, motion.into()).into()
 }
 
 /// Advances a contact by one step. A motion of any bits is taken; what is wrong with it is told in `status` of the response.

@@ -49,9 +49,27 @@ def below_hand_mm(data):
     return 1e3 * (data.joint("hand").qpos[0] - data.joint("object").qpos[2])
 
 
+#: What a pad holds: the object and the forces of the motor, N.
+PAD_GRIPS_N = {"block": (0.3, 0.6, 1.0, 2.0, 4.0, 6.0, 7.0), "pen": (0.5, 1.0, 1.5), "rod": (1.0,), "ball": (0.5, 1.0, 3.0)}
+
+
+def held_by_pads(held_object, grip_n, timestep, duration=10.0, **scene):
+    """As :func:`held`, with the depth of the left finger, mm, and the names of its flags."""
+    model, data = gripped(grip_n=grip_n, timestep=timestep, held=held_object, model_file=scenes.PAD_FILE, **scene)
+    found = drift(model, data, duration)
+    contact = fingerpad_mujoco.read(data, "left")[0]
+    return found | {name: contact[name] for name in ("depth_mm", "normal_force_n")} | {
+        "flags": fingerpad_mujoco.flags(contact["status"])
+    }
+
+
 def held(contact, timestep, duration=60.0, **scene):
     """Drift over the second half of ``duration``, um/s and rad/s, and the sag, mm; a drift of None if it fell out."""
-    model, data = gripped(contact, timestep=timestep, **scene)
+    return drift(*gripped(contact, timestep=timestep, **scene), duration)
+
+
+def drift(model, data, duration):
+    """What :func:`held` measures, of a scene with the weight on."""
     seconds(model, data, duration / 2)
     before = data.joint("object").qpos.copy()
     seconds(model, data, duration / 2)
@@ -61,9 +79,9 @@ def held(contact, timestep, duration=60.0, **scene):
     return dict(drift_um_s=1e6 * moved[:3].max(), turn_rad_s=2 * moved[3:].max(), sag_mm=below_hand_mm(data))
 
 
-def too_weak(contact="fingerpad", grip_n=0.06, timestep=0.001):
+def too_weak(contact="fingerpad", grip_n=0.06, timestep=0.001, **scene):
     """Acceleration, m/s², of an object that slips out, and the one by gravity less friction at its limit (None for MuJoCo)."""
-    model, data = gripped(contact, grip_n=grip_n, timestep=timestep)
+    model, data = gripped(contact, grip_n=grip_n, timestep=timestep, **scene)
     seconds(model, data, 0.02)
     friction = None
     if contact == "fingerpad":
@@ -94,9 +112,9 @@ def pivot(share, timestep=0.001, turn_rad=1.0):
     raise RuntimeError(f"no pivot with {share} of the friction limit")
 
 
-def restored(timestep=0.001):
+def restored(timestep=0.001, **scene):
     """Whether a state saved while the object is shaken and read into fresh data leads to the same bits 1000 steps later."""
-    model, data = gripped(timestep=timestep)
+    model, data = gripped(timestep=timestep, **scene)
     shake(model, data, 0.3, seed=1)
     whole = mujoco.mjtState.mjSTATE_INTEGRATION
     saved = np.empty(mujoco.mj_stateSize(model, whole))
@@ -146,9 +164,9 @@ def shake(model, data, duration, seed, contact="fingerpad"):
     return took_s
 
 
-def disturbed(contact, timestep, seed=7):
+def disturbed(contact, timestep, seed=7, **scene):
     """How far the object has gone below the hand after 2, 4 and 6 s of shaking, mm, then its drift at rest, um/s."""
-    model, data = gripped(contact, timestep=timestep, **of_changing_strength(contact))
+    model, data = gripped(contact, timestep=timestep, **of_changing_strength(contact), **scene)
     seconds(model, data, 1.0)
     start, gone = below_hand_mm(data), []
     for _ in range(3):
@@ -167,7 +185,7 @@ def cost(rounds=41, steps=1000):
     cases = {
         "no contact": gripped("none", grip_n=0.0),
         "fingerpad": gripped(),
-        "fingerpad, pose followed": gripped(pose="follow"),
+        "fingerpad, pad": gripped(model_file=scenes.PAD_FILE),
         **{f"MuJoCo, {name}": gripped(name) for name in scenes.MUJOCO},
     }
     times = {name: [] for name in cases}
@@ -205,6 +223,19 @@ def print_held(name, timestep, r):
     print(f"| {name} | {1e3 * timestep:g} | {numbers} |")
 
 
+def print_held_by_pads():
+    print("\nHeld by pads for 10 s, drift over the second half\n")
+    print("| object | grip, N | step, ms | drift, um/s | turn, rad/s | sag, mm | depth, mm | flags |\n|---|---|---|---|---|---|---|---|")
+    for name, grips in PAD_GRIPS_N.items():
+        for grip_n in grips:
+            for timestep in (0.00025, 0.001, 0.002):
+                r = held_by_pads(name, grip_n, timestep)
+                numbers = "falls out | | | |"
+                if r["drift_um_s"] is not None:
+                    numbers = f"{r['drift_um_s']:.1g} | {r['turn_rad_s']:.1g} | {r['sag_mm']:.2f} | {r['depth_mm']:.2f} |"
+                print(f"| {name} | {grip_n:g} | {1e3 * timestep:g} | {numbers} {', '.join(r['flags'])} |")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="hold for 10 s in place of 60")
@@ -224,6 +255,7 @@ def main():
         for timestep in (0.00025, 0.001, 0.004):
             print_held(contact, timestep, held(contact, timestep, duration))
     print_held("fingerpad, RK4", 0.001, held("fingerpad", 0.001, duration, integrator="RK4"))
+    print_held_by_pads()
 
     print("\nA grip of 0.06 N, too weak: acceleration, m/s², and that of gravity less friction at the limit\n")
     for contact in contacts:
@@ -244,6 +276,9 @@ def main():
             lost = r["gone_mm"][0] > 30
             gone = "falls out | |" if lost else " | ".join(f"{mm:.4f}" for mm in r["gone_mm"])
             print(f"| {contact} | {1e3 * timestep:g} | {gone} | " + ("" if lost else f"{r['drift_um_s']:.2g}") + " |")
+    for timestep in (0.00025, 0.001, 0.002):
+        r = disturbed("fingerpad", timestep, model_file=scenes.PAD_FILE)
+        print(f"| fingerpad, pad | {1e3 * timestep:g} | " + " | ".join(f"{mm:.4f}" for mm in r["gone_mm"]) + f" | {r['drift_um_s']:.2g} |")
 
     same, numbers = restored()
     print(f"\nSaved and restored while shaken: {'the same bits' if same else 'OTHER BITS'} ({numbers} numbers of plugin state)")

@@ -1,4 +1,4 @@
-"""The reduced model through its C library, without MuJoCo: what the plugin's contacts are compared with."""
+"""Bed and pad through their C library, without MuJoCo: what the plugin's contacts are compared with."""
 
 import ctypes
 import pathlib
@@ -28,31 +28,50 @@ class Drive(ctypes.Structure):
     ]
 
 
+class PadMotion(ctypes.Structure):
+    _fields_ = [
+        (name, ctypes.c_float)
+        for name in ("depth_mm", "slide_x_mm", "slide_y_mm", "spin_rad", "pitch_deg", "roll_deg", "dt_s")
+    ]
+
+
+class Body(ctypes.Structure):
+    _fields_ = [("kind", ctypes.c_uint32)] + [(name, ctypes.c_float) for name in ("radius_mm", "axis_deg", "angle_deg")]
+
+
+PLANE, SPHERE, CYLINDER = 0, 1, 2
+
+
 class State(ctypes.Structure):
     # Room for a state of any version; the library uses the first words.
-    _fields_ = [("words", ctypes.c_uint32 * 128)]
+    _fields_ = [("words", ctypes.c_uint32 * 512)]
+
+
+def library():
+    return ctypes.CDLL(str(C_FOLDER / "target" / "release" / "libfingerpad_c.so"))
+
+
+def read_file(path):
+    """A model file at an address divisible by 8, and its length."""
+    file = pathlib.Path(path).read_bytes()
+    words = len(file) // 8 + 1
+    return (ctypes.c_uint64 * words).from_buffer_copy(file.ljust(8 * words, b"\0")), len(file)
 
 
 class Finger:
-    """A model file and one contact with spin. Lengths mm, forces N, angles rad."""
+    """The model file of a bed and one contact with spin. Lengths mm, forces N, angles rad."""
 
     def __init__(self, model_file, dt_s=0.001):
-        self.library = ctypes.CDLL(str(C_FOLDER / "target" / "release" / "libfingerpad_c.so"))
-        # Aligned to 8 bytes, as the library asks; kept as long as the model.
-        file = pathlib.Path(model_file).read_bytes()
-        self.bytes = (ctypes.c_uint64 * (len(file) // 8 + 1)).from_buffer_copy(file.ljust(8 * (len(file) // 8 + 1), b"\0"))
+        self.library = library()
+        self.bytes, length = read_file(model_file)
         self.model = (ctypes.c_uint64 * 64)()
-        code = self.library.fingerpad_model_load(self.model, self.bytes, ctypes.c_size_t(len(file)))
+        code = self.library.fingerpad_model_load(self.model, self.bytes, ctypes.c_size_t(length))
         assert code == 0, code
         self.state, self.dt_s = State(), dt_s
         self.library.fingerpad_spin_state_init(ctypes.byref(self.state))
 
     def set_strength_factor(self, factor):
         self.library.fingerpad_spin_state_set_strength_factor(ctypes.byref(self.state), ctypes.c_float(factor))
-
-    def pose(self, pitch_deg, roll_deg):
-        code = self.library.fingerpad_model_pose(self.model, ctypes.c_float(pitch_deg), ctypes.c_float(roll_deg))
-        assert code == 0, code
 
     def save(self):
         return State.from_buffer_copy(self.state)
@@ -84,3 +103,36 @@ class Finger:
         for _ in range(500):
             r = self.step_with_friction(depth_mm, friction_x_n, 0.0, turn_rad / 500)
         return abs(r.spin_moment_n_mm)
+
+
+class PadFinger:
+    """The model file of a pad and one contact with a body. Lengths mm, forces N, poses in degrees."""
+
+    def __init__(self, model_file, body=(PLANE, 0.0, 0.0, 0.0), pose_deg=None, dt_s=0.001):
+        """``pose_deg``: pitch and roll in which the apex of a curved body lies under first touch."""
+        self.library, self.body, self.dt_s = library(), Body(*body), dt_s
+        self.bytes, length = read_file(model_file)
+        self.pad, self.state = (ctypes.c_uint64 * 64)(), State()
+        code = self.library.fingerpad_pad_load(self.pad, self.bytes, ctypes.c_size_t(length))
+        assert code == 0, code
+        if pose_deg is None:
+            code = self.library.fingerpad_pad_state_init(self.pad, ctypes.byref(self.state))
+        else:
+            pose = [ctypes.c_float(angle) for angle in pose_deg]
+            code = self.library.fingerpad_pad_state_init_over(self.pad, ctypes.byref(self.state), *pose)
+        assert code == 0, code
+
+    def first_touch(self, pitch_deg, roll_deg):
+        """The point of the finger that a plane touches first in a pose, mm along the finger's axes."""
+        place = (ctypes.c_float * 3)()
+        code = self.library.fingerpad_pad_first_touch(self.pad, ctypes.c_float(pitch_deg), ctypes.c_float(roll_deg), place)
+        assert code == 0, code
+        return list(place)
+
+    def step(self, depth_mm, slide_x_mm=0.0, slide_y_mm=0.0, spin_rad=0.0, pitch_deg=30.0, roll_deg=0.0):
+        """One step; returns the response."""
+        r = Response()
+        motion = PadMotion(depth_mm, slide_x_mm, slide_y_mm, spin_rad, pitch_deg, roll_deg, self.dt_s)
+        code = self.library.fingerpad_pad_step(self.pad, ctypes.byref(self.state), self.body, motion, ctypes.byref(r))
+        assert code == 0, code
+        return r

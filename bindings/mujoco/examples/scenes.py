@@ -5,7 +5,9 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 
-MODEL_FILE = pathlib.Path(__file__).resolve().parents[3] / "data" / "models" / "fingertip.fpm"
+MODELS = pathlib.Path(__file__).resolve().parents[3] / "data" / "models"
+#: The bed, which is of one pose on a plane, and the pad, which follows the pose on every geom that it can touch.
+MODEL_FILE, PAD_FILE = MODELS / "fingertip.fpm", MODELS / "fingertip-pad.fpm"
 #: Half the object's width, where the fingers touch it, m.
 HALF_WIDTH = 0.02
 MASS_KG = 0.045
@@ -37,14 +39,27 @@ MUJOCO = {
 }
 
 
-def grip(contact="fingerpad", timestep=0.001, integrator="Euler", mass=MASS_KG, friction=1.5, torsion=0.004, **attributes):
+#: Objects to hold: half the width where the fingers touch them, m, mass, kg, and geom. A pen lies across the fingers.
+OBJECTS = {
+    "block": (HALF_WIDTH, MASS_KG, f'type="box" size="{HALF_WIDTH} 0.02 0.03"'),
+    "pen": (0.004, 0.02, 'type="cylinder" size="0.004 0.07" euler="90 0 0"'),
+    "rod": (0.004, 0.02, 'type="capsule" size="0.004 0.07"'),
+    "ball": (0.01, 0.033, 'type="sphere" size="0.01"'),
+}
+
+
+def grip(
+    contact="fingerpad", timestep=0.001, integrator="Euler", mass=None, friction=1.5, torsion=0.004, held="block", **attributes
+):
     """An object between two fingers: the left one stands, the right one is pushed by the motor `grip`, N; both hang on a hand
     that the actuator `hand` moves up and down, m.
 
     ``contact``: `fingerpad`, `none`, or one of MUJOCO, then with the coefficients ``friction`` and ``torsion`` (m).
+    ``held``: one of OBJECTS; ``mass``: in place of its own.
     ``attributes``: of the plugin.
     """
     own, option = contact == "fingerpad", MUJOCO.get(contact)
+    half, own_mass, geom = OBJECTS[held]
     pad = "" if option is None else (
         f'<geom name="{{}}_pad" type="sphere" size="0.008" pos="{{}} 0 0" mass="0" condim="4" '
         f'friction="{friction} {torsion} 0.0001"/>'
@@ -63,19 +78,19 @@ def grip(contact="fingerpad", timestep=0.001, integrator="Euler", mass=MASS_KG, 
       <geom type="box" size="0.06 0.01 0.01" pos="0 0.06 0" mass="0.5" contype="0" conaffinity="0"/>
       <body name="left_finger">
         <geom type="capsule" size="0.004" fromto="-0.05 0 0 -0.03 0 0" mass="0.02" contype="0" conaffinity="0"/>
-        {pad.format("left", -HALF_WIDTH - 0.008)}
-        <site name="left" pos="{-HALF_WIDTH} 0 0" xyaxes="0 0 1 0 1 0"/>
+        {pad.format("left", -half - 0.008)}
+        <site name="left" pos="{-half} 0 0" xyaxes="0 0 1 0 1 0"/>
       </body>
       <body name="right_finger">
         <joint name="grip" type="slide" axis="-1 0 0" damping="2" range="-0.02 0.02"/>
         <geom type="capsule" size="0.004" fromto="0.05 0 0 0.03 0 0" mass="0.02" contype="0" conaffinity="0"/>
-        {pad.format("right", HALF_WIDTH + 0.008)}
-        <site name="right" pos="{HALF_WIDTH} 0 0" xyaxes="0 0 1 0 -1 0"/>
+        {pad.format("right", half + 0.008)}
+        <site name="right" pos="{half} 0 0" xyaxes="0 0 1 0 -1 0"/>
       </body>
     </body>
     <body name="object">
       <freejoint name="object"/>
-      <geom name="object" type="box" size="{HALF_WIDTH} 0.02 0.03" mass="{mass}" {collides}/>
+      <geom name="object" {geom} mass="{mass or own_mass}" {collides}/>
     </body>
   </worldbody>
   <actuator>

@@ -1,4 +1,4 @@
-/* One fingertip against one geom: the motion that the reduced model follows, and the forces that come of it. */
+/* One fingertip against one geom: what it remembers, the motion that the model of the finger follows, the forces. */
 
 #ifndef FINGERPAD_MUJOCO_CONTACT_H
 #define FINGERPAD_MUJOCO_CONTACT_H
@@ -9,25 +9,23 @@
 #include "placement.h"
 #include "settings.h"
 
-/* Words of the reduced model's memory. */
-#define MODEL_WORDS ((int)(sizeof(fingerpad_spin_state) / sizeof(uint32_t)))
-/* Numbers that the plugin's state holds for one contact: the face, foot and angle of the last step taken, what rounding left
- * of its slide and spin, its status, and the words of the reduced model's memory. */
-#define MEMORY_NUMBERS (PLACEMENT_KEPT + 3 + 1 + MODEL_WORDS)
+/* Numbers that the plugin's state holds for one contact beside the words of the model's memory: the face, foot, angle and apex of
+ * the last step taken, what rounding left of its slide and spin, and its status. */
+#define NUMBERS_BESIDE 11
 /* Numbers that a sensor tells of one contact; fingerpad_mujoco.py names them. */
 #define OUTPUT_NUMBERS 18
-
-/* Flag of `status` beside those of the reduced model: the pose is beyond what the model knows and was held at its end. */
-#define STATUS_POSE_HELD 4096
 
 /* All that a contact remembers from one step taken to the next. */
 typedef struct {
   int face;
-  mjtNum foot[2], angle;
+  mjtNum foot[2], angle, apex[3];
   /* Slide along x and y, mm, and spin, rad, that single precision left out so far. */
   mjtNum rest[3];
   int status;
-  fingerpad_spin_state model;
+  union {
+    fingerpad_spin_state bed;
+    fingerpad_pad_state pad;
+  } model;
 } memory;
 
 /* What a contact does at one moment. */
@@ -39,12 +37,14 @@ typedef struct {
   mjtNum damping[4];
 } outcome;
 
+/* Numbers of one contact in the plugin's state. */
+int memory_numbers(int is_pad);
 /* A contact that never was. */
-void memory_clear(memory* past, float strength_factor);
+void memory_clear(memory* past, const settings* s, float strength_factor);
 /* From and to the numbers of the plugin's state. One that holds what is no number is lost: the next step begins anew and
  * flags it. */
-void memory_read(memory* past, const mjtNum numbers[MEMORY_NUMBERS]);
-void memory_write(const memory* past, mjtNum numbers[MEMORY_NUMBERS]);
+void memory_read(memory* past, const settings* s, const mjtNum* numbers);
+void memory_write(const memory* past, const settings* s, mjtNum* numbers);
 
 /* Takes one step from `past` to `here`; `finite` is 0 if a position is no number, and then the memory is held. */
 outcome contact_step(memory* past, const settings* s, const placement* here, int finite, float strength_factor, mjtNum dt);

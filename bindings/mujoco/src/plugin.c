@@ -1,4 +1,4 @@
-/* The plugin fingerpad.contact: passive forces of fingertips on planes and boxes, and a sensor that tells of them.
+/* The plugin fingerpad.contact: passive forces of fingertips on geoms, and a sensor that tells of them.
  *
  * MuJoCo calls `compute` as often as it likes, at positions that it may throw away: a trial, which leaves the memory alone.
  * `advance` comes once for each step that is taken and is the one place where the memory moves on, along the position at
@@ -6,6 +6,7 @@
 
 #include <mujoco/mujoco.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "contact.h"
 #include "placement.h"
@@ -21,6 +22,10 @@ typedef struct {
     placement start;
     int start_finite;
     outcome now;
+    /* The memory before and after the step to `start` with this strength, so that it is computed once. */
+    memory before, after;
+    float strength;
+    mjtNum dt;
   } contact[GEOMS_MAX];
 } instance_data;
 
@@ -30,10 +35,13 @@ static const outcome NOTHING = {0};
 static instance_data* data_of(const mjData* d, int instance) { return (instance_data*)d->plugin_data[instance]; }
 
 static mjtNum* numbers_of(const mjModel* m, mjData* d, int instance, int contact) {
-  return d->plugin_state + m->plugin_stateadr[instance] + contact * MEMORY_NUMBERS;
+  int is_pad = data_of(d, instance)->settings.is_pad;
+  return d->plugin_state + m->plugin_stateadr[instance] + contact * memory_numbers(is_pad);
 }
 
-static int nstate(const mjModel* m, int instance) { return settings_geom_count(m, instance) * MEMORY_NUMBERS; }
+static int nstate(const mjModel* m, int instance) {
+  return settings_geom_count(m, instance) * memory_numbers(settings_is_pad(m, instance));
+}
 
 static int nsensordata(const mjModel* m, int instance, int sensor) {
   (void)sensor;
@@ -73,10 +81,11 @@ static void reset(const mjModel* m, mjtNum* state, void* plugin_data, int instan
   (void)instance;
   instance_data* data = plugin_data;
   data->begun = 0;
-  for (int i = 0; i < data->settings.geom_count; i++) {
+  const settings* s = &data->settings;
+  for (int i = 0; i < s->geom_count; i++) {
     memory past;
-    memory_clear(&past, data->settings.strength_factor[i]);
-    memory_write(&past, state + i * MEMORY_NUMBERS);
+    memory_clear(&past, s, s->strength_factor[i]);
+    memory_write(&past, s, state + i * memory_numbers(s->is_pad));
     data->contact[i].now = NOTHING;
   }
 }
@@ -87,6 +96,19 @@ static int is_later_stage(const instance_data* data, const mjModel* m, const mjD
   return m->opt.integrator == mjINT_RK4 && data->begun && gone > 0 && gone <= 1.001 * m->opt.timestep;
 }
 
+/* Brings the memory of contact `i` to where the present step began. */
+static void to_start(memory* past, instance_data* data, const mjModel* m, const mjData* d, int i) {
+  const settings* s = &data->settings;
+  float strength = settings_strength(s, d, i);
+  int is_known = strength == data->contact[i].strength && m->opt.timestep == data->contact[i].dt &&
+                 memcmp(past, &data->contact[i].before, sizeof(*past)) == 0;
+  if (is_known) {
+    memcpy(past, &data->contact[i].after, sizeof(*past));
+  } else {
+    contact_step(past, s, &data->contact[i].start, data->contact[i].start_finite, strength, m->opt.timestep);
+  }
+}
+
 /* Forces of all contacts at the present position, as a trial on a copy of the memory. A later stage of a step goes by way of
  * where the step began. */
 static void try_step(const mjModel* m, mjData* d, int instance) {
@@ -95,17 +117,22 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
   int later = is_later_stage(data, m, d);
   for (int i = 0; i < s->geom_count; i++) {
     float strength = settings_strength(s, d, i);
-    memory past;
+    memory past, before;
     placement here;
-    memory_read(&past, numbers_of(m, d, instance, i));
-    if (later) contact_step(&past, s, &data->contact[i].start, data->contact[i].start_finite, strength, m->opt.timestep);
-    int finite = place(&here, m, d, s->site, s->geoms[i], past.face) == 0;
+    memory_read(&past, s, numbers_of(m, d, instance, i));
+    if (later) to_start(&past, data, m, d, i);
+    int finite = place(&here, s, m, d, s->geoms[i], past.face, past.apex) == 0;
     outcome* now = &data->contact[i].now;
+    memcpy(&before, &past, sizeof(past));
     *now = contact_step(&past, s, &here, finite, strength, m->opt.timestep);
     contact_apply(now, s, &here, m, d, s->geoms[i]);
     if (!later) {
       data->contact[i].start = here;
       data->contact[i].start_finite = finite;
+      memcpy(&data->contact[i].before, &before, sizeof(before));
+      memcpy(&data->contact[i].after, &past, sizeof(past));
+      data->contact[i].strength = strength;
+      data->contact[i].dt = m->opt.timestep;
     }
   }
   if (!later) {
@@ -148,10 +175,9 @@ static void advance(const mjModel* m, mjData* d, int instance) {
   for (int i = 0; i < s->geom_count; i++) {
     memory past;
     mjtNum* numbers = numbers_of(m, d, instance, i);
-    memory_read(&past, numbers);
-    float strength = settings_strength(s, d, i);
-    contact_step(&past, s, &data->contact[i].start, data->contact[i].start_finite, strength, m->opt.timestep);
-    memory_write(&past, numbers);
+    memory_read(&past, s, numbers);
+    to_start(&past, data, m, d, i);
+    memory_write(&past, s, numbers);
   }
   data->begun = 0;
 }

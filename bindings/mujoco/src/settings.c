@@ -16,7 +16,6 @@ const char* const ATTRIBUTES[] = {
     "damping_slide_n_s_per_m",
     "damping_spin_n_m_s_per_rad",
     "pad_radius_mm",
-    "pose",
     "size",
     "stiffness",
     "lambda",
@@ -27,6 +26,8 @@ const int ATTRIBUTE_COUNT = sizeof(ATTRIBUTES) / sizeof(ATTRIBUTES[0]);
 /* Longest name of a geom, longest number; longest reason with such a name in it. */
 #define WORD_MAX 256
 #define REASON_MAX (WORD_MAX + 128)
+/* Least radius of a round geom, m. */
+static const mjtNum LEAST_RADIUS = 1e-4;
 
 /* The value of an attribute, "" if it was not given. */
 static const char* value_of(const mjModel* m, int instance, const char* name) {
@@ -84,6 +85,38 @@ static int read_numbers(
   return 0;
 }
 
+/* What a geom is, and whether the model of the finger meets it. */
+static const char* const GEOM_TYPES[] = {"plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "SDF"};
+
+static const char* name_of_type(int type) {
+  return type >= 0 && type < (int)(sizeof(GEOM_TYPES) / sizeof(GEOM_TYPES[0])) ? GEOM_TYPES[type] : "geom of another kind";
+}
+
+static int can_touch(const settings* s, int type) {
+  int is_round = type == mjGEOM_SPHERE || type == mjGEOM_CAPSULE || type == mjGEOM_CYLINDER;
+  return type == mjGEOM_PLANE || type == mjGEOM_BOX || (s->is_pad && is_round);
+}
+
+/* Why a geom cannot be touched, in `why`; 0 if it can. */
+static int is_refused(const settings* s, const mjModel* m, int geom, const char* word, char why[REASON_MAX]) {
+  int type = geom < 0 ? 0 : m->geom_type[geom];
+  if (geom < 0) {
+    snprintf(why, REASON_MAX, "the model has no geom '%s'", word);
+  } else if (!can_touch(s, type)) {
+    snprintf(why, REASON_MAX, "geom '%s' is of type %s; %s", word, name_of_type(type),
+             s->is_pad ? "a pad touches planes, boxes, spheres, cylinders and capsules"
+                       : "a bed of springs touches planes and boxes, a pad also spheres, cylinders and capsules");
+  } else if (type != mjGEOM_PLANE && type != mjGEOM_BOX && m->geom_size[3 * geom] < LEAST_RADIUS) {
+    snprintf(why, REASON_MAX, "geom '%s' has a radius of %g m; a pad touches bodies of 0.0001 m and more", word,
+             m->geom_size[3 * geom]);
+  } else if (m->geom_bodyid[geom] == m->site_bodyid[s->site]) {
+    snprintf(why, REASON_MAX, "geom '%s' belongs to the body of the site", word);
+  } else {
+    return 0;
+  }
+  return 1;
+}
+
 /* The site and the geoms, by name. */
 static int read_places(settings* s, const mjModel* m, int instance) {
   const char* site = value_of(m, instance, "site");
@@ -92,22 +125,11 @@ static int read_places(settings* s, const mjModel* m, int instance) {
 
   const char *geoms = value_of(m, instance, "geoms"), *rest = geoms;
   char word[WORD_MAX], why[REASON_MAX];
-  if (count_words(geoms) == 0) return refuse(m, instance, "geoms", geoms, "name the planes and boxes that are touched");
+  if (count_words(geoms) == 0) return refuse(m, instance, "geoms", geoms, "name the geoms that are touched");
   if (count_words(geoms) > GEOMS_MAX) return refuse(m, instance, "geoms", geoms, "more than 32 geoms in one instance");
   while ((rest = next_word(rest, word))) {
     int geom = mj_name2id(m, mjOBJ_GEOM, word);
-    if (geom < 0) {
-      snprintf(why, sizeof(why), "the model has no geom '%s'", word);
-      return refuse(m, instance, "geoms", geoms, why);
-    }
-    if (m->geom_type[geom] != mjGEOM_PLANE && m->geom_type[geom] != mjGEOM_BOX) {
-      snprintf(why, sizeof(why), "geom '%s' is neither a plane nor a box", word);
-      return refuse(m, instance, "geoms", geoms, why);
-    }
-    if (m->geom_bodyid[geom] == m->site_bodyid[s->site]) {
-      snprintf(why, sizeof(why), "geom '%s' belongs to the body of the site", word);
-      return refuse(m, instance, "geoms", geoms, why);
-    }
+    if (is_refused(s, m, geom, word, why)) return refuse(m, instance, "geoms", geoms, why);
     s->geoms[s->geom_count++] = geom;
   }
   return 0;
@@ -128,6 +150,45 @@ static void* read_file(const char* path, size_t* length) {
   return bytes;
 }
 
+/* Loads the file as that of a pad or of a bed, whichever it is. */
+static int load(settings* s, size_t length) {
+  int code = fingerpad_pad_load(&s->pad, s->file, length);
+  s->is_pad = code == FINGERPAD_OK;
+  if (s->is_pad) return fingerpad_pad_describe(&s->pad, &s->pad_info);
+  /* Of a file that is no pad the reader of beds says what is wrong. */
+  return code == FINGERPAD_SECTION ? fingerpad_model_load(&s->bed, s->file, length) : code;
+}
+
+/* Refuses an attribute that the kind of model has no use for. */
+static int read_none(const mjModel* m, int instance, const char* name, const char* why) {
+  const char* value = value_of(m, instance, name);
+  return *value ? refuse(m, instance, name, value, why) : 0;
+}
+
+/* The finger that the attributes make of the model. */
+static int tune(settings* s, const mjModel* m, int instance) {
+  mjtNum size = 1, stiffness = 1, lambda = 1, tau0_mpa = 0;
+  if (read_numbers(m, instance, "size", &size, 1, 0.5, 2) || read_numbers(m, instance, "stiffness", &stiffness, 1, 0.2, 5) ||
+      read_numbers(m, instance, "lambda", &lambda, 1, 0.1, 10)) {
+    return -1;
+  }
+  int code;
+  if (s->is_pad) {
+    if (read_none(m, instance, "tau0_mpa", "a pad has no tau_0; leave it out") ||
+        read_none(m, instance, "pad_radius_mm", "a pad has a shape of its own; leave it out")) {
+      return -1;
+    }
+    code = fingerpad_pad_tune(&s->pad, (float)size, (float)stiffness, (float)lambda);
+  } else {
+    if (read_numbers(m, instance, "tau0_mpa", &tau0_mpa, 1, 0, 0.1) ||
+        read_numbers(m, instance, "pad_radius_mm", s->pad_radius_mm, 2, 0, 1000)) {
+      return -1;
+    }
+    code = fingerpad_model_tune(&s->bed, (float)size, (float)stiffness, (float)lambda, (float)tau0_mpa);
+  }
+  return code == FINGERPAD_OK ? 0 : refuse(m, instance, "size", value_of(m, instance, "size"), fingerpad_error_text(code));
+}
+
 /* The model file, and the finger that the attributes make of it. */
 static int read_model(settings* s, const mjModel* m, int instance) {
   const char* path = value_of(m, instance, "model_file");
@@ -138,29 +199,17 @@ static int read_model(settings* s, const mjModel* m, int instance) {
     snprintf(why, sizeof(why), "cannot be read (%s); a relative path counts from the working directory", strerror(errno));
     return refuse(m, instance, "model_file", path, *path ? why : "give the path of a .fpm file");
   }
-  int code = fingerpad_model_load(&s->model, s->file, length);
-  if (code != FINGERPAD_OK) return refuse(m, instance, "model_file", path, fingerpad_error_text(code));
-  fingerpad_model_info info;
-  fingerpad_model_describe(&s->model, &info);
-  s->fitted_pitch_deg = info.fitted_pitch_deg;
+  int code = load(s, length);
+  return code == FINGERPAD_OK ? tune(s, m, instance) : refuse(m, instance, "model_file", path, fingerpad_error_text(code));
+}
 
-  mjtNum size = 1, stiffness = 1, lambda = 1, tau0_mpa = 0;
-  if (read_numbers(m, instance, "size", &size, 1, 0.5, 2) || read_numbers(m, instance, "stiffness", &stiffness, 1, 0.2, 5) ||
-      read_numbers(m, instance, "lambda", &lambda, 1, 0.1, 10) || read_numbers(m, instance, "tau0_mpa", &tau0_mpa, 1, 0, 0.1)) {
-    return -1;
-  }
-  code = fingerpad_model_tune(&s->model, (float)size, (float)stiffness, (float)lambda, (float)tau0_mpa);
-  if (code != FINGERPAD_OK) return refuse(m, instance, "size", value_of(m, instance, "size"), fingerpad_error_text(code));
-
-  const char* pose = value_of(m, instance, "pose");
-  s->follows_pose = strcmp(pose, "follow") == 0;
-  if (!s->follows_pose && *pose && strcmp(pose, "fixed") != 0) {
-    return refuse(m, instance, "pose", pose, "neither fixed nor follow");
-  }
-  if (s->follows_pose && !info.knows_poses) {
-    return refuse(m, instance, "pose", pose, "this model file knows one pose alone");
-  }
-  return 0;
+int settings_is_pad(const mjModel* m, int instance) {
+  settings s = {0};
+  size_t length;
+  s.file = read_file(value_of(m, instance, "model_file"), &length);
+  if (s.file) load(&s, length);
+  settings_free(&s);
+  return s.is_pad;
 }
 
 int settings_geom_count(const mjModel* m, int instance) {
@@ -179,13 +228,12 @@ int settings_read(settings* s, const mjModel* m, int instance) {
   mjtNum strength[GEOMS_MAX], userdata = -1;
   for (int i = 0; i < GEOMS_MAX; i++) strength[i] = 1;
   const mjtNum most = 1e6;
-  if (read_places(s, m, instance) || read_model(s, m, instance) ||
+  if (read_model(s, m, instance) || read_places(s, m, instance) ||
       read_numbers(m, instance, "strength_factor", strength, s->geom_count, 0.1, 5) ||
       read_numbers(m, instance, "strength_userdata", &userdata, 1, 0, m->nuserdata - s->geom_count) ||
       read_numbers(m, instance, "damping_normal_n_s_per_m", &s->damping_normal, 1, 0, most) ||
       read_numbers(m, instance, "damping_slide_n_s_per_m", &s->damping_slide, 1, 0, most) ||
-      read_numbers(m, instance, "damping_spin_n_m_s_per_rad", &s->damping_spin, 1, 0, most) ||
-      read_numbers(m, instance, "pad_radius_mm", s->pad_radius_mm, 2, 0, 1000)) {
+      read_numbers(m, instance, "damping_spin_n_m_s_per_rad", &s->damping_spin, 1, 0, most)) {
     return -1;
   }
   if (userdata != floor(userdata)) {

@@ -14,24 +14,27 @@ extern const char* const ATTRIBUTES[];
 extern const int ATTRIBUTE_COUNT;
 
 typedef struct {
-  /* The bytes of the model file, which `model` reads in place; freed by settings_free. */
+  /* The bytes of the model file, which `bed` or `pad` reads in place; freed by settings_free. */
   void* file;
-  fingerpad_model model;
-  float fitted_pitch_deg;
+  /* Whether the file is that of a pad, which follows the finger's pose; else that of a bed, which is of one pose. */
+  int is_pad;
+  fingerpad_model bed;
+  fingerpad_pad pad;
+  fingerpad_pad_info pad_info;
   int site, geom_count, geoms[GEOMS_MAX];
   float strength_factor[GEOMS_MAX];
   /* First of d->userdata that multiply the strength factors, or -1. */
   int strength_userdata;
   /* N s/m, N s/m, N m s/rad. */
   mjtNum damping_normal, damping_slide, damping_spin;
-  /* Radius of the pad along and across the finger, mm: how depth counts when the finger tilts. */
+  /* Radius of a bed's finger along and across, mm: how depth counts when the finger tilts. */
   mjtNum pad_radius_mm[2];
-  /* Whether the model follows the finger's pitch and roll. */
-  int follows_pose;
 } settings;
 
 /* Number of geoms that the attribute names, for the size of the state; 0 if there is none. */
 int settings_geom_count(const mjModel* m, int instance);
+/* Whether the attribute names the file of a pad, likewise; 0 if it cannot be read. */
+int settings_is_pad(const mjModel* m, int instance);
 /* Reads all attributes and the model file. Returns 0, or -1 after a warning that names the attribute and its value. */
 int settings_read(settings* s, const mjModel* m, int instance);
 void settings_free(settings* s);

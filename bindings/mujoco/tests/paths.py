@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import fingerpad_mujoco
 import scenes
+from reference import PadFinger
 
 #: Half the size of the object, m: as wide as thick, so that all faces are alike.
 HALF = 0.03
@@ -14,13 +15,19 @@ TOP = np.array([0.0, 0.0, 1e3 * HALF])
 PAD_RADIUS_MM = 21.0
 
 
-def scene(geom="box", **attributes):
-    """A free finger, its site at its origin, and a free object; `plane` is fixed to the world."""
+def scene(geom="box", radius=HALF, **attributes):
+    """A free finger, its site at its origin, and a free object, a box of half the size HALF or a round one of `radius`; `plane` is fixed to the world."""
     attributes = {"site": "finger", "geoms": "object", **attributes}
-    what = {
-        "box": f'<body name="object"><freejoint/><geom name="object" type="box" size="{HALF} {HALF} {HALF}" mass="1"/></body>',
-        "plane": '<geom name="object" type="plane" size="1 1 1"/>',
-    }[geom]
+    shapes = {
+        "box": f'type="box" size="{HALF} {HALF} {HALF}"',
+        "ball": f'type="sphere" size="{radius}"',
+        "rod": f'type="cylinder" size="{radius} 0.1" euler="0 90 0"',
+        "capsule": f'type="capsule" size="{radius} 0.1" euler="90 0 0"',
+    }
+    if geom == "plane":
+        what = '<geom name="object" type="plane" size="1 1 1"/>'
+    else:
+        what = f'<body name="object"><freejoint/><geom name="object" {shapes[geom]} mass="1"/></body>'
     return f"""<mujoco>
   <option timestep="0.001" gravity="0 0 0"><flag contact="disable"/></option>
   <size nuserdata="4"/>
@@ -45,6 +52,20 @@ def finger_at(row):
     axes = Rotation.from_euler("z", turn) * Rotation.from_euler("y", pitch) * Rotation.from_euler("x", roll)
     lift = PAD_RADIUS_MM * (2 - np.cos(pitch) - np.cos(roll))
     return TOP + [x, y, lift - depth], axes
+
+
+def lowest(pitch, roll):
+    """How far the pad's lowest point lies below the site in a pose, mm."""
+    touch = PadFinger(scenes.PAD_FILE).first_touch(30 + np.degrees(pitch), np.degrees(roll))
+    turned = Rotation.from_euler("y", pitch) * Rotation.from_euler("x", roll)
+    return -turned.apply(touch)[2]
+
+
+def pad_at(row, top=TOP):
+    """As `finger_at`, of a pad, which knows its lowest point in each pose."""
+    depth, x, y, turn, pitch, roll = row
+    axes = Rotation.from_euler("z", turn) * Rotation.from_euler("y", pitch) * Rotation.from_euler("x", roll)
+    return top + [x, y, lowest(pitch, roll) - depth], axes
 
 
 def place(data, name, position_mm, turn):

@@ -12,18 +12,16 @@ from reference import RESPONSE, Finger
 
 NAMES = [name for name in RESPONSE if not name.startswith("band")]
 
-def reference_along(path, pose=False):
+def reference_along(path):
     """The same path through the C library: slide and turn of the plane, in the finger's axes."""
     finger, answers, last = Finger(scenes.MODEL_FILE), [], None
     for row in path:
-        depth, x, y, turn, pitch, roll = row
+        depth, x, y, turn, *_ = row
         motion = [0.0, 0.0, 0.0]
         if last is not None:
             middle = 0.5 * (turn + last[3])
             u, v = x - last[1], y - last[2]
             motion = [-(u * np.cos(middle) + v * np.sin(middle)), -(v * np.cos(middle) - u * np.sin(middle)), last[3] - turn]
-        if pose:
-            finger.pose(30 + np.degrees(pitch), np.degrees(roll))
         answers.append(finger.step(depth, *motion))
         last = row
     return answers
@@ -77,25 +75,6 @@ def test_all_faces_of_a_box_and_all_motions_of_the_two_are_alike(face):
         contacts.append(paths.lead(model, data, (moved + brought.apply(at), brought * axes), (moved, turn)))
     assert {c["face"] for c in contacts} == {face + 1.0}
     assert_same(contacts, reference_along(path))
-
-
-def test_the_pose_is_followed():
-    path = paths.wandering(5)
-    model, data = paths.model_and_data(pose="follow")
-    contacts = [paths.lead(model, data, paths.finger_at(row), (np.zeros(3), Rotation.identity())) for row in path]
-    assert_same(contacts, reference_along(path, pose=True), tolerance=1e-3)
-    still = reference_along(path)
-    assert max(abs(c["normal_force_n"] - r.normal_force_n) for c, r in zip(contacts, still)) > 0.02
-
-
-def test_a_pose_beyond_the_model_is_held_and_flagged():
-    model, data = paths.model_and_data(pose="follow")
-    seen = {}
-    for roll in (0.5, 0.6, 0.8):
-        at = paths.finger_at([1.0, 0, 0, 0, 0, roll])
-        seen[roll] = paths.lead(model, data, at, (np.zeros(3), Rotation.identity()))
-    assert [fingerpad_mujoco.flags(c["status"]) for c in seen.values()] == [[], ["pose_held"], ["pose_held"]]
-    assert seen[0.8]["normal_force_n"] == pytest.approx(seen[0.6]["normal_force_n"], rel=1e-3)
 
 
 def test_contact_is_only_on_the_face_below():

@@ -5,6 +5,8 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 import fingerpad_mujoco
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -15,11 +17,12 @@ def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
-def test_the_page_runs(own_folder):
+@pytest.mark.parametrize("model_file", ["fingertip.fpm", "fingertip-pad.fpm"])
+def test_the_page_runs(model_file, own_folder):
     for name in ("bindings", "data"):
         (own_folder / name).symlink_to(ROOT / name)
     [scene], [program] = blocks("xml"), blocks("python")
-    (own_folder / "finger.xml").write_text(scene)
+    (own_folder / "finger.xml").write_text(scene.replace("fingertip.fpm", model_file))
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert ran.returncode == 0, ran.stderr
 
@@ -34,7 +37,7 @@ def test_the_page_runs(own_folder):
 def test_every_attribute_and_the_number_of_outputs_are_told():
     source = (ROOT / "bindings" / "mujoco" / "src" / "settings.c").read_text()
     names = re.findall(r'^    "(\w+)",$', source, re.MULTILINE)
-    assert len(names) == 14
+    assert len(names) == 13
     assert [name for name in names if f"`{name}`" not in PAGE] == []
     header = (ROOT / "bindings" / "mujoco" / "src" / "contact.h").read_text()
     assert int(re.search(r"OUTPUT_NUMBERS (\d+)", header).group(1)) == len(fingerpad_mujoco.OUTPUTS)

@@ -2,6 +2,7 @@
 
 import hold
 import pytest
+import scenes
 
 
 @pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.004])
@@ -15,6 +16,54 @@ def test_nor_does_it_under_runge_kutta():
     held = hold.held("fingerpad", 0.001, 60.0, integrator="RK4")
     assert held["drift_um_s"] < 1e-3
     assert held["sag_mm"] == pytest.approx(hold.held("fingerpad", 0.00025, 4.0)["sag_mm"], abs=0.01)
+
+
+@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002])
+@pytest.mark.parametrize("grip_n", [0.3, 0.6, 1.0, 2.0, 4.0, 6.0, 7.0])
+def test_pads_hold_a_block_at_every_force_of_a_hand(grip_n, timestep):
+    held = hold.held_by_pads("block", grip_n, timestep)
+    assert held["drift_um_s"] < 1e-2 and held["turn_rad_s"] < 1e-5, held
+    assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.01)
+    # Nothing goes through: ever less depth for a newton more, and deeper than the fit is flagged.
+    assert held["depth_mm"] < 6.5 and held["flags"] == (["depth_above_range"] if grip_n > 5 else [])
+    assert abs(held["sag_mm"]) < 1.5
+
+
+@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002])
+@pytest.mark.parametrize("name", ["pen", "rod", "ball"])
+def test_pads_hold_a_round_object(name, timestep):
+    # A pen of 8 mm across the fingers, a rod along them, a ball of 20 mm.
+    held = hold.held_by_pads(name, 1.0, timestep)
+    assert held["drift_um_s"] < 1e-2 and held["turn_rad_s"] < 1e-4 and held["flags"] == [], held
+    assert held["normal_force_n"] == pytest.approx(1.0, rel=0.01) and 0 < held["sag_mm"] < 1.0
+
+
+def test_pads_hold_under_runge_kutta():
+    for name in ("block", "ball"):
+        held = hold.held_by_pads(name, 1.0, 0.001, integrator="RK4")
+        assert held["drift_um_s"] < 1e-2 and held["turn_rad_s"] < 1e-5, held
+
+
+@pytest.mark.parametrize("name", ["block", "ball"])
+def test_pads_too_weak_slip_with_friction_at_their_limit(name):
+    seen, expected = hold.too_weak(grip_n=0.06, model_file=scenes.PAD_FILE, held=name)
+    mass = scenes.OBJECTS[name][1]
+    assert seen > 1.0
+    expected = scenes.GRAVITY - (scenes.GRAVITY - expected) * scenes.MASS_KG / mass
+    assert seen == pytest.approx(expected, abs=0.3)
+
+
+def test_pads_sink_a_block_below_the_limit_alone():
+    held = {grip_n: hold.held_by_pads("block", grip_n, 0.001)["drift_um_s"] for grip_n in (0.08, 0.15)}
+    assert held[0.08] is None and held[0.15] < 1e-2, held
+
+
+@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002])
+def test_a_shaken_object_stays_in_pads(timestep):
+    shaken = hold.disturbed("fingerpad", timestep, model_file=scenes.PAD_FILE)
+    first, _, last = shaken["gone_mm"]
+    assert abs(first) < 0.5 and abs(last - first) < 0.1, shaken
+    assert shaken["drift_um_s"] < 1e-2
 
 
 def test_mujocos_own_contact_creeps_without_its_slip_solver():
@@ -42,11 +91,6 @@ def test_a_shaken_object_stays_and_comes_to_rest(timestep):
     first, _, last = shaken["gone_mm"]
     assert abs(first) < 0.5 and abs(last - first) < 0.05, shaken
     assert shaken["drift_um_s"] < 1e-3
-
-
-def test_saved_and_restored_it_goes_on_with_the_same_bits():
-    same, _ = hold.restored()
-    assert same
 
 
 def test_the_cost_is_of_the_order_of_mujocos_own():

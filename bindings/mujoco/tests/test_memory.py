@@ -6,6 +6,7 @@ import hold
 import mujoco
 import numpy as np
 import pytest
+from mujoco import rollout
 
 import fingerpad_mujoco
 import scenes
@@ -20,15 +21,21 @@ def whole(model, data):
     return state.view(np.uint64)
 
 
+#: Both models of the finger, and what they may hold.
+SCENES = [dict(), dict(model_file=scenes.PAD_FILE), dict(model_file=scenes.PAD_FILE, held="ball")]
+of_every_kind = pytest.mark.parametrize("scene", SCENES, ids=["bed", "pad", "pad and ball"])
+
+
 def shaken(**scene):
     model, data = hold.gripped(**scene)
     hold.shake(model, data, 0.2, seed=3)
     return model, data
 
 
+@of_every_kind
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast", "discrete"])
-def test_steps_that_were_tried_leave_nothing(integrator):
-    model, plain = shaken(integrator=integrator)
+def test_steps_that_were_tried_leave_nothing(integrator, scene):
+    model, plain = shaken(integrator=integrator, **scene)
     tried = copy.copy(plain)
     random = np.random.default_rng(17)
     for _ in range(200):
@@ -45,8 +52,9 @@ def test_steps_that_were_tried_leave_nothing(integrator):
     assert fingerpad_mujoco.read(plain, "left")[0]["normal_force_n"] > 0.1
 
 
-def test_finite_differences_leave_nothing():
-    model, plain = shaken()
+@of_every_kind
+def test_finite_differences_leave_nothing(scene):
+    model, plain = shaken(**scene)
     other = copy.copy(plain)
     for _ in range(20):
         mujoco.mj_step(model, plain)
@@ -104,8 +112,9 @@ def test_an_object_falls_as_calculated_by_hand(integrator):
     np.testing.assert_allclose(heights, by_hand, atol=1e-6 * np.ptp(by_hand))
 
 
-def test_a_copy_goes_its_own_way():
-    model, data = shaken()
+@of_every_kind
+def test_a_copy_goes_its_own_way(scene):
+    model, data = shaken(**scene)
     twin = copy.copy(data)
     mujoco.mj_step(model, data, 100)
     mujoco.mj_step(model, twin, 100)
@@ -117,8 +126,37 @@ def test_a_copy_goes_its_own_way():
     assert fingerpad_mujoco.read(data, "right")[0]["normal_force_n"] > 0.1
 
 
-def test_a_reset_forgets():
-    model, data = shaken()
+@of_every_kind
+def test_saved_and_restored_it_goes_on_with_the_same_bits(scene):
+    same, _ = hold.restored(**scene)
+    assert same
+
+
+@of_every_kind
+def test_a_rollout_in_threads_does_what_single_steps_do(scene):
+    model, start = shaken(**scene)
+    size, which = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS), mujoco.mjtState.mjSTATE_FULLPHYSICS
+    first = np.empty(size)
+    mujoco.mj_getState(model, start, first, which)
+    random = np.random.default_rng(29)
+    controls = np.zeros((6, 100, model.nu))
+    controls[:, :, 0] = hold.GRIP_N * random.uniform(0.5, 1.5, (6, 100))
+    threads = [mujoco.MjData(model) for _ in range(3)]
+    states, _ = rollout.rollout(model, threads, np.tile(first, (6, 1)), controls)
+    for control, seen in zip(controls, states):
+        single = mujoco.MjData(model)
+        mujoco.mj_setState(model, single, first, which)
+        for row, state in zip(control, seen):
+            single.ctrl[:] = row
+            mujoco.mj_step(model, single)
+            own = np.empty(size)
+            mujoco.mj_getState(model, single, own, which)
+            assert (own.view(np.uint64) == state.view(np.uint64)).all()
+
+
+@of_every_kind
+def test_a_reset_forgets(scene):
+    model, data = shaken(**scene)
     fresh = mujoco.MjData(model)
     for d in (data, fresh):
         mujoco.mj_resetData(model, d)

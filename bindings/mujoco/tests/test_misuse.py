@@ -28,9 +28,9 @@ def why_refused(scene, capfd, folder):
         ("model_file", "{cut}", "cut off"),
         ("model_file", "{text}", "not a model file"),
         ("site", "thumb", "the model has no site of this name"),
-        ("geoms", "", "name the planes and boxes"),
+        ("geoms", "", "name the geoms that are touched"),
         ("geoms", "object lid", "the model has no geom 'lid'"),
-        ("geoms", "ball", "geom 'ball' is neither a plane nor a box"),
+        ("geoms", "ball", "geom 'ball' is of type sphere; a bed of springs touches planes and boxes"),
         ("geoms", "nail", "geom 'nail' belongs to the body of the site"),
         ("strength_factor", "strong", "'strong' is not a number from 0.1 to 5"),
         ("strength_factor", "nan", "'nan' is not a number from 0.1 to 5"),
@@ -42,7 +42,7 @@ def why_refused(scene, capfd, folder):
         ("damping_slide_n_s_per_m", "2,5", "'2,5' is not a number"),
         ("damping_spin_n_m_s_per_rad", "inf", "'inf' is not a number"),
         ("pad_radius_mm", "1 2 3", "holds 3 numbers"),
-        ("pose", "free", "neither fixed nor follow"),
+        ("pose", "follow", "pose"),
         ("size", "3", "'3' is not a number from 0.5 to 2"),
         ("tau0_mpa", "-0.1", "is not a number from 0 to 0.1"),
         ("gripping", "1", "gripping"),
@@ -57,8 +57,29 @@ def test_a_bad_attribute_is_named_with_its_value(attribute, value, reason, capfd
     scene = paths.scene(**{attribute: value}).replace('<site name="finger"/>', '<site name="finger"/>' + more)
     said = why_refused(scene, capfd, own_folder)
     assert reason in said, said
-    if attribute != "gripping":
+    if attribute not in ("gripping", "pose"):
         assert f'attribute {attribute} = "{value}"' in said and "instance 'finger'" in said, said
+
+
+@pytest.mark.parametrize(
+    "attribute, value, reason",
+    [
+        ("geoms", "egg", "geom 'egg' is of type ellipsoid; a pad touches planes, boxes, spheres, cylinders and capsules"),
+        ("geoms", "needle", "geom 'needle' has a radius of 5e-05 m"),
+        ("tau0_mpa", "0.01", "a pad has no tau_0"),
+        ("pad_radius_mm", "21", "a pad has a shape of its own"),
+        ("stiffness", "9", "'9' is not a number from 0.2 to 5"),
+        ("model_file", "{cut}", "cut off"),
+    ],
+)
+def test_a_bad_attribute_of_a_pad_is_named_with_its_value(attribute, value, reason, capfd, own_folder):
+    whole = scenes.PAD_FILE.read_bytes()
+    (own_folder / "cut.fpm").write_bytes(whole[: len(whole) // 2])
+    value = value.format(cut=own_folder / "cut.fpm")
+    more = '<geom name="egg" type="ellipsoid" size="1 1 1"/><geom name="needle" type="capsule" size="5e-5 1"/>'
+    scene = paths.scene(**{"model_file": scenes.PAD_FILE, attribute: value}).replace("<worldbody>", "<worldbody>" + more)
+    said = why_refused(scene, capfd, own_folder)
+    assert reason in said and f'attribute {attribute} = "{value}"' in said, said
 
 
 def test_a_missing_plugin_tells_how_to_build_it(tmp_path):
@@ -95,8 +116,9 @@ def test_a_position_that_is_no_number_is_held_and_flagged(bad, integrator):
 
 
 @pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -5.0, 1e300])
-def test_a_state_that_was_overwritten_is_begun_anew_and_flagged(value):
-    model, data = hold.gripped()
+@pytest.mark.parametrize("model_file", [scenes.MODEL_FILE, scenes.PAD_FILE], ids=["bed", "pad"])
+def test_a_state_that_was_overwritten_is_begun_anew_and_flagged(value, model_file):
+    model, data = hold.gripped(model_file=model_file)
     mujoco.mj_step(model, data, 100)
     data.plugin_state[:] = value
     mujoco.mj_forward(model, data)
@@ -106,9 +128,14 @@ def test_a_state_that_was_overwritten_is_begun_anew_and_flagged(value):
     assert right["status"] == 0 and right["normal_force_n"] == pytest.approx(hold.GRIP_N, rel=0.05)
 
 
-def test_random_state_bits_do_no_harm():
+@pytest.mark.parametrize(
+    "model_file, held",
+    [(scenes.MODEL_FILE, "block"), (scenes.PAD_FILE, "block"), (scenes.PAD_FILE, "ball"), (scenes.PAD_FILE, "pen")],
+    ids=["bed", "pad", "pad and ball", "pad and pen"],
+)
+def test_random_state_bits_do_no_harm(model_file, held):
     random = np.random.default_rng(23)
-    model, data = hold.gripped()
+    model, data = hold.gripped(model_file=model_file, held=held)
     for _ in range(300):
         data.plugin_state[:] = random.integers(0, 2**32, model.npluginstate)
         mujoco.mj_step(model, data)

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 NO_DAMPING = dict(damping_slide_n_s_per_m=0, damping_spin_n_m_s_per_rad=0, damping_normal_n_s_per_m=0)
 
 
-def taken_by_contacts(seed, timestep=0.0002, duration=4.0, **attributes):
+def taken_by_contacts(seed, timestep=0.0002, duration=4.0, push=1.0, **attributes):
     """Energy, mJ, that went into the contacts up to each step, and what went in and out in all, of an object that is pushed
     and turned at random between two fingers, with slip, lift-off and tilt, from a start without contact."""
     model, data = hold.gripped(grip_n=0.0, load_n=0.0, timestep=timestep, strength_userdata=0, **attributes)
@@ -22,7 +22,7 @@ def taken_by_contacts(seed, timestep=0.0002, duration=4.0, **attributes):
     energy, gone, before, speed = [0.0], 0.0, None, None
     for i in range(round(duration / timestep)):
         if i % round(0.02 / timestep) == 0:
-            pull, twist = random.normal(0, 1.0, 3), random.normal(0, 0.006, 3)
+            pull, twist = random.normal(0, push, 3), random.normal(0, 0.006 * push, 3)
             data.userdata[0] = random.uniform(0.5, 1.5)
         data.ctrl[0] = 0.8 + 0.5 * np.sin(9 * data.time)
         # A soft spring to the middle keeps the object there.
@@ -39,22 +39,31 @@ def taken_by_contacts(seed, timestep=0.0002, duration=4.0, **attributes):
     return np.array(energy), gone
 
 
+PAD = dict(model_file=scenes.PAD_FILE)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("attributes", [NO_DAMPING, {}], ids=["undamped", "damped"])
+@pytest.mark.parametrize(
+    "attributes",
+    [NO_DAMPING, {}, NO_DAMPING | PAD | dict(push=0.3), PAD | dict(push=0.3), NO_DAMPING | PAD | dict(push=0.1, held="ball")],
+    ids=["undamped", "damped", "undamped pad", "damped pad", "undamped pad and ball"],
+)
 def test_contacts_yield_no_energy(seed, attributes):
+    # A pad is pushed so that no depth is beyond the fit: pads are stiffer, and a harder push throws the object over its edges.
     energy, gone = taken_by_contacts(seed, **attributes)
-    assert gone > 100.0
+    assert gone > 30.0
     assert energy.min() > -1e-4 * gone, (energy.min(), gone)
     assert 0.1 * gone < energy[-1] < gone
 
 
-def taken_by_cycles(seed, cycles, sense=1, slide_mm=0.01, steps=800, **attributes):
+def taken_by_cycles(seed, cycles, sense=1, slide_mm=0.01, steps=800, part=1.0, tilt_rad=0.08, **attributes):
     """Energy, mJ, that each of `cycles` rounds of one closed path put into a contact, and what went in and out in one round.
 
-    The finger is led in all six directions at once: depth 1.0 to 1.6 mm, tilts of some degrees, small slides and turns."""
+    The finger is led in all six directions at once: depth 1.0 to 1.6 mm, tilts of some degrees, small slides and turns, or the
+    ``part`` of all that."""
     model, data = paths.model_and_data(**NO_DAMPING, **attributes)
     random = np.random.default_rng(seed)
-    size = np.array([0.3, slide_mm, slide_mm, 0.1 * slide_mm, 0.08, 0.08])
+    size = part * np.array([0.3, slide_mm, slide_mm, 0.1 * slide_mm, tilt_rad, tilt_rad])
     phase, order = random.uniform(0, 2 * np.pi, 6), random.permutation([1, 1, 2, 2, 3, 3])
     rounds, before = np.zeros((cycles, 2)), None
     for i in range(cycles * steps + 1):
@@ -84,13 +93,6 @@ def test_a_closed_path_that_sticks_gives_back_what_it_took(seed, sense):
 def test_a_closed_path_that_slips_takes_energy(seed):
     *_, (left, gone) = taken_by_cycles(seed, 2, slide_mm=2.0)
     assert 0.1 * gone < left < gone
-
-
-def test_following_the_pose_yields_no_more_than_is_told():
-    # What the documentation says of pose = follow: a closed path of tilts may yield up to 1.5 % of what goes in and out.
-    rounds = [taken_by_cycles(seed, 2, sense, steps=400, pose="follow")[-1] for seed in (0, 2) for sense in (1, -1)]
-    shares = [left / gone for left, gone in rounds]
-    assert min(shares) < -2e-3 and max(np.abs(shares)) < 2e-2, shares
 
 
 def test_a_free_vibration_decays_by_the_stated_damping():

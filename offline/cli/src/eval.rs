@@ -191,7 +191,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Loaded::Pad(file) => return on_pad(args, &file, outputs, &model_name, shipped_path),
     };
     if args.body.is_given() {
-        return Err(Failure::Input(anyhow!("{model_name}: a bed of springs knows the plane only; a pad takes other bodies")));
+        return Err(Failure::Input(anyhow!(
+            "{model_name}: a bed of springs knows the plane only; a pad takes other bodies"
+        )));
     }
     match (&args.runs, &args.path) {
         (Some(runs), _) => {

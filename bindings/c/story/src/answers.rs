@@ -3,57 +3,44 @@
 use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
 use fingerpad::{
-    Contact, Drive, Driven, Error, File, Gradient, ModelFile, Motion, Normal, Pose, Posed, Response, SPRINGS,
+    Contact, Drive, Driven, Error, File, Gradient, ModelFile, Motion, Normal, PadModelFile, Response, SPRINGS,
     SpinState, State, StateOf, Surroundings, Tangential, Tuned, Tuning, state_bytes,
 };
 
+use crate::pad::PadTeller;
 use crate::told::{Request, words};
 
 /// Code of a value out of range, as in `fingerpad.h`.
-const RANGE: u32 = 8;
-
-enum Used<'a> {
-    Fitted(Tuned<'a>),
-    Posed(Posed<'a>),
-}
-
-macro_rules! with_model {
-    ($used:expr, $model:ident => $action:expr) => {
-        match $used {
-            Used::Fitted($model) => $action,
-            Used::Posed($model) => $action,
-        }
-    };
-}
+pub const RANGE: u32 = 8;
 
 /// The core with everything that a story changes.
 pub struct Teller<'a> {
     files: &'a [ModelFile; 2],
     file: File<'a>,
-    tuning: Tuning,
-    pose: Option<Pose>,
-    used: Used<'a>,
+    model: Tuned<'a>,
     plain: State,
     spin: SpinState,
     contact: Contact<SPRINGS>,
     around: Surroundings,
     watch: Watch,
+    pads: &'a [PadModelFile; 2],
+    pad: PadTeller<'a>,
 }
 
 impl<'a> Teller<'a> {
-    pub fn new(files: &'a [ModelFile; 2]) -> Self {
+    pub fn new(files: &'a [ModelFile; 2], pads: &'a [PadModelFile; 2]) -> Self {
         let file = files[0].file();
         Self {
             files,
             file,
-            tuning: Tuning::default(),
-            pose: None,
-            used: Used::Fitted(file.model.tuned(Tuning::default()).expect("the fitted finger is in range")),
+            model: file.model.tuned(Tuning::default()).expect("the fitted finger is in range"),
             plain: State::default(),
             spin: SpinState::default(),
             contact: Contact::default(),
             around: Surroundings::default(),
             watch: Watch::new(0),
+            pads,
+            pad: PadTeller::new(&pads[0]),
         }
     }
 
@@ -61,17 +48,13 @@ impl<'a> Teller<'a> {
     pub fn answer(&mut self, request: &Request) -> String {
         match *request {
             Request::Model(k) => {
-                let files = self.files;
+                let (files, pads) = (self.files, self.pads);
                 let file = files[k].file();
-                *self = Self { file, watch: Watch::new(k as u8), around: reference(&file), ..Self::new(files) };
-                self.use_as(Tuning::default(), None)
+                *self = Self { file, watch: Watch::new(k as u8), around: reference(&file), ..Self::new(files, pads) };
+                self.tune(Tuning::default())
             }
             Request::Tune([size, stiffness, lambda, tau0_mpa]) => {
-                self.use_as(Tuning { size, stiffness, lambda, tau0_mpa }, self.pose)
-            }
-            Request::Pose([pitch_deg, roll_deg]) => {
-                let is_fitted = pitch_deg == self.file.model.data().pose.pitch_deg && roll_deg == 0.0;
-                self.use_as(self.tuning, (!is_fitted).then_some(Pose { pitch_deg, roll_deg }))
+                self.tune(Tuning { size, stiffness, lambda, tau0_mpa })
             }
             Request::Factor(factor) => self.factor(factor),
             Request::Around(
@@ -99,27 +82,32 @@ impl<'a> Teller<'a> {
             }
             Request::Gradient(direction) => {
                 let (plain, spin) = (&self.plain, &self.spin);
-                let [one, other] = with_model!(&self.used, model => {
-                    [model.gradient(plain, direction), model.gradient(spin, direction)]
-                });
+                let [one, other] = [self.model.gradient(plain, direction), self.model.gradient(spin, direction)];
                 format!("{}{}", derivatives(&one), derivatives(&other))
             }
             Request::Grip([x, y, margin, factor]) => {
-                let grip = with_model!(&self.used, model => model.least_grip([x, y], margin, factor));
+                let grip = self.model.least_grip([x, y], margin, factor);
                 format!("{} {:x}", words(&[grip.depth_mm, grip.normal_force_n]), grip.status.0)
             }
             Request::Save => self.save(),
+            Request::PadWords { .. } => "0".to_owned(),
+            Request::PadLoad(k) => {
+                self.pad = PadTeller::new(&self.pads[k]);
+                self.pad.patch_count().to_string()
+            }
+            Request::Pad(tuning) => self.pad.tune(tuning),
+            Request::Body { kind, numbers } => self.pad.begin(kind, numbers),
+            Request::PadFactor(factor) => self.pad.factor(factor),
+            Request::PadStep(numbers) => self.pad.step(numbers),
+            Request::Patches => self.pad.patches(),
+            Request::PadSave => self.pad.save(),
         }
     }
 
-    fn use_as(&mut self, tuning: Tuning, pose: Option<Pose>) -> String {
-        let used = self.file.model.tuned(tuning).and_then(|tuned| match pose {
-            None => Ok(Used::Fitted(tuned)),
-            Some(pose) => tuned.posed(pose).map(Used::Posed),
-        });
-        match used {
-            Ok(used) => {
-                (self.used, self.tuning, self.pose) = (used, tuning, pose);
+    fn tune(&mut self, tuning: Tuning) -> String {
+        match self.file.model.tuned(tuning) {
+            Ok(tuned) => {
+                self.model = tuned;
                 "0".to_owned()
             }
             Err(Error::Range { .. }) => RANGE.to_string(),
@@ -140,11 +128,11 @@ impl<'a> Teller<'a> {
     fn step(&mut self, motion: Motion) -> String {
         let effects = Effects::of_file(&self.file).expect("the story's files have known effects");
         let (plain, spin, contact) = (&mut self.plain, &mut self.spin, &mut self.contact);
-        let [one, two, three] = with_model!(&self.used, model => [
-            model.step(plain, motion),
-            model.step(spin, motion),
-            effects.step(model, contact, self.around, motion),
-        ]);
+        let [one, two, three] = [
+            self.model.step(plain, motion),
+            self.model.step(spin, motion),
+            effects.step(&self.model, contact, self.around, motion),
+        ];
         let mut queue: Queue<4> = Queue::new();
         let (mut producer, mut consumer) = queue.split();
         self.watch.look(&one, &mut producer);
@@ -158,7 +146,7 @@ impl<'a> Teller<'a> {
 
     fn driven(&mut self, drive: Drive) -> String {
         let (plain, spin) = (&mut self.plain, &mut self.spin);
-        let both = with_model!(&self.used, model => [model.step_driven(plain, drive), model.step_driven(spin, drive)]);
+        let both = [self.model.step_driven(plain, drive), self.model.step_driven(spin, drive)];
         both.iter().map(|Driven { response, motion }| forces(response) + &moved(motion)).collect()
     }
 
@@ -201,7 +189,7 @@ fn drive(by_normal_force: bool, by_friction: bool, numbers: [f32; 8]) -> Drive {
 }
 
 /// All numbers of a response.
-fn forces(r: &Response) -> String {
+pub fn forces(r: &Response) -> String {
     let numbers = [
         r.normal_force_n,
         r.friction_n[0],

@@ -2,10 +2,12 @@
 //! binding reads the first and must write the second, bit for bit. `places_*.txt` tell the same by places (`places.rs`).
 //!
 //! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. The second model is CORRECTED with tables over a voltage, which the folder
-//! gets as `charged.fpm`. All numbers are 32-bit words in hexadecimal; `told.rs` has the requests.
+//! gets as `charged.fpm`. Beside it lie the pad that ships, `fingertip-pad.fpm`, and one of more patches, `halved-pad.fpm`. All numbers
+//! are 32-bit words in hexadecimal; `told.rs` has the requests.
 
 mod answers;
 mod charged;
+mod pad;
 mod paths;
 mod places;
 mod told;
@@ -13,9 +15,14 @@ mod told;
 use std::fs;
 use std::path::Path;
 
-use fingerpad::ModelFile;
+use fingerpad::{ModelFile, PadModelFile};
 
 use answers::Teller;
+
+/// The pad that ships.
+const PAD: &[u8] = include_bytes!("../../../../data/models/fingertip-pad.fpm");
+/// Names of the pads beside the other models.
+const PAD_NAMES: [&str; 2] = ["fingertip-pad.fpm", "halved-pad.fpm"];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -27,16 +34,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let charged = charged::charged(&read(corrected)?).map_err(|e| format!("{corrected} with tables: {e}"))?;
     fs::write(Path::new(folder).join("charged.fpm"), charged.bytes())?;
+    let shipped_pad = PadModelFile::new(PAD).map_err(|e| format!("{}: {e}", PAD_NAMES[0]))?;
+    let halved = pad::halved(&shipped_pad).map_err(|e| format!("{}: {e}", PAD_NAMES[1]))?;
+    let pads = [shipped_pad, halved];
+    for (name, pad) in PAD_NAMES.iter().zip(&pads) {
+        fs::write(Path::new(folder).join(name), pad.bytes())?;
+    }
     let files = [read(shipped)?, charged];
-    let story = paths::story(&files[0]);
-    let mut teller = Teller::new(&files);
+    let story = paths::story(&pads);
+    let mut teller = Teller::new(&files, &pads);
     let answers: Vec<String> = story.iter().map(|request| teller.answer(request)).collect();
     let lines: Vec<String> = story.iter().map(ToString::to_string).collect();
     fs::write(Path::new(folder).join("story.txt"), lines.join("\n") + "\n")?;
     fs::write(Path::new(folder).join("answers.txt"), answers.join("\n") + "\n")?;
     for (file, name) in files.iter().zip(["shipped", "charged"]) {
         let clean = places::rows(&paths::clean_story(), file);
-        let disturbed = places::rows(&paths::disturbed_story(file), file);
+        let disturbed = places::rows(&paths::disturbed_story(), file);
         fs::write(Path::new(folder).join(format!("places_clean_{name}.txt")), clean.join("\n") + "\n")?;
         fs::write(Path::new(folder).join(format!("places_disturbed_{name}.txt")), disturbed.join("\n") + "\n")?;
     }

@@ -1,7 +1,7 @@
 //! The paths: a clean one (press, slide, hold, lift) and a disturbed one (noise, vibration, reversals, changing strength, spin,
-//! poses, nonsense), with every request on the way.
+//! nonsense), with every request on the way; then the same of a pad on every kind of body, in every pose.
 
-use fingerpad::ModelFile;
+use fingerpad::PadModelFile;
 
 use crate::told::Request;
 
@@ -29,17 +29,34 @@ impl Noise {
     }
 }
 
-/// Clean and disturbed with the shipped model, then both with the other one, which has effects and tables over a voltage.
-pub fn story(shipped: &ModelFile) -> Vec<Request> {
-    let pitch_deg = shipped.file().model.data().pose.pitch_deg;
+/// Clean and disturbed with the shipped model, then both with the other one, which has effects and tables over a voltage, then
+/// both with each pad.
+pub fn story(pads: &[PadModelFile]) -> Vec<Request> {
     let mut told = vec![Request::Model(0)];
     clean(&mut told);
     told.push(Request::Model(0));
-    disturbed(&mut told, pitch_deg, &mut Noise(SEED));
+    disturbed(&mut told, &mut Noise(SEED));
     told.push(Request::Model(1));
     clean(&mut told);
-    disturbed(&mut told, pitch_deg, &mut Noise(SEED + 1));
+    disturbed(&mut told, &mut Noise(SEED + 1));
+    for (k, pad) in pads.iter().enumerate() {
+        hand_over(&mut told, pad.bytes());
+        told.push(Request::PadLoad(k));
+        pad_clean(&mut told);
+        pad_disturbed(&mut told, &mut Noise(SEED + 2 + k as u32));
+    }
     told
+}
+
+/// A pad's file, word by word.
+fn hand_over(told: &mut Vec<Request>, bytes: &[u8]) {
+    let word = |four: &[u8]| u32::from_le_bytes(std::array::from_fn(|i| four.get(i).copied().unwrap_or(0)));
+    for piece in bytes.chunks(44) {
+        let mut words = [0; 11];
+        let count = piece.len().div_ceil(4);
+        words.iter_mut().zip(piece.chunks(4)).for_each(|(to, four)| *to = word(four));
+        told.push(Request::PadWords { words, count });
+    }
 }
 
 /// The clean path alone.
@@ -49,10 +66,10 @@ pub fn clean_story() -> Vec<Request> {
     told
 }
 
-/// The disturbed path alone, about the pose of a model.
-pub fn disturbed_story(model: &ModelFile) -> Vec<Request> {
+/// The disturbed path alone.
+pub fn disturbed_story() -> Vec<Request> {
     let mut told = Vec::new();
-    disturbed(&mut told, model.file().model.data().pose.pitch_deg, &mut Noise(SEED));
+    disturbed(&mut told, &mut Noise(SEED));
     told
 }
 
@@ -69,7 +86,7 @@ fn clean(told: &mut Vec<Request>) {
     told.extend((0..=100).map(|k| step(1.0 - 0.01 * k as f32, 0.0, 0.0, 0.0)));
 }
 
-fn disturbed(told: &mut Vec<Request>, pitch_deg: f32, noise: &mut Noise) {
+fn disturbed(told: &mut Vec<Request>, noise: &mut Noise) {
     let (mut depth, mut target, mut slide, mut spin) = (0.0f32, 1.0f32, [0.0f32; 2], 0.0f32);
     for i in 0..6000 {
         if i % 64 == 0 {
@@ -86,19 +103,13 @@ fn disturbed(told: &mut Vec<Request>, pitch_deg: f32, noise: &mut Noise) {
             slide[1] + noise.about(0.002),
             spin + noise.about(0.001),
         ));
-        told.extend(now_and_then(i, pitch_deg, noise));
+        told.extend(now_and_then(i, noise));
     }
 }
 
 /// What interrupts a disturbed path at step `i`.
-fn now_and_then(i: u32, pitch_deg: f32, noise: &mut Noise) -> Vec<Request> {
+fn now_and_then(i: u32, noise: &mut Noise) -> Vec<Request> {
     let mut told = Vec::new();
-    if i % 150 == 40 {
-        told.push(Request::Pose([pitch_deg + noise.about(10.0), noise.about(12.0)]));
-    }
-    if i % 600 == 500 {
-        told.push(Request::Pose([pitch_deg, 0.0]));
-    }
     if i % 700 == 350 {
         let near = |noise: &mut Noise| 0.8 + 0.4 * noise.unit();
         told.push(Request::Tune([near(noise), near(noise), near(noise), 0.002 * noise.unit()]));
@@ -142,7 +153,7 @@ fn now_and_then(i: u32, pitch_deg: f32, noise: &mut Noise) -> Vec<Request> {
 }
 
 /// What no caller should say and some will.
-fn nonsense(noise: &mut Noise) -> [Request; 9] {
+fn nonsense(noise: &mut Noise) -> [Request; 8] {
     let wild = f32::from_bits(noise.bits());
     [
         step(f32::NAN, 0.01, 0.0, 0.0),
@@ -151,8 +162,99 @@ fn nonsense(noise: &mut Noise) -> [Request; 9] {
         step(9.0, 0.0, 1e30, 1e9),
         Request::Step([0.7, 0.0, 0.01, 0.0, -1.0]),
         Request::Factor(f32::NAN),
-        Request::Pose([5.0, 0.0]),
         Request::Tune([1.0, f32::NAN, 1.0, 0.0]),
         Request::Grip([f32::NAN, 0.1, 0.2, 1.0]),
+    ]
+}
+
+/// A body of each kind in turn.
+fn body(k: u32, [pitch, roll]: [f32; 2]) -> Request {
+    let numbers = match k % 6 {
+        1 => [20.0, 0.0, 0.0],
+        2 => [4.0, 90.0, 0.0],
+        3 => [2.0, -30.0, 90.0],
+        4 => [-60.0, 0.0, 0.0],
+        5 => [12.0, 25.0, 0.0],
+        _ => [0.0; 3],
+    };
+    let [radius_mm, axis_deg, angle_deg] = numbers;
+    let kind = [0, 1, 2, 3, 1, 2][k as usize % 6];
+    Request::Body { kind, numbers: [radius_mm, axis_deg, angle_deg, pitch, roll] }
+}
+
+/// On each body: press to 1 mm, slide, turn and roll the finger, hold, lift.
+fn pad_clean(told: &mut Vec<Request>) {
+    told.push(Request::Pad([1.0; 3]));
+    for k in 0..6 {
+        told.push(body(k, [30.0, 0.0]));
+        let step = |depth: f32, x: f32, spin: f32, pitch: f32, roll: f32| {
+            Request::PadStep([depth, x, 0.2 * x, spin, pitch, roll, DT_S])
+        };
+        told.extend((1..=50).map(|i| step(0.02 * i as f32, 0.0, 0.0, 30.0, 0.0)));
+        told.extend((0..50).map(|_| step(1.0, 0.01, 0.0, 30.0, 0.0)));
+        told.extend((1..=50).map(|i| step(1.0, 0.0, 0.002, 30.0 + 0.2 * i as f32, -0.2 * i as f32)));
+        told.extend((0..10).map(|_| step(1.0, 0.0, 0.0, 40.0, -10.0)));
+        told.extend([Request::Patches, Request::PadSave]);
+        told.extend((0..=50).map(|i| step(1.0 - 0.02 * i as f32, 0.0, 0.0, 40.0, -10.0)));
+    }
+}
+
+/// On bodies that change: noise, reversals, spin, rolling, changing strength and finger, and nonsense.
+fn pad_disturbed(told: &mut Vec<Request>, noise: &mut Noise) {
+    let (mut depth, mut target, mut slide, mut spin) = (0.0f32, 1.0f32, [0.0f32; 2], 0.0f32);
+    let (mut pose, mut toward) = ([30.0f32, 0.0], [30.0f32, 0.0]);
+    for i in 0..3000u32 {
+        if i % 64 == 0 {
+            target = 2.5 * noise.unit() - 0.2;
+            slide = [noise.about(0.05), noise.about(0.05)];
+            spin = noise.about(0.02);
+            toward = [40.0 + noise.about(35.0), noise.about(35.0)];
+            told.push(Request::PadFactor(0.5 + noise.unit()));
+        }
+        if i % 500 == 300 {
+            let near = |noise: &mut Noise| 0.8 + 0.4 * noise.unit();
+            told.push(Request::Pad([near(noise), near(noise), near(noise)]));
+        }
+        if i % 250 == 50 || i % 500 == 300 {
+            told.push(body(noise.bits() >> 20, pose));
+        }
+        depth += 0.1 * (target - depth);
+        for (at, to) in pose.iter_mut().zip(toward) {
+            *at += 0.05 * (to - *at);
+        }
+        told.push(Request::PadStep([
+            depth + noise.about(0.005),
+            slide[0] + noise.about(0.002),
+            slide[1] + noise.about(0.002),
+            spin + noise.about(0.001),
+            pose[0] + noise.about(0.05),
+            pose[1] + noise.about(0.05),
+            DT_S,
+        ]));
+        if i % 97 == 50 {
+            told.extend([Request::PadSave, Request::Patches]);
+        }
+        if i % 211 == 100 {
+            told.extend(pad_nonsense(noise));
+        }
+    }
+}
+
+fn pad_nonsense(noise: &mut Noise) -> [Request; 11] {
+    let wild = f32::from_bits(noise.bits());
+    let nan = f32::NAN;
+    let body = |kind, numbers| Request::Body { kind, numbers };
+    [
+        Request::PadStep([nan, 0.01, 0.0, 0.0, 30.0, 0.0, DT_S]),
+        Request::PadStep([0.8, nan, 0.125, f32::INFINITY, 30.0, nan, DT_S]),
+        Request::PadStep([0.8, wild, -0.01, wild, wild, wild, wild]),
+        Request::PadStep([9.0, 0.0, 1e30, 1e9, -500.0, 500.0, -1.0]),
+        Request::PadFactor(nan),
+        Request::Pad([1.0, nan, 1.0]),
+        body(4, [10.0, 0.0, 0.0, 30.0, 0.0]),
+        body(1, [nan, 0.0, 0.0, 30.0, 0.0]),
+        body(1, [0.0, 0.0, 0.0, 30.0, 0.0]),
+        body(2, [10.0, 200.0, 0.0, 30.0, 0.0]),
+        body(3, [-10.0, 0.0, 90.0, 30.0, 0.0]),
     ]
 }

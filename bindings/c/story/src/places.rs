@@ -4,26 +4,22 @@
 //! A place is followed by 32-bit increments; what rounding leaves out of one is made up in the next.
 
 use fingerpad::effects::Effects;
-use fingerpad::{Contact, ModelFile, Motion, Pose, Response, SPRINGS, SpinState, Surroundings, Tuning};
+use fingerpad::{Contact, ModelFile, Motion, SPRINGS, SpinState, Surroundings, Tuning};
 
 use crate::answers::reference;
 use crate::told::{Request, words};
 
-/// Depth, slide x, slide y, angle, strength factor, pitch, roll, first column of the user's own.
-type Place = [f64; 8];
+/// Depth, slide x, slide y, angle, strength factor, first column of the user's own.
+type Place = [f64; 6];
 
-/// The disturbed and clean steps of a story, with strength and pose, as places.
-fn places(story: &[Request], pitch_deg: f32, own: f32) -> Vec<Place> {
-    let mut at = [0.0, 0.0, 0.0, 0.0, 1.0, f64::from(pitch_deg), 0.0, f64::from(own)];
+/// The disturbed and clean steps of a story, with strength, as places.
+fn places(story: &[Request], own: f32) -> Vec<Place> {
+    let mut at = [0.0, 0.0, 0.0, 0.0, 1.0, f64::from(own)];
     let mut told = Vec::new();
     for request in story {
         match *request {
             Request::Factor(factor) if (0.1..=5.0).contains(&factor) => at[4] = f64::from(factor),
-            Request::Pose([pitch, roll]) if pitch >= 10.0 => {
-                at[5] = f64::from(pitch);
-                at[6] = f64::from(roll);
-            }
-            Request::Around([.., own, _, _, _]) => at[7] = f64::from(own),
+            Request::Around([.., own, _, _, _]) => at[5] = f64::from(own),
             Request::Step([depth, x, y, spin, _]) => {
                 let mut row = at;
                 row[0] = f64::from(depth);
@@ -45,34 +41,28 @@ fn places(story: &[Request], pitch_deg: f32, own: f32) -> Vec<Place> {
 /// Rows of `inputs | answers` for a model: with spin, or with its effects where it has some.
 pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
     let model = file.file();
-    let pitch_deg = model.model.data().pose.pitch_deg;
     let (mut spin, mut contact) = (SpinState::default(), Contact::<SPRINGS>::default());
     let effects = Effects::of_file(&model).expect("the story's files have known effects");
     let tuned = model.model.tuned(Tuning::default()).expect("the fitted finger is in range");
     let mut followed = [0.0f64; 3];
     let mut told = Vec::new();
-    for place in places(story, pitch_deg, reference(&model).own[0]) {
+    for place in places(story, reference(&model).own[0]) {
         let increments: [f32; 3] = std::array::from_fn(|k| (place[k + 1] - followed[k]) as f32);
         for (at, increment) in followed.iter_mut().zip(increments) {
             *at += if increment.is_finite() { f64::from(increment) } else { 0.0 };
         }
         let [x, y, spin_increment_rad] = increments;
         let motion = Motion { depth_mm: place[0] as f32, slide_increment_mm: [x, y], spin_increment_rad, dt_s: 1e-3 };
-        let [factor, pitch, roll] = [place[4], place[5], place[6]].map(|x| x as f32);
+        let factor = place[4] as f32;
         spin.set_strength_factor(factor);
         contact.state.set_strength_factor(factor);
         let mut around = Surroundings::default();
-        around.own[0] = place[7] as f32;
-        let mut step = |pose: Option<Pose>| -> Response {
-            match pose.map(|pose| tuned.posed(pose).expect("the story's poses are in range")) {
-                None if model.effects.is_empty() => tuned.step(&mut spin, motion),
-                None => effects.step(&tuned, &mut contact, around, motion),
-                Some(posed) if model.effects.is_empty() => posed.step(&mut spin, motion),
-                Some(posed) => effects.step(&posed, &mut contact, around, motion),
-            }
+        around.own[0] = place[5] as f32;
+        let r = if model.effects.is_empty() {
+            tuned.step(&mut spin, motion)
+        } else {
+            effects.step(&tuned, &mut contact, around, motion)
         };
-        let is_fitted = pitch == pitch_deg && roll == 0.0;
-        let r = step((!is_fitted).then_some(Pose { pitch_deg: pitch, roll_deg: roll }));
         let inputs: Vec<String> = place.iter().map(|x| format!("{:016x}", x.to_bits())).collect();
         let outputs = [
             r.normal_force_n,

@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `model K` | go on with model file K; a fresh contact without and with spin, with effects, and a watch of finger K |
 //! | `tune SIZE STIFFNESS LAMBDA TAU0` | another finger; answer: 0, or 8 where out of range |
-//! | `pose PITCH ROLL` | another pose; the same |
 //! | `factor F` | strength factor of all three contacts; the same |
 //! | `around ELEVEN` | surroundings: hydration, temperature, width, clock, dwell, occlusion, speed (NaN is counted from the motion), own columns |
 //! | `step DEPTH X Y SPIN DT` | a step of all three; answer: three responses, the sensor's reading without and with the surroundings, the events of the first |
@@ -12,6 +11,14 @@
 //! | `gradient DEPTH X Y` | nine derivatives without and with spin |
 //! | `grip X Y MARGIN F` | the least grip |
 //! | `save` | both states as bytes, from which they are then restored |
+//! | `pad-words UP-TO-ELEVEN` | the next words of a pad's file |
+//! | `pad-load` | go on with the pad of the words so far; a fresh contact over a plane; answer: the number of patches |
+//! | `pad SIZE STIFFNESS LAMBDA` | the pad of another finger; answer: 0, or 8 where out of range. Set a state up anew |
+//! | `body KIND RADIUS AXIS ANGLE PITCH ROLL` | a fresh contact of the pad over a body (0 plane, 1 sphere, 2 cylinder, 3 edge); the same |
+//! | `pad-factor F` | strength factor of the pad's contact; the same |
+//! | `pad-step DEPTH X Y SPIN PITCH ROLL DT` | a step of the pad: a response |
+//! | `patches` | what each patch bears: nine numbers each |
+//! | `pad-save` | the pad's state as bytes, from which it is then restored |
 
 use std::fmt;
 
@@ -20,7 +27,6 @@ use std::fmt;
 pub enum Request {
     Model(usize),
     Tune([f32; 4]),
-    Pose([f32; 2]),
     Factor(f32),
     Around([f32; 11]),
     Step([f32; 5]),
@@ -28,6 +34,14 @@ pub enum Request {
     Gradient([f32; 3]),
     Grip([f32; 4]),
     Save,
+    PadWords { words: [u32; 11], count: usize },
+    PadLoad(usize),
+    Pad([f32; 3]),
+    Body { kind: u32, numbers: [f32; 5] },
+    PadFactor(f32),
+    PadStep([f32; 7]),
+    Patches,
+    PadSave,
 }
 
 /// Numbers as their bits.
@@ -40,7 +54,6 @@ impl fmt::Display for Request {
         match self {
             Self::Model(k) => write!(f, "model {k}"),
             Self::Tune(numbers) => write!(f, "tune{}", words(numbers)),
-            Self::Pose(numbers) => write!(f, "pose{}", words(numbers)),
             Self::Factor(factor) => write!(f, "factor{}", words(&[*factor])),
             Self::Around(numbers) => write!(f, "around{}", words(numbers)),
             Self::Step(numbers) => write!(f, "step{}", words(numbers)),
@@ -50,6 +63,17 @@ impl fmt::Display for Request {
             Self::Gradient(numbers) => write!(f, "gradient{}", words(numbers)),
             Self::Grip(numbers) => write!(f, "grip{}", words(numbers)),
             Self::Save => write!(f, "save"),
+            Self::PadWords { words, count } => {
+                write!(f, "pad-words")?;
+                words.iter().take(*count).try_for_each(|word| write!(f, " {word:08x}"))
+            }
+            Self::PadLoad(_) => write!(f, "pad-load"),
+            Self::Pad(numbers) => write!(f, "pad{}", words(numbers)),
+            Self::Body { kind, numbers } => write!(f, "body {kind:x}{}", words(numbers)),
+            Self::PadFactor(factor) => write!(f, "pad-factor{}", words(&[*factor])),
+            Self::PadStep(numbers) => write!(f, "pad-step{}", words(numbers)),
+            Self::Patches => write!(f, "patches"),
+            Self::PadSave => write!(f, "pad-save"),
         }
     }
 }

@@ -37,7 +37,7 @@ fn main() -> Result<(), Failure> {
     let file = ModelFile::new(&std::fs::read(model)?)?;
     let model = &file.file().model;
     match (what, rest) {
-        ("paths", [folder]) => write_paths(&file, Path::new(folder)),
+        ("paths", [folder]) => write_paths(Path::new(folder)),
         ("one", []) => {
             let path = read_path()?;
             println!("step {:.2}", one_ns::<1>(model, &path, 0.0));
@@ -54,9 +54,9 @@ fn main() -> Result<(), Failure> {
     }
 }
 
-fn write_paths(file: &ModelFile, folder: &Path) -> Result<(), Failure> {
+fn write_paths(folder: &Path) -> Result<(), Failure> {
     let clean: Vec<told::Request> = (0..REPEATED).flat_map(|_| paths::clean_story()).collect();
-    for (name, requests) in [("clean.txt", clean), ("disturbed.txt", paths::disturbed_story(file))] {
+    for (name, requests) in [("clean.txt", clean), ("disturbed.txt", paths::disturbed_story())] {
         let mut text = String::new();
         for request in requests {
             let told::Request::Step([depth_mm, x, y, spin, dt_s]) = request else { continue };
