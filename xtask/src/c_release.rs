@@ -30,7 +30,11 @@ const FILES: [(&str, &str); 12] = [
     ("LICENSE-MIT", "LICENSE-MIT"),
     ("LICENSE-APACHE", "LICENSE-APACHE"),
 ];
-const MODEL: &str = "data/models/fingertip.fpm";
+/// The models that ship, bed and pad: the constant's name, and what it is loaded with.
+const MODELS: [(&str, &str, &str); 2] = [
+    ("fingertip", "fingertip_fpm", "fingerpad_model_load"),
+    ("fingertip-pad", "fingertip_pad_fpm", "fingerpad_pad_load"),
+];
 
 /// Options of `cargo xtask release-c`.
 #[derive(clap::Args)]
@@ -65,9 +69,11 @@ pub fn release(out: &Path) -> Result<()> {
         let text = text.replace("@VERSION@", env!("CARGO_PKG_VERSION")).replace("@HOST@", &host);
         write(&out.join(to), text.as_bytes())?;
     }
-    let model = fs::read(root().join(MODEL))?;
-    write(&out.join("share/fingerpad/fingertip.fpm"), &model)?;
-    write(&out.join("include/fingertip_fpm.h"), constant(&model).as_bytes())?;
+    for (file, name, load) in MODELS {
+        let model = fs::read(root().join(format!("data/models/{file}.fpm")))?;
+        write(&out.join(format!("share/fingerpad/{file}.fpm")), &model)?;
+        write(&out.join(format!("include/{name}.h")), constant(&model, name, load).as_bytes())?;
+    }
     println!("{}: libraries for {host}, {}", out.display(), TARGETS.join(", "));
     Ok(())
 }
@@ -103,7 +109,8 @@ fn static_library<'a>(cargo: &'a mut Command, target: &str) -> &'a mut Command {
 }
 
 /// A model file as a constant of words, which every compiler puts at an address divisible by 4.
-fn constant(model: &[u8]) -> String {
+fn constant(model: &[u8], name: &str, load: &str) -> String {
+    let upper = name.to_uppercase();
     let words: Vec<String> = model
         .chunks(4)
         .map(|chunk| {
@@ -113,9 +120,9 @@ fn constant(model: &[u8]) -> String {
         .collect();
     let lines: Vec<String> = words.chunks(8).map(|line| format!("  {}", line.join(" "))).collect();
     format!(
-        "/* The shipped model file, fingertip.fpm, as a constant for fingerpad_model_load; little-endian words. */\n\
-         #ifndef FINGERTIP_FPM_H\n#define FINGERTIP_FPM_H\n\n#include <stdint.h>\n\n\
-         #define FINGERTIP_FPM_BYTES {}u\n\nstatic const uint32_t fingertip_fpm[{}] = {{\n{}\n}};\n\n#endif\n",
+        "/* A shipped model file as a constant for {load}; little-endian words. */\n\
+         #ifndef {upper}_H\n#define {upper}_H\n\n#include <stdint.h>\n\n\
+         #define {upper}_BYTES {}u\n\nstatic const uint32_t {name}[{}] = {{\n{}\n}};\n\n#endif\n",
         model.len(),
         words.len(),
         lines.join("\n")

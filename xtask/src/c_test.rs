@@ -139,6 +139,7 @@ impl Consumer {
 
     fn misuse(&self) -> Result<()> {
         for language in LANGUAGES {
+            run(self.program("roll_on_ball", language).arg(self.release.join("share/fingerpad/fingertip-pad.fpm")))?;
             let charged = self.story.join("charged.fpm");
             run(self.program("misuse", language).arg(root().join(MODEL)).arg(charged))?;
         }

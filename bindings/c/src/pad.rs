@@ -1,0 +1,263 @@
+//! The model file of a pad in use: load, tune, describe, and the rigid bodies that it touches.
+
+use core::ffi::c_char;
+
+use fingerpad::Elementary;
+use fingerpad::pad::{Body, Cylinder, Edge, PadFile, PadTuning, Sphere, TunedPad};
+
+use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, FINGERPAD_SHAPE, answer, code};
+use crate::pad_state::state_bytes;
+use crate::pointer::{exclusive, items, shared, write};
+
+/// Most patches of a pad, two more than the program `fingerpad pad` makes at most.
+pub const FINGERPAD_PATCHES_MAX: usize = 64;
+
+/// A plane: the value of `kind` in a body.
+pub const FINGERPAD_BODY_PLANE: u32 = 0;
+/// A sphere; a bowl with a negative radius.
+pub const FINGERPAD_BODY_SPHERE: u32 = 1;
+/// A circular cylinder along the tangent plane; a trough with a negative radius.
+pub const FINGERPAD_BODY_CYLINDER: u32 = 2;
+/// Two planes that meet in a rounded edge, which points at the finger.
+pub const FINGERPAD_BODY_EDGE: u32 = 3;
+
+/// The model file of a pad in use: every pose of the finger, on planes, spheres, cylinders and edges. Set it up with
+/// `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
+#[repr(C)]
+pub struct fingerpad_pad {
+    opaque: [u64; 9],
+}
+
+/// What a pad's file says of itself.
+#[repr(C)]
+pub struct fingerpad_pad_info {
+    /// Number of patches of skin.
+    pub patches: u32,
+    /// Largest depth for which the pad was fitted, mm, for the finger in use.
+    pub depth_max_mm: f32,
+    /// Pitch in which the finger's axes are those of the plane, degrees.
+    pub neutral_pitch_deg: f32,
+    /// Least pitch of the fit, degrees.
+    pub pitch_min_deg: f32,
+    /// Largest pitch of the fit, degrees.
+    pub pitch_max_deg: f32,
+    /// Largest roll of the fit to either side, degrees.
+    pub roll_max_deg: f32,
+    /// Checksum of the numbers, by which a saved state knows its pad.
+    pub checksum: u32,
+    /// Bytes of a saved state: 1212 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+    pub state_bytes: u32,
+    /// The file's description, JSON in UTF-8 without an end mark, inside the file.
+    pub meta: *const c_char,
+    /// Its length in bytes.
+    pub meta_length: usize,
+}
+
+/// The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers
+/// that a kind has no use for are not read.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_body {
+    /// FINGERPAD_BODY_PLANE, FINGERPAD_BODY_SPHERE, FINGERPAD_BODY_CYLINDER or FINGERPAD_BODY_EDGE.
+    pub kind: u32,
+    /// Radius of sphere, cylinder or the edge's rounding, mm: 0.1 to 1e6. Negative for a bowl or a trough.
+    pub radius_mm: f32,
+    /// Direction of the axis of a cylinder or of an edge in the tangent plane, from x towards y, degrees: -180 to 180.
+    pub axis_deg: f32,
+    /// Angle between the faces of an edge inside the body, degrees: 1 to 179.
+    pub angle_deg: f32,
+}
+
+/// Mark of a pad that was loaded.
+const LOADED: u32 = 0x4650_5021;
+
+/// What is inside of a `fingerpad_pad`.
+#[repr(C)]
+pub struct LoadedPad {
+    /// Read before anything else: whatever lies there is a number.
+    mark: u32,
+    /// The pad as it is used.
+    pub pad: TunedPad<'static>,
+    /// Factor on lengths.
+    size: f32,
+    meta: &'static str,
+}
+
+const _: () = {
+    assert!(size_of::<LoadedPad>() <= size_of::<fingerpad_pad>());
+    assert!(align_of::<LoadedPad>() <= align_of::<fingerpad_pad>());
+};
+
+impl LoadedPad {
+    /// Checksum of the numbers.
+    pub fn checksum(&self) -> u32 {
+        self.pad.pad().checksum()
+    }
+
+    /// The point of the undeformed finger that a plane touches first in a pose, finger's axes, mm. The plane's height over the
+    /// origin is the fitted one; its slope over the plane's turn is the place along the plane.
+    fn first_touch_mm(&self, [pitch_deg, roll_deg]: [f32; 2]) -> [f32; 3] {
+        let pad = self.pad.pad();
+        let numbers = pad.numbers;
+        let [least, most] = numbers.pitch_range_deg;
+        let pitch = pitch_deg.max(least).min(most) - numbers.neutral_pitch_deg;
+        let roll = roll_deg.max(-numbers.roll_max_deg).min(numbers.roll_max_deg);
+        let ([ps, pc], [rs, rc]) = (sin_cos(pitch), sin_cos(roll));
+        // Axes of the plane in the finger's frame.
+        let axes = [[pc, ps * rs, ps * rc], [0.0, rc, -rs], [-ps, pc * rs, pc * rc]];
+        let [along, across, normal] = axes;
+        // The plane turned by a little either way; its normal stays one of length 1.
+        let height = |axis: [f32; 3], by: f32| {
+            pad.first_touch_mm(&core::array::from_fn(|k| (1.0 - 0.5 * by * by) * (normal[k] + by * axis[k])))
+        };
+        let turn = 1.0 / 1024.0;
+        let slope = |axis| (height(axis, turn) - height(axis, -turn)) / (2.0 * turn);
+        let (x, y, z) = (slope(along), slope(across), pad.first_touch_mm(&normal));
+        core::array::from_fn(|k| self.size * (x * along[k] + y * across[k] + z * normal[k]))
+    }
+}
+
+/// Sine and cosine of an angle in degrees.
+fn sin_cos(deg: f32) -> [f32; 2] {
+    let (sin, cos) = Elementary::sin_cos(deg * (core::f32::consts::PI / 180.0));
+    [sin, cos]
+}
+
+impl fingerpad_body {
+    /// The body, if its numbers are in range.
+    pub fn checked(self) -> Result<Body, i32> {
+        let Self { kind, radius_mm, axis_deg, angle_deg } = self;
+        let within = |value: f32, least: f32, most: f32| {
+            if value >= least && value <= most { Ok(()) } else { Err(FINGERPAD_RANGE) }
+        };
+        let least_mm = if kind == FINGERPAD_BODY_EDGE { radius_mm } else { radius_mm.abs() };
+        if kind != FINGERPAD_BODY_PLANE {
+            within(least_mm, 0.1, 1e6)?;
+        }
+        if kind == FINGERPAD_BODY_CYLINDER || kind == FINGERPAD_BODY_EDGE {
+            within(axis_deg, -180.0, 180.0)?;
+        }
+        match kind {
+            FINGERPAD_BODY_PLANE => Ok(Body::Plane),
+            FINGERPAD_BODY_SPHERE => Ok(Body::Sphere(Sphere { radius_mm })),
+            FINGERPAD_BODY_CYLINDER => Ok(Body::Cylinder(Cylinder::new(radius_mm, axis_deg))),
+            FINGERPAD_BODY_EDGE => {
+                within(angle_deg, 1.0, 179.0)?;
+                Ok(Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)))
+            }
+            _ => Err(FINGERPAD_RANGE),
+        }
+    }
+}
+
+/// A pad that was loaded.
+#[inline(always)]
+pub unsafe fn loaded_pad<'a>(pad: *const fingerpad_pad) -> Result<&'a LoadedPad, i32> {
+    // SAFETY: the caller's promise; the mark is a number whatever lies there.
+    if *unsafe { shared(pad.cast::<u32>()) }? != LOADED {
+        return Err(FINGERPAD_NOT_SET_UP);
+    }
+    // SAFETY: the mark stands only where `fingerpad_pad_load` has written, or in a copy of that.
+    unsafe { shared(pad.cast::<LoadedPad>()) }
+}
+
+/// Checks a pad's model file and prepares a pad that reads it in place: `length` bytes at an address divisible by 4, which live
+/// and stay unchanged as long as the pad. Takes some 20 instructions a byte.
+///
+/// Returns FINGERPAD_OK, or why the file is refused; then the pad is as one that was unloaded. FINGERPAD_SECTION: the file has no
+/// pad in it; if it is the file of a bed, use `fingerpad_model_load`. FINGERPAD_SHAPE: more than FINGERPAD_PATCHES_MAX patches.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { load(pad, file, length) })
+}
+
+unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    unsafe { write(pad, fingerpad_pad { opaque: [0; 9] }) }?;
+    if file.is_null() {
+        return Err(FINGERPAD_NULL);
+    }
+    // SAFETY: the caller's promise.
+    let bytes = unsafe { items(file, length) }?;
+    let file = PadFile::from_bytes(bytes).map_err(code)?;
+    if file.pad.patches.len() > FINGERPAD_PATCHES_MAX {
+        return Err(FINGERPAD_SHAPE);
+    }
+    let tuning = PadTuning::default();
+    let in_use = file.pad.tuned(tuning).map_err(code)?;
+    let inside = LoadedPad { mark: LOADED, pad: in_use, size: tuning.size, meta: file.meta };
+    // SAFETY: the caller's promise; size and alignment were checked above.
+    unsafe { write(pad.cast::<LoadedPad>(), inside) }
+}
+
+/// Marks a pad as not set up, so that using it after its file is gone is refused.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_unload(pad: *mut fingerpad_pad) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { write(pad, fingerpad_pad { opaque: [0; 9] }) })
+}
+
+/// Changes the pad to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5) and
+/// lambda (0.1 to 10). A state belongs to one tuning: set states up anew afterwards.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_tune(pad: *mut fingerpad_pad, size: f32, stiffness: f32, lambda: f32) -> i32 {
+    let tuned = || {
+        // SAFETY: the caller's promise.
+        let fitted = unsafe { loaded_pad(pad) }?.pad.pad();
+        let in_use = fitted.tuned(PadTuning { size, stiffness, lambda }).map_err(code)?;
+        // SAFETY: as for `loaded_pad`.
+        let inside = unsafe { exclusive(pad.cast::<LoadedPad>()) }?;
+        (inside.pad, inside.size) = (in_use, size);
+        Ok(())
+    };
+    answer(tuned())
+}
+
+/// What a pad's file says of itself.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_describe(pad: *const fingerpad_pad, info: *mut fingerpad_pad_info) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad) }.and_then(|loaded| {
+        let fitted = loaded.pad.pad();
+        let [pitch_min_deg, pitch_max_deg] = fitted.numbers.pitch_range_deg;
+        let says = fingerpad_pad_info {
+            patches: fitted.patches.len() as u32,
+            depth_max_mm: loaded.pad.depth_max_mm(),
+            neutral_pitch_deg: fitted.numbers.neutral_pitch_deg,
+            pitch_min_deg,
+            pitch_max_deg,
+            roll_max_deg: fitted.numbers.roll_max_deg,
+            checksum: loaded.checksum(),
+            state_bytes: state_bytes(loaded) as u32,
+            meta: loaded.meta.as_ptr().cast(),
+            meta_length: loaded.meta.len(),
+        };
+        // SAFETY: the caller's promise.
+        unsafe { write(info, says) }
+    }))
+}
+
+/// The point of the undeformed finger that a plane touches first in a pose, into an array of three numbers: mm along the finger's
+/// axes from the finger's origin, which touches first in the neutral pose (within 0.1 mm, the error of the fit). Depth 0 of a pose
+/// is where the plane passes through this point. A pose beyond those of the fit gives the point of the nearest of them.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number; then nothing is written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_first_touch(
+    pad: *const fingerpad_pad,
+    pitch_deg: f32,
+    roll_deg: f32,
+    place_mm: *mut f32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad) }.and_then(|loaded| {
+        if !(pitch_deg.is_finite() && roll_deg.is_finite()) {
+            return Err(FINGERPAD_RANGE);
+        }
+        // SAFETY: the caller's promise; an array of three is aligned as its numbers.
+        unsafe { write(place_mm.cast::<[f32; 3]>(), loaded.first_touch_mm([pitch_deg, roll_deg])) }
+    }))
+}

@@ -1,0 +1,365 @@
+//! The memory of a contact of a pad: set up, strength, step, patches, save, restore.
+
+use fingerpad::pad::{Body, PadState, PatchState, TunedPad, pad_state_bytes};
+use fingerpad::{Motion, Response};
+
+use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
+use crate::pad::{FINGERPAD_PATCHES_MAX, LoadedPad, fingerpad_body, fingerpad_pad, loaded_pad};
+use crate::pointer::{check, exclusive, items, items_mut, shared, write};
+use crate::types::fingerpad_response;
+
+/// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` tells how many a pad's states have.
+pub const FINGERPAD_PAD_STATE_BYTES: usize = 1536;
+
+/// All that a contact of a pad remembers: 1528 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+/// without being compiled anew. A pad of up to 37 patches, the usual number, uses the first 1204 bytes and a step made for so many,
+/// which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
+/// one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
+/// rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_pad_state {
+    opaque: [u32; 382],
+}
+
+/// What the body does in one step, and the finger's pose at its end.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_pad_motion {
+    /// Depth at the end of the step, mm, positive into the finger, along the normal at the body's apex: from where a plane there
+    /// would first touch the finger in its pose. 0 or less is no contact.
+    pub depth_mm: f32,
+    /// Slide of the body along x during the step, mm.
+    pub slide_x_mm: f32,
+    /// Slide of the body along y during the step, mm.
+    pub slide_y_mm: f32,
+    /// Turn of the body about the normal during the step, rad, counter-clockwise seen from the finger.
+    pub spin_rad: f32,
+    /// Pitch of the finger against the tangent plane at the body's apex at the end of the step, degrees.
+    pub pitch_deg: f32,
+    /// Its roll, degrees.
+    pub roll_deg: f32,
+    /// Length of the step, s.
+    pub dt_s: f32,
+}
+
+/// What one patch of skin bears.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_patch {
+    /// Its middle now along x, y and z of the tangent plane, from the point about which poses turn, mm.
+    pub place_mm: [f32; 3],
+    /// Mean pressure over its own area, MPa.
+    pub pressure_mpa: f32,
+    /// Mean traction along x and y over its own area, MPa.
+    pub traction_mpa: [f32; 2],
+    /// Area in contact, mm².
+    pub contact_area_mm2: f32,
+    /// Share of that area which sticks.
+    pub stick_ratio: f32,
+    /// Share of its strength that friction uses.
+    pub used: f32,
+}
+
+/// Patches of the usual pad, and most of any.
+const FEW: usize = 37;
+const MANY: usize = FINGERPAD_PATCHES_MAX;
+
+/// What is inside of a `fingerpad_pad_state`: the mark of a state of that size, and the state, of which any bits are one.
+#[repr(C)]
+struct Marked<const P: usize> {
+    mark: u32,
+    state: PadState<P>,
+}
+
+impl<const P: usize> Marked<P> {
+    const MARK: u32 = 0x4650_5300 + P as u32;
+}
+
+const _: () = {
+    assert!(size_of::<Marked<FEW>>() < size_of::<Marked<MANY>>());
+    assert!(size_of::<Marked<MANY>>() == size_of::<fingerpad_pad_state>());
+    assert!(align_of::<Marked<MANY>>() == align_of::<fingerpad_pad_state>());
+    assert!(pad_state_bytes(MANY) == FINGERPAD_PAD_STATE_BYTES);
+};
+
+/// A state that was set up.
+enum Memory<Few, Many> {
+    Few(Few),
+    Many(Many),
+}
+
+/// Does the same with a state of either size.
+macro_rules! with_memory {
+    ($memory:expr, $state:ident => $action:expr) => {
+        match $memory {
+            Memory::Few($state) => $action,
+            Memory::Many($state) => $action,
+        }
+    };
+}
+
+/// Whether states of a pad are of the smaller size.
+fn is_small(pad: &LoadedPad) -> bool {
+    pad.pad.pad().patches.len() <= FEW
+}
+
+/// Bytes of a saved state of a pad.
+pub fn state_bytes(pad: &LoadedPad) -> usize {
+    pad_state_bytes(if is_small(pad) { FEW } else { MANY })
+}
+
+/// A state to change.
+unsafe fn memory<'a>(
+    state: *mut fingerpad_pad_state,
+) -> Result<Memory<&'a mut PadState<FEW>, &'a mut PadState<MANY>>, i32> {
+    // SAFETY: the caller's promise; the mark is a number whatever lies there.
+    match *unsafe { shared(state.cast::<u32>()) }? {
+        // SAFETY: the mark stands only where a state of that size was written, or in a copy of that.
+        Marked::<FEW>::MARK => Ok(Memory::Few(&mut unsafe { exclusive(state.cast::<Marked<FEW>>()) }?.state)),
+        // SAFETY: as above.
+        Marked::<MANY>::MARK => Ok(Memory::Many(&mut unsafe { exclusive(state.cast::<Marked<MANY>>()) }?.state)),
+        _ => Err(FINGERPAD_NOT_SET_UP),
+    }
+}
+
+/// A state of a pad to change. One of a pad with fewer patches has no room.
+unsafe fn memory_of<'a>(
+    pad: &LoadedPad,
+    state: *mut fingerpad_pad_state,
+) -> Result<Memory<&'a mut PadState<FEW>, &'a mut PadState<MANY>>, i32> {
+    // SAFETY: the caller's promise.
+    let memory = unsafe { memory(state) }?;
+    if matches!(memory, Memory::Few(_)) == is_small(pad) { Ok(memory) } else { Err(FINGERPAD_NOT_SET_UP) }
+}
+
+/// A state of a pad to read.
+unsafe fn memory_to_read<'a>(
+    pad: &LoadedPad,
+    state: *const fingerpad_pad_state,
+) -> Result<Memory<&'a PadState<FEW>, &'a PadState<MANY>>, i32> {
+    // SAFETY: the caller's promise; nothing is changed.
+    Ok(match unsafe { memory_of(pad, state.cast_mut()) }? {
+        Memory::Few(state) => Memory::Few(state),
+        Memory::Many(state) => Memory::Many(state),
+    })
+}
+
+/// Writes a fresh state of the size that a pad's states have.
+unsafe fn write_fresh(
+    state: *mut fingerpad_pad_state,
+    fresh: Memory<PadState<FEW>, PadState<MANY>>,
+) -> Result<(), i32> {
+    match fresh {
+        // SAFETY: the caller's promise; size and alignment were checked above.
+        Memory::Few(fresh) => unsafe { write(state.cast(), Marked { mark: Marked::<FEW>::MARK, state: fresh }) },
+        // SAFETY: as above.
+        Memory::Many(fresh) => unsafe { write(state.cast(), Marked { mark: Marked::<MANY>::MARK, state: fresh }) },
+    }
+}
+
+/// A step. Not inlined, so that a pad of few patches needs the stack of a step of few alone.
+#[inline(never)]
+fn step<const P: usize>(
+    pad: &TunedPad<'_>,
+    state: &mut PadState<P>,
+    body: &Body,
+    motion: fingerpad_pad_motion,
+) -> Response {
+    let fingerpad_pad_motion { depth_mm, slide_x_mm, slide_y_mm, spin_rad, pitch_deg, roll_deg, dt_s } = motion;
+    let motion = Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], spin_increment_rad: spin_rad, dt_s };
+    pad.step(state, body, motion, [pitch_deg, roll_deg])
+}
+
+/// Writes what each patch bears to where there is room for all of them. Not inlined either.
+#[inline(never)]
+unsafe fn write_patches<const P: usize>(
+    pad: &TunedPad<'_>,
+    state: &PadState<P>,
+    body: &Body,
+    out: *mut fingerpad_patch,
+) -> Result<(), i32> {
+    let borne = pad.patch_states(state, body);
+    for (i, (patch, _)) in borne.into_iter().zip(pad.pad().patches).enumerate() {
+        // SAFETY: the caller's promise. Memory that need not hold a patch yet.
+        unsafe { write(out.add(i), patch.into()) }?;
+    }
+    Ok(())
+}
+
+impl From<PatchState> for fingerpad_patch {
+    fn from(patch: PatchState) -> Self {
+        let PatchState { place_mm, pressure_mpa, traction_mpa, contact_area_mm2, stick_ratio, used } = patch;
+        Self { place_mm, pressure_mpa, traction_mpa, contact_area_mm2, stick_ratio, used }
+    }
+}
+
+/// A finger in the air over a plane, with a strength factor of 1. Poses turn about the point of first touch in the neutral pose.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_state_init(pad: *const fingerpad_pad, state: *mut fingerpad_pad_state) -> i32 {
+    let made = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        let fitted = pad.pad.pad();
+        let fresh = if is_small(pad) {
+            Memory::Few(PadState::new(&fitted).map_err(code)?)
+        } else {
+            Memory::Many(PadState::new(&fitted).map_err(code)?)
+        };
+        // SAFETY: the caller's promise.
+        unsafe { write_fresh(state, fresh) }
+    };
+    answer(made())
+}
+
+/// A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns: for spheres,
+/// cylinders and edges. A pose beyond those of the fit counts as the nearest of them; the first step flags it.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+/// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_state_init_over(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_pad_state,
+    pitch_deg: f32,
+    roll_deg: f32,
+) -> i32 {
+    let made = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        if !(pitch_deg.is_finite() && roll_deg.is_finite()) {
+            return Err(FINGERPAD_RANGE);
+        }
+        let pose_deg = [pitch_deg, roll_deg];
+        let fresh = if is_small(pad) {
+            Memory::Few(pad.pad.over(pose_deg).map_err(code)?)
+        } else {
+            Memory::Many(pad.pad.over(pose_deg).map_err(code)?)
+        };
+        // SAFETY: the caller's promise.
+        unsafe { write_fresh(state, fresh) }
+    };
+    answer(made())
+}
+
+/// Sets the factor on all strengths, 0.1 to 5, from the next step on: what moisture, speed or dwell make of the friction. Returns
+/// FINGERPAD_OK, or FINGERPAD_RANGE; then the factor stays.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_state_set_strength_factor(state: *mut fingerpad_pad_state, factor: f32) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { memory(state) }.and_then(|state| {
+        if !(0.1..=5.0).contains(&factor) {
+            return Err(FINGERPAD_RANGE);
+        }
+        with_memory!(state, state => state.set_strength_factor(factor));
+        Ok(())
+    }))
+}
+
+/// Advances a contact of a pad on a body by one step. A motion of any bits is taken; what is wrong with it is told in `status` of
+/// the response: also a pose beyond the fit (FINGERPAD_STATUS_POSE_OUT_OF_RANGE) and a step without equilibrium
+/// (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches) and ten to a hundred times the
+/// time of `fingerpad_step`.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+/// FINGERPAD_NOT_SET_UP, also for the state of a pad of another size; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_step(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_pad_state,
+    body: fingerpad_body,
+    motion: fingerpad_pad_motion,
+    response: *mut fingerpad_response,
+) -> i32 {
+    let stepped = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        // SAFETY: the caller's promise.
+        let state = unsafe { memory_of(pad, state) }?;
+        check(response)?;
+        let body = body.checked()?;
+        let forces = with_memory!(state, state => step(&pad.pad, state, &body, motion));
+        // SAFETY: the caller's promise.
+        unsafe { write(response, forces.into()) }
+    };
+    answer(stepped())
+}
+
+/// What each patch bears after the last step, on the body of that step: into an array of `count` patches, of which the first
+/// `patches` of `fingerpad_pad_info` are written. Costs as much as a round of a step, and
+/// 2 to 4 kB more stack than one.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_BUFFER if `count` is less than that number, FINGERPAD_RANGE for a body that cannot be,
+/// FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing is written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_patches(
+    pad: *const fingerpad_pad,
+    state: *const fingerpad_pad_state,
+    body: fingerpad_body,
+    patches: *mut fingerpad_patch,
+    count: usize,
+) -> i32 {
+    let told = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        // SAFETY: the caller's promise.
+        let state = unsafe { memory_to_read(pad, state) }?;
+        check(patches)?;
+        let body = body.checked()?;
+        if count < pad.pad.pad().patches.len() {
+            return Err(FINGERPAD_BUFFER);
+        }
+        // SAFETY: the caller's promise: there is room for `count` of them.
+        with_memory!(state, state => unsafe { write_patches(&pad.pad, state, &body, patches) })
+    };
+    answer(told())
+}
+
+/// Writes a state as `state_bytes` (`fingerpad_pad_info`) bytes with version, checksum of the pad and checksum of its own into a buffer of
+/// `length` bytes. The pad's checksum is computed each time, some 20 instructions a byte of the file.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_BUFFER if `length` is too small; then nothing is written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_state_save(
+    pad: *const fingerpad_pad,
+    state: *const fingerpad_pad_state,
+    bytes: *mut u8,
+    length: usize,
+) -> i32 {
+    let saved = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        // SAFETY: the caller's promise.
+        let (state, bytes) = unsafe { (memory_to_read(pad, state)?, items_mut(bytes, length)?) };
+        with_memory!(state, state => state.write_bytes(pad.checksum(), bytes)).map(|_| ()).map_err(code)
+    };
+    answer(saved())
+}
+
+/// Reads a state that `fingerpad_pad_state_save` wrote with the same pad's file; `state` need not be set up.
+///
+/// Returns FINGERPAD_OK, or: FINGERPAD_LENGTH if `length` is not `state_bytes`, FINGERPAD_CHECKSUM if damaged,
+/// FINGERPAD_VERSION_UNKNOWN, FINGERPAD_OTHER_MODEL, FINGERPAD_RANGE for a value that no step leaves behind; then the state
+/// stays as it was.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_state_restore(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_pad_state,
+    bytes: *const u8,
+    length: usize,
+) -> i32 {
+    let restored = || {
+        // SAFETY: the caller's promise.
+        let (pad, bytes) = unsafe { (loaded_pad(pad)?, items(bytes, length)?) };
+        let read = if is_small(pad) {
+            Memory::Few(PadState::read_bytes(pad.checksum(), bytes).map_err(code)?)
+        } else {
+            Memory::Many(PadState::read_bytes(pad.checksum(), bytes).map_err(code)?)
+        };
+        // SAFETY: the caller's promise.
+        unsafe { write_fresh(state, read) }
+    };
+    answer(restored())
+}

@@ -1,0 +1,137 @@
+//! What the core answers of a pad, and a pad of more patches.
+
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, PadTuning, Patch, Sphere, TunedPad, pad_state_bytes};
+use fingerpad::{Error, Motion, PadModelFile};
+
+use crate::answers::{RANGE, forces};
+use crate::told::words;
+
+/// Patches up to which the C library's states are the small ones, and those for which the others have room.
+const FEW: usize = 37;
+const ROOM: usize = 64;
+/// Patches that are halved.
+const HALVED: usize = 20;
+
+/// A pad of which the last patches lie there in two halves.
+pub fn halved(file: &PadModelFile) -> Result<PadModelFile, Error> {
+    let file = file.file();
+    let (whole, split) = file.pad.patches.split_at(file.pad.patches.len() - HALVED);
+    let half = |patch: &Patch| Patch {
+        area_mm2: 0.5 * patch.area_mm2,
+        compliance_mm_per_n: patch.compliance_mm_per_n.map(|c| 2.0 * c),
+        ..*patch
+    };
+    let patches: Vec<Patch> = whole.iter().copied().chain(split.iter().flat_map(|patch| [half(patch); 2])).collect();
+    let pad = Pad { patches: &patches, numbers: file.pad.numbers };
+    let mut bytes = vec![0; pad.file_length(file.meta)];
+    pad.write_file(file.meta, &mut bytes)?;
+    PadModelFile::new(&bytes)
+}
+
+/// A pad in use and a contact of it. States of both sizes, where both have room for it, must do the same.
+pub struct PadTeller<'a> {
+    file: &'a PadModelFile,
+    pad: TunedPad<'a>,
+    body: Body,
+    state: Option<PadState<FEW>>,
+    roomy: PadState<ROOM>,
+}
+
+fn range(holds: bool) -> String {
+    if holds { "0".to_owned() } else { RANGE.to_string() }
+}
+
+impl<'a> PadTeller<'a> {
+    pub fn new(file: &'a PadModelFile) -> Self {
+        let fitted = file.file().pad;
+        Self {
+            file,
+            pad: fitted.tuned(PadTuning::default()).expect("the fitted finger is in range"),
+            body: Body::Plane,
+            state: PadState::new(&fitted).ok(),
+            roomy: PadState::new(&fitted).expect("a pad of at most 64 patches"),
+        }
+    }
+
+    pub fn patch_count(&self) -> usize {
+        self.pad.pad().patches.len()
+    }
+
+    pub fn tune(&mut self, [size, stiffness, lambda]: [f32; 3]) -> String {
+        match self.file.file().pad.tuned(PadTuning { size, stiffness, lambda }) {
+            Ok(pad) => self.pad = pad,
+            Err(Error::Range { .. }) => return RANGE.to_string(),
+            Err(other) => return other.to_string(),
+        }
+        range(true)
+    }
+
+    pub fn begin(&mut self, kind: u32, [radius_mm, axis_deg, angle_deg, pitch_deg, roll_deg]: [f32; 5]) -> String {
+        let in_range = match kind {
+            0 => true,
+            1 | 2 => (0.1..=1e6).contains(&radius_mm.abs()),
+            3 => (0.1..=1e6).contains(&radius_mm) && (1.0..=179.0).contains(&angle_deg),
+            _ => false,
+        };
+        if !in_range || (kind > 1 && !(-180.0..=180.0).contains(&axis_deg)) {
+            return range(false);
+        }
+        self.body = match kind {
+            0 => Body::Plane,
+            1 => Body::Sphere(Sphere { radius_mm }),
+            2 => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
+            _ => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
+        };
+        let (pose, pad) = ([pitch_deg, roll_deg], self.pad.pad());
+        let over_plane = kind == 0;
+        self.state = if over_plane { PadState::new(&pad).ok() } else { self.pad.over(pose).ok() };
+        let roomy = if over_plane { PadState::new(&pad) } else { self.pad.over(pose) };
+        self.roomy = roomy.expect("a pad of at most 64 patches");
+        range(true)
+    }
+
+    pub fn factor(&mut self, factor: f32) -> String {
+        if !(0.1..=5.0).contains(&factor) {
+            return range(false);
+        }
+        if let Some(state) = &mut self.state {
+            state.set_strength_factor(factor);
+        }
+        self.roomy.set_strength_factor(factor);
+        range(true)
+    }
+
+    pub fn step(&mut self, [depth_mm, x, y, spin_increment_rad, pitch, roll, dt_s]: [f32; 7]) -> String {
+        let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
+        let told = forces(&self.pad.step(&mut self.roomy, &self.body, motion, [pitch, roll]));
+        if let Some(state) = &mut self.state {
+            let small = forces(&self.pad.step(state, &self.body, motion, [pitch, roll]));
+            assert_eq!(told, small, "room for more patches changes the answer");
+        }
+        told
+    }
+
+    pub fn patches(&self) -> String {
+        let patches = self.pad.patch_states(&self.roomy, &self.body);
+        let told = |p: &fingerpad::pad::PatchState| {
+            let ([x, y, z], [along, across]) = (p.place_mm, p.traction_mpa);
+            words(&[x, y, z, p.pressure_mpa, along, across, p.contact_area_mm2, p.stick_ratio, p.used])
+        };
+        patches.iter().take(self.patch_count()).map(told).collect()
+    }
+
+    pub fn save(&mut self) -> String {
+        let pad = self.pad.pad().checksum();
+        match &mut self.state {
+            Some(state) => saved(pad, state),
+            None => saved(pad, &mut self.roomy),
+        }
+    }
+}
+
+fn saved<const P: usize>(pad: u32, state: &mut PadState<P>) -> String {
+    let mut bytes = vec![0; pad_state_bytes(P)];
+    state.write_bytes(pad, &mut bytes).expect("the buffer has that length");
+    *state = PadState::read_bytes(pad, &bytes).expect("what was written can be read");
+    bytes.iter().fold(" ".to_owned(), |told, byte| told + &format!("{byte:02x}"))
+}
