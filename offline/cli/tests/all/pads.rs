@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/models/fingertip-pad.fpm");
+const BED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/models/fingertip.fpm");
 
 fn fingerpad(folder: &Path, words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fingerpad")).current_dir(folder).args(words).output().unwrap()
@@ -77,7 +78,10 @@ fn what_a_pad_cannot_is_refused_by_name() {
     refused(&eval(folder, STROKE, &["--temperature-c", "30"]), "is a pad, which has no effects");
     refused(&eval(folder, STROKE, &["--body", "groove", "--radius-mm", "3"]), "a pad takes a plane");
     refused(
-        &fingerpad(folder, &["eval", "--path", "path.csv", "--body", "sphere", "--radius-mm", "9", "--out", "b.csv"]),
+        &fingerpad(
+            folder,
+            &["eval", "--model", BED, "--path", "path.csv", "--body", "sphere", "--radius-mm", "9", "--out", "b.csv"],
+        ),
         "a bed of springs knows the plane only",
     );
     refused(
