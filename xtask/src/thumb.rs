@@ -379,16 +379,16 @@ impl Tools {
 /// Most instructions that a call may take, by a part of its row's name. The step's is what README promises; the others leave
 /// 5 % to the compiler.
 const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
-    ("step M=4 default", 760),
-    ("step M=4, N F limit margin", 550),
+    ("step M=4 default", 751),
+    ("step M=4, N F limit margin", 545),
     ("spin M=4, N F Mz limit margin", 1086),
-    ("step, retuned finger", 850),
-    ("gradient", 1761),
+    ("step, retuned finger", 879),
+    ("gradient", 1781),
     ("least_grip", 1189),
-    ("step_driven by normal force", 6641),
-    ("tuned", 119),
+    ("step_driven by normal force", 6496),
+    ("tuned", 83),
     ("calibration, work on a block", 4986),
-    ("effects, none in the file", 1057),
+    ("effects, none in the file", 1085),
     ("effects, all of them", 2466),
 ];
 /// Most instructions of a step of the pad: a bounded number of rounds, each of bounded cost. The counter goes round beyond 650 000.
