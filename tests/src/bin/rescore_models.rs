@@ -1,10 +1,13 @@
-//! Writes the scores that the present core has along the stored runs into the shipped model file, whose numbers stay.
+//! Writes the scores that the present core has along the stored runs into the shipped model files, whose numbers stay.
 //!
 //! `cargo xtask model --scores` runs this where the bits of a step have changed, but no model is to be fitted.
 
 use std::path::{Path, PathBuf};
 
-use fingerpad::{Data, File};
+use fingerpad::{Data, File, PadModelFile};
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_reduce::pad::{PadMeta, PadModel};
 use fingerpad_reduce::{Meta, Run};
 use fingerpad_tests::Failure;
 
@@ -16,7 +19,8 @@ fn main() -> Result<(), Failure> {
     files.sort();
     let runs: Vec<Run> =
         files.iter().map(|file| Ok(Run::from_bytes(&std::fs::read(file)?, file)?)).collect::<Result<_, Failure>>()?;
-    rescore(&data.join("models/fingertip.fpm"), &runs)
+    rescore(&data.join("models/fingertip.fpm"), &runs)?;
+    rescore_pad(&data.join("models/fingertip-pad.fpm"), &runs)
 }
 
 fn rescore(path: &Path, runs: &[Run]) -> Result<(), Failure> {
@@ -34,5 +38,24 @@ fn rescore(path: &Path, runs: &[Run]) -> Result<(), Failure> {
     file.model.data().write_file(file.effects, &text, &mut out)?;
     std::fs::write(path, out)?;
     println!("{}: {:?}", path.display(), meta.held_out);
+    Ok(())
+}
+
+fn rescore_pad(path: &Path, runs: &[Run]) -> Result<(), Failure> {
+    let file = PadModelFile::new(&std::fs::read(path)?).map_err(|e| format!("{}: {e}", path.display()))?;
+    let pad = file.file().pad;
+    let mut meta: PadMeta = serde_json::from_str(file.file().meta)?;
+    let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
+    let outline = config.finger()?.0.outline.ok_or("the shipped finger has a smooth surface")?;
+    let held_out: Vec<&Run> = runs
+        .iter()
+        .filter(|run| run.settings_hash == meta.settings_hash && run.held_out && run.samples.len() > 3)
+        .collect();
+    meta.rescore(&PadModel::of(&pad), &held_out, &outline);
+    let text = serde_json::to_string(&meta)?;
+    let mut out = vec![0; pad.file_length(&text)];
+    pad.write_file(&text, &mut out).map_err(|e| e.to_string())?;
+    std::fs::write(path, out)?;
+    println!("{}: {:?}", path.display(), meta.coverage);
     Ok(())
 }

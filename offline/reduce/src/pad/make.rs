@@ -54,6 +54,18 @@ pub struct PadMeta {
     pub coverage: [[f64; 2]; 3],
 }
 
+impl PadMeta {
+    /// Replaces the errors by those of the present core along `held_out` runs.
+    pub fn rescore(&mut self, model: &PadModel, held_out: &[&Run], outline: &Outline) {
+        let mut by_kind: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
+        for run in held_out {
+            by_kind.entry(run.kind.as_str().to_owned()).or_default().push(run);
+        }
+        self.held_out = by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(model, &runs, outline))).collect();
+        self.coverage = coverage(model, held_out, outline);
+    }
+}
+
 /// A pad with its provenance.
 pub struct MadePad {
     /// The pad in double precision.
@@ -148,18 +160,15 @@ pub fn make_pad(
         of_fit.iter().copied().enumerate().filter(|(k, _)| k % every != 0).map(|(_, run)| run).collect();
     let of_bands = if others.is_empty() { &fitted } else { &others };
     band(&mut model, of_bands, outline);
-    let mut by_kind: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
-    for run in &held_out {
-        by_kind.entry(run.kind.as_str().to_owned()).or_default().push(run);
-    }
-    let meta = PadMeta {
+    let mut meta = PadMeta {
         version: env!("CARGO_PKG_VERSION").into(),
         settings_hash: runs.first().map_or_else(String::new, |run| run.settings_hash.clone()),
         fitted_runs: [fitted.len(), of_bands.len()],
         tuning,
-        held_out: by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(&model, &runs, outline))).collect(),
-        coverage: coverage(&model, &held_out, outline),
+        held_out: BTreeMap::new(),
+        coverage: [[0.0; 2]; 3],
     };
+    meta.rescore(&model, &held_out, outline);
     Ok(MadePad { model, meta })
 }
 

@@ -98,9 +98,13 @@ fn along_path([heading, pitch, roll]: [f64; 3], case: &Turned) -> Vec<State> {
     let mut state = solver.initial_state(Plane::new(turned([0.0; 4], height)));
     let path = [
         [0.0, 0.0, 0.1, 0.0],
+        [0.0, 0.0, 0.15, 0.0],
         [0.0, 0.0, 0.2, 0.0],
         [0.05, -0.02, 0.2, 0.0],
+        [0.1, -0.05, 0.2, 0.0],
+        [0.15, -0.075, 0.2, 0.0],
         [0.2, -0.1, 0.2, 0.0],
+        [0.2, -0.1, 0.2, 0.1],
         [0.2, -0.1, 0.2, 0.2],
         [0.1, 0.1, 0.18, 0.1],
     ];
@@ -108,7 +112,9 @@ fn along_path([heading, pitch, roll]: [f64; 3], case: &Turned) -> Vec<State> {
     for at in path {
         let to = turned(at, height);
         let guess = Guess { plane: state.contact.plane.moved_to(to), ..Guess::at(&state) };
-        state = solver.step(&state, Target::place(to), guess, &mut Stats::default(), &mut unwatched).unwrap();
+        state = solver
+            .step(&state, Target::place(to), guess, &mut Stats::default(), &mut unwatched)
+            .unwrap_or_else(|error| panic!("{} {heading} {pitch} {roll} at {at:?}: {error:?}", case.name));
         states.push(state.clone());
     }
     states

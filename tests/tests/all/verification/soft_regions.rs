@@ -36,7 +36,7 @@ fn force(config: &Config) -> f64 {
 fn a_named_region_presses_as_the_tissue_with_its_law() {
     let reference = force(&cushion());
     let same = force(&named(Material::NeoHooke(PULP)));
-    verify("soft region", "force error, neo-Hooke against Ogden with alpha = 2", (same / reference - 1.0).abs(), 1e-7);
+    verify("soft region", "force error, neo-Hooke against Ogden with alpha = 2", (same / reference - 1.0).abs(), 1e-6);
     let stiff = force(&named(Material::NeoHooke(PULP).stiffened(3.0)));
     println!("three times as stiff: {stiff:.4} N instead of {reference:.4} N");
     assert!(stiff > 1.3 * reference && stiff < 3.0 * reference);
