@@ -97,7 +97,7 @@ pub(super) fn minimisations(springs: usize, settings: &Settings) -> usize {
 
 /// Fits the form with `M` springs and `N` table nodes to those `runs` that are not held out.
 ///
-/// * `beside`: runs of another model of the same finger, of which each row counts [`BESIDE`] as much
+/// * `beside`: runs of another model of the same finger, of which each row counts a tenth as much
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
