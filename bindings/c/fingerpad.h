@@ -357,7 +357,7 @@ typedef struct {
 } fingerpad_pad_info;
 
 // All that a contact of a pad remembers: 1528 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-// without being compiled anew. A pad of up to 37 patches, the usual number, uses the first 1204 bytes and a step made for so many,
+// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1204 bytes and a step made for so many,
 // which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 // one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 // rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
@@ -594,7 +594,7 @@ int32_t fingerpad_pad_load(fingerpad_pad *pad,
 int32_t fingerpad_pad_unload(fingerpad_pad *pad);
 
 // Changes the pad to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5) and
-// lambda (0.1 to 10). A state belongs to one tuning: set states up anew afterwards.
+// lambda (0.1 to 10). A state belongs to one tuning: initialise it again afterwards.
 //
 // Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
 int32_t fingerpad_pad_tune(fingerpad_pad *pad,
@@ -609,7 +609,7 @@ int32_t fingerpad_pad_describe(const fingerpad_pad *pad, fingerpad_pad_info *inf
 // axes from the finger's origin, which touches first in the neutral pose (within 0.1 mm, the error of the fit). Depth 0 of a pose
 // is where the plane passes through this point. A pose beyond those of the fit gives the point of the nearest of them.
 //
-// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number; then nothing is written.
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE if the pitch or the roll is NaN or infinite; then nothing is written.
 int32_t fingerpad_pad_first_touch(const fingerpad_pad *pad,
                                   float pitch_deg,
                                   float roll_deg,
@@ -624,7 +624,7 @@ int32_t fingerpad_pad_state_init(const fingerpad_pad *pad,
 // A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns: for spheres,
 // cylinders and edges. A pose beyond those of the fit counts as the nearest of them; the first step flags it.
 //
-// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pitch or roll of NaN, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
 // FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
 int32_t fingerpad_pad_state_init_over(const fingerpad_pad *pad,
                                       fingerpad_pad_state *state,
@@ -636,7 +636,7 @@ int32_t fingerpad_pad_state_init_over(const fingerpad_pad *pad,
 int32_t fingerpad_pad_state_set_strength_factor(fingerpad_pad_state *state,
                                                 float factor);
 
-// Advances a contact of a pad on a body by one step. A motion of any bits is taken; what is wrong with it is told in `status` of
+// Advances a contact of a pad on a body by one step. Accepts a motion of any bits and reports errors in it in `status` of
 // the response: also a pose beyond the fit (FINGERPAD_STATUS_POSE_OUT_OF_RANGE) and a step without equilibrium
 // (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches) and ten to a hundred times the
 // time of `fingerpad_step`.

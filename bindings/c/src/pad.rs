@@ -199,7 +199,7 @@ pub unsafe extern "C" fn fingerpad_pad_unload(pad: *mut fingerpad_pad) -> i32 {
 }
 
 /// Changes the pad to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5) and
-/// lambda (0.1 to 10). A state belongs to one tuning: set states up anew afterwards.
+/// lambda (0.1 to 10). A state belongs to one tuning: initialise it again afterwards.
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
 #[unsafe(no_mangle)]
@@ -244,7 +244,7 @@ pub unsafe extern "C" fn fingerpad_pad_describe(pad: *const fingerpad_pad, info:
 /// axes from the finger's origin, which touches first in the neutral pose (within 0.1 mm, the error of the fit). Depth 0 of a pose
 /// is where the plane passes through this point. A pose beyond those of the fit gives the point of the nearest of them.
 ///
-/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number; then nothing is written.
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE if the pitch or the roll is NaN or infinite; then nothing is written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_first_touch(
     pad: *const fingerpad_pad,

@@ -12,7 +12,7 @@ use crate::types::fingerpad_response;
 pub const FINGERPAD_PAD_STATE_BYTES: usize = 1536;
 
 /// All that a contact of a pad remembers: 1528 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-/// without being compiled anew. A pad of up to 37 patches, the usual number, uses the first 1204 bytes and a step made for so many,
+/// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1204 bytes and a step made for so many,
 /// which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 /// one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 /// rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
@@ -217,7 +217,7 @@ pub unsafe extern "C" fn fingerpad_pad_state_init(pad: *const fingerpad_pad, sta
 /// A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns: for spheres,
 /// cylinders and edges. A pose beyond those of the fit counts as the nearest of them; the first step flags it.
 ///
-/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pose that is no number, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pitch or roll of NaN, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
 /// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_state_init_over(
@@ -258,7 +258,7 @@ pub unsafe extern "C" fn fingerpad_pad_state_set_strength_factor(state: *mut fin
     }))
 }
 
-/// Advances a contact of a pad on a body by one step. A motion of any bits is taken; what is wrong with it is told in `status` of
+/// Advances a contact of a pad on a body by one step. Accepts a motion of any bits and reports errors in it in `status` of
 /// the response: also a pose beyond the fit (FINGERPAD_STATUS_POSE_OUT_OF_RANGE) and a step without equilibrium
 /// (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches) and ten to a hundred times the
 /// time of `fingerpad_step`.

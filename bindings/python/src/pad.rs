@@ -64,7 +64,7 @@ impl Pad {
     }
 }
 
-/// What a pad is made from anew: its file and, of a tuned one, size, stiffness, lambda.
+/// What a pickled pad holds: its file and, if it is tuned, size, stiffness and lambda.
 type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 3]>);
 
 /// Text of the error for a file that is no pad.

@@ -328,7 +328,7 @@ def test_bad_arrays_move_no_finger_of_a_pad(pad: Pad, arguments: dict[str, Any],
 
 
 def test_patches_add_up(pad: Pad) -> None:
-    """Pressure over the patches is the normal force, traction the friction; what is apart bears nothing."""
+    """Pressure over the patches is the normal force, traction the friction; patches without contact have neither."""
     area = np.array(pad.patch_areas_mm2)
     fingers = Fingers(pad, 3, pitch_deg=[30, 45, 20], roll_deg=[0, 10, -10])
     air = fingers.patches()

@@ -127,7 +127,7 @@ impl<T: Elementary> Pad<'_, T> {
             }
         }
         let response = self.settle(state, &equations, &acting);
-        // Beyond what any contact bears something was overwritten: squares of it may have become what is no number.
+        // No contact bears so much: the memory was overwritten, and squares of such numbers overflow to infinity or NaN.
         let [x, y] = response.friction_n;
         let borne = response.normal_force_n + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
         if !(borne <= T::of(LARGEST)) {

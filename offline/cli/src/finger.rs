@@ -30,7 +30,7 @@ was interrupted goes on where it was.
 
 The pad follows from one factorisation of the finger's stiffness; what that does not tell is fitted to the runs of the quick
 design: a press, slides, a reversal, changes of depth, spins, poses and one deep path. The bed is fitted to the runs in its
-pose and to 280 paths of the pad. The errors that are printed are along the other half of the runs, which no fit has
+pose and to 262 paths of the pad. The errors that are printed are along the other half of the runs, which no fit has
 seen. --design full runs the design that the shipped files are fitted to; a section [design] in --config sizes either.")]
 pub struct Args {
     /// Folder for runs, pad.fpm, model.fpm and report

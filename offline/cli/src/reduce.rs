@@ -124,8 +124,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The runs that a bed of springs in the pose of most of them is made for; tells which ones are left out of the fit: other poses, deep
-/// ones, combined motion, other bodies, and spin that a moment drives.
+/// The runs of the motions that a bed of springs knows: the neutral pose, on a plane. Prints the kinds that the fit leaves out.
 pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
     let (known, left): (Vec<Run>, Vec<Run>) = runs.into_iter().partition(|run| run.is_representable());
     let of_kind = |kind: Kind| left.iter().filter(|run| run.kind == kind).count();

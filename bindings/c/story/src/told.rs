@@ -13,7 +13,7 @@
 //! | `save` | both states as bytes, from which they are then restored |
 //! | `pad-words UP-TO-ELEVEN` | the next words of a pad's file |
 //! | `pad-load` | go on with the pad of the words so far; a fresh contact over a plane; answer: the number of patches |
-//! | `pad SIZE STIFFNESS LAMBDA` | the pad of another finger; answer: 0, or 8 where out of range. Set a state up anew |
+//! | `pad SIZE STIFFNESS LAMBDA` | the pad of another finger; answer: 0, or 8 where out of range. Initialise the state again |
 //! | `body KIND RADIUS AXIS ANGLE PITCH ROLL` | a fresh contact of the pad over a body (0 plane, 1 sphere, 2 cylinder, 3 edge); the same |
 //! | `pad-factor F` | strength factor of the pad's contact; the same |
 //! | `pad-step DEPTH X Y SPIN PITCH ROLL DT` | a step of the pad: a response |

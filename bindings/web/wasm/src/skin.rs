@@ -35,7 +35,7 @@ pub fn value(kind: u32, index: usize) -> f32 {
     values.get(index).copied().unwrap_or(0.0)
 }
 
-/// Factor on the strength. What is no number changes nothing.
+/// Factor on the strength. NaN leaves it unchanged.
 ///
 /// * `hydration_au`: moisture, corneometer units
 /// * `temperature_c`: of the skin, °C
