@@ -14,6 +14,8 @@ fn cushion() -> Config {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/meshes/cushion.toml");
     let mut config = Config::read(&file).unwrap();
     config.tissue.subcutaneous = Material::Ogden(Ogden { mu_mpa: PULP.mu_mpa, alpha: 2.0, d_per_mpa: PULP.d_per_mpa });
+    // What a solution lacks to equilibrium must lie below the bound on the difference of the two laws.
+    config.numerics.solver.tolerance *= 0.01;
     config
 }
 
@@ -36,7 +38,7 @@ fn force(config: &Config) -> f64 {
 fn a_named_region_presses_as_the_tissue_with_its_law() {
     let reference = force(&cushion());
     let same = force(&named(Material::NeoHooke(PULP)));
-    verify("soft region", "force error, neo-Hooke against Ogden with alpha = 2", (same / reference - 1.0).abs(), 1e-6);
+    verify("soft region", "force error, neo-Hooke against Ogden with alpha = 2", (same / reference - 1.0).abs(), 1e-7);
     let stiff = force(&named(Material::NeoHooke(PULP).stiffened(3.0)));
     println!("three times as stiff: {stiff:.4} N instead of {reference:.4} N");
     assert!(stiff > 1.3 * reference && stiff < 3.0 * reference);
