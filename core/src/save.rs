@@ -25,6 +25,48 @@ pub const fn state_bytes(springs: usize, pairs: usize) -> usize {
     4 * (2 * springs * pairs + BESIDE)
 }
 
+/// Writes a saved state of `length` bytes into `out`, little-endian: version and checksum of its model, its words, and the CRC-32 of
+/// all before. Returns the length.
+pub(crate) fn write_words(
+    head: [u32; 2],
+    words: impl Iterator<Item = u32>,
+    length: usize,
+    out: &mut [u8],
+) -> Result<usize, Error> {
+    let short = Error::Buffer { needed: length as u32 };
+    let out = out.get_mut(..length).ok_or(short)?;
+    let (body, end) = out.split_last_chunk_mut::<4>().ok_or(short)?;
+    for (slot, word) in body.as_chunks_mut::<4>().0.iter_mut().zip(head.into_iter().chain(words)) {
+        *slot = word.to_le_bytes();
+    }
+    *end = crc32(body).to_le_bytes();
+    Ok(length)
+}
+
+/// The words of what [`write_words`] wrote with the same version and model.
+pub(crate) fn read_words(
+    [version, model]: [u32; 2],
+    length: usize,
+    bytes: &[u8],
+) -> Result<impl Iterator<Item = u32>, Error> {
+    if bytes.len() != length {
+        return Err(Error::Length { expected: length as u32, found: bytes.len() as u32 });
+    }
+    let (body, end) = bytes.split_last_chunk::<4>().ok_or(Error::Checksum)?;
+    if crc32(body) != u32::from_le_bytes(*end) {
+        return Err(Error::Checksum);
+    }
+    let mut words = body.as_chunks::<4>().0.iter().map(|four| u32::from_le_bytes(*four));
+    let (found_version, found) = (words.next().unwrap_or(0), words.next().unwrap_or(0));
+    if found_version != version {
+        return Err(Error::Version { found: found_version });
+    }
+    if found != model {
+        return Err(Error::OtherModel { found, expected: model });
+    }
+    Ok(words)
+}
+
 impl<const M: usize, const P: usize> StateOf<M, P> {
     /// Numbers of a state: anchors, position, angle, turn, reached, turn before, limits there, depth, strength factor.
     fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
@@ -38,17 +80,7 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
     /// Writes the state into `out`, little-endian with version, checksum of the model's numbers ([`DataOf::checksum`]) and
     /// a checksum of its own at the end; returns the number of bytes, [`state_bytes`].
     pub fn write_bytes(&self, model: u32, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = state_bytes(M, P);
-        let Some(out) = out.get_mut(..needed) else { return Err(Error::Buffer { needed: needed as u32 }) };
-        let Some((body, end)) = out.split_last_chunk_mut::<4>() else {
-            return Err(Error::Buffer { needed: needed as u32 });
-        };
-        let words = [VERSION, model].into_iter().chain(self.numbers().map(f32::to_bits));
-        for (slot, word) in body.as_chunks_mut::<4>().0.iter_mut().zip(words) {
-            *slot = word.to_le_bytes();
-        }
-        *end = crc32(body).to_le_bytes();
-        Ok(needed)
+        write_words([VERSION, model], self.numbers().map(f32::to_bits), state_bytes(M, P), out)
     }
 
     /// The same numbers to be overwritten, in the same order.
@@ -63,29 +95,10 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
     /// A state from what [`StateOf::write_bytes`] wrote with the same model. Refuses damage, another version, another
     /// model's state and values that no step leaves behind.
     pub fn read_bytes(model: u32, bytes: &[u8]) -> Result<Self, Error> {
-        let expected = state_bytes(M, P);
-        if bytes.len() != expected {
-            return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
-        }
-        let Some((body, end)) = bytes.split_last_chunk::<4>() else { return Err(Error::Checksum) };
-        if crc32(body) != u32::from_le_bytes(*end) {
-            return Err(Error::Checksum);
-        }
-        let mut words = body.chunks_exact(4).map(|c| match c.try_into() {
-            Ok(four) => u32::from_le_bytes(four),
-            Err(_) => 0,
-        });
-        let (version, found) = (words.next().unwrap_or(0), words.next().unwrap_or(0));
-        if version != VERSION {
-            return Err(Error::Version { found: version });
-        }
-        if found != model {
-            return Err(Error::OtherModel { found, expected: model });
-        }
-        let mut next = || words.next().map_or(f32::NAN, f32::from_bits);
+        let mut words = read_words([VERSION, model], state_bytes(M, P), bytes)?;
         let mut state = Self::default();
         for slot in state.numbers_mut() {
-            *slot = next();
+            *slot = words.next().map_or(f32::NAN, f32::from_bits);
         }
         state.check()
     }

@@ -2,7 +2,6 @@
 
 use core::ffi::c_char;
 
-use fingerpad::Elementary;
 use fingerpad::pad::{Body, Cylinder, Edge, PadFile, PadTuning, Sphere, TunedPad};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, FINGERPAD_SHAPE, answer, code};
@@ -78,8 +77,6 @@ pub struct LoadedPad {
     mark: u32,
     /// The pad as it is used.
     pub pad: TunedPad<'static>,
-    /// Factor on lengths.
-    size: f32,
     meta: &'static str,
 }
 
@@ -93,34 +90,6 @@ impl LoadedPad {
     pub fn checksum(&self) -> u32 {
         self.pad.pad().checksum()
     }
-
-    /// The point of the undeformed finger that a plane touches first in a pose, finger's axes, mm. The plane's height over the
-    /// origin is the fitted one; its slope over the plane's turn is the place along the plane.
-    fn first_touch_mm(&self, [pitch_deg, roll_deg]: [f32; 2]) -> [f32; 3] {
-        let pad = self.pad.pad();
-        let numbers = pad.numbers;
-        let [least, most] = numbers.pitch_range_deg;
-        let pitch = pitch_deg.max(least).min(most) - numbers.neutral_pitch_deg;
-        let roll = roll_deg.max(-numbers.roll_max_deg).min(numbers.roll_max_deg);
-        let ([ps, pc], [rs, rc]) = (sin_cos(pitch), sin_cos(roll));
-        // Axes of the plane in the finger's frame.
-        let axes = [[pc, ps * rs, ps * rc], [0.0, rc, -rs], [-ps, pc * rs, pc * rc]];
-        let [along, across, normal] = axes;
-        // The plane turned by a little either way; its normal stays one of length 1.
-        let height = |axis: [f32; 3], by: f32| {
-            pad.first_touch_mm(&core::array::from_fn(|k| (1.0 - 0.5 * by * by) * (normal[k] + by * axis[k])))
-        };
-        let turn = 1.0 / 1024.0;
-        let slope = |axis| (height(axis, turn) - height(axis, -turn)) / (2.0 * turn);
-        let (x, y, z) = (slope(along), slope(across), pad.first_touch_mm(&normal));
-        core::array::from_fn(|k| self.size * (x * along[k] + y * across[k] + z * normal[k]))
-    }
-}
-
-/// Sine and cosine of an angle in degrees.
-fn sin_cos(deg: f32) -> [f32; 2] {
-    let (sin, cos) = Elementary::sin_cos(deg * (core::f32::consts::PI / 180.0));
-    [sin, cos]
 }
 
 impl fingerpad_body {
@@ -186,7 +155,7 @@ unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Resul
     }
     let tuning = PadTuning::default();
     let in_use = file.pad.tuned(tuning).map_err(code)?;
-    let inside = LoadedPad { mark: LOADED, pad: in_use, size: tuning.size, meta: file.meta };
+    let inside = LoadedPad { mark: LOADED, pad: in_use, meta: file.meta };
     // SAFETY: the caller's promise; size and alignment were checked above.
     unsafe { write(pad.cast::<LoadedPad>(), inside) }
 }
@@ -210,7 +179,7 @@ pub unsafe extern "C" fn fingerpad_pad_tune(pad: *mut fingerpad_pad, size: f32, 
         let in_use = fitted.tuned(PadTuning { size, stiffness, lambda }).map_err(code)?;
         // SAFETY: as for `loaded_pad`.
         let inside = unsafe { exclusive(pad.cast::<LoadedPad>()) }?;
-        (inside.pad, inside.size) = (in_use, size);
+        inside.pad = in_use;
         Ok(())
     };
     answer(tuned())
@@ -258,6 +227,6 @@ pub unsafe extern "C" fn fingerpad_pad_first_touch(
             return Err(FINGERPAD_RANGE);
         }
         // SAFETY: the caller's promise; an array of three is aligned as its numbers.
-        unsafe { write(place_mm.cast::<[f32; 3]>(), loaded.first_touch_mm([pitch_deg, roll_deg])) }
+        unsafe { write(place_mm.cast::<[f32; 3]>(), loaded.pad.first_touch_point_mm([pitch_deg, roll_deg])) }
     }))
 }

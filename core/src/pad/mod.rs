@@ -21,6 +21,7 @@ mod equilibrium;
 mod example;
 mod file;
 mod patch;
+mod requests;
 mod save;
 mod state;
 mod step;

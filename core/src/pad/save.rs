@@ -1,10 +1,11 @@
 //! Saving and restoring the state of a contact of a pad.
 //!
-//! Uses state, model_file and error.
+//! Uses state and save.
 
 use crate::Error;
 use crate::error::Field;
 use crate::model_file::crc32;
+use crate::save::{read_words, write_words};
 
 use super::{Numbers, Pad, PadState, Patch};
 
@@ -34,17 +35,8 @@ impl<const P: usize> PadState<P> {
     /// # Errors
     /// [`Error::Buffer`] if `out` is too short.
     pub fn write_bytes(&self, pad: u32, out: &mut [u8]) -> Result<usize, Error> {
-        let needed = pad_state_bytes(P);
-        let short = Error::Buffer { needed: needed as u32 };
-        let out = out.get_mut(..needed).ok_or(short)?;
-        let (body, end) = out.split_last_chunk_mut::<4>().ok_or(short)?;
         let words: &[u32] = bytemuck::cast_slice(core::slice::from_ref(self));
-        let words = [VERSION, pad].into_iter().chain(words.iter().copied());
-        for (slot, word) in body.as_chunks_mut::<4>().0.iter_mut().zip(words) {
-            *slot = word.to_le_bytes();
-        }
-        *end = crc32(body).to_le_bytes();
-        Ok(needed)
+        write_words([VERSION, pad], words.iter().copied(), pad_state_bytes(P), out)
     }
 
     /// A state from what [`PadState::write_bytes`] wrote with the same pad.
@@ -53,22 +45,7 @@ impl<const P: usize> PadState<P> {
     /// [`Error::Length`], [`Error::Checksum`] for damage, [`Error::Version`], [`Error::OtherModel`], and [`Error::Range`] for a value that
     /// no step leaves behind.
     pub fn read_bytes(pad: u32, bytes: &[u8]) -> Result<Self, Error> {
-        let expected = pad_state_bytes(P);
-        if bytes.len() != expected {
-            return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 });
-        }
-        let (body, end) = bytes.split_last_chunk::<4>().ok_or(Error::Checksum)?;
-        if crc32(body) != u32::from_le_bytes(*end) {
-            return Err(Error::Checksum);
-        }
-        let mut found = body.as_chunks::<4>().0.iter().map(|four| u32::from_le_bytes(*four));
-        let (version, of) = (found.next().unwrap_or(0), found.next().unwrap_or(0));
-        if version != VERSION {
-            return Err(Error::Version { found: version });
-        }
-        if of != pad {
-            return Err(Error::OtherModel { found: of, expected: pad });
-        }
+        let found = read_words([VERSION, pad], pad_state_bytes(P), bytes)?;
         let mut state = Self::in_the_air();
         let words: &mut [u32] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut state));
         for (slot, word) in words.iter_mut().zip(found) {

@@ -101,7 +101,10 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
     pub fn over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
         let mut state = Self::new(pad)?;
         state.tilt = pad.tilt(pose_deg).0;
-        state.pivot = pad.first_touch_point_mm(state.tilt);
+        // In the neutral pose it is the origin, which the fitted heights meet within their error.
+        if state.tilt != zeros() {
+            state.pivot = pad.first_touch_point_mm(pose_deg);
+        }
         Ok(state)
     }
 

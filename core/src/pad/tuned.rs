@@ -114,6 +114,11 @@ impl<'a, T: Elementary> TunedPad<'a, T> {
         PadState::over(&self.pad, pose_deg)
     }
 
+    /// The point of the undeformed finger that a plane touches first in a pose; see [`Pad::first_touch_point_mm`].
+    pub fn first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
+        self.pad.first_touch_point_mm(pose_deg).map(|x| x * self.length)
+    }
+
     fn in_units<'b, B: Surface<T>>(&self, body: &'b B) -> InUnits<'b, B, T> {
         InUnits { body, length: self.length, per_length: self.per_length }
     }
