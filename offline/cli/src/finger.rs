@@ -75,8 +75,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let runs_folder = args.out.join("runs");
     let hash = reduce::settings_hash(&config)?;
     let (pad_file, model_file) = (args.out.join("pad.fpm"), args.out.join("model.fpm"));
-    check_model(&model_file, &hash).map_err(Failure::Input)?;
-    check_pad(&pad_file, &hash).map_err(Failure::Input)?;
+    check(&model_file, "model", &hash, hash_of_bed).map_err(Failure::Input)?;
+    check(&pad_file, "pad", &hash, hash_of_pad).map_err(Failure::Input)?;
     Outputs::beside(args.model.inputs(&config)).folder("--out", &args.out, &[]).prepare()?;
     let experiments = reduce::design(&settings)?;
     let (finger, _) = make_finger(&config)?;
@@ -132,29 +132,24 @@ pub(super) fn models(
     Ok((runs, fitted))
 }
 
-/// Refuses to replace a file that is not an earlier pad of the same finger.
-fn check_pad(file: &Path, hash: &str) -> anyhow::Result<()> {
-    if !file.exists() {
-        return Ok(());
+/// Refuses to replace a file that is not an earlier model of the same finger.
+///
+/// * `hash_of`: hash of the settings that a model file of this kind states; None for another file
+fn check(file: &Path, what: &str, hash: &str, hash_of: impl Fn(&[u8]) -> Option<String>) -> anyhow::Result<()> {
+    let is_ours = |bytes: Vec<u8>| hash_of(&bytes).is_some_and(|found| found == hash);
+    if file.exists() && !std::fs::read(file).is_ok_and(is_ours) {
+        bail!("{}: exists and is not a {what} of this finger: give another --out, or remove it", file.display());
     }
-    let pad = std::fs::read(file).ok().and_then(|bytes| PadModelFile::new(&bytes).ok());
-    let meta = pad.as_ref().and_then(|pad| serde_json::from_str::<PadMeta>(pad.file().meta).ok());
-    match meta {
-        Some(meta) if meta.settings_hash == hash => Ok(()),
-        _ => bail!("{}: exists and is not a pad of this finger: give another --out, or remove it", file.display()),
-    }
+    Ok(())
 }
 
-/// Refuses to replace a file that is not an earlier model of the same finger.
-fn check_model(file: &Path, hash: &str) -> anyhow::Result<()> {
-    if !file.exists() {
-        return Ok(());
-    }
-    let model = std::fs::read(file).ok().and_then(|bytes| ModelFile::new(&bytes).ok());
-    match model.as_ref().and_then(meta_of) {
-        Some(meta) if meta.settings_hash == hash => Ok(()),
-        _ => bail!("{}: exists and is not a model of this finger: give another --out, or remove it", file.display()),
-    }
+fn hash_of_bed(bytes: &[u8]) -> Option<String> {
+    meta_of(&ModelFile::new(bytes).ok()?).map(|meta| meta.settings_hash)
+}
+
+fn hash_of_pad(bytes: &[u8]) -> Option<String> {
+    let pad = PadModelFile::new(bytes).ok()?;
+    serde_json::from_str::<PadMeta>(pad.file().meta).ok().map(|meta| meta.settings_hash)
 }
 
 /// A time with its unit, to two digits.

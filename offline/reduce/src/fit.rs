@@ -156,12 +156,7 @@ const NEIGHBOURS: usize = 6;
 fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
     let mut kept = [1.0; N];
     loop {
-        let mut less = *params;
-        for (node, kept) in less.nodes.iter_mut().zip(&kept) {
-            let [x, y] = &mut node.stiffness_slope_n_mm2;
-            [x, y, &mut node.press_coupling].into_iter().for_each(|number| *number *= *kept);
-        }
-        let less = rounded(&less);
+        let less = less_coupled(params, &kept);
         let beyond = match less.validate() {
             Ok(()) => return Ok((less, 1.0 - kept.iter().sum::<f64>() / N as f64)),
             Err(Error::NotPassive { index, .. }) => usize::from(index),
@@ -177,22 +172,27 @@ fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Res
     }
 }
 
-/// The same with the same share given up at all depths, which bends no curve.
+/// The same with one share given up at all depths, which bends no curve.
 fn evenly<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
-    let mut share = 0.0;
+    let mut share = PART;
     loop {
-        let mut less = *params;
-        for node in &mut less.nodes {
-            let [x, y] = &mut node.stiffness_slope_n_mm2;
-            [x, y, &mut node.press_coupling].into_iter().for_each(|number| *number *= 1.0 - share);
-        }
-        let less = rounded(&less);
+        let less = less_coupled(params, &[1.0 - share; N]);
         match less.validate() {
             Ok(()) => return Ok((less, share)),
             Err(Error::NotPassive { .. }) if share < GIVEN_UP => share += PART,
             Err(error) => return Err(error),
         }
     }
+}
+
+/// Parameters of which a share of what couples depth and slide is kept at each depth, in the numbers of the target.
+fn less_coupled<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, kept: &[f64; N]) -> ParamsOf<M, N> {
+    let mut less = *params;
+    for (node, kept) in less.nodes.iter_mut().zip(kept) {
+        let [x, y] = &mut node.stiffness_slope_n_mm2;
+        [x, y, &mut node.press_coupling].into_iter().for_each(|number| *number *= *kept);
+    }
+    rounded(&less)
 }
 
 /// The fit's stages and what they have found so far.
@@ -334,6 +334,8 @@ mod tests {
         assert!(share > 0.0 && share < 0.1, "{share}");
         assert_eq!(found.nodes[..15], rounded(&coupled).nodes[..15]);
         assert!(found.nodes[30].press_coupling.abs() > 0.5 * coupled.nodes[30].press_coupling.abs() as f32);
+        let (found, share) = evenly(&coupled).unwrap();
+        assert!(found.validate().is_ok() && share > 0.0 && share <= GIVEN_UP, "{share}");
         // What would take more than is allowed is refused.
         coupled.nodes.iter_mut().for_each(|node| node.press_coupling = 5.0);
         assert!(matches!(accepted(&coupled), Err(Error::NotPassive { .. })));
