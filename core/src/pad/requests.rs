@@ -11,6 +11,9 @@ use super::state::{PadState, PatchState};
 use super::step::{Wake, slipping};
 use super::vector::{Vec3, plus, times};
 
+/// The equations of a step and what acts on each patch in its solution.
+type AfterStep<'a, const P: usize, T, B> = (Equations<'a, P, T, B>, [Acting<T>; P]);
+
 impl<T: Elementary> Pad<'_, T> {
     /// The equations of the last step and what acts on each patch; None without contact, or for a pad of more than `P` patches.
     fn after_step<'a, const P: usize, B: Surface<T>>(
@@ -18,7 +21,7 @@ impl<T: Elementary> Pad<'_, T> {
         state: &PadState<P, T>,
         body: &'a B,
         strength: T,
-    ) -> Option<(Equations<'a, P, T, B>, [Acting<T>; P])> {
+    ) -> Option<AfterStep<'a, P, T, B>> {
         if !state.in_contact() || self.patches.len() > P {
             return None;
         }
