@@ -10,7 +10,7 @@ use super::vector::{
     Bulk, Mat3, Packed, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, solve, symmetric,
     times, turned, turned_back, zeros,
 };
-use super::{Law, MODES, Pad, PadState};
+use super::{Law, MODES, Numbers, PadState, Patch};
 
 /// Most rounds of a step, and most halvings of a round.
 const ROUNDS: usize = 16;
@@ -37,11 +37,17 @@ pub(crate) struct Frame<T> {
     pub pivot: Vec3<T>,
 }
 
+/// A patch that may touch in a step.
+pub(crate) struct Awake<'a, T> {
+    /// Its place among the patches of the pad.
+    pub index: usize,
+    pub patch: &'a Patch<T>,
+    pub placed: Placed<T>,
+    pub acting: Acting<T>,
+}
+
 /// A patch in a place of the body: what does not change within a step.
-#[derive(Clone, Copy)]
 pub(crate) struct Placed<T> {
-    /// Whether it may touch in this step; of the others nothing is known.
-    pub is_awake: bool,
     pub compressed: Compressed<T>,
     /// Place of the undeformed patch, body's frame, mm.
     pub place: Vec3<T>,
@@ -54,7 +60,6 @@ pub(crate) struct Placed<T> {
 }
 
 /// A patch in a state of the bulk.
-#[derive(Clone, Copy)]
 pub(crate) struct Acting<T> {
     /// Whether it touches; the rest is read only then, but for place and overlap.
     pub touches: bool,
@@ -65,6 +70,8 @@ pub(crate) struct Acting<T> {
     pub force: T,
     pub slope: T,
     pub strength: T,
+    /// See [`super::patch::Borne::below`].
+    pub below: T,
     /// From the skin to the anchor along the surface, mm, and its length.
     pub stretch: Vec3<T>,
     pub length: T,
@@ -85,6 +92,7 @@ impl<T: Arithmetic> Acting<T> {
             force: zero,
             slope: zero,
             strength: zero,
+            below: zero,
             stretch: zeros(),
             length: zero,
             bound: zero,
@@ -94,37 +102,34 @@ impl<T: Arithmetic> Acting<T> {
 }
 
 /// Equations of the bulk in a place of the body.
-pub(crate) struct Equations<'a, const P: usize, T, B> {
-    pub pad: Pad<'a, T>,
+pub(crate) struct Equations<'a, T, B> {
+    pub numbers: &'a Numbers<T>,
     pub body: &'a B,
     pub frame: Frame<T>,
-    pub placed: [Placed<T>; P],
     pub strength_factor: T,
 }
 
-impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
+impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
     fn law(&self) -> &Law<T> {
-        &self.pad.numbers.law
+        &self.numbers.law
     }
 
     /// What is missing to equilibrium: the gradient of the energy. Fills in what the patches do.
-    pub fn misfit(&self, bulk: &Bulk<T>, acting: &mut [Acting<T>; P]) -> Bulk<T> {
-        let numbers = self.pad.numbers;
+    pub fn misfit(&self, bulk: &Bulk<T>, awake: &mut [Awake<'_, T>]) -> Bulk<T> {
+        let numbers = self.numbers;
         let law = self.law();
         let motion: [T; 6] = numbers.rigid.each_ref().map(|row| along(row, bulk));
         let turn = [motion[3], motion[4], motion[5]];
         let lift = common_lift(law, &motion);
         let half_turn = T::of(0.5) * law.turn;
+        let swept = swept(&turn, half_turn);
         let mut gradient = *bulk;
-        // Force on the skin, finger's axes, and what does work on the rigid motion.
-        let (mut whole, mut by_turn) = (zeros::<T, 3>(), zeros::<T, 3>());
-        for ((patch, placed), acting) in self.pad.patches.iter().zip(&self.placed).zip(acting) {
-            if !placed.is_awake {
-                continue;
-            }
+        // Force on the skin, finger's axes, and the sum of the products of a patch's arm and force.
+        let mut whole = zeros::<T, 3>();
+        let mut products: Mat3<T> = [zeros(); 3];
+        for Awake { patch, placed, acting, .. } in awake {
             let linear = patch.modes.each_ref().map(|row| along(row, bulk));
-            let swept = cross(&turn, &placed.arm);
-            let second = plus(&lift, &times(&cross(&turn, &swept), half_turn));
+            let second = plus(&lift, &turned(&swept, &placed.arm));
             acting.place = plus(&placed.place, &turned(&self.frame.soft, &plus(&linear, &second)));
             let (overlap, inward) = mean(self.body, &acting.place, &placed.sides);
             acting.overlap = overlap;
@@ -137,8 +142,13 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             acting.force = borne.force;
             acting.slope = borne.slope;
             acting.strength = borne.strength * self.strength_factor;
+            acting.below = borne.below;
             let across = minus(&placed.anchor, &acting.place);
-            acting.stretch = minus(&across, &times(&placed.inward, dot(&across, &placed.inward)));
+            acting.stretch = if self.body.is_plane() {
+                [across[0], across[1], T::of(0.0)]
+            } else {
+                minus(&across, &times(&placed.inward, dot(&across, &placed.inward)))
+            };
             acting.length = (dot(&acting.stretch, &acting.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
             let compliance = patch.compliance_mm_per_n[1];
             acting.bound = acting.strength * compliance;
@@ -150,10 +160,14 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
                 *gradient -= patch.modes[0][k] * force[0] + patch.modes[1][k] * force[1] + patch.modes[2][k] * force[2];
             }
             whole = plus(&whole, &force);
-            // d/dr of r x (r x a), transposed: a (r.F) + (r.a) F − 2 r (a.F).
-            let work = plus(&times(&placed.arm, dot(&turn, &force)), &times(&force, dot(&turn, &placed.arm)));
-            by_turn = plus(&by_turn, &minus(&work, &times(&turn, T::of(2.0) * dot(&placed.arm, &force))));
+            for (row, arm) in products.iter_mut().zip(&placed.arm) {
+                *row = plus(row, &times(&force, *arm));
+            }
         }
+        // d/dr of r x (r x a), transposed: a (r.F) + (r.a) F − 2 r (a.F).
+        let trace = products[0][0] + products[1][1] + products[2][2];
+        let by_turn = plus(&turned(&products, &turn), &turned_back(&products, &turn));
+        let by_turn = minus(&by_turn, &times(&turn, T::of(2.0) * trace));
         let slopes = lift_slopes(law, &motion);
         let mut on_motion: [T; 6] = zeros();
         for (slope, force) in slopes.iter().zip([whole[2], whole[0]]) {
@@ -178,8 +192,8 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
 
     /// Factor of the tangent stiffness, without the curvature of the body and of the bulk's second order, and with friction of a
     /// bounded patch that turns.
-    fn factor(&self, bulk: &Bulk<T>, acting: &[Acting<T>; P]) -> Packed<T> {
-        let numbers = self.pad.numbers;
+    fn factor(&self, bulk: &Bulk<T>, awake: &[Awake<'_, T>]) -> Packed<T> {
+        let numbers = self.numbers;
         let stiffening = Stiffening::at(&numbers.squash, bulk, self.law());
         let mut stiffness = numbers.squash.map(|x| x * stiffening.per_size);
         add_square(&mut stiffness, &stiffening.direction, stiffening.second - stiffening.per_size);
@@ -195,7 +209,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             }
         }
         let soft = &self.frame.soft;
-        for ((patch, placed), acting) in self.pad.patches.iter().zip(&self.placed).zip(acting) {
+        for Awake { patch, placed, acting, .. } in awake {
             if !acting.touches {
                 continue;
             }
@@ -233,9 +247,9 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
     /// over the last rounds (Anderson 1965): the factor knows nothing of how strength follows pressure.
     ///
     /// Returns whether it is met.
-    pub fn solve(&self, state: &mut PadState<P, T>, acting: &mut [Acting<T>; P]) -> bool {
+    pub fn solve<const P: usize>(&self, state: &mut PadState<P, T>, awake: &mut [Awake<'_, T>]) -> bool {
         let mut bulk = state.bulk;
-        let mut misfit = self.misfit(&bulk, acting);
+        let mut misfit = self.misfit(&bulk, awake);
         let mut secants = Secants::none();
         let mut factors = 0;
         let mut before = T::of(f32::MAX);
@@ -243,7 +257,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         let mut best = (T::of(f32::MAX), bulk);
         for _ in 0..ROUNDS {
             if !state.is_factored() {
-                state.factor = self.factor(&bulk, acting);
+                state.factor = self.factor(&bulk, awake);
                 state.set_factored(true);
                 factors += 1;
                 secants = Secants::none();
@@ -276,7 +290,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
             let from = bulk;
             for _ in 0..HALVINGS {
                 bulk = core::array::from_fn(|k| from[k] - way[k]);
-                misfit = self.misfit(&bulk, acting);
+                misfit = self.misfit(&bulk, awake);
                 // Not far beyond the least energy along this direction.
                 if !(along(&step, &misfit) < T::of(-0.5) * off) {
                     break;
@@ -287,7 +301,7 @@ impl<const P: usize, T: Elementary, B: Surface<T>> Equations<'_, P, T, B> {
         if !is_met {
             // What came nearest, and the friction that belongs to it.
             bulk = best.1;
-            self.misfit(&bulk, acting);
+            self.misfit(&bulk, awake);
             state.set_factored(false);
         }
         state.bulk = bulk;
@@ -357,6 +371,14 @@ fn tangents<T: Elementary>(inward: &Vec3<T>) -> (Vec3<T>, Vec3<T>) {
     let length = (dot(&raw, &raw) + T::of(1e-12)).magnitude().sqrt();
     let first = times(&raw, T::of(1.0) / length);
     (first, cross(inward, &first))
+}
+
+/// The matrix of r x (r x a) times a factor, of a rotation vector r.
+fn swept<T: Elementary>(r: &Vec3<T>, factor: T) -> Mat3<T> {
+    let [x, y, z] = times(r, factor);
+    let [xx, yy, zz] = [x * r[0], y * r[1], z * r[2]];
+    let [xy, xz, yz] = [x * r[1], x * r[2], y * r[2]];
+    [[-(yy + zz), xy, xz], [xy, -(xx + zz), yz], [xz, yz, -(xx + yy)]]
 }
 
 /// Of a rigid motion the parts that a mirror image about y = 0 leaves, and those that it turns round: (t_x, t_z, r_y), (t_y, r_x, r_z).

@@ -2,7 +2,7 @@
 
 use crate::math::Elementary;
 
-use super::Law;
+use super::{Law, Patch};
 
 /// What of a patch does not depend on the bulk.
 #[derive(Clone, Copy)]
@@ -13,9 +13,10 @@ pub(crate) struct Compressed<T> {
     pub spread: T,
     /// Force at which all of it touches, N.
     pub flat: T,
-    /// Natural logarithms of the largest area in contact, mm², and of the force at which it is reached, N.
-    pub log_area: T,
-    pub log_full: T,
+    /// Force at which the largest area in contact is reached, N, that area, mm², and the largest friction there, N.
+    pub full: T,
+    pub full_area: T,
+    pub full_strength: T,
 }
 
 /// What a patch bears.
@@ -26,6 +27,14 @@ pub(crate) struct Borne<T> {
     pub slope: T,
     /// Largest friction, N.
     pub strength: T,
+    /// Natural logarithm of the force over [`Compressed::full`], 0 above it.
+    pub below: T,
+}
+
+/// Change of the force at which all of a patch touches with the spread, N/mm.
+#[inline(always)]
+pub(crate) fn flat_rate<T: Elementary>(patch: &Patch<T>, law: &Law<T>) -> T {
+    law.flattening_mpa[1] * patch.area_mm2.magnitude().sqrt()
 }
 
 /// Most rounds of the root in [`Compressed::press`], and the share of it by which the last changes it: its error is the square of that.
@@ -33,6 +42,22 @@ const ROUNDS: usize = 24;
 const ROOT: f32 = 1e-5;
 
 impl<T: Elementary> Compressed<T> {
+    /// A patch whose gaps have a spread, mm.
+    pub fn new(patch: &Patch<T>, spread: T, law: &Law<T>) -> Self {
+        let flat = patch.area_mm2 * law.flattening_mpa[0] + flat_rate(patch, law) * spread;
+        let [area, force, _] = law.area;
+        let (full, full_area) = (force * flat, area * patch.area_mm2);
+        let [lambda, beta] = law.friction;
+        Self {
+            compliance: patch.compliance_mm_per_n[0],
+            spread,
+            flat,
+            full,
+            full_area,
+            full_strength: lambda * full_area * (beta * (full / full_area).ln()).exp(),
+        }
+    }
+
     /// Whether it touches at an overlap of its middle, mm.
     #[inline(always)]
     pub fn touches(&self, overlap: T) -> bool {
@@ -63,22 +88,16 @@ impl<T: Elementary> Compressed<T> {
             let force = self.flat * (s * s * s);
             (force, T::of(3.0) * self.flat * s / (T::of(3.0) * a * s + T::of(2.0) * self.spread))
         };
-        let [lambda, beta] = law.friction;
-        let log_force = (force + T::of(f32::MIN_POSITIVE)).ln();
-        let log_area = self.log_area_at(log_force, law);
-        let strength = lambda * (log_area + beta * (log_force - log_area)).exp();
-        Borne { force, slope, strength }
+        let log = (force / self.full + T::of(f32::MIN_POSITIVE)).ln();
+        let beta = law.friction[1];
+        let (below, exponent) =
+            if log < T::of(0.0) { (log, beta + law.area[2] * (T::of(1.0) - beta)) } else { (T::of(0.0), beta) };
+        Borne { force, slope, strength: self.full_strength * (exponent * log).exp(), below }
     }
 
-    /// Area in contact at a force, mm².
-    pub fn area(&self, force: T, law: &Law<T>) -> T {
-        self.log_area_at((force + T::of(f32::MIN_POSITIVE)).ln(), law).exp()
-    }
-
-    #[inline(always)]
-    fn log_area_at(&self, log_force: T, law: &Law<T>) -> T {
-        let below = log_force - self.log_full;
-        if below < T::of(0.0) { self.log_area + law.area[2] * below } else { self.log_area }
+    /// Area in contact, mm², at [`Borne::below`].
+    pub fn area(&self, below: T, law: &Law<T>) -> T {
+        self.full_area * (law.area[2] * below).exp()
     }
 
     /// Energy stored along the normal, mJ, and its derivative over the spread where the force at which all of it touches grows with the

@@ -2,17 +2,19 @@
 //!
 //! Main functions: [`Pad::patch_states`], [`Pad::full_slip`], [`Pad::energy_mj`]. Uses step and equilibrium.
 
+use heapless::Vec;
+
 use crate::math::Elementary;
 
 use super::Pad;
 use super::body::Surface;
-use super::equilibrium::{Acting, Equations, Stiffening};
+use super::equilibrium::{Awake, Equations, Stiffening};
 use super::state::{PadState, PatchState};
 use super::step::{Wake, slipping};
 use super::vector::{Vec3, plus, times};
 
-/// The equations of a step and what acts on each patch in its solution.
-type AfterStep<'a, const P: usize, T, B> = (Equations<'a, P, T, B>, [Acting<T>; P]);
+/// The equations of a step and its patches in the solution.
+type AfterStep<'a, const P: usize, T, B> = (Equations<'a, T, B>, Vec<Awake<'a, T>, P>);
 
 impl<T: Elementary> Pad<'_, T> {
     /// The equations of the last step and what acts on each patch; None without contact, or for a pad of more than `P` patches.
@@ -25,10 +27,11 @@ impl<T: Elementary> Pad<'_, T> {
         if !state.in_contact() || self.patches.len() > P {
             return None;
         }
-        let equations = self.equations(state, body, strength, Wake::All);
-        let mut acting = [Acting::nothing(); P];
-        equations.misfit(&state.bulk, &mut acting);
-        Some((equations, acting))
+        let equations = self.equations(state, body, strength);
+        let mut awake = Vec::new();
+        self.wake(state, &equations, Wake::All, &mut awake);
+        equations.misfit(&state.bulk, &mut awake);
+        Some((equations, awake))
     }
 
     /// What each patch bears after the last step: pressure, traction, area and stick.
@@ -45,13 +48,11 @@ impl<T: Elementary> Pad<'_, T> {
         strength: T,
     ) -> [PatchState<T>; P] {
         let mut out = [PatchState::default(); P];
-        let Some((equations, acting)) = self.after_step(state, body, strength) else { return out };
+        let Some((equations, awake)) = self.after_step(state, body, strength) else { return out };
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
         let law = &self.numbers.law;
-        for ((((patch, placed), acting), used), out) in
-            self.patches.iter().zip(&equations.placed).zip(&acting).zip(&state.used).zip(&mut out)
-        {
+        for ((Awake { patch, placed, acting, .. }, used), out) in awake.iter().zip(&state.used).zip(&mut out) {
             let apex = &equations.frame.apex;
             out.place_mm = back(&plus(&acting.place, apex));
             if !acting.touches {
@@ -60,7 +61,7 @@ impl<T: Elementary> Pad<'_, T> {
             let traction = back(&times(&acting.stretch, acting.grip / patch.area_mm2));
             out.pressure_mpa = acting.force / patch.area_mm2;
             out.traction_mpa = [traction[0], traction[1]];
-            out.contact_area_mm2 = placed.compressed.area(acting.force, law);
+            out.contact_area_mm2 = placed.compressed.area(acting.below, law);
             out.used = used.magnitude();
             let growing = !(*used < T::of(0.0));
             out.stick_ratio = if growing { T::of(1.0) - slipping(out.used, law.onset) } else { T::of(1.0) };
@@ -85,9 +86,9 @@ impl<T: Elementary> Pad<'_, T> {
         strength: T,
     ) -> [T; 3] {
         let mut limit = [T::of(0.0); 3];
-        let Some((equations, acting)) = self.after_step(state, body, strength) else { return limit };
+        let Some((equations, awake)) = self.after_step(state, body, strength) else { return limit };
         let (sin, cos) = state.angle[0].sin_cos();
-        for acting in acting.iter().filter(|acting| acting.touches) {
+        for acting in awake.iter().map(|patch| &patch.acting).filter(|acting| acting.touches) {
             let [x, y] = [0, 1].map(|k| acting.place[k] + equations.frame.apex[k]);
             let [x, y] = [cos * x - sin * y, sin * x + cos * y];
             let way = [along_x - turn * y, along_y + turn * x];
@@ -103,18 +104,21 @@ impl<T: Elementary> Pad<'_, T> {
 
     #[cfg(test)]
     pub(crate) fn misfit<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [T; super::MODES] {
-        self.equations(state, body, T::of(1.0), Wake::All).misfit(&state.bulk, &mut [Acting::nothing(); P])
+        let equations = self.equations(state, body, T::of(1.0));
+        let mut awake = Vec::<_, P>::new();
+        self.wake(state, &equations, Wake::All, &mut awake);
+        equations.misfit(&state.bulk, &mut awake)
     }
 
     /// Energy stored after the last step, mJ.
     pub fn energy_mj<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> T {
         let mut sum = T::of(0.0);
-        let Some((equations, acting)) = self.after_step(state, body, T::of(1.0)) else { return sum };
+        let Some((_, awake)) = self.after_step(state, body, T::of(1.0)) else { return sum };
         for x in &state.bulk {
             sum += T::of(0.5) * *x * *x;
         }
         sum += Stiffening::at(&self.numbers.squash, &state.bulk, &self.numbers.law).energy;
-        for ((patch, placed), acting) in self.patches.iter().zip(&equations.placed).zip(&acting) {
+        for Awake { patch, placed, acting, .. } in &awake {
             if acting.touches {
                 let (energy, _) = placed.compressed.energy(acting.overlap, acting.force, T::of(0.0));
                 let stretch = acting.length.at_most(acting.bound);

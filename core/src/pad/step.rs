@@ -2,13 +2,15 @@
 //!
 //! Main function: [`Pad::step`]. Uses equilibrium and state.
 
+use heapless::Vec;
+
 use crate::math::Elementary;
 use crate::step::rare;
 use crate::{Motion, Regime, Response, Status};
 
 use super::body::{Sides, Surface, spread};
-use super::equilibrium::{Acting, Equations, Frame, Placed, held};
-use super::patch::Compressed;
+use super::equilibrium::{Acting, Awake, Equations, Frame, Placed, held};
+use super::patch::{Compressed, flat_rate};
 use super::state::{APART, PadState};
 use super::vector::{Bulk, Mat3, Vec3, along, cross, dot, minus, plus, times, turned, turned_back, zeros};
 use super::{Pad, Patch};
@@ -108,23 +110,25 @@ impl<T: Elementary> Pad<'_, T> {
         }
         let start = state.bulk;
         state.foresee(motion);
-        let mut equations = self.equations(state, body, strength, Wake::Near);
-        let mut acting = [Acting::nothing(); P];
-        let mut is_met = equations.solve(state, &mut acting);
+        let equations = self.equations(state, body, strength);
+        let mut awake = Vec::<_, P>::new();
+        self.wake(state, &equations, Wake::Near, &mut awake);
+        let mut is_met = equations.solve(state, &mut awake);
         if self.moved_mm(&start, &state.bulk) > T::of(WAKE_MM) {
             // A patch that was taken to be far may touch.
             rare();
-            equations = self.equations(state, body, strength, Wake::All);
-            is_met = equations.solve(state, &mut acting);
+            self.wake(state, &equations, Wake::All, &mut awake);
+            is_met = equations.solve(state, &mut awake);
         }
         state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
         let travel = state.travel + self.moved_mm(&start, &state.bulk);
-        for (placed, used) in equations.placed.iter().zip(&mut state.used) {
-            if !placed.is_awake {
+        let mut indices = awake.iter().map(|patch| patch.index).peekable();
+        for (index, used) in state.used.iter_mut().enumerate() {
+            if indices.next_if_eq(&index).is_none() {
                 *used -= travel;
             }
         }
-        let response = self.settle(state, &equations, &acting);
+        let response = self.settle(state, &equations, &awake);
         // No contact bears so much: the memory was overwritten, and squares of such numbers overflow to infinity or NaN.
         let [x, y] = response.friction_n;
         let borne = response.normal_force_n + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
@@ -237,32 +241,39 @@ impl<T: Elementary> Pad<'_, T> {
         state: &PadState<P, T>,
         body: &'a B,
         strength: T,
-        wake: Wake,
-    ) -> Equations<'a, P, T, B> {
-        let law = &self.numbers.law;
-        let frame = self.frame(state);
-        let logs = [law.area[0].ln(), law.area[1].ln()];
-        let mut patches = self.patches.iter().zip(&state.anchors).zip(&state.used);
-        let near = T::of(APART + WAKE_MM) + state.travel;
-        let placed = core::array::from_fn(|_| match patches.next() {
-            Some(((patch, anchor), used)) if wake == Wake::All || *used <= near => {
-                let mut placed = self.placed(patch, *anchor, &frame, body, logs);
-                if *used >= T::of(APART) {
-                    // Where it is with the bulk as it was: apart it may be held anywhere.
-                    let moved = patch.modes.each_ref().map(|row| along(row, &state.bulk));
-                    let here = plus(&placed.place, &turned(&frame.soft, &moved));
-                    (placed.anchor, placed.inward) = held(body, foot(body, &here));
-                }
-                placed
-            }
-            _ => Placed::nothing(),
-        });
+    ) -> Equations<'a, T, B> {
         Equations {
-            pad: Pad { patches: self.patches, numbers: self.numbers },
+            numbers: self.numbers,
             body,
-            frame,
-            placed,
+            frame: self.frame(state),
             strength_factor: state.strength_factor * strength,
+        }
+    }
+
+    /// Finds the patches that are to be looked at, in their order.
+    pub(super) fn wake<'a, const P: usize, B: Surface<T>>(
+        &'a self,
+        state: &PadState<P, T>,
+        equations: &Equations<'_, T, B>,
+        which: Wake,
+        awake: &mut Vec<Awake<'a, T>, P>,
+    ) {
+        let (frame, body) = (&equations.frame, equations.body);
+        let near = T::of(APART + WAKE_MM) + state.travel;
+        awake.clear();
+        for (index, ((patch, anchor), used)) in self.patches.iter().zip(&state.anchors).zip(&state.used).enumerate() {
+            if which == Wake::Near && !(*used <= near) {
+                continue;
+            }
+            let mut placed = self.placed(patch, *anchor, frame, body);
+            if *used >= T::of(APART) {
+                // Where it is with the bulk as it was: apart it may be held anywhere.
+                let moved = patch.modes.each_ref().map(|row| along(row, &state.bulk));
+                let here = plus(&placed.place, &turned(&frame.soft, &moved));
+                (placed.anchor, placed.inward) = held(body, foot(body, &here));
+            }
+            // There is room for all that a state has.
+            let _ = awake.push(Awake { index, patch, placed, acting: Acting::nothing() });
         }
     }
 
@@ -272,31 +283,19 @@ impl<T: Elementary> Pad<'_, T> {
         anchor: [T; 2],
         frame: &Frame<T>,
         body: &B,
-        [log_whole, log_full]: [T; 2],
     ) -> Placed<T> {
         let place = frame.place(patch);
-        let flattening = self.numbers.law.flattening_mpa;
         let (sides, variance) = if body.is_plane() {
-            let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
-            let [x, y, z] = frame.axes[2];
-            let [a, b, c] = [xx * x + xy * y + xz * z, yy * y + yz * z, zz * z];
-            ([zeros(); 3], a * a + b * b + c * c)
+            let along = spread_along(patch, &frame.axes[2]);
+            ([zeros(); 3], dot(&along, &along))
         } else {
             let sides = frame.sides(patch);
             (sides, spread(body, &place, &sides).variance)
         };
         let spread = (variance + T::of(LEAST_SPREAD_MM2)).magnitude().sqrt();
-        let flat = patch.area_mm2 * flattening[0] + flat_rate(patch, flattening) * spread;
         let (anchor, inward) = held(body, anchor);
         Placed {
-            is_awake: true,
-            compressed: Compressed {
-                compliance: patch.compliance_mm_per_n[0],
-                spread,
-                flat,
-                log_area: patch.area_mm2.ln() + log_whole,
-                log_full: flat.ln() + log_full,
-            },
+            compressed: Compressed::new(patch, spread, &self.numbers.law),
             place,
             arm: minus(&patch.middle_mm, &self.numbers.middle_mm),
             sides,
@@ -309,21 +308,21 @@ impl<T: Elementary> Pad<'_, T> {
     fn settle<const P: usize, B: Surface<T>>(
         &self,
         state: &mut PadState<P, T>,
-        equations: &Equations<'_, P, T, B>,
-        acting: &[Acting<T>; P],
+        equations: &Equations<'_, T, B>,
+        awake: &[Awake<'_, T>],
     ) -> Response<T> {
         let law = &self.numbers.law;
         let zero = T::of(0.0);
         let (mut force, mut moment) = (zeros::<T, 3>(), zeros::<T, 3>());
         let (mut area, mut stuck, mut strength, mut reach) = (zero, zero, zero, zero);
         let mut middle = zeros::<T, 3>();
-        let memory = state.anchors.iter_mut().zip(&mut state.used);
-        for (((patch, placed), acting), (anchor, used)) in
-            self.patches.iter().zip(&equations.placed).zip(acting).zip(memory)
-        {
-            if !placed.is_awake {
+        // Of a plane that turns against the spread of the gaps; finger's frame.
+        let mut turning = zeros::<T, 3>();
+        let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
+        for Awake { index, patch, placed, acting } in awake {
+            let (Some(anchor), Some(used)) = (state.anchors.get_mut(*index), state.used.get_mut(*index)) else {
                 continue;
-            }
+            };
             if !acting.touches {
                 *anchor = foot(equations.body, &acting.place);
                 *used = T::of(APART) - (acting.overlap + placed.compressed.spread);
@@ -352,27 +351,24 @@ impl<T: Elementary> Pad<'_, T> {
                 T::of(1.0)
             };
             *used = if grows { now } else { -now };
-            let touching = placed.compressed.area(acting.force, law);
+            let touching = placed.compressed.area(acting.below, law);
             area += touching;
             stuck += touching * share;
             strength += acting.strength;
             let on_skin = minus(&times(&acting.stretch, acting.grip), &times(&acting.inward, acting.force));
-            let arm = plus(&acting.place, &[equations.frame.apex[0], equations.frame.apex[1], zero]);
+            let arm = plus(&acting.place, &apex);
             force = plus(&force, &on_skin);
             moment = plus(&moment, &cross(&arm, &on_skin));
             middle = plus(&middle, &times(&arm, acting.strength));
             reach += acting.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
             // The spread of the gaps within the patch changes as the body turns against it, and the gaps' mean lies beside the middle.
-            let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
-            let energy = placed.compressed.energy(acting.overlap, acting.force, flat_rate(patch, law.flattening_mpa));
+            let energy = placed.compressed.energy(acting.overlap, acting.force, flat_rate(patch, law));
             let pull = energy.1 / placed.compressed.spread;
             if equations.body.is_plane() {
-                // The normal's way through the second moment.
-                let third = T::of(1.0 / 3.0);
-                for side in &equations.frame.sides(patch) {
-                    let couple = [-side[1] * side[2], side[0] * side[2], zero];
-                    moment = plus(&moment, &times(&couple, pull * third));
-                }
+                // The normal through the second moment.
+                let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
+                let [a, b, c] = spread_along(patch, &equations.frame.axes[2]);
+                turning = plus(&turning, &times(&[xx * a, xy * a + yy * b, xz * a + yz * b + zz * c], pull));
                 continue;
             }
             let undeformed = spread(equations.body, &placed.place, &placed.sides);
@@ -382,6 +378,8 @@ impl<T: Elementary> Pad<'_, T> {
             moment = plus(&moment, &cross(&plus(&placed.place, &apex), &by_spread));
             moment = minus(&moment, &plus(&times(&undeformed.variance_moment, pull), &times(&couple, acting.force)));
         }
+        let turning = turned(&equations.frame.axes, &turning);
+        moment = plus(&moment, &[-turning[1], turning[0], zero]);
         // Back from the body's axes to those of the plane.
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
@@ -457,22 +455,6 @@ pub(super) enum Wake {
     All,
 }
 
-impl<T: Elementary> Placed<T> {
-    fn nothing() -> Self {
-        let zero = T::of(0.0);
-        let compressed = Compressed { compliance: zero, spread: zero, flat: zero, log_area: zero, log_full: zero };
-        Self {
-            is_awake: false,
-            compressed,
-            place: zeros(),
-            arm: zeros(),
-            sides: [zeros(); 3],
-            anchor: zeros(),
-            inward: zeros(),
-        }
-    }
-}
-
 /// From the finger's axes to those of a plane against which it is pitched and rolled.
 fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
     let ((ps, pc), (rs, rc)) = (pitch.sin_cos(), roll.sin_cos());
@@ -486,10 +468,12 @@ fn foot<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
     [place[0] - overlap * inward[0], place[1] - overlap * inward[1]]
 }
 
-/// Change of that force with the spread, N/mm.
+/// Standard deviations of the points of a patch along a direction, by the rows of the root of their second moment, mm.
 #[inline(always)]
-fn flat_rate<T: Elementary>(patch: &Patch<T>, flattening: [T; 2]) -> T {
-    flattening[1] * patch.area_mm2.magnitude().sqrt()
+fn spread_along<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>) -> Vec3<T> {
+    let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
+    let [x, y, z] = direction;
+    [xx * *x + xy * *y + xz * *z, yy * *y + yz * *z, zz * *z]
 }
 
 /// Share of a patch that slips under a growing load.
