@@ -392,7 +392,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
     ("effects, all of them", 2466),
 ];
 /// Most instructions of a step of the pad: a bounded number of rounds, each of bounded cost. The counter goes round beyond 650 000.
-const PAD_BOUND: u32 = 600_000;
+const PAD_BOUND: u32 = 400_000;
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 4400;
 const STACK_BOUND: u64 = 240;

@@ -2,9 +2,11 @@
 //!
 //! Main type: [`Equations`]. Uses patch and vector.
 
+use heapless::Vec;
+
 use crate::math::{Arithmetic, Elementary};
 
-use super::body::{Sides, Surface, mean, point};
+use super::body::{Surface, mean, point};
 use super::patch::Compressed;
 use super::vector::{
     Bulk, Mat3, Packed, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, solve, symmetric,
@@ -16,7 +18,7 @@ use super::{Law, MODES, Numbers, PadState, Patch};
 const ROUNDS: usize = 16;
 const HALVINGS: usize = 6;
 /// Change of the bulk below which it is in equilibrium, over its size, and the least size that counts, roots of mJ.
-const TOLERANCE: f32 = 3e-4;
+const TOLERANCE: f32 = 2e-4;
 const LEAST_SIZE: f32 = 3e-3;
 /// Longest way of a round beyond the size of the bulk, roots of mJ.
 const LONGEST: f32 = 2.0;
@@ -51,9 +53,6 @@ pub(crate) struct Placed<T> {
     pub compressed: Compressed<T>,
     /// Place of the undeformed patch, body's frame, mm.
     pub place: Vec3<T>,
-    /// From the middle of the pad, finger's frame, mm.
-    pub arm: Vec3<T>,
-    pub sides: Sides<T>,
     /// Where it is held and the direction into the body there.
     pub anchor: Vec3<T>,
     pub inward: Vec3<T>,
@@ -79,6 +78,8 @@ pub(crate) struct Acting<T> {
     pub bound: T,
     /// Friction over stretch, N/mm.
     pub grip: T,
+    /// Force on the skin through the softened axes of the finger, N.
+    pub pull: Vec3<T>,
 }
 
 impl<T: Arithmetic> Acting<T> {
@@ -97,6 +98,7 @@ impl<T: Arithmetic> Acting<T> {
             length: zero,
             bound: zero,
             grip: zero,
+            pull: zeros(),
         }
     }
 }
@@ -123,15 +125,19 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         let lift = common_lift(law, &motion);
         let half_turn = T::of(0.5) * law.turn;
         let swept = swept(&turn, half_turn);
-        let mut gradient = *bulk;
         // Force on the skin, finger's axes, and the sum of the products of a patch's arm and force.
         let mut whole = zeros::<T, 3>();
         let mut products: Mat3<T> = [zeros(); 3];
-        for Awake { patch, placed, acting, .. } in awake {
+        for Awake { patch, placed, acting, .. } in awake.iter_mut() {
             let linear = patch.modes.each_ref().map(|row| along(row, bulk));
-            let second = plus(&lift, &turned(&swept, &placed.arm));
+            let arm = minus(&patch.middle_mm, &numbers.middle_mm);
+            let second = plus(&lift, &turned(&swept, &arm));
             acting.place = plus(&placed.place, &turned(&self.frame.soft, &plus(&linear, &second)));
-            let (overlap, inward) = mean(self.body, &acting.place, &placed.sides);
+            let (overlap, inward) = if self.body.is_plane() {
+                self.body.overlap(&acting.place)
+            } else {
+                mean(self.body, &acting.place, &self.frame.sides(patch))
+            };
             acting.overlap = overlap;
             acting.touches = placed.compressed.touches(overlap);
             if !acting.touches {
@@ -156,12 +162,18 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
                 if acting.length > acting.bound { acting.strength / acting.length } else { T::of(1.0) / compliance };
             let force = minus(&times(&acting.stretch, acting.grip), &times(&inward, borne.force));
             let force = turned_back(&self.frame.soft, &force);
-            for (gradient, k) in gradient.iter_mut().zip(0..MODES) {
-                *gradient -= patch.modes[0][k] * force[0] + patch.modes[1][k] * force[1] + patch.modes[2][k] * force[2];
-            }
+            acting.pull = force;
             whole = plus(&whole, &force);
-            for (row, arm) in products.iter_mut().zip(&placed.arm) {
+            for (row, arm) in products.iter_mut().zip(&arm) {
                 *row = plus(row, &times(&force, *arm));
+            }
+        }
+        let mut gradient = *bulk;
+        for Awake { patch, acting, .. } in awake.iter().filter(|patch| patch.acting.touches) {
+            for k in 0..MODES {
+                for (modes, force) in patch.modes.iter().zip(&acting.pull) {
+                    gradient[k] -= modes[k] * *force;
+                }
             }
         }
         // d/dr of r x (r x a), transposed: a (r.F) + (r.a) F − 2 r (a.F).
@@ -314,50 +326,49 @@ const DEPTH: usize = 3;
 
 /// Changes of step and bulk over the last rounds, those of the step orthonormal.
 struct Secants<T> {
-    steps: [Bulk<T>; DEPTH],
-    bulks: [Bulk<T>; DEPTH],
-    count: usize,
-    last: Option<(Bulk<T>, Bulk<T>)>,
+    pairs: Vec<[Bulk<T>; 2], DEPTH>,
+    last: Option<[Bulk<T>; 2]>,
 }
 
 impl<T: Elementary> Secants<T> {
     fn none() -> Self {
-        Self { steps: [zeros(); DEPTH], bulks: [zeros(); DEPTH], count: 0, last: None }
+        Self { pairs: Vec::new(), last: None }
     }
 
     fn is_new(&self) -> bool {
-        self.count == 0
+        self.pairs.is_empty()
     }
 
     /// The way to go from `bulk`, down, of which `step` is the one by the factor alone.
     fn shorten(&mut self, bulk: &Bulk<T>, step: &Bulk<T>) -> Bulk<T> {
-        if let Some((last_bulk, last_step)) = self.last {
-            if self.count == DEPTH {
-                self.count = 0;
+        if let Some([last_step, last_bulk]) = &self.last {
+            if self.pairs.is_full() {
+                self.pairs.clear();
             }
             let mut change: Bulk<T> = core::array::from_fn(|k| step[k] - last_step[k]);
             let mut moved: Bulk<T> = core::array::from_fn(|k| bulk[k] - last_bulk[k]);
             let whole = along(&change, &change);
-            for (old, by) in self.steps.iter().zip(&self.bulks).take(self.count) {
+            for [old, by] in &self.pairs {
                 let share = along(old, &change);
-                change = core::array::from_fn(|k| change[k] - share * old[k]);
-                moved = core::array::from_fn(|k| moved[k] - share * by[k]);
+                for k in 0..MODES {
+                    change[k] -= share * old[k];
+                    moved[k] -= share * by[k];
+                }
             }
             let left = along(&change, &change);
             if left > T::of(1e-4) * whole {
                 let one = T::of(1.0) / left.magnitude().sqrt();
-                if let (Some(to), Some(by)) = (self.steps.get_mut(self.count), self.bulks.get_mut(self.count)) {
-                    *to = change.map(|x| x * one);
-                    *by = moved.map(|x| x * one);
-                    self.count += 1;
-                }
+                // There is room: a full one was emptied.
+                let _ = self.pairs.push([change.map(|x| x * one), moved.map(|x| x * one)]);
             }
         }
-        self.last = Some((*bulk, *step));
+        self.last = Some([*step, *bulk]);
         let mut way = *step;
-        for (old, by) in self.steps.iter().zip(&self.bulks).take(self.count) {
+        for [old, by] in &self.pairs {
             let share = along(old, step);
-            way = core::array::from_fn(|k| way[k] - share * (old[k] - by[k]));
+            for k in 0..MODES {
+                way[k] -= share * (old[k] - by[k]);
+            }
         }
         way
     }

@@ -37,10 +37,11 @@ const RAD: f32 = core::f32::consts::PI / 180.0;
 const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
 /// Share of the strength by which the friction of a patch must change before it counts as growing or falling.
 const NOTICED: f32 = 1e-6;
-/// Stick ratio that still counts as full stick, since the share of a patch that slips begins smoothly.
-const STICKS: f32 = 0.96;
-/// And the one that counts as full slip.
-const SLIDES: f32 = 0.04;
+/// Used share of its strength beyond which a patch counts as slipping in part, for the regime.
+const FIRM: f32 = 0.9;
+/// Share of the area that sticks, so counted, in full stick at least and in full slip at most.
+const STICKS: f32 = 0.95;
+const SLIDES: f32 = 0.02;
 
 /// Turn from the neutral pose at which half of what other poses add to the bands counts, rad.
 const AWAY_RAD: f32 = 0.05;
@@ -277,31 +278,17 @@ impl<T: Elementary> Pad<'_, T> {
         }
     }
 
-    fn placed<B: Surface<T>>(
-        &self,
-        patch: &Patch<T>,
-        anchor: [T; 2],
-        frame: &Frame<T>,
-        body: &B,
-    ) -> Placed<T> {
+    fn placed<B: Surface<T>>(&self, patch: &Patch<T>, anchor: [T; 2], frame: &Frame<T>, body: &B) -> Placed<T> {
         let place = frame.place(patch);
-        let (sides, variance) = if body.is_plane() {
+        let variance = if body.is_plane() {
             let along = spread_along(patch, &frame.axes[2]);
-            ([zeros(); 3], dot(&along, &along))
+            dot(&along, &along)
         } else {
-            let sides = frame.sides(patch);
-            (sides, spread(body, &place, &sides).variance)
+            spread(body, &place, &frame.sides(patch)).variance
         };
         let spread = (variance + T::of(LEAST_SPREAD_MM2)).magnitude().sqrt();
         let (anchor, inward) = held(body, anchor);
-        Placed {
-            compressed: Compressed::new(patch, spread, &self.numbers.law),
-            place,
-            arm: minus(&patch.middle_mm, &self.numbers.middle_mm),
-            sides,
-            anchor,
-            inward,
-        }
+        Placed { compressed: Compressed::new(patch, spread, &self.numbers.law), place, anchor, inward }
     }
 
     /// Moves what slips or is apart, and sums up.
@@ -314,7 +301,7 @@ impl<T: Elementary> Pad<'_, T> {
         let law = &self.numbers.law;
         let zero = T::of(0.0);
         let (mut force, mut moment) = (zeros::<T, 3>(), zeros::<T, 3>());
-        let (mut area, mut stuck, mut strength, mut reach) = (zero, zero, zero, zero);
+        let (mut area, mut stuck, mut held, mut strength, mut reach) = (zero, zero, zero, zero, zero);
         let mut middle = zeros::<T, 3>();
         // Of a plane that turns against the spread of the gaps; finger's frame.
         let mut turning = zeros::<T, 3>();
@@ -343,17 +330,20 @@ impl<T: Elementary> Pad<'_, T> {
             let before = used.magnitude();
             let grows =
                 now - before > T::of(NOTICED) || ((now - before).magnitude() <= T::of(NOTICED) && *used >= zero);
-            let share = if slips {
-                zero
+            // Shares that stick: for the ratio, and a narrower transition for the regime.
+            let (share, firm) = if slips {
+                (zero, zero)
             } else if grows {
-                T::of(1.0) - slipping(now, law.onset)
+                let beyond = (now - T::of(FIRM)).not_negative();
+                (T::of(1.0) - slipping(now, law.onset), T::of(1.0) - beyond * T::of(1.0 / (1.0 - FIRM)))
             } else {
-                T::of(1.0)
+                (T::of(1.0), T::of(1.0))
             };
             *used = if grows { now } else { -now };
             let touching = placed.compressed.area(acting.below, law);
             area += touching;
             stuck += touching * share;
+            held += touching * firm;
             strength += acting.strength;
             let on_skin = minus(&times(&acting.stretch, acting.grip), &times(&acting.inward, acting.force));
             let arm = plus(&acting.place, &apex);
@@ -371,8 +361,9 @@ impl<T: Elementary> Pad<'_, T> {
                 turning = plus(&turning, &times(&[xx * a, xy * a + yy * b, xz * a + yz * b + zz * c], pull));
                 continue;
             }
-            let undeformed = spread(equations.body, &placed.place, &placed.sides);
-            let couple = spread(equations.body, &acting.place, &placed.sides).moment;
+            let sides = equations.frame.sides(patch);
+            let undeformed = spread(equations.body, &placed.place, &sides);
+            let couple = spread(equations.body, &acting.place, &sides).moment;
             let by_spread = times(&undeformed.variance_slope, -pull);
             force = plus(&force, &by_spread);
             moment = plus(&moment, &cross(&plus(&placed.place, &apex), &by_spread));
@@ -412,9 +403,9 @@ impl<T: Elementary> Pad<'_, T> {
             band_friction_n: strength * self.band(&self.numbers.band_friction, state.tilt, stick_ratio),
             regime: if !in_contact {
                 Regime::NoContact
-            } else if stick_ratio >= T::of(STICKS) {
+            } else if held >= T::of(STICKS) * area {
                 Regime::Stick
-            } else if stick_ratio <= T::of(SLIDES) {
+            } else if held <= T::of(SLIDES) * area {
                 Regime::Slip
             } else {
                 Regime::PartialSlip
@@ -440,7 +431,7 @@ impl<T: Elementary> Frame<T> {
 
     /// Points beside the middle of a patch that have its second moment, three to either side, body's axes, mm.
     #[inline(always)]
-    fn sides(&self, patch: &Patch<T>) -> Sides<T> {
+    pub(super) fn sides(&self, patch: &Patch<T>) -> Sides<T> {
         let zero = T::of(0.0);
         let [xx, xy, yy, xz, yz, zz] = patch.spread_mm.map(|x| x * T::of(ROOT_3));
         [[xx, xy, xz], [zero, yy, yz], [zero, zero, zz]].map(|side| turned(&self.axes, &side))
