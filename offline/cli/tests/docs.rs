@@ -128,8 +128,8 @@ fn a_mistake_in_a_command_is_seen() {
         ("cargo run --release -- build --jobs 2", "cargo run --release -- build --job-count 2"),
         ("cargo test -p fingerpad-tests --test all", "cargo test -p fingerpad-tests --test al"),
         (
-            "cargo run --release -p fingerpad-fe --example stick_core",
-            "cargo run --release -p fingerpad --example stick_core",
+            "cargo run --release -p fingerpad --example document",
+            "cargo run --release -p fingerpad-fe --example document",
         ),
         ("cargo install --path offline/cli", "cargo install --path offline/client"),
         ("cargo build --release", "cargo build --relase"),

@@ -2,7 +2,7 @@
 //!
 //! Main types: [`Protocol`], [`Logger`].
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use fingerpad_diagnose::{RawRow, RunSet};
 
@@ -24,6 +24,49 @@ pub enum Protocol {
     Operator,
     /// A normal force that ends at the sensor's rail in the measured runs.
     Clipped,
+    /// 20 rows a second; turns lie between rows.
+    Uniform20,
+    /// 100 rows a second.
+    Uniform100,
+    /// 1000 rows a second.
+    Uniform1000,
+    /// 100 rows a second, forces 3 ms late.
+    Lag3,
+    /// 100 rows a second, forces 20 ms late.
+    Lag20,
+    /// 100 rows a second, forces through a first-order filter of 10 Hz.
+    Filter10,
+}
+
+/// A logger of a constant rate.
+#[derive(Clone, Copy, Debug)]
+pub struct Rate {
+    /// Rows a second.
+    pub rate_hz: f64,
+    /// By which forces are late, s.
+    pub lag_s: f64,
+    /// Time constant of the forces' first-order filter, s.
+    pub filter_s: f64,
+}
+
+impl Rate {
+    /// What comes out of the logger's channels of force, at rows at these times.
+    pub fn through(&self, times_s: &[f64], readings: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+        let late = |k: usize| {
+            let at = times_s[k] - self.lag_s;
+            let i = times_s.partition_point(|t| *t <= at).clamp(1, times_s.len() - 1);
+            let share = ((at - times_s[i - 1]) / (times_s[i] - times_s[i - 1])).clamp(0.0, 1.0);
+            [0, 1, 2].map(|c| readings[i - 1][c] + share * (readings[i][c] - readings[i - 1][c]))
+        };
+        let mut out: Vec<[f64; 3]> = (0..readings.len()).map(late).collect();
+        if self.filter_s > 0.0 {
+            for k in 1..out.len() {
+                let keep = (-(times_s[k] - times_s[k - 1]) / self.filter_s).exp();
+                out[k] = [0, 1, 2].map(|c| out[k][c] + keep * (out[k - 1][c] - out[k][c]));
+            }
+        }
+        out
+    }
 }
 
 impl Protocol {
@@ -34,6 +77,20 @@ impl Protocol {
         }
         if self == Self::FourDirections {
             plans.iter_mut().for_each(|p| p.direction = (p.direction / FRAC_PI_2).round() * FRAC_PI_2);
+        }
+    }
+
+    /// The logger's constant rate, of a protocol that has one.
+    pub fn rate(self) -> Option<Rate> {
+        let rate = |rate_hz, lag_s, filter_s| Some(Rate { rate_hz, lag_s, filter_s });
+        match self {
+            Self::Uniform20 => rate(20.0, 0.0, 0.0),
+            Self::Uniform100 => rate(100.0, 0.0, 0.0),
+            Self::Uniform1000 => rate(1000.0, 0.0, 0.0),
+            Self::Lag3 => rate(100.0, 3e-3, 0.0),
+            Self::Lag20 => rate(100.0, 20e-3, 0.0),
+            Self::Filter10 => rate(100.0, 0.0, 1.0 / (TAU * 10.0)),
+            _ => None,
         }
     }
 

@@ -230,9 +230,14 @@ pub fn strokes(plans: &[Plan], rows: usize) -> Vec<Stroke> {
             out.push((held + 0.5 * plan.dwell_s, plan.depth_mm, 0.0));
             out.push((held + plan.dwell_s, plan.depth_mm, 0.0));
             let total = if plan.reverse { 1.5 } else { 1.0 } * plan.length_mm;
-            for k in 1..=slide_rows {
-                // Closer rows where friction builds up.
-                let way = total * (k as f64 / slide_rows as f64).powf(1.3);
+            // Closer rows where friction builds up, and one at the turn.
+            let mut ways: Vec<f64> =
+                (1..=slide_rows).map(|k| total * (k as f64 / slide_rows as f64).powf(1.3)).collect();
+            let from_turn = |way: &f64| (*way - plan.length_mm).abs();
+            if let Some(nearest) = ways.iter_mut().min_by(|a, b| from_turn(a).total_cmp(&from_turn(b))) {
+                *nearest = plan.length_mm;
+            }
+            for way in ways {
                 let place = if way > plan.length_mm { 2.0 * plan.length_mm - way } else { way };
                 out.push((held + plan.dwell_s + way / plan.speed_mm_s, plan.depth_mm, place));
             }
@@ -251,6 +256,62 @@ pub fn strokes(plans: &[Plan], rows: usize) -> Vec<Stroke> {
             occluded += end - start;
             clock = end;
             Stroke { plan: plan.clone(), rows: made }
+        })
+        .collect()
+}
+
+/// A stroke as it goes on, and the rows of it at which a logger of a constant rate reads.
+pub struct Logged {
+    /// Close rows, those of the corners of the motion among them.
+    pub stroke: Stroke,
+    /// Rows that the logger reads.
+    pub read: Vec<usize>,
+}
+
+/// Longest motion between close rows, mm.
+const CLOSE_MM: f64 = 0.04;
+
+/// The strokes of [`strokes`] at close rows, read at a constant rate. The logger's clock knows nothing of the corners of the motion, so
+/// that a turn lies between two of its rows.
+pub fn logged_strokes(plans: &[Plan], rate_hz: f64, random: &mut Random) -> Vec<Logged> {
+    strokes(plans, 30)
+        .iter()
+        .map(|corners| {
+            let plan = &corners.plan;
+            let from_s = corners.rows[0].t_s;
+            // Touch, end of the press, start of the slide, turn, end.
+            let touch = from_s + 0.2;
+            let held = touch + plan.depth_mm / 2.0;
+            let slides = held + plan.dwell_s;
+            let turn = slides + plan.length_mm / plan.speed_mm_s;
+            let end = slides + if plan.reverse { 1.5 } else { 1.0 } * plan.length_mm / plan.speed_mm_s;
+            let close = (CLOSE_MM / plan.speed_mm_s).min(CLOSE_MM / 2.0);
+            let mut times: Vec<(f64, bool)> = [from_s, touch, held, slides, turn, end].map(|t| (t, false)).into();
+            times.extend((1..((end - from_s) / close) as usize).map(|k| (from_s + close * k as f64, false)));
+            let phase = random.unit();
+            let count = ((end - from_s) * rate_hz - phase) as usize;
+            times.extend((0..=count).map(|k| (from_s + (k as f64 + phase) / rate_hz, true)));
+            times.retain(|(t, _)| *t <= end);
+            times.sort_by(|a, b| a.0.total_cmp(&b.0));
+            // A row that the logger reads takes the place of a close one at the same time.
+            times.dedup_by(|b, a| {
+                let same = b.0 - a.0 < 1e-9;
+                a.1 |= same && b.1;
+                same
+            });
+            let occluded = corners.rows[0].occlusion_s;
+            let (sin, cos) = plan.direction.sin_cos();
+            let row = |t_s: f64| {
+                let depth_mm = (2.0 * (t_s - touch)).clamp(-0.2, plan.depth_mm);
+                let way = ((t_s - slides) * plan.speed_mm_s).max(0.0);
+                let place = if way > plan.length_mm { 2.0 * plan.length_mm - way } else { way };
+                let contact_s = t_s - touch;
+                let slide_mm = [place * cos, place * sin];
+                StrokeRow { t_s, depth_mm, slide_mm, contact_s, occlusion_s: occluded + contact_s.max(0.0) }
+            };
+            let read = times.iter().enumerate().filter(|(_, (_, read))| *read).map(|(i, _)| i).collect();
+            let rows = times.iter().map(|(t_s, _)| row(*t_s)).collect();
+            Logged { stroke: Stroke { plan: plan.clone(), rows }, read }
         })
         .collect()
 }

@@ -7,7 +7,7 @@ use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
 use super::Random;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
 use super::laboratory::{Noise, Scatter};
-use super::loggers::{Logged, Protocol};
+use super::loggers::{Logged, Protocol, Rate};
 use super::protocol::{self, Plan, Stroke};
 use super::simulator::{Simulator, SimulatorKind, all_readings};
 
@@ -108,11 +108,12 @@ pub fn make(wanted: Wanted) -> Case {
     let noise = Noise::random(&mut random);
     let turned = |mut plans: Vec<Plan>, calibration| {
         protocol.turn(&mut plans, calibration);
-        protocol::strokes(&plans, 30)
+        plans
     };
-    let calibration_strokes = turned(protocol::calibration(CALIBRATION_RUNS, &mut random), true);
-    let strokes = turned(protocol::measured(runs, level, &mut random), false);
-    let holdout_strokes = turned(protocol::measured(20, level, &mut random), false);
+    let calibration_plans = turned(protocol::calibration(CALIBRATION_RUNS, &mut random), true);
+    let plans = turned(protocol::measured(runs, level, &mut random), false);
+    let holdout_plans = turned(protocol::measured(20, level, &mut random), false);
+    let strokes = protocol::strokes(&plans, 30);
     let names: Vec<&'static str> = match hide {
         Hide::Nothing => vec![],
         Hide::Law(i) | Hide::Unrecorded(i) => vec![LIBRARY[i].0],
@@ -128,12 +129,13 @@ pub fn make(wanted: Wanted) -> Case {
         Hide::Unrecorded(i) => driver(LIBRARY[i].0),
         _ => None,
     };
-    let mut set = |finger: &dyn Simulator, strokes: &[Stroke], truth: &[Effect], name: &str| {
-        measure(finger, strokes, truth, &noise, &mut random, name, dropped)
+    let mut set = |finger: &dyn Simulator, plans: &[Plan], truth: &[Effect], name: &str| match protocol.rate() {
+        None => measure(finger, &protocol::strokes(plans, 30), truth, &noise, &mut random, name, dropped),
+        Some(rate) => measure_at(rate, finger, plans, truth, &noise, &mut random, name, dropped),
     };
-    let calibration = set(&*finger, &calibration_strokes, &[], "calibration");
-    let measured = set(&*today, &strokes, &truth, "measured");
-    let holdout = set(&*today, &holdout_strokes, &truth, "holdout");
+    let calibration = set(&*finger, &calibration_plans, &[], "calibration");
+    let measured = set(&*today, &plans, &truth, "measured");
+    let holdout = set(&*today, &holdout_plans, &truth, "holdout");
     let mut faults = Random::new(seed ^ 0x1066);
     let [calibration, measured, holdout] = [(calibration, true), (measured, false), (holdout, false)]
         .map(|(set, calibration)| protocol.log(set, calibration, &mut faults));
@@ -267,6 +269,30 @@ pub fn measure(
     record(strokes, noise, random, name, dropped, &mut |stroke, scatter| finger.readings(stroke, truth, scatter))
 }
 
+/// Measures strokes with a logger of a constant rate, whose file has no time since touch.
+#[expect(clippy::too_many_arguments, reason = "the arguments of `measure` and the rate")]
+fn measure_at(
+    rate: Rate,
+    finger: &dyn Simulator,
+    plans: &[Plan],
+    truth: &[Effect],
+    noise: &Noise,
+    random: &mut Random,
+    name: &str,
+    dropped: Option<Column>,
+) -> RunSet {
+    let logged = protocol::logged_strokes(plans, rate.rate_hz, random);
+    let (strokes, read): (Vec<Stroke>, Vec<Vec<usize>>) = logged.into_iter().map(|l| (l.stroke, l.read)).unzip();
+    let mut runs = written(&strokes, noise, random, name, dropped, &mut |stroke, scatter| {
+        let times: Vec<f64> = stroke.rows.iter().map(|row| row.t_s).collect();
+        rate.through(&times, finger.readings(stroke, truth, scatter))
+    });
+    for ((_, rows), read) in runs.iter_mut().zip(&read) {
+        *rows = read.iter().map(|i| RawRow { contact_time_s: f64::NAN, ..rows[*i] }).collect();
+    }
+    RunSet::from_rows(PathBuf::from(format!("{name}.csv")), runs).expect("rows in order")
+}
+
 /// The set that a laboratory writes down of strokes whose readings without row noise are `readings`.
 pub fn record(
     strokes: &[Stroke],
@@ -276,8 +302,21 @@ pub fn record(
     dropped: Option<Column>,
     readings: &mut dyn FnMut(&Stroke, &Scatter) -> Vec<[f64; 3]>,
 ) -> RunSet {
+    let runs = written(strokes, noise, random, name, dropped, readings);
+    RunSet::from_rows(PathBuf::from(format!("{name}.csv")), runs).expect("rows in order")
+}
+
+/// The runs of [`record`].
+fn written(
+    strokes: &[Stroke],
+    noise: &Noise,
+    random: &mut Random,
+    name: &str,
+    dropped: Option<Column>,
+    readings: &mut dyn FnMut(&Stroke, &Scatter) -> Vec<[f64; 3]>,
+) -> Vec<(Labels, Vec<RawRow>)> {
     let keep = |column: Column, value: f64| if dropped == Some(column) { f64::NAN } else { value };
-    let runs = strokes
+    strokes
         .iter()
         .enumerate()
         .map(|(i, stroke)| {
@@ -308,8 +347,7 @@ pub fn record(
                 .collect();
             (Labels { run: format!("{name}{i}"), ..Labels::default() }, rows)
         })
-        .collect();
-    RunSet::from_rows(PathBuf::from(format!("{name}.csv")), runs).expect("rows in order")
+        .collect()
 }
 
 /// Rows of a plan that the diagnosis proposed, as strokes.

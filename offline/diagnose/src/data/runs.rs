@@ -9,7 +9,7 @@ use fingerpad_formats::significant;
 use crate::data::clock::{clock_step_s, equal_stamps, note, spread_equal_stamps};
 use crate::data::content::Content;
 use crate::data::thinning::{Sample, rows_to_keep};
-use crate::data::turns::with_lost_turns;
+use crate::data::turns::with_turns;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, OWN, Row};
 use crate::schema::Caution;
@@ -199,7 +199,7 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
     let content = Content::of(raw);
     let clock_s = clock_step_s(raw);
     let raw = spread_equal_stamps(raw);
-    let raw = &with_lost_turns(&raw, nominal_speed(&raw), clock_s)[..];
+    let raw = &with_turns(&raw, clock_s)[..];
     let n = raw.len();
     let touch_s = touch_time(raw);
     let step = |i: usize| -> [f64; 2] {

@@ -1,0 +1,45 @@
+//! Draws the pictures of README and of the page of the pad.
+//!
+//! `cargo run --release -p fingerpad-tests --bin pictures -- docs/pictures`
+
+mod pad;
+mod stick_maps;
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use fingerpad::PadModelFile;
+use fingerpad_reduce::pad::PadModel;
+
+#[derive(Parser)]
+#[command(about = "Draw the pictures of README and of the page of the pad (about two minutes)", name = "pictures")]
+struct Args {
+    /// Folder to draw into
+    folder: PathBuf,
+    /// Folder of finite-element runs
+    #[arg(long, default_value = "data/runs")]
+    runs: PathBuf,
+    /// Model file of a pad
+    #[arg(long, default_value = "data/models/fingertip-pad.fpm")]
+    model: PathBuf,
+}
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let args = Args::parse();
+    let file = PadModelFile::new(&std::fs::read(&args.model)?)?;
+    let model = PadModel::of(&file.file().pad);
+    std::fs::create_dir_all(&args.folder)?;
+    let write = |name: &str, bytes: &[u8]| -> Result<(), Failure> {
+        let file = args.folder.join(name);
+        std::fs::write(&file, bytes).map_err(|e| format!("{}: {e}", file.display()))?;
+        println!("{}", file.display());
+        Ok(())
+    };
+    for (name, bytes) in pad::along_runs(&model, Path::new(&args.runs))? {
+        write(name, &bytes)?;
+    }
+    write("stick-core.svg", stick_maps::slide()?.as_bytes())?;
+    write("pad-stick.svg", stick_maps::spin(&model)?.as_bytes())
+}
