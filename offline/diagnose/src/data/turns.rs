@@ -12,6 +12,10 @@ use crate::data::runs::RawRow;
 const STILL_MM: f64 = 1e-6;
 /// Longest way beyond the rows, in usual steps, up to which the plate turned; one that went farther rested.
 const MOST_STEPS: f64 = 4.0;
+/// Way between two rows, in usual steps, from which rows were lost between them.
+const LOST_ROWS: f64 = 1.5;
+/// Jumps of the speed from row to row, as share of it, above which a turn is known to a step only.
+const UNEVEN: f64 = 0.06;
 /// Cosine between two velocities below which the plate turned.
 const TURNED: f64 = 0.3;
 /// Steps from which a velocity comes at most, and the share by which they may differ.
@@ -28,22 +32,29 @@ const FORGOTTEN_MM: f64 = 2.5;
 ///
 /// * `clock_s`: step of the clock, 0 for an exact one. Where the plate moves farther in it than between rows, the place of a turn is not
 ///   known: no row is added, and the friction after every turn is left out until it has forgotten the turn.
+///
+/// Where the speed of the plate jumps from row to row, because the clock is coarse or the position noisy, the place of a turn is known to a
+/// step. A turn among lost rows gets its row then and the friction after it is left out; others stay as they are.
 pub fn with_turns(raw: &[RawRow], clock_s: f64) -> Vec<RawRow> {
     let motion = Motion { raw };
     let usual_mm = motion.usual_mm();
     let mut turns = motion.turns();
     let usual_s = motion.usual_s();
     let is_coarse = usual_s.is_finite() && clock_s >= usual_s && clock_s > 0.0;
-    turns.retain(|turn| is_coarse || turn.beyond_mm <= MOST_STEPS * usual_mm);
+    let is_uneven = motion.unevenness() > UNEVEN;
+    turns.retain(|turn| {
+        is_coarse || turn.beyond_mm <= MOST_STEPS * usual_mm && (!is_uneven || turn.is_among_lost(usual_mm))
+    });
     let mut turns = turns.into_iter().peekable();
     let mut out: Vec<RawRow> = Vec::with_capacity(raw.len() + 1);
     let mut since_lost_mm = f64::INFINITY;
     for (i, row) in raw.iter().enumerate() {
         let mut row = *row;
         if let Some(turn) = turns.next_if(|turn| turn.before <= i) {
-            if is_coarse {
+            if is_coarse || is_uneven {
                 since_lost_mm = 0.0;
-            } else if let Some(between) = turn.row {
+            }
+            if let Some(between) = turn.row.filter(|_| !is_coarse) {
                 out.push(between);
             }
         }
@@ -63,10 +74,18 @@ struct Turn {
     before: usize,
     /// Slower of the two velocities that meet there, mm/s.
     slower_mm_s: f64,
-    /// How far the plate went beyond the row before or after it, mm.
+    /// How far the plate went beyond the row before it, and from that row to the one after it, mm.
     beyond_mm: f64,
+    way_mm: f64,
     /// The row to be added; none where the turn is at a row.
     row: Option<RawRow>,
+}
+
+impl Turn {
+    /// Whether rows were lost around it.
+    fn is_among_lost(&self, usual_mm: f64) -> bool {
+        self.way_mm > LOST_ROWS * usual_mm
+    }
 }
 
 struct Motion<'a> {
@@ -98,6 +117,21 @@ impl Motion<'_> {
     /// Median time between rows in motion, s.
     fn usual_s(&self) -> f64 {
         median(self.moving().map(|i| self.raw[i].t_s - self.raw[i - 1].t_s))
+    }
+
+    /// How much the speed jumps along straight ways, median over the run, as share of it.
+    fn unevenness(&self) -> f64 {
+        let straight = |i: &usize| {
+            let [a, b] = [*i, i + 1].map(|k| self.velocity(k));
+            dot(a, b) > 0.9 * length(a) * length(b)
+        };
+        // Of independent errors a second difference has 2.45 times that of one.
+        let jumps = (2..self.raw.len().saturating_sub(1))
+            // Neither the step in which the plate set off nor one with a turn.
+            .filter(|i| length(self.step(i - 1)) > STILL_MM && [i - 1, *i].iter().all(straight))
+            .map(|i| [i - 1, i, i + 1].map(|k| length(self.velocity(k))))
+            .map(|[a, b, c]| (a - 2.0 * b + c).abs() / 2.45 / b.max(STILL_MM));
+        Some(median(jumps)).filter(|uneven| uneven.is_finite()).unwrap_or(0.0)
     }
 
     /// Velocity over as many even steps as there are: those that end at row `i`, or those that begin at it.
@@ -162,6 +196,7 @@ impl Motion<'_> {
         }
         let slower_mm_s = slow;
         let beyond_mm = late_s.max(0.0) * length(there);
+        let way_mm = beyond_mm + (seconds - late_s).max(0.0) * length(back);
         let at_row = !(share > 1e-3 && share < 1.0 - 1e-3);
         let place = if self.slows_down(i) {
             self.crest(i)?
@@ -182,7 +217,7 @@ impl Motion<'_> {
             occlusion_time_s: between(|r| r.occlusion_time_s),
             ..*after
         };
-        Some(Turn { before: i, slower_mm_s, beyond_mm, row: (!at_row).then_some(row) })
+        Some(Turn { before: i, slower_mm_s, beyond_mm, way_mm, row: (!at_row).then_some(row) })
     }
 
     /// Whether the plate slows down towards the turn and speeds up after it, rather than turning at once.
