@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column};
+use fingerpad_diagnose::{Labels, RawRow, RunSet, laws::Column, runs_csv};
 
 use super::Random;
 use super::effects::{Effect, LIBRARY, OUTSIDE};
@@ -290,7 +290,12 @@ fn measure_at(
     for ((_, rows), read) in runs.iter_mut().zip(&read) {
         *rows = read.iter().map(|i| RawRow { contact_time_s: f64::NAN, ..rows[*i] }).collect();
     }
-    RunSet::from_rows(PathBuf::from(format!("{name}.csv")), runs).expect("rows in order")
+    let mut set = RunSet::from_rows(PathBuf::from(format!("{name}.csv")), runs).expect("rows in order");
+    // As a file is read.
+    set.runs.iter_mut().for_each(|run| {
+        run.thin(runs_csv::KEPT_ROWS);
+    });
+    set
 }
 
 /// The set that a laboratory writes down of strokes whose readings without row noise are `readings`.

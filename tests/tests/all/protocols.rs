@@ -67,6 +67,17 @@ fn an_operators_logger_adds_no_structure() {
     assert!(none + 1 >= seeds.count(), "{none}");
 }
 
+/// A logger that knows nothing of the motion: turns lie between its rows.
+#[test]
+fn turns_between_the_rows_of_a_constant_rate_add_no_structure() {
+    for seed in 40_154..40_158 {
+        let scored = score(&case_of(Protocol::Uniform20, seed, Hide::Nothing, 0.0, 0, 40, true));
+        assert_eq!(scored.class, Class::Nothing, "seed {seed}: {:?}", scored.report.unexplained);
+    }
+    let scored = score(&case_of(Protocol::Uniform20, 72, Hide::Law(place("temperature")), 0.3, 0, 40, true));
+    assert_eq!(scored.class, Class::Exact, "{:?}", scored.report.unexplained);
+}
+
 /// A normal force that ends at its rail is the sensor's, and what lies below it is diagnosed as ever.
 #[test]
 fn a_clipped_sensor_is_named_as_the_sensors() {
