@@ -28,7 +28,7 @@ use crate::schema::Caution;
 /// Most rows of a run that are held; a longer one is thinned while it is read.
 const HELD_ROWS: usize = 4096;
 /// Most rows of a run that are kept.
-const KEPT_ROWS: usize = 240;
+pub const KEPT_ROWS: usize = 240;
 /// Most rows of a file that are kept; beyond it runs are left out at random, in the proportions of their kinds.
 const FILE_ROWS: usize = 40_000;
 /// Fewest runs of a file that are kept, whatever their rows.
