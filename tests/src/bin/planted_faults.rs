@@ -54,8 +54,8 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "pad: couple of a spread patch turned round",
         file: PAD_STEP,
-        sound: "moment = plus(&moment, &times(&couple, pull * third));",
-        faulty: "moment = minus(&moment, &times(&couple, pull * third));",
+        sound: "moment = plus(&moment, &[-turning[1], turning[0], zero]);",
+        faulty: "moment = plus(&moment, &[turning[1], -turning[0], zero]);",
         test: PAD,
     },
     Fault {

@@ -14,6 +14,8 @@ const STILL_MM: f64 = 1e-6;
 const MOST_STEPS: f64 = 4.0;
 /// Way between two rows, in usual steps, from which rows were lost between them.
 const LOST_ROWS: f64 = 1.5;
+/// Median time between rows over its tenth percentile, up to which a clock makes the rows.
+const CLOCKED: f64 = 1.05;
 /// Jumps of the speed from row to row, as share of it, above which a turn is known to a step only.
 const UNEVEN: f64 = 0.06;
 /// Cosine between two velocities below which the plate turned.
@@ -33,17 +35,18 @@ const FORGOTTEN_MM: f64 = 2.5;
 /// * `clock_s`: step of the clock, 0 for an exact one. Where the plate moves farther in it than between rows, the place of a turn is not
 ///   known: no row is added, and the friction after every turn is left out until it has forgotten the turn.
 ///
-/// Where the speed of the plate jumps from row to row, because the clock is coarse or the position noisy, the place of a turn is known to a
-/// step. A turn among lost rows gets its row then and the friction after it is left out; others stay as they are.
+/// Where rows follow the motion rather than a clock, they may stand at the turns themselves; where the speed of the plate jumps from row
+/// to row, because the clock is coarse or the position noisy, the place of a turn is known to a step. A turn among lost rows gets its row
+/// then and the friction after it is left out; others stay as they are.
 pub fn with_turns(raw: &[RawRow], clock_s: f64) -> Vec<RawRow> {
     let motion = Motion { raw };
     let usual_mm = motion.usual_mm();
     let mut turns = motion.turns();
     let usual_s = motion.usual_s();
     let is_coarse = usual_s.is_finite() && clock_s >= usual_s && clock_s > 0.0;
-    let is_uneven = motion.unevenness() > UNEVEN;
+    let is_known = motion.is_clocked() && motion.unevenness() <= UNEVEN;
     turns.retain(|turn| {
-        is_coarse || turn.beyond_mm <= MOST_STEPS * usual_mm && (!is_uneven || turn.is_among_lost(usual_mm))
+        is_coarse || turn.beyond_mm <= MOST_STEPS * usual_mm && (is_known || turn.is_among_lost(usual_mm))
     });
     let mut turns = turns.into_iter().peekable();
     let mut out: Vec<RawRow> = Vec::with_capacity(raw.len() + 1);
@@ -51,7 +54,7 @@ pub fn with_turns(raw: &[RawRow], clock_s: f64) -> Vec<RawRow> {
     for (i, row) in raw.iter().enumerate() {
         let mut row = *row;
         if let Some(turn) = turns.next_if(|turn| turn.before <= i) {
-            if is_coarse || is_uneven {
+            if is_coarse || !is_known {
                 since_lost_mm = 0.0;
             }
             if let Some(between) = turn.row.filter(|_| !is_coarse) {
@@ -117,6 +120,14 @@ impl Motion<'_> {
     /// Median time between rows in motion, s.
     fn usual_s(&self) -> f64 {
         median(self.moving().map(|i| self.raw[i].t_s - self.raw[i - 1].t_s))
+    }
+
+    /// Whether a clock makes the rows: most of them are the same time apart, some of them lost.
+    fn is_clocked(&self) -> bool {
+        let mut apart: Vec<f64> = self.moving().map(|i| self.raw[i].t_s - self.raw[i - 1].t_s).collect();
+        apart.sort_by(f64::total_cmp);
+        let at = |share: f64| apart.get((share * apart.len() as f64) as usize).copied().unwrap_or(f64::INFINITY);
+        at(0.5) <= CLOCKED * at(0.1)
     }
 
     /// How much the speed jumps along straight ways, median over the run, as share of it.
