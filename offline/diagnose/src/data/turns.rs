@@ -14,6 +14,8 @@ const STILL_MM: f64 = 1e-6;
 const MOST_STEPS: f64 = 4.0;
 /// Way between two rows, in usual steps, from which rows were lost between them.
 const LOST_ROWS: f64 = 1.5;
+/// Way lost at a turn, in usual steps, from which on the friction after it is another than the positions tell.
+const LOST_STEPS: f64 = 0.5;
 /// Median time between rows over its tenth percentile, up to which a clock makes the rows.
 const CLOCKED: f64 = 1.05;
 /// Jumps of the speed from row to row, as share of it, above which a turn is known to a step only.
@@ -77,17 +79,18 @@ struct Turn {
     before: usize,
     /// Slower of the two velocities that meet there, mm/s.
     slower_mm_s: f64,
-    /// How far the plate went beyond the row before it, and from that row to the one after it, mm.
+    /// How far the plate went beyond the row before it, from that row to the one after it, and by how much farther than straight, mm.
     beyond_mm: f64,
     way_mm: f64,
+    lost_mm: f64,
     /// The row to be added; none where the turn is at a row.
     row: Option<RawRow>,
 }
 
 impl Turn {
-    /// Whether rows were lost around it.
+    /// Whether rows were lost around it, and with them a way that friction remembers.
     fn is_among_lost(&self, usual_mm: f64) -> bool {
-        self.way_mm > LOST_ROWS * usual_mm
+        self.row.is_some() && self.way_mm >= LOST_ROWS * usual_mm && self.lost_mm >= LOST_STEPS * usual_mm
     }
 }
 
@@ -228,7 +231,8 @@ impl Motion<'_> {
             occlusion_time_s: between(|r| r.occlusion_time_s),
             ..*after
         };
-        Some(Turn { before: i, slower_mm_s, beyond_mm, way_mm, row: (!at_row).then_some(row) })
+        let lost_mm = way_mm - length(gap);
+        Some(Turn { before: i, slower_mm_s, beyond_mm, way_mm, lost_mm, row: (!at_row).then_some(row) })
     }
 
     /// Whether the plate slows down towards the turn and speeds up after it, rather than turning at once.
