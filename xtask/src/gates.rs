@@ -7,7 +7,7 @@
 //! | slow | `cargo xtask test --slow` | before a release and in CI: the rest |
 //!
 //! Main type: [`Step`]. The steps of a tier run in two lanes side by side (see [`Lane`]). Uses `package` for the published crates,
-//! `thumb` for the firmware, `web`, `wheel`, `mujoco`, `c_test` and `fmu_test` for the bindings, `times` for the table of times
+//! `thumb` for the firmware, `web`, `wheel`, `mujoco`, `warp`, `c_test` and `fmu_test` for the bindings, `times` for the table of times
 //! and `install` for what is missing.
 
 use std::fs::{self, File};
@@ -18,7 +18,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 
 use crate::times::Times;
-use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, web, wheel};
+use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, warp, web, wheel};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -79,6 +79,9 @@ enum Step {
     Mujoco,
     /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
     Python,
+    /// The package for NVIDIA Warp, on its CPU device and on a GPU where there is one: numbers of the core, gradients, 4096 worlds of
+    /// MuJoCo Warp
+    Warp,
 }
 
 /// Programs and examples that hold tests. The others would be compiled once more for nothing.
@@ -100,6 +103,8 @@ const VERIFIED_ELSEWHERE: [&str; 6] = [
 enum Tier {
     Test,
     Slow,
+    /// By its name only.
+    Named,
 }
 
 /// The two sequences of steps that run side by side. Two steps that build in the same folder are in one lane, where they would
@@ -126,6 +131,8 @@ impl Step {
             Self::ThumbOther | Self::ThumbC | Self::C | Self::Fmu | Self::Web | Self::Mujoco | Self::Python => {
                 (Tier::Slow, Lane::Others)
             }
+            // Minutes for the compilation of its kernels.
+            Self::Warp => (Tier::Named, Lane::Others),
         }
     }
 
@@ -161,6 +168,7 @@ impl Step {
             Self::Doctest => cargo(&["test", "--release", "--workspace", "--doc"], &[]),
             Self::Mujoco => mujoco::test(),
             Self::Python => wheel::test(wheel::Part::Fingers),
+            Self::Warp => warp::test(),
             Self::ThumbClippy => thumb::step(&thumb::Action::Clippy),
             Self::ThumbGolden => thumb::step(&thumb::Action::Golden),
             Self::ThumbCheck => thumb::step(&thumb::Action::Check),
@@ -179,7 +187,11 @@ impl Step {
 pub fn main(args: &Args) -> Result<()> {
     if args.list {
         for step in Step::value_variants() {
-            let tier = if step.place().0 == Tier::Test { "test" } else { "slow" };
+            let tier = match step.place().0 {
+                Tier::Test => "test",
+                Tier::Slow => "slow",
+                Tier::Named => "by name",
+            };
             println!("{:<14} {tier}", step.name());
         }
         return Ok(());

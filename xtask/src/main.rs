@@ -13,6 +13,7 @@ mod quick;
 mod ros;
 mod thumb;
 mod times;
+mod warp;
 mod web;
 mod wheel;
 
