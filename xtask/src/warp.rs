@@ -39,7 +39,7 @@ fn pip(python: &Path) -> Command {
     pip
 }
 
-/// The Python environment, made anew when its requirements have changed.
+/// The Python environment, created again when its requirements have changed.
 fn environment() -> Result<PathBuf> {
     let (folder, requirements) = (root().join("target/warp"), folder().join("requirements.txt"));
     let (stamp, list) = (folder.join("requirements.txt"), fs::read(&requirements)?);

@@ -278,7 +278,7 @@ def step_kernel(pairs: int, backward: bool = True) -> Any:
         if wp.static(pairs == 1):
             turns = spin == 0.0
         if not (slide_x * slide_x + slide_y * slide_y <= SLIDE_MAX_MM * SLIDE_MAX_MM and turns):
-            # Without what is no number, cut to what a step may be; both are flagged.
+            # NaN and infinity become 0, long steps are cut; both are flagged.
             if not (slide_x * slide_x + slide_y * slide_y <= SLIDE_MAX_MM * SLIDE_MAX_MM):
                 if wp.isfinite(slide_x) and wp.isfinite(slide_y):
                     flags = flags | wp.static(int(Status.LARGE_INCREMENT))

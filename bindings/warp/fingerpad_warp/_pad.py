@@ -2,7 +2,7 @@
 
 Main functions: `step_pad` (the kernel), `solve` (the bulk in equilibrium); main class: `Engine`. The formulas are those of the core
 (`core/src/pad`): one stored energy of the bulk's sixteen coordinates and of the patches, brought to equilibrium by Newton's method with
-the tangent stiffness of an earlier step and with secants over the last rounds. What a patch does in a state of the bulk is computed anew
+the tangent stiffness of an earlier step and with secants over the last rounds. What a patch does in a state of the bulk is computed again
 wherever it is needed, which takes less memory than to keep it.
 """
 

@@ -162,7 +162,7 @@ def commit(
     fresh: wp.array(dtype=float),
     memory_rows: int,
 ):
-    """A trial becomes the past of a world whose time has moved on; a world whose time went back begins anew.
+    """A trial becomes the past of a world whose time has moved on; a world whose time went back starts without memory.
 
     Where the time is so late that single precision no longer moves it by a step, each pass counts as a step.
     """

@@ -106,7 +106,7 @@ def test_no_friction_above_the_limit_for_any_bits(model: fw.Model, device: str) 
 
 
 def test_a_damaged_memory_is_flagged(model: fw.Model, device: str) -> None:
-    """A memory that was overwritten with what no step leaves there is begun anew and flagged."""
+    """A memory that was overwritten with values that no step writes is reset and flagged."""
     for row, value in ((-1, 17.0), (-1, np.nan), (0, np.inf), (9, np.nan)):
         fingers = fw.Fingers(model, 2, device=device)
         fingers.step(1.0, 0.1)
