@@ -335,7 +335,7 @@ def test_patches_add_up(pad: Pad) -> None:
     assert air.shape == (3, 37) and air.dtype == PATCH and not air.view(np.float32).any()
     depth = np.linspace(0.05, 1.0, 20)[:, None]
     fingers.run(depth)
-    r = fingers.run(np.full((20, 1), 1.0), 0.02, 0.01, outputs="all")[-1]
+    r = fingers.run(np.full((20, 1), 1.0), 0.04, 0.02, outputs="all")[-1]
     patches = fingers.patches()
     np.testing.assert_allclose((patches["pressure_mpa"] * area).sum(1), r["normal_force_n"], rtol=1e-4)
     for axis in "xy":
