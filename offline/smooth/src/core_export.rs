@@ -301,7 +301,7 @@ fn slides_everywhere(model: &SmoothModel) -> Vec<Stroke> {
                 surroundings: Surroundings::default(),
             }
         };
-        Stroke { start_s: 0.0, samples: (0..5 * SAMPLES / 2).map(sample).collect() }
+        Stroke { start_s: 0.0, samples: (0..5 * SAMPLES / 2).map(sample).collect(), time_constant_s: 0.0 }
     };
     let directions = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
     DEPTHS_MM.iter().flat_map(|depth_mm| directions.map(|direction| slide(*depth_mm, direction))).collect()

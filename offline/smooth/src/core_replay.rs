@@ -17,6 +17,7 @@ pub fn replay_stroke<const M: usize, const N: usize, S: Scaling<f32>>(
     out: &mut Vec<f64>,
 ) {
     let mut contact = Contact::<M>::default();
+    let from = out.len();
     let Some(first) = stroke.samples.first() else { return };
     let (mut depth, mut t_s) = (first.depth_mm.min(0.0), stroke.start_s);
     for sample in &stroke.samples {
@@ -38,4 +39,5 @@ pub fn replay_stroke<const M: usize, const N: usize, S: Scaling<f32>>(
         (depth, t_s) = (sample.depth_mm, sample.t_s);
         out.extend(effects.reading_under(&response, &contact, &sample.surroundings).map(f64::from));
     }
+    stroke.filter(&mut out[from..]);
 }

@@ -45,6 +45,34 @@ pub struct Stroke {
     pub start_s: f64,
     /// The samples in time order.
     pub samples: Vec<Sample>,
+    /// Time constant of the first-order low-pass through which the sensor reads the forces, s; 0 without one.
+    pub time_constant_s: f64,
+}
+
+impl Stroke {
+    /// Passes readings, three per sample, through the low-pass of the sensor: exact where the force between two samples is a straight line
+    /// over time. The filter starts settled.
+    pub fn filter(&self, readings: &mut [f64]) {
+        if !(self.time_constant_s > 0.0) {
+            return;
+        }
+        let Some(first) = readings.first_chunk::<3>() else { return };
+        let (mut before, mut filtered) = (*first, *first);
+        let times = self.samples.iter().map(|s| s.t_s);
+        let steps_s = times.clone().skip(1).zip(times).map(|(now, last)| now - last);
+        for (reading, step_s) in readings.chunks_exact_mut(3).skip(1).zip(steps_s) {
+            let over = (step_s / self.time_constant_s).max(1e-9);
+            // 1 - exp(-over), and the share of a ramp that has arrived.
+            let arrived = -(-over).exp_m1();
+            let of_ramp = 1.0 - arrived / over;
+            for k in 0..3 {
+                let now = reading[k];
+                filtered[k] += arrived * (before[k] - filtered[k]) + of_ramp * (now - before[k]);
+                before[k] = now;
+                reading[k] = filtered[k];
+            }
+        }
+    }
 }
 
 /// Eight depths.
@@ -146,7 +174,7 @@ impl Lane<'_> {
 /// The motions of all runs, at their own depths and at those to which changes moved them last: predictions that follow
 /// each other mostly share their depths.
 pub struct Trajectories {
-    strokes: Vec<Stroke>,
+    strokes: Arc<[Stroke]>,
     own: Arc<BatchedTrajectory>,
     /// Depths of all samples, mm, and the trajectory there.
     moved: Mutex<Option<(Vec<f64>, Arc<BatchedTrajectory>)>>,
@@ -157,7 +185,12 @@ impl Trajectories {
     pub fn new(strokes: Vec<Stroke>) -> Self {
         let depth_mm: Vec<f64> = strokes.iter().flat_map(|s| &s.samples).map(|s| s.depth_mm).collect();
         let own = Arc::new(BatchedTrajectory::at_depths(&strokes, &depth_mm));
-        Self { strokes, own, moved: Mutex::new(None) }
+        Self { strokes: strokes.into(), own, moved: Mutex::new(None) }
+    }
+
+    /// The strokes.
+    pub(crate) fn strokes(&self) -> Arc<[Stroke]> {
+        self.strokes.clone()
     }
 
     /// The trajectory at the depths that changes leave, one a sample, stroke by stroke.

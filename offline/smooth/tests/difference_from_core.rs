@@ -23,7 +23,7 @@ fn stroke(depth_mm: f64, angle_deg: f64) -> Stroke {
     (1..=8).for_each(|k| push(depth_mm * f64::from(k) / 8.0, 0.0, 1.0));
     (0..40).for_each(|_| push(depth_mm, 0.075, 1.0));
     (0..40).for_each(|_| push(depth_mm, 0.0375, -1.0));
-    Stroke { start_s: 0.0, samples }
+    Stroke { start_s: 0.0, samples, time_constant_s: 0.0 }
 }
 
 /// Root mean square and largest difference over all samples, per cent: normal force over its own largest value, friction

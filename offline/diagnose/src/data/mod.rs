@@ -9,6 +9,7 @@ pub mod column_map;
 pub mod content;
 pub mod covariates;
 pub mod csv_text;
+pub mod lag;
 pub mod outliers;
 pub mod own_columns;
 pub mod runs;

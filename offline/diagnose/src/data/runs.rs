@@ -95,6 +95,8 @@ pub struct Run {
     pub slide_mm: Vec<[f64; 2]>,
     /// Readings: normal, x, y, N; NaN where one is left out.
     pub force_n: Vec<[f64; 3]>,
+    /// Time constant of the sensor's low-pass, s; 0 without one.
+    pub time_constant_s: f64,
     /// Hashes of the file's rows.
     pub content: Content,
 }
@@ -260,6 +262,7 @@ pub fn run_of(path: &Path, labels: Labels, raw: &[RawRow]) -> Result<Run, Diagno
         rows,
         slide_mm: raw.iter().map(|r| r.slide_mm).collect(),
         force_n: raw.iter().map(|r| r.force_n).collect(),
+        time_constant_s: 0.0,
         content,
     })
 }

@@ -56,7 +56,11 @@ pub fn stroke_of(run: &Run) -> Stroke {
         direction: row.along,
         surroundings: surroundings(row),
     };
-    Stroke { start_s: first.t_s - before_s, samples: run.rows.iter().enumerate().map(sample).collect() }
+    Stroke {
+        start_s: first.t_s - before_s,
+        samples: run.rows.iter().enumerate().map(sample).collect(),
+        time_constant_s: run.time_constant_s,
+    }
 }
 
 /// The motions of runs.

@@ -8,6 +8,7 @@
 pub mod calibration;
 pub mod derivatives;
 pub mod fit;
+pub mod lag;
 pub mod precision;
 pub mod products;
 pub mod projection;

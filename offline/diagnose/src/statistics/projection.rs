@@ -157,6 +157,17 @@ impl<'a> Projection<'a> {
         Some(Score::new(per_run, fixed, inverse))
     }
 
+    /// Product of a projected column with the residual.
+    pub fn residual_product(&self, column: &ProjectedColumn) -> f64 {
+        column.product(&self.residual)
+    }
+
+    /// Products of a projected column with the residual and with itself in each run.
+    pub fn scores_by_run(&self, column: &ProjectedColumn) -> Vec<(f64, f64)> {
+        let of = |run| (self.of_run(run, column, &self.residual), self.of_run(run, column, column));
+        (0..self.task.layout.runs()).map(of).collect()
+    }
+
     /// How far the runs disagree on the coefficient of a column that was fitted for all runs: its variance between runs,
     /// and by how many standard deviations that variance exceeds what the rows' noise gives.
     pub fn dispersion(&self, column: &[f64]) -> (f64, f64) {

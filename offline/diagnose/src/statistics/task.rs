@@ -105,6 +105,12 @@ impl<'a> Task<'a> {
         self.inputs(laws, random_effects, Perturbation::default()).predict_n(&self.reference.model(parameters))
     }
 
+    /// −2 log likelihood of a fit with what the row noise adds, so that tasks whose row noise differs can be compared.
+    pub fn minus_2ll_of_readings(&self, fit: &Fit) -> f64 {
+        let known = self.readings_n.iter().zip(&self.sigma_n).filter(|(reading, _)| !reading.is_nan());
+        fit.minus_2ll + 2.0 * known.map(|(_, sigma)| sigma.ln()).sum::<f64>()
+    }
+
     /// Readings less the prediction of a fit with all random effects 0, N; NaN where a reading is left out.
     pub fn residual_without_random_effects_n(&self, fit: &Fit) -> Vec<f64> {
         let prediction = self.predict(&fit.parameters, &fit.laws);

@@ -6,6 +6,7 @@ use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::checks::{check, check_distinct, check_pair};
 use crate::data::covariates::CovariateError;
+use crate::data::lag::with_lag;
 use crate::data::own_columns::{at_reference, require, with_ranges_of};
 use crate::data::runs::RunSet;
 use crate::data::suspicions::suspicions;
@@ -22,7 +23,7 @@ use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
 use crate::verdict::exchanged;
-use crate::verdict::preparation::{Prepared, clean, prepare};
+use crate::verdict::preparation::{Prepared, clean, of, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
 use crate::verdict::traces::worst_traces;
@@ -72,7 +73,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
     )?);
     let prepared = prepare(calibration_set, measured, reference)?;
     cautions.extend(prepared.cautions);
-    let Prepared { calibration_set, measured, calibration, .. } = prepared;
+    let Prepared { calibration_set, measured, calibration, lag, .. } = prepared;
+    eprintln!("LAG {lag:?}");
     let calibration = finite(calibration, &calibration_set)?;
     let corrections = learn_corrections(&measured, &options.errors);
     let mut corrected = measured.clone();
@@ -95,7 +97,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
             }
             cautions.extend(told_of_file(set, "holdout")?);
             require(set, &options.own)?;
-            *set = clean(set, "holdout", &calibration, reference, &mut cautions)?;
+            *set = clean(&with_lag(set, of(&lag)), "holdout", &calibration, reference, &mut cautions)?;
             corrections.iter().for_each(|c| c.apply(set));
             on_file(set, reference, &calibration, expected, null, full)
         }

@@ -5,6 +5,7 @@
 use fingerpad_formats::significant;
 use fingerpad_smooth::{Parameters, ReferenceCurves};
 
+use crate::data::lag::{Lag, with_lag};
 use crate::data::outliers::{Flags, at_rail, count, rails, spikes, without};
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
@@ -13,6 +14,8 @@ use crate::model::row_noise::{RowNoise, sigma_of};
 use crate::schema::Caution;
 use crate::selection::acceptance::LARGEST_P_ALONG_STROKE;
 use crate::statistics::calibration::{Calibration, calibrate};
+use crate::statistics::fit::FitStart;
+use crate::statistics::lag::{LagEstimate, estimate};
 
 /// Names of the channels' columns.
 pub const FORCES: [&str; 3] = ["normal_force_n", "friction_x_n", "friction_y_n"];
@@ -27,6 +30,8 @@ pub struct Prepared {
     pub measured: RunSet,
     /// The calibration.
     pub calibration: Calibration,
+    /// The lag of the forces in the calibration, which the sets above have.
+    pub lag: Option<LagEstimate>,
     /// What was left out.
     pub cautions: Vec<Caution>,
 }
@@ -54,8 +59,23 @@ pub fn prepare(
         flagged = now;
     }
     cautions.extend(spike_caution("calibration", count(&flagged), railed_off.rows()));
-    let measured = clean(measured, "measured", &found, reference, &mut cautions)?;
-    Ok(Prepared { calibration_set, measured, calibration: found, cautions })
+    let lag = lag_of_calibration(&calibration_set, &found, reference);
+    if let Some(found_lag) = &lag {
+        calibration_set = with_lag(&calibration_set, found_lag.lag);
+        found = calibrate(&calibration_set, reference);
+    }
+    let measured = clean(&with_lag(measured, of(&lag)), "measured", &found, reference, &mut cautions)?;
+    Ok(Prepared { calibration_set, measured, calibration: found, lag, cautions })
+}
+
+/// A lag that was found, none where none was.
+pub fn of(lag: &Option<LagEstimate>) -> Lag {
+    lag.map_or_else(Lag::default, |found| found.lag)
+}
+
+/// The lag of the forces in effect-free runs.
+fn lag_of_calibration(set: &RunSet, calibration: &Calibration, reference: &ReferenceCurves) -> Option<LagEstimate> {
+    estimate(set, calibration, reference, &Calibration::before(reference), FitStart::from(&calibration.fit))
 }
 
 /// A set measured after the calibration, without readings at a rail and spikes.

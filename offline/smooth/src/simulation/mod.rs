@@ -17,7 +17,7 @@ use fingerpad::effects::REFERENCE_AREA_MM2;
 use crate::ModelChange;
 use crate::model::{ODD_SHAPE, SmoothModel};
 use crate::parameter::Parameter;
-use crate::trajectory::{BatchedSample, BatchedTrajectory, LANES, Substep, Trajectories};
+use crate::trajectory::{BatchedSample, BatchedTrajectory, LANES, Stroke, Substep, Trajectories};
 use elements::ElementState;
 
 /// What of a prediction the model's parameters do not change: the trajectory, and what acts on the model at each sample.
@@ -28,6 +28,8 @@ pub struct SimulationInputs {
     factors: Vec<[f64x8; 2]>,
     /// Whether any change adds to the readings beside the model.
     acts_on_readings: bool,
+    /// The strokes, whose sensor filters the readings.
+    strokes: Arc<[Stroke]>,
 }
 
 /// State of the elements at each batched sample: their mean force along x and y over the strength, and the strength, N.
@@ -49,7 +51,7 @@ impl SimulationInputs {
         };
         let factors = trajectory.samples.iter().map(lanes).collect();
         let acts_on_readings = changes.iter().any(ModelChange::reads);
-        Self { trajectory, changes, factors, acts_on_readings }
+        Self { trajectory, changes, factors, acts_on_readings, strokes: trajectories.strokes() }
     }
 
     /// Whether a parameter moves the elements; the others act on the readings alone, and a history can be used again.
@@ -112,6 +114,11 @@ impl SimulationInputs {
                 let reading = self.sensor_reading_n(model, sample, l, place, forces, depth_mm[l]);
                 out[3 * place..3 * place + 3].copy_from_slice(&reading);
             }
+        }
+        let mut left = &mut out[..];
+        for stroke in self.strokes.iter() {
+            let own = left.split_off_mut(..3 * stroke.samples.len()).expect("three readings a sample");
+            stroke.filter(own);
         }
         out
     }

@@ -108,7 +108,7 @@ fn strokes(next: &mut impl FnMut() -> f64, n: usize) -> Vec<Stroke> {
                 }
             })
             .collect();
-        Stroke { start_s: 0.0, samples }
+        Stroke { start_s: 0.0, samples, time_constant_s: 0.0 }
     };
     (0..n).map(&mut one).collect()
 }
@@ -214,4 +214,27 @@ fn curves() {
     }
     println!("exp {exp:e}, ln {ln:e}, inverse root {root:e}");
     assert!(exp < 1e-15 && ln < 1e-15 && root < 1e-15, "{exp:e} {ln:e} {root:e}");
+}
+
+/// The low-pass of a sensor against its response to a ramp that starts from rest, y = s (t - tau (1 - exp(-t / tau))), on uneven steps;
+/// and a constant force, which it leaves.
+#[test]
+fn the_low_pass_of_a_sensor_is_exact_on_ramps() {
+    let times: Vec<f64> = (0..60).map(|i| 0.01 * f64::from(i) + 0.004 * f64::from(i % 3)).collect();
+    let sample = |t_s: &f64| Sample {
+        t_s: *t_s,
+        depth_mm: 1.0,
+        slide_mm: [0.0; 2],
+        double_angle: [0.0; 2],
+        direction: [0.0; 2],
+        surroundings: Default::default(),
+    };
+    let stroke = Stroke { start_s: 0.0, samples: times.iter().map(sample).collect(), time_constant_s: 0.03 };
+    let mut readings: Vec<f64> = times.iter().flat_map(|t| [2.0 * t, 0.7, -t]).collect();
+    stroke.filter(&mut readings);
+    for (t, reading) in times.iter().zip(readings.chunks_exact(3)) {
+        let ramp = t - 0.03 * (1.0 - (-t / 0.03).exp());
+        assert!((reading[0] - 2.0 * ramp).abs() < 1e-12 && (reading[2] + ramp).abs() < 1e-12, "{t}: {reading:?}");
+        assert!((reading[1] - 0.7).abs() < 1e-12, "{t}");
+    }
 }
