@@ -58,12 +58,24 @@ impl Rate {
             let share = ((at - times_s[i - 1]) / (times_s[i] - times_s[i - 1])).clamp(0.0, 1.0);
             [0, 1, 2].map(|c| readings[i - 1][c] + share * (readings[i][c] - readings[i - 1][c]))
         };
-        let mut out: Vec<[f64; 3]> = (0..readings.len()).map(late).collect();
-        if self.filter_s > 0.0 {
-            for k in 1..out.len() {
-                let keep = (-(times_s[k] - times_s[k - 1]) / self.filter_s).exp();
-                out[k] = [0, 1, 2].map(|c| out[k][c] + keep * (out[k - 1][c] - out[k][c]));
+        let late: Vec<[f64; 3]> = (0..readings.len()).map(late).collect();
+        if self.filter_s == 0.0 {
+            return late;
+        }
+        // Small Euler steps between the rows, so that nothing is taken from the filter that the diagnosis has.
+        let mut filtered = late[0];
+        let mut out = vec![filtered];
+        for k in 1..late.len() {
+            let step_s = times_s[k] - times_s[k - 1];
+            let parts = (step_s / (0.01 * self.filter_s)).ceil().max(1.0);
+            for part in 0..parts as usize {
+                let share = (part as f64 + 0.5) / parts;
+                for c in 0..3 {
+                    let input = late[k - 1][c] + share * (late[k][c] - late[k - 1][c]);
+                    filtered[c] += step_s / parts / self.filter_s * (input - filtered[c]);
+                }
             }
+            out.push(filtered);
         }
         out
     }
