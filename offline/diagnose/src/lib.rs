@@ -42,7 +42,7 @@ pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
-    FactorPrice, FeConfirmation, FittedParameter, InputFile, LawTest, NextExperiment, NoiseFound, PlannedRun, Region,
+    FactorPrice, FeConfirmation, FittedParameter, InputFile, InstrumentLag, LawTest, NextExperiment, NoiseFound, PlannedRun, Region,
     Rescale, ScatterRatio, UnexplainedFound, Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;

@@ -30,12 +30,12 @@ pub enum Protocol {
     Uniform100,
     /// 1000 rows a second.
     Uniform1000,
-    /// 100 rows a second, forces 3 ms late.
-    Lag3,
-    /// 100 rows a second, forces 20 ms late.
-    Lag20,
-    /// 100 rows a second, forces through a first-order filter of 10 Hz.
-    Filter10,
+    /// 100 rows a second, forces 0 to 20 ms late, another lag for each set of files.
+    Lag,
+    /// 100 rows a second, forces through a first-order filter of 5 to 50 Hz, another one for each set of files.
+    Filter,
+    /// 100 rows a second, forces of the measured and held-out runs 5 to 20 ms late, those of the calibration not.
+    LagDiffers,
 }
 
 /// A logger of a constant rate.
@@ -50,6 +50,11 @@ pub struct Rate {
 }
 
 impl Rate {
+    /// Mean time by which the forces come late, s.
+    pub fn total_lag_s(&self) -> f64 {
+        self.lag_s + self.filter_s
+    }
+
     /// What comes out of the logger's channels of force, at rows at these times.
     pub fn through(&self, times_s: &[f64], readings: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
         let late = |k: usize| {
@@ -93,15 +98,19 @@ impl Protocol {
     }
 
     /// The logger's constant rate, of a protocol that has one.
-    pub fn rate(self) -> Option<Rate> {
+    ///
+    /// * `seed`: that of the set, from which its lag is drawn
+    pub fn rate(self, seed: u64, calibration: bool) -> Option<Rate> {
+        let mut random = Random::new(seed ^ 0x0001_A600);
         let rate = |rate_hz, lag_s, filter_s| Some(Rate { rate_hz, lag_s, filter_s });
         match self {
             Self::Uniform20 => rate(20.0, 0.0, 0.0),
             Self::Uniform100 => rate(100.0, 0.0, 0.0),
             Self::Uniform1000 => rate(1000.0, 0.0, 0.0),
-            Self::Lag3 => rate(100.0, 3e-3, 0.0),
-            Self::Lag20 => rate(100.0, 20e-3, 0.0),
-            Self::Filter10 => rate(100.0, 0.0, 1.0 / (TAU * 10.0)),
+            Self::Lag => rate(100.0, random.between(0.0, 20e-3), 0.0),
+            Self::Filter => rate(100.0, 0.0, 1.0 / (TAU * 5.0 * 10f64.powf(random.unit()))),
+            Self::LagDiffers if calibration => rate(100.0, 0.0, 0.0),
+            Self::LagDiffers => rate(100.0, random.between(5e-3, 20e-3), 0.0),
             _ => None,
         }
     }

@@ -56,6 +56,19 @@ pub struct Scored {
     pub covered: Option<bool>,
     /// How far the estimate lies from the truth, in half-widths of its interval.
     pub half_widths: Option<f64>,
+    /// The lag of the forces, where one was found.
+    pub lag: Option<LagScored>,
+}
+
+/// A lag that was found, against the true one.
+#[derive(Clone, Copy, Debug)]
+pub struct LagScored {
+    /// Found less true, s.
+    pub error_s: f64,
+    /// Whether the interval covers the true one.
+    pub covered: bool,
+    /// Half the interval's width, s.
+    pub half_s: f64,
 }
 
 /// The curves that the diagnosis starts from: those of the model that ships, as without `--model`.
@@ -155,8 +168,16 @@ pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
     let seconds = started.elapsed().as_secs_f64();
     fingerpad_report::diagnosis::render(&report, &evidence).expect("figures of finite numbers");
     let seconds_with_page = started.elapsed().as_secs_f64();
-    let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
+    let mut truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
+    let differing_s = case.lag_s[1] - case.lag_s[0];
+    truth.extend((differing_s != 0.0).then_some("force_lag"));
     let class = classify(&report, &truth);
+    let of_source = |source: &str| report.instrument.iter().find(|found| found.source == source);
+    let lag = ["calibration", "measured"].into_iter().zip(case.lag_s).find_map(|(source, lag_s)| {
+        let found = of_source(source)?;
+        let [low, high] = found.ci95_s;
+        Some(LagScored { error_s: found.lag_s - lag_s, covered: low <= lag_s && lag_s <= high, half_s: 0.5 * (high - low) })
+    });
     let (mut amplitude_error, mut covered, mut half_widths) = (None, None, None);
     if let ([hidden], Some(effect)) = (&case.truth[..], report.effects.first())
         && effect.law == hidden.name
@@ -166,7 +187,7 @@ pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
         covered = Some(p.ci95[0] <= hidden.amplitude && hidden.amplitude <= p.ci95[1]);
         half_widths = Some((p.value - hidden.amplitude) / (0.5 * (p.ci95[1] - p.ci95[0])).max(1e-12));
     }
-    Scored { class, report, seconds, seconds_with_page, amplitude_error, covered, half_widths }
+    Scored { class, report, seconds, seconds_with_page, amplitude_error, covered, half_widths, lag }
 }
 
 /// A proposed run as the laboratory does it; what is missing is at reference conditions.

@@ -41,6 +41,8 @@ pub struct Case {
     pub read: Vec<Vec<[bool; 3]>>,
     /// How the laboratory moves and logs.
     pub protocol: Protocol,
+    /// Mean time by which the forces come late in the calibration and in the measured runs, s.
+    pub lag_s: [f64; 2],
 }
 
 /// Runs of a calibration.
@@ -129,7 +131,10 @@ pub fn make(wanted: Wanted) -> Case {
         Hide::Unrecorded(i) => driver(LIBRARY[i].0),
         _ => None,
     };
-    let mut set = |finger: &dyn Simulator, plans: &[Plan], truth: &[Effect], name: &str| match protocol.rate() {
+    let rates = [true, false].map(|calibration| protocol.rate(seed, calibration));
+    let mut set = |finger: &dyn Simulator, plans: &[Plan], truth: &[Effect], name: &str| match rates
+        [usize::from(name != "calibration")]
+    {
         None => measure(finger, &protocol::strokes(plans, 30), truth, &noise, &mut random, name, dropped),
         Some(rate) => measure_at(rate, finger, plans, truth, &noise, &mut random, name, dropped),
     };
@@ -155,6 +160,7 @@ pub fn make(wanted: Wanted) -> Case {
         strokes,
         read,
         protocol,
+        lag_s: rates.map(|rate| rate.map_or(0.0, |rate| rate.total_lag_s())),
     }
 }
 

@@ -73,6 +73,7 @@ pub fn reduced_report(
             rescale: Rescale { stiffness: 1.0, strength: 1.0 },
             calibration_misfit: [0.0; 3],
         },
+        instrument: Vec::new(),
         noise: NoiseFound {
             additive_n: 0.0,
             multiplicative: 0.0,

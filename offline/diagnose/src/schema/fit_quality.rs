@@ -52,6 +52,15 @@ pub struct CrossValidationError {
 }
 
 impl CrossValidationError {
+    /// The same where the runs before the effects were predicted by themselves: with another lag, say.
+    pub fn instead_of(mut self, before: Option<Self>) -> Self {
+        if let Some(before) = before {
+            (self.rms_calibrated_n, self.ratio_calibrated) = (before.rms_calibrated_n, before.ratio_calibrated);
+            (self.rms_before_n, self.ratio_before) = (before.rms_before_n, before.ratio_before);
+        }
+        self
+    }
+
     /// Takes the correction back if it does not bring the runs closer; a name may stand where its correction, fitted to
     /// few or noisy runs, does not predict better than none.
     pub fn or_refused(mut self) -> Self {

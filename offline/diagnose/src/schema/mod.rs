@@ -153,6 +153,23 @@ pub struct NoiseFound {
     pub source: String,
 }
 
+/// A lag of the forces behind the positions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InstrumentLag {
+    /// `calibration`: found there and taken out of every file; `measured`: that of the measured runs, where it differs.
+    pub source: String,
+    /// Mean delay of the forces, s: delay and time constant together.
+    pub lag_s: f64,
+    /// 95 % interval of the mean delay, s.
+    pub ci95_s: [f64; 2],
+    /// Pure delay, s; negative where the positions lag.
+    pub delay_s: f64,
+    /// Time constant of a first-order low-pass, s.
+    pub time_constant_s: f64,
+    /// Gain in 2 log likelihood over the file without it.
+    pub gain_2ll: f64,
+}
+
 /// The test of one law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LawTest {
@@ -289,6 +306,9 @@ pub struct Diagnosis {
     pub baseline: Baseline,
     /// The noise.
     pub noise: NoiseFound,
+    /// Lags of the forces behind the positions; none where none was found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instrument: Vec<InstrumentLag>,
     /// Every law.
     pub tests: Vec<LawTest>,
     /// After the accepted effects.

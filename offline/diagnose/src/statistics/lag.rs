@@ -123,7 +123,6 @@ pub fn estimate(
     let of_runs_s = set.runs.iter().map(|r| r.time_constant_s).fold(f64::INFINITY, f64::min);
     let search = Search { set, calibration, reference, prior, speed_mm_s, of_runs_s };
     let at = search.point(Lag::default(), Part::Delay, start)?;
-    eprintln!("at 0: step {} sd {} 1/sqrt I {}", at.step_s(), at.sd_s(), at.information.powf(-0.5));
     if !(at.slope.powi(2) > SIGNIFICANT.powi(2) * at.information) {
         return None;
     }
@@ -132,7 +131,6 @@ pub fn estimate(
     let same = Part::TimeConstant.moved(Lag::default(), delay.lag.delay_s, of_runs_s);
     let low_pass = search.point(same, Part::TimeConstant, FitStart::from(&delay.fit));
     let low_pass = low_pass.map(|p| search.descend(p, Part::TimeConstant));
-    eprintln!("delay {:?} {} low {:?} {:?}", delay.lag, without-delay.minus_2ll, low_pass.as_ref().map(|p|p.lag), low_pass.as_ref().map(|p|without-p.minus_2ll));
     let (mut part, mut best) = match low_pass {
         Some(other) if other.minus_2ll < delay.minus_2ll => (Part::TimeConstant, other),
         _ => (Part::Delay, delay),
@@ -149,7 +147,6 @@ pub fn estimate(
         }
         best = both;
     }
-    eprintln!("end {:?} {} {}", best.lag, best.sd_s(), without - best.minus_2ll);
     let gain_2ll = without - best.minus_2ll;
     let is_found = gain_2ll > LEAST_GAIN && best.lag.total_s().abs() > SIGNIFICANT * best.sd_s();
     is_found.then_some(LagEstimate { lag: best.lag, sd_s: best.sd_s(), gain_2ll })

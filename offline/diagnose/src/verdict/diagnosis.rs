@@ -6,7 +6,7 @@ use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::checks::{check, check_distinct, check_pair};
 use crate::data::covariates::CovariateError;
-use crate::data::lag::with_lag;
+use crate::data::lag::{Lag, with_lag};
 use crate::data::own_columns::{at_reference, require, with_ranges_of};
 use crate::data::runs::RunSet;
 use crate::data::suspicions::suspicions;
@@ -23,6 +23,7 @@ use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
 use crate::verdict::exchanged;
+use crate::verdict::instrument;
 use crate::verdict::preparation::{Prepared, clean, of, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
@@ -74,57 +75,88 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let prepared = prepare(calibration_set, measured, reference)?;
     cautions.extend(prepared.cautions);
     let Prepared { calibration_set, measured, calibration, lag, .. } = prepared;
-    eprintln!("LAG {lag:?}");
     let calibration = finite(calibration, &calibration_set)?;
     let corrections = learn_corrections(&measured, &options.errors);
     let mut corrected = measured.clone();
     corrections.iter().for_each(|c| c.apply(&mut corrected));
     stage("comparing laws");
-    let decision = decide(&corrected, &calibration_set, reference, &calibration, &corrections, &options.settings);
-    let calibration = calibration.drifting(decision.drift);
+    let decided = |set| decide(set, &calibration_set, reference, &calibration, &corrections, &options.settings);
+    let plain = decided(&corrected);
+    let differing = instrument::differing(&corrected, reference, &calibration, &plain.selection.null);
+    let with_own_lag = differing.as_ref().map(|differing| (differing, decided(&differing.set)));
+    // Where the measured runs lag by more or less than the calibration, they are decided with their own lag.
+    let (decision, lagging) = match &with_own_lag {
+        Some((differing, with)) if instrument::explains_more(with, &plain) => (with, Some(*differing)),
+        _ => (&plain, None),
+    };
+    let set = lagging.map_or(&corrected, |differing| &differing.set);
+    let lag_effect = lagging.filter(|differing| differing.is_effect(&calibration_set));
+    let verdict = match decision.verdict {
+        Verdict::None if lag_effect.is_some() => Verdict::Named,
+        other => other,
+    };
+    // What stands before any effect, the lag among them.
+    let (before, set_before) = if lag_effect.is_some() { (&plain, &corrected) } else { (decision, set) };
+    let calibration = calibration.clone().drifting(decision.drift);
     let null = &decision.selection.null;
-    let full = if is_claimed(&decision) { &decision.selection.fit } else { null };
-    let next_experiment = sections::next_experiment(&decision, &corrected, &options.plan, &options.own);
+    let full = if is_claimed(verdict) { &decision.selection.fit } else { null };
+    let next_experiment = sections::next_experiment(decision, set, &options.plan, &options.own);
 
     stage("predicting held-out runs");
     let mut held_out = open_holdout()?;
     let expected = &decision.expected_variances;
     let holdout = match &mut held_out {
-        Some(set) => {
-            check_pair(&calibration_set, set)?;
+        Some(held) => {
+            check_pair(&calibration_set, held)?;
             for fitted in [&measured, &calibration_set] {
-                check_distinct(set, fitted, IN_FIT)?;
+                check_distinct(held, fitted, IN_FIT)?;
             }
-            cautions.extend(told_of_file(set, "holdout")?);
-            require(set, &options.own)?;
-            *set = clean(&with_lag(set, of(&lag)), "holdout", &calibration, reference, &mut cautions)?;
-            corrections.iter().for_each(|c| c.apply(set));
-            on_file(set, reference, &calibration, expected, null, full)
+            cautions.extend(told_of_file(held, "holdout")?);
+            require(held, &options.own)?;
+            *held = clean(&with_lag(held, of(&lag)), "holdout", &calibration, reference, &mut cautions)?;
+            corrections.iter().for_each(|c| c.apply(held));
+            let null_before = &before.selection.null;
+            let without = lag_effect.map(|_| on_file(held, reference, &calibration, expected, null_before, null_before));
+            if let Some(differing) = lagging {
+                *held = with_lag(held, differing.lag.lag);
+            }
+            on_file(held, reference, &calibration, expected, null, full).instead_of(without)
         }
-        None => by_folds(&corrected, reference, &calibration, expected, null, full),
+        None => {
+            let null_before = &before.selection.null;
+            let without = lag_effect
+                .map(|_| by_folds(set_before, reference, &calibration, expected, null_before, null_before));
+            by_folds(set, reference, &calibration, expected, null, full).instead_of(without)
+        }
     }
     .or_refused();
 
     stage("writing the report");
-    let (mut effects, drivers) =
-        if is_claimed(&decision) { effects(&decision, &corrected) } else { (Vec::new(), Vec::new()) };
+    let (mut effects, drivers) = if is_claimed(verdict) { effects(decision, set) } else { (Vec::new(), Vec::new()) };
+    if let Some(differing) = lag_effect.filter(|_| is_claimed(verdict)) {
+        effects.push(instrument::effect(differing, (set_before, before), (set, decision)));
+        effects.sort_by(|a, b| b.gain_2ll.total_cmp(&a.gain_2ll));
+    }
     effects.iter_mut().for_each(|e| e.own = options.own.formula_of(&e.law));
-    let mut disagreement = sections::disagreement(&decision, &corrected, &options.own);
+    let mut disagreement = sections::disagreement(before, set_before, &options.own);
     let range = CalibratedRange::of(&calibration_set);
-    let mut unexplained = sections::unexplained(&decision);
-    range.mark(&corrected, options.settings.laws, &mut disagreement.regions, &mut effects, &mut unexplained);
-    cautions.extend(range.cautions(&corrected));
-    cautions.extend(sections::scatter_caution(&decision));
-    cautions.extend(sections::too_small_cautions(&decision));
+    let mut unexplained = sections::unexplained(decision);
+    range.mark(set, options.settings.laws, &mut disagreement.regions, &mut effects, &mut unexplained);
+    cautions.extend(range.cautions(set));
+    cautions.extend(sections::scatter_caution(decision));
+    cautions.extend(sections::too_small_cautions(decision));
+    let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default(), &calibration_set));
+    let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, of(&lag), set));
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
-        verdict: decision.verdict,
+        verdict,
         cautions,
         effects,
         disagreement,
-        baseline: sections::baseline(&decision, &calibration, &options.model),
+        baseline: sections::baseline(decision, &calibration, &options.model),
         noise: sections::noise(&calibration),
-        tests: sections::tests(&decision),
+        instrument: of_calibration.into_iter().chain(of_measured).collect(),
+        tests: sections::tests(decision),
         unexplained,
         holdout,
         fe_confirmation: None,
@@ -137,17 +169,18 @@ pub fn diagnose<E: From<DiagnoseError>>(
         version: env!("CARGO_PKG_VERSION").into(),
         elapsed_s: 0.0,
     };
-    let map_of =
-        |fit: &Fit| residual_map(&corrected, &options.own, &decision.task.residual_without_random_effects_n(fit));
+    let map_of = |decision: &Decision<'_>, set: &RunSet, fit: &Fit| {
+        residual_map(set, &options.own, &decision.task.residual_without_random_effects_n(fit))
+    };
     let floor_n = noise_floor_n(&decision.task, &null.parameters, &[], expected);
-    let mut sets = vec![&calibration_set, &corrected];
+    let mut sets = vec![&calibration_set, set];
     sets.extend(held_out.as_ref());
     let own = with_ranges_of(&options.own, &sets);
     let evidence = Evidence {
         own,
-        traces: worst_traces(&decision.task, &corrected, &calibration.fit.parameters, [null, full], &floor_n, 3),
-        map_before: map_of(null),
-        map_after: map_of(full),
+        traces: worst_traces(&decision.task, set, &calibration.fit.parameters, [null, full], &floor_n, 3),
+        map_before: map_of(before, set_before, &before.selection.null),
+        map_after: map_of(decision, set, full),
         drivers,
         parameters: full.parameters,
         parameters_without_laws: null.parameters,
@@ -155,7 +188,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         laws: full.laws.clone(),
         expected_variances: *expected,
         checked: if held_out.is_some() { "holdout" } else { "measured" }.into(),
-        checked_set: held_out.unwrap_or_else(|| corrected.clone()),
+        checked_set: held_out.unwrap_or_else(|| set.clone()),
         calibration_set,
         calibration,
         corrections,
@@ -176,8 +209,8 @@ pub fn told_of_file(set: &RunSet, role: &str) -> Result<Vec<Caution>, DiagnoseEr
 }
 
 /// Whether effects are claimed.
-fn is_claimed(decision: &Decision<'_>) -> bool {
-    matches!(decision.verdict, Verdict::Named | Verdict::Ambiguous)
+fn is_claimed(verdict: Verdict) -> bool {
+    matches!(verdict, Verdict::Named | Verdict::Ambiguous)
 }
 
 fn finite(calibration: Calibration, set: &RunSet) -> Result<Calibration, DiagnoseError> {

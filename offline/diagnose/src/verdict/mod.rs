@@ -15,6 +15,7 @@ mod effects_found;
 pub mod evidence;
 pub mod exchanged;
 mod in_air;
+mod instrument;
 mod next_experiment;
 mod preparation;
 pub mod regions;

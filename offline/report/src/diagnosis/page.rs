@@ -5,17 +5,11 @@ use std::fmt::Write as _;
 use super::words;
 use crate::html::{Picture, STYLE, cell, escape, figure, fonts, prose};
 use crate::numbers::{fixed, significant};
-use fingerpad_diagnose::{Diagnosis, Verdict};
+use fingerpad_diagnose::Diagnosis;
 
 /// The page as one file.
 pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
-    let title = match report.verdict {
-        Verdict::None if words::look_exchanged(report) => "No answer: the files look exchanged",
-        Verdict::None => "Nothing is missing",
-        Verdict::Named => "The missing effect has a name",
-        Verdict::Ambiguous => "More than one effect would explain it",
-        Verdict::UnexplainedStructure => "Something that no known law explains",
-    };
+    let title = escape(&words::title(report));
     let files: Vec<String> = report.input.iter().map(words::input).collect();
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
@@ -31,11 +25,22 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
         prose(&words::verdict(report)),
     );
     let (first, rest) = pictures.split_at(pictures.len().min(1));
-    for (_, caution) in words::cautions(report) {
-        let _ = writeln!(out, "<p class=\"warning\">{}</p>", prose(&caution));
+    let cautions = words::cautions(report);
+    // One red line, and only where the answer may rest on a mistake in the files.
+    let red = cautions.first().filter(|(kind, _)| *kind == "warning");
+    if let Some((_, caution)) = red {
+        let _ = writeln!(out, "<p class=\"warning\">{}</p>", prose(caution));
     }
     first.iter().for_each(|picture| figure(&mut out, 1, picture));
     out += &effects(report);
+    let notes = &cautions[usize::from(red.is_some())..];
+    if !notes.is_empty() {
+        out += "<h2>Notes on the files</h2>\n<ul>\n";
+        for (_, note) in notes {
+            let _ = writeln!(out, "<li>{}</li>", prose(note));
+        }
+        out += "</ul>\n";
+    }
     out += "<section>\n";
     for (i, picture) in rest.iter().enumerate() {
         figure(&mut out, i + 2, picture);

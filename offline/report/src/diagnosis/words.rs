@@ -2,7 +2,7 @@
 
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
-    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, InputFile, LawsFile, OwnFormula, Verdict,
+    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, InputFile, InstrumentLag, LawsFile, OwnFormula, Verdict,
 };
 
 /// A law's or a family's name in running text.
@@ -115,7 +115,47 @@ pub fn input(file: &InputFile) -> String {
 
 /// The verdict as one paragraph.
 pub fn verdict(report: &Diagnosis) -> String {
-    answer(report) + &outside_note(report)
+    answer(report) + &outside_note(report) + &instrument_note(report)
+}
+
+/// Sentences about lags between forces and positions.
+fn instrument_note(report: &Diagnosis) -> String {
+    let sentence = |lag: &InstrumentLag| {
+        let ms = |s: f64| significant(1000.0 * s, 3);
+        let [low, high] = lag.ci95_s.map(ms);
+        let interval = format!("{} ms (95 %: {low} to {high})", ms(lag.lag_s));
+        if lag.source == "measured" {
+            format!(" In the measured runs the forces lag {interval} behind the positions.")
+        } else {
+            format!(
+                " In the calibration the forces lag {interval} behind the positions, as behind a filter or on another clock; all files \
+                 are compared with this lag."
+            )
+        }
+    };
+    report.instrument.iter().map(sentence).collect()
+}
+
+/// The title of the page: the answer with the gap on held-out runs.
+pub fn title(report: &Diagnosis) -> String {
+    let gap = &report.holdout;
+    let closed = format!("gap {} to {} noise floors", fixed(gap.ratio_before, 1), fixed(gap.ratio_after, 1));
+    match report.verdict {
+        Verdict::None if look_exchanged(report) => "No answer: the files look exchanged".into(),
+        Verdict::None => format!("Nothing is missing: gap {} noise floors", fixed(gap.ratio_before, 1)),
+        Verdict::Named => {
+            let share = |e: &EffectFound| {
+                format!("{}, {} % of the force", plain(&e.law), significant(100.0 * e.size_p90_relative, 2))
+            };
+            let list: Vec<String> = report.effects.iter().map(share).collect();
+            format!("Missing: {}; {closed}", list.join(" and "))
+        }
+        Verdict::Ambiguous => {
+            let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
+            format!("Missing: {}; these runs cannot tell", list.join(" and "))
+        }
+        Verdict::UnexplainedStructure => "Something that no known law explains".into(),
+    }
 }
 
 /// A sentence where what carries the verdict lies outside the calibration.

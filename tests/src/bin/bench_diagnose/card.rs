@@ -110,6 +110,7 @@ pub fn card(done: &[Done], args: &Args) {
     );
 
     let none = of("none");
+    lags(done);
     println!(
         "\nnothing missing: false alarm {}; lone wrong name {}",
         percent(count(&none, &|d| d.scored.class != Class::Nothing), none.len()),
@@ -267,4 +268,27 @@ fn noise(done: &[Done]) {
         let [low, middle, high] = [0.25, 0.5, 0.75].map(|share| quantile(&mut ratios, share));
         println!("variance of {what} found over hidden: quartiles {low:.2}, {middle:.2}, {high:.2}");
     }
+}
+
+/// Lags of the forces that were found, against the true ones.
+fn lags(done: &[Done]) {
+    let found: Vec<_> = done.iter().filter_map(|d| d.scored.lag).collect();
+    if found.is_empty() {
+        return;
+    }
+    let n = found.len() as f64;
+    let mean = found.iter().map(|l| l.error_s).sum::<f64>() / n;
+    let rms = (found.iter().map(|l| l.error_s.powi(2)).sum::<f64>() / n).sqrt();
+    let half = found.iter().map(|l| l.half_s).sum::<f64>() / n;
+    let covered = found.iter().filter(|l| l.covered).count();
+    println!(
+        "\nlag of the forces: found in {} of {} sets; found less true {:.2} ms in the mean, {:.2} ms RMS; 95 % interval +-{:.2} ms, covers {} of {}",
+        found.len(),
+        done.len(),
+        1e3 * mean,
+        1e3 * rms,
+        1e3 * half,
+        covered,
+        found.len()
+    );
 }

@@ -1,0 +1,154 @@
+//! The lag between forces and positions as a report has it: that of the instrument, which the calibration shows and which is taken out, and
+//! a lag of the measured runs that differs from it, which is an effect of its own (`force_lag`).
+//!
+//! Main types: [`Measured`]; main functions: [`differing`], [`found`], [`effect`].
+
+use fingerpad_smooth::ReferenceCurves;
+
+use crate::data::lag::{Lag, with_lag};
+use crate::data::runs::RunSet;
+use crate::schema::{CandidateLaw, EffectFound, FittedParameter, InstrumentLag};
+use crate::statistics::calibration::Calibration;
+use crate::statistics::fit::{Fit, FitStart};
+use crate::statistics::lag::{LagEstimate, estimate};
+use crate::statistics::tails::minus_ln_p;
+use crate::verdict::decision::{Decision, LEAST_GAIN};
+use crate::verdict::effects_found::size_p90;
+
+/// Name and family of the effect.
+pub const FORCE_LAG: &str = "force_lag";
+
+/// Error of the position at which the finger model has a force, mm: as a lag it is that over the speed.
+const FORM_ERROR_MM: f64 = 1e-3;
+
+/// A lag of the measured runs on top of the calibration's, and the runs with it.
+pub struct Differing {
+    /// The difference.
+    pub lag: LagEstimate,
+    /// The measured runs with their own lag.
+    pub set: RunSet,
+}
+
+/// A lag by which the measured runs differ from the calibration.
+///
+/// * `set`: the measured runs with the calibration's lag
+/// * `null`: their fit without a law
+pub fn differing(
+    set: &RunSet,
+    reference: &ReferenceCurves,
+    calibration: &Calibration,
+    null: &Fit,
+) -> Option<Differing> {
+    let lag = estimate(set, calibration, reference, &calibration.prior(), FitStart::from(null))?;
+    Some(Differing { set: with_lag(set, lag.lag), lag })
+}
+
+/// Whether a lag of the measured runs explains them better than the laws that were found without it.
+pub fn explains_more(with_lag: &Decision<'_>, without: &Decision<'_>) -> bool {
+    let [with, without] = [with_lag, without].map(|d| d.task.minus_2ll_of_readings(&d.selection.fit));
+    with + LEAST_GAIN < without
+}
+
+/// Speed at which a lag shows, mm/s: that of the rows that slide, weighed by its square, as the information on a lag is.
+fn speed_mm_s(set: &RunSet) -> f64 {
+    let speeds = || set.runs.iter().flat_map(|r| &r.rows).map(|r| r.speed_mm_s);
+    speeds().map(|v| v.powi(3)).sum::<f64>() / speeds().map(|v| v * v).sum::<f64>().max(1e-12)
+}
+
+/// Standard deviation that the finger model's error of form gives a lag, s.
+fn form_sd_s(set: &RunSet) -> f64 {
+    FORM_ERROR_MM / speed_mm_s(set)
+}
+
+/// Standard deviation of an estimate with the finger model's error of form, s.
+fn sd_s(estimate: &LagEstimate, set: &RunSet) -> f64 {
+    estimate.sd_s.hypot(form_sd_s(set))
+}
+
+/// Standard deviations from which on a difference between the lags of two files is an effect; a smaller one is taken out without a name.
+const NAMED: f64 = 4.0;
+
+impl Differing {
+    /// Whether the difference is more than the errors of form of both files' lags.
+    pub fn is_effect(&self, calibration: &RunSet) -> bool {
+        let sd_s = sd_s(&self.lag, &self.set).hypot(form_sd_s(calibration));
+        self.lag.lag.total_s().abs() > NAMED * sd_s
+    }
+}
+
+/// Standard deviations to the end of a 95 % interval.
+const NORMAL_95: f64 = 1.96;
+
+/// What is reported of a lag.
+///
+/// * `before`: the lag that the set had already
+pub fn found(source: &str, estimate: &LagEstimate, before: Lag, set: &RunSet) -> InstrumentLag {
+    let delay_s = before.delay_s + estimate.lag.delay_s;
+    let time_constant_s = before.time_constant_s + estimate.lag.time_constant_s;
+    let (lag_s, half_s) = (delay_s + time_constant_s, NORMAL_95 * sd_s(estimate, set));
+    InstrumentLag {
+        source: source.into(),
+        lag_s,
+        ci95_s: [lag_s - half_s, lag_s + half_s],
+        delay_s,
+        time_constant_s,
+        gain_2ll: estimate.gain_2ll,
+    }
+}
+
+/// The effect by which the measured runs differ from the calibration.
+///
+/// * `without`, `with`: the measured runs with the calibration's lag and with their own, each with its decision
+pub fn effect(
+    differing: &Differing,
+    without: (&RunSet, &Decision<'_>),
+    with: (&RunSet, &Decision<'_>),
+) -> EffectFound {
+    let estimate = &differing.lag;
+    let half_s = NORMAL_95 * sd_s(estimate, with.0);
+    let lag_s = estimate.lag.total_s();
+    let (rows, before) = of_readings(without.0, &prediction(without.1, &without.1.selection.null));
+    let (_, after) = of_readings(with.0, &prediction(with.1, &with.1.selection.null));
+    EffectFound {
+        law: FORCE_LAG.into(),
+        family: FORCE_LAG.into(),
+        parameters: vec![FittedParameter {
+            name: "lag_s".into(),
+            value: lag_s,
+            unit: "s".into(),
+            ci95: [lag_s - half_s, lag_s + half_s],
+        }],
+        size_p90_relative: size_p90(&rows, &before, &after),
+        gain_2ll: estimate.gain_2ll,
+        p_model: (-minus_ln_p(estimate.gain_2ll, 2)).exp(),
+        p_runs: 1.0,
+        against_calibration: true,
+        outside_calibration: false,
+        lambda_detect: estimate.gain_2ll,
+        candidates: vec![CandidateLaw {
+            law: FORCE_LAG.into(),
+            family: FORCE_LAG.into(),
+            delta_2ll: 0.0,
+            lambda_rival: 0.0,
+        }],
+        own: None,
+    }
+}
+
+fn prediction(decision: &Decision<'_>, fit: &Fit) -> Vec<f64> {
+    decision.task.predict(&fit.parameters, &fit.laws)
+}
+
+/// The rows with readings, and their predictions: those that a set has with every lag.
+fn of_readings(set: &RunSet, prediction_n: &[f64]) -> (RunSet, Vec<f64>) {
+    let mut out = set.clone();
+    let mut kept = Vec::new();
+    let mut predicted = prediction_n.chunks_exact(3);
+    for run in &mut out.runs {
+        let is_read: Vec<bool> = run.force_n.iter().map(|f| f.iter().any(|f| f.is_finite())).collect();
+        let mut read = is_read.iter().copied();
+        run.rows.retain(|_| read.next() == Some(true));
+        kept.extend(is_read.iter().zip(predicted.by_ref()).filter(|(read, _)| **read).flat_map(|(_, p)| p));
+    }
+    (out, kept)
+}
