@@ -159,15 +159,15 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
-/// README and all pages, in a fixed order.
+/// README, the page for contributors, and all other pages, in a fixed order.
 fn pages() -> Vec<PathBuf> {
     let root = root();
-    let mut pages = vec![root.join("README.md")];
+    let mut pages = vec![root.join("README.md"), root.join("CONTRIBUTING.md")];
     for folder in ["docs", "docs/notes", "docs/pictures", "core", "core/docs", "firmware-example", "data/examples"] {
         let files = fs::read_dir(root.join(folder)).into_iter().flatten().map(|entry| entry.unwrap().path());
         pages.extend(files.filter(|file| file.extension().is_some_and(|e| e == "md")));
     }
-    pages[1..].sort();
+    pages[2..].sort();
     pages
 }
 

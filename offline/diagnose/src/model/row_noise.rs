@@ -56,6 +56,15 @@ pub fn sigma_of(noise: &[RowNoise; 3], prediction_n: &[f64]) -> Vec<f64> {
     prediction_n.iter().enumerate().map(|(i, p)| noise[i % 3].sigma_n(*p)).collect()
 }
 
+/// The same for errors that are alike in neighbouring rows: as much larger as many of them together are, so that rows that lie closer do not
+/// weigh more.
+///
+/// * `correlation`: factors on the variances of normal, x and y
+pub fn correlated_sigma_of(noise: &[RowNoise; 3], correlation: &[f64; 3], prediction_n: &[f64]) -> Vec<f64> {
+    let roots = correlation.map(f64::sqrt);
+    sigma_of(noise, prediction_n).into_iter().enumerate().map(|(i, sigma)| sigma * roots[i % 3]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -81,6 +81,7 @@ pub fn reduced_report(
             run_gain_friction: 0.0,
             run_offset_n: 0.0,
             depth_zero_mm: 0.0,
+            correlation: [1.0; 3],
             source: "residual".into(),
         },
         tests: Vec::new(),

@@ -149,6 +149,9 @@ pub struct NoiseFound {
     pub run_offset_n: f64,
     /// Scatter between runs of the touch point, mm.
     pub depth_zero_mm: f64,
+    /// Factors on the variances of normal, x, y by which errors that are alike in neighbouring rows outweigh independent ones; 1 without.
+    #[serde(default)]
+    pub correlation: [f64; 3],
     /// `calibration`.
     pub source: String,
 }

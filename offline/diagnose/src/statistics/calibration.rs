@@ -8,7 +8,7 @@ use crate::data::runs::RunSet;
 use crate::model::prediction::predict_runs;
 use crate::model::prior::{Drift, Prior, covariance_between_fingers, drift_covariance};
 use crate::model::random_effects::PerEffect;
-use crate::model::row_noise::{RowNoise, sigma_of};
+use crate::model::row_noise::{RowNoise, correlated_sigma_of};
 use crate::model::starting_point::starting_point;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::task::Task;
@@ -20,6 +20,9 @@ pub struct Calibration {
     pub fit: Fit,
     /// Row noise of normal, x, y.
     pub noise: [RowNoise; 3],
+    /// By what factor the errors of many rows of a channel add up to more than those of independent rows: the finger model's error of form is
+    /// alike in neighbouring rows, so that closer rows say nothing new about it. At least 1.
+    pub correlation: [f64; 3],
     /// Root mean square residual within runs over the noise between neighbouring rows, of normal, x, y; 1 is a baseline
     /// that fits to the noise.
     pub misfit: [f64; 3],
@@ -38,7 +41,7 @@ pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
     let mut parameters = starting_point(set, reference);
     let mut variances = STARTING_VARIANCES;
     let mut fit = None;
-    let mut misfit = [1.0; 3];
+    let (mut misfit, mut correlation) = ([1.0; 3], [1.0; 3]);
     for round in 0..3 {
         let prior = Calibration::before(reference);
         let prediction = if round == 0 {
@@ -46,17 +49,18 @@ pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
         } else {
             predict_runs(&reference.model(&parameters), &set.runs)
         };
-        let mut task = Task::new(&set.runs, reference, prior, sigma_of(&noise, &prediction), variances);
+        let mut task = Task::new(&set.runs, reference, prior, correlated_sigma_of(&noise, &correlation, &prediction), variances);
+        task.correlation = correlation;
         task.variances = STARTING_VARIANCES;
         task.variance_weight = 2.0;
         let start = FitStart { parameters, laws: Vec::new(), variances, random_effects: Vec::new() };
         let (result, _) = task.fit(start, if round == 0 { 25 } else { 8 });
         parameters = result.parameters;
         variances = result.variances;
-        (noise, misfit) = row_noise(&task, &result);
+        (noise, misfit, correlation) = row_noise(&task, &result);
         fit = Some(result);
     }
-    Calibration { fit: fit.expect("three rounds"), noise, misfit, runs: set.runs.len(), drift: Drift::Small }
+    Calibration { fit: fit.expect("three rounds"), noise, correlation, misfit, runs: set.runs.len(), drift: Drift::Small }
 }
 
 impl Calibration {
@@ -75,7 +79,7 @@ impl Calibration {
     /// The task of a set that was measured after the calibration.
     pub fn task<'a>(&self, set: &'a RunSet, reference: &'a ReferenceCurves) -> Task<'a> {
         let Fit { parameters, variances, .. } = &self.fit;
-        Task::after_calibration(set, reference, self.prior(), parameters, &self.noise, *variances)
+        Task::after_calibration(set, reference, self.prior(), parameters, (&self.noise, &self.correlation), *variances)
     }
 
     /// The same with another drift of the curves' shape.
@@ -92,6 +96,8 @@ const LEAST_FORCE: f64 = 0.25;
 struct ChannelResiduals {
     rows: Vec<(f64, f64)>,
     neighbours: Vec<(f64, f64)>,
+    /// Residuals over the row noise, run by run.
+    scaled: Vec<Vec<f64>>,
 }
 
 impl ChannelResiduals {
@@ -101,7 +107,11 @@ impl ChannelResiduals {
 
     fn and(&self, other: &Self) -> Self {
         let join = |a: &[(f64, f64)], b: &[(f64, f64)]| a.iter().chain(b).copied().collect();
-        Self { rows: join(&self.rows, &other.rows), neighbours: join(&self.neighbours, &other.neighbours) }
+        Self {
+            rows: join(&self.rows, &other.rows),
+            neighbours: join(&self.neighbours, &other.neighbours),
+            scaled: self.scaled.iter().chain(&other.scaled).cloned().collect(),
+        }
     }
 }
 
@@ -109,7 +119,7 @@ impl ChannelResiduals {
 ///
 /// Where the calibration slides along one axis only, nothing tells how the noise of the other tangential channel grows
 /// with its force: both belong to one sensor, and the channel without force gets the noise of both.
-fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
+fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3], [f64; 3]) {
     let own = channel_residuals(task, fit);
     let shared = |channel: usize| {
         let other = 3 - channel;
@@ -117,9 +127,10 @@ fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
         if lacks { own[channel].and(&own[other]) } else { own[channel].clone() }
     };
     let mut noise = [RowNoise { additive_n: 0.003, multiplicative: 0.02 }; 3];
-    let mut misfit = [1.0; 3];
+    let (mut misfit, mut correlation) = ([1.0; 3], [1.0; 3]);
     for channel in 0..3 {
-        let ChannelResiduals { rows, neighbours } = shared(channel);
+        let ChannelResiduals { rows, neighbours, scaled } = shared(channel);
+        correlation[channel] = correlation_factor(&scaled);
         // The six random effects of each run consumed degrees of freedom, about two a channel.
         let count = rows.len() as f64;
         let consumed = (2.0 * task.layout.runs() as f64 + 4.0) * count / own[channel].rows.len().max(1) as f64;
@@ -128,7 +139,34 @@ fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3]) {
         let mean = |n: &RowNoise| rows.iter().map(|p| n.sigma_n(p.0.sqrt()).powi(2)).sum::<f64>();
         misfit[channel] = (mean(&noise[channel]) / mean(&pure)).sqrt();
     }
-    (noise, misfit)
+    (noise, misfit, correlation)
+}
+
+/// Standard deviations from which on an autocorrelation is one.
+const CORRELATED: f64 = 3.0;
+
+/// Variance of a sum of residuals over that of independent ones: 1 and twice the autocorrelations, in pairs of lags up to the first pair
+/// that is no more than chance [initial positive sequence: Geyer 1992].
+///
+/// * `scaled`: residuals over the row noise, run by run
+fn correlation_factor(scaled: &[Vec<f64>]) -> f64 {
+    let square: f64 = scaled.iter().flatten().map(|r| r * r).sum();
+    let count: usize = scaled.iter().map(Vec::len).sum();
+    let longest = scaled.iter().map(Vec::len).max().unwrap_or(0);
+    let at = |lag: usize| {
+        let product = |run: &Vec<f64>| run.iter().zip(run.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+        scaled.iter().map(product).sum::<f64>() / square.max(1e-300)
+    };
+    let chance = CORRELATED * (2.0 / count.max(1) as f64).sqrt();
+    let mut factor = 1.0;
+    for pair in 0..longest / 4 {
+        let both = at(2 * pair + 1) + at(2 * pair + 2);
+        if both <= chance {
+            break;
+        }
+        factor += 2.0 * both;
+    }
+    factor
 }
 
 fn channel_residuals(task: &Task<'_>, fit: &Fit) -> [ChannelResiduals; 3] {
@@ -140,6 +178,7 @@ fn channel_residuals(task: &Task<'_>, fit: &Fit) -> [ChannelResiduals; 3] {
             let at: Vec<usize> =
                 task.layout.range(run).filter(|i| i % 3 == channel && !task.readings_n[*i].is_nan()).collect();
             residuals.rows.extend(at.iter().map(|i| (prediction[*i].powi(2), left[*i].powi(2))));
+            residuals.scaled.push(at.iter().map(|i| left[*i] / task.row_sigma_n(*i)).collect());
             residuals.neighbours.extend(at.windows(3).map(|w| {
                 let d = left[w[1]] - 0.5 * (left[w[0]] + left[w[2]]);
                 (prediction[w[1]].powi(2), d * d / 1.5)
@@ -160,4 +199,25 @@ fn within_runs(task: &Task<'_>, fit: &Fit) -> Vec<f64> {
     let mut left = residual.values;
     columns.add(&taken_off, &mut left);
     left.iter().zip(&task.sigma_n).map(|(l, s)| l * s).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::sign_flips::RandomSigns;
+
+    /// Independent signs have the factor 1; each sign repeated k times has k, as the mean of n / k independent ones shows.
+    #[test]
+    fn rows_that_repeat_their_neighbours_count_once() {
+        let mut random = RandomSigns::new(7);
+        let runs: Vec<Vec<f64>> = (0..30).map(|_| random.flip(240)).collect();
+        assert_eq!(correlation_factor(&runs), 1.0);
+        for k in [2, 4, 8] {
+            let repeated: Vec<Vec<f64>> =
+                runs.iter().map(|run| run.iter().flat_map(|sign| std::iter::repeat_n(*sign, k)).collect()).collect();
+            let factor = correlation_factor(&repeated);
+            assert!((factor / k as f64 - 1.0).abs() < 0.15, "{k}: {factor}");
+        }
+        assert_eq!(correlation_factor(&[]), 1.0);
+    }
 }

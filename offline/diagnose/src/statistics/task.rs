@@ -9,7 +9,7 @@ use crate::model::active_law::ActiveLaw;
 use crate::model::prediction::{Perturbation, changes, predict_runs, strokes_of};
 use crate::model::prior::Prior;
 use crate::model::random_effects::{PerEffect, RandomEffects};
-use crate::model::row_noise::{RowNoise, sigma_of};
+use crate::model::row_noise::{RowNoise, correlated_sigma_of};
 use crate::statistics::fit::Fit;
 use crate::statistics::random_effects::Layout;
 
@@ -27,8 +27,11 @@ pub struct Task<'a> {
     pub reference: &'a ReferenceCurves,
     /// Prior of the smooth model's parameters.
     pub prior: Prior,
-    /// Standard deviation of the row noise of every observation, N; `NO_READING_N` where a reading is left out.
+    /// Standard deviation of the row noise of every observation, N, with the factors for errors that are alike in neighbouring rows;
+    /// `NO_READING_N` where a reading is left out.
     pub sigma_n: Vec<f64>,
+    /// Those factors on the variances of normal, x, y.
+    pub correlation: [f64; 3],
     /// Prior of the variances between runs.
     pub variances: PerEffect,
     /// How many runs that prior weighs.
@@ -59,6 +62,7 @@ impl<'a> Task<'a> {
             reference,
             prior,
             sigma_n,
+            correlation: [1.0; 3],
             variances,
             variance_weight: 0.0,
             consumed_degrees_of_freedom: 3.0,
@@ -75,13 +79,20 @@ impl<'a> Task<'a> {
         reference: &'a ReferenceCurves,
         prior: Prior,
         calibrated: &Parameters,
-        noise: &[RowNoise; 3],
+        (noise, correlation): (&[RowNoise; 3], &[f64; 3]),
         variances: PerEffect,
     ) -> Self {
         let prediction = predict_runs(&reference.model(calibrated), &set.runs);
-        let mut task = Self::new(&set.runs, reference, prior, sigma_of(noise, &prediction), variances);
+        let sigma_n = correlated_sigma_of(noise, correlation, &prediction);
+        let mut task = Self::new(&set.runs, reference, prior, sigma_n, variances);
+        task.correlation = *correlation;
         task.variance_weight = CALIBRATION_WEIGHT;
         task
+    }
+
+    /// Standard deviation of the row noise of one observation by itself, N.
+    pub fn row_sigma_n(&self, observation: usize) -> f64 {
+        self.sigma_n[observation] / self.correlation[observation % 3].sqrt()
     }
 
     /// The runs as inputs of the simulation, with laws, random effects and a perturbation.

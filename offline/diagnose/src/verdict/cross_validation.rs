@@ -16,9 +16,11 @@ use crate::statistics::task::Task;
 pub fn noise_floor_n(task: &Task<'_>, parameters: &Parameters, laws: &[ActiveLaw], variances: &PerEffect) -> Vec<f64> {
     let prediction = task.predict(parameters, laws);
     let spread = task.random_effect_columns(parameters, laws, &Vec::new(), &prediction).spread(variances);
-    let floor =
-        |((s, sigma), reading): ((&f64, &f64), &f64)| if reading.is_nan() { f64::NAN } else { s.sqrt() * sigma };
-    spread.iter().zip(&task.sigma_n).zip(&task.readings_n).map(floor).collect()
+    let floor = |(i, (spread, reading)): (usize, (&f64, &f64))| {
+        let of_runs = (spread - 1.0).max(0.0) * task.sigma_n[i].powi(2);
+        if reading.is_nan() { f64::NAN } else { (of_runs + task.row_sigma_n(i).powi(2)).sqrt() }
+    };
+    spread.iter().zip(&task.readings_n).enumerate().map(floor).collect()
 }
 
 /// Largest ratio of two triples.

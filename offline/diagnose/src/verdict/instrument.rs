@@ -60,9 +60,12 @@ fn form_sd_s(set: &RunSet) -> f64 {
     FORM_ERROR_MM / speed_mm_s(set)
 }
 
+/// Error of a long lag, as a share of it: forces change fast within it, where the finger model is least exact.
+const FORM_ERROR: f64 = 0.04;
+
 /// Standard deviation of an estimate with the finger model's error of form, s.
 fn sd_s(estimate: &LagEstimate, set: &RunSet) -> f64 {
-    estimate.sd_s.hypot(form_sd_s(set))
+    estimate.sd_s.hypot(form_sd_s(set)).hypot(FORM_ERROR * estimate.lag.total_s())
 }
 
 /// Standard deviations from which on a difference between the lags of two files is an effect; a smaller one is taken out without a name.

@@ -93,6 +93,7 @@ pub fn noise(calibration: &Calibration) -> NoiseFound {
         run_gain_friction: variance(RandomEffect::Strength).sqrt(),
         run_offset_n: ((offsets[0] + offsets[1] + offsets[2]) / 3.0).sqrt(),
         depth_zero_mm: variance(RandomEffect::DepthZero).sqrt(),
+        correlation: calibration.correlation,
         source: "calibration".into(),
     }
 }

@@ -340,7 +340,9 @@ pub fn cautions(report: &Diagnosis) -> Vec<(&'static str, String)> {
     let misfit = calibration_note(report.baseline.calibration_misfit);
     let word = |kind: &str| if place(kind) < WARNINGS { "warning" } else { "note" };
     let told = list.into_iter().map(|c| (word(&c.kind), c.text.clone()));
-    told.chain((!misfit.is_empty()).then(|| ("note", misfit.trim().to_owned()))).collect()
+    let list: Vec<_> = told.chain((!misfit.is_empty()).then(|| ("warning", misfit.trim().to_owned()))).collect();
+    let (warnings, notes): (Vec<_>, Vec<_>) = list.into_iter().partition(|(word, _)| *word == "warning");
+    warnings.into_iter().chain(notes).collect()
 }
 
 /// Whether calibration and measured runs look exchanged, so that the absence of an effect means nothing.

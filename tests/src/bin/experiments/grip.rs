@@ -61,20 +61,20 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
                     the tangential force without torque; together they are mainly additive, and the more tangential force there is, the \
                     less a torque adds",
         found: format!(
-            "from 0.5 to 2 N the largest tangential force grows with the power {:.2} of the normal force and the largest torque with {:.2} \
-             (proportional: 1); at half of the largest tangential force {:.2} of the largest torque is left (additive: 0.5; ellipse: \
+            "from 0.5 to 2 N the largest tangential force grows with the power {:.2} of the normal force, the largest torque with {:.2} \
+             (proportional: 1). At half of the largest tangential force {:.2} of the largest torque remains (additive: 0.5; ellipse: \
              0.87)",
             powers[0], powers[1], left
         ),
         verdict: format!(
-            "less than additive together: {}; proportions outside by {:.2} in the tangential force and {:.2} in the torque",
+            "{}: less than additive together; outside: exponents by {:.2} for the tangential force and {:.2} for the torque",
             if left > 0.5 { "inside" } else { "outside" },
             powers[0] - 1.0,
             powers[1] - 1.0
         ),
-        remark: "The published friction law has an exponent of 0.46 in the pressure, from 0.1 to 0.5 N on acrylic. The grips were held by \
-                 rayon, suede and sandpaper, whose friction is nearer to proportional. The torque is that about the centre of pressure. Each number is that after 8 mm of travel, when \
-                 the contact at 2 N does not quite slip as a whole."
+        remark: "The published friction law has an exponent of 0.46 in the pressure, from 0.1 to 0.5 N on acrylic. The experiment used \
+                 rayon, suede and sandpaper, whose friction is nearer to proportional. The torque is about the centre of pressure. Each \
+                 number is taken after 8 mm of travel; the contact at 2 N does not quite slip as a whole by then."
             .into(),
         charts: vec![
             chart(
@@ -143,10 +143,11 @@ pub fn curvature(lab: &Lab) -> Result<Finding, Failure> {
             inside(4),
             change(4)
         ),
-        remark: "By a law with an exponent below 1 more area means more friction, so that a convex surface, which has less, slips earlier. \
-                 The measurement has the contrary on convex surfaces: something beside the area holds there, such as the surface's slope \
-                 against the load, which the integral of the law over the pressure leaves out. A bowl of 20 mm without a rim meets the held end of \
-                 the finger before its pad."
+        remark: "With an exponent below 1, more area means more friction, so a convex surface, with less area, slips earlier. The \
+                 measurement shows the opposite on convex surfaces. Another mechanism beside the area acts there, such as the slope of \
+                 the surface against the load, which the integral of the law over the pressure omits. The concave surface of 20 mm is \
+                 missing, because a bowl of this radius without a rim touches the held end of the finger before the pad. A dash means \
+                 that the friction limit stays below the load in the computed depths."
             .into(),
         charts: vec![chart("Friction at its limit", ["normal force (N)", "friction (N)"], traces)],
     })

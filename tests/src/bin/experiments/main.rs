@@ -121,11 +121,11 @@ fn write_page(folder: &Path, lab: &Lab, found: &mut [(&str, Finding)]) -> Result
 
 fn page_head(lab: &Lab) -> String {
     format!(
-        "# The finite elements against published experiments\n\n`cargo xtask experiments` writes this page. The finger is the \
-         one that ships: shape E, mesh `{}`, the material constants and the friction law that Yoshida, Tada and Mochimaru published \
-         in 2011 for one subject. Nothing is tuned to the experiments below, which other people made with other fingers, so that a \
-         number that is outside says how far this finger is from theirs. Where only the abstract of a paper could be read, the \
-         comparison is with what the abstract says.\n",
+        "# The finite elements against published experiments\n\nThis page compares the shipped finger with published experiments. The finger is shape E on the \
+         mesh `{}`, with the material constants and the friction law that Yoshida, Tada and Mochimaru published in 2011 for one \
+         subject. Nothing is tuned to the experiments, which other groups made with other fingers. A result outside the published \
+         range therefore shows how far this finger is from theirs. Where only the abstract of a paper was accessible, the comparison \
+         is with the abstract.\n\n`cargo xtask experiments` computes all numbers and figures.\n",
         lab.mesh_name()
     )
 }

@@ -46,13 +46,13 @@ pub fn load(lab: &Lab) -> Result<Finding, Failure> {
              10 N; exponent of the coefficient of friction {falls:.2} from 1 to 10 N"
         ),
         verdict: format!(
-            "area ratio {} by {:+.2}; the exponent of friction is off by {:+.2}",
+            "area ratio {} by {:+.2}; exponent of friction off by {:+.2}",
             if (ratio - 0.60).abs() < 0.05 { "inside" } else { "outside" },
             ratio - 0.60,
             falls + 0.206
         ),
         remark: "Friction is the integral of the published law over the pressure of a press without friction. Tissue that stiffens \
-                 more would keep the area smaller at 10 N.".into(),
+                 more would limit the area at 10 N.".into(),
         charts,
     })
 }
@@ -77,7 +77,7 @@ pub fn indentation(lab: &Lab) -> Result<Finding, Failure> {
         published: "about 82 % of the displacement at 5.2 N is used below 1 N; from 0 to 2 N the force is exponential in the \
                     displacement; 2 N displace the pulp by more than 3 mm",
         found: format!(
-            "{:.0} % of the displacement at 5.2 N is used below 1 N; the best exponential from 0 to 2 N leaves up to {:.0} % of 2 N; 2 N \
+            "{:.0} % of the displacement at 5.2 N is used below 1 N; the best exponential from 0 to 2 N deviates by up to {:.0} % of 2 N; 2 N \
              at {:.1} mm; stiffness {:.2} N/mm at 1 N and {:.1} N/mm at 4 N",
             100.0 * used,
             100.0 * worst / 2.0,
@@ -86,13 +86,13 @@ pub fn indentation(lab: &Lab) -> Result<Finding, Failure> {
             stiffness(4.0)
         ),
         verdict: format!(
-            "shape of the first 2 N inside (exponential within {:.0} %), stiffening outside: {:.0} points of displacement too few are used \
-             below 1 N",
+            "shape of the first 2 N inside (exponential within {:.0} %); stiffening outside: the displacement below 1 N is {:.0} \
+             percentage points too small",
             100.0 * worst / 2.0,
             82.0 - 100.0 * used
         ),
-        remark: "The Ogden constants were published for 0.1 to 0.5 N. An exponent of 1.4 hardly stiffens; what stiffens here is the \
-                 geometry, as the pulp comes to the bone.".into(),
+        remark: "The Ogden constants were published for 0.1 to 0.5 N. An exponent of 1.4 hardly stiffens. The stiffening here is \
+                 geometric: the pulp is compressed against the bone.".into(),
         charts: vec![chart(
             "Force against indentation",
             ["depth (mm)", "normal force (N)"],
@@ -162,10 +162,10 @@ pub fn table(lab: &Lab) -> Result<Finding, Failure> {
         ),
         verdict: format!("outside by {rms:.0} % RMS; two of the causes lie in the table, see below"),
         remark: format!(
-            "Two facts are independent of any finite elements. First, the strength of the published law is concave in the pressure. By \
-             Jensen's inequality no distribution of pressure can give more than F/N = lambda (N/A)^(beta - 1), with N and A as measured \
-             {}; the measured values differ from that bound by {} %. Second, no smooth finger fits the normal forces: the best \
-             c (depth - d0)^n leaves {} %, so that an error of {worst:.0} % is in the table itself.",
+            "Two facts do not depend on the finite elements. First, the strength of the published law is concave in the pressure. By \
+             Jensen's inequality no distribution of pressure gives more than F/N = lambda (N/A)^(beta - 1). With the measured N and A this \
+             bound is {}; the measured values differ from it by {} %. Second, no smooth finger fits the normal forces: the best \
+             c (depth - d0)^n deviates by {} %, so the table itself contains an error of {worst:.0} %.",
             bound.map(|(bound, _)| format!("{bound:.2}")).join(", "),
             percent(above.to_vec()),
             percent(smooth.to_vec()),

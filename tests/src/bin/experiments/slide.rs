@@ -50,14 +50,14 @@ pub fn stick(lab: &Lab) -> Result<Finding, Failure> {
         published: "the ratio of the stuck area to the area falls linearly from 1 to 0 as the tangential force grows from 0 to its maximum; \
                     the slope of this line is inversely correlated to the normal force",
         found: format!(
-            "distance from the straight line, RMS over the load: {}; slopes 1 over the largest tangential force, {slopes} 1/N at 0.5, 1 and \
-             2 N",
+            "at 0.5, 1 and 2 N the distance from the straight line is {} (RMS over the load), the slope (1 over the largest \
+             tangential force) {slopes} 1/N",
             off.iter().map(|o| format!("{o:.2}")).collect::<Vec<_>>().join(", ")
         ),
         verdict: if rms < 0.1 {
             format!("inside: near the straight line (at most {rms:.2} RMS), and the slope falls with the normal force")
         } else {
-            format!("the slope falls with the normal force as measured; outside by {rms:.2} RMS from the straight line")
+            format!("the slope falls with the normal force, as measured; the distance from the straight line is outside, by up to {rms:.2} RMS")
         },
         remark: String::new(),
         charts: vec![chart("Stick ratio", ["tangential force over its maximum", "stuck area over area"], traces)],
@@ -93,17 +93,17 @@ pub fn area(lab: &Lab) -> Result<Finding, Failure> {
         source: "Delhaye, Lefèvre and Thonnard 2014, J. R. Soc. Interface 11:20140698",
         published: "the contact area falls while the tangential force grows (directions proximal, distal, radial, ulnar); shape and size \
                     of the deformation depend highly on the direction",
-        found: format!("area after 8 mm of slide against that of the press: {}", lines.join("; ")),
+        found: format!("change of the area by 8 mm of slide: {}", lines.join("; ")),
         verdict: if stays.is_empty() {
             "inside: the area falls in all directions, and by an amount that depends on the direction".into()
         } else {
             format!(
-                "inside but for {}, where the area does not fall by as much as 1 %; how much it falls depends on the direction, as measured",
+                "inside, except for {}, where the area falls by less than 1 %; the fall depends on the direction, as measured",
                 stays.join(", ")
             )
         },
-        remark: "Delhaye et al. propose that stiffening of the skin lets the area fall; the Ogden law with the exponent 1.4 hardly \
-                 stiffens. A slide in +x moves the surface from the finger's root to its tip."
+        remark: "Delhaye et al. attribute the fall of the area to stiffening of the skin. The Ogden law with the exponent 1.4 hardly \
+                 stiffens. A slide in +x moves the surface from the root of the finger to its tip."
             .into(),
         charts,
     })
@@ -172,9 +172,9 @@ pub fn strain(lab: &Lab) -> Result<Finding, Failure> {
         source: "Delhaye, Barrea, Edin, Lefèvre and Thonnard 2016, J. R. Soc. Interface 13:20150874",
         published: "strain waves go from the rim to the middle of the contact; peak strains of 50 % with a normal force of 5 N",
         found: format!(
-            "largest strain of a piece of skin of {STEP_MM} mm along the slide, against the end of the press: {:.0} % at 5 N; slide at which \
-             2 % arrive, which they do at {} of {} pieces, against the distance from the middle: correlation {correlation:.2} (negative: \
-             the rim comes first)",
+            "largest strain of a piece of skin of {STEP_MM} mm along the slide, relative to the end of the press: {:.0} % at 5 N. \
+             {} of {} pieces reach a strain of 2 %; the slide at which they do correlates by {correlation:.2} with the distance from \
+             the middle (negative: the rim is first)",
             100.0 * peak,
             arrival.len(),
             pieces.len()
@@ -192,7 +192,7 @@ pub fn strain(lab: &Lab) -> Result<Finding, Failure> {
                 format!("outside by {:+.0} points", 100.0 * (peak - 0.5))
             }
         ),
-        remark: "The strain is that of a line of skin through the middle of the contact, along the slide in +x.".into(),
+        remark: "The strain is measured on a line of skin through the middle of the contact, along the slide in +x.".into(),
         charts,
     })
 }
