@@ -1,13 +1,14 @@
 """Fingertip contact for MuJoCo: loads the engine plugin ``fingerpad.contact`` and names the numbers of its sensor.
 
-``load()`` before any model that uses the plugin; then::
+Call ``load()`` before any model that uses the plugin; then::
 
-    model = mujoco.MjModel.from_xml_path("hand.xml")
+    model = model_from_path("hand.xml")
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data)
     print(read(data, "thumb")[0]["slip_margin"])
 """
 
+import ctypes
 import pathlib
 
 import mujoco
@@ -15,10 +16,10 @@ import mujoco
 HERE = pathlib.Path(__file__).resolve().parent
 #: Where ``cmake --build`` leaves the plugin.
 LIBRARY = HERE / "build" / "libfingerpad_mujoco.so"
-#: Name under which MuJoCo knows the plugin.
+#: Name of the plugin in a model.
 PLUGIN = "fingerpad.contact"
-#: Numbers that the sensor tells of each contact, in this order. Forces are those that the plane exerts on the finger along x
-#: (the finger's axis within the face), y and the face's normal, without the dampers' part; those are the last four.
+#: Numbers of the sensor for each contact, in this order. Forces are those that the geom exerts on the finger along x (the finger's
+#: axis within the face), y and the face's normal, without the dampers. The ``damping_...`` forces are those of the dampers.
 OUTPUTS = (
     "normal_force_n",
     "friction_x_n",
@@ -38,6 +39,9 @@ OUTPUTS = (
     "damping_y_n",
     "damping_normal_n",
     "damping_moment_n_mm",
+    "stable_step_s",
+    "damping_share_normal",
+    "damping_share_slide",
 )
 #: Flags of ``status``.
 STATUS = {
@@ -48,13 +52,14 @@ STATUS = {
     128: "memory_lost",
     512: "pose_out_of_range",
     1024: "not_converged",
+    16384: "step_too_long",
 }
 
 
 def load(library=LIBRARY):
-    """Registers the plugin with MuJoCo; once in a program is enough, twice does no harm.
+    """Registers the plugin with MuJoCo. Once in a program is enough; a second call has no effect.
 
-    ``library``: the built plugin. Raises FileNotFoundError with the lines that build it.
+    ``library``: the built plugin. Raises FileNotFoundError with the commands that build it.
     """
     path = pathlib.Path(library)
     if not path.is_file():
@@ -68,11 +73,45 @@ def load(library=LIBRARY):
     mujoco.mj_loadPluginLibrary(str(path))
 
 
-def read(data, sensor):
-    """What the contacts of one plugin sensor did at the last forward pass.
+def spec_from_path(path):
+    """The MjSpec of a model's XML file, in which each relative ``model_file`` counts from the folder of that file.
 
-    ``data``: MjData. ``sensor``: the sensor's name. Returns one dict a geom, in the order of the attribute ``geoms``, with the
-    names of ``OUTPUTS``; regime 0 no contact, 1 stick, 2 partial slip, 3 slip. Raises KeyError for an unknown name.
+    Attach it to another with ``MjSpec.attach(spec, prefix="L_", ...)``, or compile it. MuJoCo itself gives a plugin no folder: in
+    a model that is loaded otherwise a relative ``model_file`` counts from the working directory. Raises ValueError for a file that
+    MuJoCo cannot read.
+    """
+    path = pathlib.Path(path)
+    spec = mujoco.MjSpec.from_file(str(path))
+    for plugin in spec.plugins:
+        config = dict(plugin.config)
+        if plugin.plugin_name == PLUGIN and config.get("model_file"):
+            # An absolute path replaces the folder before it.
+            config["model_file"] = str(path.resolve().parent / config["model_file"])
+            plugin.config = config
+    return spec
+
+
+def model_from_path(path):
+    """The MjModel of a model's XML file, in which each relative ``model_file`` counts from the folder of that file."""
+    return spec_from_path(path).compile()
+
+
+def stable_step(model, data, library=LIBRARY):
+    """The largest time step, s, at which the contacts of the last forward pass are stable; ``inf`` without contact.
+
+    Counts all contacts of the plugin, the masses and inertias of all bodies, shifts and turns of the fingertips against the
+    geoms. Springs and servos of the model are not counted. ``library``: as in :func:`load`.
+    """
+    function = ctypes.CDLL(str(library)).fingerpad_mujoco_stable_step
+    function.restype, function.argtypes = ctypes.c_double, [ctypes.c_void_p, ctypes.c_void_p]
+    return function(model._address, data._address)
+
+
+def read(data, sensor):
+    """The contacts of one plugin sensor at the last forward pass.
+
+    ``data``: MjData. ``sensor``: the sensor's name. Returns one dict per geom, in the order of the attribute ``geoms``, with the
+    names of ``OUTPUTS``; regime 0 is no contact, 1 stick, 2 partial slip, 3 slip. Raises KeyError for an unknown name.
     """
     numbers = data.sensor(sensor).data.reshape(-1, len(OUTPUTS))
     return [dict(zip(OUTPUTS, map(float, row))) for row in numbers]

@@ -1,6 +1,6 @@
 """An object of 45 g held by two fingers: the plugin beside MuJoCo's own contact, in one run.
 
-    python examples/hold.py            every table, about a minute
+    python examples/hold.py            every table, about six minutes
     python examples/hold.py --quick    10 s of holding in place of 60
     python examples/hold.py --contact-ns fingerpad [--shaken]    what one contact adds to a step, ns
 
@@ -18,7 +18,7 @@ import numpy as np
 import scenes
 
 import fingerpad_mujoco
-from reference import Finger
+from reference import Finger, PadFinger
 
 #: Force of the motor that pushes the right finger, N.
 GRIP_N = 0.6
@@ -49,17 +49,33 @@ def below_hand_mm(data):
     return 1e3 * (data.joint("hand").qpos[0] - data.joint("object").qpos[2])
 
 
-#: What a pad holds: the object and the forces of the motor, N.
-PAD_GRIPS_N = {"block": (0.3, 0.6, 1.0, 2.0, 4.0, 6.0, 7.0), "pen": (0.5, 1.0, 1.5), "rod": (1.0,), "ball": (0.5, 1.0, 3.0)}
+#: Objects that pads hold, and forces of the motor, N; thin and light ones.
+THIN = ("key", "coin", "card", "die")
+THIN_GRIPS_N = (0.3, 1.0, 3.0, 5.0)
+PAD_GRIPS_N = {
+    "block": (0.3, 0.6, 1.0, 2.0, 4.0, 6.0, 7.0),
+    "pen": (0.3, 0.5, 1.0, 1.5),
+    "rod": (1.0,),
+    "ball": (0.5, 1.0, 3.0),
+    **{name: THIN_GRIPS_N for name in THIN},
+}
 
 
 def held_by_pads(held_object, grip_n, timestep, duration=10.0, **scene):
-    """As :func:`held`, with the depth of the left finger, mm, and the names of its flags."""
-    model, data = gripped(grip_n=grip_n, timestep=timestep, held=held_object, model_file=scenes.PAD_FILE, **scene)
+    """As :func:`held`, with the depth of the left finger, mm, the names of its flags, its largest stable step, s, and whether the
+    time step was ever too long while the fingers closed."""
+    model, data = gripped(load_n=0.0, grip_n=0.0, timestep=timestep, held=held_object, model_file=scenes.PAD_FILE, **scene)
+    data.ctrl[0] = grip_n
+    too_long = False
+    for _ in range(round(CLOSE_S / timestep)):
+        mujoco.mj_step(model, data)
+        too_long |= any("step_too_long" in fingerpad_mujoco.flags(fingerpad_mujoco.read(data, side)[0]["status"]) for side in ("left", "right"))
+    data.body("object").xfrc_applied[:] = 0
+    model.opt.gravity[2] = -scenes.GRAVITY
     found = drift(model, data, duration)
     contact = fingerpad_mujoco.read(data, "left")[0]
-    return found | {name: contact[name] for name in ("depth_mm", "normal_force_n")} | {
-        "flags": fingerpad_mujoco.flags(contact["status"])
+    return found | {name: contact[name] for name in ("depth_mm", "normal_force_n", "stable_step_s")} | {
+        "flags": fingerpad_mujoco.flags(contact["status"]), "too_long": too_long
     }
 
 
@@ -68,15 +84,29 @@ def held(contact, timestep, duration=60.0, **scene):
     return drift(*gripped(contact, timestep=timestep, **scene), duration)
 
 
+def mean_place(model, data, duration):
+    """Mean position and quaternion of the object over ``duration``, and the range of its position, um."""
+    places = []
+    for _ in range(round(duration / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        places.append(data.joint("object").qpos.copy())
+    return np.mean(places, axis=0), 1e6 * np.ptp(places, axis=0)[:3].max()
+
+
 def drift(model, data, duration):
-    """What :func:`held` measures, of a scene with the weight on."""
-    seconds(model, data, duration / 2)
-    before = data.joint("object").qpos.copy()
-    seconds(model, data, duration / 2)
-    if below_hand_mm(data) > 30:
-        return dict(drift_um_s=None, turn_rad_s=None, sag_mm=None)
-    moved = np.abs(data.joint("object").qpos - before) / (duration / 2)
-    return dict(drift_um_s=1e6 * moved[:3].max(), turn_rad_s=2 * moved[3:].max(), sag_mm=below_hand_mm(data))
+    """What :func:`held` measures, of a scene with the weight on.
+
+    Places are means over a sixth of ``duration`` at the end of each half, so that a vibration is not taken for a drift;
+    ``hum_um`` is the range of the vibration at the end."""
+    window = duration / 6
+    seconds(model, data, duration / 2 - window)
+    before, _ = mean_place(model, data, window)
+    seconds(model, data, duration / 2 - window)
+    after, hum_um = mean_place(model, data, window)
+    if not below_hand_mm(data) < 30:
+        return dict(drift_um_s=None, turn_rad_s=None, sag_mm=None, hum_um=None)
+    moved = np.abs(after - before) / (duration / 2)
+    return dict(drift_um_s=1e6 * moved[:3].max(), turn_rad_s=2 * moved[3:].max(), sag_mm=below_hand_mm(data), hum_um=hum_um)
 
 
 def too_weak(contact="fingerpad", grip_n=0.06, timestep=0.001, **scene):
@@ -91,25 +121,82 @@ def too_weak(contact="fingerpad", grip_n=0.06, timestep=0.001, **scene):
     return (start - data.joint("object").qvel[2]) / 0.01, friction and scenes.GRAVITY - friction / scenes.MASS_KG
 
 
-def pivot(share, timestep=0.001, turn_rad=1.0):
+def limit_of(model_file, depth_mm):
+    """Friction of the model alone at full slip along x, N."""
+    finger = (PadFinger if model_file == scenes.PAD_FILE else Finger)(model_file)
+    finger.step(depth_mm)
+    for _ in range(400):
+        r = finger.step(depth_mm, -0.02)
+    return abs(r.friction_x_n)
+
+
+def pivot(share, timestep=0.001, turn_rad=1.0, model_file=scenes.MODEL_FILE, grip_n=GRIP_N):
     """A growing torque turns the object between the fingers while each carries ``share`` of its friction limit.
 
     Returns the moment, N mm a finger, at which it has turned by ``turn_rad``, the moment that the model alone has after the
-    same turn under the same friction (C library), and the slip margin: 0 on the limit surface of friction and moment."""
-    model, data = gripped(load_n=0.0, timestep=timestep)
-    load = share * fingerpad_mujoco.read(data, "left")[0]["friction_limit_n"]
+    same turn under the same friction (C library), and the slip margins of both: 0 on the limit surface of friction and moment."""
+    model, data = gripped(load_n=0.0, timestep=timestep, model_file=model_file, grip_n=grip_n)
+    load = share * limit_of(model_file, fingerpad_mujoco.read(data, "left")[0]["depth_mm"])
     for i in range(1, 201):
         data.body("object").xfrc_applied[2] = -2 * load * i / 200
         seconds(model, data, 0.005)
-    for torque_n_mm in np.arange(0.0, 20.0, 0.01):
+    for torque_n_mm in np.arange(0.0, 60.0, 0.02):
         data.body("object").xfrc_applied[3] = 1e-3 * torque_n_mm
         seconds(model, data, 0.02)
         if 2 * np.arcsin(data.joint("object").qpos[4]) > turn_rad:
             contacts = [fingerpad_mujoco.read(data, side)[0] for side in ("left", "right")]
             seen = statistics.mean(abs(c["spin_moment_n_mm"]) for c in contacts)
-            own = Finger(scenes.MODEL_FILE).moment_after(contacts[0]["depth_mm"], -load, turn_rad)
-            return dict(moment_n_mm=seen, own_n_mm=own, slip_margin=contacts[0]["slip_margin"])
+            finger = (PadFinger if model_file == scenes.PAD_FILE else Finger)(model_file)
+            own, margin = finger.moment_after(contacts[0]["depth_mm"], -load, turn_rad)
+            return dict(moment_n_mm=seen, own_n_mm=own, slip_margin=contacts[0]["slip_margin"], own_slip_margin=margin)
     raise RuntimeError(f"no pivot with {share} of the friction limit")
+
+
+def rolled(held_object, grip_n, way_mm, timestep=0.001):
+    """The fingers move by ``way_mm`` along their axes, one up, one down, and back: the object rolls between them.
+
+    Returns its turn, rad, that of a rigid cylinder that rolls without slip on the ways of the fingers, what is left of the turn after
+    the way back, and the least slip margin."""
+    model = mujoco.MjModel.from_xml_string(scenes.rolling_grip(held_object, timestep))
+    data, turns, margin = mujoco.MjData(model), [], 1.0
+    model.opt.gravity[:] = 0
+    data.actuator("grip").ctrl[0] = grip_n
+    seconds(model, data, CLOSE_S)
+    for goal_mm, start_mm in ((way_mm, 0.0), (0.0, way_mm)):
+        for i in range(1, 201):
+            up = 1e-3 * (start_mm + (goal_mm - start_mm) * i / 200)
+            data.actuator("left_up").ctrl[0], data.actuator("right_up").ctrl[0] = up, -up
+            seconds(model, data, 0.005)
+            margin = min([margin] + [fingerpad_mujoco.read(data, side)[0]["slip_margin"] for side in ("left", "right")])
+        seconds(model, data, 0.3)
+        ways = data.joint("left_up").qpos[0] - data.joint("right_up").qpos[0]
+        turns.append((2 * np.arcsin(data.joint("object").qpos[5]), ways / (2 * scenes.OBJECTS[held_object][0])))
+    return dict(turn_rad=turns[0][0], rolling_rad=turns[0][1], left_rad=turns[1][0], slip_margin=margin)
+
+
+def pulled(grip_n, way_mm=20.0, timestep=0.0005):
+    """A card is pulled out from between the fingers.
+
+    Returns the force of the pull while it slides, N, the friction of two pads alone at the same depths (C library), and the normal
+    forces."""
+    model = mujoco.MjModel.from_xml_string(scenes.pulled_card(timestep))
+    data, forces = mujoco.MjData(model), []
+    model.opt.gravity[:] = 0
+    data.actuator("grip").ctrl[0] = grip_n
+    seconds(model, data, CLOSE_S)
+    for i in range(1, 641):
+        data.actuator("pull").ctrl[0] = 1e-3 * way_mm * i / 640
+        seconds(model, data, 0.005)
+        forces.append(data.actuator("pull").force[0])
+    depths = [fingerpad_mujoco.read(data, side)[0]["depth_mm"] for side in ("left", "right")]
+    # The card moves up, the finger's x axis: the plane's motion along +x.
+    limits = []
+    for depth in depths:
+        finger = PadFinger(scenes.PAD_FILE)
+        finger.step(depth)
+        limits.append([finger.step(depth, 0.02).friction_x_n for _ in range(800)][-1])
+    normal = [fingerpad_mujoco.read(data, side)[0]["normal_force_n"] for side in ("left", "right")]
+    return dict(force_n=statistics.mean(forces[-50:]), limits_n=sum(limits), normal_forces_n=normal)
 
 
 def restored(timestep=0.001, **scene):
@@ -224,16 +311,47 @@ def print_held(name, timestep, r):
 
 
 def print_held_by_pads():
-    print("\nHeld by pads for 10 s, drift over the second half\n")
-    print("| object | grip, N | step, ms | drift, um/s | turn, rad/s | sag, mm | depth, mm | flags |\n|---|---|---|---|---|---|---|---|")
+    print("\nHeld by pads for 60 s, drift over the second half; best: drift of MuJoCo's own contact at its best\n")
+    print("| object | grip, N | step, ms | drift, um/s | vibration, um | sag, mm | depth, mm | largest stable step, ms | flags | best, um/s |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     for name, grips in PAD_GRIPS_N.items():
         for grip_n in grips:
-            for timestep in (0.00025, 0.001, 0.002):
-                r = held_by_pads(name, grip_n, timestep)
-                numbers = "falls out | | | |"
+            for timestep in (0.001, 0.002):
+                r = held_by_pads(name, grip_n, timestep, 60.0)
+                numbers = "lost | | | | |"
                 if r["drift_um_s"] is not None:
-                    numbers = f"{r['drift_um_s']:.1g} | {r['turn_rad_s']:.1g} | {r['sag_mm']:.2f} | {r['depth_mm']:.2f} |"
-                print(f"| {name} | {grip_n:g} | {1e3 * timestep:g} | {numbers} {', '.join(r['flags'])} |")
+                    numbers = (
+                        f"{r['drift_um_s']:.1g} | {r['hum_um']:.1g} | {r['sag_mm']:.2f} | {r['depth_mm']:.2f} | "
+                        f"{1e3 * r['stable_step_s']:.1f} |"
+                    )
+                flags = r["flags"] + ["step_too_long"] * (r["too_long"] and "step_too_long" not in r["flags"])
+                best = held("best", timestep, 10.0, grip_n=grip_n, held=name)["drift_um_s"]
+                print(f"| {name} | {grip_n:g} | {1e3 * timestep:g} | {numbers} {', '.join(flags)} | {'lost' if best is None else f'{best:.1g}'} |")
+
+
+def print_manipulated():
+    print("\nA growing torque turns a block between two fingers: moment a finger, N mm, and slip margin; the model alone\n")
+    print("| model, turn, grip | friction over its limit | moment | the model alone | slip margin | the model alone |\n|---|---|---|---|---|---|")
+    bed = ("bed, 1 rad, 0.6 N", dict())
+    pad = ("pad, 0.5 rad, 1 N", dict(turn_rad=0.5, model_file=scenes.PAD_FILE, grip_n=1.0))
+    for name, scene in (bed, pad):
+        for share in (0.0, 0.3, 0.6, 0.85):
+            r = pivot(share, **scene)
+            print(
+                f"| {name} | {share:g} | {r['moment_n_mm']:.3f} | {r['own_n_mm']:.3f} | {r['slip_margin']:.3f} | {r['own_slip_margin']:.3f} |"
+            )
+    print("\nFingers move by a way in opposite directions and roll an object between them: turn, and way over radius, rad\n")
+    print("| object, grip, way | turn | rolling without slip | left after the way back | least slip margin |\n|---|---|---|---|---|")
+    for name, grip_n, way_mm in (("pen", 0.5, 1.0), ("pen", 1.0, 1.0), ("tube", 0.5, 2.0), ("tube", 1.0, 2.0)):
+        r = rolled(name, grip_n, way_mm)
+        print(
+            f"| {name}, {grip_n:g} N, {way_mm:g} mm | {r['turn_rad']:.3f} | {r['rolling_rad']:.3f} | {r['left_rad']:.3f} | {r['slip_margin']:.2f} |"
+        )
+    print("\nA card pulled out from between two pads: force, N, and friction of two pads alone\n")
+    print("| grip, N | force | friction of the pads alone |\n|---|---|---|")
+    for grip_n in (0.5, 1.0, 2.0):
+        r = pulled(grip_n)
+        print(f"| {grip_n:g} | {r['force_n']:.3f} | {r['limits_n']:.3f} |")
 
 
 def main():
@@ -262,11 +380,7 @@ def main():
         seen, expected = too_weak(contact)
         print(f"    {contact:10} {seen:.2f}" + (f" and {expected:.2f}" if expected else ""))
 
-    print("\nA growing torque turns the object by 1 rad; moment a finger, N mm\n")
-    print("| friction over its limit | moment | the model alone | slip margin |\n|---|---|---|---|")
-    for share in (0.0, 0.3, 0.6, 0.85):
-        r = pivot(share)
-        print(f"| {share:g} | {r['moment_n_mm']:.3f} | {r['own_n_mm']:.3f} | {r['slip_margin']:.3f} |")
+    print_manipulated()
 
     print("\nShaken, noise on the grip, load reversed, strength changed: below the hand, mm\n")
     print("| contact | step, ms | after 2 s | 4 s | 6 s | drift at rest, um/s |\n|---|---|---|---|---|---|")
@@ -283,10 +397,10 @@ def main():
     same, numbers = restored()
     print(f"\nSaved and restored while shaken: {'the same bits' if same else 'OTHER BITS'} ({numbers} numbers of plugin state)")
 
-    print("\nCost of a step\n\n| contact | us of CPU | over fingerpad |\n|---|---|---|")
+    print("\nCost of a step\n\n| contact | us of CPU | over MuJoCo, best |\n|---|---|---|")
     times = cost()
     for name, us in times.items():
-        print(f"| {name} | {us:.2f} | {us / times['fingerpad']:.2f} |")
+        print(f"| {name} | {us:.2f} | {us / times['MuJoCo, best']:.2f} |")
 
 
 if __name__ == "__main__":

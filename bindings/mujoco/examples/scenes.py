@@ -39,12 +39,19 @@ MUJOCO = {
 }
 
 
-#: Objects to hold: half the width where the fingers touch them, m, mass, kg, and geom. A pen lies across the fingers.
+#: Objects to hold: half the width where the fingers touch them, m, mass, kg, and geom. A pen and a tube lie across the fingers.
 OBJECTS = {
     "block": (HALF_WIDTH, MASS_KG, f'type="box" size="{HALF_WIDTH} 0.02 0.03"'),
     "pen": (0.004, 0.02, 'type="cylinder" size="0.004 0.07" euler="90 0 0"'),
     "rod": (0.004, 0.02, 'type="capsule" size="0.004 0.07"'),
     "ball": (0.01, 0.033, 'type="sphere" size="0.01"'),
+    # A key of 2 mm, a coin of 23 mm, a card of 0.8 mm, a plate of 6 mm, a die of 16 mm: flat between the fingers.
+    "key": (0.001, 0.01, 'type="box" size="0.001 0.012 0.028"'),
+    "coin": (0.00117, 0.0075, 'type="cylinder" size="0.0116 0.00117" euler="0 90 0"'),
+    "card": (0.0004, 0.005, 'type="box" size="0.0004 0.027 0.0428"'),
+    "plate": (0.003, 0.012, 'type="box" size="0.003 0.02 0.03"'),
+    "tube": (0.01, 0.05, 'type="cylinder" size="0.01 0.05" euler="90 0 0"'),
+    "die": (0.008, 0.005, 'type="box" size="0.008 0.008 0.008"'),
 }
 
 
@@ -99,6 +106,24 @@ def grip(
   </actuator>
   {sensors}
 </mujoco>"""
+
+
+def rolling_grip(held="pen", timestep=0.001, **attributes):
+    """As :func:`grip` with pads, with actuators `left_up` and `right_up` that move each finger along its axis, m."""
+    scene = grip(held=held, timestep=timestep, **{"model_file": PAD_FILE, **attributes})
+    for side in ("left", "right"):
+        joint = f'<joint name="{side}_up" type="slide" axis="0 0 1"/>'
+        scene = scene.replace(f'<body name="{side}_finger">', f'<body name="{side}_finger">{joint}')
+        servo = f'<position name="{side}_up" joint="{side}_up" kp="500" dampratio="1"/>'
+        scene = scene.replace("<actuator>", f"<actuator>{servo}")
+    return scene
+
+
+def pulled_card(timestep=0.001, **attributes):
+    """As :func:`grip` with pads and a card that does not turn; the actuator `pull` moves it up, m."""
+    scene = grip(held="card", timestep=timestep, **{"model_file": PAD_FILE, **attributes})
+    scene = scene.replace('<freejoint name="object"/>', '<joint name="object" type="slide" axis="0 0 1"/><joint type="slide" axis="1 0 0"/>')
+    return scene.replace("<actuator>", '<actuator><position name="pull" joint="object" kp="500" dampratio="1"/>')
 
 
 def one_slide(timestep=0.001, integrator="RK4", depth_mm=1.5, mass=MASS_KG, **attributes):

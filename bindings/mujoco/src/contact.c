@@ -5,14 +5,20 @@
 
 static const mjtNum DEGREES = 180 / mjPI;
 static const mjtNum MM_PER_M = 1000;
+/* The largest stable time step that is reported where contacts set no limit, s. */
+static const mjtNum NO_LIMIT_S = 1;
+
+/* A pad of up to so many patches has states of so many words; one of more fills the whole of a state. */
+enum { FEW_PATCHES = 37, FEW_WORDS = 301 };
 
 /* ---- memory ---- */
 
-static int words_of(int is_pad) {
-  return (int)((is_pad ? sizeof(fingerpad_pad_state) : sizeof(fingerpad_spin_state)) / sizeof(uint32_t));
+static int words_of(const settings* s) {
+  if (!s->is_pad) return (int)(sizeof(fingerpad_spin_state) / sizeof(uint32_t));
+  return s->pad_info.patches <= FEW_PATCHES ? FEW_WORDS : (int)(sizeof(fingerpad_pad_state) / sizeof(uint32_t));
 }
 
-int memory_numbers(int is_pad) { return NUMBERS_BESIDE + words_of(is_pad); }
+int memory_numbers(const settings* s) { return NUMBERS_BESIDE + words_of(s); }
 
 static int set_strength(memory* past, const settings* s, float strength_factor) {
   return s->is_pad ? fingerpad_pad_state_set_strength_factor(&past->model.pad, strength_factor)
@@ -20,7 +26,9 @@ static int set_strength(memory* past, const settings* s, float strength_factor) 
 }
 
 void memory_clear(memory* past, const settings* s, float strength_factor) {
+  known_stability stable = past->stable;
   memset(past, 0, sizeof(*past));
+  past->stable = stable;
   if (s->is_pad) {
     fingerpad_pad_state_init(&s->pad, &past->model.pad);
   } else {
@@ -34,34 +42,44 @@ static uint32_t word_of(mjtNum number) { return number >= 0 && number <= UINT32_
 
 void memory_read(memory* past, const settings* s, const mjtNum* numbers) {
   uint32_t* words = (uint32_t*)&past->model;
-  int count = words_of(s->is_pad);
+  int count = words_of(s);
   memset(past, 0, sizeof(*past));
   for (int i = 0; i < NUMBERS_BESIDE + count; i++) {
     if (!isfinite(numbers[i])) return;
   }
   for (int i = 0; i < count; i++) words[i] = word_of(numbers[NUMBERS_BESIDE + i]);
-  past->face = (int)mju_clip(numbers[0], 0, 6);
+  past->last.face = (int)mju_clip(numbers[0], 0, 6);
   past->status = (int)mju_clip(numbers[1], 0, 65535);
   mju_copy(past->foot, numbers + 2, 2);
   past->angle = numbers[4];
   mju_copy3(past->rest, numbers + 5);
-  mju_copy3(past->apex, numbers + 8);
+  mju_copy3(past->last.apex, numbers + 8);
+  past->last.touches = numbers[11] != 0;
+  past->stable = (known_stability){
+      numbers[12], {mju_clip(numbers[13], 0, 1), mju_clip(numbers[14], 0, 1)}, numbers[15], numbers[16]};
 }
 
 void memory_write(const memory* past, const settings* s, mjtNum* numbers) {
   const uint32_t* words = (const uint32_t*)&past->model;
-  numbers[0] = past->face;
+  int count = words_of(s);
+  numbers[0] = past->last.face;
   numbers[1] = past->status;
   mju_copy(numbers + 2, past->foot, 2);
   numbers[4] = past->angle;
   mju_copy3(numbers + 5, past->rest);
-  mju_copy3(numbers + 8, past->apex);
-  for (int i = 0; i < words_of(s->is_pad); i++) numbers[NUMBERS_BESIDE + i] = words[i];
+  mju_copy3(numbers + 8, past->last.apex);
+  numbers[11] = past->last.touches;
+  numbers[12] = past->stable.step_s;
+  numbers[13] = past->stable.shares.normal;
+  numbers[14] = past->stable.shares.slide;
+  numbers[15] = past->stable.depth_mm;
+  numbers[16] = past->stable.touching;
+  for (int i = 0; i < count; i++) numbers[NUMBERS_BESIDE + i] = words[i];
 }
 
 /* ---- one step ---- */
 
-/* Depth of the finger's lowest point below the face, mm. A pad knows its lowest point in each pose; a bed's finger is round with
+/* Depth of the finger's lowest point below the face, mm. A pad has its lowest point in each pose from its fit; a bed's finger is round with
  * the radii of the settings and touches at the site when it lies flat. */
 static mjtNum depth_mm(const settings* s, const placement* here) {
   if (s->is_pad) {
@@ -83,8 +101,8 @@ static void motion_of(const memory* past, const placement* here, mjtNum motion[3
   motion[2] = -turn;
 }
 
-/* The motion in single precision; what that leaves out is kept and told with the next step, so that nothing adds up. */
-static void told(memory* past, const mjtNum motion[3], float single[3]) {
+/* The motion in single precision. The rounding error is kept and added to the next step, so that errors do not accumulate. */
+static void rounded(memory* past, const mjtNum motion[3], float single[3]) {
   for (int i = 0; i < 3; i++) {
     mjtNum whole = motion[i] + past->rest[i];
     single[i] = (float)whole;
@@ -92,7 +110,7 @@ static void told(memory* past, const mjtNum motion[3], float single[3]) {
   }
 }
 
-/* Moves the model of the finger on; `depth` may be NaN, by which the model holds what it remembers. */
+/* Moves the model of the finger on; With a `depth` of NaN the model keeps its memory. */
 static void model_step(
     memory* past, const settings* s, const placement* here, const float motion[3], float depth, mjtNum dt, fingerpad_response* r) {
   if (s->is_pad) {
@@ -111,29 +129,38 @@ static void model_step(
  * brings it to where it is. On a flat face it does not matter where a contact begins. */
 static void begin(memory* past, const settings* s, const placement* here, float strength_factor) {
   memory_clear(past, s, strength_factor);
-  past->face = here->face;
+  past->last.face = here->face;
   mju_copy(past->foot, here->foot, 2);
   past->angle = here->angle;
-  mju_copy3(past->apex, here->apex);
+  mju_copy3(past->last.apex, here->apex);
   if (here->body.kind == FINGERPAD_BODY_PLANE) return;
   past->angle = 0;
   past->foot[1] = 0;
   if (here->body.kind != FINGERPAD_BODY_CYLINDER) past->foot[0] = 0;
 }
 
+/* Reports the limits of stability, and whether the time step is longer. */
+static void report_stability(outcome* now, const memory* past, mjtNum dt) {
+  mjtNum step_s = past->stable.step_s;
+  if (!past->last.touches || !(step_s > 0 && step_s < NO_LIMIT_S)) return;
+  now->stable_step_s = step_s;
+  now->shares = past->stable.shares;
+  if (dt > step_s) now->status |= STATUS_STEP_TOO_LONG;
+}
+
 outcome contact_step(memory* past, const settings* s, const placement* here, int finite, float strength_factor, mjtNum dt) {
   static const float NOWHERE[3] = {0, 0, 0};
-  outcome now = {.face = here->face};
+  outcome now = {.face = here->face, .stable_step_s = NO_LIMIT_S, .shares = {1, 1}};
   int lost = set_strength(past, s, strength_factor) == FINGERPAD_NOT_SET_UP;
   if (lost) {
-    /* Someone wrote into the plugin's state what no step leaves there. */
+    /* The plugin's state was overwritten with numbers that no step leaves there. */
     memory_clear(past, s, strength_factor);
     now.status = FINGERPAD_STATUS_MEMORY_LOST;
   }
   if (!finite) {
-    /* The model holds what it remembers and flags it; no force goes to bodies whose place is unknown. */
+    /* The model keeps its memory and flags it; no force acts on bodies whose place is unknown. */
     model_step(past, s, here, NOWHERE, NAN, dt, &now.model);
-    now = (outcome){.face = NO_FACE, .status = now.model.status};
+    now = (outcome){.face = NO_FACE, .status = now.model.status, .stable_step_s = NO_LIMIT_S, .shares = {1, 1}};
     past->status = now.status;
     return now;
   }
@@ -142,17 +169,21 @@ outcome contact_step(memory* past, const settings* s, const placement* here, int
     past->status = now.status;
     return now;
   }
-  int goes_on = past->face == here->face && memcmp(past->apex, here->apex, sizeof(past->apex)) == 0;
+  int goes_on = past->last.face == here->face && memcmp(past->last.apex, here->apex, sizeof(here->apex)) == 0;
   if (!goes_on) begin(past, s, here, strength_factor);
   mjtNum motion[3];
   float single[3];
   motion_of(past, here, motion);
-  told(past, motion, single);
+  rounded(past, motion, single);
   mju_copy(past->foot, here->foot, 2);
   past->angle = here->angle;
   now.depth_mm = (float)depth_mm(s, here);
   model_step(past, s, here, single, now.depth_mm, dt, &now.model);
   now.status |= now.model.status;
+  /* Beyond the middle of a round body the finger closes around it; the pad has no such contact. */
+  if (here->body.kind != FINGERPAD_BODY_PLANE && now.depth_mm > here->body.radius_mm) now.status |= FINGERPAD_STATUS_DEPTH_ABOVE_RANGE;
+  past->last.touches = now.model.regime != FINGERPAD_NO_CONTACT;
+  report_stability(&now, past, dt);
   /* In the air the apex of a round body goes along with the finger. */
   if (now.model.regime == FINGERPAD_NO_CONTACT && here->body.kind != FINGERPAD_BODY_PLANE) {
     memory_clear(past, s, strength_factor);
@@ -168,7 +199,8 @@ void outcome_write(const outcome* now, mjtNum numbers[OUTPUT_NUMBERS]) {
       now->depth_mm,     r->stick_ratio,       r->slip_margin,           r->friction_limit_n,
       r->contact_area_mm2, r->pressure_centre_x_mm, r->pressure_centre_y_mm, r->regime,
       now->status,       now->face,            now->damping[0],          now->damping[1],
-      now->damping[2],   now->damping[3],
+      now->damping[2],   now->damping[3],      now->stable_step_s,    now->shares.normal,
+      now->shares.slide,
   };
   mju_copy(numbers, all, OUTPUT_NUMBERS);
 }

@@ -9,45 +9,75 @@
 #include "placement.h"
 #include "settings.h"
 
-/* Numbers that the plugin's state holds for one contact beside the words of the model's memory: the face, foot, angle and apex of
- * the last step taken, what rounding left of its slide and spin, and its status. */
-#define NUMBERS_BESIDE 11
-/* Numbers that a sensor tells of one contact; fingerpad_mujoco.py names them. */
-#define OUTPUT_NUMBERS 18
+/* Numbers that the plugin's state holds for one contact beside the words of the model's memory: those of `memory` other than
+ * `model`. */
+#define NUMBERS_BESIDE 17
+/* Numbers of a sensor for one contact; fingerpad_mujoco.py names them. */
+#define OUTPUT_NUMBERS 21
+/* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */
+#define STATUS_STEP_TOO_LONG 16384
+
+/* Shares of the damper on the rate of depth, and of those on slide, spin and tilt: 1, or less where dampers in full would be too stiff
+ * for the time step. */
+typedef struct {
+  mjtNum normal, slide;
+} damping_shares;
+
+/* The limits of stability as they were last computed for a contact, and for which state: its depth, mm, and the number of contacts
+ * that touched in the whole model. A contact that was never computed has zeros. */
+typedef struct {
+  mjtNum step_s;
+  damping_shares shares;
+  mjtNum depth_mm, touching;
+} known_stability;
 
 /* All that a contact remembers from one step taken to the next. */
 typedef struct {
-  int face;
-  mjtNum foot[2], angle, apex[3];
+  last_face last;
+  mjtNum foot[2], angle;
   /* Slide along x and y, mm, and spin, rad, that single precision left out so far. */
   mjtNum rest[3];
   int status;
+  known_stability stable;
   union {
     fingerpad_spin_state bed;
     fingerpad_pad_state pad;
   } model;
 } memory;
 
-/* What a contact does at one moment. */
+/* The result of a contact at one moment. */
 typedef struct {
   fingerpad_response model;
   float depth_mm;
   int face, status;
   /* Of the dampers: friction along x and y, normal force, N; moment about the normal, N mm. */
   mjtNum damping[4];
+  /* The largest stable time step, s, at most 1. */
+  mjtNum stable_step_s;
+  damping_shares shares;
 } outcome;
 
+/* Force and moment about the site on the finger, N and N m along x, y and z of the contact. */
+typedef struct {
+  mjtNum force[3], moment[3];
+} wrench;
+
 /* Numbers of one contact in the plugin's state. */
-int memory_numbers(int is_pad);
+int memory_numbers(const settings* s);
 /* A contact that never was. */
 void memory_clear(memory* past, const settings* s, float strength_factor);
-/* From and to the numbers of the plugin's state. One that holds what is no number is lost: the next step begins anew and
- * flags it. */
+/* From and to the numbers of the plugin's state. A memory with a number that is not finite is lost: the next step begins a fresh
+ * contact and flags it. */
 void memory_read(memory* past, const settings* s, const mjtNum* numbers);
 void memory_write(const memory* past, const settings* s, mjtNum* numbers);
 
-/* Takes one step from `past` to `here`; `finite` is 0 if a position is no number, and then the memory is held. */
+/* Takes one step from `past` to `here`; `finite` is 0 if a position is not finite, and then the memory is held. */
 outcome contact_step(memory* past, const settings* s, const placement* here, int finite, float strength_factor, mjtNum dt);
+
+/* The wrench of the model and of the dampers, which are written into `now`, for a velocity of the finger against the geom's body at
+ * the site: turn, rad/s, and speed, m/s, along x, y and z of the contact. */
+void contact_wrench(
+    wrench* w, outcome* now, const settings* s, const placement* here, const mjtNum turn[3], const mjtNum speed[3]);
 
 /* Adds the dampers to `now` and applies force and moment to both bodies: d->qfrc_passive. */
 void contact_apply(outcome* now, const settings* s, const placement* here, const mjModel* m, mjData* d, int geom);

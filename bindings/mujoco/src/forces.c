@@ -9,11 +9,6 @@ static const mjtNum DAMPING_DEPTH_MM = 0.2;
 static const mjtNum MM_PER_M = 1000;
 static const mjtNum RADIANS = mjPI / 180;
 
-/* A force and a moment about the site on the finger, N and N m along x, y and z of the contact. */
-typedef struct {
-  mjtNum force[3], moment[3];
-} wrench;
-
 /* Adds a force that acts at `arm` from the site, m along x, y and z of the contact. */
 static void add_at(wrench* w, const mjtNum force[3], const mjtNum arm[3]) {
   mjtNum moment[3];
@@ -39,10 +34,12 @@ static void relative_velocity(
   }
 }
 
+/* Share of the depth over which the dampers grow. */
+static mjtNum grown(const outcome* now) { return mju_min(1, now->depth_mm / DAMPING_DEPTH_MM); }
+
 /* Damping of the normal force, N; it never pulls. */
 static mjtNum normal_damping(const outcome* now, const settings* s, mjtNum depth_rate) {
-  mjtNum share = mju_min(1, now->depth_mm / DAMPING_DEPTH_MM);
-  return mju_max(-now->model.normal_force_n, share * s->damping_normal * depth_rate);
+  return mju_max(-now->model.normal_force_n, grown(now) * now->shares.normal * s->damping_normal * depth_rate);
 }
 
 /* ---- pad ---- */
@@ -65,12 +62,12 @@ static void pad_forces(wrench* w, const outcome* now, const settings* s, const p
   mjtNum neutral = info->neutral_pitch_deg * RADIANS, roll_max = info->roll_max_deg * RADIANS;
   mjtNum pitch = mju_clip(here->pitch, info->pitch_min_deg * RADIANS - neutral, info->pitch_max_deg * RADIANS - neutral);
   mjtNum roll = mju_clip(here->roll, -roll_max, roll_max);
-  mjtNum normal[3], by_pitch[3], by_roll[3], known[3], known_by_pitch[3], known_by_roll[3];
+  mjtNum normal[3], by_pitch[3], by_roll[3], held[3], held_by_pitch[3], held_by_roll[3];
   normal_at(normal, by_pitch, by_roll, here->pitch, here->roll);
-  normal_at(known, known_by_pitch, known_by_roll, pitch, roll);
+  normal_at(held, held_by_pitch, held_by_roll, pitch, roll);
   mjtNum force[3] = {r->friction_x_n, r->friction_y_n, r->normal_force_n};
-  /* The foot of the site as the pad knows it: in a pose that it follows, where it is. */
-  mjtNum foot[3] = {0, 0, now->depth_mm / MM_PER_M + mju_dot3(known, touch_m)};
+  /* The foot of the site in the pose that the pad follows. */
+  mjtNum foot[3] = {0, 0, now->depth_mm / MM_PER_M + mju_dot3(held, touch_m)};
   add_at(w, force, foot);
   w->moment[0] += force[2] * r->pressure_centre_y_mm / MM_PER_M;
   w->moment[1] -= force[2] * r->pressure_centre_x_mm / MM_PER_M;
@@ -78,8 +75,8 @@ static void pad_forces(wrench* w, const outcome* now, const settings* s, const p
   if (pitch == here->pitch && roll == here->roll) return;
 
   /* Generalised forces of pitch, and of roll, which goes about the finger's own axis. */
-  mjtNum of_pitch = w->moment[1] - force[2] * mju_dot3(known_by_pitch, touch_m);
-  mjtNum of_roll = cos(pitch) * w->moment[0] - sin(pitch) * w->moment[2] - force[2] * mju_dot3(known_by_roll, touch_m);
+  mjtNum of_pitch = w->moment[1] - force[2] * mju_dot3(held_by_pitch, touch_m);
+  mjtNum of_roll = cos(pitch) * w->moment[0] - sin(pitch) * w->moment[2] - force[2] * mju_dot3(held_by_roll, touch_m);
   of_pitch = (pitch == here->pitch ? of_pitch : 0) + force[2] * mju_dot3(by_pitch, touch_m);
   of_roll = (roll == here->roll ? of_roll : 0) + force[2] * mju_dot3(by_roll, touch_m);
   w->moment[1] = of_pitch;
@@ -100,7 +97,7 @@ static void pad_wrench(
   mju_mulMatVec3(touch, turned, local);
   mju_cross(swept, turn, touch);
   mju_addTo3(swept, speed);
-  mjtNum share = mju_min(1, now->depth_mm / DAMPING_DEPTH_MM), stuck = share * now->model.stick_ratio;
+  mjtNum share = grown(now) * now->shares.slide, stuck = share * now->model.stick_ratio;
   now->damping[0] = -stuck * s->damping_slide * swept[0];
   now->damping[1] = -stuck * s->damping_slide * swept[1];
   now->damping[2] = normal_damping(now, s, -swept[2]);
@@ -122,7 +119,7 @@ static void bed_wrench(
   mjtNum by_pitch = s->pad_radius_mm[0] * sin(here->pitch) / MM_PER_M;
   mjtNum by_roll = s->pad_radius_mm[1] * sin(here->roll) / MM_PER_M;
   mjtNum roll_rate = turn[0] / cos(here->pitch), spin_rate = turn[2] + sin(here->pitch) * roll_rate;
-  mjtNum share = mju_min(1, now->depth_mm / DAMPING_DEPTH_MM), stuck = share * r->stick_ratio;
+  mjtNum share = grown(now) * now->shares.slide, stuck = share * r->stick_ratio;
   now->damping[0] = -stuck * s->damping_slide * speed[0];
   now->damping[1] = -stuck * s->damping_slide * speed[1];
   now->damping[2] = normal_damping(now, s, -speed[2] + by_pitch * turn[1] + by_roll * roll_rate);
@@ -138,12 +135,18 @@ static void bed_wrench(
 
 /* ---- both ---- */
 
+void contact_wrench(
+    wrench* w, outcome* now, const settings* s, const placement* here, const mjtNum turn[3], const mjtNum speed[3]) {
+  *w = (wrench){{0, 0, 0}, {0, 0, 0}};
+  (s->is_pad ? pad_wrench : bed_wrench)(w, now, s, here, turn, speed);
+}
+
 void contact_apply(outcome* now, const settings* s, const placement* here, const mjModel* m, mjData* d, int geom) {
   if (now->model.regime == FINGERPAD_NO_CONTACT) return;
   mjtNum turn[3], speed[3], force[3], torque[3];
-  wrench w = {{0, 0, 0}, {0, 0, 0}};
+  wrench w;
   relative_velocity(turn, speed, s, here, m, d, geom);
-  (s->is_pad ? pad_wrench : bed_wrench)(&w, now, s, here, turn, speed);
+  contact_wrench(&w, now, s, here, turn, speed);
   for (int i = 0; i < 3; i++) {
     force[i] = w.force[0] * here->along[i] + w.force[1] * here->across[i] + w.force[2] * here->normal[i];
     torque[i] = w.moment[0] * here->along[i] + w.moment[1] * here->across[i] + w.moment[2] * here->normal[i];

@@ -25,7 +25,14 @@ const int ATTRIBUTE_COUNT = sizeof(ATTRIBUTES) / sizeof(ATTRIBUTES[0]);
 
 /* Longest name of a geom, longest number; longest reason with such a name in it. */
 #define WORD_MAX 256
-#define REASON_MAX (WORD_MAX + 128)
+#define REASON_MAX (WORD_MAX + 192)
+/* Several objects go by a name. */
+#define AMBIGUOUS (-2)
+static const char IS_AMBIGUOUS[] =
+    "the model has an object of this name and one with a prefix or suffix of the instance's name; give the whole name, or rename one";
+/* Largest ratio of the semi-axes of an ellipsoid, which counts as a sphere of its local curvature: both radii of curvature differ by
+ * less than twice. */
+static const mjtNum AXES_RATIO = 1.4;
 /* Least radius of a round geom, m. */
 static const mjtNum LEAST_RADIUS = 1e-4;
 
@@ -35,7 +42,7 @@ static const char* value_of(const mjModel* m, int instance, const char* name) {
   return value ? value : "";
 }
 
-/* Tells what is wrong with an attribute; always -1. */
+/* Warns of an attribute with its value and the reason; returns -1. */
 static int refuse(const mjModel* m, int instance, const char* name, const char* value, const char* why) {
   const char* who = mj_id2name(m, mjOBJ_PLUGIN, instance);
   mju_warning("fingerpad.contact, instance '%s': attribute %s = \"%s\": %s", who ? who : "", name, value, why);
@@ -85,15 +92,19 @@ static int read_numbers(
   return 0;
 }
 
-/* What a geom is, and whether the model of the finger meets it. */
+/* Names of the types of geoms. */
 static const char* const GEOM_TYPES[] = {"plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "SDF"};
 
 static const char* name_of_type(int type) {
   return type >= 0 && type < (int)(sizeof(GEOM_TYPES) / sizeof(GEOM_TYPES[0])) ? GEOM_TYPES[type] : "geom of another kind";
 }
 
+static mjtNum longest_over_least(const mjtNum size[3]) {
+  return mju_max(size[0], mju_max(size[1], size[2])) / mju_min(size[0], mju_min(size[1], size[2]));
+}
+
 static int can_touch(const settings* s, int type) {
-  int is_round = type == mjGEOM_SPHERE || type == mjGEOM_CAPSULE || type == mjGEOM_CYLINDER;
+  int is_round = type == mjGEOM_SPHERE || type == mjGEOM_ELLIPSOID || type == mjGEOM_CAPSULE || type == mjGEOM_CYLINDER;
   return type == mjGEOM_PLANE || type == mjGEOM_BOX || (s->is_pad && is_round);
 }
 
@@ -104,8 +115,11 @@ static int is_refused(const settings* s, const mjModel* m, int geom, const char*
     snprintf(why, REASON_MAX, "the model has no geom '%s'", word);
   } else if (!can_touch(s, type)) {
     snprintf(why, REASON_MAX, "geom '%s' is of type %s; %s", word, name_of_type(type),
-             s->is_pad ? "a pad touches planes, boxes, spheres, cylinders and capsules"
-                       : "a bed of springs touches planes and boxes, a pad also spheres, cylinders and capsules");
+             s->is_pad ? "a pad touches planes, boxes, spheres, ellipsoids, cylinders and capsules"
+                       : "a bed of springs touches planes and boxes, a pad also spheres, ellipsoids, cylinders and capsules");
+  } else if (type == mjGEOM_ELLIPSOID && longest_over_least(m->geom_size + 3 * geom) > AXES_RATIO) {
+    snprintf(why, REASON_MAX, "geom '%s' is an ellipsoid whose longest semi-axis is %g times its least; a pad takes up to %g", word,
+             longest_over_least(m->geom_size + 3 * geom), AXES_RATIO);
   } else if (type != mjGEOM_PLANE && type != mjGEOM_BOX && m->geom_size[3 * geom] < LEAST_RADIUS) {
     snprintf(why, REASON_MAX, "geom '%s' has a radius of %g m; a pad touches bodies of 0.0001 m and more", word,
              m->geom_size[3 * geom]);
@@ -117,10 +131,31 @@ static int is_refused(const settings* s, const mjModel* m, int geom, const char*
   return 1;
 }
 
+/* The object of a name, -1 if there is none, AMBIGUOUS if there are several. `MjSpec.attach` puts a prefix and a suffix around the
+ * names of a part, the instance's included, but leaves attributes as they are. A name therefore also stands for one between a
+ * beginning and an end of the instance's name: "tip" for "L_tip" in the instance "L_index". */
+static int find_object(const mjModel* m, int instance, mjtObj type, const char* name) {
+  const char* who = mj_id2name(m, mjOBJ_PLUGIN, instance);
+  int found = mj_name2id(m, type, name), length = who ? (int)strlen(who) : 0;
+  char whole[2 * WORD_MAX];
+  if (length >= WORD_MAX || strlen(name) >= WORD_MAX) return found;
+  for (int before = 0; before < length; before++) {
+    for (int after = 0; before + after < length; after++) {
+      snprintf(whole, sizeof(whole), "%.*s%s%s", before, who, name, who + length - after);
+      int other = mj_name2id(m, type, whole);
+      if (other < 0 || other == found) continue;
+      if (found >= 0) return AMBIGUOUS;
+      found = other;
+    }
+  }
+  return found;
+}
+
 /* The site and the geoms, by name. */
 static int read_places(settings* s, const mjModel* m, int instance) {
   const char* site = value_of(m, instance, "site");
-  s->site = mj_name2id(m, mjOBJ_SITE, site);
+  s->site = find_object(m, instance, mjOBJ_SITE, site);
+  if (s->site == AMBIGUOUS) return refuse(m, instance, "site", site, IS_AMBIGUOUS);
   if (s->site < 0) return refuse(m, instance, "site", site, "the model has no site of this name");
 
   const char *geoms = value_of(m, instance, "geoms"), *rest = geoms;
@@ -128,7 +163,8 @@ static int read_places(settings* s, const mjModel* m, int instance) {
   if (count_words(geoms) == 0) return refuse(m, instance, "geoms", geoms, "name the geoms that are touched");
   if (count_words(geoms) > GEOMS_MAX) return refuse(m, instance, "geoms", geoms, "more than 32 geoms in one instance");
   while ((rest = next_word(rest, word))) {
-    int geom = mj_name2id(m, mjOBJ_GEOM, word);
+    int geom = find_object(m, instance, mjOBJ_GEOM, word);
+    if (geom == AMBIGUOUS) return refuse(m, instance, "geoms", word, IS_AMBIGUOUS);
     if (is_refused(s, m, geom, word, why)) return refuse(m, instance, "geoms", geoms, why);
     s->geoms[s->geom_count++] = geom;
   }
@@ -203,13 +239,12 @@ static int read_model(settings* s, const mjModel* m, int instance) {
   return code == FINGERPAD_OK ? tune(s, m, instance) : refuse(m, instance, "model_file", path, fingerpad_error_text(code));
 }
 
-int settings_is_pad(const mjModel* m, int instance) {
-  settings s = {0};
+void settings_preview(settings* s, const mjModel* m, int instance) {
   size_t length;
-  s.file = read_file(value_of(m, instance, "model_file"), &length);
-  if (s.file) load(&s, length);
-  settings_free(&s);
-  return s.is_pad;
+  *s = (settings){0};
+  s->file = read_file(value_of(m, instance, "model_file"), &length);
+  if (s->file) load(s, length);
+  settings_free(s);
 }
 
 int settings_geom_count(const mjModel* m, int instance) {

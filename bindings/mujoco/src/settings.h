@@ -1,4 +1,4 @@
-/* What an instance of the plugin was told by its attributes. */
+/* The attributes of an instance of the plugin. */
 
 #ifndef FINGERPAD_MUJOCO_SETTINGS_H
 #define FINGERPAD_MUJOCO_SETTINGS_H
@@ -33,8 +33,8 @@ typedef struct {
 
 /* Number of geoms that the attribute names, for the size of the state; 0 if there is none. */
 int settings_geom_count(const mjModel* m, int instance);
-/* Whether the attribute names the file of a pad, likewise; 0 if it cannot be read. */
-int settings_is_pad(const mjModel* m, int instance);
+/* Reads the model file alone, for the size of the state; a file that cannot be read leaves the settings empty. */
+void settings_preview(settings* s, const mjModel* m, int instance);
 /* Reads all attributes and the model file. Returns 0, or -1 after a warning that names the attribute and its value. */
 int settings_read(settings* s, const mjModel* m, int instance);
 void settings_free(settings* s);

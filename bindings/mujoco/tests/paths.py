@@ -21,6 +21,8 @@ def scene(geom="box", radius=HALF, **attributes):
     shapes = {
         "box": f'type="box" size="{HALF} {HALF} {HALF}"',
         "ball": f'type="sphere" size="{radius}"',
+        # As high as the ball, with the same mean curvature on top.
+        "egg": f'type="ellipsoid" size="{1.15 * radius} {radius / 1.15} {radius}"',
         "rod": f'type="cylinder" size="{radius} 0.1" euler="0 90 0"',
         "capsule": f'type="capsule" size="{radius} 0.1" euler="90 0 0"',
     }
@@ -62,7 +64,7 @@ def lowest(pitch, roll):
 
 
 def pad_at(row, top=TOP):
-    """As `finger_at`, of a pad, which knows its lowest point in each pose."""
+    """As `finger_at`, of a pad, whose lowest point depends on the pose."""
     depth, x, y, turn, pitch, roll = row
     axes = Rotation.from_euler("z", turn) * Rotation.from_euler("y", pitch) * Rotation.from_euler("x", roll)
     return top + [x, y, lowest(pitch, roll) - depth], axes

@@ -55,8 +55,8 @@ def test_a_straight_path_gives_the_same_bits():
         depth, slide = depths[i // 20], 0.0 if i == 0 else (0.125 if i % 40 < 25 else -0.125)
         x -= slide
         contact = paths.lead(model, data, ([x, 0.0, -depth], Rotation.identity()))
-        told = 1e3 * (1e-3 * x) - 1e3 * (1e-3 * (x + slide))
-        own = finger.step(contact["depth_mm"], -told)
+        slid = 1e3 * (1e-3 * x) - 1e3 * (1e-3 * (x + slide))
+        own = finger.step(contact["depth_mm"], -slid)
         for name in NAMES:
             assert contact[name] == getattr(own, name), (i, name)
 

@@ -68,7 +68,7 @@ def falling_by_hand(steps, timestep, depth_mm, integrator, pulls):
     """The object of scenes.one_slide by the textbook: heights, m. A stage of Runge-Kutta tries on a copy of the memory after
     the step's first stage; the step that is taken moves the memory to where the step began."""
     finger = Finger(scenes.MODEL_FILE, timestep)
-    height, speed, told, heights = 0.0, 0.0, 0.0, []
+    height, speed, last, heights = 0.0, 0.0, 0.0, []
 
     def acceleration(at, since, pull):
         # The object's rise is the plane's slide along the finger's axis, which points up; friction on the finger.
@@ -76,8 +76,8 @@ def falling_by_hand(steps, timestep, depth_mm, integrator, pulls):
         return pull / scenes.MASS_KG - scenes.GRAVITY - friction / scenes.MASS_KG
 
     for pull in pulls[:steps]:
-        first = acceleration(height, told, pull)
-        told, kept = height, finger.save()
+        first = acceleration(height, last, pull)
+        last, kept = height, finger.save()
         if integrator == "Euler":
             speed += timestep * first
             height += timestep * speed
@@ -86,7 +86,7 @@ def falling_by_hand(steps, timestep, depth_mm, integrator, pulls):
             for share in (0.5, 0.5, 1.0):
                 stage = height + share * timestep * speeds[-1]
                 speeds.append(speed + share * timestep * gains[-1])
-                gains.append(acceleration(stage, told, pull))
+                gains.append(acceleration(stage, last, pull))
                 finger.restore(kept)
             weights = np.array([1, 2, 2, 1]) / 6
             height += timestep * weights @ speeds

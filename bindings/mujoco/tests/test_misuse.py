@@ -1,4 +1,4 @@
-"""Bad attributes are refused by name and value; positions that are no numbers do no harm."""
+"""Bad attributes are refused by name and value; positions that are not finite do no harm."""
 
 import mujoco
 import numpy as np
@@ -30,7 +30,7 @@ def why_refused(scene, capfd, folder):
         ("site", "thumb", "the model has no site of this name"),
         ("geoms", "", "name the geoms that are touched"),
         ("geoms", "object lid", "the model has no geom 'lid'"),
-        ("geoms", "ball", "geom 'ball' is of type sphere; a bed of springs touches planes and boxes"),
+        ("geoms", "ball", "geom 'ball' is of type sphere; a bed of springs touches planes and boxes, a pad also spheres, ellipsoids"),
         ("geoms", "nail", "geom 'nail' belongs to the body of the site"),
         ("strength_factor", "strong", "'strong' is not a number from 0.1 to 5"),
         ("strength_factor", "nan", "'nan' is not a number from 0.1 to 5"),
@@ -64,7 +64,9 @@ def test_a_bad_attribute_is_named_with_its_value(attribute, value, reason, capfd
 @pytest.mark.parametrize(
     "attribute, value, reason",
     [
-        ("geoms", "egg", "geom 'egg' is of type ellipsoid; a pad touches planes, boxes, spheres, cylinders and capsules"),
+        ("geoms", "egg", "geom 'egg' is an ellipsoid whose longest semi-axis is 2 times its least; a pad takes up to 1.4"),
+        ("geoms", "wedge", "geom 'wedge' is of type mesh; a pad touches planes, boxes, spheres, ellipsoids, cylinders and capsules"),
+        ("geoms", "hills", "geom 'hills' is of type height field"),
         ("geoms", "needle", "geom 'needle' has a radius of 5e-05 m"),
         ("tau0_mpa", "0.01", "a pad has no tau_0"),
         ("pad_radius_mm", "21", "a pad has a shape of its own"),
@@ -76,13 +78,19 @@ def test_a_bad_attribute_of_a_pad_is_named_with_its_value(attribute, value, reas
     whole = scenes.PAD_FILE.read_bytes()
     (own_folder / "cut.fpm").write_bytes(whole[: len(whole) // 2])
     value = value.format(cut=own_folder / "cut.fpm")
-    more = '<geom name="egg" type="ellipsoid" size="1 1 1"/><geom name="needle" type="capsule" size="5e-5 1"/>'
-    scene = paths.scene(**{"model_file": scenes.PAD_FILE, attribute: value}).replace("<worldbody>", "<worldbody>" + more)
+    more = (
+        '<geom name="egg" type="ellipsoid" size="1 2 1"/><geom name="needle" type="capsule" size="5e-5 1"/>'
+        '<geom name="wedge" type="mesh" mesh="wedge"/><geom name="hills" type="hfield" hfield="hills"/>'
+    )
+    assets = (
+        '<asset><mesh name="wedge" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/><hfield name="hills" nrow="2" ncol="2" size="1 1 1 1"/></asset>'
+    )
+    scene = paths.scene(**{"model_file": scenes.PAD_FILE, attribute: value}).replace("<worldbody>", assets + "<worldbody>" + more)
     said = why_refused(scene, capfd, own_folder)
     assert reason in said and f'attribute {attribute} = "{value}"' in said, said
 
 
-def test_a_missing_plugin_tells_how_to_build_it(tmp_path):
+def test_a_missing_plugin_is_an_error_with_the_build_commands(tmp_path):
     with pytest.raises(FileNotFoundError, match="cmake --build"):
         fingerpad_mujoco.load(tmp_path / "nothing.so")
 
@@ -117,7 +125,7 @@ def test_a_position_that_is_no_number_is_held_and_flagged(bad, integrator):
 
 @pytest.mark.parametrize("value", [0.0, np.nan, np.inf, -5.0, 1e300])
 @pytest.mark.parametrize("model_file", [scenes.MODEL_FILE, scenes.PAD_FILE], ids=["bed", "pad"])
-def test_a_state_that_was_overwritten_is_begun_anew_and_flagged(value, model_file):
+def test_a_state_that_was_overwritten_is_restarted_and_flagged(value, model_file):
     model, data = hold.gripped(model_file=model_file)
     mujoco.mj_step(model, data, 100)
     data.plugin_state[:] = value

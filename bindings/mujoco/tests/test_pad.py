@@ -14,7 +14,7 @@ import fingerpad_mujoco
 
 PAD = dict(model_file=scenes.PAD_FILE)
 STILL = (np.zeros(3), Rotation.identity())
-ROUND = ["ball", "rod", "capsule"]
+ROUND = ["ball", "egg", "rod", "capsule"]
 
 def reference_along(path):
     """A path on a plane through the C library: the plane's motion in the finger's axes."""
@@ -68,7 +68,7 @@ def test_all_motions_of_finger_and_round_object_are_alike(geom):
         assert np.abs(one - other).max() < 1e-2 * np.abs(one).max(), (name, np.abs(one - other).max())
 
 
-@pytest.mark.parametrize("geom, body", [("ball", (SPHERE, 12.0, 0.0, 0.0)), ("rod", (CYLINDER, 12.0, 0.0, 0.0)), ("capsule", (CYLINDER, 12.0, 90.0, 0.0))])
+@pytest.mark.parametrize("geom, body", [("ball", (SPHERE, 12.0, 0.0, 0.0)), ("egg", (SPHERE, 12.0, 0.0, 0.0)), ("rod", (CYLINDER, 12.0, 0.0, 0.0)), ("capsule", (CYLINDER, 12.0, 90.0, 0.0))])
 @pytest.mark.parametrize("pose", [(0.0, 0.0), (0.2, -0.1)])
 def test_a_round_geom_is_the_body_of_its_radius(geom, body, pose):
     # A press onto the middle of the upper side, then a slide, in a fixed pose.
@@ -93,7 +93,9 @@ def test_a_round_geom_is_the_body_of_its_radius(geom, body, pose):
         seen, own = np.array([c[name] for c in contacts]), np.array([getattr(r, name) for r in answers])
         # A patch that comes a step sooner is a step in the stick ratio.
         most = np.quantile(np.abs(seen - own), 0.95 if name == "stick_ratio" else 1.0)
-        assert most < 1e-2 * np.abs(own).max(), (name, most)
+        # The library puts the apex up to 0.1 mm beside the first touch, where an egg has another sphere.
+        allowed = 0.1 if (name, geom) == ("stick_ratio", "egg") else 1e-2
+        assert most < allowed * np.abs(own).max(), (name, most)
 
 
 @pytest.mark.parametrize("geom", ["ball", "rod"])
@@ -123,7 +125,7 @@ def test_the_ends_of_capsule_and_cylinder_are_their_own_faces():
     assert {face for face, *_ in seen.values()} == {2.0, 3.0}, seen
     for (geom, _), (_, normal, depth) in seen.items():
         assert depth == pytest.approx(0.8, abs=0.03) and normal > 0.03, (geom, normal, depth)
-    assert seen["rod", 1][1] > 1.5 * seen["capsule", 1][1], "a flat end bears more than a round one"
+    assert seen["rod", 1][1] > 1.5 * seen["capsule", 1][1], "a flat end carries more than a round one"
 
 
 def test_a_round_geom_ends_at_its_end():
@@ -131,6 +133,13 @@ def test_a_round_geom_ends_at_its_end():
     at = lambda x: (np.array([x, 0, 11.0]), Rotation.identity())
     assert paths.lead(model, data, at(99.9), STILL)["normal_force_n"] > 0.03
     assert paths.lead(model, data, at(100.1), STILL)["normal_force_n"] == 0
+
+
+@pytest.mark.parametrize("geom", ["ball", "rod"])
+def test_a_depth_beyond_the_middle_of_a_round_geom_is_flagged(geom):
+    model, data = paths.model_and_data(geom=geom, radius=0.004, **PAD)
+    seen = [paths.lead(model, data, paths.pad_at([depth, 0, 0, 0, 0, 0], np.array([0, 0, 4.0])), STILL) for depth in (0.5, 2.0, 3.5, 4.5)]
+    assert [fingerpad_mujoco.flags(c["status"]) for c in seen] == [[], [], [], ["depth_above_range"]]
 
 
 def test_a_pose_beyond_the_pad_is_held_and_flagged():

@@ -1,0 +1,169 @@
+"""Thin and light objects: held, and the largest stable time step."""
+
+import hold
+import mujoco
+import numpy as np
+import paths
+import pytest
+import scenes
+from reference import Finger
+from scipy.spatial.transform import Rotation
+
+import fingerpad_mujoco
+
+PAD = dict(model_file=scenes.PAD_FILE)
+STILL = (np.zeros(3), Rotation.identity())
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.002])
+@pytest.mark.parametrize("grip_n", hold.THIN_GRIPS_N)
+@pytest.mark.parametrize("name", hold.THIN)
+def test_pads_hold_a_thin_or_light_object(name, grip_n, timestep):
+    # A key of 2 mm, a coin, a card of 0.8 mm and a die of 5 g; the pads are compressed by up to 4.8 mm.
+    held = hold.held_by_pads(name, grip_n, timestep, duration=60e3 * timestep if timestep > 0.001 else 60.0)
+    if held["too_long"]:
+        assert timestep == 0.002 and grip_n >= 3.0, "a step of 1 ms is short enough"
+        if grip_n == 5.0:
+            return
+    assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["hum_um"] < 10.0, held
+    assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.05) and abs(held["sag_mm"]) < 1.0, held
+
+
+@pytest.mark.parametrize("name", ["key", "die", "pen"])
+def test_pads_hold_a_light_object_at_a_step_of_4_ms_with_a_weak_grip(name):
+    held = hold.held_by_pads(name, 0.3, 0.004, duration=60.0)
+    assert held["drift_um_s"] < 1e-3 and held["hum_um"] < 10.0, held
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.002])
+@pytest.mark.parametrize("grip_n", [0.3, 0.5, 1.0, 1.5])
+def test_pads_hold_a_pen_of_8_mm(grip_n, timestep):
+    held = hold.held_by_pads("pen", grip_n, timestep, duration=60.0)
+    assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6, held
+
+
+@pytest.mark.parametrize("grip_n, is_held", [(0.3, True), (1.0, True), (5.0, False)])
+def test_beside_mujocos_own_contact_at_its_best(grip_n, is_held):
+    # With 5 N its spheres go through the key.
+    drift = hold.held("best", 0.001, 10.0, grip_n=grip_n, held="key")["drift_um_s"]
+    assert (drift is not None and drift < 1e-3) if is_held else drift is None
+
+
+def on_plate(half_mm):
+    """A finger over a free box of so many mm half its thickness."""
+    scene = paths.scene(**PAD).replace(f'{paths.HALF} {paths.HALF} {paths.HALF}"', f'{paths.HALF} {paths.HALF} {half_mm / 1e3}"')
+    model = mujoco.MjModel.from_xml_string(scene)
+    return model, mujoco.MjData(model)
+
+
+def at_depth(model, data, half_mm, depth_mm, x_mm=0.0):
+    return paths.lead(model, data, paths.pad_at([depth_mm, x_mm, 0, 0, 0, 0], np.array([0, 0, half_mm])), STILL)
+
+
+def test_depth_is_compression_of_the_pad_not_of_the_object():
+    thin, thick = on_plate(0.4), on_plate(20.0)
+    for depth in [*np.arange(-0.2, 4.0, 0.1), *np.arange(4.0, -0.2, -0.1)]:
+        contact, own = at_depth(*thin, 0.4, depth), at_depth(*thick, 20.0, depth)
+        assert contact["normal_force_n"] == pytest.approx(own["normal_force_n"], rel=1e-3, abs=1e-5), depth
+        assert (contact["normal_force_n"] > 0) == (depth > 0.05) or abs(depth) <= 0.05
+    # And from above through the middle of the card in one step.
+    at_depth(*thin, 0.4, -0.1)
+    assert at_depth(*thin, 0.4, 2.0)["normal_force_n"] > 0.3
+
+
+def test_contact_ends_where_the_finger_leaves_the_face():
+    thin = on_plate(0.4)
+    edge = 1e3 * paths.HALF
+    at_depth(*thin, 0.4, -0.1)
+    for x in np.linspace(0, edge - 0.05, 50):
+        assert at_depth(*thin, 0.4, 2.0, x)["normal_force_n"] > 0.3
+    assert at_depth(*thin, 0.4, 2.0, edge + 0.05)["normal_force_n"] == 0
+    # It does not begin from the side or from behind, deeper than the middle of the card.
+    assert at_depth(*thin, 0.4, 2.0, edge - 0.05)["normal_force_n"] == 0
+
+
+# ---- the largest stable step ----
+
+
+def closed(name, grip_n, model_file, timestep=0.0005, torque_n_mm=0.0, mass=None):
+    model, data = hold.gripped(grip_n=grip_n, timestep=timestep, held=name, model_file=model_file, mass=mass)
+    data.body("object").xfrc_applied[3] = 1e-3 * torque_n_mm
+    return model, data
+
+
+def largest_vibration_mm(model, data):
+    """Range of the object's position and of its turn at 20 mm in the last half of a second of two."""
+    hold.seconds(model, data, 1.5)
+    places = []
+    for _ in range(round(0.5 / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        places.append(data.joint("object").qpos * [1e3, 1e3, 1e3, 40, 40, 40, 40])
+    return np.ptp(places, axis=0).max()
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        dict(name="die", grip_n=1.0, model_file=scenes.PAD_FILE),
+        dict(name="die", grip_n=3.0, model_file=scenes.PAD_FILE),
+        dict(name="card", grip_n=1.0, model_file=scenes.PAD_FILE),
+        dict(name="key", grip_n=1.0, model_file=scenes.PAD_FILE),
+        dict(name="plate", grip_n=0.8, model_file=scenes.PAD_FILE, torque_n_mm=2.0, mass=0.003),
+        dict(name="plate", grip_n=0.8, model_file=scenes.MODEL_FILE, torque_n_mm=2.0, mass=0.003),
+        dict(name="die", grip_n=0.6, model_file=scenes.MODEL_FILE),
+    ],
+    ids=lambda s: f'{s["name"]} {s["grip_n"]} N {s["model_file"].stem}',
+)
+def test_the_reported_step_is_the_largest_at_which_a_light_object_is_held(scene):
+    model, data = closed(**scene)
+    hold.seconds(model, data, 1.0)
+    step_s = fingerpad_mujoco.stable_step(model, data)
+    sensed = fingerpad_mujoco.read(data, "left")[0]
+    assert sensed["stable_step_s"] == pytest.approx(step_s, rel=0.15) and sensed["status"] == 0
+    assert 0.001 < step_s < 0.0045, "else the servo of the hand sets the limit"
+    assert largest_vibration_mm(*closed(**scene, timestep=0.97 * step_s)) < 0.2
+    assert not largest_vibration_mm(*closed(**scene, timestep=1.3 * step_s)) < 5.0
+
+
+def test_the_reported_step_is_that_of_a_mass_on_a_spring():
+    # One direction, one finger: h² k + 2 h c = 4 m with a tenth of the damper, less a margin of a tenth.
+    finger, slide = Finger(scenes.MODEL_FILE), 1e-3
+    finger.step(1.5)
+    stiffness = 1e3 * abs(finger.step(1.5, slide).friction_x_n) / slide
+    model = mujoco.MjModel.from_xml_string(scenes.one_slide())
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 3)
+    damping, mass = 0.1 * 2.0, scenes.MASS_KG
+    expected = (-damping + np.sqrt(damping**2 + 4 * stiffness * mass)) / stiffness
+    assert fingerpad_mujoco.stable_step(model, data) == pytest.approx(0.9 * expected, rel=0.02)
+
+
+def test_without_contact_there_is_no_limit():
+    model, data = paths.model_and_data()
+    mujoco.mj_forward(model, data)
+    assert fingerpad_mujoco.stable_step(model, data) == np.inf
+    assert fingerpad_mujoco.read(data, "finger")[0]["stable_step_s"] == 1.0
+
+
+def test_a_step_that_is_too_long_is_flagged_and_warned_of_once(own_folder):
+    model = mujoco.MjModel.from_xml_string(scenes.grip(held="die", timestep=0.0026, **PAD))
+    data, flags = mujoco.MjData(model), set()
+    data.ctrl[0] = 3.0
+    for _ in range(300):
+        mujoco.mj_step(model, data)
+        flags |= set(fingerpad_mujoco.flags(fingerpad_mujoco.read(data, "left")[0]["status"]))
+    assert "step_too_long" in flags
+    log = (own_folder / "MUJOCO_LOG.TXT").read_text()
+    assert log.count("instance 'left': timestep = 0.0026 s is longer than") == 1
+    model, data = closed("die", 1.0, scenes.PAD_FILE, timestep=0.001)
+    assert fingerpad_mujoco.read(data, "left")[0]["status"] == 0
+
+
+def test_dampers_are_reduced_where_the_step_is_too_long_for_them():
+    shares = {}
+    for timestep in (0.00025, 0.002):
+        model, data = closed("die", 1.0, scenes.PAD_FILE, timestep=timestep)
+        contact = fingerpad_mujoco.read(data, "left")[0]
+        shares[timestep] = contact["damping_share_normal"], contact["damping_share_slide"]
+    assert shares[0.00025] == (1.0, 1.0)
+    assert 0.1 <= max(shares[0.002]) < 0.7, shares
