@@ -42,8 +42,8 @@ pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
-    FactorPrice, FeConfirmation, FittedParameter, InputFile, InstrumentLag, LawTest, NextExperiment, NoiseFound, PlannedRun, Region,
-    Rescale, ScatterRatio, UnexplainedFound, Verdict, minutes,
+    FactorPrice, FeConfirmation, FittedParameter, InputFile, InstrumentLag, LawTest, NextExperiment, NoiseFound,
+    PlannedRun, Region, Rescale, ScatterRatio, UnexplainedFound, Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};

@@ -176,7 +176,11 @@ pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
     let lag = ["calibration", "measured"].into_iter().zip(case.lag_s).find_map(|(source, lag_s)| {
         let found = of_source(source)?;
         let [low, high] = found.ci95_s;
-        Some(LagScored { error_s: found.lag_s - lag_s, covered: low <= lag_s && lag_s <= high, half_s: 0.5 * (high - low) })
+        Some(LagScored {
+            error_s: found.lag_s - lag_s,
+            covered: low <= lag_s && lag_s <= high,
+            half_s: 0.5 * (high - low),
+        })
     });
     let (mut amplitude_error, mut covered, mut half_widths) = (None, None, None);
     if let ([hidden], Some(effect)) = (&case.truth[..], report.effects.first())

@@ -129,10 +129,12 @@ impl Motion {
         let mut out = Vec::new();
         for of in [0..1, 1..3] {
             // Along the change of velocity.
-            let velocity = |from: (f64, [f64; 3]), to: (f64, [f64; 3]), k: usize| (to.1[k] - from.1[k]) / (to.0 - from.0);
+            let velocity =
+                |from: (f64, [f64; 3]), to: (f64, [f64; 3]), k: usize| (to.1[k] - from.1[k]) / (to.0 - from.0);
             let (mut product, mut square) = (0.0, 0.0);
             for k in of.clone() {
-                let [u, w, v] = [((t0, p0), (t1, p1)), ((t1, p1), (t2, p2)), ((t2, p2), (t3, p3))].map(|(a, b)| velocity(a, b, k));
+                let [u, w, v] =
+                    [((t0, p0), (t1, p1)), ((t1, p1), (t2, p2)), ((t2, p2), (t3, p3))].map(|(a, b)| velocity(a, b, k));
                 product += (w - v) * (u - v);
                 square += (u - v) * (u - v);
             }
@@ -246,7 +248,10 @@ mod tests {
 
     #[test]
     fn no_lag_leaves_the_set() {
-        let set = RunSet::from_rows("m.csv".into(), vec![(Labels::default(), vec![RawRow::bare(2, 0.0, 1.0, [0.0; 2], [1.0; 3]); 2])]);
+        let set = RunSet::from_rows(
+            "m.csv".into(),
+            vec![(Labels::default(), vec![RawRow::bare(2, 0.0, 1.0, [0.0; 2], [1.0; 3]); 2])],
+        );
         let set = set.unwrap();
         let same = with_lag(&set, Lag::default());
         assert_eq!(format!("{:?}", same.runs[0].rows), format!("{:?}", set.runs[0].rows));

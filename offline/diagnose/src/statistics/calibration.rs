@@ -49,7 +49,8 @@ pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
         } else {
             predict_runs(&reference.model(&parameters), &set.runs)
         };
-        let mut task = Task::new(&set.runs, reference, prior, correlated_sigma_of(&noise, &correlation, &prediction), variances);
+        let mut task =
+            Task::new(&set.runs, reference, prior, correlated_sigma_of(&noise, &correlation, &prediction), variances);
         task.correlation = correlation;
         task.variances = STARTING_VARIANCES;
         task.variance_weight = 2.0;
@@ -60,7 +61,14 @@ pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
         (noise, misfit, correlation) = row_noise(&task, &result);
         fit = Some(result);
     }
-    Calibration { fit: fit.expect("three rounds"), noise, correlation, misfit, runs: set.runs.len(), drift: Drift::Small }
+    Calibration {
+        fit: fit.expect("three rounds"),
+        noise,
+        correlation,
+        misfit,
+        runs: set.runs.len(),
+        drift: Drift::Small,
+    }
 }
 
 impl Calibration {

@@ -116,7 +116,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
             *held = clean(&with_lag(held, of(&lag)), "holdout", &calibration, reference, &mut cautions)?;
             corrections.iter().for_each(|c| c.apply(held));
             let null_before = &before.selection.null;
-            let without = lag_effect.map(|_| on_file(held, reference, &calibration, expected, null_before, null_before));
+            let without =
+                lag_effect.map(|_| on_file(held, reference, &calibration, expected, null_before, null_before));
             if let Some(differing) = lagging {
                 *held = with_lag(held, differing.lag.lag);
             }
@@ -124,8 +125,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
         }
         None => {
             let null_before = &before.selection.null;
-            let without = lag_effect
-                .map(|_| by_folds(set_before, reference, &calibration, expected, null_before, null_before));
+            let without =
+                lag_effect.map(|_| by_folds(set_before, reference, &calibration, expected, null_before, null_before));
             by_folds(set, reference, &calibration, expected, null, full).instead_of(without)
         }
     }

@@ -102,11 +102,7 @@ pub fn found(source: &str, estimate: &LagEstimate, before: Lag, set: &RunSet) ->
 /// The effect by which the measured runs differ from the calibration.
 ///
 /// * `without`, `with`: the measured runs with the calibration's lag and with their own, each with its decision
-pub fn effect(
-    differing: &Differing,
-    without: (&RunSet, &Decision<'_>),
-    with: (&RunSet, &Decision<'_>),
-) -> EffectFound {
+pub fn effect(differing: &Differing, without: (&RunSet, &Decision<'_>), with: (&RunSet, &Decision<'_>)) -> EffectFound {
     let estimate = &differing.lag;
     let half_s = NORMAL_95 * sd_s(estimate, with.0);
     let lag_s = estimate.lag.total_s();

@@ -2,7 +2,8 @@
 
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
-    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, InputFile, InstrumentLag, LawsFile, OwnFormula, Verdict,
+    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, InputFile, InstrumentLag, LawsFile, OwnFormula,
+    Verdict,
 };
 
 /// A law's or a family's name in running text.

@@ -57,7 +57,9 @@ pub fn stick(lab: &Lab) -> Result<Finding, Failure> {
         verdict: if rms < 0.1 {
             format!("inside: near the straight line (at most {rms:.2} RMS), and the slope falls with the normal force")
         } else {
-            format!("the slope falls with the normal force, as measured; the distance from the straight line is outside, by up to {rms:.2} RMS")
+            format!(
+                "the slope falls with the normal force, as measured; the distance from the straight line is outside, by up to {rms:.2} RMS"
+            )
         },
         remark: String::new(),
         charts: vec![chart("Stick ratio", ["tangential force over its maximum", "stuck area over area"], traces)],
@@ -192,7 +194,8 @@ pub fn strain(lab: &Lab) -> Result<Finding, Failure> {
                 format!("outside by {:+.0} points", 100.0 * (peak - 0.5))
             }
         ),
-        remark: "The strain is measured on a line of skin through the middle of the contact, along the slide in +x.".into(),
+        remark: "The strain is measured on a line of skin through the middle of the contact, along the slide in +x."
+            .into(),
         charts,
     })
 }
