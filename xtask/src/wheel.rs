@@ -14,9 +14,9 @@ const FLAGS: &str = "-Ctarget-cpu=generic";
 /// What is built and tested.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// Models, fingers and types, in a wheel without the program, which builds within a minute.
+    /// Models, fingers and types, in the default wheel, which is without the program and builds within a minute.
     Fingers,
-    /// The whole wheel: the commands on frames and the notebooks as well.
+    /// The wheel with the program: the commands on frames and the notebooks as well.
     Whole,
 }
 
@@ -50,9 +50,10 @@ pub fn test(part: Part) -> Result<()> {
     let wheel = build(&environment, part)?;
     let extras = if part == Part::Whole { "test,notebooks" } else { "test" };
     environment.pip(&[&format!("{}[{extras}]", wheel.display())])?;
-    let mut files = vec!["test_bits.py", "test_fingers.py"];
+    let mut files =
+        vec!["test_bits.py", "test_docs.py", "test_finger.py", "test_fingers.py", "test_limits.py", "test_program.py"];
     if part == Part::Whole {
-        files.extend(["test_commands.py", "test_docs.py", "test_notebooks.py"]);
+        files.extend(["test_commands.py", "test_notebooks.py"]);
         cargo(&["build", "--release", "--package", "fingerpad-cli"], &[])?;
     }
     let mut clippy = Command::new(env!("CARGO"));
@@ -63,7 +64,8 @@ pub fn test(part: Part) -> Result<()> {
         .args(["-m", "pytest", "--quiet", "--durations", "5", "-p", "no:cacheprovider"])
         .args(files.iter().map(|name| package().join("tests").join(name)))
         .env("FINGERPAD_NATIVE", native(part)?)
-        .env("FINGERPAD_PROGRAM", root().join("target/release/fingerpad")))?;
+        .env("FINGERPAD_CARGO_PROGRAM", root().join("target/release/fingerpad"))
+        .env_remove("FINGERPAD_PROGRAM"))?;
     run(environment.command("mypy").args(["--strict", "--package", "fingerpad"]))?;
     run(environment.command("stubtest").arg("fingerpad"))
 }
@@ -77,7 +79,7 @@ fn native(part: Part) -> Result<PathBuf> {
 }
 
 fn features(part: Part) -> &'static [&'static str] {
-    if part == Part::Whole { &[] } else { &["--no-default-features"] }
+    if part == Part::Whole { &["--features", "program"] } else { &[] }
 }
 
 /// Builds the wheel and looks into it: no licence may be missing.

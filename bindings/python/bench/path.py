@@ -1,4 +1,4 @@
-"""What a finger's step costs in a batch of 4096, ns: ``python bench/path.py MODEL.fpm < path``.
+"""Cost of a finger's step in a batch of 4096, ns: ``python bench/path.py MODEL.fpm < path``.
 
 A line of the path is a step: depth, slide along x and y, spin. Finger ``i`` begins at row 17 i. Prints lines ``step ns`` and
 ``spin_step ns``, the least of five rounds, since other work on the machine only ever adds.

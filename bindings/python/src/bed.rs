@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use fingerpad::{
-    Data, Drive, Error, Forces, Motion, Motions, Normal, Regime, SPRINGS, StateOf, Status, Tangential, Tuning,
-    state_bytes,
+    Data, Drive, Error, Forces, Motion, Motions, Normal, Regime, Response, SPRINGS, StateOf, Status, Tangential,
+    Tuning, state_bytes,
 };
 
 use crate::group::{
@@ -92,6 +92,18 @@ impl<const P: usize> Group for Springs<P> {
         Ok(())
     }
 
+    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error> {
+        with_model!(self.data, self.tuning, |model| {
+            for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
+                let (depth_mm, factor) = (state.depth_mm(), state.strength_factor());
+                for (motion, out) in motions.iter().zip(out) {
+                    *out = steady_slip(|state, motion| model.step(state, motion), depth_mm, factor, *motion);
+                }
+            }
+        });
+        Ok(())
+    }
+
     fn watches(&mut self) -> &mut Watches {
         &mut self.watches
     }
@@ -144,7 +156,46 @@ impl<const P: usize> Bed for Springs<P> {
     }
 }
 
-/// Advances contacts by the core's batch, which answers forces alone.
+/// Lengths of the steps of a slide to the limit: from and to, mm, the factor from one length to the next, and steps of each length.
+/// Long steps settle a spring near the pole of a turn, which hardly moves, short ones the direction of its friction.
+const TO_THE_LIMIT: (f32, f32, f32, usize) = (64.0, 0.002, 0.8, 20);
+/// Distance from the centre of a turn at which its length counts, mm: about the middle of a spring's arm.
+const ARM_MM: f32 = 3.0;
+
+/// Friction and moment of a contact that slides far in one direction, N and N mm; 0 without a motion.
+///
+/// Differs from the springs' closed form of steady slip by at most 1 % of the largest over all directions (`tests/test_limits.py`).
+fn steady_slip(
+    step: impl Fn(&mut StateOf<SPRINGS, 2>, Motion) -> Response,
+    depth_mm: f32,
+    strength_factor: f32,
+    [x, y, turn]: [f32; 3],
+) -> [f32; 3] {
+    let way = x.hypot(y).hypot(ARM_MM * turn);
+    if way == 0.0 {
+        return [0.0; 3];
+    }
+    let mut state = StateOf::default();
+    state.set_strength_factor(strength_factor);
+    let mut last = Response::default();
+    let (mut length_mm, least_mm, factor, steps) = TO_THE_LIMIT;
+    while length_mm > least_mm {
+        let scale = length_mm / way;
+        let motion = Motion {
+            depth_mm,
+            slide_increment_mm: [x * scale, y * scale],
+            spin_increment_rad: turn * scale,
+            dt_s: 1e-3,
+        };
+        for _ in 0..steps {
+            last = step(&mut state, motion);
+        }
+        length_mm *= factor;
+    }
+    [last.friction_n[0], last.friction_n[1], last.spin_moment_n_mm]
+}
+
+/// Advances contacts by the core's batch, which computes forces alone.
 fn batch<const P: usize>(
     step: impl Fn(&mut [StateOf<SPRINGS, P>], Motions, &mut Forces) -> Result<(), fingerpad::BatchLength>,
     states: &mut [StateOf<SPRINGS, P>],

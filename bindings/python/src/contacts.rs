@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::bed::Springs;
-use crate::error;
+use crate::error::{self, wrong_length};
 use crate::group::{Bed, DRIVEN, FORCES, Given, Group, PATCH, RESPONSE, Refused, Row};
 use crate::model::Model;
 use crate::pad::{self, Pad, Patches};
@@ -86,10 +86,6 @@ impl<'a> Inputs<'a> {
     }
 }
 
-fn wrong_length(expected: usize, found: usize) -> PyErr {
-    error::input(format!("{found} numbers where {expected} are needed"))
-}
-
 fn no_room(count: usize) -> PyErr {
     error::input(format!("count: there is no memory for {count} fingers"))
 }
@@ -100,7 +96,7 @@ impl Contacts {
     }
 
     /// The contacts, once no other thread steps them. Called without the interpreter, which that thread may need.
-    fn lock(&self) -> MutexGuard<'_, Box<dyn Group>> {
+    pub fn lock(&self) -> MutexGuard<'_, Box<dyn Group>> {
         self.group.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -137,12 +133,12 @@ impl Contacts {
         Ok(())
     }
 
-    /// Does what only beds can do.
-    fn on_bed(&self, what: &str, work: impl FnOnce(&mut dyn Bed) -> Result<(), fingerpad::Error>) -> PyResult<()> {
+    /// Runs a function that only beds have.
+    fn on_bed(&self, function: &str, work: impl FnOnce(&mut dyn Bed) -> Result<(), fingerpad::Error>) -> PyResult<()> {
         match self.lock().as_bed() {
             Some(bed) => work(bed).map_err(error::model),
             None => {
-                Err(error::input(format!("{what}: fingers of a pad cannot; those of a bed of springs (Model) can")))
+                Err(error::input(format!("{function}: fingers of a pad cannot; those of a bed of springs (Model) can")))
             }
         }
     }
@@ -159,7 +155,7 @@ impl Contacts {
         Ok(Self::of(if spin { of::<2>(model, count)? } else { of::<1>(model, count)? }, count, 0))
     }
 
-    /// * `kind`, `numbers`, `description`: the body's class, its radius (mm), axis and angle (degrees), and what it is in words
+    /// * `kind`, `numbers`, `description`: the body's class, its radius (mm), axis and angle (degrees), and its description in words
     /// * `poses_deg`: pitch and roll of each contact
     #[staticmethod]
     fn of_pad(
@@ -254,7 +250,24 @@ impl Contacts {
         py.detach(|| self.on_bed("gradient", |bed| bed.gradient(direction, out)))
     }
 
-    /// What patches bear, [`PATCH`] floats each.
+    /// Friction and moment of each contact in full slip under each row of `motion`, three floats each.
+    fn limit_surface<'py>(
+        &self,
+        py: Python<'py>,
+        motion: Matrix<'py>,
+        mut out: PyReadwriteArray1<'py, f32>,
+    ) -> PyResult<()> {
+        let (motions, out) = (motion.as_slice()?.as_chunks::<3>().0, out.as_slice_mut()?);
+        if out.len() != 3 * motions.len() * self.count {
+            return Err(wrong_length(3 * motions.len() * self.count, out.len()));
+        }
+        if out.is_empty() {
+            return Ok(());
+        }
+        py.detach(|| self.lock().limit_surface(motions, out.as_chunks_mut().0)).map_err(error::model)
+    }
+
+    /// State of the patches, [`PATCH`] floats each.
     fn patches<'py>(&self, py: Python<'py>, mut out: PyReadwriteArray1<'py, f32>) -> PyResult<()> {
         let (expected, out) = (PATCH * self.patches * self.count, out.as_slice_mut()?);
         if out.len() != expected {
@@ -305,7 +318,7 @@ impl Contacts {
         py.detach(|| self.lock().watches().start(settings, self.count));
     }
 
-    /// Ticks, contacts and names of what changed.
+    /// Ticks, contacts and names of the changes.
     fn take_events(&self, py: Python<'_>) -> Vec<(u32, u32, &'static str)> {
         let events = py.detach(|| self.lock().watches().take());
         events.into_iter().map(|(contact, event)| (event.tick, contact, name(event.change))).collect()

@@ -30,6 +30,11 @@ pub fn model_text(text: String) -> PyErr {
     raise("ModelError", text)
 }
 
+/// Arrays whose lengths do not fit.
+pub fn wrong_length(expected: usize, found: usize) -> PyErr {
+    input(format!("{found} numbers where {expected} are needed"))
+}
+
 /// The bytes of a file.
 pub fn read(path: &Path) -> PyResult<Vec<u8>> {
     std::fs::read(path).map_err(|e| input(format!("{}: {e}", path.display())))

@@ -7,7 +7,7 @@ use fingerpad::{Error, Motion, Regime, Response};
 
 /// Words of the forces of one contact: six floats, regime and status.
 pub const FORCES: usize = 8;
-/// Words of all that a contact answers: limit, area, centre of pressure and bands as well.
+/// Words of the whole response of a contact: limit, area, centre of pressure and bands as well.
 pub const RESPONSE: usize = 14;
 /// Place of the stick ratio and of the regime among a contact's words.
 const STICK_RATIO: usize = 5;
@@ -27,6 +27,18 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
+    /// No contacts.
+    pub const REST: Self = Self {
+        depth_mm: &[],
+        slide_x_mm: &[],
+        slide_y_mm: &[],
+        spin_rad: &[],
+        strength_factor: &[],
+        pitch_deg: &[],
+        roll_deg: &[],
+        dt_s: 1e-3,
+    };
+
     /// The contacts from `start` to `end`.
     pub fn part(&self, start: usize, end: usize) -> Self {
         let of = |slice: &'a [f32]| slice.get(start..end).unwrap_or(&[]);
@@ -79,17 +91,20 @@ pub trait Group: Send {
     fn reset(&mut self, which: &[bool]);
     /// All contacts as bytes.
     fn save(&self) -> Result<Vec<u8>, Error>;
-    /// What [`Group::save`] wrote; nothing changes if it is refused.
+    /// Takes up the bytes that [`Group::save`] wrote; nothing changes if it is refused.
     fn restore(&mut self, bytes: &[u8]) -> Result<(), Refused>;
-    /// What contacts report of themselves.
+    /// The watches over events of the contacts.
     fn watches(&mut self) -> &mut Watches;
     /// The same contacts again.
     fn copy(&self) -> Box<dyn Group>;
-    /// What a bed can do beyond this.
+    /// The functions that only a bed has.
     fn as_bed(&mut self) -> Option<&mut dyn Bed> {
         None
     }
-    /// What the patches of a pad bear: [`PATCH`] floats a patch, one contact after the other. Empty for a bed.
+    /// Friction along x and y (N) and moment about the normal (N mm) of each contact in full slip under each motion (slides along x
+    /// and y, turn; of any length), three floats for each motion, one contact after the other.
+    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error>;
+    /// State of the patches of a pad: [`PATCH`] floats a patch, one contact after the other. Empty for a bed.
     fn patches(&self, _out: &mut [f32]) {}
 }
 
@@ -135,7 +150,7 @@ impl Watches {
         std::mem::take(&mut self.events)
     }
 
-    /// Shows the watches from `first` on what their contacts answered, `words` a contact.
+    /// Shows the watches from `first` the responses of their contacts, `words` a contact.
     pub fn look(&mut self, first: usize, out: &[u32], words: usize) {
         let watches = self.watches.get_mut(first..).unwrap_or(&mut []);
         for ((i, watch), contact) in watches.iter_mut().enumerate().zip(out.chunks_exact(words)) {
@@ -160,7 +175,7 @@ pub fn write_floats<const N: usize>(numbers: [f32; N], out: &mut [u32]) {
     }
 }
 
-/// Writes the forces that a contact answers, and behind them the rest where `out` has room for it.
+/// Writes the forces of a response, and behind them the rest where `out` has room for it.
 pub fn write_response(r: &Response, out: &mut [u32]) {
     let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
     write_floats([r.normal_force_n, x, y, r.spin_moment_n_mm, r.slip_margin, r.stick_ratio], out);

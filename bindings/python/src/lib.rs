@@ -1,6 +1,6 @@
 //! The compiled part of the Python package: beds and pads, contacts of them over numpy arrays, and the program `fingerpad`.
 //!
-//! Names and shapes of what users see are in `python/fingerpad`; arrays arrive here checked and contiguous.
+//! The public names and shapes are in `python/fingerpad`; arrays arrive here checked and contiguous.
 
 // A wheel must run on every processor of its architecture, and the same bits come from all of them.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx"))]
@@ -11,6 +11,7 @@ compile_error!(
 mod bed;
 mod contacts;
 mod error;
+mod finger;
 mod group;
 mod model;
 mod pad;
@@ -20,13 +21,13 @@ use std::ffi::OsString;
 use pyo3::prelude::*;
 
 /// Runs the program `fingerpad` in this process, whose signals it takes, and returns its exit code; help and bad usage end
-/// the process.
+/// the process. Raises InputError in a wheel without the program.
 ///
 /// * `words`: the command line, the program's name first
-/// * `line_every_s`: time between lines that tell the progress, s; without it that of the program
+/// * `line_every_s`: time between lines of progress, s; by default that of the program
 #[pyfunction]
 #[pyo3(signature = (words, line_every_s=None))]
-fn run_program(py: Python<'_>, words: Vec<OsString>, line_every_s: Option<f64>) -> u8 {
+fn run_program(py: Python<'_>, words: Vec<OsString>, line_every_s: Option<f64>) -> PyResult<u8> {
     py.detach(|| program::run(words, line_every_s))
 }
 
@@ -40,10 +41,13 @@ fn status_words(bits: u16) -> String {
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("HAS_PROGRAM", cfg!(feature = "program"))?;
     module.add_class::<model::Model>()?;
     module.add_class::<pad::Pad>()?;
     module.add_function(wrap_pyfunction!(model::load, module)?)?;
     module.add_class::<contacts::Contacts>()?;
+    module.add_class::<finger::Finger>()?;
+    module.add_class::<finger::Response>()?;
     module.add_function(wrap_pyfunction!(run_program, module)?)?;
     module.add_function(wrap_pyfunction!(status_words, module)?)
 }
@@ -53,11 +57,13 @@ mod program {
     use std::ffi::OsString;
     use std::time::Duration;
 
-    pub fn run(words: Vec<OsString>, line_every_s: Option<f64>) -> u8 {
+    use pyo3::PyResult;
+
+    pub fn run(words: Vec<OsString>, line_every_s: Option<f64>) -> PyResult<u8> {
         if let Some(period) = line_every_s.and_then(|s| Duration::try_from_secs_f64(s).ok()) {
             fingerpad_cli::line_every(period);
         }
-        fingerpad_cli::run(words)
+        Ok(fingerpad_cli::run(words))
     }
 }
 
@@ -65,11 +71,9 @@ mod program {
 mod program {
     use std::ffi::OsString;
 
-    /// Exit code of bad usage.
-    const BAD_USAGE: u8 = 2;
+    use pyo3::PyResult;
 
-    pub fn run(_: Vec<OsString>, _: Option<f64>) -> u8 {
-        eprintln!("error: this wheel was built without the program: models and fingers alone");
-        BAD_USAGE
+    pub fn run(_: Vec<OsString>, _: Option<f64>) -> PyResult<u8> {
+        Err(crate::error::input("run_program: this wheel was built without the program"))
     }
 }

@@ -8,7 +8,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fingerpad::effects::{LAWS, tables::TABLE};
-use fingerpad::{Data, EffectSlot, Error, Grip, ModelFile, PadModelFile, TableColumn, Tuning};
+use fingerpad::{Data, EffectSlot, Error, Grip, ModelFile, Motion, PadModelFile, State, TableColumn, Tuning};
+use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -72,7 +73,7 @@ fn error_text(bytes: &[u8], error: &Error) -> String {
     }
 }
 
-/// What a file or its bytes hold: a [`Model`] or a [`Pad`].
+/// The [`Model`] or [`Pad`] of a file or of its bytes.
 #[pyfunction]
 pub fn load<'py>(py: Python<'py>, source: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let (bytes, place) = match source.cast::<PyBytes>() {
@@ -85,7 +86,7 @@ pub fn load<'py>(py: Python<'py>, source: &Bound<'py, PyAny>) -> PyResult<Bound<
     let refused = |text: String| error::model_text(format!("{place}{text}"));
     match Pad::new(&bytes) {
         Ok(pad) => Ok(Bound::new(py, pad)?.into_any()),
-        // No pad: what is wrong with a bed the reader of beds says.
+        // No pad: the reader of beds reports the errors of a bed.
         Err(Error::Section { id: [b'P', b'A', b'D', b'N'] }) => {
             let model = Model::new(&bytes).map_err(|e| refused(e.to_string()))?;
             Ok(Bound::new(py, model)?.into_any())
@@ -94,7 +95,7 @@ pub fn load<'py>(py: Python<'py>, source: &Bound<'py, PyAny>) -> PyResult<Bound<
     }
 }
 
-/// What a model is made from anew: its file and, of a tuned one, size, stiffness, lambda, tau0 in MPa.
+/// Content of a pickled model: its file and, of a tuned one, size, stiffness, lambda, tau0 in MPa.
 type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 4]>);
 
 #[pymethods]
@@ -128,6 +129,17 @@ impl Model {
     fn depth_max_mm(&self) -> PyResult<f32> {
         let depth = || -> Result<f32, Error> { Ok(with_model!(self.data, self.tuning, |model| model.depth_max_mm())) };
         depth().map_err(error::model)
+    }
+
+    #[getter]
+    fn normal_force_max_n(&self) -> PyResult<f32> {
+        let motion = |depth_mm| Motion { depth_mm, slide_increment_mm: [0.0; 2], spin_increment_rad: 0.0, dt_s: 1e-3 };
+        let force = || -> Result<f32, Error> {
+            Ok(with_model!(self.data, self.tuning, |model| {
+                model.step(&mut State::default(), motion(model.depth_max_mm())).normal_force_n
+            }))
+        };
+        force().map_err(error::model)
     }
 
     #[getter]
@@ -179,27 +191,55 @@ impl Model {
         })
     }
 
-    #[pyo3(signature = (friction_x_n, friction_y_n=0.0, *, margin=0.0, strength_factor=1.0))]
-    fn least_grip(
+    #[pyo3(signature = (friction_x_n, friction_y_n=None, *, margin=None, strength_factor=None))]
+    fn least_grip<'py>(
+        slf: &Bound<'py, Self>,
+        friction_x_n: Bound<'py, PyAny>,
+        friction_y_n: Option<Bound<'py, PyAny>>,
+        margin: Option<Bound<'py, PyAny>>,
+        strength_factor: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let over_arrays = slf.py().import("fingerpad._grip")?.getattr("least_grip")?;
+        over_arrays.call1((slf, friction_x_n, friction_y_n, margin, strength_factor))
+    }
+
+    /// Depths (mm), normal forces (N) and statuses of the least grips for rows of friction along x and y (N), margins and strength
+    /// factors.
+    fn _least_grips<'py>(
         &self,
-        friction_x_n: f32,
-        friction_y_n: f32,
-        margin: f32,
-        strength_factor: f32,
-    ) -> PyResult<(f32, f32, u16)> {
-        let load = [friction_x_n, friction_y_n];
-        let grip = || -> Result<Grip, Error> {
-            Ok(with_model!(self.data, self.tuning, |model| model.least_grip(load, margin, strength_factor)))
+        py: Python<'py>,
+        given: [PyReadonlyArray1<'py, f32>; 4],
+        mut depth_mm: PyReadwriteArray1<'py, f32>,
+        mut normal_force_n: PyReadwriteArray1<'py, f32>,
+        mut status: PyReadwriteArray1<'py, u32>,
+    ) -> PyResult<()> {
+        let [x, y, margin, factor] = &given;
+        let (x, y, margin, factor) = (x.as_slice()?, y.as_slice()?, margin.as_slice()?, factor.as_slice()?);
+        let (depth, normal, status) =
+            (depth_mm.as_slice_mut()?, normal_force_n.as_slice_mut()?, status.as_slice_mut()?);
+        let lengths = [y.len(), margin.len(), factor.len(), depth.len(), normal.len(), status.len()];
+        if let Some(found) = lengths.into_iter().find(|length| *length != x.len()) {
+            return Err(error::wrong_length(x.len(), found));
+        }
+        let grips = || -> Result<(), Error> {
+            with_model!(self.data, self.tuning, |model| {
+                for i in 0..x.len() {
+                    let grip: Grip = model.least_grip([x[i], y[i]], margin[i], factor[i]);
+                    (depth[i], normal[i], status[i]) = (grip.depth_mm, grip.normal_force_n, u32::from(grip.status.0));
+                }
+            });
+            Ok(())
         };
-        let Grip { depth_mm, normal_force_n, status } = grip().map_err(error::model)?;
-        Ok((depth_mm, normal_force_n, status.0))
+        py.detach(grips).map_err(error::model)
     }
 
     fn __repr__(&self) -> String {
         let words = if self.tuning.is_some() { ", tuned" } else { "" };
         let (depth, (pitch, roll)) = (self.depth_max_mm().unwrap_or(f32::NAN), self.pose_deg());
+        let force = self.normal_force_max_n().unwrap_or(f32::NAN);
         format!(
-            "<fingerpad.Model: {} springs, depth 0 to {depth:.2} mm, pitch {pitch} deg, roll {roll} deg, {} effects{words}>",
+            "<fingerpad.Model: {} springs, depth 0 to {depth:.2} mm, normal force 0 to {force:.2} N, pitch {pitch} deg, roll {roll} deg, \
+             {} effects{words}>",
             self.springs(),
             self.effects.len()
         )

@@ -16,12 +16,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error;
-use crate::group::{Group, PATCH, Refused, Row, Watches, states, write_response};
+use crate::group::{FORCES, Group, PATCH, Refused, Row, Watches, states, write_response};
 
 /// The pad that ships.
 const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip-pad.fpm");
 /// Its patches.
 pub const USUAL: usize = 37;
+/// Steps of a press from the air to the largest depth.
+const PRESS_STEPS: usize = 100;
 /// Most patches of a pad.
 pub const MOST: usize = 128;
 
@@ -64,7 +66,7 @@ impl Pad {
     }
 }
 
-/// What a pickled pad holds: its file and, if it is tuned, size, stiffness and lambda.
+/// Content of a pickled pad: its file and, if it is tuned, size, stiffness and lambda.
 type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 3]>);
 
 /// Text of the error for a file that is no pad.
@@ -74,7 +76,7 @@ pub fn error_text(error: &Error) -> String {
             "a bed of springs, not a pad: use fingerpad.load, or Model in place of Pad".to_owned()
         }
         Error::Shape { elements, nodes } if *nodes != 0 => format!("{elements} patches; at most {nodes} are used here"),
-        Error::Shape { elements, .. } => format!("a pad of {elements} modes, which is not what is used here"),
+        Error::Shape { elements, .. } => format!("a pad of {elements} modes; another number is used here"),
         other => other.to_string(),
     }
 }
@@ -118,6 +120,26 @@ impl Pad {
     }
 
     #[getter]
+    fn normal_force_max_n(&self) -> PyResult<f32> {
+        fn at<const P: usize>(pad: &Pad) -> Result<f32, Error> {
+            let pose_deg = [pad.neutral_pitch_deg(), 0.0];
+            let Some(mut finger) = Patches::<P>::new(pad, Body::Plane, String::new(), vec![pose_deg])? else {
+                return Ok(f32::NAN);
+            };
+            let mut out = [0; FORCES];
+            for k in 1..=PRESS_STEPS {
+                let depth_mm = pad.depth_max_mm() * (k as f32 / PRESS_STEPS as f32);
+                let row =
+                    Row { depth_mm: &[depth_mm], slide_x_mm: &[0.0], slide_y_mm: &[0.0], dt_s: 1e-3, ..Row::REST };
+                finger.step(0, &row, &mut out)?;
+            }
+            Ok(f32::from_bits(out[0]))
+        }
+        let force = if self.patches() <= USUAL { at::<USUAL>(self) } else { at::<MOST>(self) };
+        force.map_err(error::model)
+    }
+
+    #[getter]
     fn pitch_range_deg(&self) -> (f32, f32) {
         self.tables.numbers.pitch_range_deg.into()
     }
@@ -157,13 +179,32 @@ impl Pad {
         })
     }
 
+    #[pyo3(signature = (friction_x_n, friction_y_n=None, *, margin=None, strength_factor=None, pitch_deg=None, roll_deg=None, body=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn least_grip<'py>(
+        slf: &Bound<'py, Self>,
+        friction_x_n: Bound<'py, PyAny>,
+        friction_y_n: Option<Bound<'py, PyAny>>,
+        margin: Option<Bound<'py, PyAny>>,
+        strength_factor: Option<Bound<'py, PyAny>>,
+        pitch_deg: Option<Bound<'py, PyAny>>,
+        roll_deg: Option<Bound<'py, PyAny>>,
+        body: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let by_presses = slf.py().import("fingerpad._grip")?.getattr("pad_least_grip")?;
+        by_presses.call1((slf, friction_x_n, friction_y_n, margin, strength_factor, pitch_deg, roll_deg, body))
+    }
+
     fn __repr__(&self) -> String {
         let ((low, high), most) = (self.pitch_range_deg(), self.tables.numbers.roll_max_deg);
         let words = if self.tuning.is_some() { ", tuned" } else { "" };
         format!(
-            "<fingerpad.Pad: {} patches, depth 0 to {:.2} mm, pitch {low} to {high} deg, roll {} to {most} deg{words}>",
+            "<fingerpad.Pad: {} patches, depth 0 to {:.2} mm, normal force 0 to {:.2} N on a plane at pitch {} deg, pitch {low} to {high} deg, \
+             roll {} to {most} deg{words}>",
             self.patches(),
             self.depth_max_mm(),
+            self.normal_force_max_n().unwrap_or(f32::NAN),
+            self.neutral_pitch_deg(),
             -most
         )
     }
@@ -224,7 +265,7 @@ impl<const P: usize> Patches<P> {
         Ok(Some(made))
     }
 
-    /// What saved states begin with: body and tuning in words behind their length.
+    /// Head of saved states: body and tuning in words behind their length.
     fn head(&self) -> Vec<u8> {
         let length = self.description.len() as u16;
         [&length.to_le_bytes(), self.description.as_bytes()].concat()
@@ -238,7 +279,7 @@ impl<const P: usize> Patches<P> {
     }
 }
 
-/// What saved states begin with, nothing if they end before.
+/// Head of saved states; empty if they end before its end.
 fn head_of(bytes: &[u8]) -> &[u8] {
     let length = bytes.first_chunk().map_or(usize::MAX, |length| 2 + usize::from(u16::from_le_bytes(*length)));
     bytes.get(..length).unwrap_or(&[])
@@ -332,6 +373,20 @@ impl<const P: usize> Group for Patches<P> {
 
     fn copy(&self) -> Box<dyn Group> {
         Box::new(self.clone())
+    }
+
+    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error> {
+        let pad = self.tables.pad();
+        let tuned = self.tuning.map(|tuning| pad.tuned(tuning)).transpose()?;
+        for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
+            for (motion, out) in motions.iter().zip(out) {
+                *out = match &tuned {
+                    Some(tuned) => tuned.full_slip(state, &self.body, *motion),
+                    None => pad.full_slip(state, &self.body, *motion),
+                };
+            }
+        }
+        Ok(())
     }
 
     fn patches(&self, out: &mut [f32]) {

@@ -1,4 +1,4 @@
-"""What the tests start from: models, the pad, the documented vectors, the core without Python."""
+"""Fixtures: models, the pad, the documented vectors, the core without Python."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import fingerpad
 ROOT = Path(__file__).resolve().parents[3]
 MODEL = ROOT / "data/models/fingertip.fpm"
 PAD = ROOT / "data/models/fingertip-pad.fpm"
-#: What the native example reads of a step, and what it writes.
+#: A step as the native example reads it.
 STEP = np.dtype([(n, "<f4") for n in ("depth_mm", "x", "y", "spin_rad", "dt_s", "strength", "pitch_deg", "roll_deg")])
 
 
@@ -60,8 +60,8 @@ def native() -> Path:
 
 @pytest.fixture(scope="session")
 def program() -> Path:
-    """The program `fingerpad` that cargo built: the path in FINGERPAD_PROGRAM, or built here."""
-    if there := os.environ.get("FINGERPAD_PROGRAM"):
+    """The program `fingerpad` that cargo built: the path in FINGERPAD_CARGO_PROGRAM, or built here."""
+    if there := os.environ.get("FINGERPAD_CARGO_PROGRAM"):
         return Path(there)
     subprocess.run(["cargo", "build", "--release", "--package", "fingerpad-cli"], cwd=ROOT, check=True)
     return ROOT / "target/release/fingerpad"

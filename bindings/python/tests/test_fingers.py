@@ -1,4 +1,4 @@
-"""What Fingers, Model and Pad refuse and remember, alone and in threads."""
+"""Errors, states, events and threads of Fingers, Model and Pad."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_spellings_are_those_of_the_core() -> None:
 def test_properties(model: Model) -> None:
     assert Model.shipped().to_bytes() == MODEL.read_bytes()
     assert model.springs == 4 and 1 < model.depth_max_mm < 5 and model.pose_deg == (30.0, 0.0)
-    assert f"4 springs, depth 0 to {model.depth_max_mm:.2f} mm" in repr(model) and " mm, pitch 30 deg, roll 0 deg, 0 effects" in repr(model)
+    assert f"4 springs, depth 0 to {model.depth_max_mm:.2f} mm" in repr(model) and " N, pitch 30 deg, roll 0 deg, 0 effects" in repr(model)
     assert "held_out" in str(model.meta) and model.effects == []
     depth, normal, status = model.least_grip(0.2, margin=0.2)
     assert status == 0
@@ -61,7 +61,7 @@ def test_properties_of_a_pad(pad: Pad) -> None:
     assert Pad.shipped().to_bytes() == PAD.read_bytes()
     assert pad.patches == len(pad.patch_areas_mm2) == 37 and 4 < pad.depth_max_mm < 8 and pad.neutral_pitch_deg == 30
     assert pad.pitch_range_deg == (10, 70) and pad.roll_range_deg == (-30, 30) and pad.tuning == (1, 1, 1)
-    assert "37 patches, depth 0 to " in repr(pad) and " mm, pitch 10 to 70 deg, roll -30 to 30 deg" in repr(pad)
+    assert "37 patches, depth 0 to " in repr(pad) and ", pitch 10 to 70 deg, roll -30 to 30 deg" in repr(pad)
     assert repr(pad.tuned(size=1.1)).endswith(", tuned>") and isinstance(pad.meta, dict) and pad.meta
     fingers = Fingers(pad, 3, body=Sphere(20))
     assert fingers.spin and fingers.body == Sphere(20) and repr(fingers).endswith(" on Sphere(radius_mm=20.0)>")
@@ -221,6 +221,11 @@ def test_tunings_out_of_range(kind: Any) -> None:
         ({"depth_mm": 1, "outputs": "some"}, "outputs: 'some'"),
         ({"depth_mm": 1, "out": np.zeros(4)}, "out: an array of shape"),
         ({"depth_mm": 1, "out": np.zeros(8, FORCES)[::2]}, "contiguous"),
+        ({"depth_mm": np.ma.masked_array([1, 2, 3, 4], [0, 1, 0, 1])}, "depth_mm: 2 of 4 numbers are masked"),
+        ({"depth_mm": np.ma.masked}, "depth_mm: 1 of 1 numbers are masked"),
+        ({"depth_mm": 1, "slide_y_mm": np.ma.masked_invalid([0, 0, 0, np.inf])}, "slide_y_mm: 1 of 4 numbers are masked"),
+        ({"depth_mm": 1, "strength_factor": [True] * 4}, "strength_factor: bool where real numbers"),
+        ({"depth_mm": [1, None, 1, 1]}, "depth_mm: object where real numbers"),
         ({"depth_mm": 1, "pitch_deg": 40}, r"pitch_deg: 40, but a bed of springs is of one pose \(pitch 30 deg, roll 0 deg\)"),
         ({"depth_mm": 1, "roll_deg": [0, 0, 0, 45]}, r"roll_deg: an array of shape \(4,\), but a bed of springs is of one pose"),
     ],
@@ -254,7 +259,7 @@ def test_hostile_counts(kind: Any, most: int) -> None:
     for count in (-1, most + 1, 10**12, 2**63, 2**64, 10**30):
         with pytest.raises(InputError, match=f"count: {count} is not between 0 and {most}"):
             Fingers(kind.shipped(), count)
-    for count in (2.5, "3", None):
+    for count in (2.5, "3", None, True, False):
         with pytest.raises(InputError, match=f"count: {count!r} where a whole number is needed"):
             Fingers(kind.shipped(), count)
     with pytest.raises(InputError, match="model: str where a Model or a Pad"):
@@ -278,6 +283,22 @@ def test_bad_fingers_of_a_pad(model: Model, pad: Pad, options: dict[str, Any], t
         Fingers(pad, 4, **options)
     with pytest.raises(InputError, match=f"{next(iter(options))}: .*a bed of springs is of one pose"):
         Fingers(model, 4, **options)
+
+
+def test_a_spin_is_true_or_false(model: Model) -> None:
+    for spin in ("no", 1, None):
+        with pytest.raises(InputError, match=f"spin: {spin!r} where True or False is needed"):
+            Fingers(model, spin=spin)  # type: ignore[arg-type]
+
+
+def test_masks_without_masked_numbers_pass(model: Model) -> None:
+    depth = np.array([0.3, 0.6, 0.9])
+    plain = Fingers(model, 3).step(depth)
+    np.testing.assert_array_equal(Fingers(model, 3).step(np.ma.masked_array(depth, False)), plain)
+    np.testing.assert_array_equal(Fingers(model, 3).step(np.ma.masked_array(depth, [0, 1, 0]).filled(0.6)), plain)
+    pd = pytest.importorskip("pandas")
+    np.testing.assert_array_equal(Fingers(model, 3).step(pd.Series(depth)), plain)
+    assert list(Fingers(model, 3).step(pd.Series([0.3, None, 0.9]))["status"]) == [0, Status.BAD_INPUT, 0]
 
 
 @pytest.mark.parametrize(
@@ -449,7 +470,7 @@ def test_the_margin_is_zero_without_contact(model: Model, spin: bool) -> None:
 
 
 def test_nonsense_is_flagged_and_forgotten(model: Model) -> None:
-    """Bits at random in every input: nothing is no number, and nothing leaves its range."""
+    """Bits at random in every input: all results are finite and within their range."""
     random = np.random.default_rng(SEED)
     fingers = Fingers(model, 256, spin=True)
     for _ in range(200):

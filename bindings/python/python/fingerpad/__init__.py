@@ -1,4 +1,4 @@
-"""Fingertip friction: reduced models over numpy arrays, and what the program `fingerpad` does.
+"""Fingertip friction: reduced models over numpy arrays, and the commands of the program `fingerpad` on pandas frames.
 
 Units everywhere: mm, N, s, MPa; names end in their unit.
 """
@@ -17,24 +17,30 @@ from fingerpad._commands import (
     simulate,
 )
 from fingerpad._errors import Error, InputError, Interrupted, ModelError, NumericsError
-from fingerpad._fingers import DRIVEN, EVENT, FORCES, PATCH, RESPONSE, Fingers, Regime, Status
-from fingerpad._native import Model, Pad, __version__, load, status_words
+from fingerpad._fingers import DRIVEN, EVENT, FORCES, LIMIT, PATCH, PRESSURE_MAP, RESPONSE, SLIP_MAP, Fingers, Regime, Status
+from fingerpad._limit_surface import LimitSurface, limit_surface
+from fingerpad._native import Finger, Model, Pad, Response, __version__, load, status_words
 from fingerpad._program import Progress
 
 __all__ = [
     "DRIVEN",
     "EVENT",
     "FORCES",
+    "LIMIT",
     "PATCH",
+    "PRESSURE_MAP",
     "RESPONSE",
+    "SLIP_MAP",
     "Cylinder",
     "Diagnosis",
     "Edge",
     "Error",
+    "Finger",
     "Fingers",
     "Identification",
     "InputError",
     "Interrupted",
+    "LimitSurface",
     "Model",
     "ModelError",
     "NumericsError",
@@ -43,6 +49,7 @@ __all__ = [
     "Progress",
     "Reduction",
     "Regime",
+    "Response",
     "Simulation",
     "Sphere",
     "Status",
@@ -51,6 +58,7 @@ __all__ = [
     "diagnose_forces",
     "diagnose_table",
     "identify",
+    "limit_surface",
     "load",
     "reduce",
     "simulate",

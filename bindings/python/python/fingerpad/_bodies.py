@@ -21,7 +21,7 @@ def _set(body: object, name: str, least: float, most: float, may_be_negative: bo
     if not least <= (abs(number) if may_be_negative else number) <= most:
         hollow = ", or the negative of that for a hollow" if may_be_negative else ""
         raise InputError(f"{name}: {value} is not between {least:.7g} and {most:.7g}{hollow}")
-    # Bodies of equal numbers are spelled alike: a saved state tells its body by that.
+    # Bodies of equal numbers are spelled alike: a saved state compares bodies by their spelling.
     object.__setattr__(body, name, number)
 
 
@@ -34,7 +34,7 @@ class Plane:
 class Sphere:
     """A sphere that touches the finger at its apex; with a negative radius the finger lies in a bowl.
 
-    Bodies as sharp as a patch (a sphere of 5 mm, an edge of 2 mm) are beyond what a pad of 37 patches resolves.
+    Bodies as sharp as a patch (a sphere of 5 mm, an edge of 2 mm) are beyond the resolution of a pad of 37 patches.
     """
 
     radius_mm: float
@@ -76,7 +76,7 @@ class Edge:
         _set(self, "angle_deg", 1, 179)
 
 
-#: What a finger may touch.
+#: A body that a finger may touch.
 Body = Union[Plane, Sphere, Cylinder, Edge]
 
 

@@ -1,4 +1,4 @@
-"""What the commands of the program do, on frames of pandas or on files, with the same numbers.
+"""The commands of the program on pandas frames or on files, with the same numbers.
 
 Frames go to the program and come back as CSV with all their digits.
 """
@@ -38,19 +38,19 @@ class Folder:
         self.path = self.scratch / "out" if out is None else Path(out)
 
     def run(self, command: str, options: Mapping[str, Any], progress: Progressing, *words: str) -> str:
-        """Runs a command; returns what it said. What ends before its end, other than by bad input, keeps the folder."""
+        """Runs a command; returns its output. A command that fails or is stopped, other than by bad input, keeps the folder."""
         try:
-            said, warned = run([command, *words, *flags(options)], progress)
+            output, warned = run([command, *words, *flags(options)], progress)
         except InputError:
             self.remove()
             raise
         weakref.finalize(self, shutil.rmtree, self.scratch, ignore_errors=True)
         for warning in warned:
             warnings.warn(warning.removeprefix("warning: "), stacklevel=3)
-        return said
+        return output
 
     def remove(self) -> None:
-        """Removes what is not the caller's."""
+        """Removes the files that are not the caller's."""
         shutil.rmtree(self.scratch, ignore_errors=True)
 
     def table(self, name: str, table: Table | None) -> str | None:
@@ -118,17 +118,17 @@ class Simulation(_Result):
     response: pd.DataFrame
     """Forces along the path, columns as in the response file: mm, N, s."""
     fields: list[Path]
-    """ParaView files (.vtu) of the whole finger at the rows of the path, where they were asked for."""
+    """ParaView files (.vtu) of the whole finger at the rows of the path, if requested."""
     pad_fields: list[Path]
     """The same of the faces of the pad: pressure and traction (MPa), slip (mm), stick."""
     report: dict[str, Any] | None
-    """Numbers of the report, where it was asked for."""
+    """Numbers of the report, if requested."""
     probes: pd.DataFrame | None
-    """Strain, strain energy density (MPa) and their rates at points of the tissue, where they were asked for."""
+    """Strain, strain energy density (MPa) and their rates at points of the tissue, if requested."""
     reactions: pd.DataFrame | None
-    """Forces (N) and moments (N mm) of what holds nail, bone and the cut end, where they were asked for."""
+    """Forces (N) and moments (N mm) of what holds nail, bone and the cut end, if requested."""
     text: str
-    """What the program said."""
+    """The output of the program."""
     _folder: Folder = field(repr=False)
 
 
@@ -168,7 +168,7 @@ def simulate(
     displacement, stress and contact at every row for ParaView or pyvista. report: draw it into report/report.html. map_rows:
     rows, the first is 1, that the report draws. out: folder of the files; a run that was stopped goes on there.
 
-    Raises InputError; NumericsError and Interrupted, whose text says where what was reached is kept.
+    Raises InputError; NumericsError and Interrupted, whose text names the place of the results so far.
     """
     folder = Folder(out)
     options = {
@@ -274,7 +274,7 @@ def diagnose(
 
     calibration: runs without an effect. measured: runs to be explained. holdout: runs that are opened after the verdict.
     Columns run_id, t_s, depth_mm, slide_x_mm, slide_y_mm, normal_force_n, friction_x_n, friction_y_n and state columns;
-    columns: how they are called here, as in {"run": "Trial"}; units: in what they are, as in {"depth": "um"}.
+    columns: their names in these tables, as in {"run": "Trial"}; units: their units, as in {"depth": "um"}.
     laws: file of laws of one's own. covariate_sd: standard deviation of a state column's readings.
     can_set, least_rest_s: what the next experiment may vary, and the least rest between its strokes.
     alpha, seed: level and seed of the sign-flip test.
@@ -337,7 +337,7 @@ def diagnose_table(
     out: Place | None = None,
     progress: Progressing = None,
 ) -> Diagnosis:
-    """Compares a table with the finite elements and looks for what closes the gap; `fingerpad diagnose --table`.
+    """Compares a table with the finite elements and looks for effects that close the gap; `fingerpad diagnose --table`.
 
     table: depth_mm and any of normal_force_n, contact_area_mm2, friction_coefficient, each with its spread as ..._sd where it is
     known; columns, units: as in diagnose. config, shape, mesh_preset: the finger. Takes minutes on the medium mesh, which is
@@ -410,7 +410,7 @@ def identify(
     data: columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2; Table 1 of Yoshida et al.
     (2011) without. published: the published constants only. joint: finger, depths and law at once as well. fast: without the
     paper's simplex. prediction: with the F/N curve, the published checks and the sensitivities. full: run everything again.
-    out: folder of the results; what was computed is kept there, and a run that was stopped goes on.
+    out: folder of the results; finished work is kept there, and a run that was stopped goes on.
 
     Raises InputError, NumericsError, Interrupted.
     """
@@ -443,7 +443,7 @@ class Reduction(_Result):
     model: Model
     """The model."""
     report: dict[str, Any] | None
-    """Numbers of the report, where it was asked for."""
+    """Numbers of the report, if requested."""
     text: str
     """Errors of the fit in words."""
     _folder: Folder = field(repr=False)
@@ -471,7 +471,7 @@ def reduce(
 
     runs: folder of the runs, those that ship with the program without. design: run first what the folder lacks of the design
     of experiments, which takes hours; finished paths are kept there. restarts: fits from beside the best one so far.
-    springs: 4 or 6. report: draw it into report/reduced.html; curve: with what accuracy costs. out: folder of model.fpm.
+    springs: 4 or 6. report: draw it into report/reduced.html; curve: with the cost of accuracy. out: folder of model.fpm.
     force: replace a model that is there.
 
     Raises InputError, NumericsError, Interrupted.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class Error(Exception):
-    """Whatever this package refuses or cannot do."""
+    """Base of the exceptions of this package."""
 
 
 class InputError(Error, ValueError):
@@ -20,4 +20,4 @@ class NumericsError(Error, ArithmeticError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C, or a progress callback that raised it, during a computation. The text says what was kept and where."""
+    """Ctrl-C, or a progress callback that raised it, during a computation. The text names the results that are kept and their place."""

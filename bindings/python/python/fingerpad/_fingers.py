@@ -5,17 +5,18 @@ from __future__ import annotations
 import operator
 import warnings
 from enum import IntEnum, IntFlag
-from typing import Any, Literal, SupportsIndex, Union, final
+from typing import Any, Literal, SupportsIndex, final
 
 import numpy as np
 import numpy.typing as npt
 
 from fingerpad import _bodies
+from fingerpad._arrays import Numbers, broadcast, check_range, fit, number
 from fingerpad._bodies import Body, Plane
 from fingerpad._errors import InputError
 from fingerpad._native import Contacts, Model, Pad
 
-#: What a contact answers with outputs="forces": forces that the plane exerts on the finger, N, and moment, N mm. The slip margin is
+#: Response of a contact with outputs="forces": forces that the plane exerts on the finger, N, and moment, N mm. The slip margin is
 #: 1 less the share of its limit that the load uses; 0 without contact.
 FORCES = np.dtype(
     [
@@ -29,7 +30,7 @@ FORCES = np.dtype(
         ("status", np.uint32),
     ]
 )
-#: What a contact answers with outputs="all": the forces, then limit, area, centre of pressure and 95 % bands.
+#: Response of a contact with outputs="all": the forces, then limit, area, centre of pressure and 95 % bands.
 RESPONSE = np.dtype(
     [(name, FORCES.fields[name][0]) for name in FORCES.names or ()]  # type: ignore[index]
     + [
@@ -41,7 +42,7 @@ RESPONSE = np.dtype(
         ("band_friction_n", np.float32),
     ]
 )
-#: What a driven contact answers: the response, then the motion that led to it.
+#: Response of a driven contact: the plain response, then the motion that led to it.
 DRIVEN = np.dtype(
     [(name, RESPONSE.fields[name][0]) for name in RESPONSE.names or ()]  # type: ignore[index]
     + [
@@ -51,7 +52,7 @@ DRIVEN = np.dtype(
         ("spin_rad", np.float32),
     ]
 )
-#: What a patch of a pad bears: place of its middle along the axes of the plane, from the point about which poses turn; pressure and
+#: State of a patch of a pad: place of its middle along the axes of the plane, from the point about which poses turn; pressure and
 #: traction on the finger over the patch's own area; area in contact, the share of it that sticks, and the share of its strength in use.
 PATCH = np.dtype(
     [
@@ -66,21 +67,59 @@ PATCH = np.dtype(
         ("used_share", np.float32),
     ]
 )
+#: A patch in a map of pressure: place as in `PATCH`, area of the patch, area of it in contact, mean pressure over the patch's area.
+PRESSURE_MAP = np.dtype(
+    [
+        ("place_x_mm", np.float32),
+        ("place_y_mm", np.float32),
+        ("place_z_mm", np.float32),
+        ("area_mm2", np.float32),
+        ("contact_area_mm2", np.float32),
+        ("pressure_mpa", np.float32),
+    ]
+)
+#: A patch in a map of slip: place as in `PATCH`, area in contact, the share of it that sticks, the share of the patch's strength in
+#: use, and mean traction over the patch's area.
+SLIP_MAP = np.dtype(
+    [
+        ("place_x_mm", np.float32),
+        ("place_y_mm", np.float32),
+        ("place_z_mm", np.float32),
+        ("contact_area_mm2", np.float32),
+        ("stick_ratio", np.float32),
+        ("used_share", np.float32),
+        ("traction_x_mpa", np.float32),
+        ("traction_y_mpa", np.float32),
+    ]
+)
+#: A point of a limit surface: the motion of the body (slides, turn; of any length), and friction and moment under it in full slip.
+LIMIT = np.dtype(
+    [
+        ("slide_x_mm", np.float32),
+        ("slide_y_mm", np.float32),
+        ("spin_rad", np.float32),
+        ("friction_x_n", np.float32),
+        ("friction_y_n", np.float32),
+        ("spin_moment_n_mm", np.float32),
+    ]
+)
 #: An event: step since Fingers.watch, number of the finger, and touch, first_slip, full_slip, restick or lift_off.
 EVENT = np.dtype([("tick", np.uint32), ("finger", np.uint32), ("change", "U10")])
 
-#: What a step may leave out.
+#: Arguments that a step may leave out.
 OPTIONAL = ("spin_rad", "strength_factor", "pitch_deg", "roll_deg")
 
 #: Most fingers of a bed and of a pad: 2 GB of memory.
 MOST_FINGERS = {Model: 1 << 24, Pad: 1 << 20}
 
-#: Numbers, or an array of them that broadcasts to the fingers.
-Numbers = Union[float, npt.ArrayLike]
+#: Distance from the centre of a turn at which its length counts, mm.
+ARM_MM = 3.0
+#: Directions of slide, and angles of the motion with the plane of slides (deg), over which a limit surface is taken.
+AZIMUTHS, RISES_DEG = 24, range(-75, 90, 15)
 
 
 class Regime(IntEnum):
-    """What a contact as a whole does."""
+    """Stick and slip of a contact as a whole."""
 
     NO_CONTACT = 0
     STICK = 1
@@ -106,7 +145,7 @@ class Status(IntFlag):
 
 @final
 class Fingers:
-    """Contacts of one model, which know nothing of each other and step together.
+    """Contacts of one model, which step together and do not influence each other.
 
     A contact of a bed (`Model`) remembers where its springs are held on the plane, one of a pad (`Pad`) where its patches are held on
     the body and how the finger is deformed, and nothing else: at rest it keeps its bits. Frame: x along the finger from proximal to
@@ -130,27 +169,29 @@ class Fingers:
         model: a bed or a pad, kept by its numbers, the object may go. count: how many. spin: whether contacts of a bed follow a turn
         of the plane about its normal, which costs about twice a plain step; others flag it. Those of a pad always do.
 
-        Of a pad only: body: what all fingers touch, a plane without. pitch_deg, roll_deg: the pose in which the body's apex lies
-        under first touch, and that of steps which name none; numbers or one a finger, the pad's neutral pitch and no roll without.
+        Of a pad only: body: the body that each finger touches, a plane by default. pitch_deg, roll_deg: the pose in which the body's
+        apex lies under first touch, and that of steps which name none; numbers or one a finger, the pad's neutral pitch and no roll
+        by default.
         """
         kind = Pad if isinstance(model, Pad) else Model
         if not isinstance(model, kind):
             raise InputError(f"model: {type(model).__name__} where a Model or a Pad is needed")
         try:
-            self._count = operator.index(count)
+            # A boolean is an index, but no count.
+            self._count = operator.index(count if not isinstance(count, bool) else None)  # type: ignore[arg-type]
         except TypeError:
             raise InputError(f"count: {count!r} where a whole number is needed") from None
         if not 0 <= self._count <= MOST_FINGERS[kind]:
             raise InputError(f"count: {self._count} is not between 0 and {MOST_FINGERS[kind]}")
+        if not isinstance(spin, (bool, np.bool_)):
+            raise InputError(f"spin: {spin!r} where True or False is needed")
         self._model: Model | Pad = model
         self._body: Body = Plane() if body is None else body
         self._poses: npt.NDArray[np.float32] | None = None
         if isinstance(model, Pad):
             self._init_pad(model, pitch_deg, roll_deg)
         else:
-            for name, value in {"body": body, "pitch_deg": pitch_deg, "roll_deg": roll_deg}.items():
-                if value is not None:
-                    raise InputError(f"{name}: {_short(value)}, but {_one_pose(model)}")
+            refuse_pose(model, body=body, pitch_deg=pitch_deg, roll_deg=roll_deg)
             self._init_bed(model, bool(spin))
 
     def _init_bed(self, model: Model, spin: bool) -> None:
@@ -169,10 +210,8 @@ class Fingers:
         }
         columns = []
         for name, (value, (least, most)) in given.items():
-            column = _broadcast(name, value, (self._count,))
-            outside = column[~((column >= least) & (column <= most))]
-            if outside.size:
-                raise InputError(f"{name}: {outside[0]:g} is not between {least:g} and {most:g}")
+            column = broadcast(name, value, (self._count,))
+            check_range(name, column, least, most)
             columns.append(column)
         self._spin, poses, body = True, np.ascontiguousarray(np.stack(columns, axis=1)), self._body
         self._poses = poses
@@ -185,7 +224,7 @@ class Fingers:
 
     @property
     def body(self) -> Body:
-        """What the fingers touch; a plane for those of a bed."""
+        """The body that the fingers touch; a plane for those of a bed."""
         return self._body
 
     @property
@@ -310,13 +349,13 @@ class Fingers:
         direction: depth, slide x and slide y along which the motion goes on, of any length, for all fingers or one a finger:
         springs on their limit slip if it loads them further; with zeros all stick. 0 without contact.
         """
-        directions = _broadcast("direction", direction, (self._count, 3))
+        directions = broadcast("direction", direction, (self._count, 3))
         result = np.empty((self._count, 3, 3), np.float32)
         self._contacts.gradient(directions, result.reshape(-1))
         return result
 
     def patches(self) -> npt.NDArray[np.void]:
-        """What the patches of a pad bear after the last step: an array of `PATCH` of shape (fingers, patches).
+        """State of the patches of a pad after the last step: an array of `PATCH` of shape (fingers, patches).
 
         The sum of pressure times area (`Pad.patch_areas_mm2`) is the normal force on a plane. A patch that is apart has a place and
         zeros; of a finger in the air all is 0. Costs about as much as a round of a step.
@@ -325,6 +364,55 @@ class Fingers:
             raise InputError("patches: a bed of springs has none; a pad has them: fingerpad.Pad.shipped()")
         result = np.zeros((self._count, self._model.patches), PATCH)
         self._contacts.patches(result.view(np.float32).reshape(-1))
+        return result
+
+    def pressure_map(self) -> npt.NDArray[np.void]:
+        """Where the pad is pressed after the last step: an array of `PRESSURE_MAP` of shape (fingers, patches).
+
+        The columns of `patches` that concern pressure, and the area of each patch.
+        """
+        return self._map(PRESSURE_MAP)
+
+    def slip_map(self) -> npt.NDArray[np.void]:
+        """Where the pad sticks and slips after the last step: an array of `SLIP_MAP` of shape (fingers, patches).
+
+        The columns of `patches` that concern friction.
+        """
+        return self._map(SLIP_MAP)
+
+    def _map(self, record: np.dtype[np.void]) -> npt.NDArray[np.void]:
+        patches = self.patches()
+        result = np.empty(patches.shape, record)
+        for name in record.names or ():
+            result[name] = self._model.patch_areas_mm2 if name == "area_mm2" else patches[name]  # type: ignore[union-attr]
+        return result
+
+    def limit_surface(self, motion: npt.ArrayLike | None = None) -> npt.NDArray[np.void]:
+        """Friction and moment of each finger in full slip: an array of `LIMIT` of shape (fingers, motions).
+
+        motion: rows of slide x, slide y (mm) and turn (rad) of the body, of any length: only the direction counts; by default 266
+        directions all around. The moment counts about the point under first touch, about which poses turn.
+
+        Of a pad: the sum over the patches of the strength under their pressure after the last step, each against its own motion (a
+        round of a step for each motion). A slide at the same depth changes these pressures. Of a bed: where a long slide in that
+        direction at the depth of the last step ends (940 steps for each motion), within 1 % of the largest; fingers without spin
+        have a moment as well. 0 without contact. No finger moves.
+        """
+        motions = _all_around() if motion is None else np.asarray(number("motion", motion), np.float64)
+        if motions.ndim == 0 or motions.ndim > 2 or motions.shape[-1] != 3:
+            raise InputError(f"motion: an array of shape {motions.shape} where (motions, 3) is needed: slide x, slide y, turn")
+        motions = motions.reshape(-1, 3)
+        length = np.sqrt((np.multiply(motions, (1.0, 1.0, ARM_MM)) ** 2).sum(1))
+        wrong = np.flatnonzero(~(np.isfinite(length) & (length > 0)))
+        if wrong.size:
+            raise InputError(f"motion: row {wrong[0]} is {motions[wrong[0]].tolist()}; finite numbers that are not all 0 are needed")
+        forces = np.zeros((self._count, len(motions), 3), np.float32)
+        self._contacts.limit_surface((motions / length[:, None]).astype(np.float32), forces.reshape(-1))
+        result = np.empty(forces.shape[:2], LIMIT)
+        for k, name in enumerate(("slide_x_mm", "slide_y_mm", "spin_rad")):
+            result[name] = motions[:, k]
+        for k, name in enumerate(("friction_x_n", "friction_y_n", "spin_moment_n_mm")):
+            result[name] = forces[:, :, k]
         return result
 
     @property
@@ -338,11 +426,11 @@ class Fingers:
         return np.array(self._contacts.state()[1], np.float32)
 
     def reset(self, which: npt.ArrayLike | None = None) -> None:
-        """Lifts fingers off and makes them forget: all, or those where `which` (booleans, one a finger) is true."""
+        """Lifts fingers off and clears their memory: all, or those where `which` (booleans, one a finger) is true."""
         chosen = np.asarray(True if which is None else which)
         if chosen.dtype != np.bool_:
             raise InputError(f"which: {chosen.dtype} where booleans are needed")
-        self._contacts.reset(np.ascontiguousarray(_fit("which", chosen, (self._count,))))
+        self._contacts.reset(np.ascontiguousarray(fit("which", chosen, (self._count,))))
 
     def save(self) -> bytes:
         """The state of all fingers, each with its checksum and that of the model; of a pad also its body and tuning. Watches and
@@ -372,7 +460,7 @@ class Fingers:
         looks: int = 8,
         contact_looks: int = 2,
     ) -> None:
-        """Sees events from the next step on, and counts ticks from there.
+        """Records events from the next step on, and counts ticks from there.
 
         Thresholds are stick ratios, with a gap between there and back: first slip below `first_slip` for `looks` steps or
         below `sure_slip` at once, full slip at `full_slip`, restick above `partial_restick` (in part) and `restick`; touch
@@ -385,7 +473,7 @@ class Fingers:
         self._contacts.watch(first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks)
 
     def events(self) -> npt.NDArray[np.void]:
-        """What happened since `watch`, or since it was last asked: an array of `EVENT`."""
+        """Events since `watch`, or since the last call: an array of `EVENT`."""
         return np.array(self._contacts.take_events(), EVENT)
 
     def __reduce__(self) -> tuple[Any, tuple[Model | Pad, int, dict[str, Any], bytes]]:
@@ -400,15 +488,13 @@ class Fingers:
         """The pose of a step by its names; refused for a bed."""
         pose = {"pitch_deg": pitch_deg, "roll_deg": roll_deg}
         if isinstance(self._model, Model):
-            for name, value in pose.items():
-                if value is not None:
-                    raise InputError(f"{name}: {_short(value)}, but {_one_pose(self._model)}")
+            refuse_pose(self._model, **pose)
         return pose
 
     def _steps(self, given: dict[str, Numbers | None], dt_s: Numbers) -> int:
         """Number of steps: that of the arrays that have a row a step."""
-        lengths = {name: _rows(np.shape(_number(name, value)), self._count) for name, value in given.items() if value is not None}
-        lengths["dt_s"] = len(np.atleast_1d(_number("dt_s", dt_s)))
+        lengths = {name: _rows(np.shape(number(name, value)), self._count) for name, value in given.items() if value is not None}
+        lengths["dt_s"] = len(np.atleast_1d(number("dt_s", dt_s)))
         steps = max(lengths.values())
         if all(np.ndim(value) < 2 for value in given.values() if value is not None) and self._count != 1:
             raise InputError(f"run needs an array with a row a step, of shape (steps, {self._count}) or (steps, 1)")
@@ -417,60 +503,47 @@ class Fingers:
     def _arrays(self, steps: int, given: dict[str, Numbers | None]) -> Any:
         """The motion's three arrays, then the optional ones in the order of the compiled part; each (steps, fingers), or None."""
         shape = (steps, self._count)
-        motion = [_broadcast(name, value, shape) for name, value in given.items() if name not in OPTIONAL]
+        motion = [broadcast(name, value, shape) for name, value in given.items() if name not in OPTIONAL]
         more = [(name, given.get(name)) for name in OPTIONAL]
-        return motion + [None if value is None else _broadcast(name, value, shape) for name, value in more]
+        return motion + [None if value is None else broadcast(name, value, shape) for name, value in more]
 
 
-def _short(value: Any) -> str:
-    return repr(value) if np.ndim(value) == 0 else f"an array of shape {np.shape(value)}"
+def refuse_pose(model: Model, pitch_deg: Any = None, roll_deg: Any = None, body: Any = None) -> None:
+    """Raises InputError for a body or a pose of a bed."""
+    for name, value in {"body": body, "pitch_deg": pitch_deg, "roll_deg": roll_deg}.items():
+        if value is None:
+            continue
+        given = repr(value) if np.ndim(value) == 0 else f"an array of shape {np.shape(value)}"
+        pitch, roll = model.pose_deg
+        raise InputError(
+            f"{name}: {given}, but a bed of springs is of one pose (pitch {pitch:g} deg, roll {roll:g} deg) on a plane; "
+            "a pad follows others: fingerpad.Pad.shipped()"
+        )
 
 
-def _one_pose(model: Model) -> str:
-    pitch_deg, roll_deg = model.pose_deg
-    return (
-        f"a bed of springs is of one pose (pitch {pitch_deg:g} deg, roll {roll_deg:g} deg) on a plane; "
-        "a pad follows others: fingerpad.Pad.shipped()"
-    )
+def record_of(words: bytes) -> npt.NDArray[np.void]:
+    """The record of a single finger's response."""
+    return np.frombuffer(words, RESPONSE).copy()
+
+
+def _all_around() -> npt.NDArray[np.float64]:
+    """Directions of motion, spread over the sphere of slide x, slide y and turn times `ARM_MM`."""
+    azimuths = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
+    rows = [(0.0, 0.0, -1.0)]
+    for rise in np.deg2rad(RISES_DEG):
+        rows += [(np.cos(rise) * np.cos(a), np.cos(rise) * np.sin(a), np.sin(rise)) for a in azimuths]
+    return np.array([*rows, (0.0, 0.0, 1.0)]) / (1.0, 1.0, ARM_MM)
 
 
 def _rows(shape: tuple[int, ...], count: int) -> int:
-    """Rows that an array asks for."""
+    """Number of steps that an array stands for."""
     if len(shape) == 1 and count == 1:
         return shape[0]
     return shape[0] if len(shape) > 1 else 1
 
 
-def _number(name: str, value: Any) -> npt.NDArray[Any]:
-    try:
-        array = np.asarray(value)
-    except ValueError as error:
-        raise InputError(f"{name}: {error}") from None
-    if array.dtype.kind not in "fiub":
-        raise InputError(f"{name}: {array.dtype} where real numbers are needed")
-    return array
-
-
-def _fit(name: str, array: npt.NDArray[Any], shape: tuple[int, ...]) -> npt.NDArray[Any]:
-    if array.ndim == 1 and len(shape) == 2 and shape[1] == 1:
-        array = array.reshape(-1, 1)
-    try:
-        return np.broadcast_to(array, shape)
-    except ValueError:
-        raise InputError(f"{name}: an array of shape {array.shape} where {shape} is needed") from None
-
-
-def _broadcast(name: str, value: Any, shape: tuple[int, ...]) -> npt.NDArray[np.float32]:
-    array = _number(name, value)
-    if array.dtype != np.float32:
-        # A number beyond 32 bits becomes infinite, which a step flags.
-        with np.errstate(over="ignore"):
-            array = array.astype(np.float32)
-    return np.ascontiguousarray(array if array.shape == shape else _fit(name, array, shape))
-
-
 def _times(dt_s: Numbers, steps: int) -> npt.NDArray[np.float32]:
-    return _broadcast("dt_s", dt_s, (steps,))
+    return broadcast("dt_s", dt_s, (steps,))
 
 
 def _record(outputs: str) -> np.dtype[np.void]:

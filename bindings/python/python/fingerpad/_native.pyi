@@ -1,15 +1,31 @@
 """The compiled part of the package."""
 
 from os import PathLike
-from typing import Any, Sequence, final
+from typing import Any, Sequence, final, overload
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Contacts", "Model", "Pad", "__version__", "load", "run_program", "status_words"]
+from fingerpad._bodies import Body
+from fingerpad._fingers import Fingers, Regime, Status
+
+__all__ = [
+    "HAS_PROGRAM",
+    "Contacts",
+    "Finger",
+    "Model",
+    "Pad",
+    "Response",
+    "__version__",
+    "load",
+    "run_program",
+    "status_words",
+]
 
 #: Version of the package.
 __version__: str
+#: Whether the wheel contains the program.
+HAS_PROGRAM: bool
 
 _Floats = npt.NDArray[np.float32]
 _Words = npt.NDArray[np.uint32]
@@ -23,7 +39,7 @@ class Model:
 
     @staticmethod
     def from_bytes(data: bytes) -> Model:
-        """A model from a file's bytes. Raises ModelError with what is wrong."""
+        """A model from a file's bytes. Raises ModelError with the cause."""
 
     @staticmethod
     def from_file(path: str | PathLike[str]) -> Model:
@@ -43,6 +59,10 @@ class Model:
     @property
     def depth_max_mm(self) -> float:
         """Largest depth for which the model was fitted, mm; with the tuning's size."""
+
+    @property
+    def normal_force_max_n(self) -> float:
+        """Normal force at the largest depth without a slide, N; with the tuning."""
 
     @property
     def pose_deg(self) -> tuple[float, float]:
@@ -76,14 +96,35 @@ class Model:
         the friction law, 0.1 to 10. tau0_mpa: shear strength at zero pressure, MPa, 0 to 0.1. Raises ModelError beyond.
         """
 
+    @overload
     def least_grip(
-        self, friction_x_n: float, friction_y_n: float = 0.0, *, margin: float = 0.0, strength_factor: float = 1.0
+        self,
+        friction_x_n: float,
+        friction_y_n: float | None = None,
+        *,
+        margin: float | None = None,
+        strength_factor: float | None = None,
     ) -> tuple[float, float, int]:
         """The least depth (mm) and normal force (N) that hold a friction force with a slip margin, and the status.
 
-        margin: share of the limit kept in reserve, 0 to 0.95. The status has LOAD_NOT_REACHED if even the largest depth
-        does not hold the load. The half-width of friction's 95 % band is on the safe side already.
+        friction_x_n, friction_y_n: the load, N; 0 along y by default. margin: share of the limit kept in reserve, 0 to 0.95, 0 by
+        default. strength_factor: on the friction, 0.1 to 5, 1 by default. Arrays broadcast, and give arrays. The status has
+        LOAD_NOT_REACHED if even the largest depth does not hold the load, and BAD_INPUT for a load that is NaN or infinite. The
+        half-width of friction's 95 % band is on the safe side already. Raises InputError beyond the ranges.
         """
+
+    @overload
+    def least_grip(
+        self,
+        friction_x_n: npt.ArrayLike,
+        friction_y_n: npt.ArrayLike | None = None,
+        *,
+        margin: npt.ArrayLike | None = None,
+        strength_factor: npt.ArrayLike | None = None,
+    ) -> tuple[_Floats, _Floats, _Words]: ...
+    def _least_grips(
+        self, given: tuple[_Floats, _Floats, _Floats, _Floats], depth_mm: _Floats, normal_force_n: _Floats, status: _Words
+    ) -> None: ...
 
     def __eq__(self, other: object, /) -> bool:
         """Whether file and tuning are the same."""
@@ -100,7 +141,7 @@ class Pad:
 
     @staticmethod
     def from_bytes(data: bytes) -> Pad:
-        """A pad from a file's bytes. Raises ModelError with what is wrong."""
+        """A pad from a file's bytes. Raises ModelError with the cause."""
 
     @staticmethod
     def from_file(path: str | PathLike[str]) -> Pad:
@@ -124,6 +165,10 @@ class Pad:
     @property
     def depth_max_mm(self) -> float:
         """Largest depth for which the pad was fitted, mm; with the tuning's size. Steps go on to twice that, flagged."""
+
+    @property
+    def normal_force_max_n(self) -> float:
+        """Normal force at the largest depth on a plane in the neutral pitch without a slide, N; with the tuning. Takes 100 steps."""
 
     @property
     def pitch_range_deg(self) -> tuple[float, float]:
@@ -152,6 +197,40 @@ class Pad:
         the friction law, 0.1 to 10. Raises ModelError beyond.
         """
 
+    @overload
+    def least_grip(
+        self,
+        friction_x_n: float,
+        friction_y_n: float | None = None,
+        *,
+        margin: float | None = None,
+        strength_factor: float | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+        body: Body | None = None,
+    ) -> tuple[float, float, int]:
+        """The least depth (mm) at which a finger that slides comes to hold a friction force with a slip margin, the normal force under
+        the load (N), and the status.
+
+        friction_x_n, friction_y_n, margin, strength_factor: as of `Model.least_grip`. pitch_deg, roll_deg, body: as of `Fingers`. Numbers
+        broadcast, and arrays give arrays. Found by trying depths from the least on, each with a press and up to 200 slides, all loads
+        side by side; a load alone takes some tenths of a second. The half-width of friction's 95 % band is on the safe side already. The status has LOAD_NOT_REACHED, and the
+        depth is the largest one, if no depth of the range holds the load after such slides; BAD_INPUT for a load that is NaN or infinite. Raises
+        InputError beyond the ranges.
+        """
+
+    @overload
+    def least_grip(
+        self,
+        friction_x_n: npt.ArrayLike,
+        friction_y_n: npt.ArrayLike | None = None,
+        *,
+        margin: npt.ArrayLike | None = None,
+        strength_factor: npt.ArrayLike | None = None,
+        pitch_deg: npt.ArrayLike | None = None,
+        roll_deg: npt.ArrayLike | None = None,
+        body: Body | None = None,
+    ) -> tuple[_Floats, _Floats, _Words]: ...
     def __eq__(self, other: object, /) -> bool:
         """Whether file and tuning are the same."""
 
@@ -163,6 +242,151 @@ def load(source: bytes | str | PathLike[str]) -> Model | Pad:
 
     Raises InputError for a file that cannot be read, ModelError for one that is refused.
     """
+
+@final
+class Response:
+    """Result of a step of a `Finger`: the fields of `RESPONSE` as plain numbers. Forces are those on the finger."""
+
+    @property
+    def normal_force_n(self) -> float:
+        """Normal force, N."""
+
+    @property
+    def friction_x_n(self) -> float:
+        """Friction along x, N."""
+
+    @property
+    def friction_y_n(self) -> float:
+        """Friction along y, N."""
+
+    @property
+    def spin_moment_n_mm(self) -> float:
+        """Moment of friction about the normal, N mm."""
+
+    @property
+    def slip_margin(self) -> float:
+        """1 less the share of its limit that the load uses; 0 without contact."""
+
+    @property
+    def stick_ratio(self) -> float:
+        """Share of the contact that sticks, 0 to 1."""
+
+    @property
+    def regime(self) -> Regime:
+        """Stick and slip of the contact as a whole."""
+
+    @property
+    def status(self) -> Status:
+        """Remarks on the step; none is 0."""
+
+    @property
+    def friction_limit_n(self) -> float:
+        """Friction in full slip along the present direction, N."""
+
+    @property
+    def contact_area_mm2(self) -> float:
+        """Area in contact, mm^2."""
+
+    @property
+    def pressure_centre_x_mm(self) -> float:
+        """Centre of pressure along x, mm."""
+
+    @property
+    def pressure_centre_y_mm(self) -> float:
+        """Centre of pressure along y, mm."""
+
+    @property
+    def band_normal_n(self) -> float:
+        """Half-width of the 95 % band of the normal force, N."""
+
+    @property
+    def band_friction_n(self) -> float:
+        """Half-width of the 95 % band of the friction, N."""
+
+    def to_record(self) -> npt.NDArray[np.void]:
+        """The same as an array of one record of `RESPONSE`."""
+
+    def __eq__(self, other: object, /) -> bool:
+        """Whether all bits are the same."""
+
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, tuple[Sequence[int]]]: ...
+    @staticmethod
+    def _of(words: Sequence[int]) -> Response: ...
+
+@final
+class Finger:
+    """One contact whose step takes and returns plain numbers, for a control loop.
+
+    The same contact as one of `Fingers`, with the same bits, without the cost of arrays.
+    """
+
+    def __new__(
+        cls,
+        model: Model | Pad,
+        *,
+        spin: bool = False,
+        body: Body | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+    ) -> Finger:
+        """A finger in the air; arguments as of `Fingers`."""
+
+    @property
+    def model(self) -> Model | Pad:
+        """The bed or the pad."""
+
+    @property
+    def body(self) -> Body:
+        """The body that the finger touches; a plane for one of a bed."""
+
+    @property
+    def spin(self) -> bool:
+        """Whether the contact follows a turn of the body."""
+
+    def step(
+        self,
+        depth_mm: float,
+        slide_x_mm: float = 0.0,
+        slide_y_mm: float = 0.0,
+        spin_rad: float = 0.0,
+        *,
+        dt_s: float = 1e-3,
+        strength_factor: float | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+    ) -> Response:
+        """Advances the finger by one step; arguments as of `Fingers.step`.
+
+        Raises TypeError for an argument that is not a number, and InputError for a pose of a bed; the finger does not move then.
+        """
+
+    @property
+    def depth_mm(self) -> float:
+        """Depth of the last step, mm."""
+
+    @property
+    def strength_factor(self) -> float:
+        """Factor on the friction in use."""
+
+    def reset(self) -> None:
+        """Lifts the finger off and clears its memory."""
+
+    def save(self) -> bytes:
+        """The state, as that of `Fingers` of one."""
+
+    def restore(self, data: bytes) -> None:
+        """Takes up a saved state of one finger. Raises ModelError, and changes nothing, for damage or another model's."""
+
+    def copy(self) -> Finger:
+        """The same finger again, in the same state."""
+
+    def fingers(self) -> Fingers:
+        """`Fingers` of one in this state, for maps, limit surface and gradient; it moves on its own."""
+
+    def __reduce__(self) -> tuple[Any, tuple[Fingers, bytes]]: ...
+    @staticmethod
+    def _of(fingers: Fingers) -> Finger: ...
 
 @final
 class Contacts:
@@ -197,6 +421,7 @@ class Contacts:
         out: _Words,
     ) -> None: ...
     def gradient(self, direction: _Floats, out: _Floats) -> None: ...
+    def limit_surface(self, motion: _Floats, out: _Floats) -> None: ...
     def patches(self, out: _Floats) -> None: ...
     def state(self) -> tuple[list[float], list[float]]: ...
     def reset(self, which: npt.NDArray[np.bool_]) -> None: ...

@@ -1,11 +1,11 @@
-"""What pickles of models, pads and fingers are made from."""
+"""Functions that make models, pads and fingers from their pickles."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from fingerpad._fingers import Fingers
-from fingerpad._native import Model, Pad
+from fingerpad._native import Finger, Model, Pad
 
 
 def model(data: bytes, tuning: tuple[float, float, float, float] | None) -> Model:
@@ -29,5 +29,12 @@ def pad(data: bytes, tuning: tuple[float, float, float] | None) -> Pad:
 def fingers(model: Model | Pad, count: int, options: dict[str, Any], saved: bytes) -> Fingers:
     """Fingers in a saved state."""
     made = Fingers(model, count, **options)
+    made.restore(saved)
+    return made
+
+
+def finger(fingers: Fingers, saved: bytes) -> Finger:
+    """The single finger of `Fingers` of one, in a saved state."""
+    made = Finger._of(fingers)
     made.restore(saved)
     return made

@@ -1,14 +1,17 @@
 """The program `fingerpad` as a process of its own, with its progress, its errors and Ctrl-C.
 
-A computation by finite elements takes memory and threads, and whatever ends it must not end the interpreter: it runs in a
-child process, which is this interpreter with the compiled part of the package alone.
+A computation by finite elements takes memory and threads, and a crash must not end the interpreter: it runs in a child process.
+The child is the program that the environment variable FINGERPAD_PROGRAM names; else, in a wheel with the program, this interpreter
+with the compiled part of the package alone; else the first `fingerpad` on PATH.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
 import queue
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -20,7 +23,7 @@ from typing import Any, NamedTuple, NoReturn, Union
 from fingerpad import _native
 from fingerpad._errors import InputError, Interrupted, NumericsError
 
-#: What the child runs: the compiled part by its file, the time between lines of progress in s, the program's words.
+#: Script of the child: the compiled part by its file, the time between lines of progress in s, the program's words.
 CHILD = """
 import importlib.util, sys
 spec = importlib.util.spec_from_file_location("_native", sys.argv[1])
@@ -28,9 +31,17 @@ native = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(native)
 sys.exit(native.run_program(["fingerpad", *sys.argv[3:]], float(sys.argv[2])))
 """
-#: Time between lines of progress, s.
+#: Time between lines of progress of the wheel's own program, s.
 LINE_EVERY_S = 0.2
-#: How long an interrupted computation may take to save what it has, s.
+#: Environment variable that names the program.
+VARIABLE = "FINGERPAD_PROGRAM"
+#: Text of the error without a program.
+MISSING = (
+    "the program fingerpad was not found: this wheel has models and fingers alone, FINGERPAD_PROGRAM is not set, and no fingerpad is on "
+    "PATH. In the repository, `cargo install --path offline/cli` builds the program, and "
+    '`pip install ./bindings/python --config-settings=build-args="--features program"` a wheel that contains it'
+)
+#: How long an interrupted computation may take to save its results, s.
 SAVE_WITHIN_S = 10.0
 #: Exit codes of the program.
 BAD_INPUT, NUMERICS, INTERRUPTED = 2, 3, 130
@@ -44,26 +55,40 @@ class Progress(NamedTuple):
     """How far a computation has come."""
 
     what: str
-    """What is being done."""
+    """The stage of the work."""
     share: float | None
     """Share that is done, 0 to 1, where it is known."""
     message: str
-    """What else there is to say."""
+    """A remark, or nothing."""
 
 
-#: Called with every sign of progress; what it raises ends the computation. True shows a bar, False and None show nothing.
+#: Called with every sign of progress; an exception ends the computation. True shows a bar, False and None show nothing.
 Progressing = Union[bool, Callable[[Progress], object], None]
 
 
+def start() -> list[str]:
+    """The words of a command line that start the program. Raises InputError where there is none."""
+    if given := os.environ.get(VARIABLE):
+        found = shutil.which(given)
+        if found is None:
+            raise InputError(f"{VARIABLE}: {given!r} is not a program that can be run; a path or a name on PATH is needed")
+        return [found]
+    if _native.HAS_PROGRAM:
+        return [sys.executable, "-I", "-c", CHILD, _native.__file__, str(LINE_EVERY_S)]
+    found = shutil.which("fingerpad")
+    if found is None:
+        raise InputError(MISSING)
+    return [found]
+
+
 def run(words: list[str], progress: Progressing) -> tuple[str, list[str]]:
-    """Runs a command; returns what it said and its warnings.
+    """Runs a command; returns its output and its warnings.
 
     Raises InputError and NumericsError with the program's own text, Interrupted after Ctrl-C once everything is saved.
     """
     show = Bar() if progress is True else progress or None
-    command = [sys.executable, "-I", "-c", CHILD, _native.__file__, str(LINE_EVERY_S), *words]
     child = subprocess.Popen(
-        command,
+        [*start(), *words],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -73,23 +98,23 @@ def run(words: list[str], progress: Progressing) -> tuple[str, list[str]]:
         start_new_session=True,
     )
     lines: queue.Queue[str | None] = queue.Queue()
-    said: list[str] = []
+    output: list[str] = []
     assert child.stdout is not None and child.stderr is not None
     readers = [
         threading.Thread(target=_pass_on, args=(child.stderr, lines), daemon=True),
-        threading.Thread(target=said.extend, args=(child.stdout,), daemon=True),
+        threading.Thread(target=output.extend, args=(child.stdout,), daemon=True),
     ]
     for reader in readers:
         reader.start()
-    told: list[str] = []
+    messages: list[str] = []
     try:
-        _follow(lines, show, told)
+        _follow(lines, show, messages)
         child.wait()
     except BaseException as error:
         _interrupt(child)
-        _drain(lines, told)
+        _drain(lines, messages)
         if isinstance(error, KeyboardInterrupt):
-            raise Interrupted(_after("interrupted: ", told) or "nothing was kept") from None
+            raise Interrupted(_after("interrupted: ", messages) or "nothing was kept") from None
         raise
     finally:
         if isinstance(show, Bar):
@@ -97,8 +122,8 @@ def run(words: list[str], progress: Progressing) -> tuple[str, list[str]]:
     for reader in readers:
         reader.join()
     if child.returncode != 0:
-        _fail(child.returncode, told)
-    return "".join(said), [line for line in told if line.startswith("warning: ")]
+        _fail(child.returncode, messages)
+    return "".join(output), [line for line in messages if line.startswith("warning: ")]
 
 
 def _pass_on(stream: Any, lines: queue.Queue[str | None]) -> None:
@@ -107,8 +132,8 @@ def _pass_on(stream: Any, lines: queue.Queue[str | None]) -> None:
     lines.put(None)
 
 
-def _follow(lines: queue.Queue[str | None], show: Callable[[Progress], object] | None, told: list[str]) -> None:
-    """Shows progress until the child has said all; keeps the other lines."""
+def _follow(lines: queue.Queue[str | None], show: Callable[[Progress], object] | None, messages: list[str]) -> None:
+    """Shows progress until the child closes its output; keeps the other lines."""
     while True:
         try:
             # Ctrl-C is not seen during a wait without end on some platforms.
@@ -119,7 +144,7 @@ def _follow(lines: queue.Queue[str | None], show: Callable[[Progress], object] |
             return
         progress = _progress(line)
         if progress is None:
-            told.append(line)
+            messages.append(line)
         elif show is not None:
             show(progress)
 
@@ -135,7 +160,7 @@ def _progress(line: str) -> Progress | None:
 
 
 def _interrupt(child: subprocess.Popen[str]) -> None:
-    """Asks the child to save what it has and waits for that; a child that does not end is ended."""
+    """Interrupts the child, which saves its results, and waits; kills it after a time."""
     child.send_signal(signal.SIGINT)
     try:
         child.wait(SAVE_WITHIN_S)
@@ -144,23 +169,23 @@ def _interrupt(child: subprocess.Popen[str]) -> None:
         child.wait()
 
 
-def _drain(lines: queue.Queue[str | None], told: list[str]) -> None:
+def _drain(lines: queue.Queue[str | None], messages: list[str]) -> None:
     while (line := lines.get(timeout=SAVE_WITHIN_S)) is not None:
-        told.append(line)
+        messages.append(line)
 
 
-def _after(mark: str, told: list[str]) -> str:
-    """What the program said from the last line that begins with `mark` on."""
-    starts = [k for k, line in enumerate(told) if line.startswith(mark)]
-    return "\n".join(told[starts[-1] :]).removeprefix(mark).strip() if starts else ""
+def _after(mark: str, messages: list[str]) -> str:
+    """The messages from the last line that begins with `mark` on."""
+    starts = [k for k, line in enumerate(messages) if line.startswith(mark)]
+    return "\n".join(messages[starts[-1] :]).removeprefix(mark).strip() if starts else ""
 
 
-def _fail(code: int, told: list[str]) -> NoReturn:
-    text = _after("error: ", told) or "\n".join(told) or f"the program ended with {code}"
+def _fail(code: int, messages: list[str]) -> NoReturn:
+    text = _after("error: ", messages) or "\n".join(messages) or f"the program ended with {code}"
     if code == BAD_INPUT:
         raise InputError(text)
     if code == INTERRUPTED:
-        raise Interrupted(_after("interrupted: ", told))
+        raise Interrupted(_after("interrupted: ", messages))
     raise NumericsError(text if code == NUMERICS else f"{text} (exit code {code})")
 
 
