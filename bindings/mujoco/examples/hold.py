@@ -155,8 +155,8 @@ def pivot(share, timestep=0.001, turn_rad=1.0, model_file=scenes.MODEL_FILE, gri
 def rolled(held_object, grip_n, way_mm, timestep=0.001):
     """The fingers move by ``way_mm`` along their axes, one up, one down, and back: the object rolls between them.
 
-    Returns its turn, rad, that of a rigid cylinder that rolls without slip on the ways of the fingers, what is left of the turn after
-    the way back, and the least slip margin."""
+    Returns four numbers: the rotation of the object, rad; the rotation of a rigid cylinder that rolls without slip between the same
+    fingers, rad; the rotation that remains after the fingers have returned, rad; and the least slip margin."""
     model = mujoco.MjModel.from_xml_string(scenes.rolling_grip(held_object, timestep))
     data, turns, margin = mujoco.MjData(model), [], 1.0
     model.opt.gravity[:] = 0

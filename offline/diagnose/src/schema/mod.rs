@@ -150,7 +150,7 @@ pub struct NoiseFound {
     /// Scatter between runs of the touch point, mm.
     pub depth_zero_mm: f64,
     /// Factors on the variances of normal, x, y by which errors that are alike in neighbouring rows outweigh independent ones; 1 without.
-    #[serde(default)]
+    #[serde(default = "independent")]
     pub correlation: [f64; 3],
     /// `calibration`.
     pub source: String,
@@ -171,6 +171,11 @@ pub struct InstrumentLag {
     pub time_constant_s: f64,
     /// Gain in 2 log likelihood over the file without it.
     pub gain_2ll: f64,
+}
+
+/// Factors of rows whose errors are independent.
+fn independent() -> [f64; 3] {
+    [1.0; 3]
 }
 
 /// The test of one law.

@@ -24,7 +24,7 @@ use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
 use crate::verdict::exchanged;
 use crate::verdict::instrument;
-use crate::verdict::preparation::{Prepared, clean, of, prepare};
+use crate::verdict::preparation::{Prepared, clean, lag_of, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
 use crate::verdict::traces::worst_traces;
@@ -113,7 +113,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
             }
             cautions.extend(told_of_file(held, "holdout")?);
             require(held, &options.own)?;
-            *held = clean(&with_lag(held, of(&lag)), "holdout", &calibration, reference, &mut cautions)?;
+            *held = clean(&with_lag(held, lag_of(&lag)), "holdout", &calibration, reference, &mut cautions)?;
             corrections.iter().for_each(|c| c.apply(held));
             let null_before = &before.selection.null;
             let without =
@@ -147,7 +147,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
     cautions.extend(sections::scatter_caution(decision));
     cautions.extend(sections::too_small_cautions(decision));
     let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default(), &calibration_set));
-    let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, of(&lag), set));
+    let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, lag_of(&lag), set));
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict,

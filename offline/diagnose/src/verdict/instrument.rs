@@ -1,7 +1,7 @@
 //! The lag between forces and positions as a report has it: that of the instrument, which the calibration shows and which is taken out, and
 //! a lag of the measured runs that differs from it, which is an effect of its own (`force_lag`).
 //!
-//! Main types: [`Measured`]; main functions: [`differing`], [`found`], [`effect`].
+//! Main type: [`Differing`]; main functions: [`differing`], [`found`], [`effect`].
 
 use fingerpad_smooth::ReferenceCurves;
 

@@ -64,12 +64,12 @@ pub fn prepare(
         calibration_set = with_lag(&calibration_set, found_lag.lag);
         found = calibrate(&calibration_set, reference);
     }
-    let measured = clean(&with_lag(measured, of(&lag)), "measured", &found, reference, &mut cautions)?;
+    let measured = clean(&with_lag(measured, lag_of(&lag)), "measured", &found, reference, &mut cautions)?;
     Ok(Prepared { calibration_set, measured, calibration: found, lag, cautions })
 }
 
-/// A lag that was found, none where none was.
-pub fn of(lag: &Option<LagEstimate>) -> Lag {
+/// The lag of an estimate; no lag where none was found.
+pub fn lag_of(lag: &Option<LagEstimate>) -> Lag {
     lag.map_or_else(Lag::default, |found| found.lag)
 }
 
