@@ -93,7 +93,7 @@
 #define FINGERPAD_BODY_EDGE 3
 
 // Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` tells how many a pad's states have.
-#define FINGERPAD_PAD_STATE_BYTES 1536
+#define FINGERPAD_PAD_STATE_BYTES 1264
 
 // Bytes of a saved state.
 #define FINGERPAD_STATE_BYTES 120
@@ -348,7 +348,7 @@ typedef struct {
   float roll_max_deg;
   // Checksum of the numbers, by which a saved state knows its pad.
   uint32_t checksum;
-  // Bytes of a saved state: 1212 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+  // Bytes of a saved state: 940 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
   uint32_t state_bytes;
   // The file's description, JSON in UTF-8 without an end mark, inside the file.
   const char *meta;
@@ -356,13 +356,13 @@ typedef struct {
   size_t meta_length;
 } fingerpad_pad_info;
 
-// All that a contact of a pad remembers: 1528 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1204 bytes and a step made for so many,
+// All that a contact of a pad remembers: 1256 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 932 bytes and a step made for so many,
 // which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 // one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 // rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint32_t opaque[382];
+  uint32_t opaque[314];
 } fingerpad_pad_state;
 
 // The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers

@@ -60,6 +60,7 @@ AWAY_RAD2 = wp.constant(wp.float32(0.05 * 0.05))
 ROUNDS = wp.constant(16)
 HALVINGS = wp.constant(6)
 # Square of the change of the bulk below which it is in equilibrium, over the square of its size, and the least size that counts.
+MOST_GROWTH = wp.constant(wp.float32(20.0))
 TOLERANCE2 = wp.constant(wp.float32(2e-4 * 2e-4))
 LEAST_SIZE2 = wp.constant(wp.float32(3e-3 * 3e-3))
 LONGEST2 = wp.constant(wp.float32(4.0))
@@ -524,12 +525,11 @@ def misfit(
     for k in range(3):
         on_motion[3 + k] = on_motion[3 + k] + by_turn[k] * half_turn
     gradient = gradient - on_motion @ rigid[0]
-    # The bulk stiffens as it is squashed: rate q³/(1 + q/end).
+    # The bulk stiffens as it is squashed: its energy grows by rate q³ exp(growth q²).
     pulled = bulk @ squash[0]
     q = wp.sqrt(wp.max(wp.dot(pulled, bulk), 0.0) + 1e-18)
-    x = q / numbers[wp.static(place.STIFFENING + 1)]
-    d = 1.0 / (1.0 + x)
-    per_size = numbers[wp.static(place.STIFFENING)] * q * (3.0 + 2.0 * x) * (d * d)
+    y = wp.min(numbers[wp.static(place.STIFFENING + 1)] * q * q, MOST_GROWTH)
+    per_size = numbers[wp.static(place.STIFFENING)] * q * wp.exp(y) * (3.0 + 2.0 * y)
     return gradient + pulled * per_size
 
 
@@ -551,11 +551,10 @@ def inverse_stiffness(
     pulled = bulk @ squash[0]
     q = wp.sqrt(wp.max(wp.dot(pulled, bulk), 0.0) + 1e-18)
     direction = pulled * (1.0 / q)
-    rate = numbers[wp.static(place.STIFFENING)]
-    x = q / numbers[wp.static(place.STIFFENING + 1)]
-    d = 1.0 / (1.0 + x)
-    per_size = rate * q * (3.0 + 2.0 * x) * (d * d)
-    beyond = rate * q * (6.0 + x * (6.0 + 2.0 * x)) * (d * d * d) - per_size
+    y = wp.min(numbers[wp.static(place.STIFFENING + 1)] * q * q, MOST_GROWTH)
+    scale = numbers[wp.static(place.STIFFENING)] * q * wp.exp(y)
+    per_size = scale * (3.0 + 2.0 * y)
+    beyond = scale * (6.0 + y * (14.0 + 4.0 * y)) - per_size
     m = rigid[0] @ bulk
     lift = lift_of(numbers, m)
     swept = swept_by(m, 0.5 * numbers[wp.static(place.TURN)])

@@ -22,10 +22,10 @@ MODES = 16
 PATCH = 12 + 3 * MODES
 MIDDLE, PATCH_AREA, SPREAD, PATCH_MODES, COMPLIANCE = 0, 3, 4, 10, 10 + 3 * MODES
 #: Floats of the numbers, and places in them.
-NUMBERS = 310
+NUMBERS = 318
 RIGID, SQUASH, REACH, CENTRE, FIRST_TOUCH = 0, 96, 232, 233, 236
 NEUTRAL_PITCH, PITCH_RANGE, ROLL_MAX, DEPTH_MAX, BAND_NORMAL, BAND_FRICTION = 256, 257, 259, 260, 261, 267
-SOFTNESS, STIFFENING, FLATTENING, AREA, FRICTION, ONSET, LIFT, TURN = 273, 275, 277, 279, 282, 284, 285, 309
+SOFTNESS, STIFFENING, FLATTENING, AREA, FRICTION, ONSET, LIFT, TURN = 281, 283, 285, 287, 290, 292, 293, 317
 #: Most patches, more than any pad has.
 MOST_PATCHES = 512
 #: No number of a pad is near it.
@@ -153,7 +153,6 @@ class Pad:
         check_range("first touch and middle, mm", n[CENTRE:NEUTRAL_PITCH], -LARGEST, LARGEST)
         check_range("softness", n[SOFTNESS : SOFTNESS + 2], 0.05, 20)
         check_range("stiffening", n[STIFFENING : STIFFENING + 2], 0, LARGEST)
-        check_range("end of the stiffening, mm", n[STIFFENING + 1], 1e-9, LARGEST)
         check_range("flattening_mpa", n[FLATTENING : FLATTENING + 2], 1e-9, LARGEST)
         check_range("area in contact", n[AREA : AREA + 3], 1e-3, 1e3)
         check_range("lambda", n[FRICTION], 1e-9, LARGEST)

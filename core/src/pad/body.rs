@@ -256,6 +256,21 @@ pub(crate) fn spread<T: Arithmetic>(body: &impl Surface<T>, place: &Vec3<T>, sid
     out
 }
 
+/// Where the slope of a body is taken, mm beside its apex.
+const BESIDE_MM: f32 = 2.0;
+
+/// Mean slope from the apex of a body to points beside it; 0 for a plane.
+pub(crate) fn steepness<T: Arithmetic>(body: &impl Surface<T>) -> T {
+    if body.is_plane() {
+        return T::of(0.0);
+    }
+    let mut sum = T::of(0.0);
+    for place in [[BESIDE_MM, 0.0], [-BESIDE_MM, 0.0], [0.0, BESIDE_MM], [0.0, -BESIDE_MM]] {
+        sum += body.height(place.map(T::of));
+    }
+    sum.magnitude() * T::of(0.25 / BESIDE_MM)
+}
+
 /// The point of the surface over a place of the tangent plane.
 #[inline(always)]
 pub(crate) fn point<T: Arithmetic>(body: &impl Surface<T>, place: [T; 2]) -> Vec3<T> {

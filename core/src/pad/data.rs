@@ -33,7 +33,8 @@ pub struct Patch<T = f32> {
 pub struct Numbers<T = f32> {
     /// Translation (mm) and rotation vector (rad) of the rigid motion nearest to that of the patches, per coordinate of the bulk.
     pub rigid: [Bulk<T>; 6],
-    /// Mean square of the skin's displacement along its normal, mm² per mJ: the lower triangle, row by row.
+    /// Mean square of the skin's displacement, mm² per mJ, by which the bulk stiffens: the lower triangle, row by row. Displacement along
+    /// the skin's normal and over thick tissue counts most.
     pub squash: Packed<T>,
     /// Largest displacement of a patch per change of the bulk, at most, mm per root of mJ: see [`Patch::reach`].
     pub reach: T,
@@ -54,6 +55,15 @@ pub struct Numbers<T = f32> {
     pub band_normal: [[T; 3]; 2],
     /// Half-width of friction's band over the strength, likewise.
     pub band_friction: [[T; 3]; 2],
+    /// What a curved body adds to both bands (normal force, friction), per slope of its surface 2 mm beside the apex.
+    pub band_body: [T; 2],
+    /// What depth adds to both bands, per mm beyond 2.6 mm.
+    pub band_deep: [T; 2],
+    /// What is added to both bands (normal force, friction) in any case, N: it decides where the contact is light.
+    pub band_light_n: [T; 2],
+    /// What a load adds to friction's band where the contact sticks, per used share of the strength: in the neutral pose, and what
+    /// another pose adds to it.
+    pub band_loaded: [T; 2],
     /// What was fitted.
     pub law: Law<T>,
 }
@@ -65,7 +75,7 @@ pub struct Numbers<T = f32> {
 pub struct Law<T = f32> {
     /// Root of the bulk's compliance across and along the body's normal over that at rest.
     pub softness: [T; 2],
-    /// The bulk's energy grows with the cube of the mean squash, mJ/mm³, up to about the second number, mm, and with its square beyond.
+    /// The bulk's energy grows with the cube of the mean squash q, mJ/mm³, times exp(growth q²): rate and growth, 1/mm².
     pub stiffening: [T; 2],
     /// Pressure at which a patch touches as a whole, MPa: constant, and per spread over size.
     pub flattening_mpa: [T; 2],
@@ -163,6 +173,10 @@ impl Numbers {
             depth_max_mm: of(self.depth_max_mm),
             band_normal: self.band_normal.map(|band| band.map(of)),
             band_friction: self.band_friction.map(|band| band.map(of)),
+            band_body: self.band_body.map(of),
+            band_deep: self.band_deep.map(of),
+            band_light_n: self.band_light_n.map(of),
+            band_loaded: self.band_loaded.map(of),
             law: Law {
                 softness: law.softness.map(of),
                 stiffening: law.stiffening.map(of),

@@ -9,8 +9,8 @@ use crate::math::{Arithmetic, Elementary};
 use super::body::{Surface, mean, point};
 use super::patch::Compressed;
 use super::vector::{
-    Bulk, Mat3, Packed, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, solve, symmetric,
-    times, turned, turned_back, zeros,
+    Bulk, Mat3, Packed, Rounded, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, solve,
+    symmetric, times, turned, turned_back, zeros,
 };
 use super::{Law, MODES, Numbers, PadState, Patch};
 
@@ -269,7 +269,7 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         let mut best = (T::of(f32::MAX), bulk);
         for _ in 0..ROUNDS {
             if !state.is_factored() {
-                state.factor = self.factor(&bulk, awake);
+                state.factor = Rounded::of(&self.factor(&bulk, awake));
                 state.set_factored(true);
                 factors += 1;
                 secants = Secants::none();
@@ -440,7 +440,10 @@ fn lift_slopes<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> [[T; 6]; 2] {
     })
 }
 
-/// Stiffening of the bulk: rate q³/(1 + q/end) of the mean squash q.
+/// Largest exponent of the stiffening, far beyond any contact: no number overflows.
+const MOST_GROWTH: f32 = 20.0;
+
+/// Stiffening of the bulk: rate q³ exp(growth q²) of the mean squash q.
 pub(crate) struct Stiffening<T> {
     pub energy: T,
     /// Slope over the squash, the same over the squash, and the slope's slope.
@@ -456,15 +459,15 @@ impl<T: Elementary> Stiffening<T> {
         let pulled = symmetric(squash, bulk);
         let q = (along(&pulled, bulk).not_negative() + T::of(1e-18)).magnitude().sqrt();
         let one = T::of(1.0) / q;
-        let [rate, end] = law.stiffening;
-        let x = q / end;
-        let d = T::of(1.0) / (T::of(1.0) + x);
-        let per_size = rate * q * (T::of(3.0) + T::of(2.0) * x) * (d * d);
+        let [rate, growth] = law.stiffening;
+        let y = (growth * q * q).at_most(T::of(MOST_GROWTH));
+        let scale = rate * q * y.exp();
+        let per_size = scale * (T::of(3.0) + T::of(2.0) * y);
         Self {
-            energy: rate * (q * q * q) * d,
+            energy: scale * q * q,
             first: per_size * q,
             per_size,
-            second: rate * q * (T::of(6.0) + x * (T::of(6.0) + T::of(2.0) * x)) * (d * d * d),
+            second: scale * (T::of(6.0) + y * (T::of(14.0) + T::of(4.0) * y)),
             direction: pulled.map(|p| p * one),
         }
     }

@@ -13,10 +13,11 @@ pub(crate) struct Compressed<T> {
     pub spread: T,
     /// Force at which all of it touches, N.
     pub flat: T,
-    /// Force at which the largest area in contact is reached, N, that area, mm², and the largest friction there, N.
+    /// Force at which the largest area in contact is reached, N, and that area, mm².
     pub full: T,
     pub full_area: T,
-    pub full_strength: T,
+    /// Natural logarithm of the largest friction over lambda and that area.
+    pub full_log: T,
 }
 
 /// What a patch bears.
@@ -47,14 +48,13 @@ impl<T: Elementary> Compressed<T> {
         let flat = patch.area_mm2 * law.flattening_mpa[0] + flat_rate(patch, law) * spread;
         let [area, force, _] = law.area;
         let (full, full_area) = (force * flat, area * patch.area_mm2);
-        let [lambda, beta] = law.friction;
         Self {
             compliance: patch.compliance_mm_per_n[0],
             spread,
             flat,
             full,
             full_area,
-            full_strength: lambda * full_area * (beta * (full / full_area).ln()).exp(),
+            full_log: law.friction[1] * (full / full_area).ln(),
         }
     }
 
@@ -92,7 +92,12 @@ impl<T: Elementary> Compressed<T> {
         let beta = law.friction[1];
         let (below, exponent) =
             if log < T::of(0.0) { (log, beta + law.area[2] * (T::of(1.0) - beta)) } else { (T::of(0.0), beta) };
-        Borne { force, slope, strength: self.full_strength * (exponent * log).exp(), below }
+        Borne {
+            force,
+            slope,
+            strength: law.friction[0] * self.full_area * (exponent * log + self.full_log).exp(),
+            below,
+        }
     }
 
     /// Area in contact, mm², at [`Borne::below`].

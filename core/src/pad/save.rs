@@ -7,10 +7,11 @@ use crate::error::Field;
 use crate::model_file::crc32;
 use crate::save::{read_words, write_words};
 
+use super::vector::Rounded;
 use super::{Numbers, Pad, PadState, Patch};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Largest number of a state.
 const LARGEST: f32 = 1e9;
 
@@ -59,9 +60,14 @@ impl<const P: usize> PadState<P> {
         let words: &[u32] = bytemuck::cast_slice(core::slice::from_ref(&self));
         let (flags, numbers) = words.split_last().ok_or(Error::Checksum)?;
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
+        let factor = core::mem::offset_of!(Self, factor) / 4;
+        let factor = factor..factor + size_of::<Rounded>() / 4;
+        if !self.factor.is_within(LARGEST) {
+            return Err(bad(factor.start, f32::NAN));
+        }
         for (index, bits) in numbers.iter().enumerate() {
             let value = f32::from_bits(*bits);
-            if !(value.abs() <= LARGEST) {
+            if !(value.abs() <= LARGEST) && !factor.contains(&index) {
                 return Err(bad(index, value));
             }
         }
@@ -125,6 +131,13 @@ mod tests {
             bytemuck::cast_slice_mut::<_, u32>(core::slice::from_mut(&mut bad))[20] = bits;
             bad.write_bytes(pad, &mut bytes).unwrap();
             assert!(matches!(State::read_bytes(pad, &bytes), Err(Error::Range { what: Field::State, index: 20, .. })));
+        }
+        // Both halves of a word of the factor.
+        for bits in [0x7fc0, 0x7fc0_0000u32] {
+            let mut bad = state;
+            bytemuck::cast_slice_mut::<_, u32>(core::slice::from_mut(&mut bad))[50] = bits;
+            bad.write_bytes(pad, &mut bytes).unwrap();
+            assert!(matches!(State::read_bytes(pad, &bytes), Err(Error::Range { what: Field::State, .. })));
         }
         assert!(matches!(state.write_bytes(pad, &mut [0; 20]), Err(Error::Buffer { .. })));
     }

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::math::{Elementary, add};
 
 use super::Pad;
-use super::vector::{Bulk, Packed, Vec3, zeros};
+use super::vector::{Bulk, Rounded, Vec3, zeros};
 
 /// What stands for no share of the strength.
 pub(crate) const APART: f32 = 2.0;
@@ -27,7 +27,7 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) drift: Bulk<T>,
     pub(crate) motion: [T; 6],
     /// Factor of the last tangent stiffness.
-    pub(crate) factor: Packed<T>,
+    pub(crate) factor: Rounded,
     /// Where each patch is held: the point of the surface over this place of the body's tangent plane, mm.
     pub(crate) anchors: [[T; 2]; P],
     /// Used share of the strength of each patch that touched at the last step, negative if it was falling then; of the others
@@ -54,7 +54,7 @@ const IN_CONTACT: u32 = 1;
 /// Flag: there is a factor of the tangent stiffness.
 const FACTORED: u32 = 2;
 
-// SAFETY: `repr(C)` over 32-bit floats and one u32: no padding, and any bits are a value.
+// SAFETY: `repr(C)` over 32-bit floats, an even number of u16 and one u32: no padding, and any bits are a value.
 #[allow(unsafe_code)]
 unsafe impl<const P: usize> bytemuck::Zeroable for PadState<P> {}
 // SAFETY: as above.
@@ -80,7 +80,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             bulk: zeros(),
             drift: zeros(),
             motion: zeros(),
-            factor: zeros(),
+            factor: Rounded::NOTHING,
             anchors: [zeros(); P],
             used: zeros(),
             shift: [zeros(); 2],

@@ -8,7 +8,7 @@ use crate::math::Elementary;
 use crate::step::rare;
 use crate::{Motion, Regime, Response, Status};
 
-use super::body::{Sides, Surface, spread};
+use super::body::{Sides, Surface, spread, steepness};
 use super::equilibrium::{Acting, Awake, Equations, Frame, Placed, held};
 use super::patch::{Compressed, flat_rate};
 use super::state::{APART, PadState};
@@ -28,7 +28,7 @@ const LEAST_SPREAD_MM2: f32 = 1e-8;
 /// From standard deviation to the place of one of six points.
 const ROOT_3: f32 = 1.732_050_8;
 /// Way that the skin of a patch may go in a step before patches that are asleep are looked at, mm.
-const WAKE_MM: f32 = 0.2;
+const WAKE_MM: f32 = 0.15;
 /// Longest arm of a patch about the pivot, mm.
 const ARM_MM: f32 = 20.0;
 /// Degrees to rad.
@@ -43,6 +43,8 @@ const FIRM: f32 = 0.9;
 const STICKS: f32 = 0.95;
 const SLIDES: f32 = 0.02;
 
+/// Depth from which on the bands grow with depth, mm.
+const DEEP_MM: f32 = 2.6;
 /// Turn from the neutral pose at which half of what other poses add to the bands counts, rad.
 const AWAY_RAD: f32 = 0.05;
 
@@ -115,8 +117,8 @@ impl<T: Elementary> Pad<'_, T> {
         let mut awake = Vec::<_, P>::new();
         self.wake(state, &equations, Wake::Near, &mut awake);
         let mut is_met = equations.solve(state, &mut awake);
-        if self.moved_mm(&start, &state.bulk) > T::of(WAKE_MM) {
-            // A patch that was taken to be far may touch.
+        if self.moved_mm(&start, &state.bulk) > T::of(WAKE_MM) && self.may_touch(state, &awake, &start) {
+            // A patch that was taken to be far.
             rare();
             self.wake(state, &equations, Wake::All, &mut awake);
             is_met = equations.solve(state, &mut awake);
@@ -235,6 +237,14 @@ impl<T: Elementary> Pad<'_, T> {
         let way: Bulk<T> = core::array::from_fn(|k| to[k] - from[k]);
         // Half as much again for what is of second order.
         T::of(1.5) * self.numbers.reach * along(&way, &way).magnitude().sqrt()
+    }
+
+    /// Whether a patch that is asleep may touch now that the bulk has moved from `start`.
+    fn may_touch<const P: usize>(&self, state: &PadState<P, T>, awake: &[Awake<'_, T>], start: &Bulk<T>) -> bool {
+        let near = T::of(APART) + state.travel + self.moved_mm(start, &state.bulk);
+        let mut indices = awake.iter().map(|patch| patch.index).peekable();
+        let asleep = |(index, _): &(usize, &T)| indices.next_if_eq(index).is_none();
+        state.used.iter().take(self.patches.len()).enumerate().filter(asleep).any(|(_, used)| !(*used > near))
     }
 
     pub(super) fn equations<'a, const P: usize, B: Surface<T>>(
@@ -385,6 +395,12 @@ impl<T: Elementary> Pad<'_, T> {
         let (share, turning) = (friction / some, about_middle / (some * arm + T::of(1e-12)));
         let stick_ratio = if area > zero { stuck / area } else { zero };
         let in_contact = normal > zero;
+        let (numbers, steepness) = (self.numbers, steepness(equations.body));
+        let (away, deep) = (away(state.tilt), (state.depth - T::of(DEEP_MM)).not_negative());
+        let added = [0, 1].map(|k| steepness * numbers.band_body[k] + deep * numbers.band_deep[k]);
+        let band =
+            |[neutral, other]: &[[T; 3]; 2]| parabola(neutral, stick_ratio) + away * parabola(other, stick_ratio);
+        let (loaded, light) = (numbers.band_loaded[0] + away * numbers.band_loaded[1], numbers.band_light_n);
         let per_normal = T::of(1.0) / (normal + T::of(f32::MIN_POSITIVE));
         Response {
             normal_force_n: normal,
@@ -399,8 +415,12 @@ impl<T: Elementary> Pad<'_, T> {
             spin_moment_n_mm: moment[2],
             pressure_centre_mm: if in_contact { [-moment[1] * per_normal, moment[0] * per_normal] } else { [zero; 2] },
             contact_area_mm2: area,
-            band_normal_n: normal * self.band(&self.numbers.band_normal, state.tilt, stick_ratio),
-            band_friction_n: strength * self.band(&self.numbers.band_friction, state.tilt, stick_ratio),
+            band_normal_n: if in_contact { normal * (band(&numbers.band_normal) + added[0]) + light[0] } else { zero },
+            band_friction_n: if in_contact {
+                strength * (band(&numbers.band_friction) + stick_ratio * share * loaded + added[1]) + light[1]
+            } else {
+                zero
+            },
             regime: if !in_contact {
                 Regime::NoContact
             } else if held >= T::of(STICKS) * area {
@@ -412,13 +432,6 @@ impl<T: Elementary> Pad<'_, T> {
             },
             status: Status::OK,
         }
-    }
-
-    /// Half-width of a band over what it is a share of.
-    fn band(&self, [neutral, away]: &[[T; 3]; 2], [pitch, roll]: [T; 2], stick_ratio: T) -> T {
-        let parabola = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
-        let turned = pitch * pitch + roll * roll;
-        parabola(neutral) + parabola(away) * (turned / (turned + T::of(AWAY_RAD * AWAY_RAD)))
     }
 }
 
@@ -444,6 +457,17 @@ pub(super) enum Wake {
     /// Those that touch or may touch in this step.
     Near,
     All,
+}
+
+/// Value of a parabola.
+fn parabola<T: Elementary>(b: &[T; 3], x: T) -> T {
+    b[0] + x * (b[1] + x * b[2])
+}
+
+/// How much of what other poses add to the bands counts: 0 in the neutral pose, 1 far from it.
+fn away<T: Elementary>([pitch, roll]: [T; 2]) -> T {
+    let turned = pitch * pitch + roll * roll;
+    turned / (turned + T::of(AWAY_RAD * AWAY_RAD))
 }
 
 /// From the finger's axes to those of a plane against which it is pitched and rolled.

@@ -416,7 +416,7 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     numbers.first_touch_mm = numbers.first_touch_mm.map(|x| x * s);
     numbers.depth_max_mm *= s;
     let law = &mut numbers.law;
-    law.stiffening = [law.stiffening[0] * e, law.stiffening[1] * s];
+    law.stiffening = [law.stiffening[0] * e, law.stiffening[1] / (s * s)];
     law.flattening_mpa = law.flattening_mpa.map(|x| x * e);
     law.friction[0] *= lambda;
     for axis in &mut law.lift {

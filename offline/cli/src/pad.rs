@@ -124,22 +124,20 @@ fn print_summary(made: &MadePad, out: &Path, bytes: usize) {
         "{} patches, fitted to {fitted} runs, bands by {others}; along the held-out runs:",
         made.model.patches.len()
     );
-    println!("{:<18} {:>4} {:>9} {:>11} {:>7} {:>10}", "kind", "runs", "normal %", "friction %", "stick", "centre mm");
+    println!(
+        "{:<18} {:>4} {:>9} {:>11} {:>7} {:>10} {:>16}",
+        "kind", "runs", "normal %", "friction %", "stick", "centre mm", "within bands %"
+    );
     for (kind, s) in &made.meta.held_out {
+        let [normal, friction] = s.in_band.map(|share| 100.0 * share);
         println!(
-            "{kind:<18} {:>4} {:>9.2} {:>11.2} {:>7.3} {:>10.3}",
+            "{kind:<18} {:>4} {:>9.2} {:>11.2} {:>7.3} {:>10.3} {normal:>9.1} {friction:>6.1}",
             s.runs,
             100.0 * s.normal,
             100.0 * s.friction,
             s.stick,
             s.centre_mm
         );
-    }
-    let percent = |[normal, friction]: [f64; 2]| {
-        format!("normal force {:.1} %, friction {:.1} %", 100.0 * normal, 100.0 * friction)
-    };
-    for (name, coverage) in ["all", "neutral pose", "other poses"].iter().zip(made.meta.coverage) {
-        println!("within the bands, {name}: {}", percent(coverage));
     }
     println!("{}: {bytes} bytes", out.display());
 }

@@ -7,9 +7,10 @@ use std::time::Instant;
 use clap::Parser;
 use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere};
 use fingerpad::{ModelFile, Motion, PadModelFile, SpinState, step};
+use fingerpad_fe::contact::Outline;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_reduce::pad::{PadModel, PadScores, score_runs};
+use fingerpad_reduce::pad::{PadModel, PadScores, replay, score_depths, score_runs};
 use fingerpad_reduce::{Kind, Run};
 use fingerpad_tests::pads::{PATCHES, Ride, held_load, least_work};
 
@@ -25,6 +26,9 @@ struct Args {
     /// Kind of runs of which each has a line of its own
     #[arg(long, value_name = "KIND")]
     each: Option<String>,
+    /// Name of a run: print its rows beside those of the pad, and nothing else
+    #[arg(long, value_name = "RUN")]
+    rows: Option<String>,
     /// Cycles of a held load
     #[arg(long, default_value_t = 1000)]
     cycles: usize,
@@ -32,6 +36,9 @@ struct Args {
     #[arg(long, default_value_t = 40)]
     paths: usize,
 }
+
+/// Depths between which the rows of deep runs are scored, mm.
+const DEPTHS_MM: [f64; 6] = [0.0, 1.5, 2.6, 3.6, 4.6, 5.3];
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -48,6 +55,9 @@ fn main() -> Result<(), Failure> {
         (size_of::<PadState<40>>() - size_of::<PadState<0>>()) / 40
     );
     let model = PadModel::of(&pad);
+    if let Some(name) = &args.rows {
+        return rows(&args, &model, name);
+    }
     errors(&args, &model)?;
     memory(&pad, args.cycles)?;
     energy(&model.pad(), args.paths)?;
@@ -58,7 +68,7 @@ fn main() -> Result<(), Failure> {
 /// A line of the table of errors.
 fn line(name: &str, s: &PadScores) -> String {
     format!(
-        "{name:<22} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2} {:>7.1}",
+        "{name:<22} {:>4} {:>7.2} {:>7.2} {:>7.2} {:>7.3} {:>7.3} {:>7.2} {:>7.2} {:>7.1} {:>7.1} {:>6.1}",
         s.runs,
         100.0 * s.normal,
         100.0 * s.friction,
@@ -67,33 +77,75 @@ fn line(name: &str, s: &PadScores) -> String {
         s.centre_mm,
         100.0 * s.moment,
         100.0 * s.area,
-        100.0 * s.regime_right
+        100.0 * s.regime_right,
+        100.0 * s.in_band[0],
+        100.0 * s.in_band[1]
     )
 }
 
-fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
+/// Stored runs that `wanted` takes, by name, and the outline of their finger.
+fn stored(args: &Args, wanted: impl Fn(&Run) -> bool) -> Result<(Vec<Run>, Outline), Failure> {
     let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
     let mut runs = Vec::new();
     for entry in std::fs::read_dir(&args.runs)? {
         let file = entry?.path();
         if file.extension().is_some_and(|e| e == "fprun") {
             let run = Run::from_bytes(&std::fs::read(&file)?, &file)?;
-            if run.held_out && run.samples.len() > 3 {
+            if wanted(&run) && run.samples.len() > 3 {
                 runs.push(run);
             }
         }
     }
     runs.sort_by(|a, b| a.name.cmp(&b.name));
-    let outline = config.finger()?.0.outline.ok_or("a smooth finger")?;
+    Ok((runs, config.finger()?.0.outline.ok_or("a smooth finger")?))
+}
+
+/// The rows of one run: motion, then the finite elements' and the pad's answers.
+fn rows(args: &Args, model: &PadModel, name: &str) -> Result<(), Failure> {
+    let (runs, outline) = stored(args, |run| run.name == name)?;
+    let run = runs.first().ok_or_else(|| format!("no run `{name}` in {}", args.runs.display()))?;
+    println!("{:?}", run.body);
+    println!(
+        "{:>6} {:>6} {:>6} {:>6} {:>6} {:>6} | {:>7} {:>7} {:>7} {:>7} {:>5} {:>5} | pad, limit last",
+        "depth", "x mm", "y mm", "spin", "pitch", "roll", "N", "F x", "F y", "M z", "stick", "area"
+    );
+    for (s, a) in run.samples.iter().zip(replay(model, run, &outline)) {
+        let [spin, pitch, roll, moment] =
+            s.turned.map_or([0.0, 30.0, 0.0, 0.0], |t| [t.spin_deg, t.pitch_deg, t.roll_deg, t.moment_n_mm[2]]);
+        println!(
+            "{:>6.3} {:>6.2} {:>6.2} {spin:>6.2} {pitch:>6.2} {roll:>6.2} | {:>7.4} {:>7.4} {:>7.4} {moment:>7.3} {:>5.2} {:>5.0} | {:>7.4} {:>7.4} {:>7.4} {:>7.3} {:>5.2} {:>5.0} {:>7.4}",
+            s.depth_mm,
+            s.slide_mm[0],
+            s.slide_mm[1],
+            s.normal_force_n,
+            s.friction_n[0],
+            s.friction_n[1],
+            s.stick_ratio,
+            s.contact_area_mm2,
+            a.normal_force_n,
+            a.friction_n[0],
+            a.friction_n[1],
+            a.spin_moment_n_mm,
+            a.stick_ratio,
+            a.contact_area_mm2,
+            a.friction_limit_n
+        );
+    }
+    Ok(())
+}
+
+fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
+    let (runs, outline) = stored(args, |run| run.held_out)?;
     println!(
         "\nerrors along held-out runs, RMS: normal force, friction over the path's largest and over the present limit,"
     );
     println!(
-        "stick ratio, centre of pressure, moment over the largest friction times 3 mm, area; rows with the right regime"
+        "stick ratio, centre of pressure, moment over the largest friction times 3 mm, area; rows with the right regime;"
     );
+    println!("rows within the bands of 95 %, normal force and friction");
     println!(
-        "{:<22} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-        "kind", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %", "regime"
+        "{:<22} {:>4} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>14}",
+        "kind", "runs", "N %", "F %", "F lim %", "stick", "cop mm", "M %", "A %", "regime", "within bands"
     );
     for kind in Kind::ALL {
         let own: Vec<&Run> = runs.iter().filter(|r| r.kind == kind).collect();
@@ -107,6 +159,20 @@ fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
                 println!("{}", line(&name, &score_runs(model, &[run], &outline)));
             }
         }
+    }
+    let deep: Vec<&Run> = runs.iter().filter(|run| run.kind == Kind::Deep).collect();
+    println!("\ndeep runs by depth: normal force over its own value (RMS and mean), friction over the path's largest");
+    for range in DEPTHS_MM.windows(2).map(|pair| [pair[0], pair[1]]) {
+        let s = score_depths(model, &deep, &outline, range);
+        println!(
+            "{:.1} to {:.1} mm {:>6} rows {:>7.2} {:>+7.2} {:>7.2}",
+            range[0],
+            range[1],
+            s.rows,
+            100.0 * s.normal,
+            100.0 * s.normal_mean,
+            100.0 * s.friction
+        );
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
-//! Writes the scores that the present core has along the stored runs into the shipped model files, whose numbers stay.
+//! Writes the scores of the present core along the stored runs into the shipped model files, whose other numbers are
+//! kept.
 //!
-//! `cargo xtask model --scores` runs this where the bits of a step have changed, but no model is to be fitted.
+//! `cargo xtask model --scores` runs this if the bits of a step have changed, but no model is to be fitted.
 
 use std::path::{Path, PathBuf};
 
@@ -56,6 +57,6 @@ fn rescore_pad(path: &Path, runs: &[Run]) -> Result<(), Failure> {
     let mut out = vec![0; pad.file_length(&text)];
     pad.write_file(&text, &mut out).map_err(|e| e.to_string())?;
     std::fs::write(path, out)?;
-    println!("{}: {:?}", path.display(), meta.coverage);
+    println!("{}: {:?}", path.display(), meta.held_out);
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! The pad that ships: its file's own scores, what it remembers, and that no motion yields work.
+//! The shipped pad: its file's own scores, its history, and no motion that yields work.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn shipped() -> PadModelFile {
     PadModelFile::new(&std::fs::read(Path::new(ROOT).join("data/models/fingertip-pad.fpm")).unwrap()).unwrap()
 }
 
-/// The errors that the file states are those along the stored held-out runs, and they keep what the documentation says.
+/// The errors that the file states are those along the stored held-out runs, and within those of the documentation.
 #[test]
 fn the_errors_that_the_file_states_are_found_again() {
     let file = shipped();
@@ -41,7 +41,8 @@ fn the_errors_that_the_file_states_are_found_again() {
         (Kind::Pose, 5e-2, 6e-2),
         (Kind::PoseChange, 5e-2, 5e-2),
         (Kind::Combined, 5e-2, 5.5e-2),
-        (Kind::Deep, 7e-2, 6e-2),
+        (Kind::Deep, 6e-2, 5e-2),
+        (Kind::Body, 1.2e-1, 1.3e-1),
     ] {
         let own: Vec<&Run> = runs.iter().filter(|run| run.kind == kind).collect();
         let found = score_runs(&model, &own, &outline);
@@ -52,12 +53,14 @@ fn the_errors_that_the_file_states_are_found_again() {
         assert!((found.friction - stated.friction).abs() < 5e-4, "{kind:?}: {} {}", found.friction, stated.friction);
         assert!((found.normal - stated.normal).abs() < 5e-4, "{kind:?}: {} {}", found.normal, stated.normal);
     }
-    for (name, [normal, friction]) in ["all", "neutral pose", "other poses"].iter().zip(meta.coverage) {
-        assert!((0.93..0.975).contains(&normal) && (0.93..0.975).contains(&friction), "{name}: {normal} {friction}");
+    let rows: usize = meta.held_out.values().map(|s| s.runs).sum();
+    let mean = |k: usize| meta.held_out.values().map(|s| s.in_band[k] * s.runs as f64).sum::<f64>() / rows as f64;
+    for covered in [mean(0), mean(1)] {
+        assert!((0.92..0.98).contains(&covered), "{covered}");
     }
 }
 
-/// What the first cycle of a vibration takes from a held load the others leave.
+/// Only the first cycle of a vibration relaxes a constant load.
 #[test]
 fn a_held_load_is_the_same_after_a_thousand_cycles() {
     let file = shipped();
@@ -84,6 +87,6 @@ fn closed_paths_in_six_coordinates_yield_no_work() {
         ("edge of 2 mm", least_work(pad, &Edge::new(2.0, 53.0, 106.0), 40, 300)),
     ];
     for (name, least) in work {
-        verify(name, "work that comes out over what is exchanged", -least.unwrap(), 1e-3);
+        verify(name, "work gained over work exchanged", -least.unwrap(), 1e-3);
     }
 }

@@ -19,17 +19,17 @@ pub struct FitLimits {
 }
 
 /// Step of the difference quotients, of parameters that are logarithms.
-const DIFFERENCE: f64 = 1e-3;
+const DIFFERENCE: f64 = 1e-2;
 /// Weights of residuals: normal force, friction, stick ratio, centre (1/mm), moment, area.
 const WEIGHTS: [f64; 6] = [1.5, 1.0, 0.1, 0.05, 0.3, 0.2];
 
 /// Numbers of a law as the minimiser sees them.
-const NUMBERS: usize = 15;
+const NUMBERS: usize = 16;
 /// And those that may have either sign.
-const SIGNED: usize = 25;
+const SIGNED: usize = 28;
 
 fn to_numbers(tuning: &Tuning) -> Vec<f64> {
-    let Tuning { law, local, spread } = tuning;
+    let Tuning { law, local, spread, sheared, weight } = tuning;
     let logs = [
         law.softness[0],
         law.softness[1],
@@ -46,8 +46,9 @@ fn to_numbers(tuning: &Tuning) -> Vec<f64> {
         law.friction[0],
         law.friction[1],
         law.onset,
+        *sheared,
     ];
-    let signed = law.lift.iter().flatten().copied().chain([law.turn]);
+    let signed = law.lift.iter().flatten().copied().chain([law.turn]).chain(*weight);
     logs.into_iter().map(f64::ln).chain(signed).collect()
 }
 
@@ -64,7 +65,7 @@ fn to_tuning(numbers: &[f64]) -> Tuning {
         lift: [0, 12].map(|first| std::array::from_fn(|k| signed[first + k])),
         turn: signed[24],
     };
-    Tuning { law, local: [n[4], n[5]], spread: n[8] }
+    Tuning { law, local: [n[4], n[5]], spread: n[8], sheared: n[15], weight: [signed[25], signed[26], signed[27]] }
 }
 
 /// Error along a run that counts as much as a change by [`HELD_LOG`] of a number that is a logarithm, or by [`HELD_SIGNED`] of another.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::score::ANGLE_DEG;
 use super::{FitLimits, PadModel, PadScores, PadSize, Tuning, fit, pad, replay, score_runs};
-use crate::{ReduceError, Run, Sample};
+use crate::{Kind, ReduceError, Run, Sample};
 
 /// How a pad is made.
 #[derive(Clone, Copy, Debug)]
@@ -49,9 +49,6 @@ pub struct PadMeta {
     pub tuning: Tuning,
     /// Errors along runs that neither the fit nor the bands have seen, by kind.
     pub held_out: BTreeMap<String, PadScores>,
-    /// Share of the rows of these runs within the bands: normal force and friction; all rows, then those in the neutral pose and those in
-    /// others.
-    pub coverage: [[f64; 2]; 3],
 }
 
 impl PadMeta {
@@ -62,7 +59,6 @@ impl PadMeta {
             by_kind.entry(run.kind.as_str().to_owned()).or_default().push(run);
         }
         self.held_out = by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(model, &runs, outline))).collect();
-        self.coverage = coverage(model, held_out, outline);
     }
 }
 
@@ -119,6 +115,10 @@ fn single_numbers(n: &Numbers<f64>) -> Numbers {
         depth_max_mm: n.depth_max_mm as f32,
         band_normal: n.band_normal.each_ref().map(single),
         band_friction: n.band_friction.each_ref().map(single),
+        band_body: single(&n.band_body),
+        band_deep: single(&n.band_deep),
+        band_light_n: single(&n.band_light_n),
+        band_loaded: single(&n.band_loaded),
         law: Law {
             softness: single(&law.softness),
             stiffening: single(&law.stiffening),
@@ -152,40 +152,88 @@ pub fn make_pad(
     let deepest =
         |runs: &[&Run]| runs.iter().flat_map(|run| &run.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let at_rest = pad(finger, outline, settings.size, deepest(&of_fit))?;
-    let every = of_fit.len().div_ceil(settings.runs.max(1)).max(1);
-    let fitted: Vec<&Run> = of_fit.iter().copied().step_by(every).collect();
+    let (fitted, others) = shared_out(&of_fit, settings.runs);
     let tuning = fit(&at_rest, &settings.start, &fitted, outline, settings.limits);
     let mut model = at_rest.tuned(&tuning);
-    let others: Vec<&Run> =
-        of_fit.iter().copied().enumerate().filter(|(k, _)| k % every != 0).map(|(_, run)| run).collect();
     let of_bands = if others.is_empty() { &fitted } else { &others };
     band(&mut model, of_bands, outline);
+    // So few runs are deep or touch a curved body that the fitted ones serve as well.
+    let (curved, deep): (Vec<&Run>, Vec<&Run>) = of_fit.iter().partition(|run| !run.body.is_plane());
+    model.numbers.band_deep = added(&model, &deep, outline, |numbers| &mut numbers.band_deep);
+    model.numbers.band_body = added(&model, &curved, outline, |numbers| &mut numbers.band_body);
     let mut meta = PadMeta {
         version: env!("CARGO_PKG_VERSION").into(),
         settings_hash: runs.first().map_or_else(String::new, |run| run.settings_hash.clone()),
         fitted_runs: [fitted.len(), of_bands.len()],
         tuning,
         held_out: BTreeMap::new(),
-        coverage: [[0.0; 2]; 3],
     };
     meta.rescore(&model, &held_out, outline);
     Ok(MadePad { model, meta })
 }
 
+/// Runs of every kind that a fit sees at least, where there are so many.
+const LEAST_OF_A_KIND: usize = 12;
+
+/// Runs to fit to, evenly over each kind, and the others.
+fn shared_out<'a>(runs: &[&'a Run], most: usize) -> (Vec<&'a Run>, Vec<&'a Run>) {
+    let (mut fitted, mut others) = (Vec::new(), Vec::new());
+    for kind in Kind::ALL {
+        let own: Vec<&Run> = runs.iter().copied().filter(|run| run.kind == kind).collect();
+        let share = (most * own.len()).div_ceil(runs.len().max(1));
+        let count = share.max(LEAST_OF_A_KIND.min(most)).min(own.len());
+        for (k, run) in own.iter().enumerate() {
+            // True for `count` places, evenly spread.
+            let is_fitted = (k + 1) * count / own.len() > k * count / own.len();
+            if is_fitted { fitted.push(*run) } else { others.push(*run) }
+        }
+    }
+    (fitted, others)
+}
+
 /// Share of rows within a band.
-const COVERAGE: f64 = 0.955;
+const COVERAGE: f64 = 0.96;
 /// Stick ratios of the three classes of rows by which a band is made, and where they part.
 const CLASSES: [f64; 3] = [0.0, 0.5, 1.0];
 const PARTS: [f64; 2] = [0.15, 0.85];
+/// Used share of the strength from which on a contact that sticks counts as loaded.
+const LOADED: f64 = 0.25;
+/// Normal force below which a contact is light, N: its errors are not in proportion to it.
+const LIGHT_N: f64 = 0.02;
 
-/// Errors of a row over what its bands are a share of: normal force, friction along x and y.
-fn shares(s: &Sample, r: &Response<f64>) -> Option<[f64; 3]> {
-    let (normal, limit) = (r.normal_force_n, r.friction_limit_n);
-    if !(normal > 0.0 && limit > 0.0 && s.normal_force_n > 0.0) {
-        return None;
+/// A row of a run, as the bands are made from it.
+struct Row {
+    /// Errors of the normal force and of friction along x and y, N.
+    errors: [f64; 3],
+    normal: f64,
+    limit: f64,
+    stick: f64,
+    /// Used share of the strength.
+    used: f64,
+    is_away: bool,
+}
+
+impl Row {
+    fn class(&self) -> usize {
+        PARTS.iter().filter(|part| self.stick > **part).count()
     }
-    let friction = [0, 1].map(|k| (r.friction_n[k] - f64::from(s.friction_n[k])).abs() / limit);
-    Some([(normal - f64::from(s.normal_force_n)).abs() / normal, friction[0], friction[1]])
+}
+
+fn rows(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Row> {
+    let neutral = model.numbers.neutral_pitch_deg;
+    let row = |(s, r): (&Sample, Response<f64>)| {
+        let (normal, limit) = (r.normal_force_n, r.friction_limit_n);
+        let used = r.friction_n[0].hypot(r.friction_n[1]) / limit;
+        let row = Row { errors: off(s, &r), normal, limit, stick: r.stick_ratio, used, is_away: is_away(s, neutral) };
+        (normal > 0.0 && limit > 0.0 && s.normal_force_n > 0.0).then_some(row)
+    };
+    run.samples.iter().zip(replay(model, run, outline)).filter_map(row).collect()
+}
+
+/// Errors of the normal force and of friction along x and y, N.
+pub(super) fn off(s: &Sample, r: &Response<f64>) -> [f64; 3] {
+    let [x, y] = [0, 1].map(|k| (r.friction_n[k] - f64::from(s.friction_n[k])).abs());
+    [(r.normal_force_n - f64::from(s.normal_force_n)).abs(), x, y]
 }
 
 fn is_away(s: &Sample, neutral_pitch_deg: f64) -> bool {
@@ -194,60 +242,92 @@ fn is_away(s: &Sample, neutral_pitch_deg: f64) -> bool {
     })
 }
 
-/// Sets the bands to what holds [`COVERAGE`] of the rows of each class.
+/// Sets the bands of contacts with a plane to what holds [`COVERAGE`] of the rows of each class.
 fn band(model: &mut PadModel, runs: &[&Run], outline: &Outline) {
-    let neutral = model.numbers.neutral_pitch_deg;
-    let mut errors: [[[Vec<f64>; 3]; 2]; 2] = Default::default();
-    // Other bodies have larger errors of their own.
-    for run in runs.iter().filter(|run| run.body.is_plane()) {
-        for (s, r) in run.samples.iter().zip(replay(model, run, outline)) {
-            let Some([normal, x, y]) = shares(s, &r) else { continue };
-            let class = PARTS.iter().filter(|part| r.stick_ratio > **part).count();
-            let away = usize::from(is_away(s, neutral));
-            errors[0][away][class].push(normal);
-            errors[1][away][class].extend([x, y]);
+    let on_plane = runs.iter().filter(|run| run.body.is_plane());
+    let (light, rest): (Vec<Row>, Vec<Row>) =
+        on_plane.flat_map(|run| rows(model, run, outline)).partition(|row| row.normal < LIGHT_N && !row.is_away);
+    let least = [
+        quantile(light.iter().map(|row| row.errors[0]).collect()),
+        quantile(light.iter().flat_map(|row| [row.errors[1], row.errors[2]]).collect()),
+    ];
+    let of_normal = |row: &Row| (row.errors[0] - least[0]).max(0.0) / row.normal;
+    let of_friction = |row: &Row| [1, 2].map(|k| (row.errors[k] - least[1]).max(0.0) / row.limit);
+    let bands = [false, true].map(|away| {
+        let own: Vec<&Row> = rest.iter().filter(|row| row.is_away == away).collect();
+        let loaded = loaded(&own, &of_friction);
+        let in_class = |class: usize| own.iter().filter(move |row| row.class() == class);
+        let normal = std::array::from_fn(|class| quantile(in_class(class).map(|row| of_normal(row)).collect()));
+        let friction = std::array::from_fn(|class| {
+            let beyond = |row: &&&Row| of_friction(row).map(|e| (e - loaded * row.stick * row.used).max(0.0));
+            quantile(in_class(class).flat_map(|row| beyond(&row)).collect())
+        });
+        (normal, friction, loaded)
+    });
+    let [(normal, friction, loaded), away] = bands;
+    let more = |away: [f64; 3], neutral: [f64; 3]| std::array::from_fn(|k| (away[k] - neutral[k]).max(0.0));
+    let numbers = &mut model.numbers;
+    numbers.band_light_n = least;
+    numbers.band_normal = [normal, more(away.0, normal)].map(parabola);
+    numbers.band_friction = [friction, more(away.1, friction)].map(parabola);
+    numbers.band_loaded = [loaded, (away.2 - loaded).max(0.0)];
+}
+
+/// What a load adds to friction's band where the contact sticks, per used share of the strength.
+fn loaded(rows: &[&Row], of_friction: &impl Fn(&Row) -> [f64; 2]) -> f64 {
+    let width = |is_loaded: bool| {
+        let is_own = |row: &&&Row| row.stick > PARTS[1] && (row.used > LOADED) == is_loaded;
+        let own: Vec<&&Row> = rows.iter().filter(is_own).collect();
+        let used = own.iter().map(|row| row.used).sum::<f64>() / own.len().max(1) as f64;
+        (quantile(own.iter().flat_map(|row| of_friction(row)).collect()), used)
+    };
+    let ((plain, little), (wide, much)) = (width(false), width(true));
+    if much > little { ((wide - plain) / (much - little)).max(0.0) } else { 0.0 }
+}
+
+/// Over the stick ratio, through the widths of the three classes: value at 0, factors of the ratio and of its square. The middle one is
+/// large enough that no width is negative.
+fn parabola([slip, middle, stick]: [f64; 3]) -> [f64; 3] {
+    let [_, m, _] = CLASSES;
+    let middle = middle.max(0.25 * (slip + stick));
+    let square = (stick - slip - (middle - slip) / m) / (1.0 - m);
+    [slip, stick - slip - square, square]
+}
+
+/// What rows need beyond the bands without some numbers, over what the core makes of 1 in their place.
+fn added(
+    model: &PadModel,
+    runs: &[&Run],
+    outline: &Outline,
+    numbers: impl Fn(&mut Numbers<f64>) -> &mut [f64; 2],
+) -> [f64; 2] {
+    let (mut without, mut with) = (model.clone(), model.clone());
+    (*numbers(&mut without.numbers), *numbers(&mut with.numbers)) = ([0.0; 2], [1.0; 2]);
+    let mut needed: [Vec<f64>; 2] = Default::default();
+    for run in runs {
+        let answers = replay(&without, run, outline).into_iter().zip(replay(&with, run, outline));
+        for (s, (plain, wide)) in run.samples.iter().zip(answers) {
+            let [normal, x, y] = off(s, &plain);
+            let mut need = |k: usize, error: f64, plain: f64, wide: f64| {
+                // Rows to which the numbers add little say nothing of them.
+                if wide - plain > NOTICED * wide {
+                    needed[k].push((error - plain).max(0.0) / (wide - plain));
+                }
+            };
+            need(0, normal, plain.band_normal_n, wide.band_normal_n);
+            need(1, x, plain.band_friction_n, wide.band_friction_n);
+            need(1, y, plain.band_friction_n, wide.band_friction_n);
         }
     }
-    let widths = errors.map(|by_pose| by_pose.map(|by_class| by_class.map(quantile)));
-    let parabola = |[slip, middle, stick]: [f64; 3]| {
-        let [_, m, _] = CLASSES;
-        let square = (stick - slip - (middle - slip) / m) / (1.0 - m);
-        [slip, stick - slip - square, square]
-    };
-    let bands = widths.map(|[neutral, away]| {
-        let more: [f64; 3] = std::array::from_fn(|k| (away[k] - neutral[k]).max(0.0));
-        [parabola(neutral), parabola(more)]
-    });
-    [model.numbers.band_normal, model.numbers.band_friction] = bands;
+    needed.map(quantile)
 }
+
+/// Share of a band that 1 in place of some numbers must add.
+const NOTICED: f64 = 0.5;
 
 /// What [`COVERAGE`] of the values do not exceed; 0 of none.
 fn quantile(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let place = (COVERAGE * values.len() as f64).ceil() as usize;
     values.get(place.saturating_sub(1)).copied().unwrap_or(0.0)
-}
-
-fn coverage(model: &PadModel, runs: &[&Run], outline: &Outline) -> [[f64; 2]; 3] {
-    let neutral = model.numbers.neutral_pitch_deg;
-    let mut counts = [[[0.0; 2]; 2]; 3];
-    for run in runs.iter().filter(|run| run.body.is_plane()) {
-        for (s, r) in run.samples.iter().zip(replay(model, run, outline)) {
-            let Some([normal, x, y]) = shares(s, &r) else { continue };
-            let (most_normal, most_friction) =
-                (r.band_normal_n / r.normal_force_n, r.band_friction_n / r.friction_limit_n);
-            let inside = [
-                f64::from(u8::from(normal <= most_normal)),
-                0.5 * (f64::from(u8::from(x <= most_friction)) + f64::from(u8::from(y <= most_friction))),
-            ];
-            let class = 1 + usize::from(is_away(s, neutral));
-            for class in [0, class] {
-                for (count, inside) in counts[class].iter_mut().zip(inside) {
-                    count[0] += inside;
-                    count[1] += 1.0;
-                }
-            }
-        }
-    }
-    counts.map(|class| class.map(|[inside, all]| inside / f64::max(all, 1.0)))
 }

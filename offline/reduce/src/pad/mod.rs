@@ -12,7 +12,8 @@ mod path;
 mod replay;
 mod score;
 
-use fingerpad::pad::{Law, Numbers, Pad, Patch};
+use fingerpad::pad::{Law, MODES, Numbers, PACKED, Pad, Patch};
+use nalgebra::{SMatrix, Vector3};
 
 pub use bodies::body_of;
 pub use fit::{FitLimits, fit};
@@ -21,7 +22,7 @@ pub use make::{MadePad, PadMeta, PadSettings, make_pad};
 pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;
 pub use replay::{replay, replay_on_plane};
-pub use score::{PadScores, score_runs};
+pub use score::{DepthScores, PadScores, score_depths, score_runs};
 
 /// Most patches of a pad on the outline.
 pub const MOST_PATCHES: usize = 64;
@@ -33,6 +34,8 @@ pub struct PadModel {
     pub patches: Vec<Patch<f64>>,
     /// What holds for all of them.
     pub numbers: Numbers<f64>,
+    /// Inner normals of the patches, by which [`Self::tuned`] makes [`Numbers::squash`]; empty for a pad from a file.
+    pub normals: Vec<Vector3<f64>>,
 }
 
 impl PadModel {
@@ -43,13 +46,20 @@ impl PadModel {
 
     /// The same numbers as those of a model file.
     pub fn of(pad: &Pad<'_>) -> Self {
-        Self { patches: pad.patches.iter().map(Patch::cast).collect(), numbers: pad.numbers.cast() }
+        Self {
+            patches: pad.patches.iter().map(Patch::cast).collect(),
+            numbers: pad.numbers.cast(),
+            normals: Vec::new(),
+        }
     }
 
     /// The pad of a finger at rest with what was fitted.
     pub fn tuned(&self, tuning: &Tuning) -> Self {
         let mut model = self.clone();
         model.numbers.law = tuning.law;
+        if !self.normals.is_empty() {
+            model.numbers.squash = squash(self, tuning);
+        }
         for patch in &mut model.patches {
             (0..2).for_each(|k| patch.compliance_mm_per_n[k] *= tuning.local[k]);
             patch.spread_mm = patch.spread_mm.map(|x| x * tuning.spread);
@@ -67,6 +77,13 @@ pub struct Tuning {
     pub local: [f64; 2],
     /// Spread of the gaps within a patch, over that of its points.
     pub spread: f64,
+    /// Share with which the square of a displacement across the skin's normal, along x, counts as squash.
+    #[serde(default)]
+    pub sheared: f64,
+    /// Where on the skin a displacement counts more as squash: the logarithm of its weight is the sum of these numbers times x, x² and
+    /// y², from the middle of the skin in units of 5 mm.
+    #[serde(default)]
+    pub weight: [f64; 3],
 }
 
 /// What was found for the finger that ships; the numbers of another one are near.
@@ -74,22 +91,51 @@ impl Default for Tuning {
     fn default() -> Self {
         Self {
             law: Law {
-                softness: [1.012, 0.9563],
-                stiffening: [0.1082, 403.4],
-                flattening_mpa: [0.0008771, 0.01556],
-                area: [0.8971, 1.499, 0.8585],
-                friction: [0.06995, 0.4279],
-                onset: 3.281,
+                softness: [0.9942, 0.9778],
+                stiffening: [1.338, 0.5502],
+                flattening_mpa: [0.000567, 0.03425],
+                area: [0.9858, 1.493, 0.7407],
+                friction: [0.1289, 0.5371],
+                onset: 3.386,
                 lift: [
-                    [-0.1469, -0.2741, -6.683, -0.4429, -3.359, -1.957, -0.2119, -56.97, -2.048, 7.282, 0.06674, 2.415],
-                    [-0.1519, 1.245, -24.26, 0.1385, -6.445, 8.492, 0.4382, 76.71, 6.426, -11.26, 3.598, -41.5],
+                    [
+                        -0.02939, -0.01733, -18.7, -0.1334, -3.599, -1.668, -0.2079, -54.62, -1.354, 7.385, -0.007186,
+                        2.415,
+                    ],
+                    [-0.1303, 0.1815, -20.59, 0.06465, -6.34, 8.193, 0.4117, 74.73, 1.488, -10.92, 2.992, -35.5],
                 ],
-                turn: 5.77,
+                turn: 4.394,
             },
-            local: [1.212, 2.646],
-            spread: 1.212,
+            local: [1.175, 2.696],
+            spread: 1.036,
+            sheared: 0.1529,
+            weight: [2.27, -2.562, -0.7117],
         }
     }
+}
+
+/// Length in which places on the skin are counted, mm.
+const SKIN_MM: f64 = 5.0;
+
+/// Weighted mean square of the skin's displacement, mm² per mJ: the lower triangle, row by row.
+fn squash(at_rest: &PadModel, tuning: &Tuning) -> [f64; PACKED] {
+    let whole: f64 = at_rest.patches.iter().map(|patch| patch.area_mm2).sum();
+    let mut square = SMatrix::<f64, MODES, MODES>::zeros();
+    for (patch, normal) in at_rest.patches.iter().zip(&at_rest.normals) {
+        let modes = SMatrix::<f64, 3, MODES>::from_fn(|axis, mode| patch.modes[axis][mode]);
+        let across = (Vector3::x() - normal * normal.x).try_normalize(1e-9).unwrap_or_default();
+        let [x, y] = [0, 1].map(|k| (patch.middle_mm[k] - at_rest.numbers.middle_mm[k]) / SKIN_MM);
+        let [along_x, along_x2, along_y2] = tuning.weight;
+        let weight = (along_x * x + along_x2 * x * x + along_y2 * y * y).clamp(-7.0, 7.0).exp();
+        for (direction, share) in [(*normal, 1.0), (across, tuning.sheared)] {
+            let along = direction.transpose() * modes;
+            square += along.transpose() * along * (patch.area_mm2 / whole * weight * share);
+        }
+    }
+    let mut packed = [0.0; PACKED];
+    let lower = (0..MODES).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    packed.iter_mut().zip(lower).for_each(|(x, place)| *x = square[place]);
+    packed
 }
 
 #[cfg(test)]

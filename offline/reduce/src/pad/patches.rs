@@ -106,17 +106,10 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
     let whole: f64 = patches.iter().map(|p| p.area).sum();
     let middle = patches.iter().map(|p| p.middle * p.area).sum::<Vector3<f64>>() / whole;
     let rigid = rigid(&patches, &middle);
-    let mut squash = SMatrix::<f64, MODES, MODES>::zeros();
-    for patch in &patches {
-        let along = patch.normal.transpose() * patch.modes;
-        squash += along.transpose() * along * (patch.area / whole);
-    }
-    let mut packed = [0.0; PACKED];
-    let lower = (0..MODES).flat_map(|row| (0..=row).map(move |column| (row, column)));
-    packed.iter_mut().zip(lower).for_each(|(x, place)| *x = squash[place]);
+    let normals = patches.iter().map(|p| p.normal).collect();
     let numbers = Numbers {
         rigid: std::array::from_fn(|row| std::array::from_fn(|mode| rigid[(row, mode)])),
-        squash: packed,
+        squash: [0.0; PACKED],
         reach: 0.0,
         middle_mm: middle.into(),
         first_touch_mm: reach(outline),
@@ -126,6 +119,10 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
         depth_max_mm,
         band_normal: [[0.0; 3]; 2],
         band_friction: [[0.0; 3]; 2],
+        band_body: [0.0; 2],
+        band_deep: [0.0; 2],
+        band_light_n: [0.0; 2],
+        band_loaded: [0.0; 2],
         law: Tuning::default().law,
     };
     let patches = patches.into_iter().map(|p| {
@@ -141,7 +138,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
     });
     let patches: Vec<fingerpad::pad::Patch<f64>> = patches.collect();
     let reach = patches.iter().map(fingerpad::pad::Patch::reach).fold(0.0, f64::max);
-    Ok(PadModel { patches, numbers: Numbers { reach, ..numbers } })
+    Ok(PadModel { patches, numbers: Numbers { reach, ..numbers }, normals })
 }
 
 /// Translation and rotation nearest to the motion of all patches in each mode, by least squares over the area.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use fingerpad::Response;
 use fingerpad_fe::contact::Outline;
 
+use super::make::off;
 use super::{PadModel, replay};
 use crate::score::outside_band;
 use crate::{Run, Sample};
@@ -31,6 +32,48 @@ pub struct PadScores {
     /// Share of the rows with the right regime, where the finite elements are not about to change theirs.
     #[serde(default)]
     pub regime_right: f64,
+    /// Share of the rows within the bands of the normal force and of each component of friction.
+    #[serde(default)]
+    pub in_band: [f64; 2],
+}
+
+/// Errors of deep contacts by depth, RMS.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DepthScores {
+    /// Rows.
+    pub rows: usize,
+    /// Normal force over its own value.
+    pub normal: f64,
+    /// Mean of the normal force's error over its own value, with its sign.
+    pub normal_mean: f64,
+    /// Friction over the run's largest.
+    pub friction: f64,
+}
+
+/// Scores of the rows of `runs` between two depths, mm.
+pub fn score_depths(model: &PadModel, runs: &[&Run], outline: &Outline, [least, most]: [f64; 2]) -> DepthScores {
+    let mut sums = DepthScores::default();
+    for run in runs {
+        let [_, friction, _] = largest(run);
+        for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
+            let normal = f64::from(s.normal_force_n);
+            if !(least..most).contains(&f64::from(s.depth_mm)) || normal <= 0.0 {
+                continue;
+            }
+            let e = errors(s, &a);
+            sums.rows += 1;
+            sums.normal += (e[0] / normal).powi(2);
+            sums.normal_mean += e[0] / normal;
+            sums.friction += (e[1] * e[1] + e[2] * e[2]) / (friction * friction);
+        }
+    }
+    let rows = sums.rows.max(1) as f64;
+    DepthScores {
+        rows: sums.rows,
+        normal: (sums.normal / rows).sqrt(),
+        normal_mean: sums.normal_mean / rows,
+        friction: (sums.friction / rows).sqrt(),
+    }
 }
 
 /// Friction law by which the limit of a run without much friction (a press, a spin) is taken: factor and exponent.
@@ -72,6 +115,7 @@ pub(super) const ANGLE_DEG: f64 = 0.5;
 /// Scores over runs.
 pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScores {
     let (mut sums, mut rows, mut centres, mut lights, mut regimes) = ([0.0; 8], 0.0, 0.0, 0.0, [0.0; 2]);
+    let (mut inside, mut with_band) = ([0.0; 2], 0.0);
     for run in runs {
         let [normal, friction, area] = largest(run);
         for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
@@ -92,6 +136,13 @@ pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScor
                 sums[4] += e[4] * e[4] + e[5] * e[5];
                 centres += 1.0;
             }
+            if a.normal_force_n > 0.0 {
+                let [of_normal, x, y] = off(s, &a);
+                let is_in = |error: f64, band: f64| f64::from(u8::from(error <= band));
+                inside[0] += is_in(of_normal, a.band_normal_n);
+                inside[1] += 0.5 * (is_in(x, a.band_friction_n) + is_in(y, a.band_friction_n));
+                with_band += 1.0;
+            }
             sums[5] += (e[6] / (3.0 * friction)).powi(2);
             sums[6] += (e[7] / area).powi(2);
             if outside_band(s.stick_ratio) {
@@ -110,6 +161,7 @@ pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScor
         centre_mm: rms(sums[4], centres),
         moment: rms(sums[5], rows),
         area: rms(sums[6], rows),
+        in_band: inside.map(|rows| rows / f64::max(with_band, 1.0)),
         regime_right: if regimes[1] > 0.0 { regimes[0] / regimes[1] } else { 1.0 },
     }
 }
