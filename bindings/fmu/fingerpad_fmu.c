@@ -1,7 +1,8 @@
 /* The reduced model as an FMI 3.0 co-simulation unit, on the C library.
  *
  * Slides and the angle come as places (mm, rad) and are differenced in 64 bits: what the 32 bits of an increment leave out is
- * made up in the next step, so that nothing drifts. The input at a step's start holds over the step, as FMI has it.
+ * made up in the next step, so that nothing drifts. The input at a step's start holds over the step, as FMI has it: the plane moves
+ * there in a straight line, in equal substeps of at most SUBSTEP_MM.
  * Functions that this unit has no use for are in unused.c. */
 #include "fmi3Functions.h"
 #include <fingerpad.h>
@@ -20,14 +21,35 @@ enum {
     SIZE = 21, STIFFNESS, LAMBDA, TAU0_MPA, PARAMETERS_END,
     NORMAL_FORCE_N = 41, FRICTION_X_N, FRICTION_Y_N, SPIN_MOMENT_N_MM, STICK_RATIO, FRICTION_LIMIT_N, SLIP_MARGIN,
     PRESSURE_CENTRE_X_MM, PRESSURE_CENTRE_Y_MM, CONTACT_AREA_MM2, BAND_NORMAL_N, BAND_FRICTION_N, OUTPUTS_END,
-    REGIME = 61, STATUS
+    REGIME = 61, STATUS, SUBSTEPS
 };
+
+/* A communication step is divided so that the changes of depth, slide x, slide y and of the angle times ARM_MM sum to at most
+ * SUBSTEP_MM in each substep, up to SUBSTEPS_MAX of them. */
+#define SUBSTEP_MM 0.005
+#define ARM_MM 4.0
+#define SUBSTEPS_MAX 1000.0
+
+/* Numbers that are refused outside a range: those of the model's tuning, and the strength factor of a step. */
+typedef struct {
+    int reference;
+    const char *name;
+    float least, most;
+} limits;
+
+static const limits TUNING[] = {
+    {SIZE, "size", 0.5f, 2.0f},
+    {STIFFNESS, "stiffness", 0.2f, 5.0f},
+    {LAMBDA, "lambda", 0.1f, 10.0f},
+    {TAU0_MPA, "tau0_mpa", 0.0f, 0.1f},
+};
+static const limits STRENGTH = {STRENGTH_FACTOR, "strength_factor", 0.1f, 5.0f};
 
 /* All that a step changes and all that it reads: what fmi3GetFMUState keeps. */
 typedef struct {
     double number[OUTPUTS_END]; /* by value reference */
-    int32_t regime, status;
-    double followed[3]; /* slide x, slide y and angle to which the contact was brought */
+    int32_t regime, status, substeps;
+    double followed[4]; /* depth, slide x, slide y and angle to which the contact was brought */
     fingerpad_spin_state state;
     fingerpad_contact contact; /* in place of the state where the file has effects */
 } memory;
@@ -38,7 +60,7 @@ typedef struct {
     memory inside;
 } serialized;
 
-enum { MAGIC = 0x46504d55, VERSION = 1 };
+enum { MAGIC = 0x46504d55, VERSION = 2 };
 
 typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED } phase;
 
@@ -188,11 +210,30 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
     return fmi3OK;
 }
 
+/* Whether a number is in its range; otherwise a message names it, its value and the range. */
+static int in_range(const unit *u, const limits *of, fmi3Status status)
+{
+    const double value = u->now.number[of->reference];
+    if ((float)value >= of->least && (float)value <= of->most) {
+        return 1;
+    }
+    (void)say(u, status, "%s is %g; the allowed range is %g to %g", of->name, value, (double)of->least, (double)of->most);
+    return 0;
+}
+
 static fmi3Status tune(unit *u)
 {
     const double *n = u->now.number;
-    const int32_t code = fingerpad_model_tune(&u->model, (float)n[SIZE], (float)n[STIFFNESS], (float)n[LAMBDA],
-                                              (float)n[TAU0_MPA]);
+    int32_t code;
+    size_t i;
+    int refused = 0;
+    for (i = 0; i < sizeof TUNING / sizeof TUNING[0]; i++) {
+        refused += !in_range(u, &TUNING[i], fmi3Error);
+    }
+    if (refused > 0) {
+        return fmi3Error;
+    }
+    code = fingerpad_model_tune(&u->model, (float)n[SIZE], (float)n[STIFFNESS], (float)n[LAMBDA], (float)n[TAU0_MPA]);
     if (code != FINGERPAD_OK) {
         return say(u, fmi3Error, "size %g, stiffness %g, lambda %g, tau0_mpa %g: %s", n[SIZE], n[STIFFNESS], n[LAMBDA],
                    n[TAU0_MPA], fingerpad_error_text(code));
@@ -210,8 +251,8 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
     if (tune(u) != fmi3OK) {
         return fmi3Error;
     }
-    for (k = 0; k < 3; k++) {
-        const double start = u->now.number[SLIDE_X_MM + k];
+    for (k = 0; k < 4; k++) {
+        const double start = u->now.number[DEPTH_MM + k];
         u->now.followed[k] = isfinite(start) ? start : 0.0;
     }
     u->phase = STEPPING;
@@ -269,7 +310,11 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
         const int is_input = (r > TIME && r <= STRENGTH_FACTOR) || (r >= HYDRATION_AU && r < INPUTS_END);
         const int is_parameter = r >= SIZE && r < PARAMETERS_END;
         if (!is_input && !(is_parameter && u->phase <= INITIALIZATION)) {
-            return say(u, fmi3Error, "the variable with the value reference %u cannot be set now", (unsigned)r);
+            if (is_parameter) {
+                return say(u, fmi3Error, "%s is a fixed parameter: it can be set until the initialization ends, and keeps %g",
+                           TUNING[r - SIZE].name, u->now.number[r]);
+            }
+            return say(u, fmi3Error, "the variable with the value reference %u is not an input or a parameter", (unsigned)r);
         }
         u->now.number[r] = values[i];
     }
@@ -285,10 +330,19 @@ fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference valueRef
         return fmi3Error;
     }
     for (i = 0; i < nValues; i++) {
-        if (valueReferences[i] != REGIME && valueReferences[i] != STATUS) {
+        switch (valueReferences[i]) {
+        case REGIME:
+            values[i] = u->now.regime;
+            break;
+        case STATUS:
+            values[i] = u->now.status;
+            break;
+        case SUBSTEPS:
+            values[i] = u->now.substeps;
+            break;
+        default:
             return say(u, fmi3Error, "no integer has the value reference %u", (unsigned)valueReferences[i]);
         }
-        values[i] = valueReferences[i] == REGIME ? u->now.regime : u->now.status;
     }
     return fmi3OK;
 }
@@ -311,14 +365,16 @@ static void keep(memory *m, const fingerpad_response *r)
     n[BAND_NORMAL_N] = (double)r->band_normal_n;
     n[BAND_FRICTION_N] = (double)r->band_friction_n;
     m->regime = r->regime;
-    m->status = r->status;
 }
 
-/* Brings the strength up to the input; what is out of range is refused before anything has changed. */
+/* Brings the strength up to the input; a factor out of range is refused before anything has changed. */
 static fmi3Status set_up_step(unit *u)
 {
     const double *n = u->now.number;
     int32_t code;
+    if (!in_range(u, &STRENGTH, fmi3Discard)) {
+        return fmi3Discard;
+    }
     code = fingerpad_spin_state_set_strength_factor(&u->now.state, (float)n[STRENGTH_FACTOR]);
     if (code == FINGERPAD_OK) {
         code = fingerpad_contact_set_strength_factor(&u->now.contact, (float)n[STRENGTH_FACTOR]);
@@ -329,16 +385,51 @@ static fmi3Status set_up_step(unit *u)
     return fmi3OK;
 }
 
-/* The increments to the places of the inputs, 0 to 2 along x, y and about z. */
-static void increments(memory *m, float *to)
+/* A change that single precision holds; others are bad input, which the step reports. */
+static int is_followed(double change)
 {
+    return isfinite((float)change);
+}
+
+/* The number of equal substeps to the depth, place and angle of the inputs. */
+static int32_t substeps(const memory *m)
+{
+    static const double arms[4] = {1.0, 1.0, 1.0, ARM_MM};
+    double sum_mm = 0.0;
+    double count;
     int k;
-    for (k = 0; k < 3; k++) {
-        to[k] = (float)(m->number[SLIDE_X_MM + k] - m->followed[k]);
-        if (isfinite(to[k])) {
-            m->followed[k] += (double)to[k];
+    for (k = 0; k < 4; k++) {
+        const double change = m->number[DEPTH_MM + k] - m->followed[k];
+        sum_mm += is_followed(change) ? arms[k] * fabs(change) : 0.0;
+    }
+    count = ceil(sum_mm / SUBSTEP_MM);
+    return count < 1.0 ? 1 : count > SUBSTEPS_MAX ? (int32_t)SUBSTEPS_MAX : (int32_t)count;
+}
+
+/* The motion of substep `i` of `count`, counted from 1, along the line from `from` to the inputs. */
+static fingerpad_motion part(memory *m, const double *from, int32_t i, int32_t count)
+{
+    fingerpad_motion motion = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    float increment[4];
+    int k;
+    for (k = 0; k < 4; k++) {
+        const double whole = m->number[DEPTH_MM + k] - from[k];
+        double to = m->number[DEPTH_MM + k];
+        if (is_followed(whole) && i < count) {
+            to = from[k] + whole * (double)i / (double)count;
+        }
+        increment[k] = (float)(to - m->followed[k]);
+        if (k == 0) {
+            motion.depth_mm = (float)to;
+            m->followed[k] = is_followed(whole) ? to : m->followed[k];
+        } else if (is_followed(whole)) {
+            m->followed[k] += (double)increment[k];
         }
     }
+    motion.slide_x_mm = increment[1];
+    motion.slide_y_mm = increment[2];
+    motion.spin_rad = increment[3];
+    return motion;
 }
 
 static int32_t step(unit *u, fingerpad_motion motion, fingerpad_response *r)
@@ -367,8 +458,9 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     unit *u = (unit *)instance;
     fingerpad_motion motion;
     fingerpad_response r;
-    float to[3];
-    int32_t code;
+    double from[4];
+    int32_t code, count, i;
+    int32_t status = 0;
     (void)noSetFMUStatePriorToCurrentPoint;
     if (u == NULL || u->phase != STEPPING) {
         return fmi3Error;
@@ -376,25 +468,29 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     *eventHandlingNeeded = *terminateSimulation = *earlyReturn = fmi3False;
     *lastSuccessfulTime = currentCommunicationPoint;
     if (!(communicationStepSize > 0.0 && isfinite(communicationStepSize) && isfinite(currentCommunicationPoint))) {
-        return say(u, fmi3Error, "a step of %g s from %g s", communicationStepSize, currentCommunicationPoint);
+        return say(u, fmi3Error, "a step of %g s from %g s; both must be finite, and the step greater than 0",
+                   communicationStepSize, currentCommunicationPoint);
     }
     if (set_up_step(u) != fmi3OK) {
         return fmi3Discard;
     }
-    increments(&u->now, to);
-    motion.depth_mm = (float)u->now.number[DEPTH_MM];
-    motion.slide_x_mm = to[0];
-    motion.slide_y_mm = to[1];
-    motion.spin_rad = to[2];
-    motion.dt_s = (float)communicationStepSize;
-    code = step(u, motion, &r);
-    if (code != FINGERPAD_OK) {
-        return say(u, fmi3Error, "%s", fingerpad_error_text(code));
+    count = substeps(&u->now);
+    (void)memcpy(from, u->now.followed, sizeof from);
+    for (i = 1; i <= count; i++) {
+        motion = part(&u->now, from, i, count);
+        motion.dt_s = (float)(communicationStepSize / (double)count);
+        code = step(u, motion, &r);
+        if (code != FINGERPAD_OK) {
+            return say(u, fmi3Error, "%s", fingerpad_error_text(code));
+        }
+        status |= r.status;
     }
     keep(&u->now, &r);
+    u->now.status = status;
+    u->now.substeps = count;
     u->now.number[TIME] = *lastSuccessfulTime = currentCommunicationPoint + communicationStepSize;
-    if ((r.status & (FINGERPAD_STATUS_BAD_INPUT | FINGERPAD_STATUS_MEMORY_LOST)) != 0) {
-        return say(u, fmi3Warning, "depth_mm %g, slide_x_mm %g, slide_y_mm %g, spin_rad %g: what is no number was left out",
+    if ((status & (FINGERPAD_STATUS_BAD_INPUT | FINGERPAD_STATUS_MEMORY_LOST)) != 0) {
+        return say(u, fmi3Warning, "depth_mm %g, slide_x_mm %g, slide_y_mm %g, spin_rad %g: the step leaves out those that are not finite",
                    u->now.number[DEPTH_MM], u->now.number[SLIDE_X_MM], u->now.number[SLIDE_Y_MM], u->now.number[SPIN_RAD]);
     }
     return fmi3OK;

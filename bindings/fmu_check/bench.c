@@ -1,6 +1,6 @@
 /* Nanoseconds of a step of an unpacked FMU, inputs set and forces read in each:
  *   bench UNIT.so TOKEN RESOURCES < path (depth, slide x, slide y, spin; increments)
- * Prints `call ns` lines: the least of twenty rounds. */
+ * Prints `call ns` lines: the least of twenty rounds, for each step of the model, of which a step of the FMU has one or more. */
 #define _POSIX_C_SOURCE 200112L
 #include "fmi3Functions.h"
 #include <dlfcn.h>
@@ -37,15 +37,18 @@ static void find(void *unit, const char *name, void *function)
 int main(int argc, char **argv)
 {
     static const fmi3ValueReference inputs[INPUTS] = {1, 2, 3, 4}, outputs[OUTPUTS] = {41, 42, 43, 44, 45, 46, 47};
+    static const fmi3ValueReference substeps = 63;
     fmi3InstantiateCoSimulationTYPE *instantiate;
     fmi3EnterInitializationModeTYPE *enter;
     fmi3ExitInitializationModeTYPE *leave;
     fmi3SetFloat64TYPE *set;
     fmi3GetFloat64TYPE *get;
+    fmi3GetInt32TYPE *get_integer;
     fmi3DoStepTYPE *step;
     fmi3FreeInstanceTYPE *release;
     double least = 1e30, forces[OUTPUTS], increment[INPUTS];
     size_t steps = 0, i;
+    long model_steps = 0;
     int round;
     void *const unit = argc == 4 ? dlopen(argv[1], RTLD_NOW | RTLD_LOCAL) : NULL;
     if (unit == NULL) {
@@ -57,6 +60,7 @@ int main(int argc, char **argv)
     find(unit, "fmi3ExitInitializationMode", &leave);
     find(unit, "fmi3SetFloat64", &set);
     find(unit, "fmi3GetFloat64", &get);
+    find(unit, "fmi3GetInt32", &get_integer);
     find(unit, "fmi3DoStep", &step);
     find(unit, "fmi3FreeInstance", &release);
     while (steps < LONGEST
@@ -67,11 +71,13 @@ int main(int argc, char **argv)
         }
         steps++;
     }
-    for (round = 0; round < ROUNDS; round++) {
+    /* The first round counts the model's steps. */
+    for (round = 0; round <= ROUNDS; round++) {
         const fmi3Instance finger = instantiate("finger", argv[2], argv[3], fmi3False, fmi3False, fmi3False, fmi3False,
                                                 NULL, 0, NULL, NULL, NULL);
         fmi3Boolean event, end, early;
         fmi3Float64 last, start, took;
+        fmi3Int32 count;
         if (finger == NULL || enter(finger, fmi3False, 0.0, 0.0, fmi3False, 0.0) != fmi3OK || leave(finger) != fmi3OK) {
             (void)fprintf(stderr, "the unit does not start\n");
             return 2;
@@ -83,11 +89,17 @@ int main(int argc, char **argv)
                 || get(finger, outputs, OUTPUTS, forces, OUTPUTS) != fmi3OK) {
                 return 2;
             }
+            if (round == 0) {
+                if (get_integer(finger, &substeps, 1, &count, 1) != fmi3OK) {
+                    return 2;
+                }
+                model_steps += count;
+            }
         }
         took = now_ns() - start;
-        least = took < least ? took : least;
+        least = round > 0 && took < least ? took : least;
         release(finger);
     }
-    (void)printf("spin_step %.2f\n", least / (double)steps);
+    (void)printf("spin_step %.2f\n", least / (double)model_steps);
     return 0;
 }

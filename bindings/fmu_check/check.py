@@ -3,7 +3,9 @@
 The story's folder has the paths by places with the core's own answers (bindings/c/story); every answer is compared bit for bit.
 """
 
+import math
 import pathlib
+import random
 import struct
 import sys
 
@@ -22,6 +24,8 @@ OUTPUTS = [
     "band_friction_n",
 ]
 DT_S = 1e-3
+# The rule by which the unit divides a step.
+SUBSTEP_MM, ARM_MM, SUBSTEPS_MAX = 0.005, 4.0, 1000
 WARNING, DISCARD, ERROR = 1, 2, 3
 
 
@@ -54,7 +58,7 @@ class Finger:
         # FMPy passes fmi3Warning over; the unit's message has it.
         self.unit.instantiate(
             loggingOn=True,
-            logMessage=lambda environment, status, category, message: self.messages.append((int(status), message)),
+            logMessage=lambda environment, status, category, message: self.messages.append((int(status), message.decode())),
         )
         self.unit.enterInitializationMode(startTime=0.0)
         self.unit.exitInitializationMode()
@@ -62,16 +66,22 @@ class Finger:
         self.inputs = [self.names[name] for name in [*INPUTS, OWN] if name in self.names]
         self.outputs = [self.names[name] for name in OUTPUTS]
 
-    def step(self, inputs):
+    def step(self, inputs, dt_s=DT_S):
         """Advances by one step; returns the status and the answer as the story has it."""
         self.unit.setFloat64(self.inputs, inputs[: len(self.inputs)])
         self.messages.clear()
         try:
-            self.unit.doStep(self.step_number * DT_S, DT_S)
+            self.unit.doStep(self.step_number * dt_s, dt_s)
         except FMICallException as exception:
             return int(exception.status), self.answer()
         self.step_number += 1
         return max((status for status, _ in self.messages), default=0), self.answer()
+
+    def number(self, name):
+        return self.unit.getFloat64([self.names[name]])[0]
+
+    def substeps(self):
+        return self.unit.getInt32([self.names["substeps"]])[0]
 
     def answer(self):
         numbers = self.unit.getFloat64(self.outputs)
@@ -154,6 +164,7 @@ def misuse(fmu, rows):
         bad = list(inputs)
         bad[k] = value
         assert finger.step(bad)[0] == DISCARD, f"{INPUTS[k]} {value} is to be discarded"
+        assert finger.messages == [(DISCARD, f"{INPUTS[k]} is {value:g}; the allowed range is 0.1 to 5")], finger.messages
     finger.unit.setFloat64(finger.inputs, rows[49][0][: len(finger.inputs)])
     after = finger.unit.serializeFMUState(finger.unit.getFMUState())
     assert after == before, "a discarded step changes the state"
@@ -163,11 +174,8 @@ def misuse(fmu, rows):
     assert refused(lambda: finger.unit.getFloat64([999]), ERROR), "an unknown variable is read"
     assert refused(lambda: finger.unit.setFloat64([finger.names["normal_force_n"]], [1.0]), ERROR), "an output is set"
     assert refused(lambda: finger.unit.setFloat64([finger.names["size"]], [1.1]), ERROR), "a parameter is set too late"
-    finger.unit.reset()
-    finger.unit.enterInitializationMode(startTime=0.0)
-    finger.unit.setFloat64([finger.names["size"]], [float("nan")])
-    assert refused(finger.unit.exitInitializationMode, ERROR), "a size of NaN"
-    finger.unit.freeInstance()
+    assert "size is a fixed parameter" in finger.messages[-1][1], finger.messages
+    finger.close()
     good = pathlib.Path(finger.folder, "resources", "model.fpm").read_bytes()
     flipped = good[:3000] + bytes([good[3000] ^ 1]) + good[3001:]
     for what, wrong in {
@@ -180,6 +188,81 @@ def misuse(fmu, rows):
         assert not can_be_made(fmu, wrong), f"{what} is taken"
     assert can_be_made(fmu, {"model": good})
     print("misuse: discarded steps leave the state; bad steps, variables, parameters, tokens and model files are errors")
+
+
+def refused_parameters(fmu):
+    """A parameter out of its range is named, with its value and the range; the bounds themselves are taken."""
+    finger = Finger(fmu)
+    count = 0
+    for name, least, most in (("size", 0.5, 2), ("stiffness", 0.2, 5), ("lambda", 0.1, 10), ("tau0_mpa", 0, 0.1)):
+        for value in (least, most, least - 0.01, most + 0.01, float("nan"), float("inf")):
+            finger.unit.reset()
+            finger.messages.clear()
+            finger.unit.enterInitializationMode(startTime=0.0)
+            finger.unit.setFloat64([finger.names[name]], [value])
+            if value in (least, most):
+                finger.unit.exitInitializationMode()
+                assert finger.messages == [], finger.messages
+                continue
+            assert refused(finger.unit.exitInitializationMode, ERROR), f"{name} {value}"
+            assert finger.messages == [(ERROR, f"{name} is {value:g}; the allowed range is {least} to {most}")], finger.messages
+            count += 1
+    finger.unit.reset()
+    finger.messages.clear()
+    finger.unit.enterInitializationMode(startTime=0.0)
+    finger.unit.setFloat64([finger.names["size"], finger.names["lambda"]], [3.0, 0.0])
+    assert refused(finger.unit.exitInitializationMode, ERROR) and len(finger.messages) == 2, "both are named"
+    finger.unit.freeInstance()
+    print(f"parameters: {count} values out of range, each refused with name, value and range")
+
+
+def long_steps(fmu):
+    """Steps of 10 ms agree with steps of 1 ms along the same places: slides, reversals, turns, depth and spin at once."""
+    draw = random.Random(20111)
+    worst = {}
+    for kind in ("slides and reversals along x", "slides in all directions", "with depth", "with depth and spin"):
+        for speed_mm_s in (5.0, 20.0, 100.0):
+            for _ in range(3):
+                error = largest_difference(fmu, draw, kind, speed_mm_s)
+                worst[kind] = max(worst.get(kind, 0.0), error)
+    for kind, error in worst.items():
+        assert 0.0 < error < 0.5, f"{kind}: {error} % of the limit"
+    print("steps of 10 ms against 1 ms, friction over its limit:", ", ".join(f"{k} {e:.3f} %" for k, e in worst.items()))
+
+
+def largest_difference(fmu, draw, kind, speed_mm_s):
+    long, short = Finger(fmu, "long"), Finger(fmu, "short")
+    at, velocity, left, worst, most = [0.0] * 4, [0.0] * 4, 0, 0.0, 0
+    for i in range(150):
+        before = list(at)
+        if i < 20:
+            velocity = [5.0, 0.0, 0.0, 0.0]
+        elif left == 0:
+            left = draw.randint(3, 30)
+            angle = draw.choice((0.0, math.pi)) if kind.endswith("along x") else draw.uniform(0.0, 2 * math.pi)
+            speed = draw.uniform(0.0, speed_mm_s)
+            sinking = draw.uniform(-1.0, 1.0) if "depth" in kind else 0.0
+            velocity = [sinking, speed * math.cos(angle), speed * math.sin(angle), draw.uniform(-1, 1) if "spin" in kind else 0.0]
+        left = max(left - 1, 0)
+        at = [x + v * 0.01 for x, v in zip(at, velocity)]
+        at[0] = min(max(at[0], 0.2), 1.6)
+        assert long.step([*at, 1.0], 0.01)[0] == 0
+        moved = [abs(x - y) for x, y in zip(at, before)]
+        needed = (sum(moved[:3]) + ARM_MM * moved[3]) / SUBSTEP_MM
+        assert needed - 1e-6 <= long.substeps() < needed + 1 + 1e-6 or long.substeps() == 1, (long.substeps(), needed)
+        most = max(most, long.substeps())
+        for k in range(1, 11):
+            part = [y + (x - y) * k / 10 for x, y in zip(at, before)] if k < 10 else at
+            assert short.step([*part, 1.0])[0] == 0
+        difference = [long.number(name) - short.number(name) for name in ("friction_x_n", "friction_y_n")]
+        worst = max(worst, 100 * math.hypot(*difference) / short.number("friction_limit_n"))
+    assert most > 3, "no step was divided"
+    # A jump of a metre is divided into the largest number of parts, and the place is reached.
+    assert long.step([1.0, at[1] + 1000.0, at[2], at[3], 1.0], 0.01)[0] == 0 and long.substeps() == SUBSTEPS_MAX
+    assert long.step([1.0, at[1] + 1000.0, at[2], at[3], 1.0], 0.01)[0] == 0 and long.substeps() == 1
+    long.close()
+    short.close()
+    return worst
 
 
 def can_be_made(fmu, arguments):
@@ -252,6 +335,8 @@ def main(shipped, charged, story):
     assert bad_input > 10, "the disturbed paths hold no bad input"
     two_at_once(shipped, rows["clean", "shipped"], rows["disturbed", "shipped"])
     misuse(shipped, rows["clean", "shipped"])
+    refused_parameters(shipped)
+    long_steps(shipped)
     by_simulation(shipped, rows["clean", "shipped"])
     own_column(shipped, charged, rows["clean", "charged"])
     exchanged = Finger(charged)

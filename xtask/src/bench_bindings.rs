@@ -1,7 +1,9 @@
-//! Nanoseconds of a contact's step in every language, in one run over a clean and a disturbed path, and how many times Rust's they are.
+//! Nanoseconds of a contact's step in every language, in one run over a clean and a disturbed path, and their ratio to
+//! Rust's.
 //!
-//! Main function: [`main`]. A language is a [`Row`]: a program, built outside the repository, that reads the path from standard input
-//! and prints `call ns` lines (`step`, `spin_step`). All programs take turns, and the least of their rounds counts.
+//! Main function: [`main`]. A language is a [`Row`]: a program, built outside the repository, that reads the path from
+//! standard input and prints `call ns` lines (`step`, `spin_step`). The programs alternate, and the fastest of their
+//! rounds counts.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -13,7 +15,7 @@ use crate::thumb::tools::{C_LIBRARY, cargo_command};
 use crate::{c_release, c_test, fmu_test, mujoco, root, run, wheel};
 
 const MODEL: &str = "data/models/fingertip.fpm";
-/// Paths, and what is told of them.
+/// Paths, and their names in the table.
 const PATHS: [(&str, &str); 2] = [("clean.txt", "clean"), ("disturbed.txt", "disturbed")];
 const CALLS: [&str; 2] = ["step", "spin_step"];
 const ROUNDS: usize = 3;
@@ -26,7 +28,7 @@ struct Row {
     least_ns: [[Option<f64>; 2]; 2],
 }
 
-/// What the programs are built from.
+/// Inputs of the builds.
 struct Setup {
     folder: PathBuf,
     model: PathBuf,
@@ -76,10 +78,10 @@ impl Row {
         for ((command, least), (path, _)) in self.commands.iter_mut().zip(&mut self.least_ns).zip(PATHS) {
             let out = command.stdin(File::open(folder.join(path))?).output()?;
             ensure!(out.status.success(), "{}: {}", self.name, String::from_utf8_lossy(&out.stderr));
-            let says = String::from_utf8(out.stdout)?;
+            let printed = String::from_utf8(out.stdout)?;
             for (least, call) in least.iter_mut().zip(CALLS) {
-                let line = says.lines().find_map(|line| line.strip_prefix(call)?.strip_prefix(' '));
-                let ns: Option<f64> = line.map(|ns| ns.trim().parse()).transpose().with_context(|| says.clone())?;
+                let line = printed.lines().find_map(|line| line.strip_prefix(call)?.strip_prefix(' '));
+                let ns: Option<f64> = line.map(|ns| ns.trim().parse()).transpose().with_context(|| printed.clone())?;
                 *least = ns.map(|ns| least.map_or(ns, |before| before.min(ns)));
             }
         }
@@ -141,7 +143,7 @@ fn fmu(setup: &Setup) -> Result<Command> {
     Ok(command)
 }
 
-/// The table: for each path, a step without spin and one with it; each beside how many times the first row's it is.
+/// The table: for each path, a step without spin and one with it; each beside its ratio to the first row's.
 fn print(rows: &[Row]) {
     let heads = PATHS.iter().flat_map(|(_, path)| [format!("{path}, slides"), format!("{path}, spins")]);
     println!("\n| ns a contact's step |{}", heads.map(|head| format!(" {head} | x Rust |")).collect::<String>());

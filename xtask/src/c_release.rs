@@ -16,14 +16,20 @@ const TARGETS: [&str; 3] = ["thumbv6m-none-eabi", "thumbv7em-none-eabihf", "risc
 /// Where the libraries are built, apart from those with debug information.
 const BUILT: &str = "target/handed-on";
 /// What the folder holds as it lies in the repository: from `bindings/c` and from the root.
-const FILES: [(&str, &str); 12] = [
+const FILES: [(&str, &str); 18] = [
     ("bindings/c/fingerpad.h", "include/fingerpad.h"),
+    ("bindings/c/fingerpad.hpp", "include/fingerpad.hpp"),
     ("bindings/c/release/CMakeLists.txt", "CMakeLists.txt"),
     ("bindings/c/release/README.md", "README.md"),
     ("bindings/c/release/MISRA.md", "MISRA.md"),
     ("bindings/c/release/library.json", "library.json"),
     ("bindings/c/release/platformio_library.py", "platformio_library.py"),
     ("bindings/c/release/examples/press_and_slide.c", "examples/press_and_slide.c"),
+    ("bindings/c/release/arduino/PressAndSlide/PressAndSlide.ino", "examples/PressAndSlide/PressAndSlide.ino"),
+    ("bindings/c/release/arduino/library.properties", "library.properties"),
+    ("bindings/c/release/zephyr/module.yml", "zephyr/module.yml"),
+    ("bindings/c/release/zephyr/Kconfig", "zephyr/Kconfig"),
+    ("bindings/c/release/zephyr/CMakeLists.txt", "zephyr/CMakeLists.txt"),
     ("bindings/c/release/fingerpad.pc", "lib/pkgconfig/fingerpad.pc"),
     ("bindings/c/release/cmake/fingerpad-config.cmake", "lib/cmake/fingerpad/fingerpad-config.cmake"),
     ("bindings/c/release/cmake/fingerpad-config-version.cmake", "lib/cmake/fingerpad/fingerpad-config-version.cmake"),
@@ -34,6 +40,23 @@ const FILES: [(&str, &str); 12] = [
 const MODELS: [(&str, &str, &str); 2] = [
     ("fingertip", "fingertip_fpm", "fingerpad_model_load"),
     ("fingertip-pad", "fingertip_pad_fpm", "fingerpad_pad_load"),
+];
+
+/// Arduino's folders below `src`, by processor and float flags (`-mfpu`, `-mfloat-abi`), and the library for each.
+pub const ARDUINO: [(&str, &str); 13] = [
+    ("cortex-m0", TARGETS[0]),
+    ("cortex-m0plus", TARGETS[0]),
+    ("cortex-m3", TARGETS[0]),
+    ("cortex-m4", TARGETS[0]),
+    ("cortex-m4/fpv4-sp-d16-softfp", TARGETS[0]),
+    ("cortex-m4/fpv4-sp-d16-hard", TARGETS[1]),
+    ("cortex-m7", TARGETS[0]),
+    ("cortex-m7/fpv4-sp-d16-softfp", TARGETS[0]),
+    ("cortex-m7/fpv4-sp-d16-hard", TARGETS[1]),
+    ("cortex-m7/fpv5-d16-softfp", TARGETS[0]),
+    ("cortex-m7/fpv5-d16-hard", TARGETS[1]),
+    ("cortex-m33", TARGETS[0]),
+    ("cortex-m33/fpv5-sp-d16-hard", TARGETS[1]),
 ];
 
 /// Options of `cargo xtask release-c`.
@@ -74,8 +97,34 @@ pub fn release(out: &Path) -> Result<()> {
         write(&out.join(format!("share/fingerpad/{file}.fpm")), &model)?;
         write(&out.join(format!("include/{name}.h")), constant(&model, name, load).as_bytes())?;
     }
-    println!("{}: libraries for {host}, {}", out.display(), TARGETS.join(", "));
+    arduino(out)?;
+    let megabytes = size(out)? as f64 / 1e6;
+    println!("{}: libraries for {host}, {}; {megabytes:.1} MB", out.display(), TARGETS.join(", "));
     Ok(())
+}
+
+/// What Arduino takes from `src`: headers that include those of `include`, and linker scripts in place of copies of the libraries.
+fn arduino(out: &Path) -> Result<()> {
+    for header in fs::read_dir(out.join("include"))? {
+        let name = header?.file_name().to_string_lossy().into_owned();
+        write(&out.join("src").join(&name), format!("#include \"../include/{name}\"\n").as_bytes())?;
+    }
+    for (folder, target) in ARDUINO {
+        let up = "../".repeat(folder.split('/').count() + 1);
+        let script = format!("/* A linker script. */\nINPUT({up}lib/fingerpad/{target}/libfingerpad.a)\n");
+        write(&out.join("src").join(folder).join("libfingerpad.a"), script.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Bytes of all files in a folder.
+pub fn size(folder: &Path) -> Result<u64> {
+    let mut bytes = 0;
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        bytes += if entry.file_type()?.is_dir() { size(&entry.path())? } else { entry.metadata()?.len() };
+    }
+    Ok(bytes)
 }
 
 /// The host's kind, as the compiler names it.

@@ -11,6 +11,8 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::thumb::tools::{C_LIBRARY, cargo_command};
 use crate::{c_release, install, root, run};
 
+mod packages;
+
 const MODEL: &str = "data/models/fingertip.fpm";
 const CORRECTED: &str = "firmware-example/corrected.fpm";
 const DOCUMENT: &str = "core/docs/fpm-format.md";
@@ -39,12 +41,21 @@ pub fn test() -> Result<()> {
     consumer.misuse()?;
     consumer.refuses_another_version_and_processor()?;
     consumer.installed_with_pkg_config(&folder.path().join("prefix"))?;
-    consumer.page(folder.path())
+    consumer.page(folder.path())?;
+    consumer.page_in_cpp(folder.path())?;
+    packages::check(&consumer.release, folder.path())
 }
 
-/// CMake, pkg-config, a C and a C++ compiler.
+/// CMake, pkg-config, a C and a C++ compiler, GCC for Cortex-M.
 pub fn prepare() -> Result<()> {
-    let tools = [("cmake", "cmake"), ("pkg-config", "pkg-config"), ("gcc", "gcc"), ("g++", "g++"), ("make", "make")];
+    let tools = [
+        ("cmake", "cmake"),
+        ("pkg-config", "pkg-config"),
+        ("gcc", "gcc"),
+        ("g++", "g++"),
+        ("make", "make"),
+        ("arm-none-eabi-gcc", "gcc-arm-none-eabi"),
+    ];
     let missing: Vec<&str> = tools
         .into_iter()
         .filter(|(command, _)| !install::succeeds(Command::new(command).arg("--version")))
@@ -143,7 +154,8 @@ impl Consumer {
             let charged = self.story.join("charged.fpm");
             run(self.program("misuse", language).arg(root().join(MODEL)).arg(charged))?;
         }
-        Ok(())
+        let pad = self.release.join("share/fingerpad/fingertip-pad.fpm");
+        run(self.program("wrapper", "").arg(root().join(MODEL)).arg(pad))
     }
 
     /// A project that asks for what is not there hears of it when it is configured.
@@ -204,6 +216,42 @@ impl Consumer {
         }
         Ok(())
     }
+
+    /// The page's C++20 program, compiled as the page says; its friction is that of the C program.
+    fn page_in_cpp(&self, folder: &Path) -> Result<()> {
+        let page = fs::read_to_string(root().join(PAGE))?;
+        let source = folder.join("mine.cpp");
+        fs::write(&source, block(&page, "```cpp\n").with_context(|| format!("{PAGE} has no C++ program"))?)?;
+        let object = folder.join("mine_cpp.o");
+        let mut compile = Command::new("g++");
+        compile.args(["-std=c++20", "-Wall", "-Wextra", "-Werror", "-fno-exceptions", "-fno-rtti", "-I"]);
+        run(compile.arg(self.release.join("include")).arg("-c").arg(&source).arg("-o").arg(&object))?;
+        let imported = Command::new("nm").args(["--undefined-only", "--format=just-symbols"]).arg(&object).output()?;
+        let imported = String::from_utf8(imported.stdout)?;
+        ensure!(imported.contains("fingerpad_step"), "nm does not list the imports of {}", object.display());
+        let foreign: Vec<&str> = imported.lines().filter(|name| !is_expected_import(name)).collect();
+        ensure!(foreign.is_empty(), "the wrapper imports {foreign:?}, for example of a heap or of exceptions");
+        let program = folder.join("mine_cpp");
+        let library = self.release.join("lib/fingerpad").join(c_release::host()?).join("libfingerpad.a");
+        run(Command::new("g++").arg(&object).arg(library).arg("-o").arg(&program))?;
+        let friction = |program: &Path| -> Result<Vec<String>> {
+            let out = Command::new(program).output()?;
+            ensure!(out.status.success(), "{}: {}", program.display(), out.status);
+            let says = String::from_utf8(out.stdout)?;
+            Ok(says.lines().filter_map(|line| line.split_whitespace().nth(1).map(str::to_owned)).collect())
+        };
+        let (c, cpp) = (friction(&folder.join("mine"))?, friction(&program)?);
+        ensure!(c.len() == 10 && c == cpp, "the page's programs differ: in C {c:?}, in C++ {cpp:?}");
+        println!("C++20: the page's program gives the friction of the page's C program");
+        Ok(())
+    }
+}
+
+/// Whether a program of the C++20 wrapper may import this: the library, the C library's output and memory functions.
+fn is_expected_import(name: &str) -> bool {
+    const C_LIBRARY_NAMES: [&str; 7] =
+        ["printf", "puts", "memcpy", "memset", "memmove", "__stack_chk_fail", "_GLOBAL_OFFSET_TABLE_"];
+    name.starts_with("fingerpad_") || C_LIBRARY_NAMES.contains(&name)
 }
 
 /// The first difference between two lists of answers.

@@ -1,4 +1,5 @@
-//! The co-simulation unit as an importing tool meets it: exported by the program, checked by FMPy, built again from its own sources.
+//! What the program exports for other tools: the co-simulation unit, checked by FMPy and built again from its own sources, and the limit
+//! surface, from which a Python example computes grasps.
 //!
 //! Main function: [`test()`]. Uses `c_test` for the story and `python` for FMPy.
 
@@ -17,6 +18,9 @@ pub const CHECKS: &str = "bindings/fmu_check";
 /// The model that ships, and the story's with effects and tables over a voltage.
 const UNITS: [&str; 2] = ["finger.fmu", "charged.fmu"];
 const SHIPPED: &str = "data/models/fingertip.fpm";
+const PAD: &str = "data/models/fingertip-pad.fpm";
+/// Computes the quality of grasps from a limit surface.
+const GRASP: &str = "bindings/python/examples/grasp.py";
 
 /// Exports two models, compares them with the core's own answers, and again with the unit built from an FMU's sources.
 pub fn test() -> Result<()> {
@@ -31,17 +35,22 @@ pub fn test() -> Result<()> {
     }
     check(&python, folder.path(), &story)?;
     page(&python, folder.path())?;
+    grasps(&python, folder.path())?;
     rebuild(&python, folder.path())?;
     check(&python, folder.path(), &story)
 }
 
 /// Writes the FMU of a model by the program itself.
 pub fn export(model: &Path, out: &Path) -> Result<()> {
-    let program =
-        ["run", "--quiet", "--release", "--package", "fingerpad-cli", "--", "export", "--format", "fmu", "--model"];
+    export_as("fmu", model, out)
+}
+
+fn export_as(format: &str, model: &Path, out: &Path) -> Result<()> {
+    let program = ["run", "--quiet", "--release", "--package", "fingerpad-cli", "--", "export"];
     run(Command::new(env!("CARGO"))
         .current_dir(root())
         .args(program)
+        .args(["--format", format, "--model"])
         .arg(fs::canonicalize(model)?)
         .arg("--out")
         .arg(out))
@@ -62,6 +71,30 @@ fn page(python: &Path, folder: &Path) -> Result<()> {
     let says = String::from_utf8_lossy(&out.stdout);
     print!("{says}{}", String::from_utf8_lossy(&out.stderr));
     ensure!(out.status.success() && says.contains("friction"), "the lines of {PAGE} do not print a friction");
+    Ok(())
+}
+
+/// The grasps that are known in closed form, and those of the shipped models' limit surfaces: three fingers hold better than two.
+fn grasps(python: &Path, folder: &Path) -> Result<()> {
+    let example = root().join(GRASP);
+    run(Command::new(python).arg(&example).arg("--check"))?;
+    for model in [SHIPPED, PAD] {
+        let surface = folder.join("limit.csv");
+        export_as("limit-surface", &root().join(model), &surface)?;
+        let mut epsilon = Vec::new();
+        for fingers in ["2", "3"] {
+            let out = Command::new(python).arg(&example).arg(&surface).args(["--fingers", fingers]).output()?;
+            let says = [out.stdout, out.stderr].concat();
+            let says = String::from_utf8_lossy(&says);
+            print!("{model}: {says}");
+            let words: Vec<&str> = says.split_whitespace().collect();
+            let found = words.windows(2).find(|pair| pair[0] == "epsilon").and_then(|pair| pair[1].parse::<f64>().ok());
+            epsilon.push(found.with_context(|| format!("{GRASP} prints no epsilon"))?);
+        }
+        ensure!(0.1 < epsilon[0] && epsilon[0] < epsilon[1] && epsilon[1] < 2.0, "{model}: epsilon {epsilon:?}");
+    }
+    let refused = Command::new(python).arg(&example).arg(folder.join("page.py")).output()?;
+    ensure!(!refused.status.success(), "a file that is not a limit surface is taken");
     Ok(())
 }
 

@@ -1,14 +1,14 @@
-//! What a change must pass: named steps in three tiers, and the time that each took.
+//! Requirements on a change: named steps in three tiers, and the time that each took.
 //!
 //! | tier | command | for |
 //! |---|---|---|
-//! | quick | `cargo xtask check` | while working: what changed and what depends on it |
+//! | quick | `cargo xtask check` | while working: changed packages and those that depend on them |
 //! | test | `cargo xtask test` | before a commit: everything that minutes allow |
 //! | slow | `cargo xtask test --slow` | before a release and in CI: the rest |
 //!
-//! Main type: [`Step`]. The steps of a tier run in two lanes side by side (see [`Lane`]). Uses `package` for the published crates,
-//! `thumb` for the firmware, `web`, `wheel`, `mujoco`, `warp`, `c_test` and `fmu_test` for the bindings, `times` for the table of times
-//! and `install` for what is missing.
+//! Main type: [`Step`]. The steps of a tier run in two lanes side by side (see [`Lane`]). Uses `package` for the
+//! published crates, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `warp`, `c_test` and `fmu_test` for the
+//! bindings, `times` for the table of times and `install` for missing tools.
 
 use std::fs::{self, File};
 use std::process::{Child, Command, Stdio};
@@ -52,13 +52,15 @@ enum Step {
     ThumbRun,
     /// Host and target give the documented digest of a million steps. Last of its lane: it builds for the host as well
     ThumbGolden,
-    /// Clippy without warnings: the workspace with all targets, the core with all features (`check` does this for what changed)
+    /// Clippy without warnings: the workspace with all targets, the core with all features (`check` does this for
+    /// changed packages)
     Clippy,
     /// rustdoc without warnings
     Doc,
     /// Examples in the documentation
     Doctest,
-    /// The published crates: their files, all of them compiled from what is packed, and the core's own tests from there
+    /// The published crates: their files, all of them compiled from their packed archives, and the core's own tests
+    /// from there
     Package,
     /// Tests marked as slow: every command of the documents and of `--help` is executed, long verification cases
     SlowTests,
@@ -68,8 +70,8 @@ enum Step {
     ThumbOther,
     /// The C library on the target gives the documented vectors
     ThumbC,
-    /// The C library's release folder: a CMake project outside the repository builds on it as C99 and C++17, gives the bits of
-    /// the core and answers misuse by codes
+    /// The C library's release folder: a CMake project outside the repository builds on it as C99 and C++17, gives the
+    /// bits of the core and returns error codes on misuse
     C,
     /// The co-simulation unit (FMI 3.0): valid and bit for bit the core's by FMPy, also when built from the sources inside
     Fmu,
@@ -91,14 +93,14 @@ const PROGRAMS_WITH_TESTS: [&str; 8] =
 /// Ignored tests that `cargo xtask verify` runs.
 const VERIFIED_ELSEWHERE: [&str; 6] = [
     "--skip",
-    "what_is_planted_is_named_or_among_what_cannot_be_told_apart",
+    "planted_effects_are_named_or_among_the_contenders",
     "--skip",
     "no_effect_is_ever_named_wrongly",
     "--skip",
     "snakemake_does_a_population_study",
 ];
 
-/// How often a step runs.
+/// Frequency of a step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Tier {
     Test,
@@ -107,13 +109,14 @@ enum Tier {
     Named,
 }
 
-/// The two sequences of steps that run side by side. Two steps that build in the same folder are in one lane, where they would
-/// wait for each other anyway; what one lane downloads, links or emulates leaves a core to the other.
+/// The two sequences of steps that run side by side. Two steps that build in the same folder are in one lane, where
+/// they would wait for each other anyway; while one lane downloads, links or emulates, a processor core is free for the
+/// other.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Lane {
-    /// What builds in the workspace's own target folder.
+    /// Builds in the workspace's own target folder.
     Workspace,
-    /// What builds elsewhere: firmware and bindings.
+    /// Builds elsewhere: firmware and bindings.
     Others,
 }
 
@@ -286,7 +289,7 @@ pub fn format() -> Result<()> {
     for folder in [".", "firmware-example", "bindings/c", "bindings/web", "bindings/python"] {
         run(Command::new(env!("CARGO")).current_dir(root().join(folder)).args(["fmt", "--all", "--check"]))?;
     }
-    // `cargo fmt` does not see the modules that the list of effects declares.
+    // `cargo fmt` does not format the modules that the list of effects declares.
     let files = std::fs::read_dir(root().join("core/src/effects"))?;
     let files = files.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     run(Command::new("rustfmt").args(["--edition", "2024", "--check"]).args(files))

@@ -1,13 +1,13 @@
-//! Puts on the machine what a chore needs; where that is not possible, says the one line that helps.
+//! Installs the tools of a chore; if that is not possible, prints the command that does.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Result, bail, ensure};
 
-/// Installs Debian packages if this is Debian and we are root; else fails with `hint`, the line that would help.
+/// Installs Debian packages if this is Debian and the user is root; else fails with `hint`, the command that helps.
 ///
-/// The lists are brought up to date first: old ones may hold a compiler that is too old for this project.
+/// The lists are updated first: old ones may hold a compiler that is too old for this project.
 pub fn debian(packages: &[&str], hint: &str) -> Result<()> {
     let root = Command::new("id").arg("-u").output().is_ok_and(|out| out.stdout.trim_ascii() == b"0");
     if !(root && Path::new("/etc/debian_version").exists()) {
@@ -23,7 +23,7 @@ pub fn debian(packages: &[&str], hint: &str) -> Result<()> {
     Ok(())
 }
 
-/// Whether rustup has the library of `target`, after it was asked to install it.
+/// Whether rustup has the library of `target`, after an attempt to install it.
 pub fn rustup_target(target: &str) -> bool {
     let installed = Command::new("rustup").args(["target", "list", "--installed"]).output();
     if let Ok(listed) = &installed
@@ -74,7 +74,7 @@ pub fn gmsh() -> Result<()> {
     let pip = Command::new(&python).args(["-m", "pip", "install", "--quiet", "gmsh==4.15.2"]).status()?;
     ensure!(pip.success(), "Gmsh could not be installed; this helps: pip install gmsh");
     if !succeeds(Command::new(&python).args(IMPORT)) {
-        // What the package links to and a bare machine has not.
+        // Libraries that the package links to and a bare machine does not have.
         let libraries = ["libglu1-mesa", "libxcursor1", "libxft2", "libxinerama1", "libxrender1"];
         debian(&libraries, &format!("apt-get install {}", libraries.join(" ")))?;
     }
@@ -91,7 +91,7 @@ pub fn succeeds(command: &mut Command) -> bool {
         .is_ok_and(|status| status.success())
 }
 
-/// Tells which command is run.
+/// Prints the command that is run.
 pub fn say(command: &str) {
     println!("+ {command}");
 }

@@ -1,4 +1,4 @@
-//! Chores of the project; each prints what it does.
+//! Chores of the project; each prints its actions.
 
 mod bench_bindings;
 mod c_release;
@@ -26,34 +26,35 @@ use clap::Parser;
 #[derive(Parser)]
 #[command(about = "Chores: test, verify, bench", name = "cargo xtask")]
 enum Chore {
-    /// While you work: format, Clippy and unit tests of what changed and of what depends on it, one Hertz, one Mindlin and one
-    /// diagnosis case, the directions of the packages
+    /// While you work: format, Clippy and unit tests of changed packages and of those that depend on them, one Hertz,
+    /// one Mindlin and one diagnosis case, the directions of the packages
     Check(quick::Args),
-    /// What a change must pass before it is committed; with --slow what CI adds to that. Installs what is missing
+    /// The checks before a commit; with --slow those that CI adds. Installs missing tools
     Test(gates::Args),
     /// The long verification cases, planted tables (`tables`), the tests of the published packages from what is packed
     /// (`package`), the whole Python package with its commands and notebooks (`python`), the ROS 2 packages (`ros`); names
     /// select some, --list lists the cases
     Verify {
-        /// Handed on to the verification program
+        /// Passed on to the verification program
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
-    /// A benchmark: `bindings` (ns of a step in every language, clean and disturbed), `calculix` (CPU time against CalculiX),
-    /// `core` (a step: instructions under QEMU, ns on the host), `memory` (what a contact remembers under noise and cycles,
-    /// against marks), `pad` (instructions, errors along finite-element runs, memory, energy), `diagnose` (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets)
-    /// or `mujoco` (an object held by the plugin and by MuJoCo's own contact)
+    /// A benchmark: `bindings` (ns of a step in every language, clean and disturbed), `calculix` (CPU time against
+    /// CalculiX), `core` (a step: instructions under QEMU, ns on the host), `memory` (history of a contact under noise
+    /// and cycles, against marks), `pad` (instructions, errors along finite-element runs, memory, energy), `diagnose`
+    /// (score card on hidden sets), `confirm` (`--confirm-fe` on the stored finite-element sets) or `mujoco` (an object
+    /// held by the plugin and by MuJoCo's own contact)
     Bench {
         /// Which
         name: String,
-        /// Handed on to the benchmark
+        /// Passed on to the benchmark
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
     /// The finite elements against eight published experiments: one page with a figure and a verdict each (a quarter of an hour;
     /// --coarse: a minute)
     Experiments {
-        /// Handed on to the program; names select experiments
+        /// Passed on to the program; names select experiments
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
@@ -63,10 +64,10 @@ enum Chore {
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
-    /// Fit the shipped model to the stored runs again, and bring the documented vectors and the firmware's corrected model
-    /// up to it
+    /// Fit the shipped model to the stored runs again, and update the documented vectors and the firmware's corrected
+    /// model
     Model {
-        /// Fit nothing: bring the scores in the shipped files and the documented vectors up to the present core
+        /// Fit nothing: update the scores in the shipped files and the documented vectors to the present core
         #[arg(long)]
         scores: bool,
     },
@@ -125,7 +126,7 @@ fn main() -> anyhow::Result<()> {
     }
 }
 
-/// What `cargo xtask verify` has beside the verification cases.
+/// Parts of `cargo xtask verify` besides the verification cases.
 const VERIFIED: [(&str, fn() -> anyhow::Result<()>); 4] = [
     ("tables", tables),
     ("package", package::verify),
@@ -155,7 +156,8 @@ fn tables() -> anyhow::Result<()> {
     cargo(&["test", "--release", "--package", "fingerpad-tests", "--test", "all", "table::", "--", "--ignored"], &[])
 }
 
-/// The shipped model from the stored runs, or its scores alone; then what `core/docs/fpm-format.md` says of its bytes.
+/// The shipped model from the stored runs, or its scores alone; then its bytes as documented in
+/// `core/docs/fpm-format.md`.
 fn model(scores: bool) -> anyhow::Result<()> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = "data/models/fingertip.fpm";
@@ -169,13 +171,13 @@ fn model(scores: bool) -> anyhow::Result<()> {
     corrected(&root)
 }
 
-/// Brings the documented vectors, size and digest up to a model file.
+/// Updates the documented vectors, size and digest to a model file.
 fn document(root: &std::path::Path, file: &str) -> anyhow::Result<()> {
     let show = ["run", "--quiet", "--release", "--package", "fingerpad", "--example", "document", "--", file];
     let out = Command::new(env!("CARGO")).current_dir(root).args(show).output()?;
-    let says = String::from_utf8(out.stdout)?;
-    let parts: Vec<&str> = says.trim().split("\n\n").collect();
-    let [size, hex, vectors, golden] = parts[..] else { bail!("not understood: {says}") };
+    let printed = String::from_utf8(out.stdout)?;
+    let parts: Vec<&str> = printed.trim().split("\n\n").collect();
+    let [size, hex, vectors, golden] = parts[..] else { bail!("unexpected output: {printed}") };
     let document = root.join("core/docs/fpm-format.md");
     let mut text = std::fs::read_to_string(&document)?;
     let digest = golden.trim_start_matches("golden: ");
@@ -194,8 +196,8 @@ fn document(root: &std::path::Path, file: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The corrected model of the firmware: what a diagnosis of a stored set (relaxation inside the finite elements) makes
-/// of the shipped one.
+/// The corrected model of the firmware: the shipped one after a diagnosis of a stored set (relaxation inside the finite
+/// elements).
 fn corrected(root: &std::path::Path) -> anyhow::Result<()> {
     let dir = root.join("target/corrected");
     std::fs::create_dir_all(&dir)?;

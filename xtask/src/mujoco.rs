@@ -55,7 +55,7 @@ fn build() -> Result<PathBuf> {
     Ok(python)
 }
 
-/// The Python environment, made anew when its requirements have changed.
+/// The Python environment, made again when its requirements have changed.
 fn environment() -> Result<PathBuf> {
     let (folder, requirements) = (root().join("target/mujoco"), folder().join("requirements.txt"));
     let (stamp, list) = (folder.join("requirements.txt"), fs::read(&requirements)?);

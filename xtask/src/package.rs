@@ -16,18 +16,18 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 const CORE: &str = "fingerpad";
 /// The packages that are not published.
 const PRIVATE: [&str; 4] = ["--exclude", "fingerpad-tests", "--exclude", "xtask"];
-/// What every package holds beside its sources.
+/// Files of every package besides its sources.
 const FILES: [&str; 5] = ["Cargo.lock", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
-/// What the core's holds as well.
+/// Further files of the core's package.
 const CORE_FILES: [&str; 4] =
     ["docs/fpm-format.md", "docs/add-an-effect.md", "tests/data/fingertip.fpm", "tests/data/law-vectors.csv"];
-/// What a registry takes, in bytes.
+/// Size limit of a registry, in bytes.
 const MOST: u64 = 10 << 20;
 
 /// Packs all, compiles all with their tests from the packages, and runs those of the core in a folder outside this repository.
 pub fn test() -> Result<()> {
     let workspace = unpack()?;
-    // The profile of Clippy's step, so that what it has checked of others' crates serves again.
+    // The profile of Clippy's step, so that its checks of third-party crates are reused.
     run(cargo_in(&workspace).args(["check", "--workspace", "--all-targets"]))?;
     let folder = tempfile::tempdir()?;
     unpack_crate(CORE, folder.path())?;
@@ -36,14 +36,14 @@ pub fn test() -> Result<()> {
         .args(["test", "--release", "--locked", "--features", "frame,serde,std"]))
 }
 
-/// Runs the tests of all packages from what is packed.
+/// Runs the tests of all packages from their packed archives.
 pub fn verify() -> Result<()> {
     run(cargo_in(&unpack()?).args(["test", "--release", "--workspace"]))
 }
 
 /// Packs all and unpacks them into one workspace, in which each is taken by the others from its package.
 fn unpack() -> Result<PathBuf> {
-    // What the packages compile to is looked at below.
+    // The packed archives are compiled below.
     let pack = ["package", "--workspace", "--allow-dirty", "--no-verify"];
     cargo(&[&pack[..], &PRIVATE[..]].concat(), &[])?;
     let workspace = root().join("target/package/unpacked");
@@ -98,7 +98,7 @@ fn unpack_crate(name: &str, to: &Path) -> Result<()> {
     let bytes = file.metadata()?.len();
     ensure!(bytes <= MOST, "{}: {bytes} bytes, and a registry takes {MOST}", packed.display());
     let mut archive = tar::Archive::new(GzDecoder::new(file));
-    // Every package has the same date in its files; cargo would take what it built of an earlier one.
+    // Every package has the same date in its files; cargo would reuse its build of an earlier one.
     archive.set_preserve_mtime(false);
     Ok(archive.unpack(to)?)
 }
@@ -117,7 +117,7 @@ fn check_files(name: &str, workspace: &Path) -> Result<()> {
 
 fn cargo_in(folder: &Path) -> Command {
     let mut cargo = Command::new(env!("CARGO"));
-    // The packages of the workspace share what this one has built of others' crates.
+    // The packages of the workspace share this build of third-party crates.
     cargo.current_dir(folder).env("CARGO_TARGET_DIR", root().join("target"));
     cargo
 }

@@ -1,4 +1,5 @@
-//! The quick tier, `cargo xtask check`: what changed and what depends on it, in the dev profile, which compiles incrementally.
+//! The quick tier, `cargo xtask check`: changed packages and those that depend on them, in the dev profile, which
+//! compiles incrementally.
 //!
 //! Main function: [`main`]. Uses `gates` for the formatting.
 
@@ -16,7 +17,7 @@ use crate::{gates, install, root, run};
 /// Options of `cargo xtask check`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Check what changed since this commit; without it, what is not committed yet
+    /// Check the changes since this commit; without it, the uncommitted ones
     #[arg(long, value_name = "COMMIT", default_value = "HEAD")]
     since: String,
     /// Check all packages
@@ -24,7 +25,7 @@ pub struct Args {
     all: bool,
 }
 
-/// Tests that run whatever changed: one of contact, one of friction, one diagnosis, and the directions of the packages.
+/// Tests that run for every change: one of contact, one of friction, one diagnosis, and the directions of the packages.
 const ALWAYS: [&str; 4] =
     ["layout::", "cases::hertz", "cases::mindlin", "diagnose::clear_effects_are_named_and_shrink_the_gap"];
 /// The package that holds them.
@@ -41,7 +42,7 @@ pub fn main(args: &Args) -> Result<()> {
     let list = |names: &BTreeSet<String>| names.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
     match affected.is_empty() {
         true => println!("no package changed since {}", args.since),
-        false => println!("changed: {}; with what depends on it: {}", list(&changed), list(&affected)),
+        false => println!("changed: {}; with dependent packages: {}", list(&changed), list(&affected)),
     }
     let selection: Vec<&str> = affected.iter().flat_map(|name| ["--package", name]).collect();
     let mut steps: Vec<(&str, Vec<&str>)> = Vec::new();

@@ -12,11 +12,11 @@ use crate::{c_release, c_test, install, root, run};
 const PACKAGES: [&str; 2] = ["fingerpad_vendor", "fingerpad_example"];
 /// Debian's colcon and ament, which are enough to build a package without a distribution of ROS.
 const DEBIAN: [&str; 3] = ["python3-colcon-cmake", "python3-colcon-ros", "ament-cmake"];
-/// Debian's Python alone knows Debian's ament.
+/// Only Debian's own Python finds Debian's ament.
 const PATH: &str = "/usr/bin:/bin";
 
-/// Builds both packages in a workspace outside the repository and runs the example; without a release folder, the vendor package
-/// must say what is missing.
+/// Builds both packages in a workspace outside the repository and runs the example; without a release folder, the
+/// vendor package must name the missing folder.
 pub fn test() -> Result<()> {
     c_test::prepare()?;
     if !DEBIAN.iter().all(|package| install::succeeds(Command::new("dpkg").args(["--status", package]))) {
@@ -36,16 +36,16 @@ pub fn test() -> Result<()> {
     };
     let without = colcon().env_remove("FINGERPAD_RELEASE").output()?;
     // CMake breaks its messages into lines.
-    let says = String::from_utf8_lossy(&without.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+    let printed = String::from_utf8_lossy(&without.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
     ensure!(
-        !without.status.success() && says.contains("which is no folder of the C library"),
-        "the vendor package should ask for the release folder: {says}"
+        !without.status.success() && printed.contains("which is no folder of the C library"),
+        "the vendor package should require the release folder: {printed}"
     );
     run(colcon().env("FINGERPAD_RELEASE", &release))?;
     let press = workspace.path().join("install/fingerpad_example/lib/fingerpad_example/press");
     let out = Command::new(&press).output().with_context(|| press.display().to_string())?;
-    let says = String::from_utf8_lossy(&out.stdout);
-    print!("{says}");
-    ensure!(out.status.success() && says.contains("slide 1.00 mm: friction"), "the example tells of no slide");
+    let printed = String::from_utf8_lossy(&out.stdout);
+    print!("{printed}");
+    ensure!(out.status.success() && printed.contains("slide 1.00 mm: friction"), "the example prints no slide");
     Ok(())
 }

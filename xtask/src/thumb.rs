@@ -1,6 +1,7 @@
 //! The firmware chores: build, run under QEMU with the log decoded, check.
 //!
-//! Main type: [`Action`]. Uses [`tools`] for the toolchain and [`elf`] for what was linked; knows nothing of the model.
+//! Main type: [`Action`]. Uses [`tools`] for the toolchain and [`elf`] for the linked program; independent of the
+//! model.
 
 mod elf;
 pub mod tools;
@@ -19,7 +20,7 @@ use tools::{C_LIBRARY, FIRMWARE, Route, TARGET, Tools, cargo_command, qemu};
 
 /// The shipped model, which the firmware holds, from the repository's root.
 const MODEL: &str = "data/models/fingertip.fpm";
-/// What a diagnosis made of it.
+/// The same model after a diagnosis.
 const CORRECTED: &str = "firmware-example/corrected.fpm";
 /// Format of the model file with its test vectors and its digest.
 const DOCUMENT: &str = "core/docs/fpm-format.md";
@@ -27,17 +28,17 @@ const DOCUMENT: &str = "core/docs/fpm-format.md";
 /// Options of `cargo xtask thumb`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Where the compiler for the target comes from
+    /// Source of the compiler for the target
     #[arg(long, value_enum, default_value_t = Route::Auto)]
     route: Route,
     #[command(subcommand)]
     action: Option<Action>,
 }
 
-/// What can be done with the firmware.
+/// Actions on the firmware.
 #[derive(Clone, Subcommand)]
 pub enum Action {
-    /// Install what is missing
+    /// Install missing tools
     Prepare,
     /// Run one firmware binary under QEMU and decode its log
     Run {
@@ -48,9 +49,9 @@ pub enum Action {
     Clippy,
     /// The example programs under QEMU; each must end with status 0
     Programs,
-    /// Instructions per call within their bounds: ours and what one would compose instead
+    /// Instructions per call within their bounds: this library and common alternatives
     Count {
-        /// The same calls, without bounds, by a compiler that knows the processor and for processors without FPU
+        /// The same calls, without bounds, by a compiler that is tuned to the processor and for processors without FPU
         #[arg(long)]
         processors: bool,
     },
@@ -68,7 +69,7 @@ pub enum Action {
     All,
 }
 
-/// Cortex-M with and without FPU, and what gcc must know of them.
+/// Cortex-M with and without FPU, and their flags of gcc.
 const C_TARGETS: [(&str, &[&str]); 2] = [
     (TARGET, &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]),
     ("thumbv6m-none-eabi", &["-mcpu=cortex-m0", "-mfloat-abi=soft"]),
@@ -77,7 +78,7 @@ const C_TARGETS: [(&str, &[&str]); 2] = [
 const RISCV: &str = "riscv32imc-unknown-none-elf";
 /// The gate's count.
 pub const COUNT: Action = Action::Count { processors: false };
-/// What else instructions are counted for: a name, the target, flags of the compiler.
+/// Other processors whose instructions are counted: a name, the target, flags of the compiler.
 const OTHER_PROCESSORS: [(&str, &str, Option<&str>); 3] = [
     ("-C target-cpu=cortex-m4", TARGET, Some("-C target-cpu=cortex-m4")),
     ("Cortex-M3, without FPU", "thumbv7m-none-eabi", None),
@@ -93,7 +94,7 @@ pub fn main(args: &Args) -> Result<()> {
     Tools::prepare(args.route)?.act(args.action.as_ref().unwrap_or(&Action::All))
 }
 
-/// One action with a compiler from wherever there is one.
+/// One action with a compiler from any source.
 pub fn step(action: &Action) -> Result<()> {
     Tools::prepare(Route::Auto)?.act(action)
 }
@@ -233,7 +234,7 @@ impl Tools {
         let written = fs::read_to_string(folder.join("fingerpad.h"))?;
         ensure!(
             header == written,
-            "{C_LIBRARY}/fingerpad.h was not up to date with the library; now it is: look at it"
+            "{C_LIBRARY}/fingerpad.h was not up to date with the library; now it is: inspect it"
         );
         for (target, flags) in C_TARGETS {
             self.library(target)?;
@@ -261,14 +262,14 @@ impl Tools {
         ensure!(status.success(), "the C program does not build for {target}");
         // The board's Cortex-M4F runs the code of a Cortex-M0 as well.
         let (status, raw) = qemu(&program, 3, Duration::from_secs(60))?;
-        let says = fs::read_to_string(&raw)?;
+        let output_text = fs::read_to_string(&raw)?;
         fs::remove_file(&raw)?;
-        ensure!(status.success(), "the C program ended with {status}:\n{says}");
+        ensure!(status.success(), "the C program ended with {status}:\n{output_text}");
 
         let document = fs::read_to_string(root().join(DOCUMENT))?;
         let vectors = document.split_once("```vectors\n").and_then(|(_, rest)| rest.split_once("```"));
         let wanted: Vec<&str> = vectors.context("no vectors in the document")?.0.lines().collect();
-        let printed: Vec<&str> = says.lines().collect();
+        let printed: Vec<&str> = output_text.lines().collect();
         ensure!(wanted.len() == printed.len(), "{} lines printed, {} documented", printed.len(), wanted.len());
         for (want, print) in wanted.iter().zip(&printed) {
             let want = want.split_once(" | ").context("a vector without |")?.1;
@@ -290,13 +291,16 @@ impl Tools {
             let (found, seen) = (core.symbols(gate), control.symbols(gate));
             println!("{what}: {} in core_only, {} in gate_control", found.len(), seen.len());
             ensure!(found.is_empty(), "{what} in core_only: {found:?}");
-            ensure!(!seen.is_empty(), "the check for {what} does not see them where they are");
+            ensure!(!seen.is_empty(), "the check for {what} does not find them where they are");
         }
         let control =
             ["build", "--release", "--bin", "core_only", "--features", "panics", "--target-dir", "target/control"];
         let out = self.cargo(FIRMWARE)?.args(control).output()?;
-        let says = String::from_utf8_lossy(&out.stderr);
-        ensure!(!out.status.success() && says.contains("panic-never"), "a panicking core_only should not link: {says}");
+        let output_text = String::from_utf8_lossy(&out.stderr);
+        ensure!(
+            !out.status.success() && output_text.contains("panic-never"),
+            "a panicking core_only should not link: {output_text}"
+        );
         println!("panic-never: core_only links, with a panic in it it does not");
         self.sizes()
     }
@@ -312,13 +316,13 @@ impl Tools {
         for (what, gate) in &GATES[..2] {
             let (found, seen) = (core.symbols(gate), control.symbols(gate));
             ensure!(found.is_empty(), "{target}: {what} in core_only: {found:?}");
-            ensure!(!seen.is_empty(), "{target}: the check for {what} does not see them where they are");
+            ensure!(!seen.is_empty(), "{target}: the check for {what} does not find them where they are");
         }
         println!("{target}: core_only links without panics or doubles in software; both seen in gate_control");
         Ok(())
     }
 
-    /// The C library for a microcontroller without FPU, linked whole: what it exports needs no panic and no double.
+    /// The C library for a microcontroller without FPU, linked whole: its exports need no panic and no double.
     fn riscv(&self) -> Result<()> {
         self.library(RISCV)?;
         let (status, _, out) = self.riscv_link(&[], "target")?;
@@ -329,8 +333,11 @@ impl Tools {
         let panics = elf.symbols(is_panic);
         let doubles = elf.symbols(|name| name.ends_with("df3") || name.ends_with("df2") || name.ends_with("sfdf2"));
         ensure!(panics.is_empty() && doubles.is_empty(), "{RISCV}: {panics:?} {doubles:?}");
-        let (status, says, _) = self.riscv_link(&["--features", "panics"], "target/control")?;
-        ensure!(!status.success() && says.contains("panic"), "{RISCV}: a library that panics should not link: {says}");
+        let (status, output_text, _) = self.riscv_link(&["--features", "panics"], "target/control")?;
+        ensure!(
+            !status.success() && output_text.contains("panic"),
+            "{RISCV}: a library that panics should not link: {output_text}"
+        );
         let writable = elf.writable_bytes();
         ensure!(writable == 0, "{RISCV}: the C library has {writable} bytes that could change");
         println!(
@@ -339,7 +346,7 @@ impl Tools {
         Ok(())
     }
 
-    /// Builds the C library below `target` and links what it exports: how that ended, what the linker says, the file.
+    /// Builds the C library below `target` and links its exports: exit status, the linker's messages, the file.
     fn riscv_link(&self, extra: &[&str], target: &str) -> Result<(ExitStatus, String, PathBuf)> {
         self.build(C_LIBRARY, RISCV, &[&["--lib", "--target-dir", target], extra].concat())?;
         let release = root().join(C_LIBRARY).join(target).join(RISCV).join("release");
@@ -376,7 +383,7 @@ impl Tools {
     }
 }
 
-/// Most instructions that a call may take, by a part of its row's name. The step's is what README promises; the others leave
+/// Most instructions of a call, by a part of its row's name. The step's bound is the number in README; the others leave
 /// 5 % to the compiler.
 const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
     ("step M=4 default", 751),
@@ -391,7 +398,8 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
     ("effects, none in the file", 1085),
     ("effects, all of them", 2466),
 ];
-/// Most instructions of a step of the pad: a bounded number of rounds, each of bounded cost. The counter goes round beyond 650 000.
+/// Most instructions of a step of the pad: a bounded number of rounds, each of bounded cost. The counter overflows
+/// beyond 650 000.
 const PAD_BOUND: u32 = 400_000;
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 4400;
@@ -401,7 +409,7 @@ const STATE_BYTES: u32 = 160;
 
 type Gate = fn(&str) -> bool;
 
-/// What the core must not link.
+/// Symbols that the core must not link.
 const GATES: [(&str, Gate); 3] = [
     ("panics", is_panic),
     ("doubles in software", |name| {

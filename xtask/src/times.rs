@@ -1,6 +1,6 @@
 //! The times of the steps, kept in `target/gates.json` from one run to the next.
 //!
-//! Main type: [`Times`]. Knows nothing of what the steps do.
+//! Main type: [`Times`]. Independent of the steps' content.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,7 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 
-/// Growth over the last run from which on it is reported, and the least growth that is not taken for noise, s.
+/// Growth over the last run above which it is reported, and the least growth that is not noise, s.
 const GROWTH: f64 = 1.25;
 const LEAST_GROWTH_S: f64 = 2.0;
 
@@ -45,7 +45,7 @@ impl Times {
         root.join("target/gates.json")
     }
 
-    /// What was stored; nothing in a fresh clone.
+    /// The stored times; none in a fresh clone.
     pub fn read(root: &Path) -> Result<Self> {
         let file = Self::file(root);
         match fs::read(&file) {
@@ -62,7 +62,7 @@ impl Times {
         let mut times = Self::read(root)?;
         let last =
             StepRun { seconds: time.as_secs_f64(), passed, commit: commit(root), load: load(), ended_s: now_s() };
-        // A run that failed ended early: it is not what the next one is compared with.
+        // A failed run ended early: the next one is not compared with it.
         let before =
             times.steps.remove(name).and_then(|runs| if runs.last.passed { Some(runs.last) } else { runs.before });
         times.steps.insert(name.to_owned(), Runs { last, before });

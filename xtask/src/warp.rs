@@ -13,7 +13,8 @@ use crate::{python, root, run};
 /// The package's folder from the repository's root.
 const FOLDER: &str = "bindings/warp";
 
-/// Installs the package and runs its tests on Warp's CPU device, and on a GPU where there is one; the head of their report says which.
+/// Installs the package and runs its tests on Warp's CPU device, and on a GPU if there is one; the head of their report
+/// names it.
 pub fn test() -> Result<()> {
     let python = environment()?;
     // The reference: the Python package without the program, which has the bits of the core.

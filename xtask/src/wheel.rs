@@ -8,10 +8,10 @@ use anyhow::{Context, Result, ensure};
 
 use crate::{cargo, python, root, run};
 
-/// What a wheel runs on: every processor of its architecture.
+/// Target of a wheel: every processor of its architecture.
 const FLAGS: &str = "-Ctarget-cpu=generic";
 
-/// What is built and tested.
+/// The part that is built and tested.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// Models, fingers and types, in the default wheel, which is without the program and builds within a minute.
@@ -44,7 +44,7 @@ impl Environment {
     }
 }
 
-/// Builds the wheel, installs it with what its tests need, and runs them.
+/// Builds the wheel, installs it with the packages of its tests, and runs them.
 pub fn test(part: Part) -> Result<()> {
     let environment = Environment::new()?;
     let wheel = build(&environment, part)?;
@@ -82,7 +82,7 @@ fn features(part: Part) -> &'static [&'static str] {
     if part == Part::Whole { &["--features", "program"] } else { &[] }
 }
 
-/// Builds the wheel and looks into it: no licence may be missing.
+/// Builds the wheel and inspects it: no licence may be missing.
 fn build(environment: &Environment, part: Part) -> Result<PathBuf> {
     let wheels = environment.folder.path().join("wheels");
     let mut maturin = environment.command("maturin");
@@ -98,7 +98,7 @@ fn build(environment: &Environment, part: Part) -> Result<PathBuf> {
     Ok(wheel)
 }
 
-/// The command that times a batch of fingers over a path, in an environment that lives as long as what is returned beside it.
+/// The command that times a batch of fingers over a path, in an environment that exists as long as the returned folder.
 pub fn bench_path(model: &Path) -> Result<(tempfile::TempDir, Command)> {
     let environment = Environment::new()?;
     let wheel = build(&environment, Part::Fingers)?;

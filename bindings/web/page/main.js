@@ -2,6 +2,7 @@
 
 import { colour, fixed, readColours, Sheet } from "./draw.js";
 import { Hand, STEP_S } from "./hand.js";
+import { hashOf, restore } from "./link.js";
 import { ContactMap } from "./map.js";
 import { LAWS, Model } from "./model.js";
 import { EXAMPLE, parsePath, Walk } from "./path.js";
@@ -13,6 +14,8 @@ import { formulas, held, numbers, remarks, verdict } from "./words.js";
 const MOST_S = 0.1;
 /** Time for which a regime must last before it is told, s. */
 const TOLD_S = 0.12;
+/** Time between two looks whether the address still fits, ms. */
+const LINK_MS = 500;
 const AXES = ["depth", "x", "y", "spin", "pitch", "roll"];
 /** Words, range, step and unit of every slider. */
 const SLIDERS = {
@@ -59,6 +62,9 @@ class Page {
     this.told = { regime: -1, since: 0 };
     this.average = 0;
     this.loops = false;
+    /** Values of the controls at rest, and the address that was written last. */
+    this.rest = {};
+    this.hash = null;
     this.views = {
       side: new Side(new Sheet(el("side"))),
       patch: new ContactMap(new Sheet(el("patch"))),
@@ -217,6 +223,34 @@ class Page {
     if (hand.walk) gauge("progress", hand.walk.share);
   }
 
+  // The address
+
+  /** Writes the state into the address; a path that plays leaves it as it is. */
+  link() {
+    if (this.hand.walk) return;
+    const hash = hashOf(this);
+    el("link").href = hash || "#";
+    if (hash === this.hash) return;
+    this.hash = hash;
+    history.replaceState(null, "", hash || location.pathname + location.search);
+  }
+
+  /** Restores the state of an address. */
+  goTo(hash) {
+    const refused = restore(this, hash);
+    this.hash = hash;
+    notice(refused.length ? `The link was restored but for: ${refused.join("; ")}.` : "");
+  }
+
+  /** Saves the last ten seconds as a file. */
+  save() {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([this.record.csv()], { type: "text/csv" }));
+    link.download = "fingerpad-trace.csv";
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
   // Hands
 
   /** The visitor takes over. */
@@ -361,6 +395,7 @@ function controls(page) {
   for (const shows of ["pressure", "stick"]) on(el(`by-${shows}`), "change", () => { page.views.patch.shows = shows; });
   on(el("play"), "click", () => (hand.walk ? page.take() : page.play(parsePath(EXAMPLE), false, "The example path.")));
   on(el("reset"), "click", () => page.reset());
+  on(el("save"), "click", () => page.save());
   on(el("open"), "change", (event) => {
     if (event.target.files[0]) page.open(event.target.files[0]);
     event.target.value = "";
@@ -448,7 +483,13 @@ async function begin() {
   keys(page);
   drops(page);
   page.named("fingertip-pad.fpm");
-  if (calm.matches) {
+  for (const input of document.querySelectorAll("input[type=range]")) page.rest[input.id] = input.value;
+  AXES.forEach((id, i) => { page.rest[id] = page.hand.at[i]; });
+  on(window, "hashchange", () => { if (location.hash !== page.hash) page.goTo(location.hash); });
+  setInterval(() => page.link(), LINK_MS);
+  if (location.hash.length > 1) {
+    page.goTo(location.hash);
+  } else if (calm.matches) {
     page.hand.target = [1.1, 1.6, 0, 0, model.pitch, 0];
     page.hand.at[0] = 1.1;
   } else {

@@ -30,6 +30,9 @@ export function cells(patches) {
   });
 }
 
+/** A coordinate within a picture's margin, px. */
+const inside = (at, size) => Math.min(Math.max(at, 8), size - 8);
+
 export class ContactMap {
   constructor(sheet) {
     this.sheet = sheet;
@@ -68,10 +71,11 @@ export class ContactMap {
     ctx.restore();
     if (touch) {
       this.patches(patches);
-      const [px, py] = [mx + r.pressure_x_mm * s, my + r.pressure_y_mm * s];
+      const [px, py] = [inside(mx + r.pressure_x_mm * s, sheet.w), inside(my + r.pressure_y_mm * s, sheet.h)];
       const reach = (4.5 * s) / Math.max(r.limit_n, 1e-6);
-      sheet.arrow(px, py, r.friction_x_n * reach, r.friction_y_n * reach, "#fff", 5);
-      sheet.arrow(px, py, r.friction_x_n * reach, r.friction_y_n * reach, "#111", 2.2);
+      const [tx, ty] = [inside(px + r.friction_x_n * reach, sheet.w), inside(py + r.friction_y_n * reach, sheet.h)];
+      sheet.arrow(px, py, tx - px, ty - py, "#fff", 5);
+      sheet.arrow(px, py, tx - px, ty - py, "#111", 2.2);
       sheet.dot(px, py, 3, "#111", "#fff");
     }
     this.turning(at[3], focus);

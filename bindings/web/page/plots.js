@@ -13,6 +13,19 @@ const LOOPS = [
   { x: "twist, °", y: "moment, N mm", from: 3, dx: 0.15 },
 ];
 
+/** Columns of the table that is saved, in the project's names. */
+const COLUMNS = [
+  ...["depth_mm", "slide_x_mm", "slide_y_mm", "spin_deg", "pitch_deg", "roll_deg"].map((name, i) => [name, (at) => at[i]]),
+  ["normal_force_n", (_, r) => r.normal_n],
+  ["friction_x_n", (_, r) => r.friction_x_n],
+  ["friction_y_n", (_, r) => r.friction_y_n],
+  ["spin_moment_n_mm", (_, r) => r.moment_n_mm],
+  ["friction_limit_n", (_, r) => r.limit_n],
+  ["slip_margin", (_, r) => r.margin],
+  ["stick_ratio", (_, r) => r.stick_ratio],
+  ["status", (_, r) => r.status],
+];
+
 /** The last steps as the plots need them. */
 export class Record {
   constructor() {
@@ -44,9 +57,16 @@ export class Record {
     this.last = x;
     const before = this.trace.at(-1);
     if (!before || time - before.time >= TRACE_S) {
-      this.trace.push({ time, normal: r.normal_n, friction: Math.hypot(r.friction_x_n, r.friction_y_n), limit: r.limit_n, stick: r.stick_ratio });
+      this.trace.push({ time, normal: r.normal_n, friction: Math.hypot(r.friction_x_n, r.friction_y_n), limit: r.limit_n, stick: r.stick_ratio, row: COLUMNS.map(([, value]) => value(at, r)) });
       while (this.trace[0].time < time - WINDOW_S) this.trace.shift();
     }
+  }
+
+  /** The last seconds as a table, with the columns of a path and of a response. */
+  csv() {
+    const from = this.trace[0]?.time ?? 0;
+    const rows = this.trace.map(({ time, row }) => [(time - from).toFixed(3), ...row.map((value) => Number(value.toPrecision(7)))].join(","));
+    return `${["t_s", ...COLUMNS.map(([name]) => name)].join(",")}\n${rows.map((row) => `${row}\n`).join("")}`;
   }
 
   /** Largest force of the last seconds, N. */
@@ -106,7 +126,9 @@ export class Loop {
     if (limit > 0) {
       const y = f.y((axis ? r.friction_y_n : r.friction_x_n) < 0 ? -limit : limit);
       sheet.polyline([[f.box[0], y], [f.box[2], y]], colour.slip, 1.5, [5, 4]);
-      sheet.text("limit", f.box[2] - 4, y - 5, { align: "right", fill: colour.warn });
+      // At the bottom the name of the axis stands on the right.
+      const low = y > f.box[3] - 24;
+      sheet.text("limit", low ? f.box[0] + 4 : f.box[2] - 4, y - 5, { align: low ? "left" : "right", fill: colour.warn });
     }
     this.trail(points, f);
     if (r.regime) sheet.dot(f.x(at[from]), f.y([r.friction_x_n, r.friction_y_n, r.moment_n_mm][axis]), 4.5, colour.ink, colour.card);

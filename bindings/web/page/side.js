@@ -195,9 +195,10 @@ export class Side {
   /** What the body does to the finger: normal force up, friction along. The largest force of the last seconds sets the scale. */
   forces(r, most, height, ox, oy, s) {
     const { sheet } = this;
-    const [x, y] = [Math.min(Math.max(ox + r.pressure_x_mm * s, 70), sheet.w - 70), oy - (height + 1.2) * s];
-    const long = Math.min(0.25 * sheet.w, y - 26) / nice(Math.max(most, 0.3));
-    const up = r.normal_n * long;
+    const [x, y] = [Math.min(Math.max(ox + r.pressure_x_mm * s, 70), sheet.w - 70), Math.max(oy - (height + 1.2) * s, 60)];
+    const most_px = Math.min(0.25 * sheet.w, y - 26);
+    const long = most_px / nice(Math.max(most, 0.3));
+    const up = Math.min(r.normal_n * long, most_px);
     const tip = Math.min(Math.max(x + r.friction_x_n * long, 62), sheet.w - 62);
     sheet.arrow(x, y, 0, -up, colour.ink);
     sheet.arrow(x, y, tip - x, 0, colour.ink);

@@ -25,7 +25,12 @@ await build({
 });
 const style = await transform(readFileSync(join(WEB, "page/style.css"), "utf8"), { loader: "css", minify: true, charset: "utf8" });
 writeFileSync(join(SITE, "style.css"), style.code);
-cpSync(join(WEB, "page/index.html"), join(SITE, "index.html"));
+// Links lead to the repository that the workspace names, or else to the files beside the page in a checkout.
+const workspace = readFileSync(join(WEB, "../../Cargo.toml"), "utf8");
+const repository = /^repository = "(https:[^"]+)"/m.exec(workspace)?.[1];
+const links = repository ? { DOCS: `${repository}/blob/main/docs/pad.md`, REPOSITORY: repository } : { DOCS: "../../../docs/pad.md", REPOSITORY: "../../../README.md" };
+const html = readFileSync(join(WEB, "page/index.html"), "utf8").replace(/@(DOCS|REPOSITORY)@/g, (_, name) => links[name]);
+writeFileSync(join(SITE, "index.html"), html);
 const optimiser = join(dirname(createRequire(import.meta.url).resolve("binaryen/package.json")), "bin/wasm-opt");
 const small = ["-Oz", "--converge", "--all-features", "--strip-debug", "--strip-producers", "--strip-target-features"];
 execFileSync(process.execPath, [optimiser, ...small, MODULE, "-o", OPTIMISED], { stdio: "inherit" });

@@ -443,6 +443,128 @@ for (const colorScheme of ["light", "dark"]) {
   });
 }
 
+test("a link restores body, place, pose, skin, disturbance and colours", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  const state = () => page.evaluate(() => {
+    const { hand, shape, start_deg, views } = globalThis.fingerpad;
+    return { target: hand.target, shape, start_deg, skin: hand.skin, disturbance: hand.disturbance, shows: views.patch.shows };
+  });
+  assert.equal(new URL(page.url()).hash, "", "the address is plain at first");
+  await page.evaluate(() => {
+    const page = globalThis.fingerpad;
+    const set = (id, value) => { document.getElementById(id).value = value; document.getElementById(id).dispatchEvent(new Event("input")); };
+    set("pitch", 40);
+    set("roll", -10);
+    page.advance(1000);
+    page.touch({ kind: "cylinder" });
+    set("radius", 25);
+    set("axis", -45);
+    for (const [id, value] of [["depth", 1.4], ["x", -2.5], ["y", 0.5], ["spin", 12], ["pitch", 45], ["moisture", 60], ["speed", 1], ["noise", 7]]) set(id, value);
+    document.getElementById("noisy").click();
+    document.getElementById("by-stick").click();
+  });
+  const wanted = await state();
+  await page.waitForFunction(() => location.hash.includes("map=stick"));
+  const { hash } = new URL(page.url());
+  assert.equal(await page.getAttribute("#link", "href"), hash);
+  await page.close();
+  const again = await open(running, `${server.address}${hash}`, { viewport: { width: 1200, height: 850 } });
+  const found = await again.page.evaluate(() => {
+    const { hand, shape, start_deg, views } = globalThis.fingerpad;
+    return { target: hand.target, shape, start_deg, skin: hand.skin, disturbance: hand.disturbance, shows: views.patch.shows };
+  });
+  assert.deepEqual(found, wanted);
+  assert.deepEqual(again.seen.errors, []);
+  assert.ok(await again.page.evaluate(() => { globalThis.fingerpad.advance(1000); return globalThis.fingerpad.r.normal_n > 0.1; }), "the finger is pressed");
+  // A number out of range is named, and the rest is restored.
+  await again.page.evaluate(() => { location.hash = "#depth=99&x=1&body=cube&radius=3&y=abc&colour=red"; });
+  await again.page.waitForFunction(() => document.getElementById("alert").textContent !== "");
+  const says = await text(again.page, "alert");
+  for (const part of ["depth 99: -0.3 to 5.13 is allowed", "body cube: plane, sphere, cylinder, edge is allowed", "radius 3: a plane has none", "y abc: -6 to 6 is allowed", "colour: not a name of this page"]) {
+    assert.ok(says.includes(part), `${part}: ${says}`);
+  }
+  assert.deepEqual(await again.page.evaluate(() => globalThis.fingerpad.hand.target.slice(0, 3)), [-0.3, 1, 0]);
+  await again.page.close();
+});
+
+test("the trace is saved as a table that the page can replay", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  await page.evaluate(() => { globalThis.fingerpad.hand.target = [1.3, 1.2, -0.4, 5, 32, 3]; globalThis.fingerpad.advance(1500); });
+  const [download, shown] = await Promise.all([page.waitForEvent("download"), page.evaluate(() => { document.getElementById("save").click(); return globalThis.fingerpad.record.trace.map(({ time, normal, friction }) => [time, normal, friction]); })]);
+  assert.equal(download.suggestedFilename(), "fingerpad-trace.csv");
+  const csv = readFileSync(await download.path(), "utf8");
+  const [head, ...rows] = csv.trimEnd().split("\n").map((line) => line.split(","));
+  assert.deepEqual(head, ["t_s", "depth_mm", "slide_x_mm", "slide_y_mm", "spin_deg", "pitch_deg", "roll_deg", "normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "friction_limit_n", "slip_margin", "stick_ratio", "status"]);
+  assert.ok(rows.length > 70 && rows.length === shown.length, `${rows.length} rows`);
+  rows.forEach((row, i) => {
+    const [time, normal, friction] = shown[i];
+    assert.ok(Math.abs(row[0] - (time - shown[0][0])) < 1e-3 && Math.abs(row[7] - normal) < 1e-6 && Math.abs(Math.hypot(row[8], row[9]) - friction) < 1e-6, `row ${i}: ${row}`);
+  });
+  assert.ok(Number(rows.at(-1)[7]) > 0.1);
+  await page.setInputFiles("#open", { name: "trace.csv", mimeType: "text/csv", buffer: Buffer.from(csv) });
+  await page.waitForFunction(() => document.getElementById("walk").textContent.startsWith("trace.csv:"));
+  const again = await page.evaluate(() => { globalThis.fingerpad.advance(2 + 1000 * globalThis.fingerpad.hand.walk.duration); return globalThis.fingerpad.r.normal_n; });
+  assert.ok(Math.abs(again / rows.at(-1)[7] - 1) < 0.01, `${again} ${rows.at(-1)[7]}`);
+  await page.close();
+});
+
+for (const width of [1200, 400]) {
+  test(`arrows stay inside the pictures up to 7 N (${width} px)`, async () => {
+    const page = await start({ viewport: { width, height: 800 }, reducedMotion: "reduce" });
+    const [most, outside] = await page.evaluate(async () => {
+      const page = globalThis.fingerpad;
+      const outside = [];
+      for (const name of ["side", "patch"]) {
+        const { sheet } = page.views[name];
+        const draw = sheet.arrow.bind(sheet);
+        sheet.arrow = (x, y, dx, dy, ...more) => {
+          for (const [px, py] of [[x, y], [x + dx, y + dy]]) if (!(px >= 0 && px <= sheet.w && py >= 0 && py <= sheet.h)) outside.push([name, px, py, page.r.normal_n]);
+          draw(x, y, dx, dy, ...more);
+        };
+      }
+      let most = 0;
+      for (const kind of ["plane", "sphere", "cylinder", "edge"]) {
+        page.reset();
+        page.touch({ kind });
+        for (const [x, y, pitch, roll] of [[0, 0, 25, 0], [-6, 0, 25, 0], [6, 6, 25, 0], [-6, -6, 15, 30], [0, 6, 70, -30]]) {
+          page.hand.target = [page.model.depthMax, x, y, 0, pitch, roll];
+          for (let i = 0; i < 12; i++) {
+            page.advance(100);
+            page.show();
+            if (page.r.status === 0) most = Math.max(most, page.r.normal_n);
+          }
+        }
+      }
+      return [most, outside];
+    });
+    assert.ok(most > 7, `${most} N`);
+    assert.deepEqual(outside, []);
+    await page.close();
+  });
+}
+
+test("a phone of 400 px shows verdict, picture and sliders of the motion on one screen", async () => {
+  const page = await start({ viewport: { width: 400, height: 800 }, reducedMotion: "reduce" });
+  const boxes = await page.evaluate(() => ["regime", "plain", "side", "depth", "x", "y", "spin", "pitch", "roll"].map((id) => {
+    const { top, bottom, height } = document.getElementById(id).getBoundingClientRect();
+    return [id, top, bottom, height];
+  }));
+  for (const [id, top, bottom, height] of boxes) assert.ok(top >= 0 && bottom <= 800 && height > 10, `${id}: ${top} to ${bottom}`);
+  assert.ok(boxes[2][3] >= 220, "the picture keeps its size");
+  await page.close();
+});
+
+test("links lead to the documentation and the source", async () => {
+  const page = await start();
+  const links = await page.evaluate(() => [...document.querySelectorAll("footer a")].map((a) => a.getAttribute("href")));
+  assert.equal(links.length, 2);
+  for (const link of links) {
+    if (/^https:/.test(link)) continue;
+    assert.ok(readFileSync(join(SITE, link), "utf8").length > 1000, link);
+  }
+  await page.close();
+});
+
 test("no errors in the console, no request to anywhere else", () => {
   assert.ok(opened.length > 8);
   assert.deepEqual(opened.flatMap((seen) => [...seen.errors, ...seen.foreign]), []);

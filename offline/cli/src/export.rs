@@ -1,21 +1,33 @@
-//! `fingerpad export`: a model as source text or as a co-simulation unit.
+//! `fingerpad export`: a model as source text, as a co-simulation unit, or its limit surface.
 
 use std::path::PathBuf;
 
+use anyhow::anyhow;
 use clap::ValueEnum;
+use fingerpad::ModelFile;
 use fingerpad_fmu as fmu;
 use fingerpad_reduce as reduce;
+use fingerpad_reduce::{LimitSurface, limit_surface};
 
+use super::model::Loaded;
 use super::{Failure, Mark, Outputs, model, outputs};
 
-/// Write a model as a Rust constant, a C array, JSON or an FMI 3.0 co-simulation unit (FMU)
+/// Write a model as a Rust constant, a C array, JSON or an FMI 3.0 co-simulation unit (FMU), or its limit surface
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   fingerpad export --model model.fpm --format rust --out src/model.rs   `MODEL.model()?` steps it
   fingerpad export --model model.fpm --format c --out model.h           for the C library
   fingerpad export --model model.fpm --format json --out model.json     all numbers with their names
-  fingerpad export --model model.fpm --format fmu --out finger.fmu      for Modelica, FMPy")]
+  fingerpad export --model model.fpm --format fmu --out finger.fmu      for Modelica, FMPy
+  fingerpad export --format limit-surface --depth-mm 0.8 --out limit.csv
+  fingerpad export --model pad.fpm --format limit-surface-obj --pitch-deg 45 --roll-deg 10 --out limit.obj
+
+The limit surface holds friction along x and y and the moment about the normal in full slip, for 642 motions of the plane: slides
+along x and y, and turns, which count as travel by an arm of 3 mm. The surface of a bed is that of long slides at constant
+depth, during which the normal force changes. The surface of a pad is that of slip of all its patches at the pressures of the press.
+limit-surface writes a table, limit-surface-obj a mesh with friction along x and y and the moment over 3 mm as coordinates.
+Both take a bed or a pad; without --model the shipped bed, or the shipped pad where --pitch-deg or --roll-deg is given.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
@@ -26,12 +38,21 @@ pub struct Args {
     /// File to write; - for standard output
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Depth of a limit surface, mm [default: 1]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    depth_mm: Option<f64>,
+    /// Pitch of the finger in a limit surface, degrees [default: that of a bed, or the neutral one of a pad]
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pitch_deg: Option<f64>,
+    /// Roll of the finger in a limit surface, degrees [default: 0]
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    roll_deg: Option<f64>,
     /// Replace a file at --out that this command did not write
     #[arg(long)]
     force: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// A `static` of the package `fingerpad`
     Rust,
@@ -41,27 +62,92 @@ enum Format {
     Json,
     /// An FMI 3.0 co-simulation unit with its sources, for this kind of machine
     Fmu,
+    /// A table of friction and moment in full slip (CSV), of a bed or a pad
+    LimitSurface,
+    /// The same as a mesh (Wavefront OBJ)
+    LimitSurfaceObj,
+}
+
+impl Format {
+    fn is_limit_surface(self) -> bool {
+        matches!(self, Self::LimitSurface | Self::LimitSurfaceObj)
+    }
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (file, name) = model::load(args.model.as_deref())?;
+    let turned = args.pitch_deg.is_some() || args.roll_deg.is_some();
+    let given = [("--depth-mm", args.depth_mm), ("--pitch-deg", args.pitch_deg), ("--roll-deg", args.roll_deg)];
+    if let (false, Some((flag, Some(value)))) =
+        (args.format.is_limit_surface(), given.into_iter().find(|(_, value)| value.is_some()))
+    {
+        return Err(Failure::Input(anyhow!(
+            "{flag} {value}: only --format limit-surface and limit-surface-obj take it"
+        )));
+    }
+    let (file, name) = match (&args.model, args.format.is_limit_surface()) {
+        (None, true) if turned => model::shipped_pad().map(|(pad, name)| (Loaded::Pad(pad), name))?,
+        (path, true) => model::load_any(path.as_deref())?,
+        (path, false) => model::load(path.as_deref()).map(|(bed, name)| (Loaded::Bed(bed), name))?,
+    };
     let marks = vec![match args.format {
         Format::Rust => Mark::beginning("// A fingerpad model; made by `fingerpad export`."),
         Format::C => Mark::beginning("/* A fingerpad model; made by `fingerpad export`."),
         Format::Json => Mark::beginning("{\n  \"depth_mm\": ["),
         Format::Fmu => Mark::holding("PK", "resources/model.fpm"),
+        Format::LimitSurface => Mark::beginning(limit_surface::COLUMNS),
+        Format::LimitSurfaceObj => Mark::beginning(limit_surface::MESH_HEAD),
     }];
     let inputs = [("--model", args.model.as_deref())];
     Outputs::beside(inputs).stream("--out", &args.out, marks).force(args.force).prepare()?;
-    let text = |format| Ok(reduce::export(&file, format).into_bytes());
-    let bytes = match args.format {
-        Format::Rust => text(reduce::Format::Rust),
-        Format::C => text(reduce::Format::C),
-        Format::Json => text(reduce::Format::Json),
-        Format::Fmu => fmu::pack(&file, &name).map_err(|e| Failure::Input(e.into())),
-    }?;
+    let bytes = match (args.format, &file) {
+        (Format::LimitSurface, file) => limit_surface(args, file, &name)?.csv().into_bytes(),
+        (Format::LimitSurfaceObj, file) => limit_surface(args, file, &name)?.obj().into_bytes(),
+        (format, Loaded::Bed(bed)) => of_bed(format, bed, &name)?,
+        (_, Loaded::Pad(_)) => {
+            return Err(Failure::Input(anyhow!("{name}: a pad; this format takes a bed of springs")));
+        }
+    };
     outputs::write(&args.out, |w| w.write_all(&bytes))?;
     outputs::say(&args.out, &format!("{}: {} bytes", args.out.display(), bytes.len()));
     Ok(())
+}
+
+/// A bed as source text or as a co-simulation unit.
+fn of_bed(format: Format, bed: &ModelFile, name: &str) -> Result<Vec<u8>, Failure> {
+    let text = |format| Ok(reduce::export(bed, format).into_bytes());
+    match format {
+        Format::Rust => text(reduce::Format::Rust),
+        Format::C => text(reduce::Format::C),
+        Format::Json => text(reduce::Format::Json),
+        _ => fmu::pack(bed, name).map_err(|e| Failure::Input(e.into())),
+    }
+}
+
+/// The limit surface at the depth and in the pose of the flags.
+fn limit_surface(args: &Args, file: &Loaded, name: &str) -> Result<LimitSurface, Failure> {
+    const DEPTH_MM: f64 = 1.0;
+    let depth_mm = args.depth_mm.unwrap_or(DEPTH_MM);
+    let surface = match file {
+        Loaded::Bed(bed) => {
+            let bed = bed.file();
+            let own = bed.model.data().pose_deg;
+            for ((flag, given), own) in
+                [("--pitch-deg", args.pitch_deg), ("--roll-deg", args.roll_deg)].into_iter().zip(own)
+            {
+                if let Some(value) = given.filter(|value| !((value - f64::from(own)).abs() < 1e-3)) {
+                    return Err(Failure::Input(anyhow!(
+                        "{flag} {value}: {name} is a bed of springs of one pose, {flag} {own}; a pad takes other poses"
+                    )));
+                }
+            }
+            LimitSurface::of_bed(&bed, depth_mm)
+        }
+        Loaded::Pad(file) => {
+            let pad = file.file().pad;
+            let pitch_deg = args.pitch_deg.unwrap_or(f64::from(pad.numbers.neutral_pitch_deg));
+            LimitSurface::of_pad(&pad, depth_mm, [pitch_deg, args.roll_deg.unwrap_or(0.0)])
+        }
+    };
+    surface.map_err(|e| Failure::Input(anyhow!("{name}: {e}")))
 }

@@ -1,8 +1,8 @@
-//! Layout of what `--help` prints below the options of a command.
+//! Layout of the text that `--help` prints below the options of a command.
 //!
-//! Main function: [`laid_out`]. The texts stand beside their commands, broken where the source needs it: a block of examples,
-//! then paragraphs. Paragraphs become one line each, which clap breaks at the width of the terminal; examples are laid out for
-//! [`WIDTH`] columns, and a longer one goes on behind a backslash as in a shell.
+//! Main function: [`laid_out`]. The texts are next to their commands: a block of examples, then paragraphs. Paragraphs
+//! become one line each, which clap breaks at the width of the terminal. Examples are laid out for [`WIDTH`] columns; a
+//! longer one continues behind a backslash as in a shell.
 
 use clap::Command;
 
@@ -30,8 +30,8 @@ fn blocks(text: &str) -> String {
     text.split("\n\n").map(block).collect::<Vec<_>>().join("\n\n")
 }
 
-/// Example lines: a command, and behind two spaces a remark, which may stand in the next line. Where one is too long, all remarks
-/// stand below their commands.
+/// Example lines: a command, and behind two spaces a remark, which may be in the next line. If one is too long, all
+/// remarks are below their commands.
 fn lines(examples: &str) -> String {
     if examples.lines().all(|line| line.chars().count() <= WIDTH) {
         return examples.to_owned();

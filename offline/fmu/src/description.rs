@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use fingerpad::{File, Surroundings, TableColumn};
 
 /// Version of the unit's variables and saved states, as in the unit.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A number of the unit: value reference, name, unit (empty for none), start value, what it is.
 type Variable = (u32, &'static str, &'static str, f64, &'static str);
@@ -42,13 +42,14 @@ const OUTPUTS: [Variable; 12] = [
     (52, "band_friction_n", "N", 0.0, "Half-width of the 95 % band of each friction component"),
 ];
 
-const INTEGERS: [(u32, &str, &str); 2] = [
+const INTEGERS: [(u32, &str, &str); 3] = [
     (61, "regime", "0 no contact, 1 stick, 2 partial slip, 3 slip"),
     (
         62,
         "status",
         "Flags: 2 bad input, 8 depth above range, 16 large increment, 64 spin ignored, 128 memory lost, 256 effect held",
     ),
+    (63, "substeps", "Number of equal parts into which the last step was divided, so that each moves by at most 0.005 mm"),
 ];
 
 /// Units with their factor to the base units and the exponents of kg, m, s.

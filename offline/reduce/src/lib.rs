@@ -3,7 +3,8 @@
 //! [`design`] lists the paths ([`Experiment`]) that the finite elements are run along, [`share`] divides them; each response is stored as a
 //! [`Run`]. [`reduce`] fits the model's parameters to the runs that are not held out, replays every run through the
 //! package `fingerpad` itself, and returns a [`Reduced`] model with its error band, [`Scores`] and the bytes of its
-//! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text.
+//! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text, [`LimitSurface`] holds
+//! its friction in full slip.
 //! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
 mod agreement;
@@ -14,6 +15,7 @@ mod error;
 mod export;
 mod fit;
 mod initial_guess;
+pub mod limit_surface;
 mod model;
 pub mod pad;
 mod parameterisation;
@@ -36,6 +38,7 @@ pub use design::{
 pub use error::ReduceError;
 pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
+pub use limit_surface::{LimitPoint, LimitSurface, LimitSurfaceError};
 pub use model::{KindScores, Meta, Ranges, Reduced, reduce};
 pub use progress::{FitProgress, FitStage};
 pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};

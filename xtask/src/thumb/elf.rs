@@ -1,6 +1,6 @@
-//! What a firmware's ELF file tells: symbols, code sizes, worst-case stack.
+//! Analysis of a firmware's ELF file: symbols, code sizes, worst-case stack.
 //!
-//! Main type: [`Elf`]. Knows the Thumb encodings of calls and nothing else of the processor.
+//! Main type: [`Elf`]. Decodes the Thumb encodings of calls and nothing else of the processor.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -144,7 +144,7 @@ impl Elf {
     }
 }
 
-/// A number in LEB128 and how many bytes it took.
+/// A number in LEB128 and its number of bytes.
 fn uleb128(bytes: &[u8]) -> Result<(u64, usize)> {
     let mut value = 0;
     for (i, byte) in bytes.iter().enumerate().take(9) {

@@ -1,6 +1,6 @@
 //! A checked toolchain for the target: builds, emulation with the log decoded, the linker.
 //!
-//! Main type: [`Tools`]. Knows where compilers come from and how the board is emulated, not what is checked.
+//! Main type: [`Tools`]. Finds compilers and emulates the board; independent of the checks.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub const FIRMWARE: &str = "firmware-example";
 pub const C_LIBRARY: &str = "bindings/c";
 const DEBIAN_COMPILER: &str = "/usr/bin/rustc";
 
-/// Where the compiler for the target comes from.
+/// Source of the compiler for the target.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Route {
     /// rustup if it can, else Debian
@@ -38,7 +38,7 @@ pub struct Compiler {
     debian_linker: Option<PathBuf>,
 }
 
-/// A compiler, and what runs and reads its programs.
+/// A compiler, with the tools that run and read its programs.
 pub struct Tools {
     compiler: Compiler,
 }
@@ -98,7 +98,7 @@ impl Compiler {
     /// Clippy of a workspace without warnings.
     pub fn clippy(&self, folder: &str) -> Result<()> {
         if self.debian_linker.is_some() {
-            println!("{folder} goes without Clippy: Debian's compiler has none");
+            println!("{folder} is not checked by Clippy: Debian's compiler has none");
             return Ok(());
         }
         install::component("clippy", "clippy")?;
@@ -114,7 +114,7 @@ impl Compiler {
         Ok(())
     }
 
-    /// rust-lld, as it comes with the compiler.
+    /// rust-lld, installed with the compiler.
     pub fn linker(&self) -> Result<Command> {
         let folder = match &self.debian_linker {
             Some(folder) => folder.clone(),
@@ -125,7 +125,7 @@ impl Compiler {
 }
 
 impl Tools {
-    /// Installs what is missing.
+    /// Installs missing tools.
     pub fn prepare(route: Route) -> Result<Self> {
         let compiler = Compiler::prepare(route, TARGET)?;
         if !succeeds(Command::new("qemu-system-arm").arg("--version")) {
@@ -160,7 +160,7 @@ impl Tools {
     }
 }
 
-/// Runs a program under QEMU: exit status and the file with what it wrote.
+/// Runs a program under QEMU: exit status and the file with its output.
 pub fn qemu(elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, PathBuf)> {
     let raw = elf.with_extension("out");
     let out = File::create(&raw)?;

@@ -11,6 +11,7 @@ mod first_hour;
 mod geometry_commands;
 mod help_examples;
 mod identify;
+mod limit_surfaces;
 mod own_columns;
 mod pads;
 mod probes;

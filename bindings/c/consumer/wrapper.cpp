@@ -1,0 +1,322 @@
+/* The C++20 wrapper against the functions that it wraps, bit for bit: wrapper FINGERTIP.fpm FINGERTIP-PAD.fpm
+ * Both sides take the same disturbed paths: reversals, spin, strength factors, NaN, too large depths, poses and time steps. */
+#include <fingerpad.hpp>
+
+#include "common.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <type_traits>
+
+namespace {
+
+namespace fp = fingerpad;
+
+int failures = 0;
+unsigned compared = 0;
+
+void expect(bool holds, const char *what, unsigned step = 0)
+{
+    if (!holds) {
+        (void)std::printf("not so at step %u: %s\n", step, what);
+        failures++;
+    }
+}
+
+void expect(fp::Code got, fp::Code want, const char *what)
+{
+    if (got != want) {
+        (void)std::printf("%s: %s, wanted %s\n", what, fp::text(got), fp::text(want));
+        failures++;
+    }
+}
+
+template <class T>
+bool same(const T &a, const T &b)
+{
+    static_assert(std::is_trivially_copyable_v<T>);
+    compared++;
+    return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+std::span<const std::byte> bytes_in(const model_file &file)
+{
+    return std::as_bytes(std::span(file.words)).first(file.length);
+}
+
+/* A value for a test that cannot go on without it. */
+template <class T>
+T must_get(const fp::Result<T> &result, const char *what)
+{
+    if (!result) {
+        (void)std::fprintf(stderr, "%s: %s\n", what, result.text());
+        std::exit(2);
+    }
+    return *result.get();
+}
+
+/* Numbers from -1 to 1 (xorshift), the same in every run. */
+float noise()
+{
+    static std::uint32_t x = 20111;
+    x ^= x << 13;
+    x ^= x >> 17;
+    x ^= x << 5;
+    return static_cast<float>(x) / 2147483648.0f - 1.0f;
+}
+
+/* A step of a path; every 97th has something wrong with it. */
+fp::Motion disturbed(unsigned i)
+{
+    fp::Motion m{0.8f + 0.8f * noise(), 0.05f * noise(), 0.02f * noise(), 0.01f * noise(), 1e-3f};
+    if (i % 97 == 0) {
+        const float wrong[] = {NAN, INFINITY, -INFINITY, 1e9f, -1.0f};
+        float *const numbers[] = {&m.depth_mm, &m.slide_x_mm, &m.slide_y_mm, &m.spin_rad, &m.dt_s};
+        *numbers[i / 97 % 5] = wrong[i / 485 % 5];
+    }
+    return m;
+}
+
+template <class Kind>
+void contacts(const fp::Bed &bed, const fingerpad_model &model)
+{
+    fp::ContactOf<Kind> finger;
+    typename Kind::State state;
+    (void)Kind::init(&state);
+    expect(same(finger.c(), state), "a new contact");
+    for (unsigned i = 0; i < 4000; i++) {
+        const fp::Motion motion = disturbed(i);
+        fp::Response want{};
+        if (i % 50 == 0) {
+            const float factor = 1.0f + 2.0f * noise();
+            expect(finger.set_strength_factor(factor), static_cast<fp::Code>(Kind::set_strength_factor(&state, factor)),
+                   "a strength factor");
+        }
+        if (i % 40 == 39) {
+            const fp::Drive drive{1, static_cast<std::uint16_t>(i % 80 == 79), motion.depth_mm, 0.3f, motion.slide_x_mm,
+                                  motion.slide_y_mm, 0.05f, -0.02f, motion.spin_rad, 1e-3f};
+            fp::Motion to{};
+            const auto driven = finger.step_driven(bed, drive);
+            must(Kind::step_driven(&model, &state, drive, &want, &to), "a driven step");
+            const fp::Driven got = must_get(driven, "a driven step");
+            expect(same(got.response, want) && same(got.motion, to), "a driven step", i);
+        } else {
+            const auto stepped = finger.step(bed, motion);
+            must(Kind::step(&model, &state, motion, &want), "a step");
+            const fp::Response got = must_get(stepped, "a step");
+            expect(same(got, want), "a step", i);
+            expect(fp::has(got, fp::Flag::bad_input) == ((want.status & FINGERPAD_STATUS_BAD_INPUT) != 0), "a flag", i);
+            expect(static_cast<std::uint16_t>(fp::regime(got)) == want.regime, "a regime", i);
+        }
+        expect(same(finger.c(), state), "the state", i);
+        if (i % 100 == 0) {
+            fp::Gradient slopes{};
+            must(Kind::gradient(&model, &state, 0.1f, 1.0f, 0.5f, &slopes), "a gradient");
+            expect(same(must_get(finger.gradient(bed, 0.1f, 1.0f, 0.5f), "a gradient"), slopes), "a gradient", i);
+        }
+    }
+    std::array<std::byte, Kind::saved_bytes> saved{};
+    std::array<std::uint8_t, Kind::saved_bytes> want{};
+    expect(finger.save(bed, saved), fp::Code::ok, "a state saved");
+    must(Kind::save(&model, &state, want.data(), want.size()), "a state saved");
+    expect(std::memcmp(saved.data(), want.data(), want.size()) == 0, "the bytes of a saved state");
+    expect(same(must_get(fp::ContactOf<Kind>::restore(bed, saved), "a state restored").c(), state), "a restored state");
+    expect(finger.save(bed, std::span(saved).first(saved.size() - 1)), fp::Code::buffer, "too small a buffer");
+    expect(fp::ContactOf<Kind>::restore(bed, std::span(saved).first(saved.size() - 1)).code(), fp::Code::length, "a cut state");
+    saved[60] ^= std::byte{1};
+    expect(fp::ContactOf<Kind>::restore(bed, saved).code(), fp::Code::checksum, "a damaged state");
+}
+
+void batch(const fp::Bed &bed)
+{
+    constexpr std::size_t count = 9;
+    std::array<fp::Contact, count> many, single;
+    std::array<fp::Response, count> responses{};
+    std::array<float, count> depth{}, x{}, y{};
+    for (unsigned i = 0; i < 100; i++) {
+        for (std::size_t k = 0; k < count; k++) {
+            depth[k] = 0.5f + 0.4f * noise();
+            x[k] = 0.02f * noise();
+            y[k] = 0.02f * noise();
+        }
+        const fp::Motions motions{count, depth.data(), x.data(), y.data(), nullptr, 1e-3f};
+        expect(fp::Contact::step_batch(bed, many, motions, responses), fp::Code::ok, "a batch");
+        for (std::size_t k = 0; k < count; k++) {
+            const auto one = single[k].step(bed, {depth[k], x[k], y[k], 0.0f, 1e-3f});
+            expect(same(must_get(one, "a step"), responses[k]) && same(single[k].c(), many[k].c()), "a batch", i);
+        }
+        expect(fp::Contact::step_batch(bed, many, motions, std::span(responses).first(count - 1)), fp::Code::buffer,
+               "fewer responses than contacts");
+        expect(fp::Contact::step_batch(bed, std::span(many).first(count - 1), motions, std::span(responses).first(count - 1)),
+               fp::Code::buffer, "fewer contacts than motions");
+        expect(same(single[0].c(), many[0].c()), "a refused batch changes a contact");
+    }
+}
+
+void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
+{
+    const fp::Body bodies[] = {fp::plane(), fp::sphere(20.0f), fp::cylinder(-60.0f, 30.0f), fp::edge(3.0f, 80.0f, 90.0f)};
+    const fingerpad_body same_bodies[] = {{FINGERPAD_BODY_PLANE, 0.0f, 0.0f, 0.0f},
+                                          {FINGERPAD_BODY_SPHERE, 20.0f, 0.0f, 0.0f},
+                                          {FINGERPAD_BODY_CYLINDER, -60.0f, 30.0f, 0.0f},
+                                          {FINGERPAD_BODY_EDGE, 3.0f, 80.0f, 90.0f}};
+    const fp::PadInfo info = must_get(pad.info(), "a pad described");
+    for (unsigned b = 0; b < 4; b++) {
+        fp::PadContact finger = b == 0 ? must_get(fp::PadContact::on_plane(pad), "a contact")
+                                       : must_get(fp::PadContact::over(pad, 35.0f, -5.0f), "a contact over a body");
+        fingerpad_pad_state state;
+        must(b == 0 ? fingerpad_pad_state_init(&wrapped, &state) : fingerpad_pad_state_init_over(&wrapped, &state, 35.0f, -5.0f),
+             "a state");
+        expect(same(finger.c(), state), "a new contact of a pad");
+        for (unsigned i = 0; i < 500; i++) {
+            const fp::Motion m = disturbed(i);
+            const float swing = std::sin(0.02f * static_cast<float>(i));
+            fp::PadMotion motion{m.depth_mm, m.slide_x_mm, m.slide_y_mm, m.spin_rad, 35.0f + 20.0f * swing, -5.0f + 10.0f * swing,
+                                 m.dt_s};
+            fp::Response want{};
+            if (i % 193 == 0) {
+                motion.pitch_deg = NAN;
+            }
+            if (i % 100 == 0) {
+                const float factor = 1.0f + 2.0f * noise();
+                expect(finger.set_strength_factor(factor),
+                       static_cast<fp::Code>(fingerpad_pad_state_set_strength_factor(&state, factor)), "a strength factor");
+            }
+            const auto stepped = finger.step(pad, bodies[b], motion);
+            must(fingerpad_pad_step(&wrapped, &state, same_bodies[b], motion, &want), "a step of a pad");
+            expect(same(must_get(stepped, "a step of a pad"), want) && same(finger.c(), state), "a step of a pad", i);
+        }
+        std::array<fp::Patch, FINGERPAD_PATCHES_MAX> got{}, want{};
+        const auto patches = must_get(finger.patches(pad, bodies[b], got), "patches");
+        must(fingerpad_pad_patches(&wrapped, &state, same_bodies[b], want.data(), want.size()), "patches");
+        expect(patches.size() == info.patches && same(got, want), "patches");
+        expect(finger.patches(pad, bodies[b], std::span(got).first(info.patches - 1)).code(), fp::Code::buffer, "few patches");
+        std::array<std::byte, fp::PadContact::saved_bytes_max> saved{};
+        expect(finger.save(pad, saved), fp::Code::ok, "a pad's state saved");
+        const auto restored = fp::PadContact::restore(pad, std::span(saved).first(info.state_bytes));
+        // Compared as bytes: what lies beyond the patches of this pad is not kept.
+        std::array<std::byte, fp::PadContact::saved_bytes_max> again{};
+        expect(must_get(restored, "a pad's state restored").save(pad, again), fp::Code::ok, "a restored state saved");
+        expect(saved == again, "a pad's restored state");
+        saved[100] ^= std::byte{4};
+        expect(fp::PadContact::restore(pad, std::span(saved).first(info.state_bytes)).code(), fp::Code::checksum,
+               "a damaged state of a pad");
+        const fingerpad_pad_state before = finger.c();
+        for (const fp::Body &wrong : {fp::sphere(0.0f), fp::sphere(NAN), fp::cylinder(20.0f, 181.0f), fp::edge(3.0f, 0.0f, 180.0f),
+                                      fp::Body{7, 1.0f, 0.0f, 0.0f}}) {
+            const auto refused = finger.step(pad, wrong, {1.0f, 0.0f, 0.0f, 0.0f, 35.0f, 0.0f, 1e-3f});
+            expect(refused.code(), fp::Code::range, "a body that cannot be");
+            expect(!refused && refused.get() == nullptr, "a refused step has no response");
+        }
+        expect(same(finger.c(), before), "a refused body changes the state");
+    }
+    for (const float pitch_deg : {12.0f, 30.0f, 68.0f}) {
+        std::array<float, 3> want{};
+        must(fingerpad_pad_first_touch(&wrapped, pitch_deg, 7.0f, want.data()), "first touch");
+        expect(same(must_get(pad.first_touch(pitch_deg, 7.0f), "first touch"), want), "first touch");
+    }
+    expect(pad.first_touch(NAN, 0.0f).code(), fp::Code::range, "a pitch of NaN");
+    expect(fp::PadContact::over(pad, 30.0f, NAN).code(), fp::Code::range, "a roll of NaN");
+}
+
+void misuse(const model_file &bed_file, const model_file &pad_file)
+{
+    const auto bed_bytes = bytes_in(bed_file), pad_bytes = bytes_in(pad_file);
+    expect(fp::Bed::load(pad_bytes).code(), fp::Code::section, "a pad's file as a bed");
+    expect(fp::Pad::load(bed_bytes).code(), fp::Code::section, "a bed's file as a pad");
+    expect(fp::Bed::load({}).code(), fp::Code::null, "no file");
+    expect(fp::Bed::load(bed_bytes.first(bed_bytes.size() - 4)).code(), fp::Code::length, "a cut file");
+    expect(fp::Bed::load(bed_bytes.subspan(1)).code(), fp::Code::alignment, "a file at an odd address");
+    const fp::Bed no_bed;
+    const fp::Pad no_pad;
+    fp::Contact finger;
+    fp::PadContact no_contact;
+    const fp::Motion motion{0.8f, 0.01f, 0.0f, 0.0f, 1e-3f};
+    expect(finger.step(no_bed, motion).code(), fp::Code::not_set_up, "a bed that was not loaded");
+    fp::Response otherwise{};
+    otherwise.normal_force_n = -1.0f;
+    expect(same(finger.step(no_bed, motion).value_or(otherwise), otherwise), "the value of a refused call");
+    expect(no_bed.info().code(), fp::Code::not_set_up, "a bed that was not loaded");
+    expect(fp::PadContact::on_plane(no_pad).code(), fp::Code::not_set_up, "a pad that was not loaded");
+    const fp::Pad pad = must_get(fp::Pad::load(pad_bytes), "pad");
+    expect(no_contact.step(pad, fp::plane(), {}).code(), fp::Code::not_set_up, "a contact of a pad that was not made");
+    expect(fp::Result<int>(fp::Code::ok).code(), fp::Code::unknown, "a refusal without a code");
+    fp::Bed bed = must_get(fp::Bed::load(bed_bytes), "bed");
+    const fp::Bed before = bed;
+    expect(bed.tune(0.4f, 1.0f, 1.0f, 0.0f), fp::Code::range, "a size of 0.4");
+    expect(bed.tune(1.0f, NAN, 1.0f, 0.0f), fp::Code::range, "a stiffness of NaN");
+    expect(same(before.c(), bed.c()), "a refused tuning changes the bed");
+}
+
+void requests(const fp::Bed &bed, const fingerpad_model &model)
+{
+    fp::Grip want{};
+    must(fingerpad_least_grip(&model, 0.2f, -0.1f, 0.3f, 0.9f, &want), "grip");
+    const fp::Grip grip = must_get(bed.least_grip(0.2f, -0.1f, 0.3f, 0.9f), "grip");
+    expect(same(grip.depth_mm, want.depth_mm) && same(grip.normal_force_n, want.normal_force_n) && same(grip.status, want.status),
+           "a grip");
+    const fp::BedInfo info = must_get(bed.info(), "info");
+    expect(fp::meta(info).starts_with("{") && fp::meta(info).ends_with("}"), "the description of a model");
+
+    fp::WatchSettings settings = fp::Watch::settings();
+    fp::Watch watch = must_get(fp::Watch::make(3, settings), "watch");
+    fingerpad_watch wrapped;
+    must(fingerpad_watch_init(&wrapped, 3, settings), "watch");
+    fp::Contact finger;
+    unsigned seen = 0;
+    for (unsigned i = 0; i < 600; i++) {
+        const float depth_mm = 0.01f * static_cast<float>(i < 100 ? i : i < 500 ? 100 : 599 - i);
+        const fp::Response r = must_get(finger.step(bed, {depth_mm, i < 500 ? 0.01f : 0.0f, 0.0f, 0.0f, 1e-3f}), "step");
+        std::array<fp::Event, FINGERPAD_EVENTS_A_LOOK> got{}, events{};
+        std::uint32_t count = 0;
+        must(fingerpad_watch_look(&wrapped, &r, events.data(), &count), "look");
+        const auto looked = must_get(watch.look(r, got), "look");
+        expect(looked.size() == count, "the number of events", i);
+        for (std::uint32_t k = 0; k < count; k++) {
+            expect(same(got[k].tick, events[k].tick) && same(got[k].finger, events[k].finger)
+                       && same(got[k].change, events[k].change),
+                   "an event", i);
+        }
+        seen += count;
+    }
+    expect(seen >= 4, "touch, first slip, full slip and lift-off are seen");
+    settings.full_slip = 1.5f;
+    expect(fp::Watch::make(0, settings).code(), fp::Code::range, "a threshold of 1.5");
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    static model_file bed_file, pad_file;
+    if (argc != 3) {
+        return 2;
+    }
+    read_file(&bed_file, argv[1]);
+    read_file(&pad_file, argv[2]);
+    fp::Bed bed = must_get(fp::Bed::load(bytes_in(bed_file)), argv[1]);
+    fp::Pad pad = must_get(fp::Pad::load(bytes_in(pad_file)), argv[2]);
+    fingerpad_model model;
+    fingerpad_pad wrapped;
+    must(fingerpad_model_load(&model, bytes_of(&bed_file), bed_file.length), argv[1]);
+    must(fingerpad_pad_load(&wrapped, bytes_of(&pad_file), pad_file.length), argv[2]);
+    for (int tuned = 0; tuned < 2; tuned++) {
+        if (tuned == 1) {
+            expect(bed.tune(1.2f, 0.7f, 1.5f, 0.01f), fp::Code::ok, "a bed tuned");
+            expect(pad.tune(1.2f, 0.7f, 1.5f), fp::Code::ok, "a pad tuned");
+            must(fingerpad_model_tune(&model, 1.2f, 0.7f, 1.5f, 0.01f), "a model tuned");
+            must(fingerpad_pad_tune(&wrapped, 1.2f, 0.7f, 1.5f), "a pad tuned");
+        }
+        expect(same(bed.c(), model) && same(pad.c(), wrapped), "bed and pad");
+        contacts<fp::detail::Slides>(bed, model);
+        contacts<fp::detail::Spins>(bed, model);
+        batch(bed);
+        pads(pad, wrapped);
+        requests(bed, model);
+    }
+    misuse(bed_file, pad_file);
+    (void)std::printf("C++20: %u comparisons with fingerpad.h bit for bit, %d failures\n", compared, failures);
+    return failures != 0;
+}

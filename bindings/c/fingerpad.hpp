@@ -1,0 +1,445 @@
+/* fingerpad for C++20: beds, pads and their contacts as types, on the functions of fingerpad.h.
+ *
+ * Header only. It needs no exceptions, no run-time type information and no heap, and adds no memory to that of the C types.
+ * A call that can be refused returns a `Code` or a `Result`. The value of a `Result` can be read only where there is one:
+ *
+ *     const auto stepped = finger.step(bed, {.depth_mm = 1.0f, .slide_x_mm = 0.1f, .slide_y_mm = 0.0f, .spin_rad = 0.0f, .dt_s = 1e-3f});
+ *     if (const fingerpad::Response *r = stepped.get()) { use(r->friction_x_n); } else { report(stepped.text()); }
+ *
+ * Units, axes and ranges are those of fingerpad.h. All types are plain memory: copy a contact to return to it later. A bed and a
+ * pad read their model file in place, so the file must outlive them. A default-constructed `Bed`, `Pad` or `PadContact` is not
+ * set up, and calls with it are refused with `Code::not_set_up`. Contacts with effects are left to fingerpad.h; `c()` returns
+ * the C object.
+ */
+#ifndef FINGERPAD_HPP
+#define FINGERPAD_HPP
+
+#include <fingerpad.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace fingerpad {
+
+/* The codes of fingerpad.h. */
+enum class [[nodiscard]] Code : std::int32_t {
+    ok = FINGERPAD_OK,
+    not_a_model = FINGERPAD_NOT_A_MODEL,
+    version_unknown = FINGERPAD_VERSION_UNKNOWN,
+    length = FINGERPAD_LENGTH,
+    checksum = FINGERPAD_CHECKSUM,
+    alignment = FINGERPAD_ALIGNMENT,
+    shape = FINGERPAD_SHAPE,
+    section = FINGERPAD_SECTION,
+    range = FINGERPAD_RANGE,
+    not_monotone = FINGERPAD_NOT_MONOTONE,
+    not_passive = FINGERPAD_NOT_PASSIVE,
+    buffer = FINGERPAD_BUFFER,
+    other_model = FINGERPAD_OTHER_MODEL,
+    unknown = FINGERPAD_UNKNOWN,
+    null = FINGERPAD_NULL,
+    not_set_up = FINGERPAD_NOT_SET_UP,
+};
+
+/* The meaning of a code in English; never null. */
+inline const char *text(Code code) noexcept
+{
+    return fingerpad_error_text(static_cast<std::int32_t>(code));
+}
+
+/* The value of a call, or the code with which the call was refused. */
+template <class T>
+class [[nodiscard]] Result {
+public:
+    constexpr Result(const T &value) noexcept : value_(value) {}
+    /* A refusal; `Code::ok` without a value counts as `Code::unknown`. */
+    constexpr Result(Code code) noexcept : code_(code == Code::ok ? Code::unknown : code) {}
+
+    constexpr explicit operator bool() const noexcept { return code_ == Code::ok; }
+    constexpr Code code() const noexcept { return code_; }
+    const char *text() const noexcept { return fingerpad::text(code_); }
+    /* The value, or null for a refused call. It lives as long as the result. */
+    constexpr T *get() & noexcept { return *this ? &value_ : nullptr; }
+    constexpr const T *get() const & noexcept { return *this ? &value_ : nullptr; }
+    T *get() && = delete;
+    const T *get() const && = delete;
+    constexpr T value_or(const T &otherwise) const noexcept { return *this ? value_ : otherwise; }
+
+private:
+    T value_{};
+    Code code_ = Code::ok;
+};
+
+using Motion = fingerpad_motion;
+using Motions = fingerpad_motions;
+using Drive = fingerpad_drive;
+using Response = fingerpad_response;
+using Gradient = fingerpad_gradient;
+using Grip = fingerpad_grip;
+using BedInfo = fingerpad_model_info;
+using PadMotion = fingerpad_pad_motion;
+using PadInfo = fingerpad_pad_info;
+using Body = fingerpad_body;
+using Patch = fingerpad_patch;
+using Event = fingerpad_event;
+using WatchSettings = fingerpad_watch_settings;
+
+enum class Regime : std::uint16_t {
+    no_contact = FINGERPAD_NO_CONTACT,
+    stick = FINGERPAD_STICK,
+    partial_slip = FINGERPAD_PARTIAL_SLIP,
+    slip = FINGERPAD_SLIP,
+};
+
+/* Flags of `Response::status`. */
+enum class Flag : std::uint16_t {
+    bad_input = FINGERPAD_STATUS_BAD_INPUT,
+    bad_time_step = FINGERPAD_STATUS_BAD_TIME_STEP,
+    depth_above_range = FINGERPAD_STATUS_DEPTH_ABOVE_RANGE,
+    large_increment = FINGERPAD_STATUS_LARGE_INCREMENT,
+    load_not_reached = FINGERPAD_STATUS_LOAD_NOT_REACHED,
+    spin_ignored = FINGERPAD_STATUS_SPIN_IGNORED,
+    memory_lost = FINGERPAD_STATUS_MEMORY_LOST,
+    effect_held = FINGERPAD_STATUS_EFFECT_HELD,
+    pose_out_of_range = FINGERPAD_STATUS_POSE_OUT_OF_RANGE,
+    not_converged = FINGERPAD_STATUS_NOT_CONVERGED,
+};
+
+constexpr Regime regime(const Response &response) noexcept { return static_cast<Regime>(response.regime); }
+
+constexpr bool has(const Response &response, Flag flag) noexcept
+{
+    return (response.status & static_cast<std::uint16_t>(flag)) != 0;
+}
+
+/* The first `length` bytes of a model file that is a constant of words (fingertip_fpm.h); at most all of them. */
+inline std::span<const std::byte> bytes(std::span<const std::uint32_t> words, std::size_t length) noexcept
+{
+    const std::span<const std::byte> all = std::as_bytes(words);
+    return length < all.size() ? all.first(length) : all;
+}
+
+constexpr Body plane() noexcept { return {FINGERPAD_BODY_PLANE, 0.0f, 0.0f, 0.0f}; }
+/* Negative radius: a bowl. */
+constexpr Body sphere(float radius_mm) noexcept { return {FINGERPAD_BODY_SPHERE, radius_mm, 0.0f, 0.0f}; }
+/* Negative radius: a trough. */
+constexpr Body cylinder(float radius_mm, float axis_deg) noexcept
+{
+    return {FINGERPAD_BODY_CYLINDER, radius_mm, axis_deg, 0.0f};
+}
+constexpr Body edge(float radius_mm, float axis_deg, float angle_deg) noexcept
+{
+    return {FINGERPAD_BODY_EDGE, radius_mm, axis_deg, angle_deg};
+}
+
+namespace detail {
+
+inline std::uint8_t *raw(std::span<std::byte> bytes) noexcept { return reinterpret_cast<std::uint8_t *>(bytes.data()); }
+inline const std::uint8_t *raw(std::span<const std::byte> bytes) noexcept
+{
+    return reinterpret_cast<const std::uint8_t *>(bytes.data());
+}
+
+template <class T>
+constexpr Result<T> result(std::int32_t code, const T &value) noexcept
+{
+    if (code == FINGERPAD_OK) {
+        return value;
+    }
+    return static_cast<Code>(code);
+}
+
+} // namespace detail
+
+/* A bed of springs: the model of one pose of the finger on a plane. */
+class Bed {
+public:
+    /* Checks a model file, which stays in use; its address must be divisible by 4. */
+    static Result<Bed> load(std::span<const std::byte> file) noexcept
+    {
+        Bed bed;
+        const std::int32_t code = fingerpad_model_load(&bed.model_, detail::raw(file), file.size());
+        return detail::result(code, bed);
+    }
+
+    /* Another finger: factors on size (0.5 to 2), stiffness (0.2 to 5) and lambda (0.1 to 10); tau_0 in MPa (0 to 0.1). */
+    Code tune(float size, float stiffness, float lambda, float tau0_mpa) noexcept
+    {
+        return static_cast<Code>(fingerpad_model_tune(&model_, size, stiffness, lambda, tau0_mpa));
+    }
+
+    Result<BedInfo> info() const noexcept
+    {
+        BedInfo info{};
+        const std::int32_t code = fingerpad_model_describe(&model_, &info);
+        return detail::result(code, info);
+    }
+
+    /* The least depth and normal force that hold a load with a slip margin of 0 to 0.95. */
+    Result<Grip> least_grip(float load_x_n, float load_y_n, float margin, float strength_factor) const noexcept
+    {
+        Grip grip{};
+        const std::int32_t code = fingerpad_least_grip(&model_, load_x_n, load_y_n, margin, strength_factor, &grip);
+        return detail::result(code, grip);
+    }
+
+    fingerpad_model &c() noexcept { return model_; }
+    const fingerpad_model &c() const noexcept { return model_; }
+
+private:
+    fingerpad_model model_{};
+};
+
+/* The response of a driven step and the motion that led to it. */
+struct Driven {
+    Response response;
+    Motion motion;
+};
+
+namespace detail {
+
+/* The functions of fingerpad.h for one kind of contact of a bed. */
+struct Slides {
+    using State = fingerpad_state;
+    static constexpr std::size_t saved_bytes = FINGERPAD_STATE_BYTES;
+    static constexpr auto init = fingerpad_state_init;
+    static constexpr auto step = fingerpad_step;
+    static constexpr auto step_driven = fingerpad_step_driven;
+    static constexpr auto step_batch = fingerpad_step_batch;
+    static constexpr auto set_strength_factor = fingerpad_state_set_strength_factor;
+    static constexpr auto gradient = fingerpad_state_gradient;
+    static constexpr auto save = fingerpad_state_save;
+    static constexpr auto restore = fingerpad_state_restore;
+};
+
+struct Spins {
+    using State = fingerpad_spin_state;
+    static constexpr std::size_t saved_bytes = FINGERPAD_SPIN_STATE_BYTES;
+    static constexpr auto init = fingerpad_spin_state_init;
+    static constexpr auto step = fingerpad_spin_step;
+    static constexpr auto step_driven = fingerpad_spin_step_driven;
+    static constexpr auto step_batch = fingerpad_spin_step_batch;
+    static constexpr auto set_strength_factor = fingerpad_spin_state_set_strength_factor;
+    static constexpr auto gradient = fingerpad_spin_state_gradient;
+    static constexpr auto save = fingerpad_spin_state_save;
+    static constexpr auto restore = fingerpad_spin_state_restore;
+};
+
+} // namespace detail
+
+/* The memory of a contact of a bed; a new one is in the air, with a strength factor of 1. */
+template <class Kind>
+class ContactOf {
+public:
+    static constexpr std::size_t saved_bytes = Kind::saved_bytes;
+
+    ContactOf() noexcept { (void)Kind::init(&state_); }
+
+    Result<Response> step(const Bed &bed, const Motion &motion) noexcept
+    {
+        Response response{};
+        const std::int32_t code = Kind::step(&bed.c(), &state_, motion, &response);
+        return detail::result(code, response);
+    }
+
+    Result<Driven> step_driven(const Bed &bed, const Drive &drive) noexcept
+    {
+        Driven driven{};
+        const std::int32_t code = Kind::step_driven(&bed.c(), &state_, drive, &driven.response, &driven.motion);
+        return detail::result(code, driven);
+    }
+
+    /* Factor on all strengths, 0.1 to 5, from the next step on. */
+    Code set_strength_factor(float factor) noexcept
+    {
+        return static_cast<Code>(Kind::set_strength_factor(&state_, factor));
+    }
+
+    Result<Gradient> gradient(const Bed &bed, float depth_mm, float slide_x_mm, float slide_y_mm) const noexcept
+    {
+        Gradient gradient{};
+        const std::int32_t code = Kind::gradient(&bed.c(), &state_, depth_mm, slide_x_mm, slide_y_mm, &gradient);
+        return detail::result(code, gradient);
+    }
+
+    /* Writes `saved_bytes` bytes. */
+    Code save(const Bed &bed, std::span<std::byte> out) const noexcept
+    {
+        return static_cast<Code>(Kind::save(&bed.c(), &state_, detail::raw(out), out.size()));
+    }
+
+    static Result<ContactOf> restore(const Bed &bed, std::span<const std::byte> saved) noexcept
+    {
+        ContactOf contact;
+        const std::int32_t code = Kind::restore(&bed.c(), &contact.state_, detail::raw(saved), saved.size());
+        return detail::result(code, contact);
+    }
+
+    /* Steps many contacts; the three counts must agree, else `Code::buffer`, and nothing changes. */
+    static Code step_batch(const Bed &bed, std::span<ContactOf> contacts, const Motions &motions,
+                           std::span<Response> responses) noexcept
+    {
+        static_assert(sizeof(ContactOf) == sizeof(typename Kind::State));
+        if (responses.size() != contacts.size()) {
+            return Code::buffer;
+        }
+        typename Kind::State *const states = contacts.empty() ? nullptr : &contacts.data()->state_;
+        return static_cast<Code>(Kind::step_batch(&bed.c(), states, &motions, responses.data(), contacts.size()));
+    }
+
+    typename Kind::State &c() noexcept { return state_; }
+    const typename Kind::State &c() const noexcept { return state_; }
+
+private:
+    typename Kind::State state_{};
+};
+
+/* A contact that slides, and one that also spins, at twice the cost. */
+using Contact = ContactOf<detail::Slides>;
+using SpinContact = ContactOf<detail::Spins>;
+
+/* A pad: the model of every pose of the finger on planes, spheres, cylinders and edges. */
+class Pad {
+public:
+    /* Checks a pad's file, which stays in use; its address must be divisible by 4. */
+    static Result<Pad> load(std::span<const std::byte> file) noexcept
+    {
+        Pad pad;
+        const std::int32_t code = fingerpad_pad_load(&pad.pad_, detail::raw(file), file.size());
+        return detail::result(code, pad);
+    }
+
+    /* Another finger: factors on size (0.5 to 2), stiffness (0.2 to 5) and lambda (0.1 to 10). Contacts must be made again. */
+    Code tune(float size, float stiffness, float lambda) noexcept
+    {
+        return static_cast<Code>(fingerpad_pad_tune(&pad_, size, stiffness, lambda));
+    }
+
+    Result<PadInfo> info() const noexcept
+    {
+        PadInfo info{};
+        const std::int32_t code = fingerpad_pad_describe(&pad_, &info);
+        return detail::result(code, info);
+    }
+
+    /* The point of the undeformed finger that a plane touches first in a pose, mm along the finger's axes. */
+    Result<std::array<float, 3>> first_touch(float pitch_deg, float roll_deg) const noexcept
+    {
+        std::array<float, 3> place_mm{};
+        const std::int32_t code = fingerpad_pad_first_touch(&pad_, pitch_deg, roll_deg, place_mm.data());
+        return detail::result(code, place_mm);
+    }
+
+    fingerpad_pad &c() noexcept { return pad_; }
+    const fingerpad_pad &c() const noexcept { return pad_; }
+
+private:
+    fingerpad_pad pad_{};
+};
+
+/* The memory of a contact of a pad, `sizeof(PadContact)` bytes. It belongs to one pad, one tuning and one body. */
+class PadContact {
+public:
+    static constexpr std::size_t saved_bytes_max = FINGERPAD_PAD_STATE_BYTES;
+
+    /* A finger in the air over a plane. */
+    static Result<PadContact> on_plane(const Pad &pad) noexcept
+    {
+        PadContact contact;
+        const std::int32_t code = fingerpad_pad_state_init(&pad.c(), &contact.state_);
+        return detail::result(code, contact);
+    }
+
+    /* A finger in the air over a body whose apex lies under first touch in that pose. */
+    static Result<PadContact> over(const Pad &pad, float pitch_deg, float roll_deg) noexcept
+    {
+        PadContact contact;
+        const std::int32_t code = fingerpad_pad_state_init_over(&pad.c(), &contact.state_, pitch_deg, roll_deg);
+        return detail::result(code, contact);
+    }
+
+    Result<Response> step(const Pad &pad, const Body &body, const PadMotion &motion) noexcept
+    {
+        Response response{};
+        const std::int32_t code = fingerpad_pad_step(&pad.c(), &state_, body, motion, &response);
+        return detail::result(code, response);
+    }
+
+    /* Factor on all strengths, 0.1 to 5, from the next step on. */
+    Code set_strength_factor(float factor) noexcept
+    {
+        return static_cast<Code>(fingerpad_pad_state_set_strength_factor(&state_, factor));
+    }
+
+    /* The patches after the last step on that step's body: the part of `out` that was written. */
+    Result<std::span<Patch>> patches(const Pad &pad, const Body &body, std::span<Patch> out) const noexcept
+    {
+        PadInfo info{};
+        std::int32_t code = fingerpad_pad_describe(&pad.c(), &info);
+        if (code == FINGERPAD_OK) {
+            code = fingerpad_pad_patches(&pad.c(), &state_, body, out.data(), out.size());
+        }
+        return detail::result(code, code == FINGERPAD_OK ? out.first(info.patches) : std::span<Patch>());
+    }
+
+    /* Writes `PadInfo::state_bytes` bytes, at most `saved_bytes_max`. */
+    Code save(const Pad &pad, std::span<std::byte> out) const noexcept
+    {
+        return static_cast<Code>(fingerpad_pad_state_save(&pad.c(), &state_, detail::raw(out), out.size()));
+    }
+
+    static Result<PadContact> restore(const Pad &pad, std::span<const std::byte> saved) noexcept
+    {
+        PadContact contact;
+        const std::int32_t code = fingerpad_pad_state_restore(&pad.c(), &contact.state_, detail::raw(saved), saved.size());
+        return detail::result(code, contact);
+    }
+
+    fingerpad_pad_state &c() noexcept { return state_; }
+    const fingerpad_pad_state &c() const noexcept { return state_; }
+
+private:
+    fingerpad_pad_state state_{};
+};
+
+/* Detects touch, first slip, full slip, restick and lift-off in the responses of one finger. */
+class Watch {
+public:
+    static WatchSettings settings() noexcept
+    {
+        WatchSettings settings{};
+        (void)fingerpad_watch_settings_default(&settings);
+        return settings;
+    }
+
+    static Result<Watch> make(std::uint8_t finger, const WatchSettings &settings) noexcept
+    {
+        Watch watch;
+        const std::int32_t code = fingerpad_watch_init(&watch.watch_, finger, settings);
+        return detail::result(code, watch);
+    }
+
+    /* The events of one response: the part of `out` that was written. */
+    Result<std::span<Event>> look(const Response &response, std::span<Event, FINGERPAD_EVENTS_A_LOOK> out) noexcept
+    {
+        std::uint32_t count = 0;
+        const std::int32_t code = fingerpad_watch_look(&watch_, &response, out.data(), &count);
+        return detail::result(code, std::span<Event>(out).first(code == FINGERPAD_OK ? count : 0));
+    }
+
+    fingerpad_watch &c() noexcept { return watch_; }
+
+private:
+    fingerpad_watch watch_{};
+};
+
+/* The description in a model file, JSON; it lies in the file. */
+inline std::string_view meta(const BedInfo &info) noexcept { return {info.meta, info.meta_length}; }
+inline std::string_view meta(const PadInfo &info) noexcept { return {info.meta, info.meta_length}; }
+
+} // namespace fingerpad
+
+#endif
